@@ -4,11 +4,14 @@ way than the sensor's own.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import isqrt
 
 import numpy as np
+import xarray as xr
 
 from ..physics.radiometry import photons_per_energy
+from ..plugins.protocols import Sensor
 from ..runs.seeds import generator
 from .promise import close, holds, keeps
 
@@ -17,7 +20,7 @@ OF_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", "falloff")
 DEVICE = {"device": "K", "scene": "kit"}
 
 
-def check_electrons(who: str, sensor, light, captures) -> None:
+def check_electrons(who: str, sensor: Sensor, light: xr.DataArray, captures: xr.Dataset) -> None:
     """Check that expected electrons are those that quantum efficiency, photodiode area and exposure
     of the captures make of light.
 
@@ -61,7 +64,7 @@ def check_electrons(who: str, sensor, light, captures) -> None:
         close(who, promise, found, per_area[:, channel] * scale, 1e-2)
 
 
-def check_filters(who: str, captures) -> None:
+def check_filters(who: str, captures: xr.Dataset) -> None:
     """Check that `filter` is the pattern that the attribute `cfa` states, repeated from the upper
     left pixel; nothing without `cfa`.
     """
@@ -107,7 +110,12 @@ def _rows(pattern: str) -> list[str]:
     return rows if rows and all(rows) and len({len(row) for row in rows}) == 1 else []
 
 
-def check_scatter(who: str, sensor, light, read_back) -> None:
+def check_scatter(
+    who: str,
+    sensor: Sensor,
+    light: xr.DataArray,
+    read_back: Callable[[xr.Dataset], np.ndarray],
+) -> None:
     """Check that shots with other keys scatter as the captures state: shot noise, read noise and
     the steps of the converter.
 
@@ -150,7 +158,7 @@ def check_scatter(who: str, sensor, light, read_back) -> None:
             )
 
 
-def _half_mean_square(apart, use) -> tuple[float, float]:
+def _half_mean_square(apart: np.ndarray, use: np.ndarray) -> tuple[float, float]:
     """Return half the mean square of the differences `apart` (y, x) where `use` is true, and its
     standard error.
 

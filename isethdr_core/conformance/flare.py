@@ -4,15 +4,17 @@ linear in the scene.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ..data.quantities import check_irradiance
-from ..plugins.protocols import FLARES, AddsLight, ScattersLight, TransmitsPupil
+from ..plugins.protocols import FLARES, AddsLight, Flare, ScattersLight, TransmitsPupil
 from .inputs import damaged_planes, mixed, some
 from .promise import close, holds, keeps, refuses, repeatable, same
 
 
-def check(who: str, flare) -> None:
+def check(who: str, flare: Flare) -> None:
     """Check one flare, alone and in an installed lens."""
     holds(
         who,
@@ -28,7 +30,7 @@ def check(who: str, flare) -> None:
     check_in_lens(who, flare, isinstance(flare, AddsLight))
 
 
-def check_pupil(who: str, flare) -> None:
+def check_pupil(who: str, flare: TransmitsPupil) -> None:
     """Check the complex transmission on a pupil of 1 mm across."""
     axis = np.linspace(-0.5, 0.5, 41)
     x_mm, y_mm = np.meshgrid(axis, axis)
@@ -51,7 +53,7 @@ def check_pupil(who: str, flare) -> None:
         )
 
 
-def check_scatter(who: str, flare) -> None:
+def check_scatter(who: str, flare: ScattersLight) -> None:
     """Check that scatter, per steradian, holds no more than all the energy."""
     edges = np.concatenate([[0.0], np.geomspace(1e-7, np.pi / 2, 4001)])
     angle = (edges[1:] + edges[:-1]) / 2
@@ -85,7 +87,7 @@ def check_scatter(who: str, flare) -> None:
             )
 
 
-def check_added(who: str, flare) -> None:
+def check_added(who: str, flare: AddsLight) -> None:
     """Check light that a flare adds: irradiance of the lens's grid, linear, never negative."""
     lens = some("lens", "diffraction_limited", "ideal")
     out = repeatable(who, lambda m: flare.irradiance(lens, m), mixed)
@@ -101,10 +103,10 @@ def check_added(who: str, flare) -> None:
         1e-5 * float(out.max()),
     )
     for what, bad in damaged_planes(mixed()):
-        refuses(who, what, lambda b=bad: flare.irradiance(lens, b))
+        refuses(who, what, partial(flare.irradiance, lens, bad))
 
 
-def check_in_lens(who: str, flare, adds: bool) -> None:
+def check_in_lens(who: str, flare: Flare, adds: bool) -> None:
     """Check a lens with this flare: valid, repeatable, and without more light than the open lens
     unless it adds light.
     """

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
+import xarray as xr
 
 from ..data.quantities import IRRADIANCE, RADIANCE, centres, plane, scene_radiance
 from ..data.temporal_modulation import stacked
@@ -21,7 +26,7 @@ def bands_nm(count: int = 7) -> np.ndarray:
     return np.linspace(400.0, 700.0, count)
 
 
-def pattern(shape) -> np.ndarray:
+def pattern(shape: tuple[int, ...]) -> np.ndarray:
     """Return an array of positive values from 0.05 to 1 that repeats nowhere, float64; a fixed
     formula, no random numbers.
     """
@@ -34,9 +39,9 @@ def scene(
     width: int = 24,
     bands: int = 7,
     pitch: float = 0.01,
-    groups=GROUPS,
+    groups: Sequence[str] = GROUPS,
     level: float = 0.01,
-):
+) -> xr.Dataset:
     """Return scene radiance with labels of two objects; `level` is its largest value, W m-2 sr-1
     nm-1; `pitch` in tangents.
     """
@@ -85,7 +90,13 @@ def scene(
     return ds
 
 
-def mixed(values=None, height: int = 24, width: int = 32, bands: int = 5, pitch: float = 0.01):
+def mixed(
+    values: npt.ArrayLike | None = None,
+    height: int = 24,
+    width: int = 32,
+    bands: int = 5,
+    pitch: float = 0.01,
+) -> xr.DataArray:
     """Return mixed radiance; `values` broadcast to (bands, height, width), by default a pattern up
     to 0.01 W m-2 sr-1 nm-1.
     """
@@ -103,7 +114,9 @@ def mixed(values=None, height: int = 24, width: int = 32, bands: int = 5, pitch:
     )
 
 
-def irradiance(values, height: int, width: int, pitch_m: float, bands: int = 31):
+def irradiance(
+    values: npt.ArrayLike, height: int, width: int, pitch_m: float, bands: int = 31
+) -> xr.DataArray:
     """Return irradiance on the sensor plane of an f/2.8 lens of 4 mm; `values` broadcast to (bands,
     height, width), W m-2 nm-1.
     """
@@ -123,14 +136,15 @@ def irradiance(values, height: int, width: int, pitch_m: float, bands: int = 31)
     )
 
 
-def in_components(light, **modulation):
+def in_components(light: xr.DataArray, **modulation: float) -> xr.DataArray:
     """Return mixed radiance or irradiance as one component, constant unless `modulation` gives
     fields of a `Modulation`.
     """
-    return stacked(["lamps"], [Modulation(**modulation)], [light])
+    component: xr.DataArray = stacked(["lamps"], [Modulation(**modulation)], [light])
+    return component
 
 
-def damaged_planes(good):
+def damaged_planes(good: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
     """Yield (what is wrong, data) for every way in which mixed radiance or irradiance can be wrong;
     what its form tells is sealed.
     """
@@ -155,7 +169,7 @@ def damaged_planes(good):
     yield "no tiles", good.isel(x=[])
 
 
-def damaged_scenes(good):
+def damaged_scenes(good: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Yield (what is wrong, data) for every way in which scene radiance can be wrong; what its form
     tells is sealed.
     """
@@ -180,7 +194,7 @@ def damaged_scenes(good):
     yield "no variable radiance", good.drop_vars("radiance")
 
 
-def some(kind: str, *preferred: str):
+def some(kind: str, *preferred: str) -> Any:
     """Return an installed component of `kind`, the first of `preferred` that there is, to test
     another kind with.
     """

@@ -4,7 +4,11 @@ honest validity.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
+
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from ..data.quantities import centres, names
@@ -12,6 +16,7 @@ from ..data.reference_picture import FIXED_PATTERN, check_picture, total_varianc
 from ..errors import IsetHdrError
 from ..physics.photometry import luminance, xyz_bar
 from ..physics.radiometry import band_widths_nm, photon_energy_j
+from ..plugins.protocols import Isp
 from .inputs import F_NUMBER, FOCAL_LENGTH_MM, THROUGHPUT_SR, bands_nm, pattern
 from .isp_readings import check_colour, check_place, check_readings, check_variance
 from .lazy import same_from_store, sealed
@@ -21,7 +26,7 @@ GAIN_DN_PER_E, BLACK_DN, TOP_DN, PITCH_UM = 0.5, 64.0, 4000.0, 3.0
 GREY_CD_M2 = 100.0
 
 
-def check(who: str, isp) -> None:
+def check(who: str, isp: Isp) -> None:
     """Check one isp on captures of a grey field, in the layout it reads: a colour filter array, or
     every channel at every pixel.
     """
@@ -47,11 +52,14 @@ def check(who: str, isp) -> None:
     _check_dark(who, isp, layout)
     _check_saturated(who, isp, layout)
     for what, bad in damaged_captures(grey):
-        refuses(who, what, lambda b=bad: isp(b))
+        refuses(who, what, partial(isp, bad))
 
 
 def captures(
-    layout: str = "mosaic", level: float = GREY_CD_M2, exposure_s: float = 0.01, spectrum=None
+    layout: str = "mosaic",
+    level: float = GREY_CD_M2,
+    exposure_s: float = 0.01,
+    spectrum: npt.ArrayLike | None = None,
 ) -> xr.Dataset:
     """Return noise-free captures of a field of `level` cd/m2; `spectrum` (31,) of its light, any
     scale, by default equal energy.
@@ -121,7 +129,7 @@ def captures(
     )
 
 
-def damaged_captures(good):
+def damaged_captures(good: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Yield (what is wrong, captures) for the ways in which captures can be wrong; what their form
     tells is sealed.
     """
@@ -135,13 +143,13 @@ def damaged_captures(good):
     yield "captures without a focal length", _without(good, "focal_length_mm")
 
 
-def _without(data, attribute):
+def _without(data: xr.Dataset, attribute: str) -> xr.Dataset:
     out = data.copy()
     out.attrs = {k: v for k, v in data.attrs.items() if k != attribute}
     return out
 
 
-def _layout(who, isp) -> str:
+def _layout(who: str, isp: Isp) -> str:
     refused = []
     for layout in ("mosaic", "full"):
         try:
@@ -158,7 +166,7 @@ def _layout(who, isp) -> str:
     return ""
 
 
-def _check_picture(who, picture, grey):
+def _check_picture(who: str, picture: xr.Dataset, grey: xr.Dataset) -> None:
     with keeps(who, "returns a picture"):
         check_picture(picture)
     for name in ("focal_length_mm", "pitch_um"):
@@ -188,7 +196,7 @@ def _check_picture(who, picture, grey):
     )
 
 
-def _check_dark(who, isp, layout):
+def _check_dark(who: str, isp: Isp, layout: str) -> None:
     dark = captures(layout, level=0.0)
     shape = dark["raw"].shape
     swing = np.where(
@@ -223,7 +231,7 @@ def _check_dark(who, isp, layout):
     )
 
 
-def _check_saturated(who, isp, layout):
+def _check_saturated(who: str, isp: Isp, layout: str) -> None:
     white = isp(captures(layout, level=1e6))
     holds(who, "saturated pixels are not valid", not white["valid"].values.any())
     holds(who, "the picture of a saturated shot is finite", np.isfinite(white["xyz"].values).all())

@@ -4,9 +4,15 @@ variance that its pictures have.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Protocol
+
 import numpy as np
+import numpy.typing as npt
+import xarray as xr
 
 from ..physics.photometry import xyz_bar
+from ..plugins.protocols import Isp
 from .inputs import bands_nm
 from .promise import close, holds
 
@@ -14,7 +20,13 @@ SHOTS = 4
 INNER = slice(2, -2)  # pixels: demosaic has fewer neighbours at the border
 
 
-def check_readings(who: str, isp, grey, luminance_cd_m2) -> None:
+class MakesCaptures(Protocol):
+    """Captures of light of a spectrum (31,), any scale, by filters that see as XYZ do."""
+
+    def __call__(self, layout: str, *, spectrum: npt.ArrayLike) -> xr.Dataset: ...
+
+
+def check_readings(who: str, isp: Isp, grey: xr.Dataset, luminance_cd_m2: np.ndarray) -> None:
     """Check that captures of the same light in other numbers give the same luminance:
     `luminance_cd_m2` (y, x) of `grey`.
 
@@ -24,11 +36,16 @@ def check_readings(who: str, isp, grey, luminance_cd_m2) -> None:
     """
     raw, black = grey["raw"].values.astype(float), float(grey["black_dn"][0])
 
-    def other(factor, offset=0.0, attributes=(), **scaled):
+    def other(
+        factor: float,
+        offset: float = 0.0,
+        attributes: Iterable[tuple[str, float]] = (),
+        **scaled: float,
+    ) -> xr.Dataset:
         codes = np.rint(black + offset + factor * (raw - black)).astype(grey["raw"].dtype)
         changed = {name: grey[name] * value for name, value in scaled.items()}
         levels = {name: grey[name] + offset for name in ("black_dn", "top_dn")}
-        out = grey.assign(raw=grey["raw"].copy(data=codes), **levels).assign(**changed)
+        out = grey.assign({"raw": grey["raw"].copy(data=codes), **levels}).assign(changed)
         return out.assign_attrs({name: grey.attrs[name] * value for name, value in attributes})
 
     cases = {
@@ -47,7 +64,7 @@ def check_readings(who: str, isp, grey, luminance_cd_m2) -> None:
         close(who, promise, isp(captures)["xyz"].values[..., 1], luminance_cd_m2, 0.01)
 
 
-def check_place(who: str, isp, grey) -> None:
+def check_place(who: str, isp: Isp, grey: xr.Dataset) -> None:
     """Check that light in one quarter of the captures is in that quarter of the picture: nothing
     mirrored, turned or shifted.
     """
@@ -70,7 +87,7 @@ def check_place(who: str, isp, grey) -> None:
     )
 
 
-def check_colour(who: str, isp, layout: str, make) -> None:
+def check_colour(who: str, isp: Isp, layout: str, make: MakesCaptures) -> None:
     """Check X and Z of reddish and of bluish light; `make(layout, spectrum=...)` returns captures
     of filters that see as XYZ do.
     """
@@ -90,7 +107,7 @@ def check_colour(who: str, isp, layout: str, make) -> None:
         )
 
 
-def check_variance(who: str, isp, grey) -> None:
+def check_variance(who: str, isp: Isp, grey: xr.Dataset) -> None:
     """Check the stated variance against that of pictures of some shots, each with noise of its
     own.
     """

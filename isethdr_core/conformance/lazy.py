@@ -4,14 +4,17 @@ are read piece by piece.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from tempfile import TemporaryDirectory
 
+import numpy as np
+import numpy.typing as npt
 import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ..storage.store import open_store, write_store
-from .promise import holds, keeps, same
+from .promise import Data, holds, keeps, same
 
 ARRAY = "radiance"  # the name under which a DataArray is stored
 
@@ -21,14 +24,14 @@ class ReadTooEarly(Exception):
 
 
 class _Sealed(BackendArray):
-    def __init__(self, shape, dtype):
+    def __init__(self, shape: tuple[int, ...], dtype: npt.DTypeLike) -> None:
         self.shape, self.dtype = shape, dtype
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
         raise ReadTooEarly("it read the values before it looked at dims, units and coordinates")
 
 
-def sealed(data, *names: str):
+def sealed(data: Data, *names: str) -> Data:
     """Return a DataArray, or a Dataset with its variables `names`, whose values cannot be read;
     dims, coordinates and units stay.
 
@@ -40,22 +43,20 @@ def sealed(data, *names: str):
     return data.assign({name: sealed(data[name]) for name in names})
 
 
-def same_from_store(who: str, call, data, want) -> None:
+def same_from_store(who: str, call: Callable[[Data], object], data: Data, want: object) -> None:
     """Raise AssertionError unless `call(data)` gives the bits of `want` where `data` is read lazily
     from a store.
     """
     promise = "data opened from a store gives the same bits as data in memory"
-    array = isinstance(data, xr.DataArray)
     with TemporaryDirectory() as folder:
-        whole = data.to_dataset(name=ARRAY) if array else data
-        kept = write_store(folder, "kit", {"": whole.assign_attrs(data.attrs)}, {}, keepbits=None)
-        opened = open_store(kept)
-        found = opened[ARRAY].assign_attrs(data.attrs) if array else opened.assign_attrs(data.attrs)
-        holds(
-            who,
-            promise,
-            not (found if array else found[next(iter(found.data_vars))]).variable._in_memory,
-            "nothing lazy was tested",
-        )
+        whole = data.to_dataset(name=ARRAY) if isinstance(data, xr.DataArray) else data
+        path = write_store(folder, "kit", {"": whole.assign_attrs(data.attrs)}, {}, keepbits=None)
+        stored = open_store(path).assign_attrs(data.attrs)
+        first = next(iter(stored.data_vars))
+        holds(who, promise, not stored[first].variable._in_memory, "nothing lazy was tested")
         with keeps(who, promise):
-            same(who, promise, call(found), want)
+            if isinstance(data, xr.DataArray):
+                result = call(stored[ARRAY].assign_attrs(data.attrs))
+            else:
+                result = call(stored)
+            same(who, promise, result, want)

@@ -4,9 +4,13 @@ uniform field.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+import numpy.typing as npt
+import xarray as xr
 
 from ..data import camera_geometry
 from ..data.quantities import PHOTOCURRENT, bands_nm, check_irradiance, full_field, tile_pitch
@@ -15,7 +19,7 @@ from ..physics.detector.temporal_modulation import Modulation
 from ..physics.radiometry import photons_per_energy
 from ..pipeline import window
 from ..pipeline.demand import Demand, Response
-from ..plugins.protocols import HasPointSpread, MakesPhotocurrent, NarrowsDemand
+from ..plugins.protocols import HasPointSpread, Lens, MakesPhotocurrent, NarrowsDemand
 from .inputs import damaged_planes, in_components, mixed
 from .lazy import same_from_store
 from .promise import close, holds, keeps, refuses, repeatable, same, stated
@@ -28,7 +32,7 @@ COLOURS = 1e-2
 AREA_EXPOSURE_M2_S = 3e-6**2 * 0.016  # a pixel of 3 um, 16 ms
 
 
-def check(who: str, lens) -> None:
+def check(who: str, lens: Lens) -> None:
     """Check one lens without flare."""
     scene = mixed()
     out = repeatable(who, lens, mixed)
@@ -51,10 +55,10 @@ def check(who: str, lens) -> None:
         _check_psf(who, lens)
     _check_components(who, lens, scene, out)
     if isinstance(lens, NarrowsDemand):
-        kept = lens.narrow(
-            Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))
-        ).wavelength_nm
-        dark = out.sel(wavelength=[w for w in out.wavelength.values if w not in kept])
+        bands = tuple(scene.wavelength.values.tolist())
+        kept = lens.narrow(Demand(wavelength_nm=bands)).wavelength_nm
+        dropped = set() if kept is None else set(bands) - set(kept)
+        dark = out.sel(wavelength=[w for w in out.wavelength.values if w in dropped])
         # 1e-6: what no sensor sees beside the rest
         holds(
             who,
@@ -65,10 +69,10 @@ def check(who: str, lens) -> None:
         _check_photocurrent(who, lens, scene, out)
         _check_window(who, lens, scene)
     for what, bad in damaged_planes(scene):
-        refuses(who, what, lambda b=bad: lens(b))
+        refuses(who, what, partial(lens, bad))
 
 
-def _check_components(who, lens, scene, out):
+def _check_components(who: str, lens: Lens, scene: xr.DataArray, out: xr.DataArray) -> None:
     with keeps(
         who, "accepts light with components (isethdr_core.data.temporal_modulation.each_component)"
     ):
@@ -81,12 +85,14 @@ def _check_components(who, lens, scene, out):
     same(who, "one component is imaged as light without components", components(pulsed)[0][1], out)
 
 
-def _check_photocurrent(who, lens, scene, out):
+def _check_photocurrent(
+    who: str, lens: MakesPhotocurrent, scene: xr.DataArray, out: xr.DataArray
+) -> None:
     """Light asked for as photocurrent makes the electrons that irradiance does, as far as the
     sensor that asks can tell.
     """
 
-    def efficiency(wavelength_nm):
+    def efficiency(wavelength_nm: npt.ArrayLike) -> np.ndarray:
         return np.stack(
             [np.full(np.size(wavelength_nm), 0.5), np.asarray(wavelength_nm, float) / 1000.0]
         )
@@ -109,13 +115,13 @@ def _check_photocurrent(who, lens, scene, out):
     )
 
 
-def _check_window(who, lens, scene):
+def _check_window(who: str, lens: MakesPhotocurrent, scene: xr.DataArray) -> None:
     """Light asked for in a window is that asked for everywhere, as far as the sensor that asks can
     tell.
     """
     asked = Response(("W",), lambda w: np.full((1, np.size(w)), 0.5), AREA_EXPOSURE_M2_S, 1.0, 1e5)
 
-    def electrons(light, seen):
+    def electrons(light: xr.DataArray, seen: tuple[float, float]) -> np.ndarray:
         counting = asked.efficiency(bands_nm(light)) * photons_per_energy(bands_nm(light))
         light = light.isel(window.tiles(light, seen))
         return AREA_EXPOSURE_M2_S * (
@@ -125,7 +131,8 @@ def _check_window(who, lens, scene):
         )
 
     every = lens.photocurrent(scene, (), asked)
-    seen = tuple(side / 2 for side in full_field(every))
+    width_m, height_m = full_field(every)
+    seen = (width_m / 2, height_m / 2)
     with keeps(who, "answers a response that states a window"):
         part = electrons(lens.photocurrent(scene, (), replace(asked, window_m=seen)), seen)
     whole = electrons(every, seen)
@@ -140,7 +147,7 @@ def _check_window(who, lens, scene):
     )
 
 
-def _check_linear(who, lens, scene, out):
+def _check_linear(who: str, lens: Lens, scene: xr.DataArray, out: xr.DataArray) -> None:
     peak = float(out.max())
     other = mixed(0.01 - scene.values)
     both = mixed(scene.values.astype(float) + 3.0 * other.values)
@@ -166,7 +173,7 @@ def _check_linear(who, lens, scene, out):
     )
 
 
-def _check_energy(who, lens):
+def _check_energy(who: str, lens: Lens) -> None:
     uniform = lens(mixed(0.01))
     expected = uniform.attrs["throughput_sr"] * np.float32(0.01)
     middle = uniform.isel(
@@ -196,11 +203,11 @@ def _check_energy(who, lens):
     holds(who, "nowhere more light by 2 % of that on the axis", more <= 2e-2, f"{more:.4f} more")
 
 
-def _check_orientation(who, lens):
+def _check_orientation(who: str, lens: Lens) -> None:
     values = np.zeros((5, 24, 32))
     values[:, 5, 24] = 0.01  # up and to the right of the axis: x > 0, y < 0
     point = lens(mixed(values)).sum("wavelength")
-    y, x = np.unravel_index(int(point.values.argmax()), point.shape)
+    y, x = map(int, np.unravel_index(int(point.values.argmax()), point.shape))
     holds(
         who,
         "a lamp up and to the right lands at y < 0 < x (x right, y down, upright)",
@@ -220,7 +227,9 @@ def _check_orientation(who, lens):
     )
 
 
-def _check_place(who, lens, point, source, peak):
+def _check_place(
+    who: str, lens: Lens, point: xr.DataArray, source: xr.DataArray, peak: tuple[int, int]
+) -> None:
     """Check that a lamp's image lies where focal length and distortion of the light say, to a
     tile.
     """
@@ -243,7 +252,7 @@ def _check_place(who, lens, point, source, peak):
     )
 
 
-def _relative(light) -> np.ndarray:
+def _relative(light: xr.DataArray) -> np.ndarray:
     """Return the relative illumination (y, x) that light on the sensor states."""
     f_m = 1e-3 * light.attrs["focal_length_mm"]
     return camera_geometry.relative_illumination(
@@ -251,26 +260,29 @@ def _relative(light) -> np.ndarray:
     )
 
 
-def _passed_sr(lens, source) -> float:
+def _passed_sr(lens: Lens, source: xr.DataArray) -> float:
     """Return what the attributes say goes through the pupil from the brightest tile: throughput,
     relative illumination, image size.
     """
     image = lens(mixed(0.01))
-    y, x = np.unravel_index(int(source.values.sum(axis=0).argmax()), source.shape[1:])
-    x, y, bent = float(source.x[x]), float(source.y[y]), camera_geometry.map_of(image)
-    on_sensor = camera_geometry.relative_illumination(image.attrs, *bent.forward(x, y))
-    return image.attrs["throughput_sr"] * float(on_sensor * bent.area_ratio(x, y))
+    row, column = np.unravel_index(int(source.values.sum(axis=0).argmax()), source.shape[1:])
+    x = float(source.x[column])
+    y = float(source.y[row])
+    distortion = camera_geometry.map_of(image)
+    on_sensor = camera_geometry.relative_illumination(image.attrs, *distortion.forward(x, y))
+    passed = on_sensor * distortion.area_ratio(x, y)
+    return float(image.attrs["throughput_sr"]) * float(passed)
 
 
-def _tiles_ratio(source, image) -> float:
+def _tiles_ratio(source: xr.DataArray, image: xr.DataArray) -> float:
     """Return how many tiles of the image one tile of the source covers on the axis: 1 where a lens
     keeps the grid.
     """
     f_m = 1e-3 * image.attrs["focal_length_mm"]
-    return np.prod([f_m * tile_pitch(source, d) / tile_pitch(image, d) for d in ("x", "y")])
+    return math.prod(float(f_m * tile_pitch(source, d) / tile_pitch(image, d)) for d in "xy")
 
 
-def _check_psf(who, lens):
+def _check_psf(who: str, lens: HasPointSpread) -> None:
     spread = lens.psf(wavelength_nm=[450.0, 550.0, 650.0], pitch_um=1.0, size=64)
     values = np.asarray(spread)
     holds(

@@ -4,18 +4,20 @@ states.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ..data.quantities import check_mixed
 from ..data.temporal_modulation import time_mean
 from ..pipeline.demand import Demand
-from ..plugins.protocols import NarrowsDemand
+from ..plugins.protocols import Lighting, NarrowsDemand
 from .inputs import GROUPS, damaged_scenes, scene
 from .lazy import same_from_store
 from .promise import close, fortran, holds, keeps, refuses, repeatable, stated
 
 
-def check(who: str, lighting) -> None:
+def check(who: str, lighting: Lighting) -> None:
     """Check one lighting on a scene of four light groups."""
     radiance = scene()
     repeatable(who, lighting, scene)
@@ -33,7 +35,7 @@ def check(who: str, lighting) -> None:
         (out.attrs.get("field_width"), out.attrs.get("field_height"))
         == (radiance.attrs["field_width"], radiance.attrs["field_height"]),
     )
-    weights = out.attrs.get("weights")
+    weights = out.attrs.get("weights", {})
     groups = [str(g) for g in radiance.light_group.values]
     holds(
         who,
@@ -62,8 +64,9 @@ def check(who: str, lighting) -> None:
     )
     if isinstance(lighting, NarrowsDemand):
         kept = lighting.narrow(Demand(groups=GROUPS)).groups
+        needed = GROUPS if kept is None else kept
         with keeps(who, "needs no light group that its narrow drops"):
-            part = time_mean(lighting(radiance.sel(light_group=list(kept))))
+            part = time_mean(lighting(radiance.sel(light_group=list(needed))))
             close(
                 who,
                 "needs no light group that its narrow drops",
@@ -76,4 +79,4 @@ def check(who: str, lighting) -> None:
     for what, bad in damaged_scenes(radiance):
         if what.endswith("light") and not any(weights.values()):
             continue  # all lights are off: nothing is read, so nothing can be found
-        refuses(who, what, lambda b=bad: lighting(b))
+        refuses(who, what, partial(lighting, bad))

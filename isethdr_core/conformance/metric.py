@@ -5,6 +5,9 @@ the same every time.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,7 +17,7 @@ from ..data.reference_picture import labels_on, make_picture, truth
 from ..data.scores import Score, state_errors
 from ..errors import IsetHdrError
 from ..pipeline.demand import Demand
-from ..plugins.protocols import NarrowsDemand
+from ..plugins.protocols import Metric, NarrowsDemand
 from .inputs import FOCAL_LENGTH_MM, mixed, pattern, scene
 from .lazy import same_from_store, sealed
 from .promise import holds, keeps, repeatable, same, stated
@@ -22,7 +25,15 @@ from .promise import holds, keeps, repeatable, same, stated
 SIZE = (48, 72)
 
 
-def check(who: str, metric) -> None:
+class Pictures(NamedTuple):
+    """What a metric is called with."""
+
+    noisy: xr.Dataset
+    reference: xr.Dataset
+    labels: xr.Dataset | None
+
+
+def check(who: str, metric: Metric) -> None:
     """Check one metric on a picture with noise, on a perfect one, and on one without a valid
     pixel.
     """
@@ -63,12 +74,13 @@ def check(who: str, metric) -> None:
     with keeps(who, "gives a score or none, never an error, where no pixel is valid"):
         metric(noisy.assign(valid=xr.zeros_like(noisy["valid"])), reference, labels)
     same_from_store(who, lambda p: metric(p, reference, labels), noisy, scores)
-    _check_depends(who, metric, noisy, reference, labels, scores)
-    _check_bad_input(who, metric, noisy, reference, labels, scores)
+    pictures = Pictures(noisy, reference, labels)
+    _check_depends(who, metric, pictures, scores)
+    _check_bad_input(who, metric, pictures, scores)
     stated(who, lambda: state_errors(metric(noisy, reference, labels)))
 
 
-def true_picture():
+def true_picture() -> xr.Dataset:
     """Return the truth of the kit's mixed radiance on 48 x 72 pixels."""
     height, width = SIZE
     light = mixed(height=16, width=24)
@@ -89,7 +101,7 @@ def true_picture():
     return truth(light, empty)
 
 
-def labels_asked_for(metric):
+def labels_asked_for(metric: Metric) -> xr.Dataset | None:
     """Return labels with those alone that the metric's `narrow` asks for, as a run would render
     them.
     """
@@ -103,7 +115,7 @@ def labels_asked_for(metric):
     )
 
 
-def noisy_picture(reference):
+def noisy_picture(reference: xr.Dataset) -> xr.Dataset:
     """Return a picture that is off the truth by 1 to 10 % of its mean, with that variance, and two
     saturated pixels.
     """
@@ -122,10 +134,11 @@ def noisy_picture(reference):
     )
 
 
-def _check_depends(who, metric, noisy, reference, labels, scores):
+def _check_depends(who: str, metric: Metric, pictures: Pictures, scores: list[Score]) -> None:
     """A metric is of the picture: a worse, a darker, a less valid one, or one with a softer edge,
     has another score.
     """
+    noisy, reference, labels = pictures
     worse = reference["xyz"].values + 5 * (noisy["xyz"].values - reference["xyz"].values)
     half = np.zeros(SIZE, bool)
     half[:, : SIZE[1] // 2] = True
@@ -146,7 +159,7 @@ def _check_depends(who, metric, noisy, reference, labels, scores):
     )
 
 
-def edge_picture(reference, width_pixels: float):
+def edge_picture(reference: xr.Dataset, width_pixels: float) -> xr.Dataset:
     """Return a noise-free picture of a slanted edge, 20 and 100 cd/m2, that rises over so many
     pixels.
     """
@@ -165,10 +178,11 @@ def edge_picture(reference, width_pixels: float):
     )
 
 
-def _check_bad_input(who, metric, noisy, reference, labels, scores):
+def _check_bad_input(who: str, metric: Metric, pictures: Pictures, scores: list[Score]) -> None:
     """A damaged picture is refused, unless what is damaged is nothing that the metric reads."""
+    noisy, reference, labels = pictures
 
-    def refused_or_unread(what, call):
+    def refused_or_unread(what: str, call: Callable[[], list[Score]]) -> None:
         try:
             unread = same_scores(call(), scores)
         except IsetHdrError:
@@ -186,18 +200,18 @@ def _check_bad_input(who, metric, noisy, reference, labels, scores):
         )
 
     for what, bad in damaged_pictures(noisy):
-        refused_or_unread(what, lambda b=bad: metric(b, reference, labels))
+        refused_or_unread(what, partial(metric, bad, reference, labels))
     refused_or_unread(
         "a truth of another size", lambda: metric(noisy, reference.isel(x=slice(0, 20)), labels)
     )
 
 
-def same_scores(first, second) -> bool:
+def same_scores(first: Sequence[Score], second: Sequence[Score]) -> bool:
     """Return whether two lists of scores are the same, NaN for NaN."""
     return [repr(s) for s in first] == [repr(s) for s in second]
 
 
-def damaged_pictures(good):
+def damaged_pictures(good: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Yield (what is wrong, picture) for the ways in which a picture can be wrong; its light is
     sealed.
     """

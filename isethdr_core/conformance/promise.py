@@ -5,24 +5,32 @@ from __future__ import annotations
 import dataclasses
 import pickle
 import re
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
+from typing import Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from ..errors import ConfigError, IsetHdrError
 from ..pipeline.demand import Demand
 from ..plugins.protocols import NarrowsDemand
 from ..plugins.registry import build
-from ..runs.radiance_cache import described
+from ..runs.provenance import described
 from ..storage.store import content_hash
 from ..uncertainty.ledger import Ledger, stage
 from .ranges import bad_fields
 
+Data = TypeVar("Data", xr.DataArray, xr.Dataset)
+Input = TypeVar("Input", bound=xr.DataArray | xr.Dataset)
+Result = TypeVar("Result")
+
 EXPECTATION = re.compile("expected|needs|lack|one of")  # a message has at least one of these words
 
 
-def holds(who: str, promise: str, condition, found: str = "") -> None:
+def holds(who: str, promise: str, condition: object, found: str = "") -> None:
     """Raise AssertionError naming the component and the promise unless `condition` is true."""
     if not condition:
         raise AssertionError(
@@ -31,7 +39,7 @@ def holds(who: str, promise: str, condition, found: str = "") -> None:
 
 
 @contextmanager
-def keeps(who: str, promise: str):
+def keeps(who: str, promise: str) -> Iterator[None]:
     """Turn any error raised inside into a broken promise."""
     try:
         yield
@@ -43,7 +51,7 @@ def keeps(who: str, promise: str):
         ) from err
 
 
-def same(who: str, promise: str, first, second) -> None:
+def same(who: str, promise: str, first: object, second: object) -> None:
     """Raise AssertionError unless two results hold the same bits (NaN equals NaN)."""
     a, b = arrays(first), arrays(second)
     holds(who, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
@@ -59,7 +67,14 @@ def same(who: str, promise: str, first, second) -> None:
         holds(who, promise, np.array_equal(a[name], b[name], equal_nan=exact), f"{name} differs")
 
 
-def close(who: str, promise: str, got, want, relative: float, absolute: float = 0.0) -> None:
+def close(
+    who: str,
+    promise: str,
+    got: npt.ArrayLike,
+    want: npt.ArrayLike,
+    relative: float,
+    absolute: float = 0.0,
+) -> None:
     """Raise AssertionError unless |got - want| <= relative |want| + absolute everywhere; says where
     it is worst.
     """
@@ -80,7 +95,7 @@ def close(who: str, promise: str, got, want, relative: float, absolute: float = 
         )
 
 
-def refuses(who: str, what: str, call) -> None:
+def refuses(who: str, what: str, call: Callable[[], object]) -> None:
     """Raise AssertionError unless `call()` raises one of our own errors, whose message names what
     was expected.
     """
@@ -99,7 +114,7 @@ def refuses(who: str, what: str, call) -> None:
     raise AssertionError(f"{who} breaks the promise '{promise}': it returned a result")
 
 
-def stated(who: str, call):
+def stated(who: str, call: Callable[[], Result]) -> Result:
     """Return `call()` after checking that it stated in the ledger how wrong it may be."""
     rows = Ledger()
     with stage(rows, who):
@@ -111,7 +126,9 @@ def stated(who: str, call):
     return result
 
 
-def repeatable(who: str, call, make_input):
+def repeatable(
+    who: str, call: Callable[[Input], Result], make_input: Callable[[], Input]
+) -> Result:
     """Return `call(input)` after checking that it leaves its input alone and depends on its values
     only.
     """
@@ -129,7 +146,7 @@ def repeatable(who: str, call, make_input):
     return result
 
 
-def alike(who: str, promise: str, got, want) -> None:
+def alike(who: str, promise: str, got: object, want: object) -> None:
     """Raise AssertionError unless two results agree but for the rounding of sums in another order.
 
     1e-5 of the largest value: sums in float32. Whole numbers may differ by 1, where such a sum
@@ -146,7 +163,7 @@ def alike(who: str, promise: str, got, want) -> None:
             close(who, promise, a[name], value, 0.0, 1.0)
 
 
-def fortran(data):
+def fortran(data: Input) -> Input:
     """Return a copy of a DataArray or Dataset whose arrays lie in memory the other way round."""
     if isinstance(data, xr.Dataset):
         return data.assign(
@@ -155,7 +172,7 @@ def fortran(data):
     return data.copy(data=np.asfortranarray(data.values))
 
 
-def arrays(result) -> dict[str, np.ndarray]:
+def arrays(result: object) -> dict[str, np.ndarray]:
     """Return every array of a DataArray, Dataset, array or list of scores, by name."""
     if isinstance(result, xr.Dataset):
         return {str(k): v.values for k, v in result.variables.items()}
@@ -166,15 +183,17 @@ def arrays(result) -> dict[str, np.ndarray]:
     return {"values": np.asarray(result)}
 
 
-def check_component(who: str, kind: str, name: str, component, fields: dict) -> None:
+def check_component(
+    who: str, kind: str, name: str, component: Any, fields: Mapping[str, Any]
+) -> None:
     """Check what every component promises: documented, typed, comparable, storable, honest about
     its needs.
     """
+    docstring = type(component).__doc__ or ""
     holds(
         who,
         "the class docstring says in its first line what it is",
-        (type(component).__doc__ or "").strip()
-        and not type(component).__doc__.startswith(f"{type(component).__name__}("),
+        docstring.strip() and not docstring.startswith(f"{type(component).__name__}("),
     )
     holds(who, "the same fields give an equal component", component == build(kind, name, **fields))
     own = {f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.init}
@@ -200,13 +219,13 @@ def check_component(who: str, kind: str, name: str, component, fields: dict) -> 
     except ConfigError:
         pass
     for bad in bad_fields(component):
-        refuses(who, f"the field {bad}", lambda b=bad: build(kind, name, **{**fields, **b}))
+        refuses(who, f"the field {bad}", partial(build, kind, name, **{**fields, **bad}))
     if isinstance(component, NarrowsDemand):
         with keeps(who, "narrow(demand) returns a Demand"):
             _check_narrow(who, component)
 
 
-def _check_narrow(who, component):
+def _check_narrow(who: str, component: NarrowsDemand) -> None:
     everything = Demand()
     first = component.narrow(everything)
     holds(who, "narrow(demand) returns a Demand", isinstance(first, Demand), repr(first))
@@ -215,29 +234,29 @@ def _check_narrow(who, component):
         "narrow gives the same answer twice",
         _plain(first) == _plain(component.narrow(everything)),
     )
-    some = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
-    less = component.narrow(some)
+    groups = ("sky", "headlights")
+    wavelength_nm = (450.0, 550.0, 650.0)
+    less = component.narrow(Demand(groups=groups, wavelength_nm=wavelength_nm))
     holds(
         who,
         "narrow never asks for more light groups",
-        less.groups is not None and set(less.groups) <= set(some.groups),
+        less.groups is not None and set(less.groups) <= set(groups),
         repr(less.groups),
     )
     holds(
         who,
         "narrow never asks for more bands",
-        less.wavelength_nm is not None and set(less.wavelength_nm) <= set(some.wavelength_nm),
+        less.wavelength_nm is not None and set(less.wavelength_nm) <= set(wavelength_nm),
         repr(less.wavelength_nm),
     )
 
 
-def _plain(demand: Demand):
+def _plain(demand: Demand) -> object:
     """Return a demand as values that compare, a sensor's response by what it answers."""
     if demand.response is None:
         return demand
-    answer = dataclasses.replace(demand.response, efficiency=None)
     return (
         dataclasses.replace(demand, response=None),
-        dataclasses.astuple(answer),
+        {name: value for name, value in vars(demand.response).items() if name != "efficiency"},
         np.asarray(demand.response.efficiency(np.linspace(400.0, 700.0, 7))).tolist(),
     )

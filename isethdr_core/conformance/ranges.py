@@ -12,7 +12,8 @@ from ..plugins.ranges import NUMBERS, declared, field_types
 
 def bad_fields(component: Any) -> Iterator[dict[str, Any]]:
     """Yield {field: value} that `build` must refuse, each made from the component's own value."""
-    for name, annotation in field_types(type(component)).items():
+    cls: type = type(component)
+    for name, annotation in field_types(cls).items():
         for bad in outside(annotation, getattr(component, name)):
             yield {name: bad}
 

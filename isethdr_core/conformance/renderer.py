@@ -8,8 +8,10 @@ samples=16)`.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+import xarray as xr
 
 from ..data.quantities import LABELS, check_scene, tile_pitch
 from ..data.scene_description import (
@@ -24,13 +26,14 @@ from ..data.scene_description import (
 )
 from ..physics.photometry import luminance
 from ..pipeline.demand import Demand
+from ..plugins.protocols import Renderer
 from .promise import close, holds, keeps, refuses, same, stated
 
 SKY = 0.02  # W m-2 sr-1 nm-1
 INTENSITY_CD, DISTANCE_M = 1000.0, 10.0
 
 
-def check(who: str, renderer) -> None:
+def check(who: str, renderer: Renderer) -> None:
     """Check one renderer on three tiny worlds: nothing but sky, one lamp, and a road below both."""
     _check_empty_world(who, renderer)
     _check_lamp(who, renderer)
@@ -46,11 +49,11 @@ def check(who: str, renderer) -> None:
         "a demand for groups the scene does not have",
         lambda: renderer(world(), Demand(groups=("no such group",))),
     )
-    for what, intensity in (
+    for what, intensity_cd in (
         ("a lamp of NaN candela", np.nan),
         ("a lamp of negative candela", -1.0),
     ):
-        refuses(who, what, lambda i=intensity: renderer(world(intensity_cd=i), Demand()))
+        refuses(who, what, partial(renderer, world(intensity_cd=intensity_cd), Demand()))
 
 
 def world(
@@ -89,7 +92,7 @@ def world(
     )
 
 
-def _check_empty_world(who, renderer):
+def _check_empty_world(who: str, renderer: Renderer) -> None:
     with keeps(who, "renders a world of nothing but sky"):
         sky = renderer(world(road=False, lamp=False), Demand())
         check_scene(sky)
@@ -103,7 +106,7 @@ def _check_empty_world(who, renderer):
     )
 
 
-def _check_lamp(who, renderer):
+def _check_lamp(who: str, renderer: Renderer) -> None:
     with keeps(who, "renders a lamp without a sky"):
         lamp = renderer(world(road=False, sky=False), Demand())
         check_scene(lamp)
@@ -133,18 +136,16 @@ def _check_lamp(who, renderer):
     )
 
 
-def _cos_solid_angle(ds) -> np.ndarray:
+def _cos_solid_angle(ds: xr.Dataset) -> np.ndarray:
     """Return what turns radiance into irradiance on the image plane, sr: tile area times cos^4 of
     the field angle.
     """
-    return (
-        tile_pitch(ds, "x")
-        * tile_pitch(ds, "y")
-        * (1 + ds.x.values[None, :] ** 2 + ds.y.values[:, None] ** 2) ** -2.0
-    )
+    tangent_squared = ds.x.values[None, :] ** 2 + ds.y.values[:, None] ** 2
+    tile_sr: np.ndarray = tile_pitch(ds, "x") * tile_pitch(ds, "y") * (1 + tangent_squared) ** -2.0
+    return tile_sr
 
 
-def _check_demanded(who, renderer, whole):
+def _check_demanded(who: str, renderer: Renderer, whole: xr.Dataset) -> None:
     holds(
         who,
         "all light groups come where all are asked for",
@@ -190,7 +191,7 @@ def _check_demanded(who, renderer, whole):
     )
 
 
-def _check_labels(who, whole):
+def _check_labels(who: str, whole: xr.Dataset) -> None:
     half_width, half_height = np.tan(np.radians(15.0)), np.tan(np.radians(15.0)) / 1.5
     close(
         who,

@@ -9,37 +9,42 @@ import xarray as xr
 
 from ..data.categories import CATEGORIES
 from ..data.quantities import check_scene
-from ..data.scene_description import SceneDescription
+from ..data.scene_description import Part, SceneDescription, Spectrum
+from ..plugins.protocols import Scene
 from .promise import holds, keeps, same, stated
 
+SAME_SEED = "the same seed gives the same scene"
 
-def check(who: str, scene) -> None:
+
+def check(who: str, scene: Scene) -> None:
     """Check one scene; it is made twice."""
     with keeps(who, "makes a scene"):
-        made = scene()
-    if isinstance(made, xr.Dataset):
+        first = scene()
+        second = stated(who, scene) if isinstance(first, xr.Dataset) else scene()
+    if isinstance(first, xr.Dataset):
         with keeps(who, "returns valid scene radiance"):
-            check_scene(made)
-        same(who, "the same seed gives the same scene", made, stated(who, scene))
+            check_scene(first)
+        same(who, SAME_SEED, first, second)
+    elif isinstance(first, SceneDescription) and isinstance(second, SceneDescription):
+        check_description(who, first)
+        same(who, SAME_SEED, _numbers(first), _numbers(second))
     else:
         holds(
             who,
             "returns a SceneDescription or a scene radiance Dataset",
-            isinstance(made, SceneDescription),
-            repr(type(made)),
+            False,
+            repr(type(first)),
         )
-        check_description(who, made)
-        same(who, "the same seed gives the same scene", _flat(made), _flat(scene()))
 
 
-def check_description(who: str, made: SceneDescription) -> None:
+def check_description(who: str, description: SceneDescription) -> None:
     """Check that names resolve, meshes are sound, and lamps, spectra and reflectances can exist."""
-    holds(who, "has a light: a sky or a lamp", made.light_groups())
-    unique = [o.name for o in made.objects]
+    holds(who, "has a light: a sky or a lamp", description.light_groups())
+    unique = [o.name for o in description.objects]
     holds(who, "object names are unique", len(set(unique)) == len(unique))
-    for placed in made.objects:
+    for placed in description.objects:
         at = f"object {placed.name!r}"
-        holds(who, "every object has a model", placed.model in made.models, at)
+        holds(who, "every object has a model", placed.model in description.models, at)
         holds(
             who,
             "every category is one of isethdr_core.data.categories",
@@ -54,10 +59,10 @@ def check_description(who: str, made: SceneDescription) -> None:
             at,
         )
         holds(who, "no pose mirrors or flattens its model", np.linalg.det(pose[:3, :3]) > 0, at)
-    for model in made.models.values():
+    for model in description.models.values():
         for part in model.parts:
-            _check_part(who, f"part {model.name}/{part.name}", part, made)
-    for material in made.materials.values():
+            _check_part(who, f"part {model.name}/{part.name}", part, description)
+    for material in description.materials.values():
         values = np.asarray(material.reflectance.value)
         holds(
             who,
@@ -66,9 +71,9 @@ def check_description(who: str, made: SceneDescription) -> None:
             f"material {material.name!r}",
         )
         _check_spectrum(who, f"material {material.name!r}", material.reflectance)
-    if made.sky is not None:
-        _check_spectrum(who, "the sky", made.sky)
-    view = made.camera
+    if description.sky is not None:
+        _check_spectrum(who, "the sky", description.sky)
+    view = description.camera
     holds(
         who,
         "the camera looks somewhere",
@@ -82,7 +87,7 @@ def check_description(who: str, made: SceneDescription) -> None:
     )
 
 
-def _check_part(who, at, part, made):
+def _check_part(who: str, at: str, part: Part, description: SceneDescription) -> None:
     vertices, faces = np.asarray(part.vertices, float), np.asarray(part.faces)
     holds(
         who,
@@ -104,7 +109,7 @@ def _check_part(who, at, part, made):
     holds(
         who,
         "every part has a material",
-        part.material in made.materials,
+        part.material in description.materials,
         f"{at}: {part.material!r}",
     )
     if part.normals is not None:
@@ -129,7 +134,7 @@ def _check_part(who, at, part, made):
         _check_spectrum(who, at, lamp.spectrum)
 
 
-def _check_spectrum(who, at, spectrum):
+def _check_spectrum(who: str, at: str, spectrum: Spectrum) -> None:
     nm, value = np.asarray(spectrum.wavelength_nm, float), np.asarray(spectrum.value, float)
     holds(
         who,
@@ -140,12 +145,12 @@ def _check_spectrum(who, at, spectrum):
     holds(who, "spectra are finite, 0 or more", np.isfinite(value).all() and np.all(value >= 0), at)
 
 
-def _flat(made: SceneDescription) -> np.ndarray:
+def _numbers(description: SceneDescription) -> np.ndarray:
     """Return everything that a scene draws at random as one array: poses and the meshes'
     corners.
     """
-    numbers = [np.asarray(o.pose, float).ravel() for o in made.objects]
+    numbers = [np.asarray(o.pose, float).ravel() for o in description.objects]
     numbers += [
-        np.asarray(p.vertices, float).ravel() for m in made.models.values() for p in m.parts
+        np.asarray(p.vertices, float).ravel() for m in description.models.values() for p in m.parts
     ]
     return np.concatenate(numbers or [np.zeros(0)])

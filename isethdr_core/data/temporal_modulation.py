@@ -7,7 +7,9 @@ its light, and the coordinates `frequency_hz`, `duty`, `depth` and `phase` say h
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -18,8 +20,13 @@ from ..uncertainty import ledger
 
 DIM = "component"
 
+Owner = TypeVar("Owner")
+Arguments = ParamSpec("Arguments")
 
-def stacked(names, modulations, planes):
+
+def stacked(
+    names: Iterable[str], modulations: Sequence[Modulation], planes: Iterable[xr.DataArray]
+) -> xr.DataArray:
     """Return a DataArray (component, ...) from planes that share dims, coordinates and attributes,
     copied one at a time.
 
@@ -28,12 +35,12 @@ def stacked(names, modulations, planes):
     names : of the components. `modulations` : a `Modulation` each.
     planes : iterable of as many DataArrays.
     """
-    out = None
+    out: np.ndarray | None = None
     for k, plane in enumerate(planes):
         if out is None:
             out = np.empty((len(modulations), *plane.shape), plane.dtype)
         out[k] = plane.values
-    how = {
+    how: dict[str, tuple[Any, ...]] = {
         field: (DIM, np.array(values, float))
         for field, values in zip(Modulation._fields, zip(*modulations), strict=True)
     }
@@ -46,7 +53,7 @@ def stacked(names, modulations, planes):
     )
 
 
-def components(light) -> list:
+def components(light: xr.DataArray) -> list[tuple[Modulation, xr.DataArray]]:
     """Return [(Modulation, plane without the dim component), ...]; light without that dim is one
     constant plane.
 
@@ -95,7 +102,7 @@ def wrong(modulation: Modulation) -> str:
     return ""
 
 
-def time_mean(light):
+def time_mean(light: xr.DataArray) -> xr.DataArray:
     """Return the mean over time: the sum of all components in float64, rounded once; constant light
     comes back as it is.
     """
@@ -108,19 +115,23 @@ def time_mean(light):
     return out
 
 
-def each_component(call):
+def each_component(
+    call: Callable[Concatenate[Owner, xr.DataArray, Arguments], xr.DataArray],
+) -> Callable[Concatenate[Owner, xr.DataArray, Arguments], xr.DataArray]:
     """Make a method `(self, light, ...)` that is linear in constant light accept light with
     components, one after the other.
     """
 
     @wraps(call)
-    def over_components(self, light, *args, **kwargs):
+    def over_components(
+        self: Owner, light: xr.DataArray, /, *args: Arguments.args, **kwargs: Arguments.kwargs
+    ) -> xr.DataArray:
         if DIM not in getattr(light, "dims", ()):
             return call(self, light, *args, **kwargs)
         parts = components(light)
         rows = []
 
-        def of_one(plane):
+        def of_one(plane: xr.DataArray) -> xr.DataArray:
             result, row = ledger.collected(lambda: call(self, plane, *args, **kwargs))
             ledger.record_light_parts(row)
             rows.append(row)
