@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
 import array_api_compat
 import numpy as np
@@ -21,7 +22,7 @@ def imported_library(name: str) -> ModuleType:
     return import_module(name)
 
 
-def namespace(a):
+def namespace(a: Any) -> Any:
     """Return the array library of `a`, by the names of the Python array API; NumPy for what is no
     array.
     """
@@ -30,12 +31,12 @@ def namespace(a):
     return array_api_compat.array_namespace(a)
 
 
-def device(a):
+def device(a: Any) -> Any:
     """Return the device on which `a` lies, for new arrays beside it."""
     return "cpu" if isinstance(a, np.ndarray) else array_api_compat.device(a)
 
 
-def on_host(a) -> np.ndarray:
+def on_host(a: Any) -> np.ndarray:
     """Return the values of `a` as a NumPy array: `a` itself where it is one, else a copy."""
     if namespace(a) is np:
         return np.asarray(a)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -102,6 +104,30 @@ def test_isethdr_is_the_same_api():
     with pytest.raises(AttributeError, match="'isethdr' has no attribute 'bild'"):
         _ = isethdr.bild
     assert not hasattr(isethdr, "__path__"), "a package would import every module a second time"
+
+
+def strictly_checked() -> set[Path]:
+    """Return the files that mypy checks by pyproject.toml."""
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["mypy"]["files"]
+    places = [place for pattern in listed for place in ROOT.glob(pattern)]
+    folders = [place for place in places if place.is_dir()]
+    return {*places, *(file for folder in folders for file in folder.rglob("*.py"))}
+
+
+def test_every_public_name_is_defined_where_types_are_checked():
+    public = STAYING | {"isethdr_core": " ".join(isethdr_core.__all__)}
+    offered = [
+        getattr(importlib.import_module(module), name)
+        for module, names in public.items()
+        for name in names.split()
+    ]
+    objects = [o for o in offered if inspect.isclass(o) or inspect.isfunction(o)]
+    files = {Path(inspect.getfile(o)) for o in objects}
+    files |= {Path(o.__file__) for o in offered if inspect.ismodule(o)}
+    own = {file for file in files if file.is_relative_to(ROOT / "isethdr_core")}
+    assert len(own) > 30
+    unchecked = sorted(str(file.relative_to(ROOT)) for file in own - strictly_checked())
+    assert not unchecked
 
 
 CHECK = """

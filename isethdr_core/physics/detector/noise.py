@@ -8,6 +8,7 @@ noise and no pixel's draw depends on another's. Words come from `random_words`.
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from scipy.special import gammainc, gammaincc, ndtri
 
 from .random_words import tail, words
@@ -17,7 +18,7 @@ EXACT_BELOW_E = 1e6  # mean electrons: above, the expansion alone
 LARGEST_MEAN_E = 1e18  # float64 counts whole electrons to 9e15; the relative step is 1e-16 beyond
 
 
-def normal(word) -> np.ndarray:
+def normal(word: np.ndarray) -> np.ndarray:
     """Return float64 standard normals by inversion of int64 words; the largest possible magnitude
     is 9.2.
     """
@@ -25,7 +26,7 @@ def normal(word) -> np.ndarray:
     return ndtri(p, out=p) * (1.0 - 2.0 * upper)
 
 
-def normal_float32(word) -> np.ndarray:
+def normal_float32(word: np.ndarray) -> np.ndarray:
     """Return float32 standard normals by inversion of int64 words; error below 5e-7 (1 + |z|).
 
     References
@@ -51,7 +52,7 @@ def normal_float32(word) -> np.ndarray:
     return np.copysign(z, word.astype(np.float32)).reshape(shape)
 
 
-def normal_pair(word) -> tuple[np.ndarray, np.ndarray]:
+def normal_pair(word: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return two independent float32 standard normals from each int64 word (Box and Muller 1958);
     |z| < 6.8.
     """
@@ -65,7 +66,7 @@ def normal_pair(word) -> tuple[np.ndarray, np.ndarray]:
     return radius * np.cos(angle), radius * np.sin(angle)
 
 
-def poisson(mean, word) -> np.ndarray:
+def poisson(mean: npt.ArrayLike, word: npt.ArrayLike) -> np.ndarray:
     """Return Poisson counts by inversion of one word per pixel, non-decreasing in the mean.
 
     Parameters
@@ -105,7 +106,9 @@ def poisson(mean, word) -> np.ndarray:
     return out.reshape(shape)
 
 
-def poisson_image(mean, stream: tuple, y0: int = 0, x0: int = 0) -> np.ndarray:
+def poisson_image(
+    mean: npt.ArrayLike, stream: tuple[object, ...], y0: int = 0, x0: int = 0
+) -> np.ndarray:
     """Return Poisson counts of a (y, x) rectangle of mean electrons whose upper left pixel is (y0,
     x0).
     """
@@ -125,7 +128,7 @@ def rows_per_block(width: int) -> int:
     return max(1, 30_000 // max(width, 1))
 
 
-def _series(mean, word):
+def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
     # `left` is how far the draw lies beyond the step from k - 1 to k; the near tail keeps 1e-12
     # electrons right too.
     if mean.size and mean.max() < 0.69:  # only upper draws with p < mean can count anything
@@ -159,7 +162,7 @@ def _series(mean, word):
     return count
 
 
-def _expand(mean, word):
+def _expand(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
     small = mean < EXACT_BELOW_E
     if small.all():
         return _cornish_fisher(mean, word, normal_float32(word))
@@ -171,7 +174,7 @@ def _expand(mean, word):
     return out
 
 
-def _cornish_fisher(mean, word, z):
+def _cornish_fisher(mean: np.ndarray, word: np.ndarray, z: np.ndarray) -> np.ndarray:
     mean_ = mean.astype(
         z.dtype
     )  # float32 for the step away from the mean: its rounding is part of the bound
@@ -194,10 +197,14 @@ def _cornish_fisher(mean, word, z):
     return count
 
 
-def _decide(k, mean, p, upper, search):
+def _decide(
+    k: np.ndarray, mean: np.ndarray, p: np.ndarray, upper: np.ndarray, search: np.ndarray
+) -> np.ndarray:
     """Return k or k - 1, whichever the exact distribution says; search further where `search`."""
 
-    def reached(k, i):  # is the draw at or beyond the step from k - 1 to k?
+    def reached(
+        k: np.ndarray, i: np.ndarray | slice
+    ) -> np.ndarray:  # is the draw at or beyond the step from k - 1 to k?
         return np.where(upper[i], p[i] < gammainc(k, mean[i]), p[i] > gammaincc(k, mean[i]))
 
     count = k - ~reached(k, slice(None))

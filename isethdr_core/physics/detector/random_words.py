@@ -18,7 +18,7 @@ KEPT = 32  # generators of streams in use: a shot draws from a dozen of them, bl
 _of_thread = threading.local()
 
 
-def philox(stream: tuple) -> np.random.Philox:
+def philox(stream: tuple[object, ...]) -> np.random.Philox:
     """Return numpy's Philox, keyed by a tuple of str and int; tuples of other length or type get
     other keys.
     """
@@ -26,7 +26,7 @@ def philox(stream: tuple) -> np.random.Philox:
     return np.random.Philox(key=int.from_bytes(key, "little"))
 
 
-def _kept(stream: tuple) -> np.random.Philox:
+def _kept(stream: tuple[object, ...]) -> np.random.Philox:
     """Return the Philox of a stream, of this thread alone; its counter is where it was left."""
     found = _of_thread.__dict__.setdefault("found", OrderedDict())
     key = repr(tuple(stream))
@@ -37,7 +37,7 @@ def _kept(stream: tuple) -> np.random.Philox:
     return found[key]
 
 
-def words(stream: tuple, y0: int, y1: int, x0: int, x1: int) -> np.ndarray:
+def words(stream: tuple[object, ...], y0: int, y1: int, x0: int, x1: int) -> np.ndarray:
     """Return the int64 words of the pixels in rows y0:y1 and columns x0:x1.
 
     Parameters
@@ -62,7 +62,7 @@ def words(stream: tuple, y0: int, y1: int, x0: int, x1: int) -> np.ndarray:
     return out
 
 
-def tail(word) -> tuple[np.ndarray, np.ndarray]:
+def tail(word: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (p, upper): the probability p in (0, 0.5] beyond the draw, above it where `upper`,
     else below it.
 

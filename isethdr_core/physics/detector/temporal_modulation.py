@@ -30,7 +30,9 @@ def constant(modulation: Modulation) -> bool:
     return modulation.duty == 1.0 and modulation.depth == 0.0
 
 
-def light_s(modulation: Modulation, start_s, duration_s) -> np.ndarray:
+def light_s(
+    modulation: Modulation, start_s: float | np.ndarray, duration_s: float | np.ndarray
+) -> np.ndarray:
     """Return the integral of the light over each exposure, relative to its mean over all time,
     seconds; exact.
 
@@ -47,7 +49,9 @@ def light_s(modulation: Modulation, start_s, duration_s) -> np.ndarray:
     return square_wave_s(start_s, duration_s, frequency_hz, duty, phase) / duty
 
 
-def relative_light(modulation: Modulation, start_s, duration_s) -> np.ndarray:
+def relative_light(
+    modulation: Modulation, start_s: float | np.ndarray, duration_s: float | np.ndarray
+) -> np.ndarray:
     """Return the mean light of each exposure, of a duration above 0, relative to its mean over all
     time; 1 for constant light.
     """
@@ -61,7 +65,9 @@ def row_starts_s(rows: int, line_time_s: float, start_s: float = 0.0) -> np.ndar
     return (start_s + line_time_s * np.arange(rows))[:, None]
 
 
-def phase_at(time_s, frequency_hz, phase=0.0) -> np.ndarray:
+def phase_at(
+    time_s: float | np.ndarray, frequency_hz: float | np.ndarray, phase: float | np.ndarray = 0.0
+) -> np.ndarray:
     """Return time x frequency + phase modulo 1, exact to rounding of the result (Dekker 1971, exact
     products).
     """
@@ -76,7 +82,13 @@ def phase_at(time_s, frequency_hz, phase=0.0) -> np.ndarray:
     return np.where(turns >= 1.0, 0.0, turns)  # a tiny negative rounds up to 1
 
 
-def square_wave_s(start_s, duration_s, frequency_hz, duty, phase=0.0) -> np.ndarray:
+def square_wave_s(
+    start_s: float | np.ndarray,
+    duration_s: float | np.ndarray,
+    frequency_hz: float | np.ndarray,
+    duty: float | np.ndarray,
+    phase: float | np.ndarray = 0.0,
+) -> np.ndarray:
     """Return for how many seconds of an exposure a pulse-width modulated lamp is on; exact.
 
     Parameters
@@ -99,7 +111,13 @@ def square_wave_s(start_s, duration_s, frequency_hz, duty, phase=0.0) -> np.ndar
     return np.where(frequency > 0, np.minimum((whole * duty + on) / safe, duration), still)
 
 
-def ripple_s(start_s, duration_s, frequency_hz, depth, phase=0.0) -> np.ndarray:
+def ripple_s(
+    start_s: float | np.ndarray,
+    duration_s: float | np.ndarray,
+    frequency_hz: float | np.ndarray,
+    depth: float | np.ndarray,
+    phase: float | np.ndarray = 0.0,
+) -> np.ndarray:
     """Return the integral of 1 + depth cos(2 pi (frequency t + phase)) over an exposure, seconds;
     exact.
 
@@ -114,8 +132,8 @@ def ripple_s(start_s, duration_s, frequency_hz, depth, phase=0.0) -> np.ndarray:
 
 
 def square_wave_pieces(
-    start_s, duration_s: float, frequency_hz: float, duty: float, phase: float = 0.0
-):
+    start_s: np.ndarray, duration_s: float, frequency_hz: float, duty: float, phase: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Return (durations_s, on): the pieces of constant light of an exposure, in order, for
     `charge_dynamics.flow_pieces`.
 

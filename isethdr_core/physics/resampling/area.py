@@ -6,13 +6,20 @@ Both grids are separable, so the integral is two banded matrices of overlap leng
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 from scipy.sparse import csr_array
 
 SLACK = 1e-9  # of a tile: how far a rectangle may reach outside by rounding alone
 
 
 def resample_mean(
-    values, x_in, y_in, x_out, y_out, width_out: float, height_out: float
+    values: npt.ArrayLike,
+    x_in: npt.ArrayLike,
+    y_in: npt.ArrayLike,
+    x_out: npt.ArrayLike,
+    y_out: npt.ArrayLike,
+    width_out: float,
+    height_out: float,
 ) -> np.ndarray:
     """Return the mean of constant tiles over each output rectangle.
 
@@ -37,7 +44,13 @@ def resample_mean(
 
 
 def integrate_tiles(
-    values, x_in, y_in, x_out, y_out, width_out: float, height_out: float
+    values: npt.ArrayLike,
+    x_in: npt.ArrayLike,
+    y_in: npt.ArrayLike,
+    x_out: npt.ArrayLike,
+    y_out: npt.ArrayLike,
+    width_out: float,
+    height_out: float,
 ) -> np.ndarray:
     """Return the integral of constant tiles over each output rectangle; arguments as
     `resample_mean`.
@@ -64,7 +77,13 @@ def integrate_tiles(
 
 
 def detail_error(
-    deviation, x_in, y_in, x_out, y_out, width_out: float, height_out: float
+    deviation: npt.ArrayLike,
+    x_in: npt.ArrayLike,
+    y_in: npt.ArrayLike,
+    x_out: npt.ArrayLike,
+    y_out: npt.ArrayLike,
+    width_out: float,
+    height_out: float,
 ) -> np.ndarray:
     """Return how far the mean over each output rectangle may be off because tiles are taken for
     even.
@@ -103,7 +122,9 @@ def _fractions(lengths: csr_array, tile: float) -> tuple[csr_array, csr_array]:
     return whole, divided
 
 
-def overlaps(centres_in, centres_out, width_out: float, axis: str = "x") -> csr_array:
+def overlaps(
+    centres_in: npt.ArrayLike, centres_out: npt.ArrayLike, width_out: float, axis: str = "x"
+) -> csr_array:
     """Return the (out, in) matrix of the lengths that each output interval shares with each tile.
 
     Parameters
@@ -142,7 +163,7 @@ def overlaps(centres_in, centres_out, width_out: float, axis: str = "x") -> csr_
     return csr_array((length[keep] * pitch, (row[keep], tile[keep])), shape=(len(low), count))
 
 
-def _snapped(border):
+def _snapped(border: np.ndarray) -> np.ndarray:
     """Return borders, in tiles, with those on a tile's border put exactly there.
 
     Rounding would leave slivers of 1e-15 of a tile, which a neighbour 1e12 times brighter makes
