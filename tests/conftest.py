@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
+
+
+@pytest.fixture(scope="session", autouse=True)
+def power_stays_on():
+    """Leave out the wait for the disk at the end of each store: 2 ms for each of its files.
+
+    Only a power cut could tell; tests/core/storage/test_store.py checks that stores ask for it.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", lambda _: None)
+        yield
 
 
 @pytest.fixture(autouse=True)

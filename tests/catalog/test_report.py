@@ -24,6 +24,7 @@ SMALL = [
     "~flare@flare.dirt",
     "scene.width=64",
     "scene.height=36",
+    "scene.horizontal_field_deg=8",  # a small field is a small sensor
 ]
 
 

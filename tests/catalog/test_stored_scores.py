@@ -17,6 +17,7 @@ SMALL = [
     "~flare@flare.dirt",
     "scene.width=64",
     "scene.height=36",
+    "scene.horizontal_field_deg=16",  # a small field is a small sensor
     "draws=1",
     "report=false",
 ]

@@ -18,6 +18,7 @@ from isethdr_core.cli.commands import main
 FAST = [
     "scene.width=48",
     "scene.height=27",
+    "scene.horizontal_field_deg=8",  # a small field is a small sensor
     "draws=1",
     "~renderer",
     "~versions",

@@ -145,7 +145,7 @@ MISTAKES = [
             "scene=iset_exr",
             "scene.folder=",
             "scene.scene_id='1112184733'",
-            *FAST[2:],
+            *FAST[3:],
             "sensor=ideal",
             "lighting=ideal",
         ],

@@ -66,6 +66,7 @@ def test_a_run_records_and_shows_them_and_its_key_does_not_depend_on_them(
             "scene=uniform",
             "scene.width=8",
             "scene.height=6",
+            "scene.horizontal_field_deg=4",  # a small field is a small sensor
             "lens=ideal",
             "sensor=ideal",
             "draws=1",

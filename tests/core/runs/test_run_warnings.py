@@ -125,6 +125,7 @@ def test_a_user_sees_an_overexposed_and_a_dark_camera(tmp_path, monkeypatch, cap
         "scene=macbeth",
         "scene.width=24",
         "scene.height=16",
+        "scene.horizontal_field_deg=4",  # a small field is a small sensor
         "~flare.dirt",
     ]
     cameras = ["~cameras.rgbw", "~cameras.split_pixel", "+sensor@cameras.dark=bayer"]

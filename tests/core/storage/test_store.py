@@ -149,6 +149,19 @@ def test_a_killed_writer_leaves_no_store_and_the_next_one_cleans_up(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["b.zarr"]
 
 
+def test_every_file_is_on_the_disk_before_the_store_has_its_name(tmp_path, monkeypatch):
+    asked = set()
+
+    def fsync(handle):
+        assert not (tmp_path / "s.zarr").exists(), "a power cut now would leave a whole name"
+        asked.add(os.fstat(handle).st_ino)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    path = store.write_store(tmp_path, "s", {"": scene()}, {"kind": "scene"})
+    files = {p for p in path.rglob("*") if p.is_file()}
+    assert len(files) > 3 and asked == {p.stat().st_ino for p in files}
+
+
 def test_of_two_writers_one_wins_and_both_return_its_store(tmp_path):
     children = [writer(tmp_path, 1), writer(tmp_path, 1)]
     answers = [child.communicate(timeout=120)[0].split() for child in children]

@@ -27,6 +27,7 @@ SMALL = [
     "scene=uniform",
     "scene.width=24",
     "scene.height=16",
+    "scene.horizontal_field_deg=4",  # a small field is a small sensor
     "~renderer",
     "lighting=ideal",
     "~versions",

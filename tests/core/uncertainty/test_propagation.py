@@ -191,6 +191,7 @@ def test_a_run_ends_with_how_wrong_its_picture_is():
             "scene=macbeth",
             "scene.width=24",
             "scene.height=16",
+            "scene.horizontal_field_deg=4",  # a small field is a small sensor
             "~renderer",
             "lighting=ideal",
             "~versions",
