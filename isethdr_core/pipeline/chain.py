@@ -198,7 +198,7 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
 
     Raises
     ------
-    ConfigError : the memory of this machine does not hold the frame, the lens's kernels or the
+    ConfigError : the memory of this machine does not hold the frame, what the lens holds, or the
         pixels.
     """
     with book.stage(rows, "plan"):

@@ -1,6 +1,6 @@
 """Memory: what a run will hold, refused while it is planned where the machine has less.
 
-Scenes and renderers, lenses and sensors may say how much they will hold (`protocols`). Memory of
+Scenes and renderers, lenses and sensors may say what they will hold (`protocols`). Memory of
 components that do not is not counted.
 """
 
@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+import warnings
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import Any, NamedTuple
 from ..errors import ConfigError
 from ..plugins.protocols import (
     CountsKernels,
+    CountsMemory,
     CountsPixels,
     CountsTiles,
     KnowsImageSize,
@@ -40,9 +42,8 @@ class Frame:
     columns: int
     pitch: tuple[float, float]  # (y, x) of a tile, in the projection's unit
     wavelength_nm: tuple[float, ...]  # band centres
-    sensed: (
-        bool  # whether sensors say how much they can tell, so that a lens may leave out the rest
-    )
+    # whether sensors say how much they can tell, so that a lens may leave out the rest
+    sensed: bool
 
 
 class Need(NamedTuple):
@@ -61,7 +62,7 @@ def check_run(
     sensors: Sequence[Any],
     frame: Frame | None,
 ) -> None:
-    """Refuse a run whose frame, kernels or pixels the machine's memory cannot hold.
+    """Refuse a run whose frame, lens or pixels the machine's memory cannot hold.
 
     Parameters
     ----------
@@ -133,22 +134,43 @@ def machine_bytes() -> float:
 
 
 def _light_needs(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: Frame) -> list[Need]:
-    """Return what a frame's light takes, and the kernels of its lens."""
-    bands, tiles = len(frame.wavelength_nm), f"{frame.rows} x {frame.columns} tiles"
-    cubes, kernels = _light_bytes(lens, flares, frame)
-    advice = _smaller(source, lens, flares, frame) if cubes + kernels > machine_bytes() else ""
+    """Return what a frame's light takes, and what its lens holds beside it."""
+    bands = len(frame.wavelength_nm)
+    tiles = f"{frame.rows} x {frame.columns} tiles"
+    cubes = _cube_bytes(frame)
+    held = _held_bytes(lens, flares, frame)
+    exceeds = cubes + sum(held.values()) > machine_bytes()
+    advice = _smaller(source, lens, flares, frame) if exceeds else ""
     return [
         Need(f"the light of {tiles} in {bands} bands", cubes, advice),
-        Need(f"point spread kernels of {bands} bands over {tiles}", kernels, advice),
+        *(
+            Need(f"{what} of {bands} bands over {tiles}", size, advice)
+            for what, size in held.items()
+        ),
     ]
 
 
-def _light_bytes(lens, flares, frame: Frame) -> tuple[float, float]:
-    cubes = float(CUBES * FLOAT32_BYTES * len(frame.wavelength_nm) * frame.rows * frame.columns)
-    return cubes, lens.kernel_bytes(frame, flares) if isinstance(lens, CountsKernels) else 0.0
+def _cube_bytes(frame: Frame) -> float:
+    """Return the bytes of the spectral cubes of a frame that are held at a time."""
+    return float(CUBES * FLOAT32_BYTES * len(frame.wavelength_nm) * frame.rows * frame.columns)
 
 
-def _smaller(source: CountsTiles, lens, flares, frame: Frame) -> str:
+def _held_bytes(lens: Any, flares: Sequence[Any], frame: Frame) -> Mapping[str, float]:
+    """Return {what: bytes} that a lens holds beside the light; nothing where it does not say."""
+    if isinstance(lens, CountsMemory):
+        return lens.held_bytes(frame, flares)
+    if isinstance(lens, CountsKernels):
+        name = type(lens).__name__
+        warnings.warn(
+            f"{name}.kernel_bytes is now held_bytes; return {{what: bytes}} instead of a number",
+            FutureWarning,
+            stacklevel=2,
+        )
+        return {f"arrays of the lens {name}": lens.kernel_bytes(frame, flares)}
+    return {}
+
+
+def _smaller(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: Frame) -> str:
     """Return how to ask for a frame of the same field that fits, found by trial: not all of a
     lens's memory grows with the frame.
     """
@@ -163,7 +185,8 @@ def _smaller(source: CountsTiles, lens, flares, frame: Frame) -> str:
             columns=columns,
             pitch=(frame.pitch[0] / scale, frame.pitch[1] / scale),
         )
-        if sum(_light_bytes(lens, flares, smaller)) <= most:
+        held = _held_bytes(lens, flares, smaller)
+        if _cube_bytes(smaller) + sum(held.values()) <= most:
             break
     rows, columns = (math.floor(n * scale) for n in nominal)
     return (

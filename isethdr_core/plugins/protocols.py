@@ -473,11 +473,23 @@ class KeepsLight(Protocol):
 
 
 @runtime_checkable
+class CountsMemory(Protocol):
+    """A lens that knows what it holds for a frame, and refuses what it cannot compute at all."""
+
+    def held_bytes(self, frame: Frame, flares: Sequence[Flare], /) -> Mapping[str, float]:
+        """Return {what: bytes} of everything that is held at the same time beside the light.
+
+        The names are for messages, in the plural: "ray tables".
+        """
+        ...
+
+
+@runtime_checkable
 class CountsKernels(Protocol):
-    """A lens that knows the memory of its kernels, and refuses what it cannot compute at all."""
+    """Earlier form of `CountsMemory`, one number; accepted until version 1.0."""
 
     def kernel_bytes(self, frame: Frame, flares: Sequence[Flare], /) -> float:
-        """Return the bytes of point spread kernels over a frame, and of what they are made of."""
+        """Return the bytes that the lens holds for a frame beside the light."""
         ...
 
 
@@ -587,7 +599,7 @@ class MakesPhotocurrent(Protocol):
 
 @runtime_checkable
 class StatesErrors(Protocol):
-    """A lens that knows, tile by tile, how wrong its kernels make the light."""
+    """A lens that knows, tile by tile, how wrong it makes the light."""
 
     def spread_errors(
         self,
@@ -740,6 +752,7 @@ OF_ANY_KIND: tuple[type, ...] = (
     DeclaresAccuracy,
     DividesErrorAllowed,  # refused where the kind is no lens
 )
+EARLIER: tuple[type, ...] = (CountsKernels,)  # forms of earlier versions, until version 1.0
 OPTIONAL: dict[str, tuple[type, ...]] = {
     "scene": (KnowsItsBands, CountsTiles, KnowsItsField, ListsGroups, ChecksFiles),
     "renderer": (
@@ -756,6 +769,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         KnowsImageSize,
         StatesFieldBorder,
         KeepsLight,
+        CountsMemory,
         CountsKernels,
         EstimatesImaging,
         PlansImaging,

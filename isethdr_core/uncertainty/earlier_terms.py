@@ -29,6 +29,7 @@ UNITS = {  # {unit: part of the light that its value is a share of}
     "relative of spread light": SPREAD,
     "share of a point's light": None,
 }
+INSIDE = "point spread"  # a quantity once, now a part of `Quantity.OTHER`
 # keys of the terms that a lens's deviation and bound stand for
 KERNELS = ("kernels", *(f"kernels, {unit}" for unit in UNITS))
 
@@ -55,11 +56,15 @@ def term_of(note: ErrorNote, kind: str, name: str) -> ErrorTerm:
     kind, name : of the stage that stated it.
     """
     unit, part = unit_and_part(note.unit, note.part or None)
+    if note.quantity:
+        acts_on, part = quantity_and_part(note.quantity, part)
+    else:
+        acts_on = RETURNED.get(kind, Quantity.OTHER)
     # A key set apart what the unit now leaves alike.
     key = f"{note.source}, {note.unit}" if note.source and unit != note.unit else note.source
     return ErrorTerm(
         Source(kind, name, key),
-        Quantity(note.quantity) if note.quantity else RETURNED.get(kind, Quantity.OTHER),
+        acts_on,
         part,
         float(note.value),
         unit,
@@ -73,6 +78,13 @@ def unit_and_part(unit: str, part: str | None) -> tuple[str, str | None]:
     if unit not in UNITS:
         return unit, part
     return RELATIVE, part or UNITS[unit]
+
+
+def quantity_and_part(quantity: str, part: str | None) -> tuple[Quantity, str | None]:
+    """Return the quantity of a stored or earlier term, and its part."""
+    if quantity == INSIDE:
+        return Quantity.OTHER, part or INSIDE
+    return Quantity(quantity), part
 
 
 def maps_of(errors: ErrorMaps | tuple[Any, Any] | None) -> ErrorMaps | None:

@@ -28,10 +28,10 @@ class Quantity(StrEnum):
     SCORE = "score"
     # An error of these changes no electron, picture or score that follows from it alone.
     RAW = "raw"  # digital numbers: what a sensor reads out
-    POINT_SPREAD = "point spread"  # shape of a point spread function
     ATTRIBUTES = "attributes"  # what attributes of the data say; the data itself is right
     TARGET = "target"  # what a solver or a run was asked for; its result is right
-    OTHER = "other"
+    OTHER = "other"  # within the stage; `part` says what
+    POINT_SPREAD = OTHER  # earlier name, accepted until version 1.0
 
 
 LIGHT = (Quantity.RADIANCE, Quantity.IRRADIANCE, Quantity.PHOTOCURRENT, Quantity.ELECTRONS)
@@ -82,7 +82,8 @@ class ErrorTerm:
         alternatives, of which the largest counts. Terms without a key all count.
     acts_on : the quantity that is wrong.
     part : the part of that quantity, by the name under which its maker declared it: a part of the
-        light (`ledger.light_part`), a light group, a capture, a score. None: all of it.
+        light (`ledger.light_part`), a light group, a capture, a score; what `Quantity.OTHER` is.
+        None: all of it.
     value : in `unit`.
     unit : `relative` is a share of what the term acts on.
     how : how the value is known.

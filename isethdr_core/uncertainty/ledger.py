@@ -18,7 +18,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from . import error_terms
-from .earlier_terms import PARTS, ErrorNote, term_of, unit_and_part
+from .earlier_terms import PARTS, ErrorNote, quantity_and_part, term_of, unit_and_part
 from .error_terms import ErrorTerm, How, LightPart, Quantity, Reading, Source
 
 if TYPE_CHECKING:
@@ -116,7 +116,8 @@ def _term(stored: dict[str, Any], stage: str) -> ErrorTerm:
     if "acts_on" not in stored:  # written by an earlier version
         source = Row(stage).source()
         return term_of(ErrorNote(**stored), source.kind, source.name)
-    read = {"source": Source(**stored["source"]), "acts_on": Quantity(stored["acts_on"])}
+    acts_on, part = quantity_and_part(stored["acts_on"], stored["part"])
+    read = {"source": Source(**stored["source"]), "acts_on": acts_on, "part": part}
     return ErrorTerm(**(stored | read))
 
 

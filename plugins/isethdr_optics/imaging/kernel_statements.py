@@ -9,7 +9,7 @@ import numpy as np
 from isethdr_core.ledger import LeftOut, Note
 from isethdr_core.uncertainty.error_terms import ErrorTerm, Quantity
 
-from ..psf.error_parts import FAR_PERIOD, SPECKLE, SPREAD, term
+from ..psf.error_parts import FAR_PERIOD, POINT_SPREAD, SPECKLE, SPREAD, term
 from ..pupil import sampled_pupil
 from . import wing_truncation
 from .field_optics import FieldOptics
@@ -42,7 +42,8 @@ def kernel_notes(lens, given: FieldOptics, margin: Margin) -> list[Note]:
             "measured",
             "point spread near the axis, from cells of a pupil with a wavefront",
             key="cells of the pupil",
-            acts_on=Quantity.POINT_SPREAD,
+            acts_on=Quantity.OTHER,
+            part=POINT_SPREAD,
         )
         notes.append(cells)
     if made.wrap:
@@ -77,7 +78,8 @@ def _where_kernels_end(made) -> list[Note]:
         "measured",
         "light spread beyond the rendered frame",
         key="beyond the frame",
-        acts_on=Quantity.POINT_SPREAD,
+        acts_on=Quantity.OTHER,
+        part=POINT_SPREAD,
     )
     return [outside]
 

@@ -24,7 +24,7 @@ from ..prescription.figures import chief_mm, distortion, pupil_area_mm2, seen_sr
 from ..prescription.prescription import load
 from ..prescription.rims import rims
 from ..prescription.wavefront import zernike_um
-from ..psf.error_parts import term
+from ..psf.error_parts import POINT_SPREAD, term
 from .field_point_lens import FieldLens
 from .limits import ErrorAllowed, Falloff
 from .thin_lens import DiffractionLimitedLens
@@ -329,7 +329,9 @@ class PrescribedLens(FieldLens):
         between = max(_between_um(self, a, float(wavelength_nm[0])) for a in (0.0, widest))
 
         def shape_error(value, unit, label, key) -> ErrorTerm:
-            return term(value, unit, "measured", label, key=key, acts_on=Quantity.POINT_SPREAD)
+            return term(
+                value, unit, "measured", label, key=key, acts_on=Quantity.OTHER, part=POINT_SPREAD
+            )
 
         notes: list[Note] = [
             shape_error(

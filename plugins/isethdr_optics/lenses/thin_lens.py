@@ -169,9 +169,9 @@ class IdealLens:
             for side in image_size(self, width, height, projection)
         )
 
-    def kernel_bytes(self, frame, flares) -> float:
-        """Return the bytes that kernels over an `isethdr_core.pipeline.memory.Frame` take, and what
-        they are made of; 0 without blur.
+    def held_bytes(self, frame, flares) -> dict[str, float]:
+        """Return {what: bytes} of the kernels over an `isethdr_core.pipeline.memory.Frame` and of
+        what they are made of; 0 without blur.
 
         Raises
         ------
@@ -179,7 +179,7 @@ class IdealLens:
         """
         from ..imaging.kernel_memory import kernel_bytes
 
-        return kernel_bytes(self, _sequence(flares), frame)
+        return {"point spread kernels": kernel_bytes(self, _sequence(flares), frame)}
 
     def expected_s(self, frame, flares) -> float | None:
         """Return the seconds that the light of an `isethdr_core.pipeline.memory.Frame` takes, with

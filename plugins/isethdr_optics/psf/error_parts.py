@@ -8,6 +8,9 @@ from isethdr_core.uncertainty.error_terms import ErrorTerm, How, Quantity, Sourc
 
 SPREAD = "spread light"  # all light that does not come from the tiles a pixel looks at
 
+# of `Quantity.OTHER`: the shape of the point spread function, which changes no light by itself
+POINT_SPREAD = "point spread"
+
 # keys of the errors of kernels, which are also known tile by tile (`spread_errors`)
 SPECKLE = "kernel speckle"
 FAR_PERIOD = "kernel far field period"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -106,26 +106,68 @@ def test_counted_tiles_are_those_that_are_made():
     assert scene.tile_counts(margin=True) == (data.sizes["y"], data.sizes["x"])
 
 
+def kernel_bytes(lens, frame):
+    """Return the bytes that a bundled lens states for its kernels."""
+    return lens.held_bytes(frame, ())["point spread kernels"]
+
+
 def test_kernels_take_what_was_counted():
     from isethdr_optics.psf import kernels
 
     lens, wave = build("lens", "diffraction_limited"), (500.0, 600.0)
     frame = memory.Frame(90, 100, (1e-3, 1e-3), wave, sensed=False)
-    counted = lens.kernel_bytes(frame, ())
+    counted = kernel_bytes(lens, frame)
     assert (
         counted
         > kernels._made(lens, (), np.array(wave), (4.0, 4.0), (89, 99)).held_bytes
         == 2 * 4 * 90 * 199  # half of each: the rest is its mirror image
     )
-    assert lens.kernel_bytes(replace(frame, sensed=True), ()) < counted
-    assert build("lens", "ideal").kernel_bytes(frame, ()) == 0
-    assert (
-        build("lens", "wavefront", zernike_um={8: 0.05}).kernel_bytes(frame, ()) > 2 * 4 * 179 * 199
-    )
+    assert kernel_bytes(lens, replace(frame, sensed=True)) < counted
+    assert kernel_bytes(build("lens", "ideal"), frame) == 0
+    aberrated = build("lens", "wavefront", zernike_um={8: 0.05})
+    assert kernel_bytes(aberrated, frame) > 2 * 4 * 179 * 199
     shifted = build(
         "lens", "diffraction_limited", focal_shift_um={440.0: 20.0, 660.0: 0.0}
     )  # of bands 450 to 650 nm
-    assert shifted.kernel_bytes(frame, ()) > 2 * 4 * 179 * 199
+    assert kernel_bytes(shifted, frame) > 2 * 4 * 179 * 199
+
+
+class Counting:
+    """A scene of 3 x 4 tiles."""
+
+    def tile_counts(self, margin):
+        return 3, 4
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """A lens with the earlier form of the ability."""
+
+    def kernel_bytes(self, frame, flares):
+        return 5e9
+
+
+class Current(Earlier):
+    """A lens with both forms: the present one counts."""
+
+    def held_bytes(self, frame, flares):
+        return {"ray tables": 4e9, "phase maps": 1e6}
+
+
+def test_the_message_names_what_a_lens_says_that_it_holds(monkeypatch):
+    monkeypatch.setattr(memory, "machine_bytes", lambda: 1e9)
+    frame = memory.Frame(3, 4, (1e-3, 1e-3), (500.0, 600.0), sensed=False)
+
+    def check(lens):
+        memory.check_run(Counting(), None, lens, (), (), frame)
+
+    with pytest.raises(ConfigError, match=r"^ray tables of 2 bands over 3 x 4 tiles .* 4e\+09"):
+        check(Current())
+    with (
+        pytest.warns(FutureWarning, match=r"Earlier\.kernel_bytes is now held_bytes"),
+        pytest.raises(ConfigError, match=r"^arrays of the lens Earlier .* 5e\+09 bytes"),
+    ):
+        check(Earlier())
 
 
 def test_wavefront_too_steep_for_any_pupil_is_refused_by_the_plan(no_work):

@@ -246,10 +246,21 @@ def test_ledgers_of_earlier_versions_load():
         ErrorTerm(LENS, Quantity.IRRADIANCE, SPREAD, 0.02, "relative", "statistical"),
         ErrorTerm(replace(LENS, key="k"), Quantity.IRRADIANCE, "ghosts", 0.1, "relative", "bound"),
         ErrorTerm(LENS, Quantity.IRRADIANCE, None, 0.3, "relative", "measured"),
-        ErrorTerm(replace(LENS, key="z"), Quantity.POINT_SPREAD, None, 0.5, "um rms", "measured"),
+        ErrorTerm(
+            replace(LENS, key="z"), Quantity.OTHER, "point spread", 0.5, "um rms", "measured"
+        ),
     ]
     assert Ledger.from_records(Ledger([stage]).as_records()) == [stage]
     assert len(stage.left_out) == 1 and not stage.left_out[0].needless
+
+
+def test_a_quantity_of_earlier_versions_is_read_as_a_part():
+    term = ErrorTerm(LENS, Quantity.OTHER, "point spread", 0.5, "um rms", "measured")
+    [record] = Ledger([Row("lens l", errors=[term])]).as_records()
+    record["errors"][0] |= {"acts_on": "point spread", "part": None}
+    [row] = Ledger.from_records([json.loads(json.dumps(record))])
+    assert row.errors == [term]
+    assert Quantity.POINT_SPREAD is Quantity.OTHER
 
 
 def test_notes_of_earlier_plugins_act_on_what_they_did():
