@@ -6,6 +6,7 @@
 | `device_grids`     | grids of luminance on the device                   |
 | `intensity_grid`   | the luminance that makes a table of candela        |
 | `lamp_tables`      | lamps as lookup tables for shadow rays             |
+| `near_lamps`       | lamps that each have a shadow ray of their own     |
 | `placed_lamps`     | lamps in the world: luminous intensity to radiance |
 | `spatial_sampling` | how likely a lamp is looked for from a surface     |
 | `spot_shares`      | how often each spot is looked for                  |

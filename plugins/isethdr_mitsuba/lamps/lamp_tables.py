@@ -20,6 +20,7 @@ from .spatial_sampling import Chances, areas, light_at_points
 # points weighed for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to
 # 0.5-1.0 of itself
 CANDIDATES = 12
+FIRST_CANDIDATES = 4  # from the first surface, where near lamps are looked at one by one
 NOWHERE = 0xFFFF
 
 
@@ -116,20 +117,57 @@ class LampTables:
         pattern = self.grids.pattern(lamp, direction, axis, pattern, active)
         return peak * (pattern + floor) / (1 + floor)
 
-    def density(self, lamp, place, distance2, cos_lamp, active=True):
-        """Return the density per solid angle with which one candidate from `place` falls on this
-        point of `lamp`.
+    def rival(self, lamp, place, tries, distance2, cos_lamp, active=True):
+        """Return the density per solid angle with which all that is looked for from `place` falls
+        on this point of `lamp`: `tries` candidates, or the one point of a near lamp.
         """
+        chance = self.chances.of(lamp, place, active)
         return _density(
-            dr.gather(mi.Float, self.per_area, lamp, active) * self.chances.of(lamp, place, active),
+            dr.gather(mi.Float, self.per_area, lamp, active)
+            * dr.select(chance > 0, mi.Float(tries) * chance, 1),
             distance2,
             cos_lamp,
         )
 
+    def near_count(self, g: int, block, active):
+        """Return how many near lamps group number `g` has at blocks of the picture."""
+        return self.chances.near.length(g, block, active)
+
+    def near_point(self, g: int, turn, rng, si, block, active):
+        """Return what `choose` does, of a random point of near lamp number `turn` of the group."""
+        targets = self.targets[g]
+        lamp = self.chances.near.lamp(g, block, turn, active)
+        triangle = targets.pick(rng, lamp, active)
+        point, direction, sent, _, density = self._candidate(g, lamp, triangle, rng, si, active)
+        row = dr.gather(mi.UInt32, targets.row, triangle, active)
+        return row, point, direction, sent / density, density
+
+    def _candidate(self, g, lamp, triangle, rng, si, active):
+        """Return a random point of a triangle of `lamp`, the unit direction to it, the luminance
+        from there, 0 where it cannot light this side, the cosine here, and the point's density per
+        solid angle.
+        """
+        corner, edge1, edge2, normal, axis, (inner, outer, floor, peak, per_area) = self.targets[
+            g
+        ].at(triangle, active)
+        s, w = dr.sqrt(rng.next_float32()), rng.next_float32()
+        p = mi.Point3f(corner + edge1 * (1 - s) + edge2 * (s * w))
+        d = p - si.p
+        r2 = dr.maximum(dr.squared_norm(d), 1e-12)
+        d *= dr.rsqrt(r2)
+        # light counts on the side the path came from
+        side = si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))
+        cos_lamp, cos_here = -dr.dot(d, normal), dr.dot(d, side)
+        seen = active & (cos_lamp > 0) & (cos_here > 0)
+        pattern = _cone(-dr.dot(d, axis), inner, outer)
+        pattern = self.grids.pattern(lamp, -d, axis, pattern, seen)
+        sent = dr.select(seen, peak * (pattern + floor) / (1 + floor), 0)
+        return p, d, sent, cos_here, _density(per_area, r2, cos_lamp)
+
     @dr.syntax
-    def choose(self, g: int, rng, si, place, active):
+    def choose(self, g: int, rng, si, place, tries, active):
         """Return the row of a lamp's spectrum, a world point of it, its unit direction, luminance
-        from there / density of the choice, and density of one candidate.
+        from there / density of the choice, and density of all `tries` candidates.
         """
         targets = self.targets[g]
         triangle, point = mi.UInt32(0), mi.Point3f(0)
@@ -140,31 +178,17 @@ class LampTables:
             mi.Float(0),
             mi.Float(1),
         )
-        # light counts on the side the path came from
-        side = si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))
         k = mi.UInt32(0)
-        while k < CANDIDATES:
+        while k < tries:
             lamp = self.chances.pick(g, rng, place, active)
             t = targets.pick(rng, lamp, active)
-            corner, edge1, edge2, normal, axis, (inner, outer, floor, peak, per_area) = targets.at(
-                t, active
-            )
-            s, w = dr.sqrt(rng.next_float32()), rng.next_float32()
-            p = mi.Point3f(corner + edge1 * (1 - s) + edge2 * (s * w))
-            d = p - si.p
-            r2 = dr.maximum(dr.squared_norm(d), 1e-12)
-            d *= dr.rsqrt(r2)
-            cos_lamp = -dr.dot(d, normal)
-            cos_here = dr.dot(d, side)
-            seen = active & (cos_lamp > 0) & (cos_here > 0)
-            each = _density(per_area * self.chances.of(lamp, place, active), r2, cos_lamp)
-            pattern = _cone(-dr.dot(d, axis), inner, outer)
-            pattern = self.grids.pattern(lamp, -d, axis, pattern, seen)
-            sent = peak * (pattern + floor) / (1 + floor)
-            value = dr.select(seen, sent * cos_here, 0)
-            weight = dr.select(seen, value / each, 0)
+            p, d, sent, cos_here, each = self._candidate(g, lamp, t, rng, si, active)
+            chance = self.chances.of(lamp, place, active)
+            each *= chance
+            value = dr.select(chance > 0, sent * cos_here, 0)
+            weight = dr.select(value > 0, value / each, 0)
             total += weight
-            take = seen & (rng.next_float32() * total < weight)
+            take = (weight > 0) & (rng.next_float32() * total < weight)
             triangle, point, direction = (
                 dr.select(take, t, triangle),
                 dr.select(take, p, point),
@@ -176,8 +200,9 @@ class LampTables:
                 dr.select(take, each, density),
             )
             k += 1
-        level = dr.select(kept > 0, shine * (total / (CANDIDATES * kept)), 0)
-        return dr.gather(mi.UInt32, targets.row, triangle, active), point, direction, level, density
+        level = dr.select(kept > 0, shine * (total / (mi.Float(tries) * kept)), 0)
+        row = dr.gather(mi.UInt32, targets.row, triangle, active)
+        return row, point, direction, level, mi.Float(tries) * density
 
 
 def _cone(cosine, inner, outer):

@@ -16,6 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from ..paths.camera_rays import stream
+from .near_lamps import NearLamps, near_list
 
 ACROSS = 64  # blocks, where there are as many tiles
 POINTS = 8  # of each block
@@ -32,7 +33,8 @@ class Chances:
     then the cells of the world.
 
     A group has a list of lamps, `slots` (place, slot), each slot as likely as any other; `chance`
-    (place, lamp) is the share of slots that a lamp has.
+    (place, lamp) is the share of slots that a lamp has. It is 0 in blocks that a lamp is `near`:
+    there it is looked at without chance.
     """
 
     def __init__(self, camera, view, members, strength, place, light):
@@ -42,11 +44,22 @@ class Chances:
         side, across, down = blocks_of(view)
         places = across * down + CELLS[0] * CELLS[1]
         chance, self.slots, self.count = np.zeros((places, len(strength))), [], []
+        blocks, lists = across * down, []
         for mine in map(np.array, members):
-            slots = np.zeros((1, 1), int)  # of a group without lamps: nothing reads it
+            slots, near = np.zeros((1, 1), int), None  # of a group without lamps: nothing reads it
             if len(mine):
-                own = slots_of(votes(places, place, light[:, mine]), strength[mine])
-                chance[:, mine], slots = shares_of(own, len(mine)), mine[own]
+                voted = votes(places, place, light[:, mine])
+                own = slots_of(voted, strength[mine])
+                known = voted[:blocks].any(1)
+                near = near_list(known, own[:blocks], shares_of(own[:blocks], len(mine)))
+                own[:blocks] = near.slots
+                share, slots = shares_of(own, len(mine)), mine[own]
+                # where all lamps are near, chance has none left: its slots hold some, which count
+                # for nothing
+                listed = np.arange(near.lamps.shape[1]) < near.length[:, None]
+                share[np.nonzero(listed)[0], near.lamps[listed]] = 0.0
+                chance[:, mine] = share
+            lists.append(near)
             self.slots.append(mi.UInt32(slots.ravel().astype(np.uint32)))
             self.count.append(dr.opaque(mi.UInt32, slots.shape[1]))
         self.chance, self.lamps = (
@@ -56,7 +69,7 @@ class Chances:
         self.side, self.across, self.first_cell = (
             dr.opaque(mi.UInt32, n) for n in (side, across, across * down)
         )
-        self.origin = camera.origin
+        self.origin, self.near = camera.origin, NearLamps(lists, members, blocks)
         dr.eval(self.chance, *self.slots)
 
     def block(self, row, column):

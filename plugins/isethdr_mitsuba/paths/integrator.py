@@ -16,7 +16,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ..lamps.lamp_tables import CANDIDATES, LampTables
+from ..lamps.lamp_tables import CANDIDATES, FIRST_CANDIDATES, LampTables
 from ..world.geometry import World
 from ..world.materials import RAMP_NM
 from ..world.view import View
@@ -152,7 +152,9 @@ def _trace(
     lane = dr.arange(mi.UInt32, camera.tiles * width)
     index = lane // lanes
     row, column, tile = camera.place_of(index)
-    block, origin = lamps.chances.block(row, column), mi.UInt32(0)  # where lamps are chosen from
+    # where lamps are chosen from, and of how many candidates
+    block, origin = lamps.chances.block(row, column), mi.UInt32(0)
+    tries = mi.UInt32(CANDIDATES)
     lane %= lanes
     path_rng = stream(seed, tile * MOST_LANES + lane, "path")
     group_rng = [stream(seed, tile * MOST_LANES + lane, name) for name in lamps.groups]
@@ -215,7 +217,7 @@ def _trace(
             found = (lamp != lamps.none) & (cos_lamp > 0)
             if found:
                 level = lamps.luminance(lamp, -ray.d, found)
-                rival = CANDIDATES * lamps.density(lamp, origin, dr.square(si.t), cos_lamp, found)
+                rival = lamps.rival(lamp, origin, tries, dr.square(si.t), cos_lamp, found)
                 level *= dr.select(specular, 1, bsdf_density / (bsdf_density + rival))
                 mine = dr.gather(mi.UInt32, lamps.group, lamp, found)
                 light = spectra.at(
@@ -252,17 +254,16 @@ def _trace(
         # light looked for: one shadow ray for each group
         smooth = active & surfaces.is_smooth(material, active)
         origin = dr.select(depth == 0, block, lamps.chances.cell(si.p))
+        tries = dr.select(depth == 0, mi.UInt32(FIRST_CANDIDATES), mi.UInt32(CANDIDATES))
         for g in lit:
             if smooth & on[g]:
                 source, target, towards, level, density = lamps.choose(
-                    g, group_rng[g], si, origin, smooth
+                    g, group_rng[g], si, origin, tries, smooth
                 )
                 open_way = level > 0
                 open_way &= ~scene.ray_test(si.spawn_ray_to(target), open_way)
                 value, rival = surfaces.towards(material, si, si.to_local(towards), open_way)
-                level *= dr.select(
-                    open_way, CANDIDATES * density / (CANDIDATES * density + rival), 0
-                )
+                level *= dr.select(open_way, density / (density + rival), 0)
                 light = spectra.at(place, spectra.lights + source, open_way)
                 for k in range(packets):
                     total[g][k] += dr.select(
@@ -270,6 +271,25 @@ def _trace(
                         beta[k] * dr.lerp(value[0], value[1], colour[k]) * light[k] * level,
                         0,
                     )
+        # at the first surface also one for each near lamp
+        for g in lit:
+            turn = mi.UInt32(0)
+            near = smooth & on[g] & (depth == 0)
+            count = dr.select(near, lamps.near_count(g, block, near), 0)
+            while turn < count:
+                source, target, towards, level, density = lamps.near_point(
+                    g, turn, group_rng[g], si, block, near
+                )
+                open_way = level > 0
+                open_way &= ~scene.ray_test(si.spawn_ray_to(target), open_way)
+                value, rival = surfaces.towards(material, si, si.to_local(towards), open_way)
+                level *= dr.select(open_way, density / (density + rival), 0)
+                light = spectra.at(place, spectra.lights + source, open_way)
+                for k in range(packets):
+                    total[g][k] += dr.select(
+                        open_way, dr.lerp(value[0], value[1], colour[k]) * light[k] * level, 0
+                    )
+                turn += 1
 
         # onwards
         strongest = mi.Float(0)

@@ -99,21 +99,25 @@ def test_a_lamp_behind_a_wall_is_hardly_looked_at(make, monkeypatch):
     )
     settings = MitsubaRenderer(width=64, height=36, margin=0.0, step_nm=100.0)
     compiled(yard(make), settings, ["streetlights"])
-    chance = np.array(kept[0].chance).reshape(-1, 2)
-    assert len(chance) == 64 * 36 + np.prod(spatial_sampling.CELLS) and chance.sum(
-        1
-    ) == pytest.approx(1.0)
-    assert (chance[64 * 36 :] == 0.5).all(1).any(), (
+    chance, blocks = np.array(kept[0].chance).reshape(-1, 2), 64 * 36
+    assert len(chance) == blocks + np.prod(spatial_sampling.CELLS)
+    assert chance[blocks:].sum(1) == pytest.approx(1.0)
+    assert (chance[blocks:] == 0.5).all(1).any(), (
         "nobody looked into some cells: lamps by strength, and these are alike"
     )
-    bottom = chance[: 64 * 36].reshape(36, 64, 2)[
-        -6:
-    ]  # the road before the camera, on either side of the wall
-    least = 1 / (2 * spatial_sampling.SLOTS)
-    for half, own in ((bottom[:, :26], 0), (bottom[:, -26:], 1)):
-        assert (
-            np.sort(half.mean((0, 1))) == pytest.approx([least, 1 - least], abs=0.02)
-        ) and half.mean((0, 1)).argmax() == own
+    # the road before the camera, on either side of the wall: its own lamp is near, and has no
+    # chance beside that; all of the chances go to the one that is hidden
+    length = np.array(kept[0].near.lengths[0]).reshape(36, 64)[-6:]
+    first = np.array(kept[0].near.lamps[0]).reshape(36, 64, -1)[-6:, :, 0]
+    bottom = chance[:blocks].reshape(36, 64, 2)[-6:]
+    own = []
+    for half in (slice(26), slice(-26, None)):
+        lamp = np.bincount(first[:, half].ravel()).argmax()
+        alone = (length[:, half] == 1) & (first[:, half] == lamp)
+        assert alone.mean() > 0.9
+        assert (bottom[:, half][alone] == np.eye(2)[1 - lamp]).all()
+        own.append(lamp)
+    assert sorted(own) == [0, 1]
 
 
 def test_light_is_the_same_and_noise_less_than_where_nothing_is_known_of_the_place(
