@@ -46,7 +46,7 @@ def passes_of(scene, settings):
     """Return the function of one pass over all light groups of a scene, their names, the bands and
     the grid's shape.
     """
-    from isethdr_mitsuba.frame import path_pass
+    from isethdr_mitsuba.frame import even_passes, follower
     from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
     from isethdr_mitsuba.world.geometry import build_world
     from isethdr_mitsuba.world.materials import ramp_surfaces
@@ -57,15 +57,17 @@ def passes_of(scene, settings):
         view_of(scene.camera, settings.width, settings.height, settings.margin),
         ramp_surfaces(scene),
     )
-    one_pass = path_pass(
-        scene,
-        view,
-        placed_lamps(scene),
-        groups,
-        bands,
-        settings,
-        build_world(scene, surfaces),
-        surfaces,
+    one_pass = even_passes(
+        follower(
+            scene,
+            view,
+            placed_lamps(scene),
+            groups,
+            bands,
+            settings,
+            build_world(scene, surfaces),
+            surfaces,
+        )
     )
     return one_pass, groups, bands, view.shape
 

@@ -39,7 +39,7 @@ def main():
     from isethdr_mitsuba.renderer import MitsubaRenderer
 
     mi.set_variant(choose_variant("llvm"))
-    from isethdr_mitsuba.frame import path_pass
+    from isethdr_mitsuba.frame import even_passes, follower
     from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
     from isethdr_mitsuba.world.geometry import build_world
     from isethdr_mitsuba.world.materials import ramp_surfaces
@@ -53,8 +53,10 @@ def main():
         placed_lamps(scene),
         ramp_surfaces(scene),
     )
-    one_pass = path_pass(
-        scene, view, lamps, groups, bands, settings, build_world(scene, surfaces), surfaces
+    one_pass = even_passes(
+        follower(
+            scene, view, lamps, groups, bands, settings, build_world(scene, surfaces), surfaces
+        )
     )
 
     def ours(seed, samples):

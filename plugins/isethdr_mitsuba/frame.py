@@ -58,7 +58,9 @@ def render_frame(
 
         one_pass = film_pass(description, view, lamps, groups, bands_nm, settings)
     else:
-        one_pass = path_pass(description, view, lamps, groups, bands_nm, settings, world, surfaces)
+        one_pass = even_passes(
+            follower(description, view, lamps, groups, bands_nm, settings, world, surfaces)
+        )
     result = estimate(
         one_pass, settings, groups, bands_nm, view.shape, view.whole, known, view.in_field()
     )
@@ -116,23 +118,27 @@ def render_frame(
     return ds
 
 
-def path_pass(description, view, lamps, groups, bands_nm, settings, world, surfaces):
-    """Return the function of one pass of the all-in-one integrator, as `radiance.estimate` wants
-    it.
-    """
+def follower(description, view, lamps, groups, bands_nm, settings, world, surfaces):
+    """Return the all-in-one integrator over a world (`paths.integrator.Paths`)."""
     from .lamps.lamp_tables import LampTables
-    from .paths.integrator import paths
+    from .paths.integrator import Paths
     from .paths.surface_tables import SurfaceTables
 
     materials = SurfaceTables(world, description.materials.values(), surfaces.values())
-
     tables = LampTables(world, lamps, groups, description.sky if "sky" in groups else None)
-    follow = paths(world, view, tables, materials, bands_nm, settings.step_nm, settings.max_depth)
+    return Paths(world, view, tables, materials, bands_nm, settings.step_nm, settings.max_depth)
+
+
+def even_passes(paths):
+    """Return the function of one pass of `paths` through all tiles, as `passes.estimate` wants
+    it.
+    """
+    groups, bands = len(paths.lamps.groups), len(paths.wavelength_nm)
 
     def one_pass(seed, samples, wanted=None):
-        found = follow(seed, samples, wanted)
-        for g in range(len(groups)) if wanted is None else wanted:
-            for band in range(len(bands_nm)):
+        found = paths.even_pass(seed, samples, wanted)
+        for g in range(groups) if wanted is None else wanted:
+            for band in range(bands):
                 yield g, band, found[g, band].astype(float) / samples
 
     return one_pass

@@ -83,7 +83,7 @@ def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
     """Sixteen lanes a tile and four paths a camera ray, against one path after the other, each on a
     ray of its own.
     """
-    from isethdr_mitsuba.paths import integrator
+    from isethdr_mitsuba.paths import work_items
 
     scene, settings, repeats = (
         make.street(8),
@@ -91,9 +91,9 @@ def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
         8,
     )
     one_pass, piles = compiled(scene, settings, scene.light_groups()), []
-    assert integrator.lanes_and_shares(512) == (16, 4)
-    for way in (integrator.lanes_and_shares, lambda samples: (1, 1)):
-        monkeypatch.setattr(integrator, "lanes_and_shares", way)
+    assert work_items.lanes_and_shares(512) == (16, 4)
+    for way in (work_items.lanes_and_shares, lambda samples: (1, 1)):
+        monkeypatch.setattr(work_items, "lanes_and_shares", way)
         pile = np.stack(
             [
                 np.stack([v for _, _, v in one_pass(len(piles) * 100 + k, 512)])

@@ -10,4 +10,5 @@
 | `spectra`        | colours of surfaces and of light, band by band              |
 | `surface_tables` | which material a ray met, its reflectance table             |
 | `texture_noise`  | where a surface has its second reflectance                  |
+| `work_items`     | which paths of which tiles one launch follows               |
 """

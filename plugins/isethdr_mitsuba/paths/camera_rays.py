@@ -26,16 +26,8 @@ class Camera:
     """
 
     def __init__(self, view):
-        number, length = (
-            (lambda v: dr.opaque(mi.UInt32, v)),
-            (lambda v: dr.opaque(mi.Float, float(v))),
-        )
-        self.tiles, self.angles = view.shape[0] * view.shape[1], view.projection == "equidistant"
-        self.columns, self.cut, self.whole_columns = (
-            number(view.shape[1]),
-            tuple(map(number, view.cut)),
-            number(view.whole[1]),
-        )
+        length = lambda v: dr.opaque(mi.Float, float(v))
+        self.angles = view.projection == "equidistant"
         self.pitch_x, self.pitch_y = length(view.pitch_x), length(view.pitch_y)
         self.left = length(view.x[0] - (view.cut[1] + 0.5) * view.pitch_x)
         self.top = length(view.y[0] - (view.cut[0] + 0.5) * view.pitch_y)
@@ -43,13 +35,6 @@ class Camera:
             mi.Vector3f(*map(length, v))
             for v in (view.origin_m, view.right, view.down, view.forward)
         )
-
-    def place_of(self, tile):
-        """Return row and column of tiles in the whole grid, nothing left out, and their number
-        there, which their random numbers go by.
-        """
-        row, column = tile // self.columns + self.cut[0], tile % self.columns + self.cut[1]
-        return row, column, row * self.whole_columns + column
 
     def ray(self, row, column, point, wavelengths):
         """Return the ray through `point` (x, y, of 2^32) of a tile."""

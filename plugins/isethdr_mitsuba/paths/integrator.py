@@ -12,9 +12,15 @@ on from where it fell, each with its own wavelengths and directions.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
+from isethdr_core.physics.photometry import xyz_weights
 
 from ..lamps.lamp_tables import CANDIDATES, FIRST_CANDIDATES, LampTables
 from ..world.geometry import World
@@ -24,31 +30,21 @@ from .camera_rays import ACROSS, ALONG, ASIDE, DOWN, UP, Camera, offsets, share,
 from .hits import HitTables
 from .spectra import BandTable
 from .surface_tables import SurfaceTables
-
-# paths on one camera ray: two take 0.73, four 0.61 of the time of as many rays; eight 0.53, but
-# 1.35 times the variance
-MOST_SHARES = 4
-# camera rays of a pass through each tile: as far as there are so many paths, none is shared before
-LEAST_RAYS = 64
-MOST_LANES = (
-    16  # neighbours in compiled code that follow paths of one tile: they meet the same surfaces
-)
-LEAST_A_LANE = 32  # paths: with fewer the last ones are waited for
+from .work_items import MOST_LANES, Work, even_work
 
 
-def paths(
-    world: World,
-    view: View,
-    lamps: LampTables,
-    surfaces: SurfaceTables,
-    wavelength_nm,
-    step_nm: float,
-    max_depth: int,
-):
-    """Return the function of one pass: (seed, samples) -> radiance of the tiles, summed over
-    `samples` paths each.
+class Found(NamedTuple):
+    """What a launch found, in sums over paths of W m-2 sr-1 nm-1."""
 
-    Parameters
+    radiance: np.ndarray  # (group, band, entry) float32; the last band fills up packets of four
+    batches: np.ndarray  # (group, 3, item) float32: weighted sums over bands
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """The integrator over one world: any list of tiles is one launch of one kernel.
+
+    Attributes
     ----------
     world : scene of ramp surfaces (`materials.ramp_surfaces`).
     view : tiles.
@@ -56,55 +52,107 @@ def paths(
     surfaces : materials of the world.
     wavelength_nm, step_nm : band centres and their common width, nm.
     max_depth : longest path, in segments; 2 is direct light only.
-
-    Returns
-    -------
-    function : of `seed` of the pass, `samples`, paths per tile, summed in float32, so at most about
-        1024, and `wanted`, numbers of the light groups to follow (None: all). It returns a float32
-        array (group, band, tile), W m-2 sr-1 nm-1: 0 for groups that are not wanted; the last band
-        is repeated until there are whole packets of them.
     """
-    table = BandTable(np.vstack([surfaces.reflectance, lamps.emission]), wavelength_nm, step_nm)
-    hits, camera, number = HitTables(world), Camera(view), lambda v: dr.opaque(mi.UInt32, v)
-    lamps.aim(world.scene, hits, camera, view, surfaces)
-    rows, lights = number(len(table.rows) + 1), number(len(surfaces.reflectance))
 
-    def one_pass(seed, samples, wanted=None):
-        # data, not literals: one kernel for all passes, light groups wanted, and scenes of the same
+    world: World
+    view: View
+    lamps: LampTables
+    surfaces: SurfaceTables
+    wavelength_nm: np.ndarray
+    step_nm: float
+    max_depth: int
+
+    def __post_init__(self):
+        self.lamps.aim(self.world.scene, self._hits, self._camera, self.view, self.surfaces)
+
+    @cached_property
+    def _hits(self):
+        return HitTables(self.world)
+
+    @cached_property
+    def _camera(self):
+        return Camera(self.view)
+
+    @cached_property
+    def _table(self):
+        rows = np.vstack([self.surfaces.reflectance, self.lamps.emission])
+        return BandTable(rows, self.wavelength_nm, self.step_nm)
+
+    @cached_property
+    def _weights(self):
+        """The weights of X, Y and Z on the device, in packets."""
+        weights = np.zeros((3, 4 * self._table.packets))
+        weights[:, : len(self.wavelength_nm)] = xyz_weights(self.wavelength_nm)
+        number = lambda v: dr.opaque(mi.Float, float(v))
+        return [[mi.Spectrum(*map(number, part)) for part in row.reshape(-1, 4)] for row in weights]
+
+    def all_groups(self) -> int:
+        """Return all light groups, bit by bit."""
+        return (1 << len(self.lamps.groups)) - 1
+
+    def even_pass(self, seed: int, samples: int, wanted=None) -> np.ndarray:
+        """Return radiance (group, band, tile), summed over `samples` paths of each tile: in
+        float32, so at most about 1024. It is 0 of groups that are not `wanted` (numbers; None:
+        all).
+        """
+        groups = self.all_groups() if wanted is None else sum(1 << int(g) for g in wanted)
+        tiles = self.view.shape[0] * self.view.shape[1]
+        return self.launch(seed, even_work(tiles, samples, groups)).radiance
+
+    def launch(self, seed: int, work: Work) -> Found:
+        """Follow the paths of `work`. Tiles with one seed and stream have the same random numbers,
+        whatever else is in the list.
+        """
+        # data, not literals: one kernel for all lists, light groups wanted, and scenes of the same
         # kinds of surfaces
-        lanes, shares = lanes_and_shares(samples)
+        number, table = (lambda v: dr.opaque(mi.UInt32, int(v))), self._table
         spectra = _Spectra(
             table.on_device(np.random.default_rng(seed).random()),
-            rows,
-            lights,
+            number(len(table.rows) + 1),
+            number(len(self.surfaces.reflectance)),
             number(table.places),
             table.packets,
         )
-        on = [dr.opaque(mi.Bool, wanted is None or g in wanted) for g in range(len(lamps.groups))]
+        column, row = work.tiles % self.view.shape[1], work.tiles // self.view.shape[1]
+        row, column = row + self.view.cut[0], column + self.view.cut[1]
+        # a tile's number in the whole grid, nothing left out, which its random numbers go by
+        rows, columns = self.view.whole
+        whole = (work.streams * rows + row) * columns + column
+        each = lambda values: mi.UInt32(np.ascontiguousarray(values, np.uint32))
+        at_items = lambda values: each(values[work.owner])
+        items = _Items(
+            at_items(row),
+            at_items(column),
+            at_items(whole),
+            *map(each, (work.owner, work.lane, work.lanes, work.paths, work.shares, work.groups)),
+        )
         return _trace(
-            world.scene,
-            hits,
-            camera,
-            lanes,
-            lamps,
-            surfaces,
+            self.world.scene,
+            self._hits,
+            self._camera,
+            self.lamps,
+            self.surfaces,
             spectra,
-            *map(number, (seed & 0xFFFFFFFF, samples, lanes, shares)),
-            on,
-            max_depth,
+            number(seed & 0xFFFFFFFF),
+            items,
+            len(work.tiles),
+            self._weights,
+            self.max_depth,
         )
 
-    return one_pass
 
+class _Items(NamedTuple):
+    """`Work` on the device, item by item."""
 
-def lanes_and_shares(samples: int) -> tuple[int, int]:
-    """Return of a pass how many lanes of compiled code follow the `samples` paths of a tile, a
-    power of two, and how many paths share a camera ray.
-    """
-    lanes = 1
-    while lanes < MOST_LANES and samples >= 2 * lanes * LEAST_A_LANE:
-        lanes *= 2
-    return lanes, int(np.clip(samples // LEAST_RAYS, 1, MOST_SHARES))
+    row: mi.UInt32
+    column: mi.UInt32
+    tile: mi.UInt32  # number that random numbers go by
+    owner: mi.UInt32
+    lane: mi.UInt32
+    lanes: mi.UInt32
+    paths: mi.UInt32
+    shares: mi.UInt32
+    groups: mi.UInt32
 
 
 class _Spectra:
@@ -134,28 +182,12 @@ class _Spectra:
 
 
 @dr.syntax
-def _trace(
-    scene,
-    hits,
-    camera,
-    width,
-    lamps,
-    surfaces,
-    spectra,
-    seed,
-    samples,
-    lanes,
-    most_shares,
-    on,
-    max_depth,
-):
-    lane = dr.arange(mi.UInt32, camera.tiles * width)
-    index = lane // lanes
-    row, column, tile = camera.place_of(index)
+def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, weights, max_depth):
+    row, column, tile, owner, lane, lanes, left, most_shares, wanted = items
+    on = [(wanted & (1 << g)) != 0 for g in range(len(lamps.groups))]
     # where lamps are chosen from, and of how many candidates
     block, origin = lamps.chances.block(row, column), mi.UInt32(0)
     tries = mi.UInt32(CANDIDATES)
-    lane %= lanes
     path_rng = stream(seed, tile * MOST_LANES + lane, "path")
     group_rng = [stream(seed, tile * MOST_LANES + lane, name) for name in lamps.groups]
     groups, packets = len(lamps.groups), spectra.packets
@@ -174,7 +206,6 @@ def _trace(
     point += mi.Point2u(lane * ACROSS, lane * DOWN)
     along += lane * ALONG
     way += mi.Point2u(lane * ASIDE, lane * UP)
-    left = (samples - lane + lanes - 1) // lanes  # paths of this lane
     shares, first = (
         mi.UInt32(0),
         dr.zeros(mi.SurfaceInteraction3f),
@@ -311,7 +342,11 @@ def _trace(
             specular = mi.has_flag(sampled.sampled_type, mi.BSDFFlags.Delta)
             depth += 1
         going = strongest > 0
-    out = [[dr.zeros(mi.Float, camera.tiles) for _ in range(4 * packets)] for _ in range(groups)]
+    batches = [
+        [sum(dr.dot(total[g][k], one[k]) for k in range(packets)) for one in weights]
+        for g in range(groups)
+    ]
+    out = [[dr.zeros(mi.Float, entries) for _ in range(4 * packets)] for _ in range(groups)]
     for g in range(groups):
         for k in range(packets):
             for i in range(4):
@@ -319,8 +354,9 @@ def _trace(
                     dr.ReduceOp.Add,
                     out[g][4 * k + i],
                     total[g][k][i],
-                    index,
+                    owner,
                     mode=dr.ReduceMode.Local,
                 )
-    dr.eval(out)
-    return np.array([[np.array(b) for b in group] for group in out])
+    dr.eval(out, batches)
+    in_numpy = lambda each: np.array([[np.array(b) for b in group] for group in each])
+    return Found(in_numpy(out), in_numpy(batches))

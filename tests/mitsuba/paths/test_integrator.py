@@ -360,7 +360,14 @@ def pictures(make, scene, settings, group, way, repeats=8):
 
 def compiled(scene, renderer, groups):
     """Return the function of one pass of our integrator over `groups` of a scene."""
-    from isethdr_mitsuba.frame import path_pass
+    from isethdr_mitsuba.frame import even_passes
+
+    return even_passes(follower(scene, renderer, groups))
+
+
+def follower(scene, renderer, groups):
+    """Return our integrator over `groups` of a scene."""
+    from isethdr_mitsuba import frame
     from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
     from isethdr_mitsuba.world.geometry import build_world
     from isethdr_mitsuba.world.materials import ramp_surfaces
@@ -370,7 +377,7 @@ def compiled(scene, renderer, groups):
         view_of(scene.camera, renderer.width, renderer.height, 0.0),
         ramp_surfaces(scene),
     )
-    return path_pass(
+    return frame.follower(
         scene,
         view,
         placed_lamps(scene),
