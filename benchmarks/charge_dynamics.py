@@ -137,7 +137,7 @@ def relative(charge, wanted):
 
 
 def shown(error):
-    return " ".join("   fails" if not e < 1 else f"{e:8.0e}" for e in error)
+    return " ".join("  fails" if not e < 1 else f"{e:7.0e}" for e in error)
 
 
 def fewest(errors):
@@ -157,9 +157,9 @@ def main():
         wanted = [reference(level, depth) for level in LEVELS]
         print(f"\n{kind}: largest relative error of the charge; light / saturation")
         print(
-            f"{'method':24s} {'steps':>6s} "
-            + " ".join(f"{x:8.0e}" for x in TIMES_SATURATION)
-            + "  ns per pixel"
+            f"{'method':22s} {'steps':>5s} "
+            + " ".join(f"{x:7.0e}" for x in TIMES_SATURATION)
+            + "  ns/px"
         )
         needed = {}
         for name, (method, times) in METHODS.items():
@@ -171,7 +171,7 @@ def main():
             }
             needed[name] = fewest(errors)
             for n in (16, 256, 4096):
-                print(f"{name:24s} {n:6d} {shown(errors[n])}  {n * costs[name]:10.0f}")
+                print(f"{name:22s} {n:5d} {shown(errors[n])} {n * costs[name]:6.0f}")
         exact = flow if depth == 0 else flow_varying
         arguments = (
             (lambda v: (0.0, v, T, WELL))
@@ -189,8 +189,8 @@ def main():
         ours = [seconds(exact, *arguments(np.full(45000, level))) / 45000 * 1e9 for level in LEVELS]
         whole = seconds(exact, *arguments(frame)) / frame.size * 1e9
         print(
-            f"{exact.__name__:24s} {'':6s} {shown(relative(exact(*arguments(LEVELS))[0], wanted))} "
-            f" {whole:10.0f}"
+            f"{exact.__name__:22s} {'':5s} {shown(relative(exact(*arguments(LEVELS))[0], wanted))} "
+            f"{whole:6.0f}"
         )
         base = np.where(
             np.isfinite(needed["Runge-Kutta 4"]),
@@ -198,25 +198,25 @@ def main():
             LEVELS * T / 2.8 / WELL.thermal_e,
         )
         print(
-            f"\n{kind}: time to a relative error of {WANTED:g}, times that of Runge-Kutta 4"
-            " (baseline, first line: ns per pixel)"
+            f"\n{kind}: time to a relative error of {WANTED:g}, times that of Runge-Kutta 4\n"
+            "(the baseline; its line is in ns per pixel)"
         )
         print(
-            f"{'Runge-Kutta 4':24s} {'':6s} "
-            + " ".join(f"{x:8.1e}" for x in base * costs["Runge-Kutta 4"])
+            f"{'Runge-Kutta 4':22s} {'':5s} "
+            + " ".join(f"{x:7.1e}" for x in base * costs["Runge-Kutta 4"])
         )
         for name, steps in needed.items():
             if name != "Runge-Kutta 4":
                 print(
-                    f"{name:24s} {'':6s} "
+                    f"{name:22s} {'':5s} "
                     + " ".join(
-                        "   never" if np.isinf(x) else f"{x:8.1e}"
+                        "  never" if np.isinf(x) else f"{x:7.1e}"
                         for x in steps * costs[name] / (base * costs["Runge-Kutta 4"])
                     )
                 )
         print(
-            f"{exact.__name__:24s} {'':6s} "
-            + " ".join(f"{x:8.1e}" for x in np.array(ours) / (base * costs["Runge-Kutta 4"]))
+            f"{exact.__name__:22s} {'':5s} "
+            + " ".join(f"{x:7.1e}" for x in np.array(ours) / (base * costs["Runge-Kutta 4"]))
         )
     print("\nscipy's Radau, tolerance 1e-6, 100 Hz ripple, one pixel at a time:")
     for factor, level, want in zip(TIMES_SATURATION, LEVELS, wanted, strict=True):
@@ -237,12 +237,12 @@ def main():
             f"{factor:8.0e} x saturation: {(time.process_time() - start) * 1e9:10.0f} ns, {error}"
         )
     print(
-        "\nns per pixel and step: "
-        + ", ".join(f"{name} {cost:.0f}" for name, cost in costs.items())
+        "\nns per pixel and step:\n"
+        + "\n".join(f"{name:22s} {cost:5.0f}" for name, cost in costs.items())
     )
     print(
-        f"stable explicit Euler steps per second at 1e12 e/s: {1e12 / 2 / 530:.1e} at 530 e,"
-        f" {1e12 / 2 / 5:.1e} at 5 e"
+        f"stable explicit Euler steps per second at 1e12 e/s:\n"
+        f"{1e12 / 2 / 530:.1e} at 530 e, {1e12 / 2 / 5:.1e} at 5 e"
     )
 
 

@@ -64,7 +64,7 @@ def grey_world(picture, lamps=None) -> np.ndarray:
     Parameters
     ----------
     picture : picture Dataset.
-    lamps : (y, x) bool, pixels that are lamps; None takes `view.lamp_mask`.
+    lamps : (y, x) bool, pixels that are lamps; None takes `display_view.lamp_mask`.
     """
     from .display_view import lamp_mask, luminance
 

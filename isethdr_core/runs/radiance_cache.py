@@ -4,7 +4,7 @@ A recipe is the scene, the renderer and their code; it holds no demand and no we
 names the fields that buy accuracy but do not change the answer in `effort_fields` (for example
 `samples`): a store that spent at least as much serves a run that asks for less. A renderer with a
 method `enough(paths, noise)` goes on from what is stored instead: its stores are pooled
-(`pooling`), and it is called with what is known of each light group, `{group: Known}`.
+(`sample_accumulation`), and it is called with what is known of each light group, `{group: Known}`.
 """
 
 from __future__ import annotations

@@ -80,8 +80,8 @@ def saturated_share_outside_lamps(picture, truth, labels) -> float:
 def lamp_pixels(truth: xr.Dataset, labels: xr.Dataset) -> np.ndarray:
     """Return which pixels (y, x) show a lamp.
 
-    These are the pixels of `view.lamp_mask`, and those of objects with a lamp in the scene's table
-    that are brighter than the white of the scene: the body of a car is no lamp, its headlights are.
+    These are the pixels of `display_view.lamp_mask`, and those pixels of objects with a lamp that
+    are brighter than the white of the scene. The body of a car is no lamp, its headlights are.
     """
     from ..display.display_view import lamp_mask, luminance, white_cd_m2
 

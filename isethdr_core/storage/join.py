@@ -3,7 +3,7 @@ those that hold the same light.
 
 xarray's own concat reads every array unless dask is installed; the small lazy array here reads only
 what is asked for, each part from the stores that have it: the first one, or the mean of all that
-followed paths of their own (`pooling`).
+followed paths of their own (`sample_accumulation`).
 """
 
 from __future__ import annotations

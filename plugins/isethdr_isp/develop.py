@@ -34,7 +34,7 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
     ----------
     merged : `combine.Merged`, electrons without dark charge, their variance, validity and source
         (y, x).
-    reads : `readout.Readout` of the charge whose electrons these are.
+    reads : `electrons.Readout` of the charge whose electrons these are.
     captures : the captures Dataset, for the filter array, the grid and the lens.
     how : the fields of the isp. A denoised picture also holds the picture before, whose variance is
         known (`truth.before_denoising`).

@@ -42,9 +42,7 @@ class Kernel:
     psf: Any  # (ky, kx), cut to what an image of `shape` can use, its centre at (ky // 2, kx // 2)
     shape: tuple[int, int]  # (y, x) of the images
     size: tuple[int, int]  # of the transform: only cropped pixels wrap
-    spectrum: (
-        Any  # of psf / peak, as `convolution_transform.spectrum` makes it; may be a mapped file
-    )
+    spectrum: Any  # of psf / peak, as `transform.spectrum` makes it; may be a mapped file
     peak: float  # largest magnitude of psf
     norm: float  # root of the sum of squares of psf / peak
     positive: bool  # no value is below 0
@@ -121,7 +119,7 @@ def convolve(image: Any, psf: Any, error_allowed: float = 0.0) -> Any:
     -------
     (y, x) float64, of the image's shape. Where `image` and `psf` are not negative, neither is the
     result, and a pixel is wrong by at most max(error_allowed, 1e-7) of itself. Only where direct
-    summation of all doubtful pixels would take more than `convolution_direct.MOST_PRODUCTS` is that
+    summation of all doubtful pixels would take more than `direct_sums.MOST_PRODUCTS` is that
     not kept: `convolve_with_bound` says what was.
     """
     return convolve_with_bound(image, psf, error_allowed)[0]

@@ -28,7 +28,7 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     combine : (channel, functional, band): the weight of a band's kernel in the kernel of a channel
         and functional.
     blocks : (band, block, sy, columns), transforms of the bands' kernels
-        (`convolution_transform.spectrum`), whose precision, single or double, is that of the work.
+        (`transform.spectrum`), whose precision, single or double, is that of the work.
     size : (y, x) of the transforms.
     apply : `map`, or what does the same by several threads. Those of a linear algebra library had
         better be off meanwhile: they go on spinning beside them.

@@ -1,6 +1,4 @@
-"""Normalised flare: how much light the camera puts where none should be, as a share of the
-brightest source.
-"""
+"""Normalised flare: stray light away from the sources, as a share of the brightest source."""
 
 from __future__ import annotations
 
@@ -32,11 +30,11 @@ class NormalizedFlare:
     def __call__(self, picture, truth, labels=None):
         """Return the mean and the 99th percentile over the valid pixels beyond the guard.
 
-        IEEE Std 2020-2024 divides a picture of one lamp in the dark by the lamp's level in a
-        reference picture that is not saturated. Here the scene need not be dark, because its truth
-        is known and subtracted: (Y - true Y) / source, the source being the brightest pixel of the
-        truth. Sources are pixels of half that, or lamps (`view.lamp_mask`). Noise gives values
-        around 0, so the mean is without bias; the percentile holds the noise of single pixels.
+        IEEE Std 2020-2024 divides a picture of one lamp in the dark by the level of the lamp in a
+        picture that is not saturated. Here the scene need not be dark, because the reference
+        picture is subtracted: (Y - true Y) / brightest true Y. Sources are pixels above half of the
+        brightest true Y, and lamps (`display_view.lamp_mask`). Noise has a mean of 0, so the mean
+        has no bias; the percentile contains the noise of single pixels.
         """
         from scipy.ndimage import distance_transform_edt
 

@@ -46,11 +46,11 @@ class Ciede2000:
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):
-        """Return the difference per region and, so that it can be read, the white that was used.
+        """Return the colour difference of each region, and the white that was used.
 
-        Pixels whose truth is brighter than the white are left out: CIELAB is defined for surfaces,
-        not for lamps. A pixel that is not valid counts as the white, which is what `view.display`
-        shows for it.
+        Pixels that are brighter than the white in the reference picture are left out, because
+        CIELAB is defined for surfaces and not for lamps. A pixel that is not valid counts as white,
+        as `display_view.display` shows it.
         """
         _, true, valid = luminances(picture, truth)
         white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))

@@ -29,8 +29,8 @@ class LampTables:
 
     Group by group, a shadow ray's target is drawn by resampled importance sampling (Talbot 2005,
     eq. 5): of `CANDIDATES` points on lamps of the group, which are drawn by their chances
-    (`lamp_chances.py`), one is kept in proportion to the luminance it would send here if nothing
-    stood in between.
+    (`spatial_sampling.py`), one is kept, in proportion to the luminance that it would send here
+    without occlusion.
     """
 
     def __init__(self, world: World, lamps: list[PlacedLamp], groups: list[str], sky=None):

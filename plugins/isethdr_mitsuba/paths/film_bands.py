@@ -33,7 +33,7 @@ LOST_BEADS = 0.5  # of a dry marking's luminance in the own headlamps: R_L 77 in
 
 
 def film_pass(description, view, lamps, groups, bands_nm, settings):
-    """Return the function of one pass, as `radiance.estimate` wants it."""
+    """Return the function of one pass, as `passes.estimate` wants it."""
     angles = view.projection == "equidistant"
     if not angles:
         check_square(settings.width, settings.height, view.field[0] / view.field[1])

@@ -2,11 +2,11 @@
 few wavelengths.
 
 A place has a kernel of its own for every band, and there are a hundred places: transforms at all
-their wavelengths take far longer than the rest of an image. Drawn to the same scale, patterns of
-neighbouring wavelengths differ by what the phase has changed; straight lines between knots replace
-them (as `knots` does far from the axis). The pattern is taken at points fine enough to hold all of
-it, and weighted with the triangle that two tiles make of a point, drawn to scale for every
-wavelength of a band.
+their wavelengths take far longer than the rest of an image. Scaled to the same size, patterns of
+neighbouring wavelengths differ only by the change of phase. They are interpolated linearly between
+some wavelengths (as `interpolation_wavelengths` does far from the axis). The pattern is sampled
+finely enough to hold all of it. It is weighted with the triangle that two tiles make of a point,
+scaled for every wavelength of a band.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ FEWEST, BORDER, USUAL, MOST = (
     4.0,
     768,
     4096,
-)  # cells across the stop, as `pupils.core_pitch_mm`
+)  # cells across the stop, as `sampled_pupil.core_pitch_mm`
 # points from the axis: 512 wavelengths x f-number, beyond which lies 1e-3 of a point's light
 WIDEST = 1024
 WORTH = 0.7  # of the transforms that all bands would take: fewer are worth lines
@@ -56,7 +56,7 @@ def made(lens, flares, wavelength_nm, pitch_um, half) -> kernels.Kernels:
 
     Parameters
     ----------
-    lens : `place_lens.PlaceLens`. `half` : (y, x) tiles from the axis to the border.
+    lens : `field_point_lens.PlaceLens`. `half` : (y, x) tiles from the axis to the border.
     """
     wave = np.asarray(wavelength_nm, float)
     width, read = band_widths_nm(wave), _read(lens, flares, wave, half)

@@ -52,7 +52,7 @@ class FieldKernels:
     ]  # per place, a window of the frame and there the share of the light
     cores: list[kernels.Kernels]  # per place, that on the axis first
     # per octave, how far kernels of places may be from that of the axis, as
-    # `kernel_errors.deviation`
+    # `kernel_sampling_error.deviation`
     unlike: np.ndarray
 
     def far_scale(self, band: int) -> np.ndarray:

@@ -15,8 +15,8 @@ def kernel_bytes(lens, flares, frame: Frame) -> float:
     """Return the bytes of the kernels of all bands over a frame, and of the lattices that they are
     read from.
 
-    With a sensor's response kernels may end at `tails.WORTH` of the frame: so much is certain, and
-    `check_kernels` sees the rest.
+    With the response of a sensor, kernels may end at `wing_truncation.WORTH` of the frame. That
+    much is certain; `check_kernels` tests the rest.
     """
     wave = np.asarray(frame.wavelength_nm, float)
     blurred = lens.blurs

@@ -2,7 +2,7 @@
 sensor.
 
 A few functionals of the spectrum are convolved instead of every band
-(`physics.convolution_spectral`). Their number grows until the error that is left, computed exactly
+(`physics.convolution.spectral`). Their number grows until the error that is left, computed exactly
 at some tiles of the scene itself, is far below the sensor's noise. Bright tiles, whose own light
 would have to be right to many more digits than noise allows elsewhere, get what is missing around
 them by direct sums.

@@ -1,9 +1,10 @@
 """Spread errors: what the errors of kernels do to the light of one scene, tile by tile; and kernels
 as right as a sensor needs.
 
-Errors of different tiles of a kernel are independent but for neighbours
-(`kernel_errors.deviation`), and so are those of different bands, so a tile's light is off by the
-root of the sum of (L k d)^2 over the tiles and bands that it comes from. What the period of the far
+Errors of different tiles of a kernel are independent except for neighbours
+(`kernel_sampling_error.deviation`), and so are those of different bands. The error of a tile's
+light is therefore the root of the sum of (L k d)^2 over the tiles and bands that it comes from.
+What the period of the far
 field adds may have one sign: its share of L k adds up as it is.
 """
 

@@ -1,11 +1,11 @@
 """Window: what a lens takes of the field, and makes light of, for sensors that see a window of the
 image plane only.
 
-Two bounds leave tiles beyond the window out. Kernels that end at a reach take nothing from beyond
-it: their bound (`tails`) is that of the whole field. Kernels of the full frame lose what tiles
-beyond some reach would send into the window, nowhere more than the brightest of them x the energy
-of the kernel beyond that reach. A lamp far outside so brings all of the field back, one within the
-window does not.
+Two bounds leave out tiles beyond the window. Kernels that end at a reach take nothing from beyond
+it: their bound (`wing_truncation`) is that of the whole field. Kernels of the full frame lose the
+light that tiles beyond some reach would send into the window: at most the brightest of them x the
+energy of the kernel beyond that reach. A bright lamp outside the window disables cropping; one
+within the window does not.
 """
 
 from __future__ import annotations

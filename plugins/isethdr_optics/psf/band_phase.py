@@ -1,6 +1,6 @@
 """Band phase: lenses and dust whose phase changes within a band by more than its parts can follow.
 
-Far kernels are made of parts of a band. Within a part (`far._parts`) the pattern of its middle is
+Far kernels are made of parts of a band. Within a part (`wings._parts`) the pattern of its middle is
 taken for all wavelengths, scaled: its speckles stand still where those of the lens would wash out.
 To second order in the change of phase that leaves up to change^2 / 24 of a speckle.
 """

@@ -3,7 +3,7 @@ whole frame.
 
 A kernel is the point spread function averaged over the source tile and integrated over the
 receiving one. Close to the axis this is exact (`integrated_psf`); farther out it is an average over
-many points and wavelengths (`far`). What remains there is speckle, measured by the difference
+many points and wavelengths (`wings`). What remains there is speckle, measured by the difference
 between two halves of the points.
 """
 
@@ -78,8 +78,7 @@ class Kernels:
     # relative, light wrapped into tiles near the kernel's border by the period of the far field
     wrap: float = 0.0
     deviation: np.ndarray | None = (
-        # (band, octave) relative, of light of any pattern, as `kernel_errors.deviation`; None:
-        # exact
+        # (band, octave) relative, as `kernel_sampling_error.deviation`; None: exact
         None
     )
     core: np.ndarray | None = (
@@ -483,7 +482,7 @@ def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
 
 
 def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
-    """Return what `far.shared` makes for all bands, or nothing where it would be wrong or exact
+    """Return what `wings.shared` makes for all bands, or nothing where it would be wrong or exact
     cores cover the frame.
     """
     shortest = wavelength_nm - width_nm / 2

@@ -38,7 +38,7 @@ FEWEST = 2.0  # samples across a tile
 MOST_ACROSS = 1e5  # cells across the pupil
 NARROWEST = 2e-4  # of a band, relative: a line of 0.1 nm
 WRAP = (
-    0.0015  # largest error of the border tiles from the period of the field, as `far.WRAP_SHARED`
+    0.0015  # largest error of the border tiles from the period of the field, as `wings.WRAP_SHARED`
 )
 COLUMNS = 8  # of tiles, looked at together
 FINE_COLUMNS = {"step": 0.2, "moves": 0.3, "period": 6.0}  # of direct sums that are right to 1e-3
@@ -283,7 +283,7 @@ class Errors(NamedTuple):
     """
 
     relative: np.ndarray  # mean magnitude per tile
-    deviation: np.ndarray  # as `kernel_errors.deviation`
+    deviation: np.ndarray  # as `kernel_sampling_error.deviation`
     mean: float  # largest relative error of an octave's light as a whole
 
 
@@ -321,7 +321,7 @@ class Core(NamedTuple):
     reach: tuple[int, int]  # (y, x) tiles from the axis
     halves: np.ndarray  # as `exact_halves`
     relative: np.ndarray  # mean magnitude of the error per tile, per octave
-    deviation: np.ndarray  # of light of any pattern, as `kernel_errors.deviation`
+    deviation: np.ndarray  # of light of any pattern, as `kernel_sampling_error.deviation`
 
 
 def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) -> Core:

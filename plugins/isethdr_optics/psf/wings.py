@@ -62,7 +62,7 @@ MOST_ACROSS, MOST_ACROSS_PHASE = (
     8e4,
 )  # cells across a pupil: a minute where it is shapes alone; twenty, cell by cell, with phase
 # from the shortest wavelength down to the lattice that it is read from, at most: the widest of
-# `knots.STEPS_NM`
+# `interpolation_wavelengths.STEPS_NM`
 BELOW_NM = 80.0
 CHORD_BYTES = 3000  # for every row of cells of a pupil of shapes
 PHASE_CHANGE = 0.3  # radians rms, from one end of a part of the band to the other
@@ -77,9 +77,8 @@ class Lattice:
     """
 
     values: np.ndarray
-    step_um: tuple[
-        float, float
-    ]  # at `wavelength_nm`, as `pupils.scaled_nm`; a pattern without phase scales with wavelength
+    # at `wavelength_nm`, as `sampled_pupil.scaled_nm`; without phase it scales with wavelength
+    step_um: tuple[float, float]
     wavelength_nm: float
     offset: tuple[float, float]
 

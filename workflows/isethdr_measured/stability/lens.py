@@ -19,11 +19,11 @@ from .verdict import Measured, relative, with_ledger
 
 GREEN = np.array([550.0])
 ROUNDING = 2.0**-23  # irradiance is float32: one step
-PUPIL = 1e-4  # kernel values (L1), as the plugin's `pupils.CORE_SAMPLES` states
+PUPIL = 1e-4  # kernel values (L1), as the plugin's `sampled_pupil.CORE_SAMPLES` states
 # the same where the pupil is as coarse as a quarter wave per cell allows; no stage states a bound,
 # this is asked
 WAVEFRONT = 1e-2
-ORDERS = 4e-4  # of a point's light, as the plugin's `pupils.CELLS` states
+ORDERS = 4e-4  # of a point's light, as the plugin's `sampled_pupil.CELLS` states
 DEFOCUS = (0.5, 5.5, 50.5)  # waves
 
 

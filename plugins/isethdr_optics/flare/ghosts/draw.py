@@ -199,7 +199,7 @@ def points(source: Source, low, high, tangents, limits, iris: Iris | None = None
 
     Parameters
     ----------
-    low, high : `ghosts_trace.Beam` at the two field `tangents`; between them positions, weights and
+    low, high : `trace.Beam` at the two field `tangents`; between them positions, weights and
         margins go linearly.
     limits : the box both were traced over, mm.
     iris : blades that stand still while the source turns about the axis; the beams then hold their

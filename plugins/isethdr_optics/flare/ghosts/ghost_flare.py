@@ -81,14 +81,14 @@ class GhostFlare:
         return real.with_coating(self.coating) if self.coating else real
 
     def iris(self, lens):
-        """Return the `ghosts_draw.Iris` of this flare in `lens`, None where it is round."""
+        """Return the `draw.Iris` of this flare in `lens`, None where it is round."""
         if self.blades < 3:
             return None
         real = self.of_lens(lens)
         return Iris(self.blades, self.rotation_deg, real.surfaces[real.stop].semi_diameter_mm)
 
     def pairs(self, lens, wavelength_nm, largest_tangent: float):
-        """Return (traced, left out), lists of `ghosts_trace.Pair`, strongest first and weakest
+        """Return (traced, left out), lists of `trace.Pair`, strongest first and weakest
         first.
         """
         wave = tuple(map(float, wavelength_nm))
