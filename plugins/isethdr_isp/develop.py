@@ -1,5 +1,5 @@
-"""Develop: from a mosaic of electrons to a picture in cd/m2, with the variances that the samples'
-noise becomes.
+"""Develop: from a mosaic of electrons to a picture in cd/m2, with the variances that follow from
+the noise of the samples.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
         (y, x).
     reads : `electrons.Readout` of the charge whose electrons these are.
     captures : the captures Dataset, for the filter array, the grid and the lens.
-    how : the fields of the isp. A denoised picture also holds the picture before, whose variance is
-        known (`truth.before_denoising`).
-    balance : the light whose grey comes back exactly.
+    how : the fields of the isp. A denoised picture also holds the picture before denoising, whose
+        variance is known (`truth.before_denoising`).
+    balance : the light whose grey is reproduced exactly.
     """
     if how.denoise not in DENOISERS:
         raise ConfigError(
@@ -64,8 +64,7 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
 def _developed(merged, captures, how: Development, matrix, attrs: dict):
     """Return the picture that one mosaic makes through the colour matrix (3, channel)."""
     filters, names = captures["filter"].values, [str(name) for name in captures["channel"].values]
-    # the falloff goes first, while every sample still stands at its own place: a uniform scene is
-    # then flat to the demosaic
+    # shading is corrected before the demosaic, so that a uniform scene is flat for the demosaic
     level = shading(captures, how.shading_csv)
     valid, level = (
         merged.valid & (level > 0),
@@ -142,7 +141,7 @@ def picture_attrs(
     ]
     if isinstance(balance, Mixture):
         attrs["scene_light"] = str(balance)
-    # the level at which the matrix weighs noise rightly; absent where noise is not thought of
+    # the luminance for whose noise the matrix is solved; absent where noise is ignored
     if np.isfinite(how.design_snr):
         samples = radiances(wavelength_nm)
         attrs["design_cd_m2"] = design_luminance(
@@ -157,11 +156,11 @@ def solve_matrix(
     """Return the matrix (3, channel) from electrons to XYZ in cd/m2, and state its residual in the
     ledger.
 
-    Least squares over smooth reflectances in four lights, exact for a grey in the light `balance`;
-    in that light alone where it was found in the shot (`scene_light`).
-    The covariance of the sensor's noise at `design_luminance` is a penalty (Tikhonov), so that a
-    white pixel, which is nearly the sum of the coloured ones, lowers noise instead of being
-    subtracted from them; an infinite `design_snr` leaves it out, and plain least squares remain.
+    Least squares over smooth reflectances in four lights, exact for a grey in the light `balance`.
+    Where that light was found in the shot (`scene_light`), the reflectances are in that light
+    alone. The covariance of the sensor noise at `design_luminance` is a penalty (Tikhonov). Without
+    it, a white pixel, which is nearly the sum of the coloured ones, would be subtracted from them
+    and raise the noise. An infinite `design_snr` gives plain least squares.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""HDR white, a view for parity with ISETCam: what is nearly saturated is blended to white, so that
+"""HDR white, for comparison with ISETCam: nearly saturated pixels are blended to white, so that
 clipped colours do not show.
 """
 
@@ -30,8 +30,8 @@ def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> n
 
     Notes
     -----
-    A view alone: the picture stays scene-referred, with its variance and the mark of what is not
-    valid.
+    For display only: the picture stays scene-referred, with its variance and its mask of valid
+    pixels.
     """
     from scipy.ndimage import correlate1d
 

@@ -1,4 +1,4 @@
-"""Ideal: nothing but the inverse of an ideal sensor; noise and saturation are not thought of."""
+"""Ideal: the inverse of an ideal sensor, without regard to noise and saturation."""
 
 from __future__ import annotations
 

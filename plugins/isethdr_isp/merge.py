@@ -36,8 +36,8 @@ class MergeIsp(Development):
         """Return the merged picture; a pixel is valid when every sample in it is unsaturated in
         some capture.
 
-        Its variable `source` (y, x) is the number of the capture that weighs most in the pixel's
-        own sample.
+        Its variable `source` (y, x) is the number of the capture with the largest weight in the
+        pixel's own sample.
         """
         if self.rule not in RULES:
             raise ConfigError(f"isp rule {self.rule!r} is unknown{did_you_mean(self.rule, RULES)}")
@@ -111,8 +111,8 @@ def charges(captures, balance: Illuminant):
 
 
 def _state_spectral_mismatch(groups, wavelength_nm) -> None:
-    """State how far captures of unlike filter curves disagree on coloured light: they agree on the
-    balance light only.
+    """State how far captures with different filter curves disagree on coloured light. They agree on
+    the balance light only.
     """
     long, samples = groups[-1][0], radiances(wavelength_nm)
     reference = samples @ (long.response / long.sensitivity[:, None]).T

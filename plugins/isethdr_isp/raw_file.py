@@ -1,9 +1,8 @@
-"""Raw file: one capture as a digital negative (DNG 1.4, a TIFF/EP), for the raw developers of
-others.
+"""Raw file: one capture as a digital negative (DNG 1.4, a TIFF/EP), for other raw developers.
 
-The samples are the DN themselves; black, white, filter array, colour matrix, noise and exposure are
-the file's own tags. What a DNG has no tag for, electrons per DN and absolute light, stands in the
-description as JSON.
+The samples are the DN. Black, white, filter array, colour matrix, noise and exposure are tags of
+the file. Figures without a tag, such as electrons per DN and throughput, are in the description as
+JSON.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Scene light: which of the known lights, or which mixture of two, a shot was taken in.
+"""Scene light: the known light, or mixture of two, in which a shot was taken.
 
-The mean colour of what is no lamp is taken for grey (Buchsbaum 1980), in the sensor's own channels.
-The mixture whose white has the most similar channel ratios is the scene's light; white balance and
-colour matrix follow it.
+The mean colour of all cells without lamps is taken for grey (Buchsbaum 1980), in the channels of
+the sensor. The light of the scene is the mixture whose white has the most similar channel ratios.
+White balance and colour matrix follow it.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from .spectra import LIGHTS, Illuminant, Mixture, light
 
 AUTOMATIC = "automatic"
 REFERENCE = "daylight"  # captures are compared in this light; also the answer where nothing is seen
-# brighter than this multiple of the percentile is a lamp, or its glare
+# a cell brighter than this multiple of the percentile is a lamp, or its glare
 LAMP_PERCENTILE, LAMP_MULTIPLE = 95.0, 2.0
 STEPS = 100  # of a mixture's share
 
 
 def illuminant(captures, balance: str) -> Illuminant:
-    """Return the light that `balance` names, or for "automatic" the one found in `captures`; the
-    ledger has how well its channel ratios fit.
+    """Return the light that `balance` names, or for "automatic" the one found in `captures`. The
+    ledger states how well its channel ratios fit.
     """
     if balance != AUTOMATIC:
         return balance

@@ -1,5 +1,5 @@
-"""Spectra a colour matrix is solved for: lights of a driving scene and smooth reflectances, all
-from formulas.
+"""Spectra for which a colour matrix is solved: lights of a driving scene and smooth reflectances,
+all from formulas.
 
 | light    | formula                                                                       |
 |----------|-------------------------------------------------------------------------------|
@@ -61,8 +61,9 @@ def reflectances(wavelength_nm) -> np.ndarray:
     """Return smooth reflectances (surface, wavelength), 0..1: a grey, edges up and down, bands up
     and down.
 
-    Edges are logistic with a width of 20 nm, at 440 to 640 nm: foliage, bricks, paints are of this
-    kind. Bands have a sigma of 30 nm. Each comes saturated (3 to 80 %) and half mixed with grey.
+    Edges are logistic with a width of 20 nm, at 440 to 640 nm, like those of foliage, bricks and
+    paints. Bands have a sigma of 30 nm. Each exists twice: saturated (3 to 80 %), and half mixed
+    with grey.
     """
     w = np.asarray(wavelength_nm, float)
     out = [np.full(len(w), 0.5)]

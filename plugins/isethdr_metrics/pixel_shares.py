@@ -1,6 +1,4 @@
-"""Pixel shares: how much of the frame, and of each object, was measured and how much is
-saturated.
-"""
+"""Pixel shares: the shares of valid and of saturated pixels, of the frame and of each object."""
 
 from __future__ import annotations
 

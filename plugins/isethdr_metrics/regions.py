@@ -1,4 +1,5 @@
-"""Regions: the frame and the objects in it, and what every metric needs of them."""
+"""Regions: the frame and the objects in it, with luminances, means and intervals that metrics
+share."""
 
 from __future__ import annotations
 
@@ -54,8 +55,7 @@ def luminance_variance(picture) -> np.ndarray:
 
 
 def variance_stated(picture, score: str, unit: str) -> bool:
-    """Return whether the picture states its variance; where it does not, say that `score` is left
-    out.
+    """Return whether the picture states its variance. If not, state that `score` is left out.
 
     Parameters
     ----------

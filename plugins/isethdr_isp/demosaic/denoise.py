@@ -1,9 +1,9 @@
 """Denoise: non-local means of a mosaic, before it is demosaiced.
 
-Pixels at one place of the filter array are averaged where their surroundings, all channels of them,
-look alike (Buades, Coll, Morel 2005, on the mosaic as Danielyan et al. 2009). Likeness is judged on
-stabilised values, whose noise is the same everywhere; the averages are of electrons, so that there
-is no inverse to be taken and none to leave a bias (docs/explanation/isp.md compares the two).
+Pixels at the same position of the filter array are averaged where their surroundings, in all
+channels, are similar (Buades, Coll, Morel 2005; on the mosaic as Danielyan et al. 2009). Similarity
+is judged on variance-stabilised values. The averages are of electrons, so no inverse transformation
+is needed, which could leave a bias (docs/explanation/isp.md compares the two).
 """
 
 from __future__ import annotations
@@ -27,21 +27,20 @@ BINS = 512
 
 
 def denoised(merged: Merged, cell_shape: tuple[int, int]) -> Merged:
-    """Return the mosaic averaged over alike pixels, with the temporal variance of every average; no
-    fixed pattern is stated.
+    """Return the mosaic averaged over similar pixels, with the temporal variance of every average.
+    No fixed pattern is stated.
 
     Parameters
     ----------
-    merged : electrons and variance (y, x), samples independent of each other; those that are not
-        valid stay as they are.
+    merged : electrons and variance (y, x) of independent samples. Samples that are not valid stay
+        unchanged.
     cell_shape : rows and columns after which the filter array repeats.
 
     Notes
     -----
-    Var is the larger of sum w^2 Var and sum w^2 (x - mean)^2: what is stated of the samples, and
-    how far they are apart. They are further apart where faint texture was taken for noise, and
-    which of it is averaged differs from shot to shot. The weights follow the noise as well, which
-    is not in it: see docs/explanation/isp.md.
+    The variance is the larger of sum w^2 Var and sum w^2 (x - mean)^2: from the stated variance of
+    the samples, and from their scatter. The scatter is larger where faint texture was averaged as
+    noise. It does not include that the weights follow the noise: see docs/explanation/isp.md.
     """
     x, variance, good = merged.signal_e, merged.variance_e2, merged.valid
     level = stabilised(x, variance, good)
@@ -97,8 +96,7 @@ def stabilised(x, variance, good):
     values, spreads = x[good].ravel(), variance[good].ravel()
     place = np.array([values[part].mean() for part in parts])
     spread = np.array([spreads[part].mean() for part in parts])
-    # below 0 there is only noise around 0: what is reported there, from a pixel's own sample, is
-    # too small
+    # values below 0 are noise around 0; the variance stated for them is too small
     spread = np.maximum(
         spread, np.interp(min(0.0, place[-1]), place, spread) if place[0] < 0 else 0.0
     )
@@ -119,10 +117,8 @@ def likeness(one, other):
 
 
 def shifts(cell_shape, shape):
-    """Return every second one of the shifts (rows, columns) that keep the filter array, column by
-    column.
-
-    The other half are their opposites.
+    """Return half of the shifts (rows, columns) that keep the filter array, column by column. The
+    other half are their opposites.
     """
     dy, dx = (np.arange(-(REACH // period), REACH // period + 1) * period for period in cell_shape)
     return [

@@ -1,10 +1,10 @@
 """Demosaic: every channel at every pixel, for any periodic filter array, as a linear map with known
 variance.
 
-A pixel keeps its own sample. A missing one is the value at that place of a plane fitted to the
-nearest samples of its channel, with tent weights: exact on constants and on linear ramps for any
-pattern, and the usual bilinear average on Bayer and on other 2 x 2 arrays. Borders are mirrored
-about the outermost pixel, which keeps the phase of the array.
+A pixel keeps its own sample. A missing sample is the value of a plane that is fitted to the nearest
+samples of its channel, with tent weights. This is exact on constants and linear ramps for any
+pattern, and the usual bilinear average on Bayer and other 2 x 2 arrays. Borders are mirrored about
+the outermost pixel, which keeps the phase of the array.
 """
 
 from __future__ import annotations
@@ -141,11 +141,10 @@ def _with_edge(place: int, count: int) -> int:
 
 
 def plane_weights(where) -> list[tuple[int, int, float]]:
-    """Return (dy, dx, weight) of the samples `where` (square window, True at samples) that give the
-    centre's value.
+    """Return (dy, dx, weight) of the samples that give the value at the centre.
 
-    Minimises sum w^2 / tent under sum w = 1, sum w dx = sum w dy = 0, in the smallest window that
-    can meet them.
+    The weights minimise sum w^2 / tent under sum w = 1 and sum w dx = sum w dy = 0, in the smallest
+    window where that is possible. `where` is a square window, True at samples.
     """
     where = np.asarray(where, bool)
     return _solved(where.tobytes(), len(where))

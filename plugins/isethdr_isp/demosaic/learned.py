@@ -1,13 +1,12 @@
-"""Learned demosaic: one small linear filter for every place of the filter array and every local
+"""Learned demosaic: one small linear filter for every position of the filter array and every local
 class.
 
 Local, linear, learned (Jiang, Tian, Farrell, Wandell 2017): a table of 7 x 7 filters, chosen by
-`local_classes`. Every filter sums to 1 over the samples of the channel it makes and to 0 over those
-of every other, so a flat field of any colour comes back in the mean, whatever its class. The
+`local_classes`. Every filter sums to 1 over the samples of its own channel and to 0 over those of
+each other channel. The mean of a flat field of any colour is therefore kept in every class. The
 classes follow the noise, so no variance is stated.
 
-The table is trained by `isethdr study train_demosaic` on simulated pictures and says so itself: see
-`provenance`.
+`isethdr study train_demosaic` trains the table on simulated pictures; `provenance` states how.
 """
 
 from __future__ import annotations

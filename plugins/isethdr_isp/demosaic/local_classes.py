@@ -1,14 +1,13 @@
-"""Local classes: which of a few kinds of neighbourhood every pixel of a mosaic lies in, for the
-learned demosaic.
+"""Local classes: the kind of neighbourhood of every pixel of a mosaic, for the learned demosaic.
 
 | feature  | classes                                                                |
 |----------|------------------------------------------------------------------------|
 | level    | local mean over its noise: below 2.5, 6, 15, 40, above                 |
 | contrast | flat where noise explains all change, else the share of change along x |
 
-Changes are differences of the two neighbours of a pixel, left and right or above and below, where
-both have one filter: on a Bayer array everywhere, on an array with white on a checkerboard at all
-other pixels.
+A change is the difference of the two neighbours of a pixel, left and right or above and below,
+where both have the same filter. On a Bayer array that is everywhere; on an array with white on a
+checkerboard it is at all other pixels.
 """
 
 from __future__ import annotations
@@ -50,9 +49,8 @@ def classes(mosaic, filters, variance) -> np.ndarray:
 
 def _change(mosaic, filters, variance, axis):
     """Return the local mean of the squared difference between the two neighbours along `axis`,
-    where they have one filter.
-
-    And what noise alone makes of it, and how many differences there were.
+    where they have the same filter; its expectation from noise alone; and the number of
+    differences.
     """
     (a, b), (one, other), (v, w) = (
         _neighbours(values, axis) for values in (mosaic, filters, variance)

@@ -1,5 +1,5 @@
-"""Ways to demosaic by name: the bilinear rule and a guided one for any array, two published ones
-for Bayer, a learned one.
+"""Demosaic methods by name: the bilinear and a guided rule for any array, two published rules for
+Bayer, a learned one.
 
 | method     | arrays | variance                                                      |
 |------------|--------|---------------------------------------------------------------|
@@ -203,11 +203,11 @@ def _guided(mosaic, planes, filters, variance, lead: int):
     """Return planes interpolated along a guide: the channel that is sampled most, green of Bayer or
     white of RGBW.
 
-    Residual interpolation (Kiku et al. 2013): each channel is locally a line in the guide, fitted
-    over its own samples (He et al. 2010); what is left at the samples is interpolated and added.
-    The guide's noise is in the denominator of the slope, so in the dark the line is flat and the
-    bilinear rule comes back. A guide that is sampled no more than other channels would spread its
-    own aliasing to all.
+    Residual interpolation (Kiku et al. 2013): each channel is locally a linear function of the
+    guide, fitted to its own samples (He et al. 2010). The residuals at the samples are interpolated
+    and added. The noise of the guide is in the denominator of the slope, so in the dark the slope
+    is 0 and the result is the bilinear rule. A guide that is sampled no more than other channels
+    would spread its aliasing to all of them.
     """
     filters = np.asarray(filters)
     guide = _along_edges(mosaic, planes[lead], filters == lead, variance)
@@ -225,8 +225,8 @@ def _guided(mosaic, planes, filters, variance, lead: int):
 
 
 def _along_edges(mosaic, plane, at, variance):
-    """Return the guide (y, x); on a checkerboard of samples, interpolated along the direction in
-    which it changes less.
+    """Return the guide (y, x). On a checkerboard of samples it is interpolated along the direction
+    in which it changes less.
     """
     from scipy.ndimage import uniform_filter
 

@@ -1,4 +1,4 @@
-"""Combine: any number of captures of one shot into one mosaic of electrons, without bias.
+"""Combine: merge any number of captures of one shot into one mosaic of electrons, without bias.
 
 Weights must follow the noisy data, and such weights usually bias the result. For a charge t = N + n
 with N Poisson(m) and n normal(0, v), and any smooth G,
@@ -10,10 +10,10 @@ so that, with z an independent estimate of the signal m - d and d the known dark
 
     x = t G(t) - v G'(t) - d G(t + 1) + z (1 - G(t + 1))
 
-has exactly the mean of the signal for every G. Here G is the weight of inverse variances times a
-ramp that ends just below saturation, one shot-noise deviation wide. Several reads of one charge are
-averaged first with constant weights. The weights look at the temporal noise alone; the fixed
-pattern goes along with the weights that result.
+has exactly the mean of the signal for every G. Here G is the weight of inverse variances, times a
+ramp that ends just below saturation and is one standard deviation of the shot noise wide. Several
+reads of one charge are averaged first, with constant weights. The weights follow the temporal noise
+alone; the fixed pattern is propagated with them.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Merged:
 
 
 def plain(read: Readout) -> Merged:
-    """Return one reading as a mosaic, with no thought of what lies near its top."""
+    """Return one reading as a mosaic, without a margin below its top."""
     signal, variance = read.charge_e - read.dark_e, read.variance_e2()
     source = np.full(signal.shape, read.capture, np.uint8)
     return Merged(
@@ -70,7 +70,7 @@ class Charge:
 def read_charge(reads: list[Readout], per_light) -> Charge:
     """Return one charge from all reads of it: those below their top, weighted by 1 / read variance.
 
-    The weights depend on no light, so nothing is biased, and the shot noise that the reads share is
+    The weights do not depend on the light, so there is no bias. Shot noise that the reads share is
     counted once.
     """
     widest = max(reads, key=lambda r: r.top_e)

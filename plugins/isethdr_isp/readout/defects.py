@@ -14,10 +14,10 @@ MAP = "defect"  # variable of the captures, (y, x) bool
 def corrected(merged: Merged, defect, cell_shape: tuple[int, int]) -> Merged:
     """Return the mosaic with every defect replaced by the mean of opposite neighbours.
 
-    Of the two pairs of neighbours at the period of the filter array, above and below, left and
-    right, that pair counts whose values differ less beside their noise, as long as both are sound;
-    else the mean of all sound ones of the four. A linear ramp is kept by either pair. A defect
-    without a sound neighbour is not valid.
+    There are two pairs of neighbours at the period of the filter array: above and below, left and
+    right. The pair is used whose values differ less relative to their noise, if both pixels are
+    sound. Without such a pair, the mean of all sound neighbours is used. Either pair keeps a linear
+    ramp. A defect without a sound neighbour is not valid.
 
     Parameters
     ----------

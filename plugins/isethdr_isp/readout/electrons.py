@@ -1,5 +1,5 @@
-"""Readout: from DN back to electrons with their variance, and what one electron of a capture means
-in light.
+"""Electrons: from DN back to electrons with their variance, and the light that one electron of a
+capture stands for.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ VARIANCE_FLOOR = 0.1  # of the read variance: a variance estimated from one pixe
 
 @dataclass(frozen=True, eq=False)
 class Readout:
-    """One capture in electrons of charge, dark charge included; negative where read noise was."""
+    """One capture in electrons of charge, dark charge included. Read noise can make it negative."""
 
     charge_e: np.ndarray  # (y, x)
     saturated: np.ndarray  # (y, x) bool
@@ -74,7 +74,7 @@ def readouts(captures, white_radiance) -> list[Readout]:
 
     Notes
     -----
-    Where a table `response_dn` says how the pixel bends, the electrons are those that had to
+    Where the captures hold a response table (`response_dn`), the electrons are those that had to
     arrive, and a pixel is saturated only where the table ends.
     """
     per_photon = captures["quantum_efficiency"].values.astype(float)
@@ -140,9 +140,9 @@ def linear_dn(captures, i: int, raw):
     """Return linear DN of codes `raw` of capture `i`, linear DN per code there, and at the top; 1
     without companding.
 
-    The sensor's table `companding_dn` -> `companding_linear_dn` is followed on straight lines
-    between its entries; padding with NaN is left out. Black level, gain, top and quantisation are
-    those of linear DN, one step being one of them.
+    The table `companding_dn` -> `companding_linear_dn` of the sensor is interpolated linearly;
+    padding with NaN is left out. Black level, gain, top and quantisation are those of the linear
+    scale.
     """
     if "companding_dn" not in captures:
         return raw, 1.0, 1.0

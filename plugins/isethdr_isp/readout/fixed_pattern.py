@@ -2,9 +2,8 @@
 this one.
 
 PRNU scales the signal, the dark spread scales the dark charge, offsets add to a reading. PRNU and
-dark spread belong to the
-silicon of a photodiode: readings that share the silicon deviate alike, so their weights add before
-they are squared.
+dark spread belong to the silicon of a photodiode. Readings of one photodiode have the same
+deviation, so their weights add before they are squared.
 """
 
 from __future__ import annotations
@@ -102,9 +101,9 @@ def fixed_pattern(reads: list[WeightedRead], signal_e, variance_e2) -> SampleNoi
 
     Notes
     -----
-    PRNU goes with the square of the mean signal, estimated without bias as signal^2 - variance. A
-    pixel in the dark may
-    therefore state a value below 0; the sum with the temporal variance stays above 0.
+    PRNU is proportional to the square of the mean signal, which is estimated without bias as
+    signal^2 - variance. A pixel in the dark may therefore state a value below 0. The sum with the
+    temporal variance stays above 0.
     """
     reads = [read for read in reads if read.spread.any()]
     if not reads:

@@ -8,8 +8,9 @@ L taking z to z' at every pixel,
 
     x = U[A + z' B] + U[B] (z' - U[z'])
 
-t and z come from different pixels and are independent, so the mean of x is the signal on every
-linear ramp, whatever G. The last term keeps the detail of the short samples where they count.
+t and z come from different pixels and are independent. The mean of x is therefore the signal on
+every linear ramp, for any G. The last term keeps the detail of the short samples where they are
+used.
 """
 
 from __future__ import annotations
@@ -48,7 +49,8 @@ class Interleaved(NamedTuple):
 def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> Interleaved:
     """Return the capture as electrons of upper case pixels, one channel per colour.
 
-    A colour that comes in one case alone keeps it. Dark charge is subtracted, and electrons are
+    A colour with letters of one case only keeps its channel. Dark charge is subtracted, and
+    electrons are
     divided by the relative illumination of the lens.
 
     Parameters

@@ -1,9 +1,10 @@
-"""Rules: other people's ways to merge a shot, under one signature, for comparison with ours.
+"""Merge rules: the default and published rules for merging a shot, with one signature, for
+comparison.
 
 Each takes the reads of every charge, least sensitive charge first, and the electrons per unit of
 light of each charge's pixels, and returns `Merged` in absolute electrons of the most sensitive
-charge. A read counts while it is below 95 % of its top, ISETCam's saturated fraction. Variances are
-honest whatever the rule: reads of one charge share their shot noise.
+charge. A read counts while it is below 95 % of its top, ISETCam's saturated fraction. Each rule
+states its own variance; reads of one charge share their shot noise.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ def isetcam(groups, per_light) -> Merged:
     """Return ISETCam's rule 'saturated' (sensorComputeArray.m): the widest read of the most
     sensitive charge that is good.
 
-    Higher gains of one charge are never used. Nothing tests the least sensitive one in ISETCam;
-    here it sets `valid`.
+    Higher gains of one charge are never used. ISETCam does not test the saturation of the least
+    sensitive charge; here it sets `valid`.
     """
     return _descend([[max(reads, key=lambda r: r.top_e)] for reads in groups], per_light)
 
@@ -77,8 +78,8 @@ def _good(read: Readout):
 
 
 def _descend(groups, per_light) -> Merged:
-    """Return the mean of the good reads of the most sensitive charge with one; the widest read of
-    the least sensitive else.
+    """Return the mean of the good reads of the most sensitive charge that has one; else the widest
+    read of the least sensitive charge.
     """
     out, chosen, parts = None, [], []
     for reads, light in zip(groups, per_light):  # least sensitive first, later ones overwrite

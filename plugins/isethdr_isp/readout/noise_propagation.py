@@ -1,9 +1,8 @@
-"""Noise propagation: the variance that a linear map of the mosaic leaves in the picture.
+"""Noise propagation: the variance of a picture that is a linear map of the mosaic.
 
 Every value of a picture is a weighted sum of samples of the mosaic. Colour matrix and demosaic are
-composed to
-one kernel per place of the filter array, so the covariance between interpolated channels is part of
-the result.
+composed to one kernel per position of the filter array, so the result includes the covariance
+between interpolated channels.
 """
 
 from __future__ import annotations
@@ -19,12 +18,10 @@ Alike = Literal["same", "any"]
 
 
 class NoisePart(NamedTuple):
-    """One cause of noise: its variance in every sample, and which samples of a neighbourhood
-    deviate alike.
+    """One cause of noise: its variance in every sample, and which samples share one deviation.
 
-    Samples deviate alike when their rows and their columns agree: "same" asks for the same row or
-    column, "any" for
-    none. Their deviations are one normal number times the square root of the variance.
+    `rows` and `columns` tell which samples share it: "same" means only those of one row or column,
+    "any" means all. Their deviations are one normal number times the square root of the variance.
     """
 
     variance_e2: np.ndarray  # (y, x)
@@ -32,21 +29,20 @@ class NoisePart(NamedTuple):
     columns: Alike = "same"
 
     def alone(self) -> bool:
-        """Return whether every sample deviates by itself."""
+        """Return whether all samples are independent."""
         return self.rows == "same" and self.columns == "same"
 
     def samples(self):
-        """Return what `weighted` takes: standard deviations where samples deviate alike, else
-        variances, (y, x).
-
-        One number, a standard deviation, where all samples have the same.
+        """Return the noise (y, x) in the form that `weighted` takes: standard deviations where
+        samples share a deviation, else variances. One standard deviation, where it is the same for
+        all samples.
         """
         if self.variance_e2.min() == self.variance_e2.max() >= 0:
             return np.sqrt(self.variance_e2.flat[0])
         return self.variance_e2 if self.alone() else np.sqrt(self.variance_e2)
 
     def groups(self, places: list[tuple[int, int]]) -> list[list[int]]:
-        """Return the samples at `places` (row, column) in groups that deviate alike."""
+        """Return the samples at `places` (row, column) in groups that share a deviation."""
         found: dict = {}
         for number, (row, column) in enumerate(places):
             key = row * (self.rows == "same"), column * (self.columns == "same")
@@ -59,7 +55,7 @@ class NoisePart(NamedTuple):
         Parameters
         ----------
         weights : (out, sample).
-        groups : numbers of the samples that deviate alike, as `groups` returns them.
+        groups : numbers of the samples that share a deviation, as `groups` returns them.
         near : noise (sample, pixel) of the samples of each pixel, as `samples` returns it.
         """
         if self.alone():
@@ -90,7 +86,7 @@ class SampleNoise:
 
 
 def independent(variance_e2) -> SampleNoise:
-    """Return the noise of samples (y, x) that deviate each by itself."""
+    """Return the noise of independent samples (y, x)."""
     return SampleNoise((NoisePart(np.asarray(variance_e2, float)),))
 
 
@@ -150,8 +146,7 @@ class Kernels:
         Notes
         -----
         With the composed weight k of a sample, the variance is the sum of k^2 Var over the samples.
-        Of samples that
-        deviate alike, the sum of k sd is squared. Nothing is approximated.
+        Of samples that share a deviation, the sum of k sd is squared. The result is exact.
         """
         out = np.zeros((len(matrix), *self.shape))
         for part in noise.parts:

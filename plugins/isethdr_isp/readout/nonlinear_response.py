@@ -1,5 +1,5 @@
-"""Bent response: the table by which a capture of a pixel that is not linear is read back, from
-linear DN to electrons.
+"""Nonlinear response: the table from linear DN to electrons, for captures of a pixel that is not
+linear.
 """
 
 from __future__ import annotations
@@ -24,24 +24,22 @@ class BentResponse:
     variance_e2: np.ndarray  # of one reading, the shot noise of the light included
 
     def electrons_at(self, dn) -> np.ndarray:
-        """Return the electrons that have to arrive for `dn`; the first straight piece goes on below
-        the first entry.
+        """Return the electrons that have to arrive for `dn`. Below the first entry the first
+        segment is extended.
         """
         slope = (self.electrons[1] - self.electrons[0]) / (self.dn[1] - self.dn[0])
         return np.interp(dn, self.dn, self.electrons) + slope * np.minimum(dn - self.dn[0], 0.0)
 
     def electrons_per_dn(self, dn) -> np.ndarray:
-        """Return the slope of the table at `dn`, electrons per DN; that of the first piece below
-        the first entry.
+        """Return the slope of the table at `dn`, electrons per DN. Below the first entry it is that
+        of the first segment.
         """
         slopes = np.diff(self.electrons) / np.diff(self.dn)
         place = np.searchsorted(self.dn, dn, side="right") - 1
         return slopes[np.clip(place, 0, len(slopes) - 1)]
 
     def read_variance_e2(self, dn) -> np.ndarray:
-        """Return what the variance of a reading has beyond the Poisson noise of the light, e^2, 0
-        or above.
-        """
+        """Return the variance of a reading less the Poisson noise of the light, e^2, 0 or above."""
         poisson = np.maximum(np.interp(dn, self.dn, self.electrons), 0.0)
         return np.maximum(np.interp(dn, self.dn, self.variance_e2) - poisson, 0.0)
 
@@ -56,9 +54,7 @@ def bent_response(captures, i: int) -> BentResponse | None:
 
 
 def check_responses(captures) -> None:
-    """Refuse a table that cannot be followed: part of one, too short, not rising, or without a
-    variance.
-    """
+    """Refuse a table that cannot be used: incomplete, too short, not rising, without a variance."""
     present = [name for name in NAMES if name in captures]
     if not present:
         return

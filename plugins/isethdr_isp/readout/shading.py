@@ -1,8 +1,8 @@
-"""Shading: relative illumination, stated by the lens or measured on a flat field, divided out of
-every sample.
+"""Shading: relative illumination, stated by the lens or measured on a flat field, by which every
+sample is divided.
 
-A measured table holds radius_mm on the sensor, from the axis, and the illumination there relative
-to the axis. Four even powers of the radius follow any lens without sharp vignetting.
+A measured table holds radius_mm, the distance from the axis on the sensor, and the illumination
+relative to the axis. Four even powers of the radius fit any lens without sharp vignetting.
 """
 
 from __future__ import annotations
@@ -50,8 +50,9 @@ def radii_mm(captures) -> np.ndarray:
 def measured_shading(captures, capture: str = ""):
     """Return (radius_mm, relative, standard_error) of a lens, from captures of a flat field.
 
-    Every channel is fitted by its own even polynomial of the radius, all samples alike, so that
-    noise leaves no bias; what they say relative to the axis is averaged by their electrons.
+    Every channel is fitted by an even polynomial of the radius. All samples have the same weight,
+    so that noise causes no bias. The curves relative to the axis are averaged over the channels,
+    weighted by their electrons.
 
     Raises
     ------

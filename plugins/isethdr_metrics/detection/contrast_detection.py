@@ -1,6 +1,4 @@
-"""Contrast detection: how likely it is that a contrast of the scene is still about the same
-contrast in the picture.
-"""
+"""Contrast detection: the probability that a contrast of the scene is preserved in the picture."""
 
 from __future__ import annotations
 
@@ -97,9 +95,9 @@ class ContrastDetection:
         """Return the median probability for the frame and for each object.
 
         A pair of an object is one of its pixels and one outside it within `reach`. Pairs with a
-        pixel that is not valid count as not detected: what is saturated shows no contrast. The
-        interval is that of a median, as if one pixel in `SMOOTH` x `SMOOTH` were independent: the
-        picture's mean is taken over such windows.
+        pixel that is not valid count as not detected, because saturated pixels show no contrast.
+        The interval is that of a median. It counts one pixel in `SMOOTH` x `SMOOTH` as independent,
+        because the mean of the picture is taken over such windows.
         """
         picture = before_denoising(picture)
         if not variance_stated(picture, "contrast_detection", "probability"):

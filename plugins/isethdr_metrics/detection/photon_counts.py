@@ -1,5 +1,5 @@
-"""Photon counts: the probability that two noisy pixels show about their true contrast, down to 0
-electrons.
+"""Photon counts: the probability that two noisy pixels show approximately their true contrast, down
+to 0 electrons.
 """
 
 from __future__ import annotations
@@ -126,7 +126,8 @@ def _range(counts):
 
 
 def _two_points(counts):
-    """Return weights, places and variance of two points that have a Poisson law's cumulants 3, 4.
+    """Return weights, places and variance of two points with the third and fourth cumulant of a
+    Poisson law.
 
     Notes
     -----

@@ -1,5 +1,5 @@
-"""Dynamic range: from the luminance that just shows to the brightest one measured, in the
-definitions in use.
+"""Dynamic range: from the lowest detectable luminance to the brightest one measured, by several
+definitions.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ class DynamicRange:
         | `dynamic_range_dark_noise` | rms noise without light: flatters by the shot noise |
         | `dynamic_range_snr_10db`   | SNR = 10 dB, rms: objects can be recognised         |
 
-        The variance is fitted by a + b Y (read noise and shot noise, a and b not negative) from the
-        dark to 12 times its noise, by relative least squares through the medians of groups of
-        pixels of like luminance, so that the few dark pixels that flare has reached do not stand
-        for all of them; SNR = s is where Y^2 = s^2 (a + b Y). A scene without a pixel that is not
-        valid does not reach the sensor's top: the range is then a lower bound, and has no upper
-        confidence limit. The interval of a range is the jackknife's over the groups of dark pixels,
-        and the noise of the brightest pixel.
+        The variance is fitted by a + b Y (read noise and shot noise, a and b not negative), from
+        the dark to 12 times its noise. The fit is a relative least-squares fit to the medians of
+        groups of pixels with similar luminance, so that a few dark pixels with flare do not decide
+        it. SNR = s is where Y^2 = s^2 (a + b Y). If all pixels are valid, the scene does not reach
+        the top of the sensor: the range is then a lower bound and has no upper confidence limit.
+        The interval of a range follows from a jackknife over the groups of dark pixels, and from
+        the noise of the brightest pixel.
         """
         picture = before_denoising(picture)
         y, true, valid = luminances(picture, truth)

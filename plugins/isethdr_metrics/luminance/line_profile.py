@@ -1,4 +1,4 @@
-"""Line profile: luminance along one row, where flare shows best."""
+"""Line profile: luminance along one row, which shows flare."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class LineProfile:
         check_ranges(self)
 
     def __call__(self, picture, truth, labels=None):
-        """Return the rms difference of the two log10 profiles over the row, 95 % by resampling its
-        twelfths.
+        """Return the rms difference of the two log10 profiles over the row, with a 95 % interval by
+        resampling twelfths of the row.
         """
         line = self.profile(picture, truth)
         square = (line["log10_picture"] - line["log10_truth"]) ** 2

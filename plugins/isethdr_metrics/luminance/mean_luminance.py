@@ -1,4 +1,4 @@
-"""Mean luminance: the simplest score, and the one that shows an error of level at once."""
+"""Mean luminance: the simplest score, which shows an error of the level."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class MeanLuminance:
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):
-        """Return one score per region with valid pixels; the interval is that of the mean's
-        reported variance.
+        """Return one score per region with valid pixels. The interval follows from the stated
+        variance.
         """
         y, _, valid = luminances(picture, truth)
         variance = luminance_variance(picture)

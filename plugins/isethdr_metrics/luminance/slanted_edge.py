@@ -40,7 +40,7 @@ class SlantedEdgeResponse:
         """Return slanted_edge_mtf50 (cycles per pixel) and slanted_edge_nyquist, with 95 %
         intervals, and the rows used.
 
-        Without one straight, slanted edge across the frame there is no response, and the number of
+        Without a straight, slanted edge across the frame there is no response, and the number of
         rows is 0.
         """
         curve = self.curve(picture, truth)
@@ -88,12 +88,12 @@ class SlantedEdgeResponse:
         """Return cycles_per_pixel, response, resampled (draw, frequency), angle_deg, rows,
         segments; empty without an edge.
 
-        The line comes from the truth, which has no noise, so the response is right in the dark too.
-        Values are sorted by their distance from it into bins of a quarter pixel, each standing at
-        the mean of its distances; the difference of neighbouring bins, windowed (Tukey, half of it
-        flat: a Hamming window cuts twice as much off the long tails of diffraction), is
-        transformed. What binning and differencing take away, a sinc of a quarter pixel each, is
-        given back.
+        The line of the edge is taken from the reference picture, which has no noise, so the
+        response is right in the dark too. Values are sorted by their distance from the line into
+        bins of a quarter pixel; each bin is placed at the mean of its distances. The difference of
+        neighbouring bins is windowed and transformed. The window is a Tukey window, half of it
+        flat: a Hamming window would cut twice as much off the long tails of diffraction. Binning
+        and differencing reduce the response by a sinc of a quarter pixel each, which is corrected.
         """
         y, true, valid = luminances(picture, truth)
         sides = [(_line(t), t, v, w) for t, v, w in ((true, y, valid), (true.T, y.T, valid.T))]

@@ -36,7 +36,7 @@ class SnrCurve:
         check_ranges(self)
 
     def __call__(self, picture, truth, labels=None):
-        """Return one score per luminance that enough pixels are near, named snr_at_<cd/m2>.
+        """Return one score per luminance with enough pixels near it, named snr_at_<cd/m2>.
 
         A bin of true luminance is used where it has at least `FEWEST_PIXELS` valid pixels. The
         median luminance of one such bin must lie within the width of a bin from the score's.
@@ -88,11 +88,11 @@ class SnrCurve:
         Returns
         -------
         dict of equally long arrays: luminance_cd_m2 (median of the bin), low_cd_m2 and high_cd_m2
-        (its borders), snr_db (20 log10 of that over the root of the median reported variance: the
-        pixel in the middle, not the few that flare has reached), snr_measured_db (the same over the
-        rms difference from the truth, so blur, demosaic and flare count as noise), pixels, and
-        snr_interval_db (bins, 2): the ends of its 95 % less snr_db, as if one pixel in 3 x 3 were
-        independent, because demosaic makes neighbours alike.
+        (its borders), snr_db (20 log10 of that over the root of the median stated variance, so that
+        a few pixels with flare do not decide it), snr_measured_db (the same over the rms difference
+        from the reference picture, so blur, demosaic and flare count as noise), pixels, and
+        snr_interval_db (bins, 2): the ends of the 95 % interval less snr_db. The interval counts
+        one pixel in 3 x 3 as independent, because demosaic correlates neighbours.
         """
         y, true, valid = luminances(picture, truth)
         use = valid & (true > 0)

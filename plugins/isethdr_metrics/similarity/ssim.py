@@ -44,9 +44,9 @@ class Ssim:
     def __call__(self, picture, truth, labels=None):
         """Return the mean of the similarity map per region and the white that was used.
 
-        Gaussian window of 1.5 pixels, 11 wide, as in the paper; the three display channels are
-        averaged. A pixel that is not valid shows nothing of a truth below the white: its similarity
-        is 0. Above the white a display shows both as white.
+        The window is a Gaussian of 1.5 pixels, 11 wide, as in the paper. The three display channels
+        are averaged. The similarity of a pixel that is not valid is 0, unless the reference picture
+        is above the white there: a display then shows both as white.
         """
         _, true, valid = luminances(picture, truth)
         shape = valid.shape

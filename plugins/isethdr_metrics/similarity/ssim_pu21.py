@@ -1,5 +1,5 @@
-"""SSIM on PU21: structural similarity of two absolute luminances, encoded so that equal steps look
-equally large.
+"""SSIM on PU21: structural similarity of two absolute luminances in a perceptually uniform
+encoding.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ class SsimPu21:
         """Return the mean of the similarity map per region, and the share of the frame whose
         luminance PU21 cannot hold.
 
-        Window and constants are those of `ssim`, with a range of 256, which PU21 gives to a display
-        of 100 cd/m2. The similarity of a pixel that is not valid is 0, unless its truth lies above
-        what PU21 can hold.
+        Window and constants are those of `ssim`, with a range of 256, the PU21 code of 100 cd/m2.
+        The similarity of a pixel that is not valid is 0, unless the reference picture is above the
+        range of PU21 there.
         """
         y, true, valid = luminances(picture, truth)
         if min(y.shape) < 11:

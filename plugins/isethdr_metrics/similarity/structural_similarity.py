@@ -1,6 +1,4 @@
-"""Structural similarity of two planes, strip by strip: what is worked out on the way stays in the
-processor's memory.
-"""
+"""Structural similarity of two planes, computed in strips that fit into the processor's cache."""
 
 from __future__ import annotations
 
@@ -27,9 +25,9 @@ def similarity(first, second, data_range: float) -> np.ndarray:
 
     Notes
     -----
-    Window and constants of the paper: Gaussian, 0.01 and 0.03. Both variances are needed as their
-    sum alone, so that four windowed means are enough; half of the range is taken off first, which
-    leaves a quarter of the rounding of their squares.
+    Window and constants of the paper: Gaussian, 0.01 and 0.03. Only the sum of both variances is
+    needed, so four windowed means suffice. Half of the range is subtracted first, which reduces the
+    rounding of the squares to a quarter.
     """
     middle, of_means, of_variances = (
         data_range / 2,
