@@ -1,4 +1,4 @@
-"""Doctor: which Mitsuba variants work on this machine, found out in a child process, and what to
+"""Doctor: tests in a child process which Mitsuba variants work on this machine, and says what to
 install.
 """
 
@@ -49,7 +49,7 @@ def choose_variant(asked: str) -> str:
 
     Raises
     ------
-    ConfigError : mitsuba is not installed, or the variant asked for does not work here.
+    ConfigError : mitsuba is not installed, or the requested variant does not work here.
     """
     found = doctor()
     if not found["mitsuba"]:

@@ -1,5 +1,5 @@
-"""Where LLVM is taken from: the system's, or a copy unpacked into the environment by
-`scripts/llvm.sh` without root.
+"""Locate LLVM: that of the system, or a copy that `scripts/llvm.sh` unpacked into the environment
+without root.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ def use_unpacked() -> None:
     """Point Dr.Jit at the unpacked libLLVM, unless DRJIT_LIBLLVM_PATH names another; call before
     importing mitsuba.
 
-    The libraries that libLLVM needs lie beside it, where the loader does not look: they are loaded
-    here first, in as many rounds as their own needs take, and child processes find them through
-    LD_LIBRARY_PATH.
+    The libraries that libLLVM needs are beside it, where the loader does not search. They are
+    loaded here first, in several rounds because they depend on each other. Child processes find
+    them through LD_LIBRARY_PATH.
     """
     library = unpacked()
     if library is None or os.environ.get("DRJIT_LIBLLVM_PATH"):

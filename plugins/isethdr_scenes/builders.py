@@ -1,5 +1,5 @@
-"""From recipes to models: a recipe is a tuple of a name and its arguments; equal recipes share one
-model.
+"""Builders: from recipes to models. A recipe is a tuple of a name and its arguments; equal recipes
+share one model.
 """
 
 from __future__ import annotations
@@ -127,8 +127,8 @@ def place(
 
 @lru_cache(maxsize=24)
 def _built(recipe: tuple) -> Model:
-    """Return the model of a recipe; one night drive has some twenty, half of which the next one has
-    too.
+    """Return the model of a recipe. One night drive has about twenty; the next one shares half of
+    them.
     """
     return RECIPES[recipe[0]](*recipe[1:]).model()
 

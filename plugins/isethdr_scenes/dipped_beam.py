@@ -1,10 +1,11 @@
 """The dipped beam of a car: candela over two angles, inside all limits of UN R112, class B.
 
-A model for right-hand traffic, designed by hand, not measured: a hot spot a little to the right,
-which falls towards the near road so that the road's luminance falls steadily with distance; a wide
-flood on the road; a cut-off, level on the left and rising by 15 degrees on the right; and stray
-light above it, which the test points for overhead signs ask for. The cut-off's inflection at 2.5
-degrees left lies 0.57 degrees below the horizon, as the regulation aims a lamp.
+A model for right-hand traffic, designed by hand, not measured. It consists of a hot spot a little
+to the right, which decreases towards the near road so that the luminance of the road falls steadily
+with distance; a wide flood on the road; a cut-off, level on the left and rising by 15 degrees on
+the right; and stray light above it, which the test points for overhead signs require. The
+inflection of the cut-off at 2.5 degrees left is 0.57 degrees below the horizon, as the regulation
+aims a lamp.
 """
 
 from __future__ import annotations

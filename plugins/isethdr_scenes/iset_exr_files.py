@@ -155,7 +155,7 @@ def there(path: Path) -> bool:
 
     Raises
     ------
-    CatalogError : a link whose target is gone, or something that is no file.
+    CatalogError : a link without a target, or something that is no file.
     """
     if path.is_file():
         return True

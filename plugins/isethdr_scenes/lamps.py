@@ -1,10 +1,10 @@
-"""Lamps: what each kind of lamp sends out, in candela, degrees and a named spectrum.
+"""Lamps: intensity in candela, beam angles and spectrum of each kind of lamp.
 
-Intensities are typical values. The limits beside them (minimum and maximum on the reference axis)
-name the UN regulation that they are meant to be. Regulations give limits, not beam shapes, so the
-angles are models.
+Intensities are typical values. The comments beside them give the limits (minimum and maximum on the
+reference axis) of a UN regulation. Regulations give limits, not beam shapes, so the angles are
+models.
 
-A dipped beam is a table over two angles that holds all of UN R112, class B: `dipped_beam`. All
+A dipped beam is a table over two angles that fulfils all of UN R112, class B: `dipped_beam`. All
 other lamps are round.
 """
 

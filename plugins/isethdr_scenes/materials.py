@@ -2,9 +2,9 @@
 
 Every value is a plausible model written down by hand, not a measurement: diffuse reflectances of
 paint, cloth, skin, fur, leaves, asphalt and concrete in the range that measurements of such
-surfaces have, with the features that matter to a camera (chlorophyll's green peak and red edge,
-skin's haemoglobin dip, the steep edges of red and yellow pigments). Asphalt and markings are fitted
-to measurements: `road_surfaces`; what sends light back is in `retro_reflectors`.
+surfaces have, with the features that matter to a camera (green peak and red edge of chlorophyll,
+haemoglobin dip of skin, steep edges of red and yellow pigments). Asphalt and markings are fitted to
+measurements: see `road_surfaces`. Retroreflectors are in `retro_reflectors`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Measured spectra: tables of colour-science, kept on disk after their first use.
 
-Importing that package takes more than a second, all of it for five tables. They are not part of
-this project, since the CIE shares its own under terms (CC BY-SA) that are not ours. A file holds
-the tables of one version of the package; where nothing can be written, nothing is kept.
+Importing that package for five tables takes more than a second. The tables are not part of this
+project, because the CIE shares its tables under CC BY-SA. A file holds the tables of one version of
+the package. In a folder without write permission nothing is kept.
 """
 
 from __future__ import annotations

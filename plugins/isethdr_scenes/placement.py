@@ -1,4 +1,5 @@
-"""Who stands where: the cheap half of a scene, drawn from its seed before any mesh is made.
+"""Placement: the positions of all objects of a scene, computed from its seed before any mesh is
+made.
 
 Places are (s, y): metres along the road from below the camera, metres to the left of its middle
 line. Random numbers are drawn in a fixed order, so that the same seed gives the same places.

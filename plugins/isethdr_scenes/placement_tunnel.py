@@ -1,4 +1,4 @@
-"""Who stands where in the tunnel."""
+"""Placement: the positions of all objects of a tunnel."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """Retro-reflectors: number plates, posts, stripes of clothing, vehicle reflectors, animal eyes.
 
-R_A, cd lx-1 m-2, falls with the observation angle and with the entrance angle, each by a law of its
-own (`isethdr_core.scene.RetroReflection`). Angles are those of the sources; outside them it is a
-model. The minima are those of new material; real sheets have up to twice as much.
+R_A, cd lx-1 m-2, decreases with the observation angle and with the entrance angle, each by a law of
+its own (`isethdr_core.scene.RetroReflection`). The fit covers the angles of the sources; outside
+them it is a model. The values are the minima for new material; real sheets have up to twice as
+much.
 
 | name | what | R_A at observation / entrance, degrees | source |
 |---|---|---|---|
@@ -49,7 +50,7 @@ def retro_names() -> tuple[str, ...]:
 def retro_reflection(name: str, colour: Spectrum, times: float = 1.0) -> RetroReflection:
     """Return the retro-reflection `name` of a material of reflectance `colour`.
 
-    `times` is a factor on R_A; a colour keeps R_A and gives its shape alone.
+    `times` is a factor on R_A. The colour changes the spectral shape only, not R_A.
     """
     row = _numbers()[name]
     return RetroReflection(

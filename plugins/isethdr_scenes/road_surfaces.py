@@ -1,9 +1,10 @@
 """Road surfaces: asphalt and markings that reflect as measured roads do.
 
-Each surface is a few lobes (grains, wide and narrow facets) fitted to an r-table of CIE 144:2001 at
-an observation angle of 1 degree, light from 0 to 85 degrees off the normal, and pulled towards a
-value of R_L in headlamps. Outside these angles it is a model: reciprocal, and never brighter than
-its light. Fitted by `scripts/fit_road_surfaces.py`; the numbers are in `road_surfaces.csv`.
+Each surface consists of lobes (grains, wide and narrow facets) that are fitted to an r-table of CIE
+144:2001 at an observation angle of 1 degree, with light from 0 to 85 degrees off the normal, and to
+an assumed R_L in headlamps. Outside these angles it is a model that is reciprocal and never
+reflects more light than it receives. `scripts/fit_road_surfaces.py` makes the fit; the numbers are
+in `road_surfaces.csv`.
 
 | preset | road | fitted to |
 |---|---|---|

@@ -1,8 +1,8 @@
-"""Textures of the ground, of plants and of masonry: no such surface is one flat spectrum.
+"""Textures of the ground, of plants and of masonry.
 
-Every texture is a model: from place to place a surface lies between two spectra, and the mean of
-both is the material's own. Sizes are those of patches and grain in the world, so that two plants,
-posts or stretches of a road differ.
+Every texture is a model: a surface varies between two spectra, whose mean is the spectrum of the
+material. Patches and grain have sizes in the world, so that two plants, posts or stretches of a
+road differ.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from isethdr_core.scene import Material, Spectrum, Texture
 
 @dataclass(frozen=True)
 class Look:
-    """How far both spectra are from their mean, and how large patches and grain are."""
+    """Difference of both spectra from their mean, and sizes of patches and grain."""
 
     contrast: float  # relative, of both spectra at 550 nm
     tilt: float = 0.0  # relative per 100 nm: the brighter one is redder by so much

@@ -1,7 +1,8 @@
-"""The beam-limited area light as a Mitsuba emitter: for Mitsuba's own integrators, in every
+"""The beam-limited area light as a Mitsuba emitter, for Mitsuba's own integrators, in every
 spectral variant.
 
-Used where the integrator of this plugin cannot run, and as the independent check on its tables.
+It is used where the integrator of this plugin cannot run, and in tests as an independent check of
+its tables.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Lamps with a table of candela: the luminance that makes it, on a grid that compiled code reads.
+"""Lamps with a table of candela: their luminance by direction, on a grid that compiled code reads.
 
-A lamp's faces are seen from each direction as some area; luminance is candela over that area. Both
-are worked out at the nodes of a grid, and luminance is linear between them. The grid is even in
-x = l / (f + BEND_X |l|) and y = u / (sqrt(f^2 + l^2) + BEND_Y |u|), where f, l, u are the parts of
-a direction forward, to the left and up. So no search and no angle is needed, and nodes are densest
-about the axis: 0.4 degrees apart across, 0.07 down.
+Luminance is candela over the projected area of the lamp's faces. It is computed at the nodes of a
+grid and interpolated linearly. The grid is even in x = l / (f + BEND_X |l|) and y = u / (sqrt(f^2 +
+l^2) + BEND_Y |u|), where f, l, u are the components of a direction forward, to the left and up.
+Looking up a direction therefore needs no search and no angle. Nodes are densest about the axis: 0.4
+degrees apart across, 0.07 down.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ class IntensityGrid:
         return np.cross(self.axis, self.left)
 
     def quads(self) -> np.ndarray:
-        """Return (ROWS * COLUMNS, 4) corners of each cell relative to the largest value: one look
-        into memory gives all that a point needs.
+        """Return (ROWS * COLUMNS, 4) corners of each cell relative to the largest value, so that
+        one memory access serves a point.
         """
         v = self.value / max(self.value.max(), 1e-300)
         corners = [v[:-1, :-1], v[:-1, 1:], v[1:, :-1], v[1:, 1:]]

@@ -1,5 +1,5 @@
-"""Lamps in the world: from luminous intensity to radiance, with the beam pattern and the area that
-makes it.
+"""Lamps in the world: from luminous intensity to radiance, by the beam pattern and the emitting
+area.
 """
 
 from __future__ import annotations
@@ -74,11 +74,11 @@ def placed_lamps(description, normalise: str = "intensity", groups=None) -> list
     Parameters
     ----------
     description : SceneDescription.
-    normalise : "intensity": `intensity_cd` is met on the axis, a narrower beam has less flux.
-        "flux": the lamp has the flux that a Lambertian one of `intensity_cd` has; a narrower beam
-        is brighter.
-    groups : light groups that are wanted; None: all. Lamps of others are dark: the flux of a beam
-        need not be integrated.
+    normalise : "intensity": the lamp has `intensity_cd` on its axis, and a narrower beam has less
+        flux. "flux": the lamp has the flux of a Lambertian lamp of `intensity_cd`, and a narrower
+        beam is brighter.
+    groups : light groups that are rendered; None: all. Lamps of other groups are dark, and the flux
+        of their beams is not integrated.
     """
     out = []
     for number, placed in enumerate(description.objects, 1):

@@ -1,4 +1,4 @@
-"""How often each spot is looked for: as much as it lights what the camera sees."""
+"""Sampling weights of the spots: in proportion to the light that each sends to visible surfaces."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Lamps as spots: the same candela from points in front of them, for the variant that has no
+"""Lamps as spots: the same candela from points in front of the lamp, for the variant without a
 compiler.
 
 Mitsuba has no area light with a beam, and one written in Python costs more than the rest of a
-scalar rendering. Its spot with a picture in front is compiled code: here a lamp becomes one spot
-for its beam and some for its Lambertian floor, a few of each where the lamp is large. What is lost
-is the lamp's extent: penumbrae, and the light close by.
+scalar rendering. Its spot light with a projected picture is compiled code. Here a lamp becomes one
+spot for its beam and some for its Lambertian floor, a few of each where the lamp is large. The
+extent of the lamp is lost: penumbrae are sharp, and light close to the lamp is wrong.
 """
 
 from __future__ import annotations
@@ -116,8 +116,8 @@ def _table_picture(table):
 
 
 def _floor(number, lamp):
-    """One spot for the faces of a piece that look about the same way, as the flat face of their
-    summed area.
+    """One spot for the faces of a piece with similar directions, as a flat face of their summed
+    area.
     """
     level = lamp.peak_cd_m2 * (
         1.0 if lamp.cos_inner <= LAMBERTIAN_COS else lamp.floor / (1 + lamp.floor)

@@ -1,9 +1,8 @@
-"""Lamps seen directly, with their exact footprint: a lamp far smaller than a tile keeps its flux to
-the last digit.
+"""Visible lamps, with exact areas: a lamp far smaller than a tile keeps its flux to the last digit.
 
-Random paths meet a lamp that fills a thousandth of a tile once in a thousand paths, so its light
+A random path hits a lamp that fills a thousandth of a tile once in a thousand paths, so its light
 would be noise. Here every lit triangle is cut along the borders of the tiles (exact areas), and
-rays to points spread over each piece tell which part of it nothing hides.
+rays to points on each piece tell which part of it is visible.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ OFF = 5e-4
 
 
 def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
-    """Return the direct light of lamps on the tiles, and how wrong it may be.
+    """Return the direct light of lamps on the tiles, and its largest error.
 
     Returns
     -------
@@ -205,8 +204,8 @@ def _spread(flat, areas):
 
 
 def _sees(world, view, direction, distance, index):
-    """Say for each ray from the pinhole whether it reaches lamp number `index` at `distance`
-    unhindered.
+    """Return for each ray from the pinhole whether it reaches lamp number `index` at `distance`
+    without occlusion.
     """
     shape = next(s.shape for s in world.shapes if s.lamp == index)
     if dr.is_jit_v(mi.Float):

@@ -1,10 +1,9 @@
-"""How the paths of a tile begin: camera rays spread evenly over it, wavelengths over the places of
-its bands, and first directions.
+"""Camera rays: stratified points of a tile, wavelengths within its bands, and first directions.
 
-Points of a tile are a sequence in which neighbours are far apart (Roberts 2018: multiples of the
-powers of 1 / 1.3247, the real root of x^3 = x + 1), moved by a random offset of each tile and pass;
-so are the wavelengths, by multiples of the golden section, and the directions, by multiples of the
-roots of 5 and 3 (Richtmyer 1951). Each point is as probable as any other. All in whole numbers of
+The points of a tile are a low-discrepancy sequence (Roberts 2018: multiples of the powers of 1 /
+1.3247, the real root of x^3 = x + 1), moved by a random offset of each tile and pass. The
+wavelengths are multiples of the golden section, the directions multiples of the roots of 5 and 3
+(Richtmyer 1951), with offsets too. Each point has the same probability. All numbers are integers of
 32 bits, which wrap around by themselves.
 """
 
@@ -21,8 +20,8 @@ WHOLE = 2.0**-32
 
 
 class Camera:
-    """A view on the device. What it holds is data, not literals: a kernel is that of other views
-    too.
+    """A view on the device. Its values are data and not literals, so that one kernel serves all
+    views.
     """
 
     def __init__(self, view):

@@ -1,9 +1,9 @@
-"""What a ray meets, looked up in tables of all triangles.
+"""Hits: the surface that a ray meets, looked up in tables of all triangles.
 
-Mitsuba finds a hit's triangle, and then asks the shape itself where that is and how it is turned:
-one compiled function for each shape with numbers of its own in it. From tables the code is the same
-for every scene, and short: one kernel, compiled once, is taken from Dr.Jit's cache on disk ever
-after.
+Mitsuba finds the triangle of a hit, and then calls a function of the shape for position and normal.
+That compiles one function for each shape, with its own numbers in it. With tables the code is short
+and the same for every scene: one kernel, compiled once, is then taken from the cache of Dr.Jit on
+disk.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Surfaces on the device: which material a ray met, its reflectance table, and one evaluation for
-all bands.
+"""Surfaces on the device: the material that a ray met, its reflectance table, and one evaluation
+for all bands.
 
-Only surfaces that differ in more than colour are compiled, whatever Mitsuba holds besides (it gives
-every instance a surface of its own).
+Only surfaces that differ in more than colour are compiled. (Mitsuba itself gives every instance a
+surface of its own.)
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class SurfaceTables:
         return dr.gather(mi.UInt32, self.material_of, shape, active)
 
     def is_smooth(self, material, active):
-        """Say whether light from a lamp can be reflected other than as by a mirror or a clear
-        pane.
+        """Return whether the surface reflects light from a lamp in other ways than a mirror or a
+        clear pane.
         """
         return dr.gather(mi.Bool, self.smooth, material, active)
 

@@ -1,8 +1,8 @@
-"""Textures on the device: how much of its second reflectance a surface has at a point.
+"""Textures on the device: the share of the second reflectance of a surface at a point.
 
 Smooth noise between random values at the corners of a cubic lattice, one value for each corner and
-seed (value noise; Perlin 1985 describes the kind). Random values are hashes of whole numbers, so
-that there is no table and no seam.
+seed (value noise; see Perlin 1985). The random values are hashes of integers, so there is no table
+and no seam.
 """
 
 from __future__ import annotations

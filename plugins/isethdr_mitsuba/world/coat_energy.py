@@ -1,10 +1,11 @@
-"""Light that coated and metallic surfaces lose between their facets, and what is given back.
+"""Energy of coated and metallic surfaces: the light that is lost between facets, and its
+compensation.
 
-Mitsuba's rough surfaces follow light to one facet only: what would meet another is lost, and the
-base under a coat gets less. In a white furnace a coat of roughness 0.55 loses 30 %. Here the base
-is made brighter by a factor, so that nothing is lost at the best angle, and never more comes out
-than goes in; what is still lost, most of it at grazing angles, is stated. Metals have no base to
-brighten.
+Mitsuba's rough surfaces follow light to one facet only. Light that would meet another facet is
+lost, and the base under a coat receives less. In a white furnace a coat of roughness 0.55 loses 30
+%. Here the base is made brighter by a factor, such that nothing is lost at the best angle and no
+angle gains energy. The remaining loss, most of it at grazing angles, is stated. Metals have no base
+to brighten.
 
 `coat_energy.csv` is made by `scripts/coat_energy.py`: white furnaces from 0 to 85 degrees.
 """
@@ -35,7 +36,7 @@ class CoatEnergy(NamedTuple):
 
 @cache
 def coat_energy(kind: str, roughness: float, index: float = 1.5) -> CoatEnergy:
-    """Return the numbers of a `plastic` or `conductor`; of the nearest where it is off the table.
+    """Return the numbers of a `plastic` or `conductor`; beyond the table those of its border.
 
     The roughness is 0 to 1, the index of a plastic 1.2 to 2; between, the table is linear.
     """

@@ -1,8 +1,8 @@
-"""Triangles on a grid of angles, whose sides are arcs there: cut up until chords will do.
+"""Triangles on a grid of angles, where their sides are arcs: subdivided until chords are accurate.
 
-Tangents show straight lines as straight lines. Angles bend them, by about 0.08 of their length
-squared (radians) at 90 degrees off the axis, and without limit near the point behind the camera,
-where the grid of angles ends.
+On a grid of tangents straight lines stay straight. On a grid of angles they are bent, by about 0.08
+of their length squared (radians) at 90 degrees off the axis, and without limit near the point
+behind the camera, where the grid ends.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ LEVELS = 16
 
 
 def straightened(triangles, view, off: float):
-    """Return triangles whose sides are nearly straight on the grid of `view`, and of which of the
-    given each is a part.
+    """Return triangles whose sides are nearly straight on the grid of `view`, and the number of the
+    given triangle that each is a part of.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""View: the camera as a grid of tiles in tangents or angles, margin included, and its axes in the
+"""View: the camera as a grid of tiles in tangents or angles, with overscan, and its axes in the
 world.
 """
 
@@ -74,9 +74,7 @@ class View:
         return np.asarray(directions, float) @ np.stack([self.right, self.down, self.forward])
 
     def rays(self, x, y) -> np.ndarray:
-        """Return (..., 3) unit vectors in camera axes that look at field coordinates
-        (broadcast).
-        """
+        """Return (..., 3) unit vectors in camera axes towards field coordinates (broadcast)."""
         return np.moveaxis(projections.direction(x, y, self.projection), 0, -1)
 
     def coordinates(self, points) -> np.ndarray:
@@ -95,8 +93,8 @@ class View:
 
 
 def view_of(camera, width: int, height: int, margin: float) -> View:
-    """Return the view of `camera` with `width` x `height` tiles on its field and `margin` of that
-    more on every side.
+    """Return the view of `camera` with `width` x `height` tiles on its field, and the share
+    `margin` of that as overscan on every side.
     """
     for name, value in (("width", width), ("height", height)):
         if value < 1:
@@ -185,8 +183,8 @@ def _square(width: int, height: int, aspect: float) -> bool:
 
 
 def _check_reach(view, camera, margin):
-    """Refuse tiles where the grid has no directions, or stretches too far: before the rendering,
-    which takes longest.
+    """Refuse tiles outside the directions of the grid, or with too much stretch, before anything is
+    rendered.
     """
     edge = [float(np.abs(c).max()) for c in (view.x, view.y)]
     if view.projection == "tangent":

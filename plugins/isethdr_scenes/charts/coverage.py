@@ -1,4 +1,4 @@
-"""Exact areas: which fraction of each square tile a disc or a half plane covers."""
+"""Exact areas: the fraction of each square tile that a disc or a half plane covers."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Daylight: the CIE's daylight illuminants from three tabulated functions, without a second of
-imports.
+"""Daylight: the CIE daylight illuminants from three tabulated functions, without importing
+colour-science, which takes a second.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ def daylight(temperature_k: float):
     """Return a function of the wavelength in nm: daylight of a correlated colour temperature of
     4000 to 25,000 K, 100 at 560 nm.
 
-    CIE 15:2018, eq. 4.6 to 4.11; between tabulated wavelengths linear, beyond them constant. M1 and
-    M2 are rounded to three decimals, as the CIE does for its published tables; 5000 K names 5000 x
-    1.4388 / 1.4380 K since the radiation constant was revised.
+    CIE 15:2018, eq. 4.6 to 4.11, with linear interpolation between tabulated wavelengths and
+    constant values beyond them. M1 and M2 are rounded to three decimals, as the CIE does for its
+    published tables. Since the radiation constant was revised, 5000 K stands for 5000 x 1.4388 /
+    1.4380 K.
     """
     nm, s0, s1, s2 = _components()
     k = 1e3 / temperature_k

@@ -1,4 +1,4 @@
-"""Uniform field: the answer to every question of throughput and noise is known."""
+"""Uniform field: electrons and noise of every pixel have a closed form."""
 
 from __future__ import annotations
 
