@@ -1,4 +1,4 @@
-"""Verify: read every chunk of every store, so that what is damaged is known before it is needed."""
+"""Verify: read every chunk of every store, to detect damage before the data is needed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from .index import stores
 
 @dataclass(frozen=True)
 class Report:
-    """The state of one store: `problems` is empty where all of it was read, checksums included."""
+    """The state of one store. `problems` is empty if all files were read and all checksums
+    agree."""
 
     path: Path
     arrays: int
@@ -31,8 +32,8 @@ class Report:
 
 
 def verify(folder) -> list[Report]:
-    """Return a report for every store of a home folder, and one for every temporary name a killed
-    writer left.
+    """Return a report for every store of a home folder, and one for every temporary file of an
+    interrupted write.
     """
     left = [
         Report(p, 0, ("a writer was killed here; the next writer removes it",))
@@ -43,7 +44,7 @@ def verify(folder) -> list[Report]:
 
 
 def verify_store(path) -> Report:
-    """Return what is wrong with one store: the mark, the manifest, the bytes of every file.
+    """Return the problems of one store: its attributes, its manifest, the bytes of every file.
 
     A store without a manifest (format 1) is decoded instead: its chunks carry checksums, but a file
     that is missing or exchanged may go unnoticed.

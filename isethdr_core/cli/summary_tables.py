@@ -1,4 +1,4 @@
-"""What the command line prints of a run: its tables and its warnings."""
+"""Summary tables: the tables and warnings that the command line prints for a run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from .terminal import print_path
 
 
 def print_result(result) -> None:
-    """Print the ledger, the scores of the cameras side by side, and where everything is."""
+    """Print the ledger, the scores of the cameras side by side, and the paths of store and
+    report."""
     console = open_console()
     if not result.computed:
         console.print(f"already computed: {result.key}")
@@ -46,17 +47,15 @@ def print_result(result) -> None:
 
 
 def remarks(result) -> list[str]:
-    """Return what has to be read beside the scores: cameras that stand on unlike shares of valid
-    pixels.
-    """
+    """Return remarks on the scores: cameras whose shares of valid pixels differ."""
     unlike = unlike_shares(result.scores)
     frame = shares_remark(unlike[""]) if "" in unlike else ""
     return [remark for remark in (frame, objects_remark(unlike)) if remark]
 
 
 def ledger_table(ledger, details: bool = False, expected: dict | None = None) -> Table:
-    """Return stage, seconds, seconds that were `expected`, peak memory and stated errors; with
-    `details` every reason for what was left out.
+    """Return stage, seconds, `expected` seconds, peak memory and stated errors; with `details` also
+    every omission with its reason.
     """
     table, expected = Table(title="ledger", title_justify="left"), together(expected or {})
     known = any(seconds is not None for seconds in expected.values())
@@ -110,8 +109,8 @@ def title_of(stage: str) -> str:
 
 
 def together(expected: dict) -> dict[str, float | None]:
-    """Return the seconds expected of every row that is shown; None where those of one of its stages
-    are not known.
+    """Return the expected seconds of every displayed row; None where those of one of its stages are
+    not known.
     """
     out: dict[str, float | None] = {}
     for stage, seconds in expected.items():
@@ -127,9 +126,7 @@ def seconds_text(seconds: float | None) -> str:
 
 
 def forecast_table(expected: dict) -> Table:
-    """Return the stages of a run that is to come, with the seconds expected of each, and their
-    sum.
-    """
+    """Return the stages of a planned run with their expected seconds, and the sum."""
     table = Table("stage", title="will be computed", title_justify="left")
     table.add_column("expected s", justify="right")
     rows = together(expected)
@@ -176,8 +173,8 @@ def error_text(note) -> str:
 
 
 def score_table(result) -> Table:
-    """Return one row per metric of the whole picture and one column per camera; the report has
-    those of objects.
+    """Return one row per metric of the whole picture and one column per camera. The report also has
+    scores of objects.
     """
     table = Table(title="scores", title_justify="left")
     table.add_column("metric", no_wrap=True)

@@ -1,4 +1,4 @@
-"""Focus that depends on wavelength: equal to a Zernike defocus, of the right size and sign, refused
+"""Focal shift by wavelength: equals a Zernike defocus, has the right size and sign, and is refused
 beyond its table.
 """
 
@@ -27,8 +27,9 @@ class RightHalf:
 
 
 def test_a_shift_of_focus_is_a_defocus():
-    """dz / (8 N^2) at the rim, half of it peak to valley of sqrt(3) (2 rho^2 - 1): dz / (16 sqrt(3)
-    N^2) rms.
+    """A shift dz is a path difference of dz / (8 N^2) at the rim of the pupil. The Zernike defocus
+    sqrt(3) (2 rho^2 - 1) of 1 um rms has 2 sqrt(3) um there, so the coefficient is dz / (16 sqrt(3)
+    N^2).
     """
     shifted = DiffractionLimitedLens(focal_shift_um={400: 80.0, 700: 80.0})
     by_hand = WavefrontLens(zernike_um={4: 80.0 / (16 * 3**0.5 * 16)})
@@ -36,21 +37,19 @@ def test_a_shift_of_focus_is_a_defocus():
     cured = WavefrontLens(
         zernike_um={4: -80.0 / (16 * 3**0.5 * 16)}, focal_shift_um={400: 80.0, 700: 80.0}
     )
-    np.testing.assert_allclose(
-        psf(cured), psf(DiffractionLimitedLens()), atol=1e-9
-    )  # a phase of 1e-16
+    # the phases cancel to rounding, 1e-16
+    np.testing.assert_allclose(psf(cured), psf(DiffractionLimitedLens()), atol=1e-9)
 
 
 def test_the_blur_is_as_wide_as_geometry_says():
-    """Rays from a stop of diameter f / N meet 400 um behind the sensor: a disc of 400 um / N
-    across, evenly filled.
+    """Rays from a stop of diameter f / N meet 400 um behind the sensor. On the sensor they fill a
+    disc with a diameter of 400 um / N evenly.
     """
     value = psf(DiffractionLimitedLens(focal_shift_um={400: 400.0, 700: 400.0}))
     y, x = np.indices(value.shape) - 80
     r = np.hypot(y, x)
-    assert (
-        value[r < 52].sum() > 0.93 and value[r < 75].sum() > 0.97
-    )  # radius 50 um; the rim diffracts 5 % out of it
+    # the disc has a radius of 50 um; the rim of the pupil diffracts 5 % of the light out of it
+    assert value[r < 52].sum() > 0.93 and value[r < 75].sum() > 0.97
     assert value[r < 25].sum() == pytest.approx(0.25, abs=0.02)  # a quarter of the area
 
 

@@ -1,5 +1,5 @@
-"""The benchmark of a shot keeps to its memory and makes the same bits in every process; its ratio
-of seconds is for a quiet machine.
+"""The benchmark of a shot stays below its limit of memory, and gives the same bits in every
+process. Its ratio of CPU times is not tested, because it needs a quiet machine.
 """
 
 import re

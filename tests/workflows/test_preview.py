@@ -1,5 +1,5 @@
-"""The study `preview`: a picture and one row per light group, weighed as the experiment says;
-mistakes are told.
+"""The study `preview`: a picture and one row per light group, with the weights of the experiment;
+mistakes are reported.
 """
 
 from types import SimpleNamespace
@@ -53,7 +53,7 @@ def test_a_picture_and_a_row_per_group(chain, tmp_path):
     assert {r["light_group"]: r["weight"] for r in rows} == {"sky": 1e-3, "lamps": 2.0}
     assert all(
         0.05 < r["moved"] < 0.5 and r["noise"] == 0.3 for r in rows
-    )  # as far as the noise is: half of it is below 0.67 x 0.3
+    )  # denoising moves a tile by about its noise: half of that is below 0.67 x 0.3
     assert all(
         abs(r["light_kept"] - 1) < 0.03 for r in rows
     )  # 576 tiles of 30 % noise: their mean is known to 1.3 %

@@ -7,8 +7,8 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 
 class Mirrored(NDArrayOperatorsMixin):
-    """A (y, x) array with k[y, x] = k[-y, -x] about its middle; what is asked of it is put together
-    when it is asked for.
+    """A (y, x) array with k[y, x] = k[-y, -x] about its middle. Values of the other half are
+    computed on access.
 
     Parameters
     ----------
@@ -81,13 +81,13 @@ class Mirrored(NDArrayOperatorsMixin):
         return 2 * float(sum(_squares(part.astype(float)) for part in rest)) + _squares(line)
 
     def within(self, reach_y: int, reach_x: int) -> Mirrored:
-        """Return the part within so many values of the middle."""
+        """Return the part within `reach_y` rows and `reach_x` columns of the middle."""
         middle = self.shape[1] // 2
         across = slice(max(0, middle - reach_x), middle + reach_x + 1)
         return Mirrored(self.half[: reach_y + 1, across])
 
     def beyond(self, reach_y: int, reach_x: int) -> Mirrored:
-        """Return a copy that is 0 within so many values of the middle."""
+        """Return a copy that is 0 within `reach_y` rows and `reach_x` columns of the middle."""
         middle, half = self.shape[1] // 2, self.half.copy()
         half[: reach_y + 1, max(0, middle - reach_x) : middle + reach_x + 1] = 0.0
         return Mirrored(half)

@@ -1,5 +1,5 @@
-"""Surfaces of revolution about z: where a ray meets them, and their normals. Millimetres; z along
-the light.
+"""Surfaces of revolution about z: intersections with rays, and normals. Lengths are in millimetres;
+light travels along z.
 """
 
 from __future__ import annotations
@@ -56,9 +56,9 @@ def intersect(surface: Surface, position, direction):
 
     Notes
     -----
-    The conic's quadratic equation is solved in the form without cancellation, from the vertex
-    plane, so the sheet that holds the vertex is found; aspheric terms by Newton's method from
-    there.
+    The quadratic equation of the conic is solved from the vertex plane, in the form without
+    cancellation, so the result lies on the sheet with the vertex. Aspheric terms are solved by
+    Newton's method from there.
     """
     x, y, z = position
     dx, dy, dz = direction
@@ -84,8 +84,8 @@ def _newton(surface, x, y, direction, t):
     """Return the path lengths (...) mm at which rays meet an aspheric surface; NaN where they miss
     it.
 
-    Not by `scipy.optimize.newton`: a ray that misses is an answer here, there a warning or an error
-    for the whole bundle; and 200,000 rays took 0.015 CPU s here, 0.025 there (best of five).
+    `scipy.optimize.newton` is not used: there, one ray that misses is a warning or an error for the
+    whole bundle. 200,000 rays take 0.015 CPU s here and 0.025 there (best of five).
     """
     dx, dy, dz = direction
     for _ in range(NEWTON_STEPS):

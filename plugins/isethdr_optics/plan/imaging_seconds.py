@@ -1,7 +1,7 @@
-"""Imaging seconds: what a lens expects to take for the light of a frame, before there is any.
+"""Imaging seconds: the expected run time of a lens for a frame, before there is any light.
 
-Measured costs of the parts, added up: kernels that are not at hand, their transforms, convolutions.
-Ghosts, and a wider exact core beside lamps, depend on the light and are not in it.
+It is the sum of measured costs: kernels that are not kept, their transforms, convolutions. Ghosts,
+and a wider exact core beside lamps, depend on the light and are not included.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from isethdr_core.pipeline.memory import Frame
 from ..imaging.threads import MOST_THREADS, cpus
 from ..psf import kernels
 
-# CPU seconds, 2 GHz server cores beside other work (docs/measured/lens_kernels.md), for a million
-# tiles x bands, but for those of whole kernels
+# CPU seconds for a million tiles x bands, on 2 GHz server cores beside other work
+# (docs/measured/lens_kernels.md)
 CONVOLVED_S = 0.06
 TRANSFORMED_S = 0.075
 PATTERN_S, PATTERN_VALUES_S = 0.8, 0.11  # kernels from one pattern: a start, and values

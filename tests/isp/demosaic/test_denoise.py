@@ -1,5 +1,5 @@
-"""Denoise: flat fields keep their mean, variance falls and is stated, edges stay, noise does not
-matter to the stabilised values.
+"""Denoise: flat fields keep their mean, variance falls as stated, edges stay, and stabilised values
+have a noise of 1.
 """
 
 import numpy as np
@@ -33,14 +33,13 @@ def test_a_flat_field_keeps_its_mean_and_loses_its_noise(level, cell, gain):
     rng = np.random.default_rng(4)
     before = [noisy(np.full((64, 64), level), rng) for _ in range(20)]
     after = [denoised(one, cell) for one in before]
-    # mean: 1 % at 1 e, else 0.3 %; it is compared with the mean of the same noise, so that no draw
-    # hides it
+    # the mean before denoising has the same noise, so the difference shows the bias alone
     change = np.mean([a.signal_e for a in after]) - np.mean([b.signal_e for b in before])
     assert abs(change) < (0.01 if level == 1.0 else 0.003) * level
     variance = np.var([a.signal_e for a in after], axis=0).mean()
     assert variance < (level + READ**2) / gain
-    # 20 fields of some 40 (2 x 2) or 160 independent pixels: 5 %; the weights are not quite fixed:
-    # up to 10 %
+    # 20 fields of about 40 (2 x 2) or 160 independent pixels scatter by 5 %; the weights follow the
+    # noise, which adds up to 10 %
     assert np.mean([a.variance_e2 for a in after]) / variance == pytest.approx(1, abs=0.17)
 
 
@@ -49,9 +48,9 @@ def test_edges_stay_where_they_are():
     one = noisy(mean, np.random.default_rng(5))
     out = denoised(one, (2, 2))
     raw, left = (np.sqrt(np.mean((v.signal_e - mean) ** 2, 0)) for v in (one, out))
-    assert np.all(left < raw) and left[60:62].max() < 0.9 * np.sqrt(
-        404
-    )  # at the edge itself too, per column
+    assert np.all(left < raw)
+    # columns at the edge itself: noise of 400 e and 2 e of read noise
+    assert left[60:62].max() < 0.9 * np.sqrt(404)
     steepest = np.argmax(np.diff(out.signal_e.mean(0)))
     assert steepest == 60 and np.diff(out.signal_e.mean(0))[60] > 0.95 * 360
 
@@ -63,9 +62,9 @@ def test_a_line_of_one_pixel_is_not_taken_for_noise():
     assert out.signal_e[:, 64].mean() == pytest.approx(300, rel=0.03)
 
 
-def test_without_noise_nothing_changes_but_what_is_alike():
+def test_pixels_that_differ_are_not_changed():
     rng = np.random.default_rng(7)
-    x = rng.uniform(1e5, 2e5, SHAPE)  # no two pixels alike to 300 e of noise
+    x = rng.uniform(1e5, 2e5, SHAPE)  # no two pixels agree within 300 e of noise
     out = denoised(Merged(x, x, np.ones(SHAPE, bool), np.zeros(SHAPE, np.uint8)), (2, 2))
     np.testing.assert_allclose(out.signal_e, x, rtol=1e-9)
 
@@ -111,8 +110,8 @@ def test_shifts_keep_the_array_and_come_with_their_opposites_once():
 @pytest.mark.parametrize("read", [0.5, 9.0])
 @pytest.mark.parametrize("level", [0.5, 1.0, 3.0])
 def test_the_darkest_flat_fields_keep_their_mean(level, read):
-    """From half an electron: within 0.02 of the noise of one pixel; averages of stabilised values,
-    with the exact inverse, are up to 0.07 off.
+    """The mean changes by less than 0.005 of the noise of one pixel. Averages of stabilised values
+    with the exact inverse would change it by up to 0.07.
     """
     rng, change = np.random.default_rng(14), []
     for _ in range(8):
@@ -132,8 +131,8 @@ def test_the_darkest_flat_fields_keep_their_mean(level, read):
 def test_through_the_isp_the_level_stays_and_no_variance_is_stated(bench, isp):
     grey, rng = 20 * light("daylight", bench.WAVELENGTH), np.random.default_rng(10)
     captures = bench.make(bench.mosaic_of(grey, (96, 96)), bench.SPLIT, rng=rng)
-    book = ledger.Ledger()
-    with ledger.stage(book, "isp") as row:
+    rows = ledger.Ledger()
+    with ledger.stage(rows, "isp") as row:
         plain, out = (isp(denoise=d)(captures) for d in ("none", "nl_means"))
     y, rough = (p.xyz.values[6:-6, 6:-6, 1] for p in (out, plain))
     assert y.mean() == pytest.approx(rough.mean(), rel=0.003) and y.var() < 0.05 * rough.var()
@@ -151,8 +150,8 @@ def test_unknown_denoisers_are_named(bench):
 
 
 def test_variance_is_that_of_the_weights(monkeypatch):
-    """Weights of a half everywhere: the variance of a weighted mean by hand, of samples that lie as
-    far apart as stated, or farther.
+    """With all weights 0.5 the variance has a closed form, for samples that scatter as stated and
+    for samples that scatter more.
     """
     from isethdr_isp.demosaic import denoise
 
@@ -163,8 +162,8 @@ def test_variance_is_that_of_the_weights(monkeypatch):
     good, source = np.ones((40, 40), bool), np.zeros((40, 40), np.uint8)
     out = denoised(Merged(level, level + 4.0, good, source), (2, 2))
     assert out.variance_e2[20, 20] == pytest.approx(104 * share)
-    # every second sample of the shifts is 60 e brighter, so all lie 30 e from the mean: 900 e2,
-    # more than 104
+    # every second sample of the shifts is 60 e brighter, so all lie 30 e from the mean: a variance
+    # of 900 e2 instead of 104
     level = level + 30.0 * (-1.0) ** (np.arange(40)[:, None] // 2 + np.arange(40) // 2)
     out = denoised(Merged(level, np.full((40, 40), 104.0), good, source), (2, 2))
     assert out.variance_e2[20, 20] == pytest.approx(900 * share, rel=0.01)

@@ -1,4 +1,4 @@
-"""Poisson counts: the quantile of each random word, against sums of the distribution in long
+"""Poisson counts: the quantile of each random word, compared with sums of the distribution in long
 double.
 """
 
@@ -40,8 +40,8 @@ def _counts(mean: float) -> np.ndarray:
 
 
 def step_to_one(mean: float) -> Measured:
-    """Words just above and below the probability of a count of one or more; a word w >= 0 has p =
-    (w + 1/2) 2^-64 beyond it.
+    """Compare counts of words just above and below the step from 0 to 1 e. A word w >= 0 stands for
+    the probability (w + 1/2) 2^-64 of a larger count.
     """
     m = Fraction(mean)
     edge = (m - m**2 / 2) * 2**64 - Fraction(
@@ -55,8 +55,8 @@ def step_to_one(mean: float) -> Measured:
 
 
 def quantiles(mean: float) -> Measured:
-    """Compare with the distribution summed outwards from its peak, 12 standard deviations, long
-    double.
+    """Compare with the distribution, summed in long double to 12 standard deviations on both sides
+    of its peak.
     """
     word, found = _words(), _counts(mean)
     reach = int(12 * math.sqrt(mean) + 30)
@@ -80,7 +80,8 @@ def quantiles(mean: float) -> Measured:
 
 
 def too_many() -> Measured:
-    """More electrons than can be counted are marked as saturated, whatever the well holds."""
+    """More electrons than can be counted are marked as saturated, also in a well without a
+    limit."""
     sensor = build("sensor", "single", bits=0, swing_v=1e20, full_well_e=math.inf)
     saturated = readings(sensor.model(), [np.full((8, 8), 2e18)], generator(1))[1]
     return Measured(
@@ -89,8 +90,8 @@ def too_many() -> Measured:
 
 
 def largest() -> Measured:
-    """Compare with Cornish and Fisher's expansion, whose own error is below 1e-6 e here, in whole
-    numbers that float64 lacks.
+    """Compare with the Cornish-Fisher expansion, whose own error is below 1e-6 e here. It is
+    computed in integers, because float64 has too few digits.
     """
     word, found = _words(), _counts(1e18)
     beyond = ((np.where(word < 0, -1 - word, word).astype(float) + 0.5) * 2.0**-64).tolist()
