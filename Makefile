@@ -14,7 +14,7 @@ run: $(READY)
 	$(BIN)/isethdr run
 
 test: lint
-	$(TEST_ENV) $(BIN)/python -m pytest $(TEST_PLUGINS) -n 2 --dist loadfile
+	$(TEST_ENV) $(BIN)/python -m pytest $(TEST_PLUGINS) -n 2 --dist loadfile --no-loadscope-reorder
 
 test-slow: $(READY)
 	$(BIN)/python -m pytest -m slow

@@ -2,9 +2,72 @@
 
 from __future__ import annotations
 
+import gc
 import os
+from pathlib import Path
 
 import pytest
+
+# files of more than five CPU seconds, the longest first: the processes that share the tests take
+# file by file, and what comes last should be short, so that they end together
+LONGEST_FIRST = (
+    "workflows/test_failures.py",
+    "core/test_conformance.py",
+    "catalog/test_report.py",
+    "workflows/test_sweeps.py",
+    "core/cli/test_commands.py",
+    "optics/psf/test_wings.py",
+    "core/config/test_composition.py",
+    "core/test_conformance_kit.py",
+    "sensors/test_architectures.py",
+    "optics/psf/test_kernel_store.py",
+    "sensors/test_typical_cameras.py",
+    "workflows/test_recipes.py",
+    "optics/field/test_imaging.py",
+    "workflows/emva1288/test_study.py",
+    "catalog/test_sql_sandbox.py",
+    "core/plugins/test_protocols.py",
+    "core/test_example_plugin.py",
+    "core/pipeline/test_chain.py",
+    "core/identity/test_earlier_names.py",
+    "core/runs/test_reuse.py",
+    "sensors/readout/test_chip_combination.py",
+    "workflows/test_accuracy_study.py",
+    "core/test_public_calls.py",
+    "core/test_leave_out.py",
+    "mitsuba/paths/test_integrator.py",
+    "core/storage/test_store.py",
+    "core/plugins/test_frozen_plugins.py",
+    "workflows/test_command_and_python.py",
+    "mitsuba/test_wide_angles.py",
+    "optics/flare/test_aperture.py",
+    "optics/psf/test_scaled_pattern.py",
+    "optics/plan/test_light_path.py",
+)
+
+
+def pytest_collection():
+    """Count no objects while five thousand tests are collected, of which none is garbage."""
+    gc.disable()
+
+
+def pytest_collection_modifyitems(items):
+    """Put the tests of the longest files first; the order within a file stays."""
+    here = Path(__file__).parent
+    place = {here / name: k for k, name in enumerate(LONGEST_FIRST)}
+    items.sort(key=lambda item: place.get(item.path, len(place)))
+
+
+def pytest_collection_finish():
+    """Leave what was collected out of all later searches for garbage: 6 % of the tests' time."""
+    gc.enable()
+    gc.collect()
+    gc.freeze()
+
+
+def pytest_unconfigure():
+    """Let the interpreter free all objects at its end; bindings complain about those it keeps."""
+    gc.unfreeze()
 
 
 @pytest.fixture(scope="session", autouse=True)
