@@ -8,7 +8,7 @@ import isethdr_core as hdr
 
 def test_the_chain_by_hand():
     scene = hdr.build(
-        "scene", "point_lights", width=48, height=27, step_nm=60.0, horizontal_field_deg=10.0
+        "scene", "point_lights", width=24, height=14, step_nm=60.0, horizontal_field_deg=5.0
     )()
     mixed = hdr.build("lighting", "weights", weights={"sky": 1e-3, "headlights": 1.0})(scene)
     assert mixed.dims == ("wavelength", "y", "x")
@@ -36,6 +36,7 @@ def test_a_run_from_python_has_the_ledger_of_the_command_line(monkeypatch, tmp_p
                 "~flare@flare.dirt",
                 "scene.width=48",
                 "scene.height=27",
+                "scene.horizontal_field_deg=8",  # a small field is a small sensor
             ]
         )
     )
