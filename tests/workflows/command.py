@@ -66,7 +66,7 @@ def start(*arguments: str, plugins=(), **variables: str) -> subprocess.Popen:
 def isethdr(*arguments: str, plugins=(), **variables: str) -> subprocess.CompletedProcess:
     """Return the finished command."""
     process = start(*arguments, plugins=plugins, **variables)
-    out, err = process.communicate(timeout=120)
+    out, err = process.communicate(timeout=600)
     return subprocess.CompletedProcess(process.args, process.returncode, out, err)
 
 
@@ -125,8 +125,8 @@ def installed_trouble(folder: Path) -> Path:
 
 
 def wait_for(path: Path, process: subprocess.Popen) -> None:
-    """Return once `path` exists; fail where the process ends before, or takes a minute."""
-    limit = time.monotonic() + 60
+    """Return once `path` exists; fail where the process ends before, or takes ten minutes."""
+    limit = time.monotonic() + 600
     while not path.exists():
         assert process.poll() is None, process.communicate()
         assert time.monotonic() < limit, f"{path.name} did not come"

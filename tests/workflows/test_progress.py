@@ -18,6 +18,7 @@ progress.SHOWN_AFTER_S = 0.2
 with progress.shown("renderer mitsuba"):
     for part in progress.track(range(4), "rendering"):
         time.sleep(0.2)
+progress.SHOWN_AFTER_S = 600
 with progress.shown("quick stage"):
     pass
 print("table")
@@ -40,7 +41,7 @@ def on_a_terminal(code: str) -> str:
             break
         if not said or said[-1:] == b"":
             break
-    process.wait(20)
+    process.wait(600)
     os.close(ours)
     return said.decode(errors="replace")
 

@@ -2,33 +2,36 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
 import pytest
 
+from isethdr_core.runs import claims as claims_module
 from isethdr_core.runs.claims import Rhythm, claimed
 
-# beats of 20 ms: a process that was not scheduled for 1 s would be taken for dead
-QUICK = Rhythm(beat_s=0.02, dead_after_s=1.0, look_s=0.02)
+# a process of a loaded machine may stand still for seconds and lives all the same
+QUICK = Rhythm(beat_s=0.02, dead_after_s=600, look_s=0.02)
 WORKER = """
 import os, sys, time
 from pathlib import Path
 from isethdr_core.runs.claims import Rhythm, claimed
 folder, seconds, name = Path(sys.argv[1]), float(sys.argv[2]), sys.argv[3]
 tell = lambda text: print(text, flush=True)
-with claimed(folder, "scene", tell, Rhythm(beat_s=0.02, dead_after_s=60, look_s=0.02)) as waited:
+with claimed(folder, "scene", tell, Rhythm(beat_s=0.02, dead_after_s=600, look_s=0.02)) as waited:
     print("holds", waited, flush=True)
     inside = folder / "inside"
     os.close(os.open(inside, os.O_CREAT | os.O_EXCL))      # fails where two are inside
     (folder / f"{name}.began").touch()
-    time.sleep(seconds)
+    end = time.monotonic() + seconds
+    while time.monotonic() < end and not (folder / "end").exists():
+        time.sleep(0.01)
     inside.unlink()
 print("done", flush=True)
 """
@@ -36,7 +39,9 @@ print("done", flush=True)
 
 @pytest.fixture
 def worker(tmp_path):
-    """Return a function that starts a process which holds the claim for some seconds."""
+    """Return a function that starts a process which holds the claim for some seconds, or until
+    there is a file `end`.
+    """
     children = []
 
     def start(seconds: float, name: str = "w") -> subprocess.Popen:
@@ -63,11 +68,16 @@ def claims(folder: Path) -> list[str]:
 
 
 def test_one_works_and_the_other_waits_and_says_for_whom(tmp_path, worker):
-    first = worker(0.3)
+    first = worker(600)
     assert first.stdout.readline() == "holds False\n"
     said = []
-    with claimed(tmp_path, "scene", said.append, QUICK) as waited:
-        assert waited and first.wait(10) == 0
+
+    def tell(line):
+        said.append(line)
+        (tmp_path / "end").touch()
+
+    with claimed(tmp_path, "scene", tell, QUICK) as waited:
+        assert waited and first.wait(600) == 0
         assert claims(tmp_path) == [".scene.claim-0"]
     [line] = said
     assert line.startswith(f"waiting for scene: process {first.pid} on ")
@@ -87,7 +97,7 @@ def test_a_killed_holder_is_replaced_at_once(tmp_path, worker):
     slow = Rhythm(beat_s=1, dead_after_s=1000, look_s=0.01)
     start_s = time.monotonic()
     with claimed(tmp_path, "scene", print, slow):
-        assert time.monotonic() - start_s < 30
+        assert time.monotonic() - start_s < 500
         assert claims(tmp_path) == [".scene.claim-1"]
     assert claims(tmp_path) == []
 
@@ -109,19 +119,39 @@ def test_of_many_that_wait_for_a_killed_holder_one_at_a_time_takes_over(tmp_path
     assert all(w.stdout.readline().startswith("waiting for ") for w in waiting)
     first.kill()
     (tmp_path / "inside").unlink()
-    assert [w.wait(60) for w in waiting] == [0] * 5, waiting[0].stderr.read()
+    assert [w.wait(600) for w in waiting] == [0] * 5, waiting[0].stderr.read()
     assert len(list(tmp_path.glob("w?.began"))) == 5 and claims(tmp_path) == []
 
 
-def test_a_holder_that_stands_still_is_replaced_and_leaves_its_successor_alone(tmp_path, worker):
-    first = worker(0.2)
+class Clock:
+    """Stands for the module `time` of the claims: to sleep takes no time, and tells the test."""
+
+    def __init__(self, at_each_look=lambda now_s: None):
+        self.now_s = 0.0
+        self.at_each_look = at_each_look
+
+    def monotonic(self):
+        return self.now_s
+
+    def sleep(self, seconds):
+        self.now_s += seconds
+        self.at_each_look(self.now_s)
+
+
+def test_a_holder_that_stands_still_is_replaced_and_leaves_its_successor_alone(
+    tmp_path, worker, monkeypatch
+):
+    first = worker(600)
     assert first.stdout.readline() == "holds False\n"
     first.send_signal(signal.SIGSTOP)
-    start_s = time.monotonic()
-    with claimed(tmp_path, "scene", print, QUICK):
-        assert time.monotonic() - start_s >= QUICK.dead_after_s
+    os.waitpid(first.pid, os.WUNTRACED)
+    monkeypatch.setattr(claims_module, "time", clock := Clock())
+    rhythm = Rhythm(beat_s=0.02, dead_after_s=1.0, look_s=0.02)
+    with claimed(tmp_path, "scene", print, rhythm):
+        assert 1.0 < clock.now_s < 1.1
+        (tmp_path / "end").touch()
         first.send_signal(signal.SIGCONT)
-        assert first.wait(10) == 0
+        assert first.wait(600) == 0
         assert claims(tmp_path) == [".scene.claim-1"]
 
 
@@ -131,7 +161,7 @@ def test_a_waiting_process_that_ends_leaves_nothing(tmp_path, worker, number):
         other = worker(0)
         assert other.stdout.readline().startswith("waiting for ")
         other.send_signal(number)
-        other.wait(10)
+        other.wait(600)
         assert claims(tmp_path) == [".scene.claim-0"]
 
 
@@ -139,12 +169,12 @@ def test_ctrl_c_releases(tmp_path, worker):
     first = worker(60)
     assert first.stdout.readline() == "holds False\n"
     first.send_signal(signal.SIGINT)
-    first.wait(10)
+    first.wait(600)
     assert claims(tmp_path) == []
 
 
 @pytest.mark.parametrize("step_s", [-1000, 1000])
-def test_clocks_of_other_machines_do_not_matter(tmp_path, step_s):
+def test_clocks_of_other_machines_do_not_matter(tmp_path, monkeypatch, step_s):
     """A claim of another machine whose clock runs backwards, or far ahead: it lives as long as its
     time changes.
     """
@@ -152,30 +182,25 @@ def test_clocks_of_other_machines_do_not_matter(tmp_path, step_s):
     path.write_text(
         json.dumps({"host": "elsewhere", "namespace": "", "process": 1, "started": "1"})
     )
-    stop, beats_until = threading.Event(), []
+    when = itertools.count(10**9, step_s)
 
-    def beat():
-        when = 10**9
-        while not stop.wait(0.02):
-            when += step_s
-            os.utime(path, (when, when))
-        beats_until.append(time.monotonic())
+    def beat_for_two_seconds(now_s):
+        if now_s < 2.0:
+            os.utime(path, (next(when),) * 2)
 
-    thread = threading.Thread(target=beat)
-    thread.start()
-    threading.Timer(2 * QUICK.dead_after_s, stop.set).start()
-    with claimed(tmp_path, "scene", print, QUICK) as waited:
+    clock = Clock(beat_for_two_seconds)
+    monkeypatch.setattr(claims_module, "time", clock)
+    rhythm = Rhythm(beat_s=0.02, dead_after_s=1.0, look_s=0.02)
+    with claimed(tmp_path, "scene", print, rhythm) as waited:
         assert waited and claims(tmp_path) == [".scene.claim-8"]
-        assert time.monotonic() - beats_until[0] >= 0.9 * QUICK.dead_after_s
-    thread.join()
+        # a second after the last beat, to two looks
+        assert 2.95 < clock.now_s < 3.05
 
 
 def test_a_claim_that_was_released_while_it_was_judged_dead_is_not_taken_over(
     tmp_path, monkeypatch
 ):
     """The judgement is old when the next number is created: then the process starts again."""
-    from isethdr_core.runs import claims as module
-
     path = tmp_path / ".scene.claim-4"
     path.touch()
 
@@ -183,6 +208,6 @@ def test_a_claim_that_was_released_while_it_was_judged_dead_is_not_taken_over(
         found.unlink()  # its holder has finished in this moment
         return True
 
-    monkeypatch.setattr(module._Watch, "is_dead", dead)
+    monkeypatch.setattr(claims_module._Watch, "is_dead", dead)
     with claimed(tmp_path, "scene", print, QUICK):
         assert claims(tmp_path) == [".scene.claim-0"]

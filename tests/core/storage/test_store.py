@@ -164,7 +164,7 @@ def test_every_file_is_on_the_disk_before_the_store_has_its_name(tmp_path, monke
 
 def test_of_two_writers_one_wins_and_both_return_its_store(tmp_path):
     children = [writer(tmp_path, 1), writer(tmp_path, 1)]
-    answers = [child.communicate(timeout=120)[0].split() for child in children]
+    answers = [child.communicate(timeout=600)[0].split() for child in children]
     assert [a[-1] for a in answers] == [str(tmp_path / "a.zarr")] * 2
     assert [p.name for p in tmp_path.iterdir()] == ["a.zarr"]
     assert store.open_store(tmp_path / "a.zarr").radiance.notnull().all()

@@ -62,10 +62,10 @@ def started(refuse):
 
 def test_three_processes_share_one_file(isethdr_home):
     both = [started(False) for _ in range(2)]
-    sums = [float(p.communicate(timeout=100)[0]) for p in both]
+    sums = [float(p.communicate(timeout=600)[0]) for p in both]
     assert len(files(isethdr_home)) == 1  # one name, and no temporary file is left
     third = started(True)  # would fail if it computed kernels
-    assert [float(third.communicate(timeout=100)[0])] * 2 == sums
+    assert [float(third.communicate(timeout=600)[0])] * 2 == sums
     assert third.returncode == 0
 
 
