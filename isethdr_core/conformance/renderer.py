@@ -1,5 +1,5 @@
-"""What a renderer promises: what was demanded, a sky that is uniform, lamps of the stated candela,
-light linear in the lamps.
+"""Promises of a renderer: it returns what the demand asks for, a uniform sky, lamps of the stated
+candela, and light linear in the lamps.
 
 Pass fields that make it quick, for example `check("renderer", "mitsuba", width=32, height=18,
 samples=16)`.
@@ -34,7 +34,7 @@ INTENSITY_CD, DISTANCE_M = 1000.0, 10.0
 
 
 def check(who: str, renderer: Renderer) -> None:
-    """Check one renderer on three tiny worlds: nothing but sky, one lamp, and a road below both."""
+    """Check one renderer on three tiny worlds: a sky alone, a lamp alone, and a road with both."""
     _check_empty_world(who, renderer)
     _check_lamp(who, renderer)
     everything = Demand(labels=frozenset(LABELS))
@@ -137,8 +137,8 @@ def _check_lamp(who: str, renderer: Renderer) -> None:
 
 
 def _cos_solid_angle(ds: xr.Dataset) -> np.ndarray:
-    """Return what turns radiance into irradiance on the image plane, sr: tile area times cos^4 of
-    the field angle.
+    """Return the factor from radiance to irradiance on the image plane, sr: tile area times cos^4
+    of the field angle.
     """
     tangent_squared = ds.x.values[None, :] ** 2 + ds.y.values[:, None] ** 2
     tile_sr: np.ndarray = tile_pitch(ds, "x") * tile_pitch(ds, "y") * (1 + tangent_squared) ** -2.0

@@ -1,4 +1,4 @@
-"""Linear: one capture to a picture, nothing but linear steps."""
+"""Linear: one capture to a picture, by linear steps."""
 
 from __future__ import annotations
 

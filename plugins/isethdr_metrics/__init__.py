@@ -1,14 +1,14 @@
-"""Metrics: numbers about a picture against its truth, for the whole frame and for every object.
+"""Metrics: scores of a picture against its reference picture, for the frame and every object.
 
-| module         | what                                                                 |
-|----------------|----------------------------------------------------------------------|
-| `limits`       | ranges of the fields of metrics                                      |
-| `pixel_shares` | shares of pixels that were measured and that are saturated           |
-| `regions`      | the frame and the objects in it, and what every metric needs of them |
-| `conf/`        | presets                                                              |
-| `detection/`   | whether contrasts and objects can still be told                      |
-| `luminance/`   | levels, dynamic range, noise, sharpness and flare                    |
-| `similarity/`  | how alike a picture and its reference look                           |
+| module         | what                                                           |
+|----------------|----------------------------------------------------------------|
+| `limits`       | ranges of the fields of metrics                                |
+| `pixel_shares` | shares of valid and of saturated pixels                        |
+| `regions`      | the frame and the objects in it; means and intervals over them |
+| `conf/`        | presets                                                        |
+| `detection/`   | whether contrasts and objects can be detected                  |
+| `luminance/`   | levels, dynamic range, noise, sharpness and flare              |
+| `similarity/`  | similarity of a picture and its reference picture              |
 """
 
 from isethdr_core.component import Component, class_getter

@@ -3,19 +3,19 @@
 | file | holds |
 |---|---|
 | night_drive, tunnel | the components: a country road, and a tunnel with a bright exit |
-| placement, placement_tunnel | who stands where |
-| builders | from places to models and a description |
+| placement, placement_tunnel | positions of all objects |
+| builders | from positions to models and a scene description |
 | limits, validation | ranges of fields; checks of several fields together |
 | materials, lamps, lamp_spectra | spectral reflectances; lamps in candela; their spectra |
 | dipped_beam | candela of a dipped beam over two angles |
 | measured_spectra | tables of colour-science, kept on disk after their first use |
 | road_surfaces | asphalt, dry to wet, and markings, by numbers fitted to r-tables |
-| textures | from place to place a surface lies between two spectra |
+| textures | surfaces that vary between two spectra |
 | retro_reflectors | sheeting, reflectors and animal eyes |
 | road_photometry | Q0, S1, S2 and R_L of any surface |
 | geometry | meshes computed from parameters |
 | charts | test charts whose radiance is known |
-| iset_exr | scenes rendered by others |
+| iset_exr | scenes of the published ISETHDR deposit |
 | iset_exr_files | the files of such a scene: EXR and MAT |
 """
 

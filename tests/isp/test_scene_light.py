@@ -38,15 +38,15 @@ def test_a_grey_in_any_mixture_keeps_its_colour(bench, mixed, filters):
 
 
 def test_all_captures_of_a_split_pixel_count(bench):
-    """Steps from darkness to beyond the large photodiode, a cell of the array each, with noise."""
+    """Steps of one cell each, from darkness to beyond the large photodiode, with noise."""
     mixed = Mixture("daylight", "halogen", 0.5)
     grey = light(mixed, bench.WAVELENGTH)
     mosaic = bench.mosaic_of(grey, (64, 64)) * np.repeat(np.geomspace(0.3, 3e5, 32), 2)
     captures = bench.make(mosaic, bench.SPLIT, rng=np.random.default_rng(3))
     found = illuminant(captures, "automatic")
     assert (found.first, found.second) == ("daylight", "halogen")
-    # The brightest tenth decides: 1e6 e through diodes of 1/100, SNR 100 a pixel, 1e-3 a channel,
-    # over the 0.5 by which red over blue changes with the share.
+    # The brightest tenth decides: 1e6 e in photodiodes of 1/100 give an SNR of 100 per pixel, so
+    # 1e-3 per channel. Red over blue changes by 0.5 over the range of the share.
     assert found.share == pytest.approx(0.5, abs=0.02)
 
 

@@ -1,4 +1,4 @@
-"""Parity with numbers computed by ISETCam (data beside the project, never copied into it)."""
+"""Comparison with numbers computed by ISETCam (data beside the project, never copied into it)."""
 
 import os
 from pathlib import Path

@@ -1,5 +1,5 @@
-"""Measured spectra: what is kept on disk is what was looked up, and whatever is wrong with the file
-is looked up again.
+"""Measured spectra: the file on disk holds the tables of colour-science, and a damaged file is
+replaced.
 """
 
 import json

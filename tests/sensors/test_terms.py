@@ -1,4 +1,4 @@
-"""Terms beyond the plain pixel: each by its own law, through whole shots."""
+"""Optional noise terms of a sensor: each follows its law in whole shots."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ ALL = dict(
 
 
 def read(mean_e, seed=1, sensor=SingleSensor, device="A", **fields):
-    """Return the (y, x) numbers of a shot of uniform charge, float electrons where the converter is
+    """Return the reading (y, x) of a shot of uniform charge, in electrons where the converter is
     off.
     """
     model = sensor(**{**CLEAN, **fields}).model()
@@ -77,8 +77,8 @@ def test_crosstalk_conserves_electrons(optical, electrical):
 
 @pytest.mark.parametrize("power", [0.0, 1.0, 2.5, -1.0])
 def test_light_goes_astray_as_a_power_of_its_wavelength(make_light, power):
-    """One lit pixel under one filter: what its neighbours collect, band by band, over what all of
-    them do.
+    """One lit pixel: the share of its light that the neighbours collect is a power of the
+    wavelength.
     """
     for nm in (450.0, 550.0, 650.0):
         values = np.zeros((3, 9, 9))
@@ -106,8 +106,7 @@ def test_more_light_astray_than_there_is_is_refused(flat):
 
 
 def test_crosstalk_leaves_poisson_noise_without_correlation(flat):
-    # a charge that each electron leaves on its own is thinned: variance = mean, neighbours
-    # independent
+    # electrons move independently, so counts stay Poisson: variance = mean, neighbours independent
     sensor = SingleSensor(
         **CLEAN, swing_v=1e6, full_well_e=1e9, pitch_um=3.0, optical_crosstalk_percent=30.0
     )
@@ -119,8 +118,7 @@ def test_crosstalk_leaves_poisson_noise_without_correlation(flat):
 
 
 def test_efficiency_of_the_captures_includes_crosstalk(make_light):
-    # evenly lit, the mean electrons of each channel are those that the stated quantum efficiency
-    # gives
+    # in uniform light, the stated quantum efficiency gives the mean electrons of each channel
     w = np.arange(400.0, 701, 10)
     light = make_light(np.random.default_rng(0).random((31, 1, 1)) * np.ones((1, 40, 40)), 3.75, w)
     for cfa in ("RGGB", "RG/WB", "RCCC", "RRGG/RRGG/GGBB/GGBB"):
@@ -206,8 +204,8 @@ def test_row_noise_is_new_in_every_shot_and_rows_of_the_device_stay():
 
 
 def test_captures_state_the_row_noise_of_their_pixels(make_light):
-    """Half the variance of the difference of two shots of one device is the square of the noise
-    that captures state.
+    """Half the variance of the difference of two shots of one device is the square of the stated
+    noise.
     """
     light = make_light(np.zeros((3, 40, 40)), 3.75)
     sensor = BayerSensor(read_noise_e=5.0, row_noise_e=12.0, rows=40, columns=40)
@@ -218,7 +216,8 @@ def test_captures_state_the_row_noise_of_their_pixels(make_light):
         + float(one.quantisation_e[0]) ** 2 / 12
         + float(one.dark_e[0])
     )
-    # 40 rows of shared noise: a variance known to a factor 1 +- sqrt(2 / 40), five of these
+    # the noise is shared by rows: 40 of them give the variance within 1 +- sqrt(2 / 40); five times
+    # that is allowed
     assert (
         0.5 * apart.var() == pytest.approx(stated, rel=5 * np.sqrt(2 / 40))
         and one.read_noise_e[0] == 13.0
@@ -244,7 +243,8 @@ def test_hot_pixels():
 
 def test_read_noise_tail_keeps_the_rms():
     plain, tail = (read(0.0, 1, read_noise_e=5.0, read_tail_percent=p) for p in (0.0, 2.0))
-    # pixels in the tail are 1000, their variance 25 times the body's, half of the whole
+    # about 1000 pixels are in the tail; they have 25 times the variance of the others, and half of
+    # the total
     assert_allclose(tail.var(), 25.0, rtol=5 * np.sqrt(2 / N) * 3 + 5 * 0.3 / np.sqrt(1000))
     kurtosis = [np.mean(x**4) / np.mean(x**2) ** 2 for x in (plain, tail)]
     body = 25 / (0.98 + 0.02 * 25)

@@ -4,7 +4,7 @@
 |-----------------|-------------------------------------------------------------|
 | `denoise`       | non-local means of a mosaic, before it is demosaiced        |
 | `interpolation` | every channel at every pixel, for any periodic filter array |
-| `learned`       | filters chosen by place and local class, trained            |
-| `local_classes` | the kind of neighbourhood that a pixel lies in              |
+| `learned`       | trained filters, chosen by position and local class         |
+| `local_classes` | kind of neighbourhood of a pixel                            |
 | `methods`       | the demosaic methods by name                                |
 """

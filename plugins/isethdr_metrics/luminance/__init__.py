@@ -1,13 +1,13 @@
 """Luminance: levels, dynamic range, noise, sharpness and flare.
 
-| module                | what                                                                 |
-|-----------------------|----------------------------------------------------------------------|
-| `dynamic_range`       | from the luminance that just shows to the brightest one measured     |
-| `line_profile`        | luminance along one row, where flare shows best                      |
-| `log_luminance_error` | how far a picture's luminance is from the truth, in decades          |
-| `mean_luminance`      | the simplest score, and the one that shows an error of level at once |
-| `noise_line`          | read noise and shot noise of a picture                               |
-| `normalized_flare`    | how much light the camera puts where none should be                  |
-| `slanted_edge`        | spatial frequency response after ISO 12233                           |
-| `snr_curve`           | signal to noise ratio against luminance                              |
+| module                | what                                                               |
+|-----------------------|--------------------------------------------------------------------|
+| `dynamic_range`       | from the lowest detectable luminance to the brightest one measured |
+| `line_profile`        | luminance along one row, which shows flare                         |
+| `log_luminance_error` | difference of luminance from the reference picture, in decades     |
+| `mean_luminance`      | the simplest score, which shows an error of the level              |
+| `noise_line`          | read noise and shot noise of a picture                             |
+| `normalized_flare`    | stray light away from the sources                                  |
+| `slanted_edge`        | spatial frequency response after ISO 12233                         |
+| `snr_curve`           | signal to noise ratio against luminance                            |
 """

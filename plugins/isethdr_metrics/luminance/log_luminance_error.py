@@ -1,4 +1,4 @@
-"""Log luminance error: how far a picture's luminance is from the truth, in decades."""
+"""Log luminance error: difference of luminance from the reference picture, in decades."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Photocurrent: the short way through the lens against the long one, in units of the sensor's
+"""Photocurrent, compared with irradiance that the sensor integrates, in units of the sensor's
 noise.
 """
 
@@ -29,8 +29,8 @@ def bump(centre, width):
 
 
 def night(level=1e6, seed=0, lamps=("sodium", "led"), noise=0.005, dtype=np.float32, shape=SHAPE):
-    """Return mixed radiance: four materials under daylight and lamplight, lamps of `level` times
-    the road, 0.5 % of render noise.
+    """Return mixed radiance: four materials in daylight and lamplight, lamps of `level` times the
+    road, and 0.5 % of renderer noise.
     """
     rng = np.random.default_rng(seed)
     light = {
@@ -71,8 +71,8 @@ def response(sensor):
 
 
 def compare(sensor, mixed, lens=LENS, flares=FLARES):
-    """Return |short - long| over the noise, the mean electrons, and what the ledger says of the
-    short way; (capture, y, x).
+    """Return the difference of photocurrent and irradiance over the noise (capture, y, x), the mean
+    electrons, and the ledger row of the photocurrent.
     """
     book = ledger.Ledger()
     with ledger.stage(book, "lens"):
@@ -129,8 +129,8 @@ def test_every_lens_that_can(lens):
 
 
 def large(monkeypatch, mirrored=True, shape=(150, 180)):
-    """Put kernels whose skirt and streaks change with wavelength in place of all; they are divided
-    at 48 tiles, to save time; return them.
+    """Replace all kernels by some whose wings and streaks change with wavelength, and return them.
+    They are divided at 48 tiles, to save time.
     """
     for module in (kernel_spectra, spectral_fit):
         monkeypatch.setattr(module, "NEAR", 48)
