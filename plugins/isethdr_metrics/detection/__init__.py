@@ -5,4 +5,5 @@
 | `contrast_detection` | probability that a contrast of the scene shows in the picture |
 | `object_contrast`    | whether a person, bicycle or deer stands out                  |
 | `photon_counts`      | that probability at few electrons, by counting                |
+| `wedge`              | that probability for normal noise                             |
 """

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from scipy.special import ndtr, owens_t
 
 from isethdr_core import ledger
-from isethdr_core.data.derived_once import once
+from isethdr_core.data.derived_once import intervals_wanted, once
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 from isethdr_core.truth import before_denoising
@@ -25,6 +24,7 @@ from ..regions import (
     regions_of,
     variance_stated,
 )
+from .photon_counts import Signal, estimated, of_signals
 
 PAIRS = 4000  # drawn per object: the median is then known to about 0.01
 FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
@@ -110,8 +110,14 @@ class ContrastDetection:
         )
         # all regions at once: many small calls would take several times as long
         together = Pairs(*(np.concatenate(parts) for parts in zip(*(one.pairs for one in regions))))
-        value = self._probability(model, together)
-        ends = np.cumsum([one.pairs.first.size for one in regions])[:-1]
+        sizes = [one.pairs.first.size for one in regions]
+        if intervals_wanted():
+            value = self._probability(model, together)
+        else:
+            # of a median alone, only pairs near it have to be right
+            own = np.repeat([one.place is None for one in regions], sizes)
+            value = self._right_near_medians(model, together, own, np.cumsum(sizes))
+        ends = np.cumsum(sizes)[:-1]
         for one, values in zip(regions, np.split(value, ends), strict=True):
             if one.place is not None:
                 values = np.bincount(one.place, values) / np.bincount(one.place)
@@ -256,14 +262,61 @@ class ContrastDetection:
 
     def _probability(self, model: Expected, pairs: Pairs):
         """Return the probability of each pair."""
-        from .photon_counts import Signal, of_signals
+        value = of_signals(*_signals(model, pairs), pairs.contrast, self.interval_percent / 100)
+        return np.where(_both_valid(model, pairs), value, 0.0)
 
-        _, mean, variance, step, valid = (values.ravel() for values in model)
-        bright, dark = (
-            Signal(mean[at], variance[at], step[at]) for at in (pairs.bright, pairs.dark)
-        )
-        value = of_signals(bright, dark, pairs.contrast, self.interval_percent / 100)
-        return np.where(valid[pairs.first] & valid[pairs.second], value, 0.0)
+    def _right_near_medians(self, model: Expected, pairs: Pairs, own, ends):
+        """Return the probability of each pair; of those that count by themselves, only those that
+        may be the median of their region are worked out.
+
+        Parameters
+        ----------
+        model : what the camera makes of each pixel.
+        pairs : of all regions, one after the other.
+        own : (pair,) bool, pairs that count by themselves.
+        ends : where the pairs of each region end.
+
+        Notes
+        -----
+        All others have an estimate and a bound on its error. The median of the region lies between
+        the medians of what the pairs are at least and at most. A pair that is certainly on one side
+        of it keeps its estimate.
+        """
+        bright, dark = _signals(model, pairs)
+        interval = self.interval_percent / 100
+        valid = _both_valid(model, pairs)
+        estimate = estimated(bright, dark, pairs.contrast, interval)
+        value, bound = np.where(valid, estimate.value, 0.0), np.where(valid, estimate.bound, 0.0)
+        least, most, exact = value - bound, value + bound, (bound > 0) & ~own
+        for start, end in zip([0, *ends[:-1]], ends):
+            if end > start and own[start]:
+                some = slice(start, end)
+                between = _middle(least[some])[0], _middle(most[some])[1]
+                near = (most[some] >= between[0]) & (least[some] <= between[1])
+                exact[some] = near & (bound[some] > 0)
+        asked = np.flatnonzero(exact)
+        signals = (Signal(*(values[asked] for values in of)) for of in (bright, dark))
+        value[asked] = of_signals(*signals, pairs.contrast[asked], interval)
+        return value
+
+
+def _signals(model: Expected, pairs: Pairs) -> tuple[Signal, Signal]:
+    """Return the signals of the brighter and of the darker pixel of each pair."""
+    _, mean, variance, step, _ = (values.ravel() for values in model)
+    bright, dark = (Signal(mean[at], variance[at], step[at]) for at in (pairs.bright, pairs.dark))
+    return bright, dark
+
+
+def _both_valid(model: Expected, pairs: Pairs):
+    valid = model.valid.ravel()
+    return valid[pairs.first] & valid[pairs.second]
+
+
+def _middle(values) -> tuple[float, float]:
+    """Return the two values that a median is the mean of; of an odd number, the one twice."""
+    places = (len(values) - 1) // 2, len(values) // 2
+    ordered = np.partition(values, places)
+    return float(ordered[places[0]]), float(ordered[places[1]])
 
 
 def pair_probability(
@@ -293,8 +346,6 @@ def pair_probability(
     follows Geese, Seger, Paolillo 2018 and IEEE Std 2020-2024; the order of bright and dark has to
     be kept.
     """
-    from .photon_counts import Signal, of_signals
-
     values = np.broadcast_arrays(bright, bright_variance, dark, dark_variance, contrast)
     b, b_variance, d, d_variance, k = (np.asarray(v, float).ravel() for v in values)
     if step is None:
@@ -314,27 +365,6 @@ def _growth(bright, bright_variance, dark, dark_variance):
     apart = bright - dark
     slope = (bright_variance - dark_variance) / np.where(apart > 0, apart, 1.0)
     return np.where(apart > 0, np.maximum(slope, 0.0), 0.0)
-
-
-def both_positive(h, k, rho):
-    """Return P(h + u > 0 and k + v > 0) for standard normals u and v of correlation `rho`.
-
-    Parameters
-    ----------
-    h, k : means over their standard deviations, any shape.
-    rho : correlation, -1 to 1, of that shape.
-
-    Notes
-    -----
-    Owen 1956, eq. 2.1.
-    """
-    tiny = 1e-12
-    h, k, rho = (np.asarray(v, float) for v in (h, k, rho))
-    h, k = (np.where(np.abs(v) < tiny, tiny, v) for v in (h, k))
-    root = np.sqrt(np.maximum(1 - rho**2, 1e-24))
-    apart = np.where(h * k < 0, 0.5, 0.0)
-    t_h, t_k = owens_t(h, (k / h - rho) / root), owens_t(k, (h / k - rho) / root)
-    return (ndtr(h) + ndtr(k)) / 2 - t_h - t_k - apart
 
 
 def draw_pairs(mask, reach: int):

@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 from isethdr_metrics.detection.contrast_detection import (
     ContrastDetection,
-    both_positive,
     draw_pairs,
     pair_probability,
 )
+from isethdr_metrics.detection.wedge import both_positive
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.colour.colour_spaces import D65_XYZ

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from isethdr_metrics.detection.contrast_detection import (
     ContrastDetection,
-    both_positive,
     pair_probability,
 )
 from isethdr_metrics.detection.photon_counts import Signal, _two_points, representation
+from isethdr_metrics.detection.wedge import both_positive
 from isethdr_metrics.luminance.noise_line import noise_line
 
 from isethdr_core.physics.colour.colour_spaces import D65_XYZ

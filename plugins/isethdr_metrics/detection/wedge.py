@@ -1,0 +1,202 @@
+"""Wedge: the probability that two noisy levels show a ratio within an interval.
+
+Both levels are normal. A ratio between two ends is a wedge in the plane of the levels, its tip at
+the origin. Its probability is 1 less that of its complement, by two normal probabilities, but for
+levels so dark that both may be measured negative: those are counted twice, and are added by a
+quadrature over the angle of the opposite wedge.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ndtr, owens_t
+
+FAR_SD = 6.0  # a sum this many standard deviations above 0 is never measured below 0: 1e-9
+TIE = 1e-9  # relative: a ratio of levels this close to an end of the interval lies on the end
+# Gauss and Legendre's quadrature over an angle of at most 2 x NARROW: 5 nodes are right to 1e-9
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+NARROW = 0.5
+LARGEST_SQUARE = 1000.0  # of the distance of the mean from the tip: exp(500) is still finite
+# 1 - x times Mills's ratio as a ratio of polynomials, 0 <= x <= 9, lowest power first; times
+# exp(-x^2 / 2) it is right to 2e-12
+NUMERATOR = (1.0, 0.53623549, 0.16395286, 0.02620425, 0.00191795)
+DENOMINATOR = (1.0, 1.78954962, 1.40682071, 0.62649993, 0.16839927, 0.0262984, 0.00191465)
+
+
+class Wedges(NamedTuple):
+    """The wedge of each pair of levels, flat arrays; levels are divided by their own deviations
+    where an angle is meant.
+    """
+
+    ends: tuple[np.ndarray, np.ndarray]  # Michelson contrasts at both ends of the interval
+    sd: tuple[np.ndarray, np.ndarray]  # of (1 - c) bright - (1 + c) dark at these ends
+    noise_free: np.ndarray  # bool
+    correlation: np.ndarray  # of both sides
+    scale: tuple[np.ndarray, np.ndarray]  # deviations of both levels; 1 without noise
+    far: np.ndarray  # a sum of levels above it is never measured below 0
+    half_angle: np.ndarray  # between the middle of the wedge and its sides
+    nodes: np.ndarray  # (2, node, pair): direction of each node over the deviation of each level
+
+
+def wedges_between(bright_variance, dark_variance, contrast, interval: float) -> Wedges:
+    """Return the wedge of measured contrasts within `contrast` (1 +- `interval`).
+
+    Parameters
+    ----------
+    bright_variance, dark_variance : of the two levels of each pair (pair,), any unit squared.
+    contrast : true Michelson contrast (pair,), above 0.
+    interval : share of the contrast, below 1.
+
+    Notes
+    -----
+    (b - d) / (b + d) >= c is (1 - c) b - (1 + c) d >= 0 where b + d > 0.
+    """
+    ends = contrast * (1 - interval), contrast * (1 + interval)
+    low, high = ends
+    sd = [np.sqrt((1 - c) ** 2 * bright_variance + (1 + c) ** 2 * dark_variance) for c in ends]
+    noise_free = (sd[0] <= 0) | (sd[1] <= 0)
+    safe = [np.where(noise_free, 1.0, s) for s in sd]
+    together = (1 - low) * (1 - high) * bright_variance + (1 + low) * (1 + high) * dark_variance
+    scale = [np.sqrt(np.where(v > 0, v, 1.0)) for v in (bright_variance, dark_variance)]
+    # a level without noise has no angle of its own: both sides point along the other
+    noisy = (bright_variance > 0) & (dark_variance > 0)
+    first, last = (np.arctan2((1 - c) / scale[1], (1 + c) / scale[0]) for c in ends)
+    middle, half = (first + last) / 2, np.where(noisy, (first - last) / 2, np.inf)
+    angle = middle + np.where(noisy, half, 0.0) * NODES[:, None]
+    nodes = np.stack([np.cos(angle) / scale[0], np.sin(angle) / scale[1]])
+    return Wedges(
+        ends=ends,
+        sd=(safe[0], safe[1]),
+        noise_free=noise_free,
+        correlation=-together / (safe[0] * safe[1]),
+        scale=(scale[0], scale[1]),
+        far=FAR_SD * np.sqrt(bright_variance + dark_variance),
+        half_angle=half,
+        nodes=nodes,
+    )
+
+
+def probability_between(wedges: Wedges, bright, dark, pair=None) -> np.ndarray:
+    """Return the probability that two normal levels lie in a wedge.
+
+    Parameters
+    ----------
+    wedges : of some pairs.
+    bright, dark : mean levels (component,), in the unit of the wedges.
+    pair : which wedge each component is asked of (component,); None: one each, in order.
+    """
+    every = slice(None) if pair is None else pair
+    low, high = (c[every] for c in wedges.ends)
+    mean = (1 - low) * bright - (1 + low) * dark, (1 - high) * bright - (1 + high) * dark
+    noise_free, total = wedges.noise_free[every], bright + dark
+    some_free = noise_free.any()
+    if some_free and noise_free.all():
+        return without_noise(mean, total)
+    # both have to be positive: above the lower end and below the upper end of the interval
+    h, k = mean[0] / wedges.sd[0][every], -mean[1] / wedges.sd[1][every]
+    out = ndtr(h) + ndtr(k) - 1  # exact but for pairs that are measured negative
+    # outside the wedge by both of its sides lies only what has a negative sum
+    close = np.flatnonzero((total < wedges.far[every]) & ~noise_free)
+    if close.size:
+        some = close if pair is None else pair[close]
+        b, d = bright[close], dark[close]
+        square = (b / wedges.scale[0][some]) ** 2 + (d / wedges.scale[1][some]) ** 2
+        by_angle = (wedges.half_angle[some] < NARROW) & (square < LARGEST_SQUARE)
+        if by_angle.all():
+            out[close] += _opposite(wedges, some, b, d, square)
+        else:
+            at = np.flatnonzero(by_angle)
+            out[close[at]] += _opposite(wedges, some[at], b[at], d[at], square[at])
+            wide = close[~by_angle]
+            out[wide] = both_positive(h[wide], k[wide], wedges.correlation[some[~by_angle]])
+    return np.where(noise_free, without_noise(mean, total), out) if some_free else out
+
+
+def _opposite(wedges: Wedges, pair, bright, dark, square) -> np.ndarray:
+    """Return the probability of the wedge opposite to each, by quadrature over its angle.
+
+    `square` : squared distance of the mean from the tip, in units of the deviations.
+
+    Notes
+    -----
+    In units of the deviations, the probability of directions around one at which the mean lies by
+    x behind the tip is exp(-r^2 / 2) / (2 pi) (1 - x M(x)) per angle, where r is the distance of
+    the mean from the tip and M Mills's ratio (Divgi 1979, Annals of Statistics 7, 903).
+    """
+    total = np.zeros(len(pair))
+    for weight, along, across in zip(WEIGHTS, *wedges.nodes, strict=True):
+        total += weight * _tail(along[pair] * bright + across[pair] * dark)
+    return wedges.half_angle[pair] * np.exp(-square / 2) * total / (2 * np.pi)
+
+
+def _tail(x) -> np.ndarray:
+    """Return 1 - x M(x), M being Mills's ratio of normal probabilities."""
+    at = np.abs(x)
+    over, under = np.full_like(at, NUMERATOR[-1]), np.full_like(at, DENOMINATOR[-1])
+    for coefficients, value in ((NUMERATOR, over), (DENOMINATOR, under)):
+        for coefficient in coefficients[-2::-1]:
+            value *= at
+            value += coefficient
+    over /= under
+    behind = np.flatnonzero(x < 0)
+    if behind.size:
+        y = at[behind]
+        over[behind] += np.sqrt(2 * np.pi) * y * np.exp(y * y / 2)
+    return over
+
+
+def skewness_effect(wedges: Wedges, bright, dark, bright_third, dark_third) -> np.ndarray:
+    """Return by how much skewed levels are more probable in a wedge than normal ones, nearly.
+
+    Parameters
+    ----------
+    wedges : one of each pair.
+    bright, dark : mean levels (pair,).
+    bright_third, dark_third : their third cumulants (pair,).
+
+    Notes
+    -----
+    The first term of Edgeworth's series (Kendall, Stuart, The Advanced Theory of Statistics,
+    volume 1, section 6.18) at both sides of the wedge, as if nothing were measured negative.
+    """
+    out = np.zeros(len(bright))
+    for c, sd, side in zip(wedges.ends, wedges.sd, (1.0, -1.0), strict=True):
+        at = ((1 - c) * bright - (1 + c) * dark) / sd
+        skewness = side * ((1 - c) ** 3 * bright_third - (1 + c) ** 3 * dark_third) / sd**3
+        out += skewness / 6 * (at * at - 1) * np.exp(-at * at / 2) / np.sqrt(2 * np.pi)
+    return out
+
+
+def both_positive(h, k, rho):
+    """Return P(h + u > 0 and k + v > 0) for standard normals u and v of correlation `rho`.
+
+    Parameters
+    ----------
+    h, k : means over their standard deviations, any shape.
+    rho : correlation, -1 to 1, of that shape.
+
+    Notes
+    -----
+    Owen 1956, eq. 2.1.
+    """
+    tiny = 1e-12
+    h, k, rho = (np.asarray(v, float) for v in (h, k, rho))
+    h, k = (np.where(np.abs(v) < tiny, tiny, v) for v in (h, k))
+    root = np.sqrt(np.maximum(1 - rho**2, 1e-24))
+    apart = np.where(h * k < 0, 0.5, 0.0)
+    t_h, t_k = owens_t(h, (k / h - rho) / root), owens_t(k, (h / k - rho) / root)
+    return (ndtr(h) + ndtr(k)) / 2 - t_h - t_k - apart
+
+
+def without_noise(mean, total) -> np.ndarray:
+    """Return 1.0 where a contrast lies in the interval, ends included, and 0.0 elsewhere.
+
+    Parameters
+    ----------
+    mean : (1 - c) bright - (1 + c) dark at both ends c of the interval.
+    total : sum of both levels.
+    """
+    inside = (mean[0] >= -TIE * np.abs(total)) & (mean[1] <= TIE * np.abs(total))
+    return (inside & (total > 0)).astype(float)
