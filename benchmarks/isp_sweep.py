@@ -95,13 +95,13 @@ def watched(overrides: list[str]) -> Clock:
     clock, parts = Clock(), chain(hdr.compose(overrides))
     for cls in {type(component) for component in (parts.isp, *parts.metrics.values())}:
         clock.timed(cls)
-    of_scores = score_errors.of_scores
+    of_each = score_errors.of_each
 
     def of_changed_scenes(*given, **named):
         with clock.on("changed scenes"):
-            return of_scores(*given, **named)
+            return of_each(*given, **named)
 
-    score_errors.of_scores = of_changed_scenes
+    score_errors.of_each = of_changed_scenes
     return clock
 
 

@@ -96,6 +96,7 @@ class Camera:
     truth: Any
     labels: Any
     scores: list = field(default_factory=list)
+    scores_of: dict[str, list[Score]] = field(default_factory=dict)  # of the first shot, by metric
 
 
 def chain(config) -> Chain:
@@ -460,7 +461,7 @@ def through_camera(parts: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
 
     with shared(reference, labels, light, picture):
         for key, metric in parts.metrics.items():
-            seen.scores += stage(
+            seen.scores_of[key] = stage(
                 rows,
                 "metric",
                 f"{key} {name}",
@@ -468,6 +469,7 @@ def through_camera(parts: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
                 lambda k=key, m=metric: scored(k, m(picture, reference, labels)),
                 camera.kept_scores(metric),
             )
+        seen.scores = [score for scores in seen.scores_of.values() for score in scores]
         shots = [seen.scores]
         if parts.draws > 1 and parts.metrics:
             with book.stage(rows, f"draws {name}"):
@@ -514,10 +516,14 @@ def renderer_errors(
                 scene=shot.scene,
                 expose=results.picture_of,
             )
-            found = shot.reuse.value(
-                results.score_errors_name(metrics),
-                lambda: score_errors.of_scores(scored_shot, metrics),
+            scores = list(camera.scores_of.values())
+            each = shot.reuse.values(
+                [results.score_errors_name(metric) for metric in metrics],
+                lambda places: score_errors.of_each(
+                    scored_shot, [metrics[k] for k in places], [scores[k] for k in places]
+                ),
             )
+            found = score_errors.joined(each)
         else:
             why = "one shot does not tell how much the next one differs; draws=4 does"
             found = score_errors.ScoreErrors(

@@ -97,10 +97,10 @@ class CameraShot:
         record = result_names.record(metric)
         return result_names.named("scores", picture, names.mixed, names.scene, record)
 
-    def score_errors_name(self, metrics: Sequence[Any]) -> str | None:
+    def score_errors_name(self, metric: Any) -> str | None:
         """Return the name of what renderer noise leaves in the scores of the first picture."""
-        scores = [self._scores_name(metric) for metric in metrics]
-        return None if None in scores else result_names.named("score errors", scores)
+        scores = self._scores_name(metric)
+        return scores and result_names.named("score errors", scores)
 
     def electrons_name(self, settings: Sequence[Any]) -> str | None:
         """Return the name of the electrons behind the captures of the first realisation."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -93,6 +93,32 @@ class Reuse:
         result = compute()
         self.cache.put(VALUE + name, result, _worth(time.process_time() - start))
         return result
+
+    def values(
+        self, names: Sequence[str | None], compute: Callable[[list[int]], Sequence[T]]
+    ) -> list[T]:
+        """Return several results, each kept by itself and computed together with all that lack.
+
+        Parameters
+        ----------
+        names : of the results; None has no name.
+        compute : function(places in `names`) -> the results of these places. It states nothing.
+        """
+        found: list[Any] = [None] * len(names)
+        if self.cache is not None:
+            found = [None if name is None else self.cache.get(VALUE + name) for name in names]
+        missing = [place for place, result in enumerate(found) if result is None]
+        if not missing:
+            return found
+        start = time.process_time()
+        results = compute(missing)
+        each_s = (time.process_time() - start) / len(missing)
+        for place, result in zip(missing, results, strict=True):
+            found[place] = result
+            name = names[place]
+            if self.cache is not None and name is not None:
+                self.cache.put(VALUE + name, result, _worth(each_s))
+        return found
 
     def earlier(self, name: str | None) -> Made | None:
         """Return what the stage of a result returned and stated in an earlier run, if it is

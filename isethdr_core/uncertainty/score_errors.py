@@ -11,7 +11,7 @@ noise smoothed away: it tells how far noise has shifted a score already.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import cycle
 from typing import TYPE_CHECKING, NamedTuple
@@ -101,6 +101,48 @@ def of_scores(shot: ScoredShot, metrics: Iterable[Metric], count: int = CHANGES)
         return ScoreErrors()
     if shot.relative_halves is None:
         return _without_halves(shot.scene)
+    return _stated(shot.scores, _measured(shot, metrics, count))
+
+
+def of_each(
+    shot: ScoredShot, metrics: Sequence[Metric], scores: Sequence[Sequence[Score]]
+) -> list[ScoreErrors]:
+    """Return what `of_scores` returns, metric by metric: that of one does not depend on the others.
+
+    The metrics share the changed pictures, which take most of the time.
+
+    Parameters
+    ----------
+    shot : with the scores of its picture, those of all metrics.
+    metrics : those whose scores are asked for.
+    scores : of the picture, by each of these metrics.
+    """
+    if not metrics:
+        return []
+    if shot.relative_halves is None:
+        return [_without_halves(shot.scene) for _ in metrics]
+    measured = _measured(shot, metrics, CHANGES)
+    return [_stated(own, measured) for own in scores]
+
+
+def joined(found: Sequence[ScoreErrors]) -> ScoreErrors:
+    """Return the errors of the scores of several metrics as one."""
+    return ScoreErrors(
+        errors={key: error for one in found for key, error in one.errors.items()},
+        terms=tuple(term for one in found for term in one.terms),
+        left_out=tuple(dict.fromkeys(row for one in found for row in one.left_out)),
+    )
+
+
+class _Measured(NamedTuple):
+    """How changed scenes move scores."""
+
+    movements: dict[ScoreKey, Movement]
+    smoothed: Values  # changes of the scores in the smoothed scene
+    of_objects: bool  # whether scores of objects were asked for
+
+
+def _measured(shot: ScoredShot, metrics: Sequence[Metric], count: int) -> _Measured:
     scenes = ChangedScenes(shot)
     if parts := parts_of(shot.truth):
         return _of_large_picture(shot, metrics, scenes, parts[:PARTS_ASKED], count)
@@ -116,13 +158,13 @@ def _without_halves(scene: xr.Dataset) -> ScoreErrors:
 
 def _of_small_picture(
     shot: ScoredShot, metrics: Sequence[Metric], scenes: ChangedScenes, count: int
-) -> ScoreErrors:
+) -> _Measured:
     questions = [Question(metric, shot.labels, _values(shot.scores)) for metric in metrics]
     with shared(shot.labels):
         answers = [_changes(questions, scenes.by_lot(k), objects=True) for k in range(count)]
         smoothed = _changes(questions, scenes.smoothed(), objects=True)
     movements = {key: _of_lots(values) for key, values in _by_score(answers).items()}
-    return _stated(shot.scores, movements, smoothed)
+    return _Measured(movements, smoothed, of_objects=True)
 
 
 def _of_large_picture(
@@ -131,21 +173,13 @@ def _of_large_picture(
     scenes: ChangedScenes,
     parts: Sequence[dict[str, np.ndarray]],
     count: int,
-) -> ScoreErrors:
+) -> _Measured:
     of_parts = [metric for metric in metrics if _is_mean_of_parts(metric)]
     labels = _with_one_object(shot.labels)
-    frame = [score for score in shot.scores if not score.object]
-    left_out: tuple[LeftOut, ...] = ()
-    if len(frame) < len(shot.scores):
-        why = (
-            "objects of large pictures are not measured again: their intervals hold the noise"
-            " realisations only"
-        )
-        left_out = (LeftOut("renderer noise in scores of objects", why, math.inf, "1"),)
     with shared(labels):
         of_whole = _of_whole([m for m in metrics if m not in of_parts], shot, labels)
         if not (of_parts or of_whole):
-            return _stated(frame, {}, {}, left_out)
+            return _Measured({}, {}, of_objects=False)
         first, second = scenes.by_lot(0), scenes.by_lot(0, opposite=True)
         samples = [
             _change_of_part(of_parts, shot.pair, changed, part)
@@ -160,17 +194,22 @@ def _of_large_picture(
         less_noise = _changes(every, smoothed)
     movements = {key: _of_blocks(values) for key, values in _by_score(answers).items()}
     movements |= {key: _of_parts(values) for key, values in _by_score(samples).items()}
-    return _stated(frame, movements, less_noise, left_out)
+    return _Measured(movements, less_noise, of_objects=False)
 
 
-def _stated(
-    scores: Iterable[Score],
-    movements: Mapping[ScoreKey, Movement],
-    smoothed: Values,
-    left_out: tuple[LeftOut, ...] = (),
-) -> ScoreErrors:
-    """Return what is known of each score; `smoothed` : its change without noise."""
-    errors = dict.fromkeys(map(key_of, scores), NOT_MEASURED)
+def _stated(scores: Sequence[Score], measured: _Measured) -> ScoreErrors:
+    """Return what is known of these scores."""
+    asked = [score for score in scores if measured.of_objects or not score.object]
+    left_out: tuple[LeftOut, ...] = ()
+    if len(asked) < len(scores):
+        why = (
+            "objects of large pictures are not measured again: their intervals hold the noise"
+            " realisations only"
+        )
+        left_out = (LeftOut("renderer noise in scores of objects", why, math.inf, "1"),)
+    errors = dict.fromkeys(map(key_of, asked), NOT_MEASURED)
+    movements = {key: moved for key, moved in measured.movements.items() if key in errors}
+    smoothed = measured.smoothed
     errors |= {
         key: _error(movement, smoothed[key])
         for key, movement in movements.items()

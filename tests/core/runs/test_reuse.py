@@ -153,6 +153,21 @@ def test_another_isp_reads_captures_and_another_metric_reads_pictures():
     assert calls("draws=2", "+metric@metric.other=mean", "metric.other.power=2") == {"metric": 2}
 
 
+def test_results_that_are_computed_together_are_kept_one_by_one(tmp_path, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    keeping, asked = reuse.Reuse.below(10**6), []
+
+    def squares(places):
+        asked.append(places)
+        return [float(place**2) for place in places]
+
+    assert keeping.values(["a", None], squares) == [0.0, 1.0]
+    assert keeping.values(["a", None, "c"], squares) == [0.0, 1.0, 4.0]
+    assert keeping.values(["c", "a"], squares) == [4.0, 0.0]
+    assert asked == [[0, 1], [1, 2]]
+    assert reuse.NOTHING_KEPT.values(["a"], squares) == [0.0]
+
+
 def test_names_that_a_user_chose_are_those_of_the_run():
     first = run("draws=1")
     second = run("~metric.colour", "+metric@metric.own=ciede2000", "draws=1")

@@ -335,6 +335,28 @@ def test_objects_of_a_large_picture_are_said_to_lack_renderer_noise():
     ]
 
 
+@pytest.mark.parametrize("tiles", [SMALL, LARGE])
+def test_a_metric_has_the_same_errors_alone_as_beside_others(tiles):
+    """So that a run with one metric more measures that one alone."""
+    labels = xr.Dataset({"instance": (("y", "x"), np.ones(tiles, np.uint32))})
+    shot = replace(uniform_shot(0.2, tiles), labels=labels)
+
+    def square(picture, truth, labels):
+        value = float((picture["xyz"].values[..., 1] ** 2).mean())
+        return [Score("square", value, ""), Score("square", value, "", "car")]
+
+    metrics = [PartMean(2), square]
+    scores = [metric(*shot.pair, labels) for metric in metrics]
+    shot = replace(shot, scores=[score for own in scores for score in own])
+    both = score_errors.of_each(shot, metrics, scores)
+    alone = [score_errors.of_each(shot, [metric], [own])[0] for metric, own in zip(metrics, scores)]
+    assert both == alone and both[0].errors and both[1].errors
+    whole = score_errors.of_scores(shot, metrics)
+    joined = score_errors.joined([*both, both[1]])
+    assert joined.errors == whole.errors and joined.left_out == whole.left_out
+    assert len(whole.left_out) == (tiles is LARGE)
+
+
 def test_smoothing_takes_away_noise_and_keeps_the_scene():
     """Noise is a tenth of 1; edges of a factor of 10 and 1e8 are more than noise."""
     rng = np.random.default_rng(4)
