@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from isethdr_catalog.report import page, pictures, plots, tables, templates, viewer, write_report
+from markupsafe import Markup
 from PIL import Image
 
 import isethdr_core as hdr
@@ -33,13 +34,13 @@ def home(tmp_path_factory):
     return tmp_path_factory.mktemp("home")
 
 
-@pytest.fixture
-def result(home, monkeypatch):
-    """One run for all tests of this file: computed by the first that asks, read from its store by
-    the others.
-    """
-    monkeypatch.setenv("ISETHDR_HOME", str(home))
-    return hdr.run(hdr.compose(SMALL))
+@pytest.fixture(scope="module")
+def result(home):
+    """One run for all tests of this file."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ISETHDR_HOME", str(home))
+        patch.setenv("ISETHDR_CACHE", str(home / "cache"))
+        return hdr.run(hdr.compose(SMALL))
 
 
 def test_a_run_writes_its_report_beside_its_store(result):
@@ -94,7 +95,7 @@ def unpacked(text, itemsize):
 
 
 def test_the_viewer_holds_what_the_store_says_of_each_pixel(result):
-    data = shown_numbers(page.page(result))
+    data = shown_numbers(result.path.with_suffix(".html").read_text())
     assert [entry["name"] for entry in data["entries"]] == ["reference", *result.cameras]
     for entry in data["entries"][1:]:
         picture = result.open(f"picture/{entry['name']}").load()
@@ -122,6 +123,7 @@ def test_the_viewer_holds_what_the_store_says_of_each_pixel(result):
 
 def test_a_page_of_very_many_pixels_leaves_their_numbers_out(result, monkeypatch):
     monkeypatch.setattr(viewer, "MOST_PIXELS", 100)
+    monkeypatch.setattr(plots, "_svg", lambda *_, **__: Markup())  # of no use here
     data = shown_numbers(page.page(result))
     assert not data["told"] and "luminance" not in data["entries"][0]
 
@@ -148,7 +150,8 @@ def test_scores_have_as_many_digits_as_their_interval_allows(value, width, text)
     assert tables.rounded(value, width) == text
 
 
-def test_a_missing_report_is_made_again_and_an_old_one_stays(result):
+def test_a_missing_report_is_made_again_and_an_old_one_stays(result, home, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", str(home))
     report = result.path.with_suffix(".html")
     report.unlink()
     again = hdr.run(hdr.compose(SMALL))
@@ -160,6 +163,7 @@ def test_a_missing_report_is_made_again_and_an_old_one_stays(result):
         report.parent / f".{report.name}.{socket.gethostname()}-999999999-abcdef.tmp"
     )  # no process has this number
     left.touch()
+    monkeypatch.setattr(plots, "_svg", lambda *_, **__: Markup())  # of no use here
     assert write_report(again) == report and not left.exists(), (
         "what a killed writer left is removed"
     )
@@ -216,8 +220,14 @@ class Renamed:
         return opened.assign_attrs(objects=[o | {"category": HOSTILE} for o in objects])
 
 
-def test_names_are_text_and_never_markup(result):
-    html = without_scripts(page.page(Renamed(result)))
+@pytest.fixture(scope="module")
+def renamed_page(result):
+    """Return the page of a run of hostile names."""
+    return page.page(Renamed(result))
+
+
+def test_names_are_text_and_never_markup(renamed_page):
+    html = without_scripts(renamed_page)
     assert "<script" not in html and "onerror=" not in html
     assert html.count("&lt;script&gt;alert(1)&lt;/script&gt;") >= 30, "shown wherever a name is"
     assert "{{ 7 * 7 }}{% raw %}" in html, "a name is no template"
@@ -227,8 +237,8 @@ def test_names_are_text_and_never_markup(result):
     )
 
 
-def test_warnings_and_unlike_shares_are_told(result):
-    html = page.page(Renamed(result))
+def test_warnings_and_unlike_shares_are_told(renamed_page):
+    html = renamed_page
     assert "40.0% of the frame outside lamps is saturated in every capture (limit 5%)" in html
     assert "Shares of valid pixels differ by more than 0.05" in html
     assert "Objects whose shares of valid pixels differ by more than 0.05" in html

@@ -28,11 +28,13 @@ def home(tmp_path_factory):
     return tmp_path_factory.mktemp("home")
 
 
-@pytest.fixture
-def result(home, monkeypatch):
+@pytest.fixture(scope="module")
+def result(home):
     """One run for all tests of this file."""
-    monkeypatch.setenv("ISETHDR_HOME", str(home))
-    return hdr.run(hdr.compose(SMALL))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ISETHDR_HOME", str(home))
+        patch.setenv("ISETHDR_CACHE", str(home / "cache"))
+        return hdr.run(hdr.compose(SMALL))
 
 
 def test_a_stored_picture_has_the_scores_of_its_run(result):
@@ -68,7 +70,8 @@ def test_a_new_metric_runs_no_stage(result, monkeypatch):
     assert sorted(result.path.rglob("*")) == files
 
 
-def test_the_command_prints_what_the_function_returns(result):
+def test_the_command_prints_what_the_function_returns(result, home, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", str(home))
     call = CliRunner().invoke
     out = call(catalog, ["score", result.key[:8], "metric=ssim", "compression=10"])
     assert out.exit_code == 0, out.exception

@@ -8,7 +8,7 @@ import isethdr_core as hdr
 
 def test_the_chain_by_hand():
     scene = hdr.build(
-        "scene", "point_lights", width=24, height=14, step_nm=60.0, horizontal_field_deg=5.0
+        "scene", "point_lights", width=24, height=14, step_nm=150.0, horizontal_field_deg=5.0
     )()
     mixed = hdr.build("lighting", "weights", weights={"sky": 1e-3, "headlights": 1.0})(scene)
     assert mixed.dims == ("wavelength", "y", "x")

@@ -1,5 +1,7 @@
 """The typical cameras at night: noise before denoising, and what denoising takes from an edge."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from isethdr_isp.spectra import LIGHTS
@@ -13,6 +15,7 @@ LEAST_DB = {"typical_bayer": 15.0, "typical_rgbw": 15.0, "typical_split_pixel": 
 INNER = slice(8, -8)  # without what the border mirrors
 
 
+@cache
 def parts(camera):
     config = hdr.compose([f"sensor={camera}", "lens=typical_f1_6", "isp=merge_denoised"])
     return [build_from_config(kind, config[kind]) for kind in ("lens", "sensor", "isp")]
