@@ -16,6 +16,7 @@ from .data.scene_description import (
     Texture,
     flat,
 )
+from .data.sky import SkyDisc, SkyDome, SkyPart
 
 __all__ = [
     "Camera",
@@ -29,6 +30,9 @@ __all__ = [
     "Placed",
     "RetroReflection",
     "SceneDescription",
+    "SkyDisc",
+    "SkyDome",
+    "SkyPart",
     "Spectrum",
     "Texture",
     "flat",

@@ -10,6 +10,7 @@
 | `reference_picture`   | the picture of a camera without noise, blur and flare, and its labels  |
 | `saturation`          | which pixels of a picture are saturated in every capture               |
 | `scene_description`   | geometry, materials, lamps, camera and sky, in metres and candela      |
+| `sky`                 | a sky with a gradient: radiance by direction, sun and moon             |
 | `scores`              | one row per metric and object, and how sure a metric is of them        |
 | `temporal_modulation` | light components that vary in time, each with one modulation           |
 """

@@ -13,6 +13,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from .sky import SkyDome
+
 
 @dataclass(frozen=True)
 class Spectrum:
@@ -236,7 +238,9 @@ class Camera:
 class SceneDescription:
     """All a renderer needs. `objects` are labelled 1, 2, ... in their order; 0 is the sky.
 
-    `sky` is the radiance of a uniform sky, W m-2 sr-1 nm-1, at weight 1; None where there is none.
+    `sky` is the radiance of a uniform sky, W m-2 sr-1 nm-1, at weight 1, or a `SkyDome`, whose
+    radiance depends on direction; None where there is none. Its light group, discs of sun and moon
+    included, is `sky`.
     """
 
     name: str
@@ -244,7 +248,7 @@ class SceneDescription:
     objects: tuple[Placed, ...]
     materials: dict[str, Material]
     camera: Camera
-    sky: Spectrum | None = None
+    sky: Spectrum | SkyDome | None = None
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the names of the groups that have an emitter, `sky` first, the others sorted."""

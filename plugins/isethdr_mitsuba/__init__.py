@@ -2,6 +2,7 @@
 
 | module     | what                                                                           |
 |------------|--------------------------------------------------------------------------------|
+| `bands`    | bands that something has no data for are refused                                |
 | `doctor`   | which Mitsuba variants work on this machine, found out in a child process      |
 | `frame`    | world, passes, lamps seen directly, labels, and the Dataset made of them       |
 | `labels`   | labels by one ray through each tile's centre: exact, and all from the same hit |

@@ -11,6 +11,7 @@ from isethdr_core import ledger
 from isethdr_core.quantities import scene_radiance
 
 from .lamps.placed_lamps import placed_lamps
+from .lamps.sky_discs import disc_lamps
 from .paths.passes import estimate
 from .world.coat_energy import lost_light
 from .world.materials import ramp_surfaces
@@ -47,6 +48,7 @@ def render_frame(
     ):  # Mitsuba's own film numbers paths by the size of the frame
         view = wide.within_field()
     lamps = placed_lamps(description, settings.normalise, groups)
+    lamps += disc_lamps(description, "sky" in groups)
     surfaces = ramp_surfaces(description)
     lost, worst = lost_light(description.materials.values())
     if lost > 0:

@@ -227,6 +227,7 @@ def _first_hits(world, origin, direction):
     table = world.table(lambda s: s.label)
     valid = np.array(si.is_valid())
     number = table[np.where(valid, np.array(dr.select(instance != 0, instance, shape)), 0)]
+    valid &= number > 0  # sun and moon are sky
     return (
         np.where(valid, number, 0),
         np.where(valid, np.array(si.t, float), np.inf),
@@ -243,9 +244,10 @@ def _first_hits_scalar(world, origin, direction):
     label = {s.shape.id(): s.label for s in world.shapes}
     for k, d in enumerate(direction):
         si = world.scene.ray_intersect(mi.Ray3f(origin, d))
-        if si.is_valid():
+        own = label[(si.instance or si.shape).id()] if si.is_valid() else 0
+        if own:  # sun and moon are sky
             number[k], distance[k], normal[k] = (
-                label[(si.instance or si.shape).id()],
+                own,
                 si.t,
                 np.array(si.sh_frame.n),
             )

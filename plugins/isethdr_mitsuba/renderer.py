@@ -14,6 +14,7 @@ from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, Cost
 from isethdr_core.plugins.ranges import Range, Seed, Wavelength, check_ranges
 from isethdr_core.uncertainty.error_terms import Quantity
 
+from .bands import check_bands
 from .doctor import choose_variant
 from .frame import render_frame
 from .world.view import check_square
@@ -174,6 +175,7 @@ class MitsubaRenderer:
         those are in what is returned.
         """
         wanted, bands = self._groups(description, demand), self._bands(demand)
+        check_bands(description, wanted, bands)
         variant = choose_variant(self.variant)
         if variant == SCALAR:
             self._say_how_slow(len(wanted), len(bands), description.camera.projection)

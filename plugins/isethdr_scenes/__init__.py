@@ -14,6 +14,7 @@
 | retro_reflectors | sheeting, reflectors and animal eyes |
 | road_photometry | Q0, S1, S2 and R_L of any surface |
 | geometry | meshes computed from parameters |
+| sky | day, twilight and night by direction, with sun and moon |
 | charts | test charts whose radiance is known |
 | iset_exr | scenes of the published ISETHDR deposit |
 | iset_exr_files | the files of such a scene: EXR and MAT |

@@ -13,9 +13,10 @@ from .geometry.mesh import piece
 from .geometry.road_users import cyclist, deer, person
 from .geometry.surroundings import house, plants, road, roadside, tube
 from .geometry.vehicles import bus, car, car_shapes, headlamp, truck
-from .lamp_spectra import sky_of, spectrum_of
+from .lamp_spectra import spectrum_of
 from .materials import used
 from .placement import Spot, eye
+from .sky.choice import sky_of_scene
 
 PLANTS = {
     "oak": lambda: plants.broadleaf("oak", 9.5, seed=1),
@@ -90,7 +91,7 @@ def describe(
         objects,
         used(models, scene.road_surface, scene.seed),
         camera,
-        sky_of(scene.sky_luminance_cd_m2),
+        sky_of_scene(scene),
     )
 
 

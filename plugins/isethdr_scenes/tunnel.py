@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
 
 from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.plugins.ranges import Range, Seed, check_ranges
@@ -14,6 +14,7 @@ from .limits import Aspect, CameraHeight, RoadField, SkyLuminance, Spacing
 from .placement import OWN_LANE_M
 from .placement_tunnel import plan
 from .road_surfaces import DEFAULT, RoadSurfaceName
+from .sky.choice import SkyName, check_sky
 from .validation import check_order
 
 # where the things of the scene still stand beside each other
@@ -52,11 +53,19 @@ class Tunnel:
     braking: bool = True  # brake lights of the car ahead are on
     # asphalt: dry r1 to r4, c1, c2; damp; wet w1, w2, c2w3, c2w4 (docs/explanation/scenes.md)
     road_surface: RoadSurfaceName = DEFAULT
-    sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of the sky at weight 1
+    # uniform: a daylight sky, whose level the lighting sets. Others are the sky of an hour, with
+    # sun or moon, as built at weight 1 (docs/explanation/sky.md)
+    sky: SkyName = "uniform"
+    # what the hour has otherwise: sun_elevation_deg, sun_azimuth_deg, moon_elevation_deg,
+    # moon_azimuth_deg, moon_phase_deg, bortle, turbidity; or latitude_deg, longitude_deg, time_utc
+    # and heading_deg
+    hour: dict[str, Any] = field(default_factory=dict)
+    sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of a uniform sky at weight 1
 
     def __post_init__(self):
         check_ranges(self)
         check_order(self)
+        check_sky(self.sky, self.hour)
 
     def __call__(self):
         """Build the scene.

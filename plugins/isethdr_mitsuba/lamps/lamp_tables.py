@@ -12,9 +12,12 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from isethdr_core.scene import SkyDome
+
 from ..world.geometry import World
 from .device_grids import DeviceGrids
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
+from .sky_dome import DomeTable, sky_rows
 from .spatial_sampling import Chances, areas, light_at_points
 
 # points weighed for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to
@@ -36,13 +39,10 @@ class LampTables:
     def __init__(self, world: World, lamps: list[PlacedLamp], groups: list[str], sky=None):
         self.groups = list(groups)
         spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
-        # per cd/m2 for lamps; the sky's, absolute, is last
-        self.emission = np.vstack(
-            [
-                emission_table(spectra),
-                np.zeros(len(SPECTRUM_NM)) if sky is None else sky.at(SPECTRUM_NM),
-            ]
-        )
+        # per cd/m2 for lamps; the sky's, absolute, are last
+        of_sky = sky_rows(sky, SPECTRUM_NM)
+        self.emission, self.sky_rows = np.vstack([emission_table(spectra), of_sky]), len(of_sky)
+        self.dome = DomeTable(sky) if isinstance(sky, SkyDome) else None
         group = [
             self.groups.index(p.lamp.group) if p.lamp.group in self.groups else NOWHERE
             for p in lamps

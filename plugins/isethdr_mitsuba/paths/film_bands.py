@@ -14,10 +14,12 @@ from __future__ import annotations
 from dataclasses import replace
 from zlib import crc32
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from isethdr_core import ledger
+from isethdr_core.data.sky import SkyDome, pattern_at, sky_direction
 
 from ..lamps.beam_lamp import beam_lamp, film, sensor
 from ..lamps.placed_lamps import SPECTRUM_NM, emission_table
@@ -25,10 +27,13 @@ from ..lamps.spot_shares import extent_error, illuminance, seen_points, shares
 from ..lamps.spots import TABLE_DEG, lost_beyond, spots
 from ..world.angle_sensor import angle_sensor
 from ..world.geometry import build_world
-from ..world.materials import coloured_surfaces, regular
+from ..world.materials import coloured_surfaces, regular, times
 from ..world.view import check_square
 
 BLOCK = 4
+MAP = 512, 1024  # rows and columns of an environment map of the sky
+# from the axes of a map of Mitsuba, whose zenith is y, to those of the world
+UPRIGHT = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 LOST_BEADS = 0.5  # of a dry marking's luminance in the own headlamps: R_L 77 instead of 150
 
 
@@ -61,12 +66,11 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
         )
         for s in starts
     ]
-    sky_scene = (
-        _sky_scene(description, span) if "sky" in groups and description.sky is not None else None
-    )
+    sky = _sky_scenes(description, span, bands_nm) if "sky" in groups else []
+    near = [p for p in lamps if p.instance]  # sun and moon belong to the sky's scenes
     lamp_scene, switch = (
-        _lamp_scene(description, view, lamps, groups, span)
-        if any(p.lamp.group in groups for p in lamps)
+        _lamp_scene(description, view, near, groups, span)
+        if any(p.lamp.group in groups for p in near)
         else (None, None)
     )
 
@@ -74,9 +78,10 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
 
     def one_pass(seed, samples, wanted=every):
         for g, group in ((g, groups[g]) for g in wanted):
-            for scene in (sky_scene if group == "sky" else None, lamp_scene):
-                if scene is None or (scene is lamp_scene and not switch(group)):
-                    continue
+            lit = sky if group == "sky" else []
+            if lamp_scene is not None and switch(group):
+                lit = [*lit, (lamp_scene, np.ones(len(bands_nm)))]
+            for scene, factor in lit:
                 done = 0
                 for start, one_sensor in zip(starts, sensors, strict=True):
                     image = np.array(
@@ -89,7 +94,7 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
                         )
                     )
                     for k in range(max(start, done), min(start + BLOCK, len(bands_nm))):
-                        yield g, k, image[..., k - start].ravel() / settings.step_nm
+                        yield g, k, image[..., k - start].ravel() * factor[k] / settings.step_nm
                     done = start + BLOCK
 
     return one_pass
@@ -103,9 +108,60 @@ def _block(bands_nm, start, step_nm):
     return block + [block[-1] + step_nm * (k + 1) for k in range(BLOCK - len(block))]
 
 
-def _sky_scene(description, span):
-    sky = {"type": "constant", "radiance": regular(description.sky, *span)}
-    return build_world(description, coloured_surfaces(description, *span), sky_light=sky).scene
+def _sky_scenes(description, span, bands_nm):
+    """Return the scenes that add up to the light of the sky, each with a factor per band."""
+    if description.sky is None:
+        return []
+    lights = [({"type": "constant", "radiance": regular(description.sky, *span)}, 1.0)]
+    if isinstance(description.sky, SkyDome):
+        lights = [_map(part, bands_nm) for part in description.sky.parts]
+        lights += [(_far_light(disc, span), 1.0) for disc in description.sky.discs]
+        if description.sky.discs:
+            why = "they light as directions do, of no width: no penumbra, no image in a mirror"
+            ledger.left_out("width of sun and moon", why, 1.0, "relative", key="discs")
+    surfaces = coloured_surfaces(description, *span)
+    return [
+        (
+            build_world(description, surfaces, discs=False, sky_light=light).scene,
+            np.broadcast_to(factor, len(bands_nm)),
+        )
+        for light, factor in lights
+    ]
+
+
+def _map(part, bands_nm):
+    """Return an environment map of a part's pattern, and the factor from its own spectrum, which a
+    map of Mitsuba has for grey, to the part's.
+    """
+    rows, columns = MAP
+    up = 90 - (np.arange(rows) + 0.5) * (180 / rows)
+    # column 0 looks along -x of the world once the map stands upright; the last repeats the first
+    around = (np.arange(columns) + 0.5) * (360 / columns) - 180
+    grey = pattern_at(part.pattern, sky_direction(up[:, None], around))
+    light = {
+        "type": "envmap",
+        "bitmap": mi.Bitmap(np.repeat(grey[..., None], 3, -1).astype(np.float32)),
+        "to_world": mi.ScalarTransform4f(UPRIGHT),
+    }
+    flat = {**light, "bitmap": mi.Bitmap(np.ones((4, 8, 3), np.float32))}
+    si = dr.zeros(mi.SurfaceInteraction3f)
+    si.wi = mi.Vector3f(0, 0, -1)
+    own = np.zeros(len(bands_nm))
+    emitter = mi.load_dict(flat)
+    for k, nm in enumerate(bands_nm):
+        si.wavelengths = [float(nm)] * 4
+        own[k] = np.array(emitter.eval(si))[0]
+    return light, part.spectrum.at(bands_nm) / own
+
+
+def _far_light(disc, span):
+    """Return sun or moon as light of one direction."""
+    radiance = regular(disc.radiance, *span)
+    return {
+        "type": "directional",
+        "direction": (-disc.direction()).tolist(),
+        "irradiance": times(radiance, disc.solid_angle_sr()),
+    }
 
 
 def _lamp_scene(description, view, lamps, groups, span):

@@ -76,7 +76,7 @@ class Paths:
     @cached_property
     def _table(self):
         rows = np.vstack([self.surfaces.reflectance, self.lamps.emission])
-        return BandTable(rows, self.wavelength_nm, self.step_nm)
+        return BandTable(rows, self.wavelength_nm, self.step_nm, means=self.lamps.sky_rows)
 
     @cached_property
     def _weights(self):
@@ -108,7 +108,7 @@ class Paths:
         number, table = (lambda v: dr.opaque(mi.UInt32, int(v))), self._table
         spectra = _Spectra(
             table.on_device(np.random.default_rng(seed).random()),
-            number(len(table.rows) + 1),
+            number(len(table.rows) + table.means),
             number(len(self.surfaces.reflectance)),
             number(table.places),
             table.packets,
@@ -194,8 +194,8 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
     lit = [g for g in range(groups) if lamps.has_lamps(g)]
     sky, sky_row = (
         lamps.groups.index("sky") if "sky" in lamps.groups else -1,
-        spectra.rows - 2,
-    )  # the last is the mean of it
+        spectra.rows - 2 * lamps.sky_rows,
+    )  # the last are the means of its rows
     total = [[mi.Spectrum(0) for _ in range(packets)] for _ in range(groups)]
     ramp = mi.Spectrum(
         *RAMP_NM, *RAMP_NM
@@ -212,6 +212,7 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
     )  # paths left that begin at `first`, where the camera's ray fell
     first_material = mi.UInt32(0)
     ray = mi.Ray3f(mi.Point3f(camera.origin), mi.Vector3f(camera.forward), 0.0, ramp)
+    centre = camera.ray(row, column, mi.Point2u(1 << 31, 1 << 31), ramp).d
     going, place, depth, beta = (
         mi.Bool(False),
         mi.UInt32(0),
@@ -235,13 +236,21 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
 
         # light found by chance: the sky always, a lamp only past the first surface
         seen = dr.select(
-            depth == 0, sky_row + 1, sky_row
+            depth == 0, sky_row + lamps.sky_rows, sky_row
         )  # all paths of a camera ray see the sky's mean
         colour = spectra.at(place, dr.select(hit, material, seen), going)
         if dr.hint(sky >= 0, mode="scalar"):
             level = dr.select(going & ~hit & on[sky], dr.select(depth == 0, mi.Float(shares), 1), 0)
-            for k in range(packets):
-                total[sky][k] += beta[k] * colour[k] * level
+            if dr.hint(lamps.dome is None, mode="scalar"):
+                for k in range(packets):
+                    total[sky][k] += beta[k] * colour[k] * level
+            else:
+                if level > 0:
+                    # a tile sees the sky at its centre: no noise where nothing else is in it
+                    way_out = dr.select(depth == 0, centre, ray.d)
+                    shine = lamps.dome.light(spectra, place, seen, way_out, level > 0)
+                    for k in range(packets):
+                        total[sky][k] += beta[k] * shine[k] * level
         if dr.hint(len(lit) > 0, mode="scalar"):
             lamp = lamps.lamp_at(shape, hit & (depth > 0))
             cos_lamp = -dr.dot(ray.d, si.n)

@@ -24,8 +24,8 @@ class BandTable:
     `step_nm` wide around `wavelength_nm`.
     """
 
-    def __init__(self, rows, wavelength_nm, step_nm: float):
-        self.rows = np.asarray(rows, float)
+    def __init__(self, rows, wavelength_nm, step_nm: float, means: int = 1):
+        self.rows, self.means = np.asarray(rows, float), means  # of the last rows, in `at`
         self.packets = ceil(len(wavelength_nm) / 4)  # of four bands; the last band fills them up
         self.bands_nm = np.pad(
             np.asarray(wavelength_nm, float),
@@ -40,8 +40,8 @@ class BandTable:
         self.places = 2 * steps
 
     def at(self, u: float) -> np.ndarray:
-        """Return the values (place, row + 1, band) of a pass whose places stand `u` (0 to 1) and 1
-        - u above whole steps; last comes the mean of the last row.
+        """Return the values (place, row + means, band) of a pass whose places stand `u` (0 to 1)
+        and 1 - u above whole steps; last come the means of the last rows.
         """
         shift = np.stack(
             [self.starts_nm + u * self.spacing_nm, self.starts_nm + (1 - u) * self.spacing_nm], 1
@@ -53,9 +53,8 @@ class BandTable:
         value = np.moveaxis(
             self.rows[:, left] * (1 - (nm - left)) + self.rows[:, left + 1] * (nm - left), 0, 1
         )
-        return np.concatenate(
-            [value, np.broadcast_to(value[:, -1:].mean(0), value[:, -1:].shape)], 1
-        )
+        last = value[:, -self.means :]
+        return np.concatenate([value, np.broadcast_to(last.mean(0), last.shape)], 1)
 
     def on_device(self, u: float):
         """Return `at(u)`, flat.

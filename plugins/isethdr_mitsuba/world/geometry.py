@@ -16,6 +16,9 @@ import mitsuba as mi
 import numpy as np
 
 from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.scene import Part
+
+from ..lamps.sky_discs import disc_mesh, discs_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +76,7 @@ def _numbers(shapes) -> np.ndarray:
     return np.array([int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(s))[0]) for s in shapes], int)
 
 
-def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
+def build_world(description, surfaces: dict, emitter_of=None, discs: bool = True, **extra) -> World:
     """Return the Mitsuba scene of `description`.
 
     Parameters
@@ -82,6 +85,7 @@ def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
     surfaces : Mitsuba BSDF of each material.
     emitter_of : None, or a function from the index of a lamp to a Mitsuba emitter or None. The
         integrator of this plugin needs no emitters: it finds lamps by the shape that a ray hits.
+    discs : whether sun and moon are there, as lamps after all others.
     extra : more entries of the scene dictionary.
     """
     times = Counter(o.model for o in description.objects)
@@ -126,6 +130,14 @@ def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
             shapes.append(Shape(mesh, number, order[part.material], lamps if part.lamp else None))
             lamps += bool(part.lamp)
             entries[name] = mesh
+    for disc in discs_of(description) if discs else ():
+        material = _darkest(description.materials)
+        vertices, faces = disc_mesh(disc, description.camera.position_m)
+        part = Part(disc.name, vertices, faces, material)
+        mesh = _mesh(f"sky_{disc.name}", part, np.eye(4), _surface(surfaces, part))
+        shapes.append(Shape(mesh, material=order[material], lamp=lamps))
+        lamps += 1
+        entries[f"sky_{disc.name}"] = mesh
     if not shapes:
         # compiled code has nothing to choose from without any surface: a speck that no ray meets
         entries["speck"] = {"type": "sphere", "radius": 1e-9, "center": [0.0, 0.0, -1e7]}
@@ -134,6 +146,14 @@ def build_world(description, surfaces: dict, emitter_of=None, **extra) -> World:
         scene,
         shapes + [Shape(s, **instances[s.id()]) for s in scene.shapes() if s.id() in instances],
     )
+
+
+def _darkest(materials) -> str:
+    """Return the name of the opaque material that reflects least: sun and moon send back next to
+    nothing of what falls on them.
+    """
+    opaque = [n for n, m in materials.items() if m.kind != "thin_glass" and m.retro is None]
+    return min(opaque or materials, key=lambda n: max(materials[n].reflectance.value))
 
 
 def _surface(surfaces, part):

@@ -116,7 +116,7 @@ def _opaque(material, table: dict) -> dict:
         base = coat_energy("plastic", material.roughness, material.index).base
         return {
             "type": "roughplastic" if rough else "plastic",
-            "diffuse_reflectance": _times(table, base),
+            "diffuse_reflectance": times(table, base),
             "int_ior": float(material.index),
             "ext_ior": 1.0,
             **microfacets,
@@ -131,7 +131,7 @@ def _opaque(material, table: dict) -> dict:
     }
 
 
-def _times(table: dict, factor: float) -> dict:
+def times(table: dict, factor: float) -> dict:
     """Return a table of `regular` with all its values times `factor`."""
     if table["type"] == "uniform":
         return {"type": "uniform", "value": factor * table["value"]}

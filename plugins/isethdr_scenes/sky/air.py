@@ -1,0 +1,56 @@
+"""What clear air does to light: air mass, transmission, scattering.
+
+| what | source |
+|---|---|
+| air mass to a light beyond the air | Kasten and Young (1989), Applied Optics 28, equation 3 |
+| optical depth of molecules | Hansen and Travis (1974), Space Science Reviews 16, equation 2.30 |
+| optical depth of haze, 0.1 at 550 nm, exponent 1.3 | Angstrom (1929); numbers of a clear day |
+| absorption by ozone, 0.041 at 602 nm for 300 DU | Chappuis band; shape: one Gaussian, a model |
+| refraction, 0.57 degrees at the horizon | Saemundsson (1986), Sky and Telescope 72, p. 70 |
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+HAZE, HAZE_EXPONENT = 0.1, 1.3  # optical depth at 550 nm, and its fall with wavelength
+OZONE, OZONE_NM, OZONE_WIDTH_NM = 0.041, 602.0, 110.0  # optical depth, centre, full width at half
+
+
+def air_mass(altitude_deg: float) -> float:
+    """Return the air mass towards an apparent altitude, 0 degrees and more; 38 at the horizon."""
+    up = max(altitude_deg, 0.0)
+    return float(1 / (np.sin(np.radians(up)) + 0.50572 * (up + 6.07995) ** -1.6364))
+
+
+def molecules(wavelength_nm: npt.ArrayLike) -> np.ndarray:
+    """Return the optical depth of all molecules above sea level."""
+    um = np.asarray(wavelength_nm, float) / 1000
+    return 0.008569 * um**-4 * (1 + 0.0113 * um**-2 + 0.00013 * um**-4)
+
+
+def haze(wavelength_nm: npt.ArrayLike) -> np.ndarray:
+    """Return the optical depth of the haze of a clear day."""
+    return HAZE * (np.asarray(wavelength_nm, float) / 550) ** -HAZE_EXPONENT
+
+
+def ozone(wavelength_nm: npt.ArrayLike) -> np.ndarray:
+    """Return the optical depth of ozone, straight up."""
+    away = (np.asarray(wavelength_nm, float) - OZONE_NM) / OZONE_WIDTH_NM
+    return OZONE * np.exp(-4 * np.log(2) * away**2)
+
+
+def transmission(wavelength_nm: npt.ArrayLike, mass: float) -> np.ndarray:
+    """Return the share of a beam that passes so many air masses."""
+    nm = np.asarray(wavelength_nm, float)
+    return np.exp(-mass * (molecules(nm) + haze(nm) + ozone(nm)))
+
+
+def apparent_altitude_deg(altitude_deg: float) -> float:
+    """Return the altitude at which refraction shows what stands at `altitude_deg`.
+
+    Below -2 degrees, where nothing is seen, the refraction stays that of -2 degrees.
+    """
+    true = max(altitude_deg, -2.0)
+    return altitude_deg + 1.02 / 60 / np.tan(np.radians(true + 10.3 / (true + 5.11)))

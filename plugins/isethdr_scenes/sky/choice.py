@@ -1,0 +1,42 @@
+"""The fields `sky` and `hour` of a road scene: checked when the scene is composed, used when it is
+built.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.scene import SkyDome, Spectrum
+
+from ..lamp_spectra import sky_of
+from .state import PRESETS, SkyState, sky_state
+
+SkyName = Literal["uniform", "noon", "dusk", "night_rural", "night_moon", "night_city"]
+
+
+def check_sky(sky: str, hour: Mapping[str, Any]) -> None:
+    """Raise ConfigError where `hour` has something that cannot be, or belongs to no hour."""
+    if sky != "uniform":
+        sky_state(sky, hour)
+    elif hour:
+        raise ConfigError(
+            f"scene.hour has {next(iter(hour))}, while scene.sky is uniform, the same at all hours;"
+            f" expected scene.sky to be one of {', '.join(PRESETS)}; type for example"
+            " scene.sky=noon"
+        )
+
+
+def sky_of_scene(scene: Any) -> Spectrum | SkyDome:
+    """Return the sky that the fields of a scene ask for."""
+    if scene.sky == "uniform":
+        return sky_of(scene.sky_luminance_cd_m2)
+    return dome(sky_state(scene.sky, scene.hour))
+
+
+def dome(state: SkyState) -> SkyDome:
+    """Return the sky of a state."""
+    from .dome import dome_of
+
+    return dome_of(state)

@@ -1,0 +1,239 @@
+"""The sky of a state of sun, moon and site, as a table of radiance by direction.
+
+By day the sky is Mitsuba's (`daylight`), as it is for a sun above 20 degrees. Towards 5 degrees it
+is scaled to the measured illuminance of `illuminance`, which holds below. From there to -5 degrees
+its shape passes into that of twilight. Light of the moon, of airglow and stars, and of towns is
+added at all hours.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.data.sky import (
+    SkyDisc,
+    SkyDome,
+    SkyPart,
+    cosine_integral,
+    sky_direction,
+    sky_elevations_deg,
+)
+from isethdr_core.scene import Spectrum
+
+from . import air
+from .daylight import LOWEST_DEG, SUN_DIAMETER_DEG, WAVELENGTH_NM, daylight
+from .grid import COLUMNS, ROWS
+from .illuminance import NIGHT_DEG, moon_illuminance_lx, sun_illuminance_lx
+from .night_light import artificial_cd_m2, moonlit_cd_m2, natural_cd_m2
+from .spectra import NM, luminance_of, sky_spectrum
+from .state import SkyState
+from .twilight import twilight_patterns
+
+MEASURED_BELOW_DEG, MODEL_ABOVE_DEG = 5.0, 20.0  # the sun: by the fit below, by Mitsuba above
+TWILIGHT_DEG = -5.0  # of the sun: below, the shape of the sky is that of `twilight` alone
+MOON_DIAMETER_DEG = 0.518
+MOST_MOONLIT = 0.5  # of the moon's light may come from the air
+GROUND = 0.2  # reflectance of the land below the horizon, beyond the scene's own ground
+HAZE_DEG = 3.0  # below the horizon the land has taken the place of the sky
+# of the ratio to the mean spectrum: half of the radiances are within 1 % (2 % in deep twilight), 99 of
+# 100 within 7 % (13 %), luminance within 2 %
+NODES_NM = np.array([400.0, 470.0, 590.0, 690.0])
+
+
+class _Light(NamedTuple):
+    """Radiance (row, column, NM) from row 0 at the horizon on, and the disc that goes with it."""
+
+    sky: np.ndarray
+    disc: SkyDisc | None
+
+
+def dome_of(state: SkyState) -> SkyDome:
+    """Return the sky of `state`; its spectra end at 720 nm where daylight is in it, else at 830."""
+    sun, moon = sun_and_sky(state), _moonlight(state)
+    up = _elevations()
+    night = natural_cd_m2(up)[:, None] * np.ones(COLUMNS)
+    city = artificial_cd_m2(up, state.bortle)[:, None] * np.ones(COLUMNS)
+    above = sun.sky + moon.sky
+    above = (
+        above + night[..., None] * sky_spectrum("natural") + city[..., None] * sky_spectrum("city")
+    )
+    discs = tuple(light.disc for light in (sun, moon) if light.disc is not None)
+    last = WAVELENGTH_NM[-1] if state.sun_elevation_deg > TWILIGHT_DEG else NM[-1]
+    kept = last >= NM
+    spectra = above[..., kept]
+    down = _irradiance(spectra, NM[kept], discs)
+    return SkyDome(_parts(_with_ground(spectra, down), NM[kept]), discs)
+
+
+def horizontal_lx(state: SkyState) -> float:
+    """Return the illuminance of level ground by the whole sky, lx."""
+    return float(luminance_of(_extended(dome_of(state))))
+
+
+def sun_and_sky(state: SkyState) -> _Light:
+    """Return the sun's disc and the sky that it lights."""
+    altitude = state.sun_elevation_deg
+    if altitude <= NIGHT_DEG:
+        return _Light(np.zeros((ROWS // 2 + 1, COLUMNS, len(NM))), None)
+    seen_deg = air.apparent_altitude_deg(altitude)
+    sky, disc_radiance = np.zeros((ROWS // 2 + 1, COLUMNS, len(NM))), np.zeros(len(NM))
+    if altitude > TWILIGHT_DEG:
+        day = daylight(max(seen_deg, LOWEST_DEG), state.turbidity)
+        sky, disc_radiance = (_on_grid(v) for v in (day.sky[ROWS // 2 :], day.sun))
+    shown = float(np.clip(seen_deg / SUN_DIAMETER_DEG + 0.5, 0, 1))  # share of the disc that is up
+    height = max(seen_deg, 0.0)
+    disc = SkyDisc("sun", state.sun_azimuth_deg, height, SUN_DIAMETER_DEG, _table(disc_radiance))
+    direct = disc_radiance * shown * disc.solid_angle_sr() * np.sin(np.radians(height))
+    total = float(luminance_of(direct)) + _horizontal(luminance_of(sky))
+    scale = 1.0
+    if altitude < MODEL_ABOVE_DEG:
+        measured = float(sun_illuminance_lx(altitude))
+        if altitude > TWILIGHT_DEG:
+            scale = (measured / total) ** (
+                1 - _smooth(altitude, MEASURED_BELOW_DEG, MODEL_ABOVE_DEG)
+            )
+        left = scale * total - scale * float(luminance_of(direct))
+        sky = sky * scale
+        if altitude < LOWEST_DEG:
+            left = measured - scale * float(luminance_of(direct))
+            sky = _towards_twilight(altitude, sky, left)
+    sky = _turned(sky, state.sun_azimuth_deg)
+    if shown == 0:
+        return _Light(sky, None)
+    lit = SkyDisc(
+        "sun",
+        state.sun_azimuth_deg,
+        height,
+        SUN_DIAMETER_DEG,
+        _table(disc_radiance * shown * scale),
+    )
+    return _Light(sky, lit)
+
+
+def _towards_twilight(altitude, day, lux):
+    """Return the sky between day and night, of so many lx: `day` at 0.5, twilight at -5 degrees."""
+    around = _from_sun()
+    blue, glow = twilight_patterns(altitude, _elevations()[:, None], around)
+    late = blue[..., None] * sky_spectrum("twilight") + glow[..., None] * sky_spectrum("glow")
+    late = late / _horizontal(luminance_of(late))
+    share = _smooth(altitude, TWILIGHT_DEG, LOWEST_DEG)
+    mixed = (1 - share) * late
+    if share > 0:
+        mixed = mixed + share * day / _horizontal(luminance_of(day))
+    return mixed * max(lux, 0.0)
+
+
+def _moonlight(state):
+    sky = np.zeros((ROWS // 2 + 1, COLUMNS, len(NM)))
+    total = float(moon_illuminance_lx(state.moon_elevation_deg, state.moon_phase_deg))
+    if total == 0:
+        return _Light(sky, None)
+    seen_deg = air.apparent_altitude_deg(state.moon_elevation_deg)
+    height = max(seen_deg, 0.0)
+    towards = sky_direction(height, 0.0)
+    directions = sky_direction(_elevations()[:, None], np.arange(COLUMNS) * (360 / COLUMNS))
+    away = np.degrees(np.arccos(np.clip(directions @ towards, -1, 1)))
+    level = moonlit_cd_m2(_elevations()[:, None], away, height, state.moon_phase_deg)
+    shown = float(np.clip(seen_deg / MOON_DIAMETER_DEG + 0.5, 0, 1))
+    # a moon that is down lights the air alone
+    part = 1 - (1 - min(_horizontal(level) / total, MOST_MOONLIT)) * shown
+    level = level * (part * total / _horizontal(level))
+    sky = _turned(level, state.moon_azimuth_deg)[..., None] * sky_spectrum("moonlit_air")
+    if shown == 0:
+        return _Light(sky, None)
+    beam = sky_spectrum("moonlight") * air.transmission(NM, air.air_mass(height))
+    disc = SkyDisc("moon", state.moon_azimuth_deg, height, MOON_DIAMETER_DEG, _table(beam))
+    # the sine of half a diameter for a moon on the horizon
+    lowest = np.radians(MOON_DIAMETER_DEG / 2)
+    rise = max(np.sin(np.radians(height)), lowest)
+    luminance = (1 - part) * total / disc.solid_angle_sr() / rise
+    radiance = beam / luminance_of(beam) * luminance
+    return _Light(
+        sky,
+        SkyDisc("moon", state.moon_azimuth_deg, height, MOON_DIAMETER_DEG, _table(radiance)),
+    )
+
+
+def _parts(cube, nm):
+    """Return the parts of radiance (row, column, wavelength): the mean spectrum times hat functions
+    of wavelength, each with the ratio of directions as its pattern. All are 0 or more.
+    """
+    mean = cube[ROWS // 2 :].mean((0, 1))
+    hats = np.stack([np.interp(nm, NODES_NM, row) for row in np.eye(len(NODES_NM))])
+    lit = mean > 1e-12 * mean.max()
+    ratio = np.divide(cube, mean, out=np.zeros_like(cube), where=lit)
+    # the fit is of luminance and of energy alike: weights of the mean spectrum
+    weight = np.sqrt(mean / mean.max())
+    found = np.linalg.lstsq((hats * weight).T, (ratio * weight).reshape(-1, len(nm)).T, rcond=None)
+    patterns = np.maximum(found[0], 0).reshape(len(NODES_NM), ROWS, COLUMNS)
+    return tuple(
+        SkyPart(_spectrum(nm, mean * hat), pattern) for hat, pattern in zip(hats, patterns)
+    )
+
+
+def _with_ground(above, down):
+    """Return the whole sphere: land in the sky's light below the horizon."""
+    land = down * GROUND / np.pi
+    depth = -sky_elevations_deg(ROWS)[: ROWS // 2]
+    share = np.clip(1 - depth / HAZE_DEG, 0, 1)[:, None, None]
+    below = share * above[:1] + (1 - share) * land
+    return np.concatenate([below, above])
+
+
+def _irradiance(above, nm, discs):
+    whole = np.concatenate([np.zeros((ROWS // 2, *above.shape[1:])), above])
+    out = np.array([cosine_integral(whole[..., k]) for k in range(len(nm))])
+    for disc in discs:
+        out = out + disc.radiance.at(nm) * disc.solid_angle_sr() * max(disc.direction()[2], 0)
+    return out
+
+
+def _horizontal(luminance):
+    """Return the illuminance, lx, by luminance (row, column) from the horizon on."""
+    return cosine_integral(np.concatenate([np.zeros((ROWS // 2, COLUMNS)), luminance]))
+
+
+def _extended(dome):
+    nm = np.asarray(dome.wavelength_nm)
+    return np.interp(NM, nm, dome.irradiance(nm), right=0.0)
+
+
+def _turned(values, azimuth_deg):
+    """Return values (row, column, ...) of a light at azimuth 0 for one at `azimuth_deg`."""
+    step = azimuth_deg / (360 / COLUMNS)
+    whole = int(np.floor(step))
+    rest = step - whole
+    near = np.roll(values, whole, axis=1)
+    return (1 - rest) * near + rest * np.roll(near, 1, axis=1)
+
+
+def _from_sun():
+    around = np.arange(COLUMNS) * (360 / COLUMNS)
+    return np.where(around > 180, around - 360, around)
+
+
+def _elevations():
+    return sky_elevations_deg(ROWS)[ROWS // 2 :]
+
+
+def _on_grid(values):
+    """Return spectra of `daylight` at NM; 0 beyond their data."""
+    at = np.clip((NM - WAVELENGTH_NM[0]) / (WAVELENGTH_NM[1] - WAVELENGTH_NM[0]), 0, None)
+    low = np.minimum(at.astype(int), len(WAVELENGTH_NM) - 2)
+    out = values[..., low] * (1 - (at - low)) + values[..., low + 1] * (at - low)
+    return np.where(NM <= WAVELENGTH_NM[-1], out, 0.0)
+
+
+def _smooth(value, low, high):
+    t = float(np.clip((value - low) / (high - low), 0, 1))
+    return t * t * (3 - 2 * t)
+
+
+def _table(values):
+    return _spectrum(NM, values)
+
+
+def _spectrum(nm, values):
+    return Spectrum(tuple(nm.tolist()), tuple(np.asarray(values, float).tolist()))

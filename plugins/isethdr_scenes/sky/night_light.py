@@ -1,0 +1,69 @@
+"""The night sky without and with a moon: luminance by direction, cd/m2.
+
+| light | source |
+|---|---|
+| natural zenith, 1.74e-4 cd/m2 (22.0 mag per square arcsecond) | Falchi et al. (2016), Science Advances 2 |
+| of it airglow, zodiacal light and stars; rise to the horizon | Krisciunas and Schaefer (1991), PASP 103, equations 2 and 3 (van Rhijn's layer as Garstang 1989 has it) |
+| moonlight in the air | Krisciunas and Schaefer (1991), equations 9 and 15 to 21 |
+| zenith by class of site | classes: Bortle (2001), Sky and Telescope 101; magnitudes: usual assignment, middle of each class |
+| rise of a city's glow to the horizon, 1 mag at 70 degrees from the zenith | model, near what Garstang (1989), PASP 101, computes inside cities |
+
+Luminance = 10.8e4 cd/m2 x 10^(-0.4 m), m in magnitudes per square arcsecond.
+"""  # noqa: E501 (a table)
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+NATURAL_CD_M2 = 1.74e-4
+EXTINCTION_MAG = 0.172  # per air mass, in V (Krisciunas and Schaefer 1991)
+ZERO_CD_M2 = 10.8e4  # of magnitude 0 per square arcsecond
+NANOLAMBERT_CD_M2 = 1e-5 / np.pi
+# magnitudes per square arcsecond at the zenith, by Bortle's class
+BORTLE_MAG = {1: 22.0, 2: 21.94, 3: 21.79, 4: 21.1, 5: 20.0, 6: 19.2, 7: 18.65, 8: 18.1, 9: 17.0}
+
+
+def path_length(elevation_deg: npt.ArrayLike) -> np.ndarray:
+    """Return X = 1 / sqrt(1 - 0.96 sin^2 Z) of Krisciunas and Schaefer (1991), equation 3: 1 at the
+    zenith, 5 at the horizon.
+    """
+    z = np.cos(np.radians(np.maximum(elevation_deg, 0.0)))
+    return 1 / np.sqrt(1 - 0.96 * z**2)
+
+
+def natural_cd_m2(elevation_deg: npt.ArrayLike) -> np.ndarray:
+    """Return the luminance of airglow, zodiacal light and stars."""
+    x = path_length(elevation_deg)
+    return NATURAL_CD_M2 * 10 ** (-0.4 * EXTINCTION_MAG * (x - 1)) * x
+
+
+def zenith_cd_m2(bortle: int) -> float:
+    """Return the luminance of the zenith of a site of class `bortle`, 1 to 9, natural included."""
+    return ZERO_CD_M2 * 10 ** (-0.4 * BORTLE_MAG[bortle])
+
+
+def artificial_cd_m2(elevation_deg: npt.ArrayLike, bortle: int) -> np.ndarray:
+    """Return the luminance of what the lamps of towns light in the air."""
+    zenith = max(zenith_cd_m2(bortle) - NATURAL_CD_M2, 0.0)
+    return zenith * path_length(elevation_deg)
+
+
+def moonlit_cd_m2(
+    elevation_deg: npt.ArrayLike, from_moon_deg: npt.ArrayLike, moon_deg: float, phase_deg: float
+) -> np.ndarray:
+    """Return the luminance of the air in moonlight.
+
+    Parameters
+    ----------
+    elevation_deg, from_moon_deg : of the direction, and its angle from the moon.
+    moon_deg : altitude of the moon.
+    phase_deg : 0 full, 180 new.
+    """
+    away = np.asarray(from_moon_deg, float)
+    star = 10 ** (-0.4 * (3.84 + 0.026 * phase_deg + 4e-9 * phase_deg**4))
+    molecules = 10**5.36 * (1.06 + np.cos(np.radians(away)) ** 2)
+    haze = np.where(away < 10, 6.2e7 / np.maximum(away, 2.0) ** 2, 10 ** (6.15 - away / 40))
+    on_the_way = 10 ** (-0.4 * EXTINCTION_MAG * path_length(moon_deg))
+    lit = 1 - 10 ** (-0.4 * EXTINCTION_MAG * path_length(elevation_deg))
+    return NANOLAMBERT_CD_M2 * (molecules + haze) * star * on_the_way * lit

@@ -1,0 +1,45 @@
+"""Sun and moon of a place and a time, by the library ephem (VSOP87 and ELP2000, as in XEphem)."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.extras import needed
+
+
+def positions(latitude_deg: float, longitude_deg: float, time_utc: str) -> dict[str, float]:
+    """Return altitudes without refraction, azimuths from north clockwise, and the moon's phase
+    angle (0 full), degrees, by the names of the fields of `SkyState`.
+
+    Raises
+    ------
+    ConfigError : the time cannot be read, or ephem is not installed.
+    """
+    with needed("a sky of a place and a time", extra="sky"):
+        import ephem
+    try:
+        when = datetime.fromisoformat(time_utc)
+    except ValueError:
+        raise ConfigError(
+            f"scene.hour.time_utc is {time_utc!r}; expected a date and a time in UTC; type for"
+            " example +scene.hour.time_utc=2026-06-21T11:15"
+        ) from None
+    if when.tzinfo is not None:
+        when = when.astimezone(UTC).replace(tzinfo=None)
+    observer = ephem.Observer()
+    observer.lat, observer.lon = math.radians(latitude_deg), math.radians(longitude_deg)
+    observer.pressure = 0.0  # hPa: no refraction
+    observer.date = when
+    sun, moon = ephem.Sun(observer), ephem.Moon(observer)
+    # the moon's elongation from the sun is negative in the morning; its phase angle is about the
+    # rest to 180 degrees, as the sun is far
+    phase = 180 - abs(math.degrees(moon.elong))
+    return {
+        "sun_elevation_deg": math.degrees(sun.alt),
+        "sun_azimuth_deg": math.degrees(sun.az),
+        "moon_elevation_deg": math.degrees(moon.alt),
+        "moon_azimuth_deg": math.degrees(moon.az),
+        "moon_phase_deg": phase,
+    }

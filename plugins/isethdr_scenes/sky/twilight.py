@@ -1,0 +1,44 @@
+"""How the light of twilight is spread over the sky: a blue dome and a glow above the sun.
+
+A model of our own, drawn by hand: levels are those of `illuminance`, shapes and ratios are assumed
+in the range that twilights show (Rozenberg 1966, Twilight, chapter 2): the horizon above the sun is
+some 6 times as bright as the zenith at sunset, 25 times at -6 degrees and 60 times at -12, and the
+glow shrinks towards the sun's azimuth.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from .night_light import path_length
+
+# altitude of the sun, degrees: glow at the horizon over the zenith's luminance, its half height
+# and its half width in azimuth, degrees
+GLOW = np.array(
+    [
+        [-18.0, 10.0, 3.0, 30.0],
+        [-12.0, 60.0, 3.5, 35.0],
+        [-6.0, 25.0, 5.0, 50.0],
+        [0.0, 6.0, 10.0, 70.0],
+    ]
+)
+BLUE_RISE = 0.3  # power of the path length with which the blue dome rises to the horizon
+
+
+def twilight_patterns(
+    sun_deg: float, elevation_deg: npt.ArrayLike, from_sun_deg: npt.ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the luminances (blue dome, glow) relative to the zenith's.
+
+    Parameters
+    ----------
+    sun_deg : altitude of the sun, 0 to -18 degrees; nearest of these beyond.
+    elevation_deg, from_sun_deg : of the direction, and its azimuth from the sun's, -180 to 180.
+    """
+    level, height, width = (np.interp(sun_deg, GLOW[:, 0], GLOW[:, k]) for k in (1, 2, 3))
+    up = np.maximum(np.asarray(elevation_deg, float), 0.0)
+    aside = np.asarray(from_sun_deg, float)
+    blue = path_length(up) ** BLUE_RISE * np.ones(np.shape(aside))
+    glow = level * 2 ** (-up / height) * 2 ** (-((aside / width) ** 2))
+    return blue, glow
