@@ -10,6 +10,7 @@ import xarray as xr
 from ..data.categories import CATEGORIES
 from ..data.quantities import check_scene
 from ..data.scene_description import Part, SceneDescription, Spectrum
+from ..data.sky import SkyDome
 from ..plugins.protocols import Scene
 from .promise import holds, keeps, same, stated
 
@@ -71,7 +72,9 @@ def check_description(who: str, description: SceneDescription) -> None:
             f"material {material.name!r}",
         )
         _check_spectrum(who, f"material {material.name!r}", material.reflectance)
-    if description.sky is not None:
+    if isinstance(description.sky, SkyDome):
+        _check_dome(who, description.sky)
+    elif description.sky is not None:
         _check_spectrum(who, "the sky", description.sky)
     view = description.camera
     holds(
@@ -132,6 +135,23 @@ def _check_part(who: str, at: str, part: Part, description: SceneDescription) ->
         )
         holds(who, "lamp axes are unit vectors", abs(np.linalg.norm(lamp.axis) - 1) < 1e-3, at)
         _check_spectrum(who, at, lamp.spectrum)
+
+
+def _check_dome(who: str, dome: SkyDome) -> None:
+    shapes = {np.shape(part.pattern) for part in dome.parts}
+    holds(who, "the parts of a sky have patterns of one shape", len(shapes) == 1, str(shapes))
+    for number, part in enumerate(dome.parts):
+        at = f"part {number} of the sky"
+        value = np.asarray(part.pattern)
+        holds(
+            who,
+            "patterns of the sky are finite (rows, columns), 0 or more",
+            value.ndim == 2 and bool(np.isfinite(value).all() and value.min() >= 0),
+            at,
+        )
+        _check_spectrum(who, at, part.spectrum)
+    for disc in dome.discs:
+        _check_spectrum(who, f"the {disc.name}", disc.radiance)
 
 
 def _check_spectrum(who: str, at: str, spectrum: Spectrum) -> None:

@@ -7,19 +7,13 @@ compass whose north lies ahead: 90 degrees is to the right.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-
-class Table(Protocol):
-    """A spectrum tabulated against wavelength."""
-
-    @property
-    def wavelength_nm(self) -> tuple[float, ...]: ...
-
-    def at(self, wavelength_nm: npt.ArrayLike) -> np.ndarray: ...
+if TYPE_CHECKING:
+    from .scene_description import Spectrum
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +24,7 @@ class SkyPart:
     columns degrees from 0 on; it is linear between them in the variable of the rows and in azimuth.
     """
 
-    spectrum: Table  # W m-2 sr-1 nm-1 where the pattern is 1
+    spectrum: Spectrum  # W m-2 sr-1 nm-1 where the pattern is 1
     pattern: np.ndarray  # (rows, columns), 0 or more
 
 
@@ -42,7 +36,7 @@ class SkyDisc:
     azimuth_deg: float
     elevation_deg: float
     diameter_deg: float
-    radiance: Table  # W m-2 sr-1 nm-1
+    radiance: Spectrum  # W m-2 sr-1 nm-1
 
     def direction(self) -> np.ndarray:
         """Return the unit vector (3,) towards its middle."""

@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Protocol
 
 import numpy as np
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.scene import SceneDescription
+from isethdr_core.scene import SceneDescription, SkyDome, Spectrum
 
 MOST_NAMED = 5
-
-
-class Tabulated(Protocol):
-    """What has data from its first to its last wavelength."""
-
-    @property
-    def wavelength_nm(self) -> tuple[float, ...]: ...
 
 
 def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm) -> None:
@@ -50,7 +42,7 @@ def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm) 
     )
 
 
-def _spectra(description, groups) -> Iterator[tuple[str, Tabulated]]:
+def _spectra(description, groups) -> Iterator[tuple[str, Spectrum | SkyDome]]:
     if "sky" in groups and description.sky is not None:
         yield "the sky", description.sky
     used = {}

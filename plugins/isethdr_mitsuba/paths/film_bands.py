@@ -31,6 +31,7 @@ from ..world.materials import coloured_surfaces, regular, times
 from ..world.view import check_square
 
 BLOCK = 4
+WITHIN = 20  # wavelengths of a band, over which spectra are averaged
 MAP = 512, 1024  # rows and columns of an environment map of the sky
 # from the axes of a map of Mitsuba, whose zenith is y, to those of the world
 UPRIGHT = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
@@ -66,7 +67,7 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
         )
         for s in starts
     ]
-    sky = _sky_scenes(description, span, bands_nm) if "sky" in groups else []
+    sky = _sky_scenes(description, span, bands_nm, settings.step_nm) if "sky" in groups else []
     near = [p for p in lamps if p.instance]  # sun and moon belong to the sky's scenes
     lamp_scene, switch = (
         _lamp_scene(description, view, near, groups, span)
@@ -108,13 +109,13 @@ def _block(bands_nm, start, step_nm):
     return block + [block[-1] + step_nm * (k + 1) for k in range(BLOCK - len(block))]
 
 
-def _sky_scenes(description, span, bands_nm):
+def _sky_scenes(description, span, bands_nm, step_nm):
     """Return the scenes that add up to the light of the sky, each with a factor per band."""
     if description.sky is None:
         return []
     lights = [({"type": "constant", "radiance": regular(description.sky, *span)}, 1.0)]
     if isinstance(description.sky, SkyDome):
-        lights = [_map(part, bands_nm) for part in description.sky.parts]
+        lights = [_map(part, bands_nm, step_nm) for part in description.sky.parts]
         lights += [(_far_light(disc, span), 1.0) for disc in description.sky.discs]
         if description.sky.discs:
             why = "they light as directions do, of no width: no penumbra, no image in a mirror"
@@ -129,7 +130,7 @@ def _sky_scenes(description, span, bands_nm):
     ]
 
 
-def _map(part, bands_nm):
+def _map(part, bands_nm, step_nm):
     """Return an environment map of a part's pattern, and the factor from its own spectrum, which a
     map of Mitsuba has for grey, to the part's.
     """
@@ -146,12 +147,14 @@ def _map(part, bands_nm):
     flat = {**light, "bitmap": mi.Bitmap(np.ones((4, 8, 3), np.float32))}
     si = dr.zeros(mi.SurfaceInteraction3f)
     si.wi = mi.Vector3f(0, 0, -1)
-    own = np.zeros(len(bands_nm))
+    inside = (np.arange(WITHIN) + 0.5) / WITHIN - 0.5
+    nm = np.asarray(bands_nm, float)[:, None] + inside * step_nm
+    own = np.zeros(nm.shape)
     emitter = mi.load_dict(flat)
-    for k, nm in enumerate(bands_nm):
-        si.wavelengths = [float(nm)] * 4
-        own[k] = np.array(emitter.eval(si))[0]
-    return light, part.spectrum.at(bands_nm) / own
+    for place in np.ndindex(nm.shape):
+        si.wavelengths = [float(nm[place])] * 4
+        own[place] = np.array(emitter.eval(si))[0]
+    return light, part.spectrum.at(nm).mean(1) / own.mean(1)
 
 
 def _far_light(disc, span):

@@ -11,7 +11,8 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.scene import SkyDome, Spectrum
 
 from ..lamp_spectra import sky_of
-from .state import PRESETS, SkyState, sky_state
+from .dome import dome_of
+from .state import PRESETS, sky_state
 
 SkyName = Literal["uniform", "noon", "dusk", "night_rural", "night_moon", "night_city"]
 
@@ -32,11 +33,4 @@ def sky_of_scene(scene: Any) -> Spectrum | SkyDome:
     """Return the sky that the fields of a scene ask for."""
     if scene.sky == "uniform":
         return sky_of(scene.sky_luminance_cd_m2)
-    return dome(sky_state(scene.sky, scene.hour))
-
-
-def dome(state: SkyState) -> SkyDome:
-    """Return the sky of a state."""
-    from .dome import dome_of
-
-    return dome_of(state)
+    return dome_of(sky_state(scene.sky, scene.hour))

@@ -17,7 +17,7 @@ from isethdr_core.extras import needed
 
 from .grid import COLUMNS, ROWS
 
-WAVELENGTH_NM = np.arange(320.0, 721.0, 10.0)
+WAVELENGTH_NM = np.arange(320.0, 721.0, 40.0)  # of Mitsuba's tables, linear between
 LOWEST_DEG = 0.5  # of directions, and of the sun
 SUN_DIAMETER_DEG = 0.5358
 ALBEDO = 0.2  # of the ground all around
@@ -36,7 +36,6 @@ class Daylight(NamedTuple):
 def daylight(sun_deg: float, turbidity: float) -> Daylight:
     """Return the clear sky with the sun at an altitude of `sun_deg`; takes 0.1 CPU s."""
     with needed("the sky of a day", extra="mitsuba"):
-        import drjit as dr
         import mitsuba as mi
     altitude = max(sun_deg, LOWEST_DEG)
     up = np.maximum(sky_elevations_deg(ROWS)[ROWS // 2 :], LOWEST_DEG)
@@ -46,10 +45,9 @@ def daylight(sun_deg: float, turbidity: float) -> Daylight:
     chosen = mi.variant()
     mi.set_variant("scalar_spectral")
     try:
-        half = _radiance(_emitter(mi, altitude, turbidity, sun=0.0, sky=1.0), dr, mi, directions)
+        half = _radiance(_emitter(mi, altitude, turbidity, sun=0.0, sky=1.0), mi, directions)
         sun = _radiance(
             _emitter(mi, altitude, turbidity, sun=1.0, sky=0.0),
-            dr,
             mi,
             sky_direction(altitude, 0.0)[None, None],
         )[0, 0]
@@ -75,9 +73,9 @@ def _emitter(mi, altitude_deg, turbidity, sun, sky):
     )
 
 
-def _radiance(emitter, dr, mi, directions):
+def _radiance(emitter, mi, directions):
     out = np.zeros((*directions.shape[:-1], len(WAVELENGTH_NM)))
-    si = dr.zeros(mi.SurfaceInteraction3f)
+    si = mi.SurfaceInteraction3f()
     for place in np.ndindex(directions.shape[:-1]):
         si.wi = mi.Vector3f(*(-directions[place]))
         for first in range(0, len(WAVELENGTH_NM), 4):

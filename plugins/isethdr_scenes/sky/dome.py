@@ -8,6 +8,7 @@ added at all hours.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,8 +38,8 @@ MOON_DIAMETER_DEG = 0.518
 MOST_MOONLIT = 0.5  # of the moon's light may come from the air
 GROUND = 0.2  # reflectance of the land below the horizon, beyond the scene's own ground
 HAZE_DEG = 3.0  # below the horizon the land has taken the place of the sky
-# of the ratio to the mean spectrum: half of the radiances are within 1 % (2 % in deep twilight), 99 of
-# 100 within 7 % (13 %), luminance within 2 %
+# of the ratio to the mean spectrum: half of the radiances are within 1 % (2 % in deep twilight), 99
+# of 100 within 7 % (13 %), luminance within 2 %
 NODES_NM = np.array([400.0, 470.0, 590.0, 690.0])
 
 
@@ -61,10 +62,24 @@ def dome_of(state: SkyState) -> SkyDome:
     )
     discs = tuple(light.disc for light in (sun, moon) if light.disc is not None)
     last = WAVELENGTH_NM[-1] if state.sun_elevation_deg > TWILIGHT_DEG else NM[-1]
-    kept = last >= NM
-    spectra = above[..., kept]
-    down = _irradiance(spectra, NM[kept], discs)
-    return SkyDome(_parts(_with_ground(spectra, down), NM[kept]), discs)
+    nm, above = NM[last >= NM], above[..., last >= NM]
+    down = _irradiance(above, nm, discs)
+    parts = _parts(_with_ground(above, down), nm)
+    fitted = SkyDome(parts, discs)
+    # the fit keeps the light of level ground
+    of_discs = luminance_of(_irradiance(np.zeros_like(above), nm, discs), nm)
+    wanted, found = luminance_of(down, nm), luminance_of(fitted.irradiance(nm), nm)
+    factor = (wanted - of_discs) / (found - of_discs)
+    parts = tuple(replace(part, pattern=part.pattern * factor) for part in parts)
+    shining = tuple(_before_sky(disc, fitted) for disc in discs)
+    return SkyDome(parts, shining)
+
+
+def _before_sky(disc, dome):
+    """Return a disc with the light of the air in front of it."""
+    nm = np.asarray(dome.wavelength_nm)
+    air_light = np.interp(NM, nm, dome.radiance(disc.direction(), nm), right=0.0)
+    return replace(disc, radiance=_table(disc.radiance.at(NM) + air_light))
 
 
 def horizontal_lx(state: SkyState) -> float:
@@ -78,38 +93,29 @@ def sun_and_sky(state: SkyState) -> _Light:
     if altitude <= NIGHT_DEG:
         return _Light(np.zeros((ROWS // 2 + 1, COLUMNS, len(NM))), None)
     seen_deg = air.apparent_altitude_deg(altitude)
-    sky, disc_radiance = np.zeros((ROWS // 2 + 1, COLUMNS, len(NM))), np.zeros(len(NM))
+    sky, radiance = np.zeros((ROWS // 2 + 1, COLUMNS, len(NM))), np.zeros(len(NM))
     if altitude > TWILIGHT_DEG:
         day = daylight(max(seen_deg, LOWEST_DEG), state.turbidity)
-        sky, disc_radiance = (_on_grid(v) for v in (day.sky[ROWS // 2 :], day.sun))
-    shown = float(np.clip(seen_deg / SUN_DIAMETER_DEG + 0.5, 0, 1))  # share of the disc that is up
-    height = max(seen_deg, 0.0)
-    disc = SkyDisc("sun", state.sun_azimuth_deg, height, SUN_DIAMETER_DEG, _table(disc_radiance))
-    direct = disc_radiance * shown * disc.solid_angle_sr() * np.sin(np.radians(height))
-    total = float(luminance_of(direct)) + _horizontal(luminance_of(sky))
+        shown = float(np.clip(seen_deg / SUN_DIAMETER_DEG + 0.5, 0, 1))  # of the disc
+        sky, radiance = _on_grid(day.sky[ROWS // 2 :]), _on_grid(day.sun) * shown
+    disc = SkyDisc(
+        "sun", state.sun_azimuth_deg, max(seen_deg, 0.0), SUN_DIAMETER_DEG, _table(radiance)
+    )
+    direct = float(luminance_of(radiance)) * disc.solid_angle_sr() * float(disc.direction()[2])
     scale = 1.0
     if altitude < MODEL_ABOVE_DEG:
         measured = float(sun_illuminance_lx(altitude))
         if altitude > TWILIGHT_DEG:
-            scale = (measured / total) ** (
-                1 - _smooth(altitude, MEASURED_BELOW_DEG, MODEL_ABOVE_DEG)
-            )
-        left = scale * total - scale * float(luminance_of(direct))
+            modelled = direct + _horizontal(luminance_of(sky))
+            part = 1 - _smooth(altitude, MEASURED_BELOW_DEG, MODEL_ABOVE_DEG)
+            scale = (measured / modelled) ** part
         sky = sky * scale
         if altitude < LOWEST_DEG:
-            left = measured - scale * float(luminance_of(direct))
-            sky = _towards_twilight(altitude, sky, left)
+            sky = _towards_twilight(altitude, sky, measured - scale * direct)
     sky = _turned(sky, state.sun_azimuth_deg)
-    if shown == 0:
+    if not radiance.any():
         return _Light(sky, None)
-    lit = SkyDisc(
-        "sun",
-        state.sun_azimuth_deg,
-        height,
-        SUN_DIAMETER_DEG,
-        _table(disc_radiance * shown * scale),
-    )
-    return _Light(sky, lit)
+    return _Light(sky, replace(disc, radiance=_table(radiance * scale)))
 
 
 def _towards_twilight(altitude, day, lux):
@@ -137,23 +143,18 @@ def _moonlight(state):
     away = np.degrees(np.arccos(np.clip(directions @ towards, -1, 1)))
     level = moonlit_cd_m2(_elevations()[:, None], away, height, state.moon_phase_deg)
     shown = float(np.clip(seen_deg / MOON_DIAMETER_DEG + 0.5, 0, 1))
-    # a moon that is down lights the air alone
-    part = 1 - (1 - min(_horizontal(level) / total, MOST_MOONLIT)) * shown
-    level = level * (part * total / _horizontal(level))
+    # the air has the rest: all of it where the moon is down
+    rise = float(np.sin(np.radians(height)))
+    direct = max(1 - _horizontal(level) / total, 1 - MOST_MOONLIT) * shown
+    direct *= rise / max(rise, np.radians(MOON_DIAMETER_DEG / 2))
+    level = level * ((1 - direct) * total / _horizontal(level))
     sky = _turned(level, state.moon_azimuth_deg)[..., None] * sky_spectrum("moonlit_air")
-    if shown == 0:
+    if direct == 0:
         return _Light(sky, None)
     beam = sky_spectrum("moonlight") * air.transmission(NM, air.air_mass(height))
     disc = SkyDisc("moon", state.moon_azimuth_deg, height, MOON_DIAMETER_DEG, _table(beam))
-    # the sine of half a diameter for a moon on the horizon
-    lowest = np.radians(MOON_DIAMETER_DEG / 2)
-    rise = max(np.sin(np.radians(height)), lowest)
-    luminance = (1 - part) * total / disc.solid_angle_sr() / rise
-    radiance = beam / luminance_of(beam) * luminance
-    return _Light(
-        sky,
-        SkyDisc("moon", state.moon_azimuth_deg, height, MOON_DIAMETER_DEG, _table(radiance)),
-    )
+    luminance = direct * total / disc.solid_angle_sr() / rise
+    return _Light(sky, replace(disc, radiance=_table(beam / luminance_of(beam) * luminance)))
 
 
 def _parts(cube, nm):

@@ -1,15 +1,16 @@
 """The night sky without and with a moon: luminance by direction, cd/m2.
 
-| light | source |
-|---|---|
-| natural zenith, 1.74e-4 cd/m2 (22.0 mag per square arcsecond) | Falchi et al. (2016), Science Advances 2 |
-| of it airglow, zodiacal light and stars; rise to the horizon | Krisciunas and Schaefer (1991), PASP 103, equations 2 and 3 (van Rhijn's layer as Garstang 1989 has it) |
-| moonlight in the air | Krisciunas and Schaefer (1991), equations 9 and 15 to 21 |
-| zenith by class of site | classes: Bortle (2001), Sky and Telescope 101; magnitudes: usual assignment, middle of each class |
-| rise of a city's glow to the horizon, 1 mag at 70 degrees from the zenith | model, near what Garstang (1989), PASP 101, computes inside cities |
+- Natural zenith: 1.74e-4 cd/m2, 22.0 mag per square arcsecond (Falchi et al. 2016, Science Advances
+  2): airglow, zodiacal light and stars.
+- Its rise to the horizon: Krisciunas and Schaefer (1991), PASP 103, equations 2 and 3.
+- Moonlight in the air: the same, equations 9 and 15 to 21.
+- Zenith by class of site: classes of Bortle (2001), Sky and Telescope 101; magnitudes as usually
+  assigned, near the middle of each class.
+- A city's glow, 1 mag brighter at 70 degrees from the zenith: a model, near what Garstang (1989),
+  PASP 101, computes inside cities.
 
 Luminance = 10.8e4 cd/m2 x 10^(-0.4 m), m in magnitudes per square arcsecond.
-"""  # noqa: E501 (a table)
+"""
 
 from __future__ import annotations
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from datetime import UTC, datetime
+from importlib import import_module
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.extras import needed
@@ -18,7 +19,7 @@ def positions(latitude_deg: float, longitude_deg: float, time_utc: str) -> dict[
     ConfigError : the time cannot be read, or ephem is not installed.
     """
     with needed("a sky of a place and a time", extra="sky"):
-        import ephem
+        ephem = import_module("ephem")
     try:
         when = datetime.fromisoformat(time_utc)
     except ValueError:

@@ -1,23 +1,26 @@
 """Spectral power of the lights of the sky that are modelled here, per cd/m2.
 
-| light | model |
-|---|---|
-| twilight, blue part | sunlight scattered by molecules, whose colour further scattering pales (power 0.6 instead of 1: assumed), through ozone on its slant way, which keeps twilight blue (Hulburt 1953, J. Opt. Soc. Am. 43) |
-| twilight, glow at the horizon | sunlight through 12 air masses, scattered by haze |
-| moonlight | sunlight; the moon's reflectance rises by 1.6 from 400 to 700 nm, after Kieffer and Stone (2005), Astron. J. 129 |
-| moonlight in the air | that, scattered by molecules and haze |
-| natural night | even continuum of airglow and zodiacal light, starlight of 5000 K, and lines at 557.7, 589.3 and 630.0 nm with 12, 3 and 5 % of the luminance-weighted continuum's power: shares of a usual night (Leinert et al. 1998, A&A Suppl. 127) |
-| a city's glow | half high-pressure sodium, half white LED, as lamps are: assumed |
+- Twilight, blue part: sunlight scattered by molecules, whose colour further scattering pales (power
+  0.6 instead of 1: assumed), through ozone on its slant way, which keeps twilight blue (Hulburt
+  1953, J. Opt. Soc. Am. 43).
+- Twilight, glow at the horizon: sunlight through 12 air masses, scattered by haze.
+- Moonlight: sunlight; the moon's reflectance rises by 1.6 from 400 to 700 nm, after Kieffer and
+  Stone (2005), Astron. J. 129. In the air: scattered by molecules and haze.
+- Natural night: even continuum of airglow and zodiacal light, starlight of 5000 K, and lines at
+  557.7, 589.3 and 630.0 nm with 12, 3 and 5 % of the continuum's luminance: assumed, in the range
+  of usual nights (Leinert et al. 1998, A&A Suppl. 127).
+- A city's glow: half high-pressure sodium, half white LED, as lamps are: assumed.
 
 Sunlight is a black body of 5778 K. Only shapes count here: levels are those of `night_light` and
 `illuminance`.
-"""  # noqa: E501 (a table)
+"""
 
 from __future__ import annotations
 
 from functools import cache
 
 import numpy as np
+import numpy.typing as npt
 
 from isethdr_core.physics.photometry import LM_PER_W, v_lambda
 from isethdr_core.physics.radiometry import planck_radiance
@@ -44,9 +47,9 @@ def sky_spectrum(light: str) -> np.ndarray:
     return shape / luminance_of(shape)
 
 
-def luminance_of(spectra: np.ndarray) -> np.ndarray:
-    """Return cd/m2 of spectra (..., NM)."""
-    return np.asarray(spectra) @ (LM_PER_W * v_lambda(NM) * (NM[1] - NM[0]))
+def luminance_of(spectra: npt.ArrayLike, wavelength_nm: np.ndarray = NM) -> np.ndarray:
+    """Return cd/m2 of spectra (..., wavelength) at the first wavelengths of NM."""
+    return np.asarray(spectra) @ (LM_PER_W * v_lambda(wavelength_nm) * (NM[1] - NM[0]))
 
 
 def _sun():

@@ -67,10 +67,7 @@ def sky_state(preset: str, hour: Mapping[str, Any]) -> SkyState:
     for key in hour:
         if key not in (*STATE_KEYS, *PLACE_KEYS):
             known = (*STATE_KEYS, *PLACE_KEYS)
-            raise ConfigError(
-                f"scene.hour has no key {key!r}{did_you_mean(key, known)}; expected some of"
-                f" {', '.join(known)}"
-            )
+            raise ConfigError(f"scene.hour has no key {key!r}{did_you_mean(key, known)}")
     own = {k: v for k, v in hour.items() if k in STATE_KEYS}
     place = {k: v for k, v in hour.items() if k in PLACE_KEYS}
     found = replace(PRESETS[preset], **converted("scene.hour", SkyState, own, "+scene.hour."))

@@ -1,0 +1,121 @@
+"""A sky with a gradient, sun and moon, rendered."""
+
+import numpy as np
+import pytest
+from isethdr_mitsuba.renderer import MitsubaRenderer
+from isethdr_scenes.sky.dome import dome_of
+from isethdr_scenes.sky.state import SkyState
+
+from isethdr_core.data.sky import SkyDisc, SkyDome, SkyPart, sky_direction
+from isethdr_core.demand import Demand
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.scene import Camera, Spectrum, flat
+
+BANDS = {"first_nm": 450.0, "last_nm": 650.0, "step_nm": 50.0, "margin": 0.0}
+SUN_DEG, SUN_AROUND = 40.0, 90.0  # on the right
+LABELS = frozenset({"instance", "depth"})
+
+
+@pytest.fixture(scope="module")
+def day():
+    return dome_of(SkyState(sun_elevation_deg=SUN_DEG, sun_azimuth_deg=SUN_AROUND))
+
+
+def ground(make, half_m=200.0, z=0.0):
+    """A level square that faces up."""
+    v = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float) * half_m + [0, 0, z]
+    return make.part((v, np.array([[0, 1, 2], [0, 2, 3]])), "grey")
+
+
+def down_at(make, sky, *more):
+    """The ground seen from 10 m above, with `more` (name, category, parts, pose)."""
+    camera = Camera((0, 0, 10.0), (0.001, 0, 0), 60.0, 1.0)
+    return make.describe(
+        [("ground", "road", (ground(make),), make.pose()), *more], camera=camera, sky=sky
+    )
+
+
+def of(ds, name="sky"):
+    """Return luminance (row, column) of the bands rendered."""
+    return luminance(ds["radiance"].sel(light_group=name).values, ds.wavelength.values)
+
+
+def test_open_ground_has_the_irradiance_of_the_dome_and_a_shadow_that_of_its_sky(make, day):
+    pole = make.part(make.quad(0.5, 0.5), "black")
+    blind = make.pose(0, -10 / np.tan(np.radians(SUN_DEG)), 10, turn_deg=90)
+    scene = down_at(make, day, ("blind", "sign", (pole,), blind))
+    ds = MitsubaRenderer(**BANDS, width=32, height=32, samples=128, max_depth=2)(scene)
+    level = of(ds)
+    nm = ds.wavelength.values
+    alone = SkyDome(day.parts)
+    lit, shaded = (0.5 / np.pi * luminance(s.irradiance(nm), nm) for s in (day, alone))
+    # 1 %: noise of the median
+    assert np.median(level) == pytest.approx(lit, rel=0.01)
+    # a blind of 1 m shades some tiles of 0.36 m; it hides 1 % of the sky, noise is 4 %
+    assert np.sort(level.ravel())[1] == pytest.approx(shaded, rel=0.08)
+    assert lit > 3 * shaded
+
+
+def test_tiles_of_open_sky_have_its_radiance_without_noise(make, day):
+    camera = Camera((0, 0, 2.0), (1, 0, 2.5), 50.0, 1.0)
+    scene = make.describe([], camera=camera, sky=day)
+    ds = MitsubaRenderer(**BANDS, width=8, height=8, samples=8, max_depth=2)(scene)
+    x, y = np.meshgrid(ds.x.values, ds.y.values)
+    forward = np.array([1, 0, 0.5]) / np.hypot(1, 0.5)
+    right, below = np.array([0, -1.0, 0]), np.cross(forward, [0, -1.0, 0])
+    ray = forward + x[..., None] * right + y[..., None] * below
+    ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
+    fine = ds.wavelength.values[:, None] + np.linspace(-24, 24, 9)
+    expected = np.moveaxis(day.radiance(ray, fine.ravel()).reshape(8, 8, 5, 9).mean(-1), -1, 0)
+    # 0.3 %: nine points of a band, and float32
+    assert np.allclose(ds["radiance"].values[0], expected, rtol=3e-3)
+    assert ds["half_difference"].values == pytest.approx(0, abs=1e-3)
+
+
+def test_the_sun_is_seen_with_its_flux_and_belongs_to_the_sky(make):
+    disc = SkyDisc("sun", 0.0, 20.0, 0.53, flat(1e3))
+    pattern = np.zeros((9, 8))
+    sky = SkyDome((SkyPart(flat(1.0), pattern),), (disc,))
+    ahead = sky_direction(20, 0)
+    camera = Camera((5.0, 2, 1), tuple(np.array([5.0, 2, 1]) + ahead), 4.0, 1.0)
+    ds = MitsubaRenderer(**BANDS, width=20, height=20, samples=4)(
+        make.describe([], camera=camera, sky=sky), Demand(labels=LABELS)
+    )
+    tile = ds.attrs["pitch_x"] * ds.attrs["pitch_y"]
+    # 1e-3: solid angle of a tile against its tangents, 2 degrees off the axis
+    assert ds["radiance"].values[0, 0].sum() * tile == pytest.approx(
+        1e3 * disc.solid_angle_sr(), rel=1e-3
+    )
+    assert (ds["instance"] == 0).all()
+    assert np.isinf(ds["depth"].values).all()
+
+
+def test_the_variant_without_a_compiler_agrees(make, day):
+    scene = down_at(make, day)
+    found = {
+        variant: MitsubaRenderer(
+            **BANDS, width=4, height=4, samples=512, max_depth=2, variant=variant
+        )(scene)["radiance"]
+        .values[0]
+        .mean((1, 2))
+        for variant in ("auto", "scalar")
+    }
+    # 1 %: noise of 16 tiles, and one spectrum within a band in place of the other
+    assert found["scalar"] == pytest.approx(found["auto"], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "sky,last_nm,message",
+    [
+        ("day", 750.0, r"beyond the data of the sky \(360 to 720 nm\).*last_nm=720"),
+        ("narrow", 500.0, r"material narrow \(450 to 480 nm\).*renderer.last_nm=480"),
+    ],
+)
+def test_bands_without_data_are_refused_by_name(make, day, sky, last_nm, message):
+    paint = make.material("narrow", reflectance=Spectrum((450.0, 480.0), (0.1, 0.2)))
+    part = make.part(make.quad(1, 1), "narrow" if sky == "narrow" else "grey")
+    scene = make.describe([("wall", "building", (part,), make.pose(5))], sky=day, materials=[paint])
+    settings = {**BANDS, "last_nm": last_nm, "step_nm": 25.0}
+    with pytest.raises(ConfigError, match=message):
+        MitsubaRenderer(**settings, width=4, height=4, samples=1)(scene)
