@@ -260,47 +260,59 @@ class Acme:
 
 @hookimpl
 def isethdr_components():
-    return [Component("lens", "acme", {offered})]
+    return [Component("lens", "{name}", {offered})]
 '''
 
 
-@pytest.mark.parametrize(
-    ("head", "method", "said"),
-    [
-        ("", "keep_light(self, flares)", "did you mean keeps_light("),
-        ("", "keeps_light(self)", "cannot be called as keeps_light("),
-        ("ISETHDR_PLUGIN_API = {newer}", "keeps_light(self, flares)", "it needs plugin API"),
-        (
-            "from isethdr_core import something_new\nISETHDR_PLUGIN_API = {newer}",
-            "keeps_light(self, flares)",
-            "it needs plugin API",
-        ),
-        ("ISETHDR_PLUGIN_API = '2'", "keeps_light(self, flares)", "expected a whole number"),
-        ("ISETHDR_PLUGIN_API = {current}", "keeps_light(self, flares)", ""),
-    ],
-    ids=["misspelt", "mis-signed", "newer", "newer import", "no number", "current"],
-)
-def test_a_plugin_with_such_a_fault_is_one_line_and_the_others_go_on(tmp_path, head, method, said):
-    api = isethdr_core.PLUGIN_API
-    head = head.format(newer=api + 1, current=api)
-    source = LENS.format(head=head, method=method, offered="Acme")
-    shown = isethdr(
-        "plugins",
-        "lens",
-        plugins=[write_plugin(tmp_path, "acme", source)],
-        ISETHDR_PLUGINS="core,optics,acme",
-    )
-    assert shown.returncode == 0 and "diffraction_limited" in shown.stdout
+NEWER = isethdr_core.PLUGIN_API + 1
+KEEPS = "keeps_light(self, flares)"
+FAULTS = {  # what stands above the class, its method, and what is said of them
+    "acme_misspelt": ("", "keep_light(self, flares)", "did you mean keeps_light("),
+    "acme_signed": ("", "keeps_light(self)", "cannot be called as keeps_light("),
+    "acme_newer": (f"ISETHDR_PLUGIN_API = {NEWER}", KEEPS, "it needs plugin API"),
+    "acme_newer_import": (
+        f"from isethdr_core import something_new\nISETHDR_PLUGIN_API = {NEWER}",
+        KEEPS,
+        "it needs plugin API",
+    ),
+    "acme_no_number": ("ISETHDR_PLUGIN_API = '2'", KEEPS, "expected a whole number"),
+    "acme_current": (f"ISETHDR_PLUGIN_API = {isethdr_core.PLUGIN_API}", KEEPS, ""),
+}
+
+
+@pytest.fixture(scope="module")
+def listed(tmp_path_factory):
+    """Return what the command says of all lenses where each of these plugins is installed."""
+    folder = tmp_path_factory.mktemp("site")
+    for package, (head, method, _) in FAULTS.items():
+        source = LENS.format(name=package, head=head, method=method, offered="Acme")
+        write_plugin(folder, package, source)
+    packages = ",".join(["core", "optics", *FAULTS])
+    home = str(tmp_path_factory.mktemp("home"))
+    return isethdr("plugins", "lens", plugins=[folder], ISETHDR_PLUGINS=packages, ISETHDR_HOME=home)
+
+
+@pytest.mark.parametrize("package", FAULTS)
+def test_a_plugin_with_such_a_fault_is_one_line_and_the_others_go_on(listed, package):
+    said = FAULTS[package][2]
+    assert listed.returncode == 0 and "diffraction_limited" in listed.stdout
+    lines = [line for line in listed.stderr.splitlines() if re.search(rf"\b{package}\b", line)]
     if not said:
-        assert "acme" in shown.stdout and not shown.stderr
+        assert f"{package}  A lens of Acme" in listed.stdout and not lines
         return
-    assert "A lens of Acme" not in shown.stdout
-    [line] = [line for line in shown.stderr.splitlines() if line]
-    assert "skipped" in line and said in line and "acme" in line
+    assert f"{package}  A lens of Acme" not in listed.stdout
+    [line] = lines
+    assert "skipped" in line and said in line
+
+
+def test_faults_are_one_line_each(listed):
+    assert len([line for line in listed.stderr.splitlines() if line]) == len(FAULTS) - 1
 
 
 def test_a_class_that_is_loaded_on_first_use_is_checked_then(tmp_path):
-    source = LENS.format(head="", method="keep_light(self, flares)", offered='"acme:Acme"')
+    source = LENS.format(
+        name="acme", head="", method="keep_light(self, flares)", offered='"acme:Acme"'
+    )
     folder = write_plugin(tmp_path, "acme", source)
     assert isethdr("--help", plugins=[folder]).stderr == ""
     for command in (("plugins", "lens"), ("plan", "lens=acme")):
