@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.physics.optics.projection import angle_rad
 
 from ..imaging.accuracy_shares import PLACES_KNOB, SPECKLE_KNOB
 from .field_point_lens import FieldLens
@@ -36,15 +37,25 @@ class WavefrontLens(FieldLens):
         """Whether the point spread differs over the field."""
         return bool(self.field_zernike_um)
 
-    def wavefront_at(self, angle_rad: float) -> dict[int, float]:
-        """Return what comes on top of `zernike_um`, {OSA index: um}, for light from an angle off
-        the axis, along +x of the field.
+    def image_size_m(
+        self, width: float, height: float, projection: str = "tangent"
+    ) -> tuple[float, float]:
+        """Return (width, height) in metres of the image of a field; ConfigError where
+        `field_zernike_um` ends within the field.
+        """
+        if self.field_varies:
+            self.wavefront_at(float(angle_rad(width / 2, height / 2, projection)))
+        return FieldLens.image_size_m(self, width, height, projection)
+
+    def wavefront_at(self, off_axis_rad: float) -> dict[int, float]:
+        """Return the coefficients to add to `zernike_um`, {OSA index: um}, for light from an angle
+        off the axis, along +x of the field.
 
         Raises
         ------
         ConfigError : beyond the last angle of `field_zernike_um`.
         """
-        known, angle = list(self.field_zernike_um), float(np.degrees(angle_rad))
+        known, angle = list(self.field_zernike_um), float(np.degrees(off_axis_rad))
         if angle > known[-1] * (1 + 1e-9):
             raise ConfigError(
                 f"lens.field_zernike_um ends at {known[-1]:g} degrees, the field reaches"

@@ -223,3 +223,13 @@ def test_bad_input_is_refused():
         WavefrontLens(zernike_um={4: 400.0}).psf([550], 1.0, 64)
     with pytest.raises(ConfigError, match="diffraction_limited"):
         IdealLens()(good, [ApertureFlare()])
+
+
+def test_a_table_of_wavefronts_that_ends_within_the_field_is_refused_before_any_work():
+    lens = WavefrontLens(field_zernike_um={0: {}, 20: {8: 0.1}})
+    wide, narrow = (2 * np.tan(np.radians(half)) for half in (22.5, 15.0))
+    with pytest.raises(ConfigError, match="ends at 20 degrees, the field reaches 25.4"):
+        lens.image_size_m(wide, wide * 9 / 16)
+    assert lens.image_size_m(narrow, narrow * 9 / 16) == pytest.approx(
+        DiffractionLimitedLens().image_size_m(narrow, narrow * 9 / 16), rel=1e-12
+    )
