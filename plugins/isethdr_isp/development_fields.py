@@ -27,7 +27,7 @@ class Development:
     demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned"] = "bilinear"
     # black level and dark charge: as the sensor states them, or the mean of its optical black rows
     black: Literal["stated", "optical"] = "stated"
-    # pixels that the sensor's map of defects names: kept as they are, or taken from neighbours
+    # pixels in the sensor's map of defects: kept, or interpolated from neighbours
     defects: Literal["kept", "interpolated"] = "kept"
     denoise: Literal["none", "nl_means"] = "none"  # denoise method, applied before the demosaic
     # file with measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty

@@ -1,4 +1,4 @@
-"""Ranges of the fields of scenes: what the models can be placed within, and generous for charts."""
+"""Ranges of the fields of scenes: within what the models can be placed, and wide for charts."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from isethdr_core.errors import UnitError
 from ..readout.noise_propagation import Kernel, Kernels, independent
 
 LARGEST_RADIUS = 8  # pixels; covers arrays of period 8, the largest in production is 4
-EXACT = 1e-9  # how well a plane's moments must be met to count as determined
+EXACT = 1e-9  # largest error of the moments of a plane that counts as determined
 
 
 def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
@@ -179,7 +179,7 @@ def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
             dy,
             dx,
             tent / tent.sum(),
-        )  # nothing better may follow at a border of a large pattern
+        )  # kept if no larger window at the border determines a plane
     keep = np.abs(best[2]) > EXACT
     return list(zip(*(v[keep].tolist() for v in best)))
 

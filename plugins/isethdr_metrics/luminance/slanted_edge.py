@@ -64,7 +64,8 @@ class SlantedEdgeResponse:
         scores = []
         segments = curve["segments"]
         for name, unit, values in (("mtf50", "cycles per pixel", half), ("nyquist", "", nyquist)):
-            # Student's factor, and the root that resampling so few segments leaves out
+            # Student's factor, and the correction n / (n - 1) of the variance from resampling n
+            # segments
             spread = (
                 np.std(values[1:])
                 * np.sqrt(segments / (segments - 1))
@@ -160,7 +161,7 @@ def _line(true):
     sign = np.sign(step.sum())
     strength = np.maximum(sign * step, 0.0)
     sums = strength.sum(1)
-    # most of all change has to be this one edge, in every row
+    # this edge must be most of the change in every row
     if sign == 0 or np.any(sums <= 0) or np.abs(step).sum() > 1.2 * sums.sum():
         return None
     columns = np.arange(step.shape[1]) + 0.5
@@ -180,7 +181,7 @@ def _line(true):
 
 
 def _room(slope, offset, shape) -> int:
-    """Return how many pixels there are beside the edge, in every row, on the narrower side."""
+    """Return the number of pixels beside the edge, on the narrower side, over all rows."""
     ends = offset, offset + slope * (shape[0] - 1)
     return int(min(min(ends), shape[1] - 1 - max(ends)))
 
@@ -188,7 +189,7 @@ def _room(slope, offset, shape) -> int:
 def _line_spread(count, across, total):
     """Return the windowed line spread from the sums of one resample of segments."""
     held = count > 0
-    # a bin's samples do not fill it evenly: it counts at the mean of their places
+    # samples do not fill a bin evenly, so the bin is placed at their mean position
     profile = np.interp(
         np.arange(len(total)) + 0.5, across[held] / count[held], total[held] / count[held]
     )
