@@ -70,7 +70,8 @@ class AccuracyKnob:
     field : the name of the field.
     values : what a study tries, from the cheapest to the finest.
     error_of : the quantity that the knob makes wrong; the study compares that quantity.
-    cost : of a value: a `Cost`, or a function(value) -> seconds. None: not known.
+    cost : of a value: a `Cost`, or a function(value) -> seconds. None: not known. A budget adds up
+        the seconds of its knobs; of others only ratios count, so that any unit serves.
     part : the part of that quantity that is wrong, by the name that its maker declared; None: all.
     reference : a value finer than `values`, for the study's reference alone; None: the finest.
     independent : {field: value} that the reference has besides, so that it does not share the
@@ -98,11 +99,18 @@ class AccuracyKnob:
         """Return the value of the reference."""
         return self.tried()[-1] if self.reference is None else self.reference
 
-    def seconds(self, value: Any) -> float:
-        """Return the cost of a value by the declared model (see `Cost`); NaN without a model."""
-        if self.cost is None or value is None:
+    def relative_cost(self, value: Any, other: Any) -> float:
+        """Return the cost of a value over that of another, by the declared model.
+
+        NaN where that is not known: without a model, and for a `Cost` without a power, which is
+        known but for a constant.
+        """
+        if self.cost is None or value is None or other is None:
             return math.nan
-        return float(self.cost.of(value) if isinstance(self.cost, Cost) else self.cost(value))
+        if isinstance(self.cost, Cost):
+            return float((value / other) ** -self.cost.power) if self.cost.power else math.nan
+        whole = float(self.cost(other))
+        return float(self.cost(value)) / whole if whole > 0 else math.nan
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,14 @@ after Ctrl-C, mistakes.
 from __future__ import annotations
 
 import csv
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 import typer
+from isethdr_isp.linear import LinearIsp
+from isethdr_sensors.bayer import BayerSensor
 from isethdr_workflows import accuracy as package
 from isethdr_workflows.accuracy import accuracy, summary
 from isethdr_workflows.study_command import study
@@ -67,6 +70,31 @@ class Pairs:
         return [Score("acme", value, "1", low=value - 0.1, high=value + 0.1)]
 
 
+@dataclass(frozen=True)
+class Steps(BayerSensor):
+    """A sensor of an outside package that counts 1 / steps too many electrons."""
+
+    steps: int = 8
+
+    accuracy_knobs = (AccuracyKnob("steps", (4, 8), Quantity.ELECTRONS, reference=10_000),)
+
+    def expected(self, light):
+        return super().expected(light) * (1 + 1 / self.steps)
+
+
+@dataclass(frozen=True)
+class Passes(LinearIsp):
+    """Image processing of an outside package that is 1 / passes too bright."""
+
+    passes: int = 8
+
+    accuracy_knobs = (AccuracyKnob("passes", (4, 8), Quantity.PICTURE, reference=10_000),)
+
+    def __call__(self, captures):
+        picture = super().__call__(captures)
+        return picture.assign(xyz=picture["xyz"] * (1 + 1 / self.passes))
+
+
 @pytest.fixture
 def home(tmp_path, monkeypatch):
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "home"))
@@ -107,7 +135,7 @@ def test_the_command_measures_a_knob_of_an_outside_plugin(tmp_path):
         assert row["compared"] == "irradiance"
         # float32: 6e-8 of 1.5 each
         assert float(row["error"]) == pytest.approx(light / right - 1, rel=1e-4)
-        assert float(row["declared_cost"]) == int(row["value"])
+        assert float(row["relative_cost"]) == int(row["value"]) / 4
         assert float(row["cpu_s"]) > 0 and float(row["cpu_s_again"]) > 0
     # electrons follow light, and a pixel's noise is the same for all
     of_noise, own = (np.array([float(r[k]) for r in rows]) for k in ("error_of_noise", "error"))
@@ -125,6 +153,24 @@ def test_scores_are_compared_in_half_intervals(home, monkeypatch):
         off = 2.0 * (1 + 1 / row["value"]) - right
         assert row["compared"] == "score" and row["error"] == pytest.approx(off / right, rel=1e-9)
         assert row["error_of_noise"] == pytest.approx(off / 0.1, rel=1e-9)
+
+
+def test_knobs_of_one_of_two_cameras_and_of_the_isp(home, monkeypatch):
+    offered = Component("sensor", "acme", Steps), Component("isp", "acme", Passes)
+    for component in offered:
+        place = (component.kind, component.name)
+        monkeypatch.setitem(registry.components(), place, component)
+    monkeypatch.setattr(package, "draw", lambda *_: None)  # drawn by the tests beside this one
+    setup = [*SMALL[:-1], "~cameras.rgbw", "~cameras.split_pixel", "isp=acme"]
+    setup += ["sensor@cameras.bayer=acme", "+sensor@cameras.other=bayer"]
+    for knob, compared in (("cameras.bayer.steps", "electrons"), ("isp.passes", "picture")):
+        rows = accuracy(*setup, knob=knob, folder=str(home))
+        assert [row["value"] for row in rows] == [4, 8]
+        errors = [row["error"] for row in rows]
+        # 1 / steps beyond the reference of 1 + 1e-4: the other camera has no error
+        assert errors[0] / errors[1] == pytest.approx((1 / 4 - 1e-4) / (1 / 8 - 1e-4), rel=1e-6)
+        assert {row["compared"] for row in rows} == {compared}
+        assert all(math.isnan(row["relative_cost"]) for row in rows)  # no model
 
 
 def test_narrower_bands_are_better_down_to_the_reference(home):

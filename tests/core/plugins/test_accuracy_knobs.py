@@ -99,8 +99,16 @@ def test_a_cost_is_a_power_law_or_a_function():
     assert Cost(3.0, 2.0).of(0.1) == pytest.approx(300.0)
     assert Cost(3.0, -1.0).of(64) == pytest.approx(192.0)  # samples
     assert Cost(3.0).of(math.exp(-2)) == pytest.approx(6.0)
-    assert dataclasses.replace(GOOD, cost=lambda rays: rays**2).seconds(4) == 16.0
-    assert math.isnan(dataclasses.replace(GOOD, cost=None).seconds(4))
+
+
+def test_costs_of_a_knob_are_ratios_and_not_known_without_a_model():
+    assert GOOD.relative_cost(2, 8) == 4.0  # in inverse proportion
+    squares = dataclasses.replace(GOOD, cost=lambda rays: rays**2)
+    assert squares.relative_cost(8, 4) == 4.0
+    assert math.isnan(squares.relative_cost(8, 0))
+    for cost in (None, Cost(1.0)):  # a `Cost` without a power is known but for a constant
+        assert math.isnan(dataclasses.replace(GOOD, cost=cost).relative_cost(8, 4))
+    assert math.isnan(GOOD.relative_cost(None, 4))
 
 
 BUNDLED = {
@@ -123,7 +131,8 @@ def test_bundled_components_declare_their_knobs_and_accept_every_value():
         for knob in knobs:
             for value in (*knob.tried(), knob.finest()):
                 build(kind, name, **{knob.field: value, **knob.independent})
-            costs = [knob.seconds(value) for value in (*knob.tried(), knob.finest())]
+            first, *finer = knob.tried()
+            costs = [knob.relative_cost(value, first) for value in (first, *finer, knob.finest())]
             assert costs == sorted(costs) or all(map(math.isnan, costs))  # cheapest first
     assert {key: declared.get(key) for key in BUNDLED} == BUNDLED
     charts = {key for key in declared if key[0] == "scene"}

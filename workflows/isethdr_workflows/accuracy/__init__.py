@@ -88,7 +88,7 @@ class Study:
             "error_of_noise": off.of_noise,
             "cpu_s": done.first_s,
             "cpu_s_again": done.again_s,
-            "declared_cost": knob.seconds(job.value),
+            "relative_cost": knob.relative_cost(job.value, found.values()[0]),
             "part": knob.part or "",
             "reference": _written(found),
             "allowed": self.allowed,
@@ -113,9 +113,9 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
     -------
     rows with knob, value, now (whether the configuration has it), error of 99 % and of half of the
     values with its unit and the quantity compared, error of 99 % of the pixels in standard
-    deviations of the sensor's noise, CPU seconds with nothing at hand and at once again, the
-    declared cost, the part of the light, the reference, and the share of the noise that the
-    configuration allows.
+    deviations of the sensor's noise, CPU seconds with nothing at hand and at once again, the cost
+    over that of the knob's first value by the component's model (NaN: not known), the part of the
+    light, the reference, and the share of the noise that the configuration allows.
 
     Raises
     ------
