@@ -14,6 +14,7 @@
 | retro_reflectors | sheeting, reflectors and animal eyes |
 | road_photometry | Q0, S1, S2 and R_L of any surface |
 | geometry | meshes computed from parameters |
+| photometry | families of lamps, files of measured ones, limits of regulations |
 | sky | day, twilight and night by direction, with sun and moon |
 | charts | test charts whose radiance is known |
 | iset_exr | scenes of the published ISETHDR deposit |
@@ -22,6 +23,8 @@
 
 from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
+
+from .photometry.command import lamp_command
 
 COMPONENTS = [
     Component("scene", "night_drive", "isethdr_scenes.night_drive:NightDrive"),
@@ -41,6 +44,12 @@ __getattr__ = class_getter(__name__, COMPONENTS)
 def isethdr_components():
     """Return the scenes."""
     return COMPONENTS
+
+
+@hookimpl
+def isethdr_commands(app):
+    """Add `isethdr lamp`."""
+    app.command("lamp")(lamp_command)
 
 
 @hookimpl

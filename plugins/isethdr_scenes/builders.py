@@ -15,6 +15,7 @@ from .geometry.surroundings import house, plants, road, roadside, tube
 from .geometry.vehicles import bus, car, car_shapes, headlamp, truck
 from .lamp_spectra import spectrum_of
 from .materials import used
+from .photometry.families import family
 from .placement import Spot, eye
 from .sky.choice import sky_of_scene
 
@@ -76,7 +77,7 @@ def describe(
     """Return the description of a `scene` (a component with the fields of camera, sky and road
     surface) whose camera looks at `target`.
     """
-    models, objects = place(spots, ground, light)
+    models, objects = place(spots, ground, light, scene.headlamp_beam)
     position = eye(ground, scene.camera_height_m)
     camera = Camera(
         tuple(position.tolist()),
@@ -96,10 +97,10 @@ def describe(
 
 
 def place(
-    spots: list[Spot], ground, spectra: dict[str, str]
+    spots: list[Spot], ground, spectra: dict[str, str], beam: str = "dipped_r112_b"
 ) -> tuple[dict[str, Model], tuple[Placed, ...]]:
     """Return the models and the placed objects of `spots`; `spectra` names a lamp spectrum per
-    light group.
+    light group, `beam` the family of all headlamps that are on.
     """
     names, models, objects = {}, {}, []
     for spot in spots:
@@ -109,9 +110,8 @@ def place(
             built = (
                 _built if spot.recipe[0] not in IN_PLACE else _built.__wrapped__
             )  # what depends on the ground serves one scene only
-            models[names[key]] = _switched(
-                replace(built(spot.recipe), name=names[key]), spot.lamps, spectra
-            )
+            model = _switched(replace(built(spot.recipe), name=names[key]), spot.lamps, spectra)
+            models[names[key]] = _with_beam(model, beam)
         pose = ground.place(spot.s_m, spot.y_m, spot.turn_deg, spot.z_m) @ piece.pose(
             scale=(spot.scale,) * 3
         )
@@ -148,3 +148,20 @@ def _switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str]) -> 
         )
 
     return Model(model.name, tuple(switch(p) for p in model.parts))
+
+
+def _with_beam(model: Model, beam: str) -> Model:
+    """Return the model with headlamps of the family `beam`; they are built with dipped beams of
+    class B.
+    """
+    if beam == "dipped_r112_b":
+        return model
+    pattern = family(beam)
+
+    def fit(part):
+        if part.lamp is None or part.lamp.kind != "low_beam":
+            return part
+        lamp = replace(part.lamp, table=pattern.table, intensity_cd=pattern.intensity_cd)
+        return replace(part, lamp=lamp)
+
+    return Model(model.name, tuple(fit(p) for p in model.parts))

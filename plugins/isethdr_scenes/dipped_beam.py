@@ -10,6 +10,7 @@ aims a lamp.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -25,29 +26,53 @@ HOT_DOWN, FLOOD_DOWN = 2.1, 4.5  # where hot spot and flood have half of their l
 FLOOD_HALF_WIDTH = 22.0
 STRAY_UP, STRAY_ASIDE = 10.0, 30.0
 EDGE = 50.0  # the table ends there
-# --- candela ---
-HOT_CD, FLOOD_CD, STRAY_CD = 15_000.0, 4_800.0, 170.0
+
+
+@dataclass(frozen=True)
+class BeamLevels:
+    """Candela of the parts of a dipped beam."""
+
+    hot_cd: float
+    flood_cd: float
+    stray_cd: float
+
+
+R112_B = BeamLevels(15_000.0, 4_800.0, 170.0)  # UN R112, class B
+CLASS_C = BeamLevels(17_000.0, 8_500.0, 170.0)  # UN R149-01, class C: wider and brighter
 
 
 def candela(left_deg: np.ndarray, up_deg: np.ndarray) -> np.ndarray:
+    """Return the luminous intensity, cd, of class B at angles left of and above the axis,
+    degrees.
+    """
+    return candela_of(R112_B, left_deg, up_deg)
+
+
+def candela_of(levels: BeamLevels, left_deg: np.ndarray, up_deg: np.ndarray) -> np.ndarray:
     """Return the luminous intensity, cd, at angles left of and above the axis, degrees."""
     left, up = np.broadcast_arrays(np.asarray(left_deg, float), np.asarray(up_deg, float))
     down = np.maximum(-up, 0.0)
     cut_off = -CUT_OFF_DOWN + RISE * np.maximum(-left, 0.0)
     below = 1 / (1 + np.exp(np.clip((up - cut_off) / STEP_WIDTH, -60, 60)))
-    hot = HOT_CD / (1 + (down / HOT_DOWN) ** 2)
+    hot = levels.hot_cd / (1 + (down / HOT_DOWN) ** 2)
     hot = hot * np.exp(-(((left + HOT_RIGHT) / HOT_HALF_WIDTH) ** 2))
-    flood = FLOOD_CD / (1 + (down / FLOOD_DOWN) ** 2) * np.exp(-((left / FLOOD_HALF_WIDTH) ** 2))
-    stray = STRAY_CD * np.exp(-((up / STRAY_UP) ** 2) - (left / STRAY_ASIDE) ** 2)
+    flood = levels.flood_cd / (1 + (down / FLOOD_DOWN) ** 2)
+    flood = flood * np.exp(-((left / FLOOD_HALF_WIDTH) ** 2))
+    stray = levels.stray_cd * np.exp(-((up / STRAY_UP) ** 2) - (left / STRAY_ASIDE) ** 2)
     return below * (hot + flood) + stray
 
 
 @cache
-def dipped_beam() -> IntensityTable:
-    """Return the beam as a table relative to its largest intensity, which is `PEAK_CD`."""
+def beam_table(levels: BeamLevels) -> tuple[IntensityTable, float]:
+    """Return a beam as a table relative to its largest intensity, and that, cd."""
     left, up = nodes_deg()
-    value = candela(left, up[:, None])
-    return IntensityTable(left, up, value / value.max())
+    value = candela_of(levels, left, up[:, None])
+    return IntensityTable(left, up, value / value.max()), float(value.max())
+
+
+def dipped_beam() -> IntensityTable:
+    """Return the beam of class B as a table relative to its largest intensity, `PEAK_CD`."""
+    return beam_table(R112_B)[0]
 
 
 def nodes_deg() -> tuple[np.ndarray, np.ndarray]:
@@ -59,4 +84,4 @@ def nodes_deg() -> tuple[np.ndarray, np.ndarray]:
     return np.r_[-aside[:0:-1], aside], up
 
 
-PEAK_CD = float(candela(nodes_deg()[0], nodes_deg()[1][:, None]).max())
+PEAK_CD = beam_table(R112_B)[1]

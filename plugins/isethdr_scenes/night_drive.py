@@ -68,6 +68,8 @@ class NightDrive:
     curvature_per_m: tuple[Curvature, Curvature] = (0.0008, 0.0018)
     # spectrum of all vehicle headlamps
     headlamp_light: Literal["led_white", "halogen"] = "led_white"
+    # beam of all vehicle headlamps (docs/explanation/lamps.md)
+    headlamp_beam: Literal["dipped_r112_b", "dipped_r149_c", "driving"] = "dipped_r112_b"
     # spectrum of the street lamps
     street_light: Literal["sodium", "led_white", "metal_halide"] = "sodium"
     braking: bool = False  # brake lights of the car ahead are on

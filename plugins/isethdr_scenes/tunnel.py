@@ -50,6 +50,8 @@ class Tunnel:
     tunnel_light: Literal["led_white", "sodium"] = "sodium"  # spectrum of the luminaires
     # spectrum of all vehicle headlamps
     headlamp_light: Literal["led_white", "halogen"] = "led_white"
+    # beam of all vehicle headlamps (docs/explanation/lamps.md)
+    headlamp_beam: Literal["dipped_r112_b", "dipped_r149_c", "driving"] = "dipped_r112_b"
     braking: bool = True  # brake lights of the car ahead are on
     # asphalt: dry r1 to r4, c1, c2; damp; wet w1, w2, c2w3, c2w4 (docs/explanation/scenes.md)
     road_surface: RoadSurfaceName = DEFAULT

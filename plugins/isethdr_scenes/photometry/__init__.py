@@ -1,0 +1,13 @@
+"""Photometry of lamps: families as tables of candela, files of measured lamps, and rules.
+
+| file | holds |
+|---|---|
+| families | bundled lamps, each within its regulation |
+| rules | limits of regulations, `rules.csv`, and the check of any table against them |
+| iesna | files of LM-63 (.ies) |
+| eulumdat | files of EULUMDAT (.ldt) |
+| angles | from the angles of such files to those of a table |
+| isocandela | a plot of equal intensities |
+| report | a lamp and its rules, printed |
+| command | `isethdr lamp` |
+"""

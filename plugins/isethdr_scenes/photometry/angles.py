@@ -1,0 +1,71 @@
+"""From the angles of photometric files to those of an `IntensityTable`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import RegularGridInterpolator
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.scene import IntensityTable
+
+WIDEST_DEG = 90.0  # what lies behind a lamp is left out
+STEP_DEG = 1.0  # of tables made from polar files
+
+
+class MeasuredLamp(NamedTuple):
+    """A table relative to its largest intensity, and that intensity, cd."""
+
+    table: IntensityTable
+    intensity_cd: float
+
+
+def from_polar(c_deg, gamma_deg, candela) -> MeasuredLamp:
+    """Return a lamp of C planes and gamma angles, degrees, whose axis is gamma 0.
+
+    Parameters
+    ----------
+    c_deg : (planes,) increasing from 0 to 360. C0 is to the right of a lamp that looks ahead, C90
+        up.
+    gamma_deg : (angles,) increasing, from 0 on.
+    candela : (planes, angles).
+    """
+    side = np.arange(-WIDEST_DEG, WIDEST_DEG + STEP_DEG / 2, STEP_DEG)
+    left, up = np.radians(side), np.radians(side)[:, None]
+    ahead, aside, above = np.cos(up) * np.cos(left), np.cos(up) * np.sin(left), np.sin(up)
+    gamma = np.degrees(np.arccos(np.clip(ahead, -1, 1)))
+    plane = np.mod(np.degrees(np.arctan2(above, -aside)), 360)
+    return _lamp(side, side, _looked_up(c_deg, gamma_deg, candela, plane, gamma))
+
+
+def from_level(right_deg, up_deg, candela, polar_axis_level: bool) -> MeasuredLamp:
+    """Return a lamp of angles to the right and up, degrees, increasing, and candela (right, up).
+
+    `polar_axis_level`: type B of LM-63, whose planes turn about a level axis; else type A, whose
+    planes turn about the vertical, as those of a table.
+    """
+    right, above = np.asarray(right_deg, float), np.asarray(up_deg, float)
+    value = np.asarray(candela, float)
+    if not polar_axis_level:
+        return _lamp(-right[::-1], above, value[::-1].T)
+    left_nodes = -right[::-1]
+    left, up = np.radians(left_nodes), np.radians(above)[:, None]
+    x = np.degrees(np.arcsin(-np.cos(up) * np.sin(left)))
+    y = np.degrees(np.arctan2(np.sin(up), np.cos(up) * np.cos(left)))
+    return _lamp(left_nodes, above, _looked_up(right, above, value, x, y))
+
+
+def _looked_up(first, second, values, at_first, at_second):
+    look = RegularGridInterpolator((first, second), values, bounds_error=False, fill_value=0.0)
+    return look(np.stack(np.broadcast_arrays(at_first, at_second), -1))
+
+
+def _lamp(left, up, value):
+    peak = float(np.max(value, initial=0.0))
+    if not np.isfinite(value).all() or np.min(value) < 0 or peak == 0:
+        raise ConfigError(
+            "the file has negative intensities or none at all; expected candela, 0 or more, with"
+            " some light in front of the lamp"
+        )
+    return MeasuredLamp(IntensityTable(left, up, value / peak), peak)

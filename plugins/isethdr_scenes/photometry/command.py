@@ -1,0 +1,17 @@
+"""`isethdr lamp`: check a lamp against its rules, and draw its isocandela plot.
+
+Imports nothing that takes time: every command line loads this file.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+
+def lamp_command(lamp: str, rules: str = "", plot: str = "") -> None:
+    """Check a lamp against rules of candela, and draw its isocandela plot.
+
+    LAMP is a bundled family, such as dipped_r112_b, or a file (.ies, .ldt). --rules: sets of rules,
+    separated by commas; a bundled family has its own. --plot: the picture to write.
+    """
+    import_module(f"{__package__}.report").report(lamp, rules, plot)

@@ -1,0 +1,58 @@
+"""Files of EULUMDAT (Stockmar 1990): candela per 1000 lm in C planes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+from .angles import MeasuredLamp, from_polar
+
+HEAD_LINES = 26  # up to the number of lamp sets
+SET_LINES, RATIO_LINES = 6, 10
+
+
+def read_ldt(path: Path) -> MeasuredLamp:
+    """Return the lamp of a file; raise ConfigError where it is not what EULUMDAT says."""
+    lines = [line.strip() for line in path.read_text(encoding="latin-1").splitlines()]
+    number = lambda line: float(lines[line - 1].replace(",", "."))
+    try:
+        symmetry, planes, angles = int(number(3)), int(number(4)), int(number(6))
+        factor, sets = number(24), int(number(HEAD_LINES))
+        # two blocks of three lines and more each: lamps, kind, flux, colour, rendering, watts
+        flux = sum(number(HEAD_LINES + SET_LINES * k + 3) for k in range(sets))
+        first = HEAD_LINES + SET_LINES * sets + RATIO_LINES
+        values = np.array([float(v.replace(",", ".")) for v in lines[first:] if v])
+        c_deg, gamma_deg, rest = np.split(values, [planes, planes + angles])
+        given = {0: planes, 1: 1, 2: planes // 2 + 1, 3: planes // 2 + 1, 4: planes // 4 + 1}
+        candela = rest[: given[symmetry] * angles].reshape(given[symmetry], angles)
+    except (ValueError, IndexError, KeyError):
+        raise ConfigError(
+            f"{path.name} ends early or holds other lines than EULUMDAT has; expected its 26 lines,"
+            " the lamp sets, ratios, angles and candela per 1000 lm"
+        ) from None
+    c_deg, candela = _whole_turn(symmetry, c_deg, candela)
+    return from_polar(c_deg, gamma_deg, candela * factor * flux / 1000)
+
+
+def _whole_turn(symmetry, c_deg, candela):
+    """Return C planes from 0 to 360 degrees and their candela, where one plane (symmetry 1), a half
+    (2: C0 to C180, 3: C90 to C270) or a quarter (4) stands for all.
+    """
+    whole = np.r_[c_deg, 360.0]
+    if symmetry == 1:
+        return np.array([0.0, 360.0]), np.repeat(candela, 2, 0)
+    turn = np.mod(whole, 360)
+    if symmetry == 3:
+        given = c_deg[(c_deg >= 90) & (c_deg <= 270)]
+        turn = np.where(turn < 90, 180 - turn, np.where(turn > 270, 540 - turn, turn))
+    else:
+        given = c_deg[: len(candela)]
+        if symmetry in (2, 4):
+            turn = np.minimum(turn, 360 - turn)
+        if symmetry == 4:
+            turn = np.minimum(turn, 180 - turn)
+    nearest = np.abs(turn[:, None] - given).argmin(1)
+    return whole, candela[nearest]

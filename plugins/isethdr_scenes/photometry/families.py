@@ -1,0 +1,82 @@
+"""Families of vehicle lamps as tables of candela over two angles, within their regulations.
+
+Models for right-hand traffic, designed by hand, not measured. `rules.csv` holds the limits that
+each is checked against. A bicycle's lamps have no rules there: no text of them was opened.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.scene import IntensityTable
+
+from ..dipped_beam import CLASS_C, R112_B, beam_table, nodes_deg
+
+
+class LampPattern(NamedTuple):
+    """A table relative to its largest intensity, that intensity, cd, and the names of its rules."""
+
+    table: IntensityTable
+    intensity_cd: float
+    rules: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A lamp whose intensity falls from the axis as Gaussians of both angles, over a faint rest."""
+
+    axis_cd: float
+    aside_deg: float  # where the light has fallen to 1 / e
+    up_deg: float
+    rules: tuple[str, ...] = ()
+    rest: float = 0.01  # of the axis, within 80 degrees aside and 20 up and down: still seen there
+
+
+SIGNALS = {
+    "daytime": Signal(800, 18, 8, ("daytime",)),
+    "front_position": Signal(40, 14, 9, ("front_position",)),
+    "rear_position": Signal(8, 14, 9, ("rear_position",)),
+    "stop": Signal(90, 14, 9, ("stop",)),
+    "stop_high": Signal(45, 15, 13, ("stop_high",)),
+    "indicator_front": Signal(250, 14, 9, ("indicator_front",)),
+    "indicator_rear": Signal(120, 14, 9, ("indicator_rear",)),
+    "reversing": Signal(150, 40, 9, ("reversing",)),
+    "side_marker": Signal(8, 30, 12, ("side_marker",)),
+    "bicycle_front": Signal(50, 10, 5),
+    "bicycle_rear": Signal(5, 40, 12),
+    "motorcycle_rear_position": Signal(8, 14, 9, ("rear_position",)),
+    "motorcycle_stop": Signal(70, 14, 9, ("motorcycle_stop",)),
+    "motorcycle_indicator_rear": Signal(120, 14, 9, ("motorcycle_indicator_rear",)),
+}
+# driving beam: (cd, half width aside and up in degrees to 1 / e) of a hot spot and its surround
+DRIVING = ((60_000.0, 3.2, 1.8), (12_000.0, 9.5, 3.5), (1_500.0, 25.0, 8.0))
+FAMILIES = ("dipped_r112_b", "dipped_r149_c", "driving", *SIGNALS)
+
+
+@cache
+def family(name: str) -> LampPattern:
+    """Return a lamp of `FAMILIES`."""
+    if name == "dipped_r112_b":
+        return LampPattern(*beam_table(R112_B), ("r112_b",))
+    if name == "dipped_r149_c":
+        return LampPattern(*beam_table(CLASS_C), ("r149_c",))
+    if name == "driving":
+        left, up = nodes_deg()
+        value = sum(
+            cd * np.exp(-((left / a) ** 2) - (up[:, None] / b) ** 2) for cd, a, b in DRIVING
+        )
+        return _pattern(left, up, value, ("r112_b_driving", "r149_b_driving"))
+    signal = SIGNALS[name]
+    left, up = np.arange(-80.0, 81.0, 2.0), np.arange(-20.0, 20.1, 1.0)
+    fall = np.exp(-((left / signal.aside_deg) ** 2) - (up[:, None] / signal.up_deg) ** 2)
+    value = signal.axis_cd * ((1 - signal.rest) * fall + signal.rest)
+    return _pattern(left, up, value, signal.rules)
+
+
+def _pattern(left, up, value, rules):
+    peak = float(value.max())
+    return LampPattern(IntensityTable(left, up, value / peak), peak, rules)

@@ -1,0 +1,81 @@
+"""Files of ANSI/IES LM-63 (1986 to 2019): candela in C planes (type C), or in level angles (A, B).
+
+Level angles count to the right as seen from the lamp. A file of one quarter or half is completed by
+its symmetry. Ballast factor and multiplier are multiplied in; tilt, and the luminous opening, are
+not used.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+from .angles import MeasuredLamp, from_level, from_polar
+
+TYPES = {1: "C", 2: "B", 3: "A"}
+
+
+def read_ies(path: Path) -> MeasuredLamp:
+    """Return the lamp of a file; raise ConfigError where it is not what LM-63 says."""
+    text = path.read_text(encoding="latin-1")
+    head, tilt, rest = text.partition("TILT=")
+    if not tilt:
+        raise ConfigError(f"{path.name} has no line TILT=; expected a file of LM-63")
+    kind, _, rest = rest.partition("\n")
+    try:
+        numbers = [float(v) for v in rest.replace(",", " ").split()]
+        if kind.strip() == "INCLUDE":
+            numbers = numbers[2 + 2 * int(numbers[1]) :]
+        head_numbers, numbers = numbers[:13], numbers[13:]
+        count, across, photometry = (int(head_numbers[k]) for k in (3, 4, 5))
+        factor = head_numbers[2] * head_numbers[10]
+        vertical, level, candela = np.split(np.array(numbers), [count, count + across])
+        candela = factor * candela[: count * across].reshape(across, count)
+    except (ValueError, IndexError):
+        raise ConfigError(
+            f"{path.name} ends early or holds no numbers after TILT={kind.strip()}; expected 13"
+            " numbers, the angles and the candela of LM-63"
+        ) from None
+    _check(path, vertical, level, photometry, count * across)
+    if TYPES[photometry] == "C":
+        planes, candela = whole_turn(level, candela)
+        return from_polar(planes, vertical, candela)
+    if level[0] == 0 and len(level) > 1:  # one half stands for both
+        level, candela = np.r_[-level[:0:-1], level], np.concatenate([candela[:0:-1], candela])
+    if vertical[0] == 0 and len(vertical) > 1:
+        vertical = np.r_[-vertical[:0:-1], vertical]
+        candela = np.concatenate([candela[:, :0:-1], candela], 1)
+    if min(len(level), len(vertical)) < 2:
+        raise ConfigError(
+            f"{path.name} has one angle alone; expected two and more in types A and B"
+        )
+    return from_level(level, vertical, candela, TYPES[photometry] == "B")
+
+
+def whole_turn(planes, candela):
+    """Return C planes from 0 to 360 degrees and their candela (planes, angles), completed by the
+    symmetry that the last plane tells: 0 round, 90 quarters, 180 halves.
+    """
+    if len(planes) == 1:
+        return np.array([0.0, 360.0]), np.repeat(candela, 2, 0)
+    if planes[-1] == 90:
+        planes = np.r_[planes, 180 - planes[-2::-1]]
+        candela = np.concatenate([candela, candela[-2::-1]])
+    if planes[-1] == 180:
+        planes = np.r_[planes, 360 - planes[-2::-1]]
+        candela = np.concatenate([candela, candela[-2::-1]])
+    if planes[-1] < 360:
+        planes, candela = np.r_[planes, 360.0], np.concatenate([candela, candela[:1]])
+    return planes, candela
+
+
+def _check(path, vertical, level, photometry, values):
+    rising = all((np.diff(v) > 0).all() for v in (vertical, level))
+    if photometry not in TYPES or not rising or not values:
+        raise ConfigError(
+            f"{path.name} has photometric type {photometry}, and angles that"
+            f" {'rise' if rising else 'do not rise'}; expected type 1, 2 or 3 and rising angles"
+        )

@@ -1,0 +1,65 @@
+"""A bundled lamp or a file, checked against rules and printed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from isethdr_core.errors import ConfigError, did_you_mean
+
+from .eulumdat import read_ldt
+from .families import FAMILIES, LampPattern, family
+from .iesna import read_ies
+from .isocandela import plot as draw
+from .rules import Finding, check, rule_sets
+
+READERS = {".ies": read_ies, ".ldt": read_ldt}
+
+
+def lamp_of(lamp: str, rules: str = "") -> LampPattern:
+    """Return a bundled lamp by its name, or that of a file, with the rules asked for.
+
+    Raises
+    ------
+    ConfigError : no such lamp or file, a file that cannot be read, or no such rules.
+    """
+    asked = tuple(r for r in rules.split(",") if r)
+    for name in asked:
+        if name not in rule_sets():
+            raise ConfigError(f"there are no rules {name!r}{did_you_mean(name, rule_sets())}")
+    if lamp in FAMILIES:
+        known = family(lamp)
+        return known._replace(rules=asked or known.rules)
+    path = Path(lamp)
+    if path.suffix.lower() not in READERS:
+        raise ConfigError(
+            f"there is no lamp {lamp!r}{did_you_mean(lamp, FAMILIES)}; a file ends in .ies or .ldt"
+        )
+    if not path.is_file():
+        raise ConfigError(f"there is no file {lamp}; type a path to a file of LM-63 or EULUMDAT")
+    return LampPattern(*READERS[path.suffix.lower()](path), asked)
+
+
+def report(lamp: str, rules: str = "", plot: str = "") -> bool:
+    """Print what a lamp has where each rule asks, draw its plot where `plot` names a picture, and
+    return whether all rules are kept.
+    """
+    found = lamp_of(lamp, rules)
+    everything: list[Finding] = []
+    print(f"{lamp}: largest intensity {found.intensity_cd:.4g} cd")
+    for name in found.rules:
+        findings = check(found.table, found.intensity_cd, name)
+        broken = sum(not f.kept for f in findings)
+        print(f"\n{name}: {len(findings) - broken} of {len(findings)} rules are kept")
+        for f in findings:
+            same = f.low_cd == f.high_cd
+            value = f"{f.low_cd:.4g}" if same else f"{f.low_cd:.4g}-{f.high_cd:.4g}"
+            limits = f"{f.least_cd:g} to {f.most_cd:g}"
+            verdict = "" if f.kept else "BROKEN"
+            print(f"  {f.rule.name:12s} {value:>16s} cd   {limits:20s} {verdict}".rstrip())
+        everything += findings
+    if not found.rules:
+        print(f"no rules; choose with --rules from {', '.join(rule_sets())}")
+    if plot:
+        draw(Path(plot), lamp, found.table, found.intensity_cd, everything)
+        print(f"\nplot: {plot}")
+    return all(f.kept for f in everything)

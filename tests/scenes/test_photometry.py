@@ -1,0 +1,170 @@
+"""Families of lamps against all their rules, and files of measured lamps."""
+
+import re
+
+import numpy as np
+import pytest
+from isethdr_scenes import builders
+from isethdr_scenes.lamps import KINDS
+from isethdr_scenes.photometry.eulumdat import read_ldt
+from isethdr_scenes.photometry.families import FAMILIES, family
+from isethdr_scenes.photometry.iesna import read_ies
+from isethdr_scenes.photometry.report import lamp_of, report
+from isethdr_scenes.photometry.rules import check, rule_sets
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.scene import IntensityTable
+
+
+@pytest.mark.parametrize(
+    "name,rules", [(name, rules) for name in FAMILIES for rules in family(name).rules]
+)
+def test_each_family_keeps_all_its_rules(name, rules):
+    lamp = family(name)
+    found = check(lamp.table, lamp.intensity_cd, rules)
+    assert found and not [f for f in found if not f.kept]
+
+
+def test_every_set_of_rules_has_a_family():
+    assert {r for name in FAMILIES for r in family(name).rules} == set(rule_sets())
+
+
+def test_a_stop_lamp_is_five_times_as_bright_as_the_position_lamp_beside_it():
+    stop, position = family("stop"), family("rear_position")
+    left, up = np.arange(-20.0, 21, 5), np.arange(-10.0, 11, 5)[:, None]
+    ratio = stop.intensity_cd * stop.table.at(left, up)
+    assert (ratio >= 5 * position.intensity_cd * position.table.at(left, up)).all()
+
+
+@pytest.mark.parametrize(
+    "change,broken",
+    [
+        (lambda left, up: 0.2, {"75R", "50R", "50V", "25L", "25R"}),
+        (lambda left, up: np.where(up > 0, 5, 1), {"B50L", "zone III"}),
+        (lambda left, up: np.where((left > 4.9) & (up < 0), 0.1, 1), {"zone IV", "25L"}),
+    ],
+)
+def test_a_lamp_outside_its_rules_is_told_by_name(change, broken):
+    lamp = family("dipped_r112_b")
+    left, up = lamp.table.left_deg, lamp.table.up_deg
+    changed = IntensityTable(left, up, lamp.table.value * change(left, up[:, None]))
+    found = check(changed, lamp.intensity_cd, "r112_b")
+    assert broken <= {f.rule.name for f in found if not f.kept}
+
+
+def ies(kind, vertical, level, candela, factor=2.0):
+    """A file of LM-63."""
+    text = lambda v: " ".join(f"{x:g}" for x in v)
+    head = f"1 1000 {factor:g} {len(vertical)} {len(level)} {kind} 2 0.1 0.1 0 1 1 10"
+    rows = "\n".join(map(text, candela))
+    return f"IESNA:LM-63-2002\nTILT=NONE\n{head}\n{text(vertical)}\n{text(level)}\n{rows}\n"
+
+
+def test_a_file_of_lm_63_in_c_planes(tmp_path):
+    path = tmp_path / "lamp.ies"
+    path.write_text(
+        ies(1, [0, 45, 90], [0, 90, 180, 270, 360], [[100, v, 0] for v in (50, 40, 30, 20, 50)])
+    )
+    lamp = read_ies(path)
+    at = lambda left, up: lamp.intensity_cd * float(lamp.table.at(left, up))
+    # C0 is to the right, C90 up; all times the multiplier
+    assert [at(0, 0), at(-45, 0), at(0, 45), at(45, 0), at(0, -45)] == pytest.approx(
+        [200, 100, 80, 60, 40]
+    )
+
+
+def test_a_quarter_of_a_file_stands_for_all_of_it(tmp_path):
+    path = tmp_path / "lamp.ies"
+    path.write_text(ies(1, [0, 45, 90], [0, 90], [[100, 50, 0], [100, 40, 0]], 1.0))
+    lamp = read_ies(path)
+    at = lambda left, up: lamp.intensity_cd * float(lamp.table.at(left, up))
+    assert [at(-45, 0), at(45, 0), at(0, 45), at(0, -45)] == pytest.approx([50, 50, 40, 40])
+
+
+@pytest.mark.parametrize("kind", [2, 3])
+def test_a_file_of_lm_63_in_level_angles(tmp_path, kind):
+    path = tmp_path / "lamp.ies"
+    candela = [[10, 20, 30], [40, 100, 60], [70, 80, 90]]  # by angle to the right, then up
+    path.write_text(ies(kind, [-10, 0, 10], [-20, 0, 20], candela, 1.0))
+    lamp = read_ies(path)
+    at = lambda left, up: lamp.intensity_cd * float(lamp.table.at(left, up))
+    assert at(0, 0) == 100
+    # -20 to the right is 20 to the left; 1 %: type B turns about a level axis
+    assert [at(20, 0), at(-20, 0), at(0, -10), at(0, 10)] == pytest.approx([20, 80, 40, 60])
+
+
+def ldt(symmetry, planes, candela, angles=(0, 45, 90)):
+    """A file of EULUMDAT of one lamp of 2,000 lm."""
+    step = 360 / planes
+    head = ["maker", 1, symmetry, planes, step, len(angles), 45, "n", "l", "l", "f", "d"]
+    head += [0] * 12 + [0, 1]  # lines 13 to 26: sizes, ratios, factor, tilt, sets of lamps
+    head[22], head[23] = 100, "1,0"  # line 24: factor of the intensities, with a comma
+    lamps = [1, "LED", 2000, "4000", "80", 20]
+    c = [k * step for k in range(planes)]
+    return "\n".join(map(str, [*head, *lamps, *[0] * 10, *c, *angles, *np.ravel(candela)]))
+
+
+@pytest.mark.parametrize(
+    "symmetry,given,expected",
+    [
+        (0, [50, 40, 30, 20], [50, 40, 30, 20]),
+        (1, [50], [50, 50, 50, 50]),
+        (2, [50, 40, 30], [50, 40, 30, 40]),
+        (3, [40, 30, 20], [30, 40, 30, 20]),
+        (4, [50, 40], [50, 40, 50, 40]),
+    ],
+)
+def test_a_file_of_eulumdat(tmp_path, symmetry, given, expected):
+    path = tmp_path / "lamp.ldt"
+    path.write_text(ldt(symmetry, 4, [[100, v, 0] for v in given]))
+    lamp = read_ldt(path)
+    at = lambda left, up: lamp.intensity_cd * float(lamp.table.at(left, up))
+    # per 1000 lm, of a lamp of 2000; C0 right, C90 up, C180 left, C270 down
+    assert at(0, 0) == pytest.approx(200)
+    assert [at(-45, 0), at(0, 45), at(45, 0), at(0, -45)] == pytest.approx(2 * np.array(expected))
+
+
+@pytest.mark.parametrize(
+    "name,text,message",
+    [
+        ("a.ies", "no tilt", "no line TILT="),
+        ("a.ies", "IESNA\nTILT=NONE\n1 2 3\n", "ends early"),
+        ("a.ies", ies(1, [0, 90], [0], [[0, 0]]), "none at all"),
+        ("a.ies", ies(1, [0, 90, 45], [0], [[1, 1, 1]]), "do not rise"),
+        ("a.ldt", "maker\n1\n", "ends early"),
+        ("a.txt", "", "a file ends in .ies or .ldt"),
+    ],
+)
+def test_a_file_that_cannot_be_used_says_why(tmp_path, name, text, message):
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(ConfigError, match=re.escape(message)):
+        lamp_of(str(path))
+
+
+def test_wrong_names_get_the_nearest_one():
+    with pytest.raises(ConfigError, match="did you mean 'dipped_r149_c'"):
+        lamp_of("dipped_r149")
+    with pytest.raises(ConfigError, match="did you mean 'r112_b'"):
+        lamp_of("driving", "r112")
+    with pytest.raises(ConfigError, match="no file"):
+        lamp_of("gone.ies")
+
+
+def test_the_report_prints_what_is_broken_and_draws_the_plot(tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    picture = tmp_path / "beam.png"
+    assert report("dipped_r112_b", plot=str(picture))
+    assert picture.stat().st_size > 10_000
+    assert "16 of 16 rules are kept" in capsys.readouterr().out
+    assert not report("rear_position", "stop")
+    assert "BROKEN" in capsys.readouterr().out
+
+
+def test_a_scene_gets_the_beam_that_is_asked_for():
+    model = builders._built(("own_headlamps", 2.0, 0.65, 0.65))
+    lamps = lambda beam: [p.lamp for p in builders._with_beam(model, beam).parts if p.lamp]
+    assert {lamp.intensity_cd for lamp in lamps("driving")} == {family("driving").intensity_cd}
+    assert {lamp.intensity_cd for lamp in lamps("dipped_r112_b")} == {
+        KINDS["low_beam"].intensity_cd
+    }
