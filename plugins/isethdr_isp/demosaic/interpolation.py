@@ -51,12 +51,12 @@ def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
 def interpolated(rule: Kernels, mosaic) -> np.ndarray:
     """Return the channels (channel, y, x) that a linear demosaic makes of a mosaic (y, x)."""
     planes = np.zeros((len(rule.kernels[0].weights), *rule.shape))
-    for kernel in rule.kernels:
-        here = kernel.pixels()
-        for plane, weights in zip(planes, kernel.weights):
-            for offset, weight in zip(kernel.offsets, weights):
+    for block in (block for kernel in rule.kernels for block in kernel.blocks()):
+        here = block.pixels()
+        for plane, weights in zip(planes, block.weights):
+            for offset, weight in zip(block.offsets, weights):
                 if weight:
-                    plane[here] += weight * mosaic[kernel.samples(offset)]
+                    plane[here] += weight * mosaic[block.samples(offset)]
     return planes
 
 
@@ -79,7 +79,14 @@ def bilinear(filters, channels: int) -> Kernels:
     UnitError : a channel is sampled nowhere, the array does not repeat, or the picture is smaller
         than the array needs.
     """
-    filters = np.asarray(filters)
+    filters = np.ascontiguousarray(filters)
+    return _rule_of(filters.tobytes(), filters.dtype.str, filters.shape, channels)
+
+
+@lru_cache(maxsize=8)  # every picture of a run has the same few arrays
+def _rule_of(data: bytes, dtype: str, shape: tuple[int, ...], channels: int) -> Kernels:
+    """Return the bilinear rule of a filter array, from its numbers; nobody may change it."""
+    filters = np.frombuffer(data, dtype).reshape(shape)
     missing = sorted(set(range(channels)) - set(np.unique(filters).tolist()))
     if missing:
         raise UnitError(

@@ -23,8 +23,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .electrons import Readout, charge_variance
-from .fixed_pattern import WeightedRead, fixed_pattern
-from .noise_propagation import SampleNoise
+from .fixed_pattern import CAUSES, WeightedRead, fixed_pattern
+from .noise_propagation import Alike, NoisePart, SampleNoise
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +36,27 @@ class Merged:
     valid: np.ndarray  # (y, x) bool, unsaturated in some capture
     source: np.ndarray  # (y, x) uint8, the capture that weighs most
     fixed: SampleNoise = field(default_factory=SampleNoise)  # fixed-pattern variance, e^2
+
+
+def joined_rows(blocks: list[Merged]) -> Merged:
+    """Return the mosaic of these blocks of rows, one below the other."""
+    if len(blocks) == 1:
+        return blocks[0]
+    signal = np.concatenate([block.signal_e for block in blocks])
+    variance = np.concatenate([block.variance_e2 for block in blocks])
+    valid = np.concatenate([block.valid for block in blocks])
+    source = np.concatenate([block.source for block in blocks])
+    ends = np.cumsum([0, *(len(block.signal_e) for block in blocks)])
+    parts: dict[tuple[Alike, Alike], NoisePart] = {}
+    for block, start, end in zip(blocks, ends[:-1], ends[1:], strict=True):
+        for part in block.fixed.parts:
+            # a block without this cause of noise has none of it
+            own = parts.setdefault(
+                (part.rows, part.columns), part._replace(variance_e2=np.zeros(signal.shape))
+            )
+            own.variance_e2[start:end] = part.variance_e2
+    order = sorted(parts, key=CAUSES.index)
+    return Merged(signal, variance, valid, source, SampleNoise(tuple(parts[k] for k in order)))
 
 
 def plain(read: Readout) -> Merged:

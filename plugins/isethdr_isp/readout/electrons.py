@@ -4,7 +4,7 @@ capture stands for.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -48,6 +48,17 @@ class Readout:
     spread: DeviceSpread = field(
         default_factory=DeviceSpread
     )  # how far another device would differ
+
+    def of_rows(self, rows: slice) -> Readout:
+        """Return the readout of some rows of the sensor."""
+        gain = self.spread.offset_gain
+        return replace(
+            self,
+            charge_e=self.charge_e[rows],
+            saturated=self.saturated[rows],
+            read_var_e2=self.read_var_e2[rows] if np.ndim(self.read_var_e2) else self.read_var_e2,
+            spread=replace(self.spread, offset_gain=gain[rows] if np.ndim(gain) else gain),
+        )
 
     def variance_e2(self) -> np.ndarray:
         """Return the variance (y, x) estimated from each pixel's own charge: charge + read

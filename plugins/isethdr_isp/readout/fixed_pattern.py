@@ -15,10 +15,12 @@ import numpy as np
 
 from isethdr_core.errors import UnitError
 
-from .noise_propagation import NoisePart, SampleNoise
+from .noise_propagation import Alike, NoisePart, SampleNoise
 
 TERMS = ("prnu", "dark_spread_e", "dsnu_e", "column_e", "row_e")  # optional variables of captures
 SILICON = "silicon"
+# which samples share the deviation of a pixel, of a column and of a row: rows, columns
+CAUSES: tuple[tuple[Alike, Alike], ...] = (("same", "same"), ("any", "same"), ("same", "any"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,5 +132,5 @@ def fixed_pattern(reads: list[WeightedRead], signal_e, variance_e2) -> SampleNoi
         )
     for share in dark.values():
         pixel += np.square(share)
-    parts = (NoisePart(pixel), NoisePart(column, rows="any"), NoisePart(row, columns="any"))
+    parts = (NoisePart(values, *cause) for values, cause in zip((pixel, column, row), CAUSES))
     return SampleNoise(tuple(part for part in parts if np.any(part.variance_e2)))

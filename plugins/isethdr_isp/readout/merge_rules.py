@@ -11,16 +11,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from .combine import Merged, fold, read_charge
+from .combine import Merged, fold, joined_rows, read_charge
 from .electrons import Readout, charge_variance
 from .fixed_pattern import WeightedRead, fixed_pattern
 
+AT_ONCE = 1 << 14  # pixels that are merged at a time
 SHARE = 0.95  # of the top (sensorComputeArray.m)
 
 
 def inverse_variance(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
-    """Return the merge by inverse variance without bias: the default."""
-    return fold([read_charge(reads, light) for reads, light in zip(groups, per_light)])
+    """Return the merge by inverse variance without bias: the default.
+
+    A block of rows at a time, which changes nothing: what is worked out on the way stays in the
+    processor's cache.
+    """
+    height, width = per_light[0].shape
+    step = max(1, AT_ONCE // width)
+    blocks = [slice(top, top + step) for top in range(0, height, step)]
+    return joined_rows([_inverse_variance(groups, per_light, rows) for rows in blocks])
+
+
+def _inverse_variance(groups, per_light, rows: slice) -> Merged:
+    charges = [
+        read_charge([read.of_rows(rows) for read in reads], light[rows])
+        for reads, light in zip(groups, per_light)
+    ]
+    return fold(charges)
 
 
 def isetcam(groups, per_light) -> Merged:

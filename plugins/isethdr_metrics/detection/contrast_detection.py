@@ -32,6 +32,7 @@ SMEARED_E = 0.3  # read noise that every picture is taken to have at least, in s
 SMOOTH = (
     7  # pixels: a window over which the picture's difference from the truth is taken as its mean
 )
+TIE = 1e-9  # probabilities this close count as equal
 PIECE = (
     8192  # pairs looked at together: what is worked out on the way stays in the processor's memory
 )
@@ -115,8 +116,7 @@ class ContrastDetection:
             value = self._probability(model, together)
         else:
             # of a median alone, only pairs near it have to be right
-            own = np.repeat([one.place is None for one in regions], sizes)
-            value = self._right_near_medians(model, together, own, np.cumsum(sizes))
+            value = self._right_near_medians(model, together, regions)
         ends = np.cumsum(sizes)[:-1]
         for one, values in zip(regions, np.split(value, ends), strict=True):
             if one.place is not None:
@@ -265,35 +265,39 @@ class ContrastDetection:
         value = of_signals(*_signals(model, pairs), pairs.contrast, self.interval_percent / 100)
         return np.where(_both_valid(model, pairs), value, 0.0)
 
-    def _right_near_medians(self, model: Expected, pairs: Pairs, own, ends):
-        """Return the probability of each pair; of those that count by themselves, only those that
-        may be the median of their region are worked out.
+    def _right_near_medians(self, model: Expected, pairs: Pairs, regions: list[Asked]):
+        """Return the probability of each pair; only those that may decide the median of their
+        region are worked out.
 
         Parameters
         ----------
         model : what the camera makes of each pixel.
         pairs : of all regions, one after the other.
-        own : (pair,) bool, pairs that count by themselves.
-        ends : where the pairs of each region end.
+        regions : what is looked at in each.
 
         Notes
         -----
         All others have an estimate and a bound on its error. The median of the region lies between
-        the medians of what the pairs are at least and at most. A pair that is certainly on one side
-        of it keeps its estimate.
+        the medians of what its pairs, or means of pairs, are at least and at most. One that is
+        certainly on one side of it keeps its estimate.
         """
         bright, dark = _signals(model, pairs)
         interval = self.interval_percent / 100
         valid = _both_valid(model, pairs)
         estimate = estimated(bright, dark, pairs.contrast, interval)
         value, bound = np.where(valid, estimate.value, 0.0), np.where(valid, estimate.bound, 0.0)
-        least, most, exact = value - bound, value + bound, (bound > 0) & ~own
-        for start, end in zip([0, *ends[:-1]], ends):
-            if end > start and own[start]:
-                some = slice(start, end)
-                between = _middle(least[some])[0], _middle(most[some])[1]
-                near = (most[some] >= between[0]) & (least[some] <= between[1])
-                exact[some] = near & (bound[some] > 0)
+        exact, end = bound > 0, 0
+        for one in regions:
+            start, end = end, end + one.pairs.first.size
+            some, place = slice(start, end), one.place
+            if start == end:
+                continue
+            least, most = value[some] - bound[some], value[some] + bound[some]
+            if place is not None:
+                least, most = (np.bincount(place, v) / np.bincount(place) for v in (least, most))
+            # a little wider: sums in another order are rounded differently
+            near = (most >= _middle(least)[0] - TIE) & (least <= _middle(most)[1] + TIE)
+            exact[some] &= near if place is None else near[place]
         asked = np.flatnonzero(exact)
         signals = (Signal(*(values[asked] for values in of)) for of in (bright, dark))
         value[asked] = of_signals(*signals, pairs.contrast[asked], interval)

@@ -4,14 +4,22 @@ pictures.
 
 import numpy as np
 import pytest
+import xarray as xr
 from isethdr_metrics.detection.contrast_detection import (
     ContrastDetection,
     pair_probability,
 )
-from isethdr_metrics.detection.photon_counts import Signal, _two_points, representation
-from isethdr_metrics.detection.wedge import both_positive
+from isethdr_metrics.detection.photon_counts import (
+    Signal,
+    _two_points,
+    estimated,
+    of_signals,
+    representation,
+)
+from isethdr_metrics.detection.wedge import both_positive, probability_between, wedges_between
 from isethdr_metrics.luminance.noise_line import noise_line
 
+from isethdr_core.data.derived_once import values_only
 from isethdr_core.physics.colour.colour_spaces import D65_XYZ
 from isethdr_core.quantities import centres
 from isethdr_core.truth import make_picture
@@ -190,3 +198,64 @@ def test_a_picture_of_few_electrons_scores_as_counting_does(electrons, read_nois
     expected = drawn(electrons * (1 + contrast), electrons * (1 - contrast), read_noise_e, contrast)
     # the local mean of 49 pixels still carries a seventh of the noise
     assert score.value == pytest.approx(expected, abs=0.02)
+
+
+def any_signals(count: int):
+    """Return bright and dark signals of 0.03 to 1e4 electrons with flare, and true contrasts."""
+    rng = np.random.default_rng(8)
+    contrast = rng.uniform(0.05, 1, count)
+    means = 10 ** rng.uniform(-1.5, 4, count)
+    means = np.stack([means, means * (1 - contrast) / (1 + contrast)])
+    means += np.where(rng.random(count) < 0.5, 0.0, 10 ** rng.uniform(-2, 3, count))
+    read_e = 10 ** rng.uniform(-0.7, 1.7, count) * np.stack(
+        [np.ones(count), rng.uniform(0.8, 1.2, count)]
+    )
+    read_e = np.maximum(read_e, 0.201)  # nothing is promised below 0.2
+    step = np.stack([np.ones(count), rng.choice([0.5, 1.0, 2.0], count)])
+    signals = [Signal(*of) for of in zip(means * step, (means + read_e**2) * step**2, step)]
+    return *signals, contrast
+
+
+def test_an_estimate_is_within_its_bound():
+    bright, dark, contrast = any_signals(8_000)
+    found = estimated(bright, dark, contrast, 0.5)
+    off = np.abs(found.value - of_signals(bright, dark, contrast, 0.5))
+    # 1e-12: rounding, where the estimate is the probability itself
+    assert np.all(off <= 0.6 * found.bound + 1e-12)
+    assert 0.3 < np.mean(found.bound == 0) < 0.9 and found.bound.max() < 1
+
+
+@pytest.mark.parametrize("read_noise_e", [0.1, 1.0])
+def test_a_median_alone_is_that_of_all_pairs(read_noise_e):
+    """Objects and frame: pairs that cannot be the median are only estimated."""
+    rng, step = np.random.default_rng(3), 0.02
+    means = 10 ** rng.uniform(-0.5, 0.9, (24, 32))
+    e = rng.poisson(means) + read_noise_e * rng.standard_normal(means.shape)
+    shot = picture(step * e, step**2 * (np.maximum(e, 0) + read_noise_e**2))
+    instance = np.zeros(means.shape, np.uint32)
+    instance[4:16, 4:14], instance[18:21, 22:26] = 1, 2
+    labels = xr.Dataset({"instance": (("y", "x"), instance)})
+    arguments = shot, picture(step * means), labels
+    every = ContrastDetection()(*arguments)
+    with values_only():
+        medians = ContrastDetection()(*arguments)
+    assert [score.object for score in medians] == ["", "1", "2"]
+    for score, median in zip(every, medians, strict=True):
+        # the probability of a pair of counts depends on its neighbours by 1e-8
+        assert median.value == pytest.approx(score.value, abs=3e-7) and np.isnan(median.low)
+
+
+def test_the_wedge_is_that_of_two_correlated_normals():
+    rng = np.random.default_rng(2)
+    bright, ratio = rng.uniform(0, 6, 5000), rng.uniform(0, 1, 5000)
+    dark, contrast = bright * ratio, (1 - ratio) / (1 + ratio)
+    sd = rng.uniform(0.2, 3, (2, 5000))
+    ends = 0.5 * contrast, 1.5 * contrast
+    mean = [(1 - c) * bright - (1 + c) * dark for c in ends]
+    spread = [np.hypot((1 - c) * sd[0], (1 + c) * sd[1]) for c in ends]
+    cross = (1 - ends[0]) * (1 - ends[1]) * sd[0] ** 2 + (1 + ends[0]) * (1 + ends[1]) * sd[1] ** 2
+    rho = -cross / (spread[0] * spread[1])
+    exact = both_positive(mean[0] / spread[0], -mean[1] / spread[1], rho)
+    found = probability_between(wedges_between(*sd**2, contrast, 0.5), bright, dark)
+    # 1e-9 by the quadrature, 1e-9 by sums that are never measured below 0
+    np.testing.assert_allclose(found, exact, rtol=0, atol=2e-9)
