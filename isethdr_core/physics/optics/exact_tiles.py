@@ -13,24 +13,25 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .half_plane_pattern import HalfPattern, half_lattice
+from .half_plane_pattern import STRIPS, HalfPattern, half_lattice
 from .tile_weights import STEP, SUPPORT, TileWeights, tile_weights
 
 BLOCK = 16  # tiles along an axis: narrow enough to skip the zeros, wide enough for a fast product
 PERIOD = 4.0  # of the field, in reaches: light from beyond it stays below 1e-3 of the border's
 
 
-def exact_lattice(pitch_um, reach, blur_um: float):
+def exact_lattice(pitch_um, reach, blur_um: float, strips: float = STRIPS):
     """Return the `half_plane_pattern.HalfLattice` from which tiles can be integrated.
 
     Parameters
     ----------
     pitch_um, reach : (y, x) of a tile, um, and tiles from the axis to the border.
     blur_um : wavelength x f-number at the pattern's wavelength, um.
+    strips : of a cell of the pupil, as `half_plane_pattern.HalfLattice`.
     """
     step = STEP * blur_um
     extent = [(r + 1.5) * p + (SUPPORT + 2) * step for r, p in zip(reach, pitch_um)]
-    return half_lattice(extent, step, PERIOD)
+    return half_lattice(extent, step, PERIOD, strips)
 
 
 class ExactTiles:

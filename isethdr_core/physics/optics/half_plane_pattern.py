@@ -62,6 +62,9 @@ class HalfLattice:
     step_um: float
     far: tuple[int, int]  # samples from the axis to the border
     period: tuple[int, int]
+    # of a cell, as `STRIPS`. More of them, for patterns right to 1e-3: slanted edges of a blade
+    # then draw the spike as it is hundreds of tiles out
+    strips: float = STRIPS
 
     @property
     def bytes(self) -> float:
@@ -71,16 +74,18 @@ class HalfLattice:
         return 1.4 * 4.0 * self.period[0] * self.period[1]
 
 
-def half_lattice(extent_um, step_um: float, period: float = PERIOD) -> HalfLattice:
+def half_lattice(
+    extent_um, step_um: float, period: float = PERIOD, strips: float = STRIPS
+) -> HalfLattice:
     """Return a lattice that reaches (y, x) `extent_um` from the axis; the field repeats after
-    `period` reaches.
+    `period` reaches. `strips` : of a cell, as `HalfLattice`.
     """
     far = tuple(int(np.ceil(e / step_um)) + 1 for e in extent_um)
     beside = BESIDE * max(far)
     size = tuple(
         sf.next_fast_len(int(np.ceil(max(period * n, n + beside))), real=True) for n in far
     )
-    return HalfLattice(step_um, far, size)
+    return HalfLattice(step_um, far, size, strips)
 
 
 def half_pattern(
@@ -106,7 +111,7 @@ def half_pattern(
     cell = lattice_pitch_mm(
         wavelength_nm, lattice.period, pupil.distance_mm, (lattice.step_um,) * 2
     )
-    half = _along_x(draw(pupil, cell, lattice.period), px, far_x + 1, apply)
+    half = _along_x(draw(pupil, cell, lattice.period, lattice.strips), px, far_x + 1, apply)
     rows = half.shape[1]
     y, x = np.arange(-far_y, far_y + 1), np.arange(far_x + 1)
     scale = (cell[0] * cell[1]) ** 2 * 1e-6  # per um2
@@ -150,7 +155,7 @@ def _along_x(drawn, period, count, apply):
     return half
 
 
-def draw(pupil: RealPupil, cell_mm, period) -> np.ndarray:
+def draw(pupil: RealPupil, cell_mm, period, strips: float = STRIPS) -> np.ndarray:
     """Return the pupil (y, x), float32, in cells smoothed by B-splines; what is wider than `period`
     cells is summed modulo it.
 
@@ -162,8 +167,8 @@ def draw(pupil: RealPupil, cell_mm, period) -> np.ndarray:
     rows, columns = (2 * (int(np.ceil(pupil.radius_mm / d)) + pad) for d in cell_mm)
     height, width = min(rows, period[0]), min(columns, period[1])
     # Chords of slanted edges turn the faster from row to row the wider the image
-    strips = int(np.ceil(STRIPS + dy / dx))
-    left, right, weight, level = chords(pupil, dy, rows, strips)
+    count = int(np.ceil(strips + dy / dx))
+    left, right, weight, level = chords(pupil, dy, rows, count)
     out = np.zeros(height * width, np.float32)
     row = np.floor(level).astype(np.intp)
     down = spline_taps(level - row, ORDER - 1)

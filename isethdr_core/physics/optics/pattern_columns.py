@@ -20,6 +20,7 @@ from .lattice import ORDER, spline_response, spline_taps
 
 STEP = 0.42  # of wavelength x f-number; 0.5 holds all of the pattern
 PERIOD = 3.0  # of the field along y, in reaches
+STRIPS = 1.5  # of a row of cells
 BLOCK = 32  # columns at a time
 MOVES = (
     1.2  # tiles that the outermost tile moves from one wavelength of a band to the next, at most
@@ -38,6 +39,7 @@ class Place:
     step: float = STEP  # of the pattern's samples, wavelengths x f-number
     moves: float = MOVES  # tiles from one wavelength to the next
     period: float = PERIOD  # of the field along y, in reaches
+    strips: float = STRIPS  # of a row of cells, beside those that slanted edges take
 
 
 def columns(pupil: RealPupil, place: Place) -> np.ndarray:
@@ -88,7 +90,7 @@ def _density(pupil, place, across_um, far, step_um) -> np.ndarray:
     cell = 1e3 * scale / (period * step_um)  # mm
     rows = 2 * (int(np.ceil(pupil.radius_mm / cell)) + (ORDER + 1) // 2)
     # Chords of slanted edges turn the faster from row to row the farther the columns lie
-    strips = int(np.ceil(1.5 + across_um[-1] / (far * step_um)))
+    strips = int(np.ceil(place.strips + across_um[-1] / (far * step_um)))
     lines = chords(pupil, cell, rows, strips)
     grid = _smooth_cells(lines, rows)
     fields = np.zeros((len(across_um), period), np.complex64)

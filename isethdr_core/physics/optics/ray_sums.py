@@ -25,6 +25,8 @@ from scipy.sparse import csr_array
 RATIO = 1.4
 LINES = 64  # of the lattice, per block of work
 TOGETHER = 30000  # rays whose means are averaged over tiles at once: some megabytes
+# of second differences, that make up for steps and for lines between samples
+ALONG, ACROSS = 1 / 24, 1 / 12
 TILES = 16  # along the major axis, per block of work: a cache line of float32
 
 
@@ -40,6 +42,8 @@ class Sector:
     pitch_um: tuple[float, float]
     wavelength_nm: float  # of the pattern
     edges_nm: np.ndarray  # (band, 2)
+    # whether samples make up beforehand for what lines between them will take from fine detail
+    sharpened: bool = False
 
 
 class Ring(NamedTuple):
@@ -123,7 +127,7 @@ def _running_sums(sector, rays, apply) -> np.ndarray:
     sums[0] = 0.0
 
     def read(start):
-        lines = sector.lines(start, min(start + LINES, rays.last))
+        lines = _lines(sector, start, min(start + LINES, rays.last))
         for k, line in enumerate(lines, start - rays.first + 1):
             at = slopes * (k + rays.first - 1) + sector.middle
             whole = at.astype(np.int32)
@@ -142,6 +146,27 @@ def _running_sums(sector, rays, apply) -> np.ndarray:
     for _ in apply(gather, range(0, sums.shape[1], width)):
         pass
     return sums
+
+
+def _lines(sector, first, last) -> np.ndarray:
+    """Return lines first .. last - 1 of a sector, sharpened where it asks for that.
+
+    A running sum that is read between its rows is that of a pattern of steps, sinc(f h) of a
+    frequency f along the ray; a sample between two of a line is sinc(f h)^2 of one across it, h
+    the distance of samples. Second differences make up for either, to the fourth power of f h.
+    """
+    if not sector.sharpened:
+        return sector.lines(first, last)
+    wide = sector.lines(max(first - 1, 0), last + 1)
+    if first == 0:
+        wide = np.concatenate([wide[:1], wide])
+    if len(wide) < last - first + 2:
+        wide = np.concatenate([wide, wide[-1:]])
+    middle = wide[1:-1]
+    out = middle * np.float32(1 + 2 * ALONG + 2 * ACROSS)
+    out -= np.float32(ALONG) * (wide[:-2] + wide[2:])
+    out[:, 1:-1] -= np.float32(ACROSS) * (middle[:, :-2] + middle[:, 2:])
+    return out
 
 
 class _Reader:
@@ -163,7 +188,7 @@ class _Reader:
         # A triangle across the rays is drawn narrower by what lines between samples widen it, in
         # the image of a middle wavelength
         wider = (sector.step_um / sector.pitch_um[1]) ** 2 / (6 * self.u[0] * self.u[-1])
-        self.narrow = np.sqrt(max(0.5, 1 - 6 * wider))
+        self.narrow = 1.0 if sector.sharpened else np.sqrt(max(0.5, 1 - 6 * wider))
 
     def columns(self, first: int, last: int) -> Columns:
         """Return the means of tiles first .. last - 1 along the major axis."""
@@ -262,9 +287,9 @@ def _triangles(at, half: float, size: int, lean) -> tuple[np.ndarray, np.ndarray
     return ray, weight.astype(np.float32)
 
 
-def sectors(pattern, pitch_um, edges_nm) -> Iterator[Sector]:
+def sectors(pattern, pitch_um, edges_nm, sharpened: bool = False) -> Iterator[Sector]:
     """Yield the sectors |y| <= x and |x| < y of a `half_plane_pattern.HalfPattern`; `pitch_um` is
-    (y, x).
+    (y, x), `sharpened` as `Sector`.
     """
     middle, density = pattern.middle, pattern.density
     wide = min(len(density) - 1, int(1.1 * middle) + 8)  # |x| < y, and a little beyond
@@ -279,4 +304,5 @@ def sectors(pattern, pitch_um, edges_nm) -> Iterator[Sector]:
 
     edges = np.asarray(edges_nm, float)
     for lines, zero, pitch in ((columns, middle, pitch_um[::-1]), (rows, wide, pitch_um)):
-        yield Sector(lines, zero, pattern.step_um, tuple(pitch), pattern.wavelength_nm, edges)
+        made = lines, zero, pattern.step_um, tuple(pitch), pattern.wavelength_nm, edges
+        yield Sector(*made, sharpened)

@@ -31,6 +31,8 @@ FINER = (
 )  # of the lens's own error: still finer lattices outgrow memory, and little is won
 # of what is allowed, so much at most comes from outside of a wider exact core: the rest is its own
 CORE_LEAVES = 0.8
+# of the errors of rings, what fine ones leave (`scaled_pattern.FINE`): measured 0.02 to 0.13
+FINE_LEAVES = 0.1
 HALVED = 0.35  # what is left of the errors of kernels that are asked for half the error, measured
 # over what is found, 1.5 to 3.7 (docs/explanation/budget.md): kernels that are stated to be so
 # much too coarse may well be fine enough
@@ -114,21 +116,26 @@ def fine_enough(make, lens, mixed, relative, response):
 
 
 def _with_wider_core(made, seen: Counted, response, allowed: float):
-    """Return kernels from one pattern with the smallest exact core that is enough; where none is,
-    with one that takes no longer than the kernels did.
+    """Return kernels from one pattern with the smallest exact core that is enough, with fine rings
+    beyond it where no core is enough by itself.
 
-    A wider core costs seconds where finer rings all over the frame cost a minute, and beside a lamp
-    the nearest rings err most.
+    Where fine rings would miss what is allowed too, they are not made, and the core takes no longer
+    than the kernels did. Beside a lamp the nearest rings err most: a wider core costs less than
+    finer rings all over the frame.
     """
     sizes = kernels.wider_cores(made)
     # of the rings outside of each
     left = _beyond_cores(made, seen, [size.tiles for size in sizes])
     shares = [_noise_share(seen, response, one) for one in left]
-    enough = [n.tiles for n, share in zip(sizes, shares) if share <= CORE_LEAVES * allowed]
-    quick = [n.tiles for n in sizes if n.quick]
-    if not (enough or quick):
-        return made
-    return kernels.with_core(made, enough[0] if enough else quick[-1])
+    ways = ((False, 1.0), (True, FINE_LEAVES)) if kernels.fine_rings_fit(made) else ((False, 1.0),)
+    for fine_rings, leaves in ways:
+        for size, share in zip(sizes, shares):
+            if leaves * share <= CORE_LEAVES * allowed:
+                return kernels.with_core(made, size.tiles, fine_rings)
+        if fine_rings and sizes and leaves * shares[-1] <= STATED * allowed:
+            return kernels.with_core(made, sizes[-1].tiles, fine_rings)
+    quick = [size.tiles for size in sizes if size.quick]
+    return kernels.with_core(made, quick[-1]) if quick else made
 
 
 def noise_share(made, seen: Counted, response) -> float:

@@ -26,7 +26,7 @@ from isethdr_core.physics import convolution
 from isethdr_core.physics.convolution.mirrored import Mirrored
 from isethdr_core.physics.diffraction import psf_from_pupil
 from isethdr_core.physics.radiometry import band_widths_nm
-from isethdr_core.pipeline.memory import FLOAT32_BYTES
+from isethdr_core.pipeline.memory import FLOAT32_BYTES, machine_bytes
 
 from ..imaging.threads import MOST_THREADS, cpus, executor
 from ..pupil import sampled_pupil
@@ -273,11 +273,23 @@ def wider_cores(made: Kernels) -> list[scaled_pattern.CoreSize]:
     return scaled_pattern.wider_cores(made.keep[0], made.scaled)
 
 
-def with_core(made: Kernels, tiles: int) -> Kernels:
+def fine_rings_fit(made: Kernels) -> bool:
+    """Return whether the machine's memory holds kernels beside their like with fine rings."""
+    if made.scaled is None:
+        return False
+    fine = scaled_pattern.memory_bytes(made.keep[0], made.scaled, scaled_pattern.FINE)
+    return made.held_bytes + fine <= machine_bytes()
+
+
+def with_core(made: Kernels, tiles: int, fine_rings: bool = False) -> Kernels:
     """Return kernels from one pattern with an exact core of so many tiles, one of `wider_cores`;
     kept in the process.
+
+    Parameters
+    ----------
+    fine_rings : make the rings beyond the core anew, as `scaled_pattern.FINE`.
     """
-    key = (*made.key, tiles)
+    key = (*made.key, tiles, fine_rings)
     with _lock:
         if key in _cache:
             _cache.move_to_end(key)
@@ -285,18 +297,45 @@ def with_core(made: Kernels, tiles: int) -> Kernels:
     lens, flares = made.keep
     with executor(min(cpus(), MOST_THREADS)) as pool:
         core = scaled_pattern.wider_core(lens, flares, made.scaled, tiles, pool.map)
+        if fine_rings:
+            rings = _fine_rings(made, core, pool.map)
+        else:
+            rings = _inserted(made, core)
+    inside = 2.0 ** (np.arange(len(core.relative)) + 1) <= tiles  # whole octaves
+    changed = {
+        "outside": np.array([1 - float(b.sum(dtype=float)) for b in rings["bands"]]),
+        "speckle": np.where(inside, core.relative, rings.pop("speckle")),
+        "wide": Wide(tiles, core.deviation),
+    }
+    return _held(key, replace(made, **rings, **changed, key=key))
+
+
+def _inserted(made: Kernels, core: scaled_pattern.Core) -> dict:
+    """Return the fields of kernels whose core alone is another."""
+    lens, flares = made.keep
     _scatter(core.halves, lens, flares, made.scaled)
     bands, (rows, columns) = [], core.reach
     for band, inner in zip(made.bands, core.halves):
         half, middle = band.half.copy(), band.half.shape[1] // 2
         half[: rows + 1, middle - columns : middle + columns + 1] = inner
         bands.append(Mirrored(half))
-    outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
-    inside = 2.0 ** (np.arange(len(core.relative)) + 1) <= tiles  # whole octaves
-    speckle = np.where(inside, core.relative, made.speckle)
-    wide = Wide(tiles, core.deviation)
-    changed = {"bands": bands, "outside": outside, "speckle": speckle}
-    return _held(key, replace(made, **changed, wide=wide, key=key))
+    return {"bands": bands, "speckle": made.speckle}
+
+
+def _fine_rings(made: Kernels, core: scaled_pattern.Core, apply) -> dict:
+    """Return the fields of kernels with fine rings around a wider core."""
+    (lens, flares), read = made.keep, scaled_pattern.FINE
+    frame = replace(made.scaled, core=core.reach)
+    halves = scaled_pattern.halves(lens, flares, frame, core.halves, read, apply)
+    errors = scaled_pattern.errors(lens, flares, frame, halves, read, apply)
+    _scatter(halves, lens, flares, frame)
+    count = len(halves)
+    return {
+        "bands": [Mirrored(half) for half in halves],
+        "speckle": np.tile(errors.relative, (count, 1)),
+        "deviation": np.tile(errors.deviation, (count, 1)),
+        "wrap": max(errors.mean, scaled_pattern.wrap(lens, made.scaled, read)),
+    }
 
 
 def _stored(name):

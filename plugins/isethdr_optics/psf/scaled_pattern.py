@@ -11,19 +11,20 @@ little that few speckles are averaged.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from isethdr_core.physics.optics import exact_tiles, pattern_columns, ray_sums
 from isethdr_core.physics.optics import half_plane_pattern as patterns
+from isethdr_core.physics.optics.lattice import spline_response
 
 from ..pupil import sampled_pupil
 from . import kernel_sampling_error
 
-PLACES = 5.5  # under a tile's triangle, over the tiles that its light moves within a band
+MOST_PLACES = 14  # closer together than the finest detail of any wavelength
 MOST_SAMPLES = 3e8  # of the period of a lattice
 FINEST = 8.0  # times the samples and rays that are read as usual
 USUAL_TILE = (
@@ -31,6 +32,9 @@ USUAL_TILE = (
 )
 USUAL_ERROR = 0.03  # of a tile's light that these leave at most
 DENSE = 1.5  # wavelengths of an exact core per speckle that its border moves within a band
+# of a wider core, at Gauss's places: so many per speckle that its corner moves, and two more. They
+# are right to 2e-4, where the core is as right as direct sums can tell; 0.8 and one leave 4e-3
+DENSE_GAUSS, MORE_GAUSS = 1.0, 2
 MOST_WAVELENGTHS = 64  # of a band, however wide
 LEAST_CORE = 8  # tiles from the axis: nearer, rays are too few
 WORTH = 0.9  # of the error: finer kernels that leave more of it are not made finer still
@@ -41,7 +45,10 @@ WRAP = (
     0.0015  # largest error of the border tiles from the period of the field, as `wings.WRAP_SHARED`
 )
 COLUMNS = 8  # of tiles, looked at together
-FINE_COLUMNS = {"step": 0.2, "moves": 0.3, "period": 6.0}  # of direct sums that are right to 1e-3
+FINE_STRIPS = 5.0  # of a pupil's cell, for patterns right to 3e-4
+# of direct sums. Beside the axis light falls so steeply that they take half the step
+FINE_COLUMNS = {"step": 0.2, "moves": 0.5, "period": 6.0, "strips": 3.0}
+NEAREST_COLUMNS = {**FINE_COLUMNS, "step": 0.1}
 NEAREST = 8  # tiles from the axis: nearer, no error of a wider core was found
 MOST_SUMS = 1e11  # of a wider core: some 6 CPU seconds
 USUAL_SUMS = 8e3  # for every value of the kernels: as long as the other rings take
@@ -58,12 +65,49 @@ class Level:
     step: float  # of the lattice, wavelengths x f-number
     per_tile: float  # samples along each axis of a tile, at least
     rays: float  # per tile, at a ring's outermost
+    places: float = 5.5  # under a tile's triangle, over the tiles that its light moves in a band
+
+    def finer(self, times: float) -> Level:
+        """Return the level with so many times the samples of a lattice, and rays and places."""
+        root = np.sqrt(times)
+        return Level(
+            self.moves, self.step / root, self.per_tile * root, self.rays * root, self.places * root
+        )
 
 
-LEVELS = (
-    Level(1.8, 0.4, 4.0, 3.0),
-    Level(5.5, 0.45, 4.0, 3.0),
-    Level(np.inf, 0.7, 2.5, 2.0),
+@dataclass(frozen=True)
+class Rings:
+    """How finely all rings are read, and how their errors are looked at."""
+
+    levels: tuple[Level, ...]
+    period: float = patterns.PERIOD  # of the field, in reaches, where memory allows it
+    strips: float = patterns.STRIPS  # of a pupil's cell
+    sharpened: bool = False  # samples, as `ray_sums.Sector`
+    columns: Mapping[str, float] = field(default_factory=dict)  # of direct sums, as `Place`
+
+    def finer(self, times: float) -> Rings:
+        """Return rings with so many times the samples, rays and places."""
+        return replace(self, levels=tuple(level.finer(times) for level in self.levels))
+
+
+USUAL = Rings(
+    (
+        Level(1.8, 0.4, 4.0, 3.0),
+        Level(5.5, 0.45, 4.0, 3.0),
+        Level(np.inf, 0.7, 2.5, 2.0),
+    )
+)
+# For light beside very bright lamps: 0.02 to 0.1 of the usual errors
+FINE = Rings(
+    (
+        Level(1.8, 0.2, 8.0, 4.0, 27.0),
+        Level(5.5, 0.2, 8.0, 4.0, 40.0),
+        Level(np.inf, 0.4, 4.0, 4.0, 40.0),
+    ),
+    3.2,
+    FINE_STRIPS,
+    True,
+    {"step": 0.25, "moves": 0.5, "period": 4.0, "strips": 3.0},
 )
 
 
@@ -105,11 +149,11 @@ def serves(lens, flares, frame: Frame) -> bool:
     return frame.narrowest >= NARROWEST and across <= MOST_ACROSS and not coarse
 
 
-def memory_bytes(lens, frame: Frame) -> float:
+def memory_bytes(lens, frame: Frame, read: Rings = USUAL) -> float:
     """Return the bytes of the kernels of a frame, and of the largest lattice while it is made."""
     rows, columns = frame.reach
     held = 4.0 * len(frame.edges_nm) * (rows + 1) * (2.0 * columns + 1)
-    return held + max(lattice.bytes for lattice in _lattices(lens, frame))
+    return held + max(lattice.bytes for lattice in _lattices(lens, frame, read))
 
 
 def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.ndarray, Errors]:
@@ -120,8 +164,8 @@ def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.n
     core = exact_halves(lens, flares, frame, frame.core, apply)
     before = np.inf
     while True:
-        made = halves(lens, flares, frame, core, fine, apply)
-        found = errors(lens, flares, frame, made, apply)
+        made = halves(lens, flares, frame, core, USUAL.finer(fine), apply)
+        found = errors(lens, flares, frame, made, USUAL, apply)
         worst = found.relative.max()
         if worst <= lens.speckle_error or fine >= FINEST or worst > WORTH * before:
             return made, found
@@ -140,14 +184,14 @@ def pupil_of(lens, flares, wavelength_nm: float) -> patterns.RealPupil:
 
 
 def halves(
-    lens, flares, frame: Frame, core: np.ndarray, fine: float = 1.0, apply: Callable = map
+    lens, flares, frame: Frame, core: np.ndarray, read: Rings = USUAL, apply: Callable = map
 ) -> np.ndarray:
     """Return (band, y = 0 .. reach, x = -reach .. reach) float32; the other half is the mirror
     image.
 
     Parameters
     ----------
-    core : of `exact_halves`. `fine` : times the samples and rays that are read as usual.
+    core : of `exact_halves`, as large as `frame.core`. `read` : how finely rings are read.
     apply : `map`, or the `map` of a pool of threads.
     """
     rows, columns = frame.reach
@@ -156,45 +200,63 @@ def halves(
     inner, pupil = min(frame.core), pupil_of(lens, flares, frame.shortest_nm)
     wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
     edges = np.vectorize(lambda w: sampled_pupil.scaled_nm(lens, w))(frame.edges_nm)
-    for level, outer in _reaches(frame):
+    for level, outer in _reaches(frame, read):
         if max(outer) <= inner:
             continue
-        lattice = _lattice(lens, frame, level, outer, fine)
+        lattice = _lattice(lens, frame, level, outer, read)
         pattern = patterns.half_pattern(pupil, wave, lattice, apply)
-        across, along = ray_sums.sectors(pattern, frame.pitch_um, edges)
-        rays = _rays(lens, frame, level) * np.sqrt(fine)
+        across, along = ray_sums.sectors(pattern, frame.pitch_um, edges, read.sharpened)
+        rays = _rays(lens, frame, level)
         for low, high in ray_sums.rings(inner, outer[1]):
             ring = ray_sums.Ring(low, high, outer[0], 0)
-            places, write = _places(frame, low, fine), _columns(out, frame)
+            places, write = _places(frame, low, level), _columns(out, frame)
             ray_sums.band_means(across, ring, rays, places, write, apply)
         for low, high in ray_sums.rings(inner, outer[0]):
             ring = ray_sums.Ring(low, high, outer[1], 1)
-            places, write = _places(frame, low, fine), _rows(out, frame)
+            places, write = _places(frame, low, level), _rows(out, frame)
             ray_sums.band_means(along, ring, rays, places, write, apply)
         inner = max(outer)
     out[:, : core_y + 1, columns - core_x : columns + core_x + 1] = core
     return out
 
 
-def _reaches(frame):
+def _reaches(frame, read=USUAL):
     """Yield levels and the (y, x) tiles from the axis to the border of each."""
-    for level in LEVELS if frame.core != frame.reach else ():
+    for level in read.levels if frame.core != frame.reach else ():
         border = level.moves / frame.narrowest
         yield level, [int(min(r, max(border, c))) for r, c in zip(frame.reach, frame.core)]
 
 
-def _lattices(lens, frame):
+def _lattices(lens, frame, read=USUAL):
     """Return the lattices of all levels, the largest last; those of a frame within its core too."""
-    levels = list(_reaches(frame)) or [(LEVELS[-1], frame.reach)]
-    return [_lattice(lens, frame, level, outer, 1.0) for level, outer in levels]
+    levels = list(_reaches(frame, read)) or [(read.levels[-1], frame.reach)]
+    return [_lattice(lens, frame, level, outer, read) for level, outer in levels]
 
 
-def _lattice(lens, frame, level, outer, fine):
+def _lattice(lens, frame, level, outer, read=USUAL):
     pitch, blur = min(frame.pitch_um), sampled_pupil.blur_um(lens, frame.shortest_nm)
-    step = min(level.step * blur, pitch / level.per_tile) / np.sqrt(fine)
+    step = min(level.step * blur, pitch / level.per_tile)
     extent = [(r + 2) * p for r, p in zip(outer, frame.pitch_um)]
-    step = max(step, patterns.PERIOD * np.sqrt(np.prod(extent) / MOST_SAMPLES))
-    return patterns.half_lattice(extent, step, patterns.PERIOD)
+    finest = np.sqrt(np.prod(extent) / MOST_SAMPLES)  # for a period of one reach
+    step = max(step, patterns.PERIOD * finest)
+    period = max(patterns.PERIOD, min(read.period, step / finest))
+    return patterns.half_lattice(extent, step, period, read.strips)
+
+
+def wrap(lens, frame: Frame, read: Rings) -> float:
+    """Return the largest error that the period of the field leaves in the border tiles.
+
+    `WRAP` was measured with the usual period; light from beyond a longer one is held back by more
+    (`lattice.spline_response`), in amplitude.
+    """
+    level, outer = list(_reaches(frame, read))[-1]
+    made = _lattice(lens, frame, level, outer, read)
+    period = min(p / f for p, f in zip(made.period, made.far))
+    held, usual = (
+        float(spline_response(1 - 1 / p) / spline_response(1 / p))
+        for p in (period, patterns.PERIOD)
+    )
+    return WRAP * min(1.0, held / usual)
 
 
 def _rays(lens, frame, level) -> float:
@@ -203,8 +265,9 @@ def _rays(lens, frame, level) -> float:
     return level.rays * max(1.0, max(frame.pitch_um) / (USUAL_TILE * blur))
 
 
-def _places(frame, low, fine) -> int:
-    return int(max(1, np.ceil(PLACES * np.sqrt(fine) / (low * frame.narrowest) - 0.05)))
+def _places(frame, low, level) -> int:
+    wanted = np.ceil(level.places / (low * frame.narrowest) - 0.05)
+    return int(np.clip(wanted, 1, MOST_PLACES))
 
 
 def _columns(out, frame):
@@ -239,7 +302,16 @@ def _rows(out, frame):
     return write
 
 
-def exact_halves(lens, flares, frame: Frame, reach: tuple[int, int], apply: Callable = map):
+class Wavelengths(NamedTuple):
+    """Wavelengths whose weighted sum stands for a band."""
+
+    nm: np.ndarray
+    weight: np.ndarray  # sum 1
+
+
+def exact_halves(
+    lens, flares, frame: Frame, reach: tuple[int, int], apply: Callable = map, wide: bool = False
+) -> np.ndarray:
     """Return (band, y = 0 .. reach, x = -reach .. reach), integrated exactly over tiles and
     averaged over wavelengths of each band.
 
@@ -249,17 +321,25 @@ def exact_halves(lens, flares, frame: Frame, reach: tuple[int, int], apply: Call
     Parameters
     ----------
     reach : (y, x) tiles from the axis. `apply` : `map`, or the `map` of a pool of threads.
+    wide : of a wider core, whose wavelengths are Gauss's.
     """
     blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
-    lattice = exact_tiles.exact_lattice(frame.pitch_um, reach, blur)
+    strips = FINE_STRIPS if wide else patterns.STRIPS
+    lattice = exact_tiles.exact_lattice(frame.pitch_um, reach, blur, strips)
     wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
     pattern = patterns.half_pattern(pupil_of(lens, flares, frame.shortest_nm), wave, lattice, apply)
     tiles = exact_tiles.ExactTiles(pattern, frame.pitch_um, reach)
 
     def one(band_nm):
-        waves = exact_wavelengths(lens, band_nm, frame.pitch_um, reach)
-        return sum(tiles.at(sampled_pupil.scaled_nm(lens, w)) for w in waves) / np.float32(
-            len(waves)
+        if not wide:
+            waves = exact_wavelengths(lens, band_nm, frame.pitch_um, reach)
+            return sum(tiles.at(sampled_pupil.scaled_nm(lens, w)) for w in waves) / np.float32(
+                len(waves)
+            )
+        rule = gauss_wavelengths(lens, band_nm, frame.pitch_um, reach)
+        return sum(
+            np.float32(share) * tiles.at(sampled_pupil.scaled_nm(lens, w))
+            for w, share in zip(*rule)
         )
 
     return np.stack(list(apply(one, frame.edges_nm)))
@@ -277,6 +357,19 @@ def exact_wavelengths(lens, band_nm, pitch_um, reach) -> np.ndarray:
     return middle + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
+def gauss_wavelengths(lens, band_nm, pitch_um, reach) -> Wavelengths:
+    """Return Gauss's places in a band for a core of `reach`: the pattern is a band-limited
+    function of the wavelength, which so many places integrate all but exactly.
+    """
+    low, high = band_nm
+    middle, width = (low + high) / 2, high - low
+    moved = float(np.hypot(*(r * p for r, p in zip(reach, pitch_um)))) * width / middle
+    speckles = moved / sampled_pupil.blur_um(lens, middle)
+    count = int(min(np.ceil(DENSE_GAUSS * speckles) + MORE_GAUSS, MOST_WAVELENGTHS))
+    place, weight = np.polynomial.legendre.leggauss(count)
+    return Wavelengths(middle + place * width / 2, weight / 2)
+
+
 class Errors(NamedTuple):
     """How wrong kernels are beyond the exact core, per octave of radius; the largest of the bands
     looked at.
@@ -287,7 +380,9 @@ class Errors(NamedTuple):
     mean: float  # largest relative error of an octave's light as a whole
 
 
-def errors(lens, flares, frame: Frame, made: np.ndarray, apply: Callable = map) -> Errors:
+def errors(
+    lens, flares, frame: Frame, made: np.ndarray, read: Rings = USUAL, apply: Callable = map
+) -> Errors:
     """Return what direct sums over the pupil say of kernels, in four groups of eight columns of
     tiles.
 
@@ -306,7 +401,7 @@ def errors(lens, flares, frame: Frame, made: np.ndarray, apply: Callable = map) 
 
     def one(place):
         first, band = place
-        wrong, light = _wrong(lens, flares, frame, made[band], first, band)
+        wrong, light = _wrong(lens, flares, frame, made[band], first, band, **read.columns)
         found = kernel_sampling_error.ColumnErrors()
         found.add(wrong, light, first, frame.core)
         return found.relative(), found.deviation(), np.abs(found.mean())
@@ -330,14 +425,15 @@ def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) ->
     Direct sums are made finer than for `errors`, because the core errs by less than those do.
     """
     reach = wider_reach(frame, tiles)
-    made = exact_halves(lens, flares, frame, reach, apply)
+    made = exact_halves(lens, flares, frame, reach, apply, wide=True)
     order, last = np.argsort(frame.edges_nm[:, 0]), max(2, reach[1] + 1 - COLUMNS)
     inside = replace(frame, reach=reach, core=(NEAREST, NEAREST))
     asked = {(min(f, last), b) for f in (NEAREST, last) for b in (order[0], order[-1])}
 
     def one(place):
         first, band = place
-        wrong, light = _wrong(lens, flares, inside, made[band], first, band, **FINE_COLUMNS)
+        fine = NEAREST_COLUMNS if first == NEAREST else FINE_COLUMNS
+        wrong, light = _wrong(lens, flares, inside, made[band], first, band, **fine)
         found = kernel_sampling_error.ColumnErrors()
         found.add(wrong, light, first, inside.core)
         return found.relative(), found.deviation()
@@ -381,7 +477,7 @@ def exact_sums(lens, frame: Frame, reach: tuple[int, int]) -> float:
     tall, wide = (
         (exact_tiles.BLOCK + 2) * p / step + 2 * exact_tiles.SUPPORT for p in frame.pitch_um
     )
-    waves = sum(len(exact_wavelengths(lens, b, frame.pitch_um, reach)) for b in frame.edges_nm)
+    waves = sum(len(gauss_wavelengths(lens, b, frame.pitch_um, reach).nm) for b in frame.edges_nm)
     return waves * (reach[1] + 1.0) * (wide * rows + (2 * reach[0] + 1) * tall)
 
 

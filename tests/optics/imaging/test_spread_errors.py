@@ -9,7 +9,7 @@ import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, WavefrontLens
 from isethdr_optics.imaging import accuracy_shares, photoelectron_map, spread_errors
 from isethdr_optics.imaging.field_optics import field_optics
-from isethdr_optics.psf import exact_core, kernel_sampling_error, scaled_pattern
+from isethdr_optics.psf import exact_core, kernel_sampling_error, kernels, scaled_pattern
 from isethdr_optics.psf.kernels import _made
 from isethdr_optics.psf.kernels import kernels as made_kernels
 
@@ -168,6 +168,33 @@ def test_kernels_from_one_pattern_get_a_wider_exact_core(monkeypatch):
     assert best(0.0, quick=0.0)[0] is usual
     whole, share = best(0.0, quick=1e9)
     assert whole.wide.tiles == 49 and share < 0.2 * before
+
+
+@pytest.mark.slow
+def test_fine_rings_are_made_where_no_core_is_enough(monkeypatch):
+    """Not where they would miss what is allowed by far, nor where memory does not hold them."""
+    response = build("sensor", "bayer").narrow(Demand()).response
+    lens, mixed = street(lamp=1e9)
+    usual = made_kernels(lens, DIRT, BANDS, (10.0, 10.0), (33, 49))
+    seen = photoelectron_map.counted(lens, mixed, 1.0, response)
+    monkeypatch.setattr(scaled_pattern, "MOST_SUMS", 2e8)
+    size = kernels.wider_cores(usual)[-1].tiles
+    assert size < 40
+    coarse = spread_errors.noise_share(kernels.with_core(usual, size), seen, response)
+
+    def best(allowed):
+        fraction = allowed / accuracy_shares.KERNELS
+        asked = replace(response, noise_fraction_allowed=fraction)
+        return spread_errors.fine_enough(lambda one: usual, lens, mixed, 1.0, asked)[:2]
+
+    fine, share = best(0.3 * coarse)
+    assert share < 0.3 * coarse and fine.wide.tiles <= size
+    assert (fine.deviation[0] <= 0.25 * usual.deviation[0]).all()
+    rest = np.abs(np.asarray(fine.bands[0]) / np.asarray(usual.bands[0]) - 1)
+    assert 0 < np.median(rest[:, :8]) < 0.05  # beyond every core
+    assert best(1e-4 * coarse)[0].deviation is usual.deviation
+    monkeypatch.setattr(kernels, "machine_bytes", lambda: 1.0)
+    assert best(0.3 * coarse)[0].deviation is usual.deviation
 
 
 def test_cores_are_kept_while_kernels_are_made_again():

@@ -2,6 +2,8 @@
 wavelength by wavelength, and with direct sums over the pupil. Stated errors hold.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, HazeFlare, WavefrontLens
@@ -73,6 +75,36 @@ def test_columns_looked_at_are_those_of_direct_sums():
     plan = kernels._Plan(LENS, DIRT, 550.0, 10.0, (4.3, 4.3), (64, 110), 1, lattices)
     want = plan.band(550.0, 10.0)[0][:, 110 + 80 : 110 + 88]
     assert np.abs(light - want).sum() < 0.02 * want.sum()
+
+
+def test_fine_rings_leave_a_third_of_the_usual_errors():
+    """In columns that nobody looks at when errors are stated."""
+    frame = kernels._frame(LENS, DIRT, BANDS[[0, 2]], (4.3, 4.3), (64, 110), WIDTHS[:2])
+    core = scaled_pattern.exact_halves(LENS, DIRT, frame, frame.core)
+    stated, found = [], []
+    for read in (scaled_pattern.USUAL, scaled_pattern.FINE):
+        made = scaled_pattern.halves(LENS, DIRT, frame, core, read)
+        stated.append(scaled_pattern.errors(LENS, DIRT, frame, made, read).relative[6])
+        columns = scaled_pattern.FINE_COLUMNS
+        sums = [scaled_pattern._wrong(LENS, DIRT, frame, made[b], 70, b, **columns) for b in (0, 1)]
+        found.append(np.mean([np.abs(wrong).sum() / light.sum() for wrong, light in sums]))
+    assert found[1] < 0.33 * found[0] and stated[1] < 0.4 * stated[0]
+    assert found[1] < 1.6 * stated[1]  # a few columns stand for whole octaves
+
+
+def test_gauss_wavelengths_leave_no_error_in_a_wider_core():
+    frame = kernels._frame(LENS, DIRT, BANDS[2:], (4.3, 4.3), (90, 90), WIDTHS[:1])
+    made = scaled_pattern.exact_halves(LENS, DIRT, frame, (70, 70), wide=True)
+    lines = scaled_pattern.exact_halves(LENS, DIRT, frame, (70, 70))
+    wrong, light = (
+        scaled_pattern._wrong(
+            LENS, DIRT, replace(frame, reach=(70, 70)), one[0], 60, 0, **scaled_pattern.FINE_COLUMNS
+        )
+        for one in (made, lines)
+    )
+    share = [np.abs(w).sum() / k.sum() for w, k in (wrong, light)]
+    # direct sums are right to some 2e-4
+    assert share[0] < 8e-4 and share[0] < 0.5 * share[1]
 
 
 def test_scatter_is_mixed_in():
