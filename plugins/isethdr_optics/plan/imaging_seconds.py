@@ -10,6 +10,7 @@ import numpy as np
 
 from isethdr_core.pipeline.memory import Frame
 
+from ..imaging.sensor_plane import without_geometry
 from ..imaging.threads import MOST_THREADS, cpus
 from ..psf import kernels
 
@@ -32,9 +33,10 @@ def expected_s(lens, flares, frame: Frame) -> float | None:
     seconds = CONVOLVED_S * values
     reach = (frame.rows - 1, frame.columns - 1)
     pitch_um = tuple(1e3 * lens.focal_length_mm * p for p in frame.pitch)
-    if not kernels.at_hand(lens, flares, wave, pitch_um, reach):
+    plain = without_geometry(lens)  # whose kernels they are
+    if not kernels.at_hand(plain, flares, wave, pitch_um, reach):
         seconds += TRANSFORMED_S * values
-        if kernels.from_one_pattern(lens, flares, wave, pitch_um, reach):
+        if kernels.from_one_pattern(plain, flares, wave, pitch_um, reach):
             seconds += PATTERN_S + PATTERN_VALUES_S * values
         else:
             seconds += LATTICES_BAND_S * len(wave) + LATTICES_VALUES_S * values

@@ -100,9 +100,9 @@ USUAL = Rings(
 # For light beside very bright lamps: 0.02 to 0.1 of the usual errors
 FINE = Rings(
     (
-        Level(1.8, 0.2, 8.0, 4.0, 27.0),
-        Level(5.5, 0.2, 8.0, 4.0, 40.0),
-        Level(np.inf, 0.4, 4.0, 4.0, 40.0),
+        Level(1.8, 0.2, 8.0, 3.0, 27.0),
+        Level(5.5, 0.2, 8.0, 3.0, 27.0),
+        Level(np.inf, 0.4, 4.0, 3.0, 27.0),
     ),
     3.2,
     FINE_STRIPS,
