@@ -70,18 +70,18 @@ def ledger_table(ledger, details: bool = False, expected: dict | None = None) ->
         table.add_column(name, justify=side, no_wrap=name == "stage")
     for row in ledger if details else metrics_together(ledger):
         errors = "\n".join(error_text(e) for e in row.errors) if details else worst_text(row.errors)
-        left = (
-            "\n".join(f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out)
-            if details
-            else (f"{len(row.left_out)} noted" if row.left_out else "")
-        )
+        omissions = f"{len(row.left_out)} noted" if row.left_out else ""
+        if details:
+            omissions = "\n".join(
+                f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out
+            )
         table.add_row(
             row.stage,
             f"{row.seconds:.2f}{' kept' if row.reused else ''}",
             *([seconds_text(expected.get(row.stage))] if known else []),
             f"{row.peak_bytes / 1e6:.0f}",
             errors,
-            left,
+            omissions,
         )
     return table
 

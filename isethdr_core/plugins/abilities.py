@@ -257,9 +257,9 @@ def _problem_of(function: Any, bound: bool, protocol: type, name: str) -> str:
     except (ValueError, TypeError):  # a compiled function that does not tell
         return ""
     for arguments in _calls(protocol, name):
-        given = [None] * (bound + arguments.by_position)
+        by_position = [None] * (bound + arguments.by_position)
         try:
-            signature.bind(*given, **dict.fromkeys(arguments.by_name))
+            signature.bind(*by_position, **dict.fromkeys(arguments.by_name))
         except TypeError as err:
             return str(err)
     return ""

@@ -62,7 +62,7 @@ def descriptions(
     broken: list[BrokenPlugin] = []
     path = cache_file()
     kept = _read(path)
-    made = False
+    is_new = False
     for comp in members:
         # a class that is here already needs no import
         key = f"{comp.kind}/{comp.name} {comp.target} {_state(comp.package)}{_state(CORE)}"
@@ -75,8 +75,9 @@ def descriptions(
             broken.append(BrokenPlugin(f"{comp.kind}/{comp.name}", comp.package, str(err)))
             continue
         if isinstance(comp.target, str):
-            kept[key], made = found[comp], True
-    if made:
+            kept[key] = found[comp]
+            is_new = True
+    if is_new:
         _write(path, kept)
     return found, broken
 

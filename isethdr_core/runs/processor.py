@@ -47,12 +47,10 @@ def _processor() -> str:
     for line in text.split("\n\n")[0].splitlines():
         key, _, value = line.partition(":")
         known[key.strip()] = value.strip()
-    told = [f"{key} {known[key]}" for key in CPUINFO if key in known]
-    return (
-        ", ".join([platform.machine(), *told])
-        if told
-        else f"{platform.machine()} {platform.processor()}".strip()
-    )
+    model = [f"{key} {known[key]}" for key in CPUINFO if key in known]
+    if not model:
+        return f"{platform.machine()} {platform.processor()}".strip()
+    return ", ".join([platform.machine(), *model])
 
 
 def _vector_instructions() -> str:
@@ -63,10 +61,10 @@ def _vector_instructions() -> str:
 
 def _linear_algebra() -> dict[str, str]:
     """Return the kernel of each BLAS library that is loaded, by the folder of the library."""
-    found = {}
+    kernel_of = {}
     for library in threadpool_info():
         if library["user_api"] == "blas":
-            told = (library.get(key) for key in ("internal_api", "version", "architecture"))
+            kernel = (library.get(key) for key in ("internal_api", "version", "architecture"))
             folder = os.path.basename(os.path.dirname(library["filepath"]))
-            found[f"blas in {folder}"] = " ".join(filter(None, told))
-    return found
+            kernel_of[f"blas in {folder}"] = " ".join(filter(None, kernel))
+    return kernel_of

@@ -44,7 +44,7 @@ SMALL_BYTES = 1e6  # worth keeping however fast it was
 
 
 @dataclass(frozen=True)
-class Made:
+class StageResult:
     """What a stage returned, and what it stated."""
 
     result: Any
@@ -53,7 +53,7 @@ class Made:
 
 TYPES = Types.of(
     (
-        *(ErrorTerm, Source, Quantity, LightPart, Reading, LeftOut, Row, Made),
+        *(ErrorTerm, Source, Quantity, LightPart, Reading, LeftOut, Row, StageResult),
         *(Electrons, ErrorMaps, Score, ScoreErrors, RendererError),
     )
 )
@@ -104,23 +104,23 @@ class Reuse:
         names : of the results; None has no name.
         compute : function(places in `names`) -> the results of these places. It states nothing.
         """
-        found: list[Any] = [None] * len(names)
+        results: list[Any] = [None] * len(names)
         if self.cache is not None:
-            found = [None if name is None else self.cache.get(VALUE + name) for name in names]
-        missing = [place for place, result in enumerate(found) if result is None]
+            results = [None if name is None else self.cache.get(VALUE + name) for name in names]
+        missing = [place for place, result in enumerate(results) if result is None]
         if not missing:
-            return found
+            return results
         start = time.process_time()
-        results = compute(missing)
+        computed = compute(missing)
         each_s = (time.process_time() - start) / len(missing)
-        for place, result in zip(missing, results, strict=True):
-            found[place] = result
+        for place, result in zip(missing, computed, strict=True):
+            results[place] = result
             name = names[place]
             if self.cache is not None and name is not None:
                 self.cache.put(VALUE + name, result, _worth(each_s))
-        return found
+        return results
 
-    def earlier(self, name: str | None) -> Made | None:
+    def earlier(self, name: str | None) -> StageResult | None:
         """Return what the stage of a result returned and stated in an earlier run, if it is
         kept.
         """
@@ -140,8 +140,8 @@ class Reuse:
             else term
             for term in row.errors
         ]
-        made = Made(result, replace(row, stage="", errors=errors))
-        self.cache.put(name, made, _worth(cpu_s))
+        stage_result = StageResult(result, replace(row, stage="", errors=errors))
+        self.cache.put(name, stage_result, _worth(cpu_s))
 
 
 NOTHING_KEPT = Reuse()

@@ -234,13 +234,15 @@ def _compute(config: DictConfig, parts: Chain, key: str, reuse: Reuse) -> Path:
         if scene.sizes["light_group"] > 1
     }
     names = LightNames(radiance, of_main, of_light(of_main, parts, demand, mixed))
-    made = imaging(parts, mixed, demand)
-    light = stage(rows, "lens", config.lens.name, parts.lens, made.light, Kept(reuse, names.light))
+    imaged = imaging(parts, mixed, demand)
+    light = stage(
+        rows, "lens", config.lens.name, parts.lens, imaged.light, Kept(reuse, names.light)
+    )
     # the recipe, not the store: which groups were rendered when must not change the noise
     random = generator(
         config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name
     )
-    shot = Shot(light, mixed, scene, random, made, reuse, names)
+    shot = Shot(light, mixed, scene, random, imaged, reuse, names)
     cameras = {name: through_camera(parts, rows, name, shot) for name in parts.cameras}
     for row in rows:
         row.light_parts.clear()  # as large as the light; nobody reads it any more
