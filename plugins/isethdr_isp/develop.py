@@ -17,7 +17,7 @@ from isethdr_core.truth import VARIANCE_KNOWN, make_picture, variance_known, wit
 
 from .demosaic.denoise import denoised
 from .demosaic.interpolation import array_period
-from .demosaic.methods import interpolate
+from .demosaic.methods import FOLLOWS_VARIANCE, interpolate
 from .development_fields import Development
 from .readout.defects import MAP, corrected
 from .readout.noise_propagation import independent
@@ -55,7 +55,8 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
     picture = _developed(merged, captures, how, matrix, attrs)
     if how.denoise == "none":
         return picture
-    smooth = denoised(merged, array_period(captures["filter"].values))
+    cell = array_period(captures["filter"].values)
+    smooth = denoised(merged, cell, with_variance=how.demosaic in FOLLOWS_VARIANCE)
     attrs[VARIANCE_KNOWN] = False
     out = _developed(smooth, captures, how, matrix, attrs)
     return with_undenoised(out, picture) if variance_known(picture) else out

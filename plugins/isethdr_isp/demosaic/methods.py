@@ -28,6 +28,7 @@ from .interpolation import bilinear, demosaic, folded, interpolated, places, usi
 BAYER_ALONE = ("malvar", "menon")
 BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 METHODS = ("bilinear", "guided", "malvar", "menon", "learned")
+FOLLOWS_VARIANCE = ("guided", "learned")  # what they make depends on the variance of the mosaic
 # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4
 # array
 RADIUS = 3

@@ -69,6 +69,21 @@ def test_pixels_that_differ_are_not_changed():
     np.testing.assert_allclose(out.signal_e, x, rtol=1e-9)
 
 
+def test_strips_and_no_variance_change_nothing(monkeypatch):
+    """Rows are averaged strip by strip; the halo of a strip holds all that its pixels look at."""
+    from isethdr_isp.demosaic import denoise
+
+    one = noisy(np.linspace(5.0, 50.0, 90)[:, None] * np.ones((90, 40)), np.random.default_rng(3))
+    one.valid[30:33, 5:9] = False
+    whole = denoised(one, (2, 2))
+    monkeypatch.setattr(denoise, "STRIP", 17)
+    parts, plain = denoised(one, (2, 2)), denoised(one, (2, 2), with_variance=False)
+    np.testing.assert_array_equal(parts.signal_e, whole.signal_e)
+    np.testing.assert_array_equal(parts.variance_e2, whole.variance_e2)
+    np.testing.assert_array_equal(plain.signal_e, whole.signal_e)
+    assert np.isnan(plain.variance_e2[one.valid]).all()
+
+
 def test_stabilised_values_are_anscombes_for_one_capture_and_have_a_noise_of_one():
     x = np.linspace(1.0, 5000.0, 40000).reshape(200, 200)
     good = np.ones(x.shape, bool)
