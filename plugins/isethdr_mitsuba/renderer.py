@@ -69,8 +69,7 @@ ACCURACY_KNOBS = (
         (2, 3, 4, 5, 8),
         Quantity.RADIANCE,
         Cost(1.0, -0.5),
-        reference=16,
-        independent=OTHER_PATHS,
+        reference=16,  # of the same paths: noise of other ones would hide what is cut off
     ),
     AccuracyKnob(
         "step_nm", (50.0, 30.0, 20.0, 10.0), Quantity.ELECTRONS, Cost(1.0, 0.06), reference=5.0
