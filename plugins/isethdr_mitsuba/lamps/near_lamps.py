@@ -14,6 +14,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from ..paths.device_memory import aligned
+
 # of each group and block: on the night drive 90 % of the blocks have no more that anything lights
 MOST_NEAR = 8
 SEEN = 1.01  # even shares of the chances: a lamp with more of them got a vote
@@ -77,8 +79,8 @@ class NearLamps:
             lamps, length = (np.zeros(1), np.zeros(1)) if found is None else found[:2]
             if found is not None:
                 lamps = mine[lamps]
-            self.lamps.append(mi.UInt32(lamps.ravel().astype(np.uint32)))
-            self.lengths.append(mi.UInt32(length.astype(np.uint32)))
+            self.lamps.append(mi.UInt32(aligned(lamps, np.uint32)))
+            self.lengths.append(mi.UInt32(aligned(length, np.uint32)))
         self.most, self.blocks = dr.opaque(mi.UInt32, MOST_NEAR), dr.opaque(mi.UInt32, blocks)
         dr.eval(*self.lamps, *self.lengths)
 

@@ -16,6 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from ..paths.camera_rays import stream
+from ..paths.device_memory import aligned
 from .near_lamps import NearLamps, near_list
 
 ACROSS = 64  # blocks, where there are as many tiles
@@ -60,10 +61,10 @@ class Chances:
                 share[np.nonzero(listed)[0], near.lamps[listed]] = 0.0
                 chance[:, mine] = share
             lists.append(near)
-            self.slots.append(mi.UInt32(slots.ravel().astype(np.uint32)))
+            self.slots.append(mi.UInt32(aligned(slots, np.uint32)))
             self.count.append(dr.opaque(mi.UInt32, slots.shape[1]))
         self.chance, self.lamps = (
-            mi.Float(chance.ravel().astype(np.float32)),
+            mi.Float(aligned(chance, np.float32)),
             dr.opaque(mi.UInt32, len(strength)),
         )
         self.side, self.across, self.first_cell = (

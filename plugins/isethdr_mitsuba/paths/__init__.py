@@ -3,6 +3,7 @@
 | module           | what                                                        |
 |------------------|-------------------------------------------------------------|
 | `camera_rays`    | how the paths of a tile begin                               |
+| `device_memory`  | NumPy arrays that compiled code reads in whole vectors      |
 | `film_bands`     | Mitsuba's own integrator, for machines without a compiler   |
 | `hits`           | what a ray meets, looked up in tables of all triangles      |
 | `integrator`     | one path, all bands, all light groups                       |

@@ -13,6 +13,7 @@ import mitsuba as mi
 import numpy as np
 
 from ..world.geometry import World
+from .device_memory import aligned
 
 
 class HitTables:
@@ -33,11 +34,12 @@ class HitTables:
         )
         faces = [f + np.uint32(start) for f, start in zip(faces, starts, strict=True)]
         # without any surface: one corner that no ray meets
-        join = lambda kind, arrays: kind(np.concatenate(arrays) if arrays else np.zeros(3))
+        whole = lambda arrays: np.concatenate(arrays) if arrays else np.zeros(3)
+        numbers = lambda arrays: mi.Float(aligned(whole(arrays), np.float32))
         self.positions, self.normals, self.faces = (
-            join(mi.Float, positions),
-            join(mi.Float, normals),
-            join(mi.UInt32, faces),
+            numbers(positions),
+            numbers(normals),
+            mi.UInt32(aligned(whole(faces), np.uint32)),
         )
         triangle = dict(zip(map(id, meshes), map(int, first), strict=True))
         self.first = mi.UInt32(world.table(lambda s: triangle.get(id(s), 0)))
@@ -47,9 +49,8 @@ class HitTables:
         # by chance: another kernel
         self.to_world = mi.Float(poses[:, :3].ravel().tolist())
         # normals turn with the inverse transposed
-        self.turn = mi.Float(
-            np.linalg.inv(poses[:, :3, :3]).transpose(0, 2, 1).astype(np.float32).ravel()
-        )
+        turn = np.linalg.inv(poses[:, :3, :3]).transpose(0, 2, 1)
+        self.turn = mi.Float(aligned(turn, np.float32))
         dr.eval(
             self.positions,
             self.normals,

@@ -27,6 +27,7 @@ from ..world.geometry import World
 from ..world.materials import RAMP_NM
 from ..world.view import View
 from .camera_rays import ACROSS, ALONG, ASIDE, DOWN, UP, Camera, offsets, share, stream
+from .device_memory import aligned
 from .hits import HitTables
 from .spectra import BandTable
 from .surface_tables import SurfaceTables
@@ -118,7 +119,7 @@ class Paths:
         # a tile's number in the whole grid, nothing left out, which its random numbers go by
         rows, columns = self.view.whole
         whole = (work.streams * rows + row) * columns + column
-        each = lambda values: mi.UInt32(np.ascontiguousarray(values, np.uint32))
+        each = lambda values: mi.UInt32(aligned(values, np.uint32))
         at_items = lambda values: each(values[work.owner])
         items = _Items(
             at_items(row),
