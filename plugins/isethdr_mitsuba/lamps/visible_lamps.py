@@ -36,19 +36,12 @@ def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
     tiles = view.shape[0] * view.shape[1]
     level = {}  # (group, spectrum) -> luminance per tile
     error = 0.0 if view.projection == "tangent" else 4 * OFF
-    for index, placed in enumerate(lamps):
-        if placed.lamp.group not in groups or placed.peak_cd_m2 == 0:
-            continue
-        key = groups.index(placed.lamp.group), spectra.index(placed.lamp.spectrum)
-        pieces, tile, normal, corner = _pieces(placed, view)
-        for start in range(0, len(tile), CHUNK):
-            part = slice(start, start + CHUNK)
-            value, seen = _luminance(
-                world, view, placed, index, pieces[part], normal[part], corner[part]
-            )
+    for lot in _lots(lamps, groups, view):
+        for key, tile, value, seen in _luminances(world, view, lamps, lot):
+            where = groups.index(key.group), spectra.index(key.spectrum)
             np.add.at(
-                level.setdefault(key, np.zeros(tiles)),
-                tile[part],
+                level.setdefault(where, np.zeros(tiles)),
+                tile,
                 value / (view.pitch_x * view.pitch_y),
             )
             if np.any((seen > 0) & (seen < 1)):
@@ -58,6 +51,26 @@ def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
         used = np.flatnonzero(luminance)
         layer[g][:, used] += bands[s][:, None] * luminance[used]
     return layer.reshape(len(groups), len(bands_nm), *view.shape), error
+
+
+def _lots(lamps, groups, view):
+    """Yield lists of (number of a lamp, tiles, pieces on the grid, normals, corners), of some
+    `CHUNK` pieces together: one launch of rays serves many lamps.
+    """
+    lot, count = [], 0
+    for index, placed in enumerate(lamps):
+        if placed.lamp.group not in groups or placed.peak_cd_m2 == 0:
+            continue
+        pieces, tile, normal, corner = _pieces(placed, view)
+        for start in range(0, len(tile), CHUNK):
+            part = slice(start, start + CHUNK)
+            lot.append((index, tile[part], pieces[part], normal[part], corner[part]))
+            count += len(tile[part])
+            if count >= CHUNK:
+                yield lot
+                lot, count = [], 0
+    if lot:
+        yield lot
 
 
 def band_means(table, bands_nm, step_nm):
@@ -164,23 +177,36 @@ def cut(polygon, plane, least=0.0):
     return out
 
 
-def _luminance(world, view, placed, index, flat, normal, corner):
-    """Return each piece's area on the grid times the mean luminance of its visible part, and that
-    visible part.
+def _luminances(world, view, lamps, lot):
+    """Yield of each entry of a lot its lamp, tiles, each piece's area on the grid times the mean
+    luminance of its visible part, and that visible part.
+    """
+    rays = [_rays(view, *entry[2:]) for entry in lot]
+    counts = [direction.shape[0] for _, direction, _ in rays]
+    indices = np.repeat([entry[0] for entry in lot], counts)
+    directions = np.concatenate([direction for _, direction, _ in rays])
+    distances = np.concatenate([distance.ravel() for *_, distance in rays])
+    seen = np.split(_sees(world, view, directions, distances, indices), np.cumsum(counts)[:-1])
+    for (index, tile, *_), (area, direction, distance), sees in zip(lot, rays, seen, strict=True):
+        placed, sees = lamps[index], sees.reshape(distance.shape)
+        pattern = placed.relative(-direction).reshape(distance.shape)
+        value = area * placed.peak_cd_m2 * (pattern * sees).mean(1)
+        yield placed.lamp, tile, value, sees.mean(1)
+
+
+def _rays(view, flat, normal, corner):
+    """Return each piece's area on the grid, and directions and distances of rays from the pinhole
+    to points spread over it.
     """
     a, b = flat[:, 1:-1] - flat[:, :1], flat[:, 2:] - flat[:, :1]
     areas = np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) / 2  # of the fan of triangles
-    area = areas.sum(1)
     points = _spread(flat, areas)
     # back from the grid to the triangle's plane, which every ray to it meets from the lit side
     ray = view.rays(points[..., 0], points[..., 1])
     distance = np.einsum("nk,nk->n", normal, corner)[:, None] / np.minimum(
         np.einsum("nk,nmk->nm", normal, ray), -1e-12
     )
-    direction = view.to_world(ray.reshape(-1, 3))
-    seen = _sees(world, view, direction, distance.ravel(), index).reshape(distance.shape)
-    pattern = placed.relative(-direction).reshape(distance.shape)
-    return area * placed.peak_cd_m2 * (pattern * seen).mean(1), seen.mean(1)
+    return areas.sum(1), view.to_world(ray.reshape(-1, 3)), distance
 
 
 def _spread(flat, areas):
@@ -203,20 +229,22 @@ def _spread(flat, areas):
     return corner * (1 - u) + second * u * (1 - v) + third * (u * v)
 
 
-def _sees(world, view, direction, distance, index):
-    """Return for each ray from the pinhole whether it reaches lamp number `index` at `distance`
-    without occlusion.
+def _sees(world, view, direction, distance, indices):
+    """Say for each ray from the pinhole whether it reaches the lamp of its number at `distance`
+    unhindered.
     """
-    shape = next(s.shape for s in world.shapes if s.lamp == index)
+    shapes = {s.lamp: s.shape for s in world.shapes if s.lamp is not None}
     if dr.is_jit_v(mi.Float):
+        numbers = np.zeros(max(shapes) + 1, np.uint32)
+        for index in np.unique(indices):
+            pointer = mi.ShapePtr(shapes[index])
+            numbers[index] = int(dr.reinterpret_array(mi.UInt32, pointer)[0])
         ray = mi.Ray3f(
             mi.Point3f(*(mi.Float(float(v)) for v in view.origin_m)),
             mi.Vector3f(*direction.T.astype(np.float32)),
         )
         hit = world.scene.ray_intersect_preliminary(ray, coherent=True)
-        own = dr.reinterpret_array(mi.UInt32, hit.shape) == dr.reinterpret_array(
-            mi.UInt32, mi.ShapePtr(shape)
-        )
+        own = dr.reinterpret_array(mi.UInt32, hit.shape) == mi.UInt32(numbers[indices])
         # 1e-4: float32 distances; a lamp's own lens or cover this near in front of it would not
         # count as hiding it
         return np.array(
@@ -225,5 +253,6 @@ def _sees(world, view, direction, distance, index):
     out = np.empty(len(direction), bool)
     for k, (d, t) in enumerate(zip(direction, distance, strict=True)):
         hit = world.scene.ray_intersect_preliminary(mi.Ray3f(view.origin_m, d))
-        out[k] = not hit.is_valid() or hit.shape == shape or hit.t > t * (1 - 1e-4)
+        mine = shapes[indices[k]]
+        out[k] = not hit.is_valid() or hit.shape == mine or hit.t > t * (1 - 1e-4)
     return out
