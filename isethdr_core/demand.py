@@ -2,10 +2,12 @@
 
 from .pipeline.demand import (
     Demand,
+    NoiseLimit,
     Response,
 )
 
 __all__ = [
     "Demand",
+    "NoiseLimit",
     "Response",
 ]

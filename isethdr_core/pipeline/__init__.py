@@ -9,6 +9,7 @@
 | `field_check`      | whether the camera's field covers every sensor                    |
 | `imaging_plan`     | how a lens makes the light of one field, decided once             |
 | `memory`           | how much memory a run takes; refused where the machine has less   |
+| `noise_limit`      | how much noise of the light the cameras let through unseen        |
 | `overscan`         | whether tiles beyond the camera's field are needed                |
 | `runtime_estimate` | how long each stage will take, from stored runs                   |
 | `shot`             | what cameras look at, and what each makes of it                   |

@@ -7,6 +7,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
@@ -24,7 +25,7 @@ from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
 from ..runs.noise_realisations import over_draws, state_spread
 from ..runs.reuse import NOT_KEPT, Kept
-from ..runs.seeds import checked_seed
+from ..runs.seeds import checked_seed, generator
 from ..uncertainty import budget, propagation, score_errors, spending
 from ..uncertainty import ledger as book
 from ..uncertainty.changed_scenes import ScoredShot
@@ -43,6 +44,7 @@ from .imaging_plan import (
     outlined,
     plans_imaging,
 )
+from .noise_limit import CameraNoise
 from .shot import CameraShot, Shot, developed
 
 
@@ -209,15 +211,21 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
         state_field(parts.scene, parts.lens)
         if parts.leave_out:
             demand = asked_backwards(parts)
+            sees = demand.response is not None
         else:
             asked = asked_of_sensors(parts, Demand())
+            sees = asked.response is not None
             demand = Demand(
                 labels=frozenset(LABELS),
                 error_allowed=asked.error_allowed,
                 stored_error_allowed=asked.stored_error_allowed,
             )
         check_memory(parts, demand)
-        return demand
+        if not sees:  # without noise of the sensors no noise of the light is small beside it
+            return demand
+        imaged = partial(on_sensor, parts, demand=demand)
+        limit = CameraNoise(parts.lighting, parts.lens, parts.cameras, imaged, generator())
+        return replace(demand, noise_limit=limit)
 
 
 def check_memory(parts: Chain, demand: Demand) -> None:

@@ -8,13 +8,16 @@ with `ledger.left_out` what it dropped, why, and what dropping it can change.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .window import wider
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +60,25 @@ class Response:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class NoiseLimit:
+    """At which noise of the scene's light a camera's own noise is as large.
+
+    Attributes
+    ----------
+    weights : {light group: its weight} in the light that cameras see.
+    xyz : (3, y, x) standard deviations of X, Y and Z of that light, cd/m2; infinite where no camera
+        looks, or where all are saturated.
+    exposures : what automatic cameras chose, in any unit.
+    steady : whether cameras would choose the same for light that is a little different.
+    """
+
+    weights: Mapping[str, float]
+    xyz: np.ndarray
+    exposures: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    steady: bool = True
+
+
 @dataclass(frozen=True)
 class Demand:
     """What the stages to the right still need of the stages to the left. None means all there
@@ -76,6 +98,9 @@ class Demand:
         None
     )
     stored_error_allowed: float = 0.0  # relative, of the rounding of stored radiance
+    # function(scene radiance that is nearly right): a renderer need be no better than the cameras;
+    # None: nothing is known of them
+    noise_limit: Callable[[xr.Dataset], NoiseLimit] | None = field(default=None, compare=False)
 
     def with_groups(self, groups: Iterable[str]) -> Demand:
         """Return the demand for no other light group than `groups`."""

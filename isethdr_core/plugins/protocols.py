@@ -397,6 +397,21 @@ class AccumulatesSamples(Protocol):
 
 
 @runtime_checkable
+class MeetsNoiseLimit(Protocol):
+    """A renderer that goes by the noise of the cameras that look (`Demand.noise_limit`).
+
+    Its radiance states the share in the attribute `limit_share`; stored radiance with that share or
+    a smaller one serves.
+    """
+
+    def limit_share(self) -> float | None:
+        """Return the share of the cameras' noise that the noise of the light may be; None where the
+        fields ask for something else.
+        """
+        ...
+
+
+@runtime_checkable
 class EstimatesSamples(Protocol):
     """A renderer that can tell how many samples it will take."""
 
@@ -762,6 +777,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         RendersMargin,
         NamesItsEffort,
         AccumulatesSamples,
+        MeetsNoiseLimit,
         EstimatesSamples,
     ),
     "lighting": (LooksWithinField, ChecksGroups),

@@ -24,7 +24,7 @@ from ..pipeline.bands import of_demand
 from ..pipeline.chain import Chain, stage
 from ..pipeline.demand import Demand
 from ..pipeline.early_checks import check_lightings
-from ..plugins.protocols import AccumulatesSamples, NamesItsEffort
+from ..plugins.protocols import AccumulatesSamples, MeetsNoiseLimit, NamesItsEffort
 from ..storage import store
 from ..storage.encoding import bits_for, rounding
 from ..storage.join import join_scenes
@@ -154,12 +154,22 @@ def held_and_missing(parts: Chain, demand: Demand) -> tuple[list[dict], Demand |
         s.get("margin", True) for s in found
     )  # all of one grid: what has a margin serves whoever needs none
     held = [s for s in found if s.get("margin", True) == wide]
-    return held, what_is_missing(held, replace(demand, margin=wide), goes_on(parts))
+    wanted = replace(demand, margin=wide)
+    return held, what_is_missing(held, wanted, goes_on(parts), limit_share(parts, demand))
 
 
 def goes_on(parts: Chain):
     """Return the renderer's method `enough`; None where it cannot go on from what is stored."""
     return parts.renderer.enough if isinstance(parts.renderer, AccumulatesSamples) else None
+
+
+def limit_share(parts: Chain, demand: Demand) -> float | None:
+    """Return the share of the cameras' noise that the renderer goes by; None where it goes by
+    something else.
+    """
+    if demand.noise_limit is None or not isinstance(parts.renderer, MeetsNoiseLimit):
+        return None
+    return parts.renderer.limit_share()
 
 
 def known_of(parts: Chain, held: list[dict], missing: Demand, groups) -> dict[str, Known] | None:
@@ -252,18 +262,22 @@ def _record_pooled(joined, held, before, said) -> None:
             )
 
 
-def what_is_missing(held: list[dict], demand: Demand, enough=None) -> Demand | None:
+def what_is_missing(
+    held: list[dict], demand: Demand, enough=None, share: float | None = None
+) -> Demand | None:
     """Return the demand for the groups and bands that no store holds, None where all are held.
 
     Groups that lack different bands are rendered at all bands that any of them lacks.
     `enough(paths, noise)` : whether stores that hold a group know it well enough; None: whatever is
-        held is.
+        held is. `share` : of the cameras' noise, where the renderer goes by that.
     """
     if demand.groups is None and not held:
         return demand
     wanted = demand.groups if demand.groups is not None else held[0]["all_groups"]
     bands = ALL_BANDS if demand.wavelength_nm is None else demand.wavelength_nm
-    lacking = {group: [b for b in bands if not _held(held, group, b, enough)] for group in wanted}
+    lacking = {
+        group: [b for b in bands if not _held(held, group, b, enough, share)] for group in wanted
+    }
     groups = tuple(g for g in wanted if lacking[g])
     if not groups:
         return None
@@ -275,10 +289,12 @@ def what_is_missing(held: list[dict], demand: Demand, enough=None) -> Demand | N
     )
 
 
-def _held(held, group, band, enough) -> bool:
+def _held(held, group, band, enough, share) -> bool:
     mine = [s for s in held if holds(s, group, band)]
     if enough is None or not mine or any(group in s["absent_groups"] for s in mine):
         return bool(mine)
+    if share is not None:
+        return any((s.get("limit_share") or float("inf")) <= share for s in mine)
     of = known(mine, group, (band,))
     return enough(of.paths, of.noise)
 
@@ -345,6 +361,7 @@ def _render(parts, description, demand, so_far, rows, config, folder, recipe, sp
         "lamps": radiance.attrs.get("lamps", []),
         "noise": radiance.attrs.get("noise", {}),
         "path_span": radiance.attrs.get("path_span", {}),
+        "limit_share": radiance.attrs.get("limit_share"),
         "versions": versions() | libraries(parts.scene, parts.renderer),
         "code": fingerprint(parts.scene, parts.renderer),
         "kernels": kernels(parts.scene, parts.renderer),

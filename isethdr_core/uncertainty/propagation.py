@@ -265,7 +265,7 @@ def _at_pixels(captures: xr.Dataset, part: LightPart) -> np.ndarray:
     for channel, row in enumerate(counting):
         mine = filters == channel
         if mine.any():
-            plane = _plane(row, captures, light)
+            plane = light_plane(row, captures, light)
             out[mine] = over_pixels(plane, light.x.values, light.y.values, *place, side, side)[mine]
     return scale * out
 
@@ -335,9 +335,9 @@ def _rates(
         mine = filters == channel
         if not mine.any():
             continue
-        tiles = _sum(row, mixed.values)
+        tiles = band_sum(row, mixed.values)
         total[mine] = resample_mean(
-            _plane(row, captures, light), light.x.values, light.y.values, *place, side, side
+            light_plane(row, captures, light), light.x.values, light.y.values, *place, side, side
         )[mine]
         image[mine] = (gain * mean_over_pixels(tiles, mixed, captures))[mine]
         if noise is not None:
@@ -347,12 +347,14 @@ def _rates(
     return Rates(total, image, np.sqrt(variance) if noise is not None else scene_noise * image)
 
 
-def _plane(row: np.ndarray, captures: xr.Dataset, light: xr.DataArray) -> np.ndarray:
+def light_plane(row: np.ndarray, captures: xr.Dataset, light: xr.DataArray) -> np.ndarray:
     """Return the electrons per m2 and second (y, x) that light makes in a channel of `row`,
     electrons per energy in each band.
     """
     if light.attrs["units"] != PHOTOCURRENT:
-        return _sum(row[np.isin(captures.wavelength.values, light.wavelength.values)], light.values)
+        return band_sum(
+            row[np.isin(captures.wavelength.values, light.wavelength.values)], light.values
+        )
     efficiency = row / photons_per_energy(captures.wavelength.values)
     # not 0 with crosstalk, which mixes channels
     apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(1)
@@ -360,7 +362,8 @@ def _plane(row: np.ndarray, captures: xr.Dataset, light: xr.DataArray) -> np.nda
     return plane
 
 
-def _sum(row: np.ndarray, cube: np.ndarray) -> np.ndarray:
+def band_sum(row: np.ndarray, cube: np.ndarray) -> np.ndarray:
+    """Return the sum over bands (y, x) of `row` (band,) times `cube` (band, y, x), float64."""
     out = np.zeros(cube.shape[1:])
     for weight, band in zip(row, cube):
         if weight:

@@ -4,22 +4,35 @@ from __future__ import annotations
 
 import math
 import sys
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.quantities import scene_radiance
+from isethdr_core.runs.sample_accumulation import Known
 
 from .lamps.placed_lamps import placed_lamps
 from .lamps.sky_discs import disc_lamps
 from .paths.passes import estimate
 from .world.coat_energy import lost_light
 from .world.materials import ramp_surfaces
-from .world.view import view_of
+from .world.view import View, view_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.demand import Demand
 
 
 def render_frame(
-    settings, description, groups, bands_nm, labels, variant: str, margin: bool = True, known=None
+    settings,
+    description,
+    groups,
+    bands_nm,
+    demand: Demand,
+    variant: str,
+    known=None,
 ):
     """Return the scene radiance Dataset.
 
@@ -29,22 +42,21 @@ def render_frame(
     description : SceneDescription.
     groups : light groups to render, all of which have an emitter.
     bands_nm : band centres, nm.
-    labels : names out of isethdr_core.quantities.LABELS.
+    demand : what later stages need; its `noise_limit` counts where `settings` name no noise.
     variant : Mitsuba variant that works here.
-    margin : whether the tiles beyond the camera's field are asked for.
     known : {group: isethdr_core.runs.sample_accumulation.Known}, paths that earlier renderings
         followed: only others are.
     """
     import mitsuba as mi
 
     mi.set_variant(variant)
-    from .labels import cut_labels, label_tiles
+    from .labels import cut_labels, instances, label_tiles
     from .lamps.visible_lamps import visible_lamps
     from .world.geometry import build_world
 
     view = wide = view_of(description.camera, settings.width, settings.height, settings.margin)
     if not (
-        margin or variant.startswith("scalar")
+        demand.margin or variant.startswith("scalar")
     ):  # Mitsuba's own film numbers paths by the size of the frame
         view = wide.within_field()
     lamps = placed_lamps(description, settings.normalise, groups)
@@ -55,18 +67,27 @@ def render_frame(
         why = f"Mitsuba follows light to one facet alone; most at grazing angles, of {worst}"
         ledger.left_out("light from facet to facet", why, lost, "relative", key="facets")
     world = build_world(description, surfaces)
+    layer, error = visible_lamps(world, view, lamps, groups, bands_nm, settings.step_nm)
+    paths = one_pass = None
     if variant.startswith("scalar"):
         from .paths.film_bands import film_pass
 
         one_pass = film_pass(description, view, lamps, groups, bands_nm, settings)
     else:
-        one_pass = even_passes(
-            follower(description, view, lamps, groups, bands_nm, settings, world, surfaces)
+        paths = follower(description, view, lamps, groups, bands_nm, settings, world, surfaces)
+        one_pass = even_passes(paths)
+    by_need = demand.noise_limit is not None and settings.limit_share() is not None
+    cube = Cube(groups, bands_nm, view)
+    if by_need and paths is not None:
+        limit_at = lambda radiance: demand.noise_limit(
+            cube.dataset(radiance.reshape(layer.shape) + layer)
         )
-    result = estimate(
-        one_pass, settings, groups, bands_nm, view.shape, view.whole, known, view.in_field()
-    )
-    layer, error = visible_lamps(world, view, lamps, groups, bands_nm, settings.step_nm)
+        result = needed_paths(settings, paths, instances(world, view), view, limit_at, known)
+    else:
+        settings = settings.decided()
+        result = estimate(
+            one_pass, settings, groups, bands_nm, view.shape, view.whole, known, view.in_field()
+        )
     radiance = result.radiance
     radiance += layer
     state_noise(result, groups, settings)
@@ -79,13 +100,11 @@ def render_frame(
             f"part of a lamp's footprint on a tile, where the lamp is partly hidden{arcs}",
         )
     found, objects = cut_labels(
-        view.cut, *label_tiles(world, wide, description, labels)
+        view.cut, *label_tiles(world, wide, description, demand.labels)
     )  # an object may reach beyond the field
-    ds = scene_radiance(
-        radiance, groups, bands_nm, view.x, view.y, view.field, view.projection, **found
-    )
-    # a lone band or tile has no neighbour to take its width from
-    ds.attrs.update(pitch_x=view.pitch_x, pitch_y=view.pitch_y)
+    ds = cube.dataset(radiance, **found)
+    if by_need:
+        ds.attrs["limit_share"] = settings.limit_share()
     # beside the light it belongs to: what of a picture is the renderer's own noise follows from it
     ds["xyz_noise"] = (
         ("light_group", "xyz_channel", "y", "x"),
@@ -118,6 +137,48 @@ def render_frame(
         if p.lamp.group in groups
     ]
     return ds
+
+
+class Cube(NamedTuple):
+    """The grid, bands and light groups of scene radiance."""
+
+    groups: list[str]
+    bands_nm: np.ndarray
+    view: View
+
+    def dataset(self, radiance: np.ndarray, **labels) -> xr.Dataset:
+        """Return radiance (group, wavelength, row, column) as scene radiance."""
+        view = self.view
+        ds = scene_radiance(
+            radiance,
+            self.groups,
+            self.bands_nm,
+            view.x,
+            view.y,
+            view.field,
+            view.projection,
+            **labels,
+        )
+        # a lone band or tile has no neighbour to take its width from
+        ds.attrs.update(pitch_x=view.pitch_x, pitch_y=view.pitch_y)
+        return ds
+
+
+def needed_paths(settings, paths, instance, view, limit_at, known):
+    """Return the estimate of paths where the cameras need them (`paths.need_driven`).
+
+    Parameters
+    ----------
+    instance : (row, column) object of each tile. `limit_at` : function(radiance) -> `NoiseLimit`.
+    """
+    from .paths.need_driven import Rounds, render_by_need
+    from .paths.need_driven import estimate as estimate_of
+
+    known = [(known or {}).get(group, Known()) for group in paths.lamps.groups]
+    first = max(k.next for k in known)
+    rounds = Rounds(paths, instance, settings.seed, first, settings.most_samples)
+    seconds = render_by_need(rounds, limit_at, settings.limit_share())
+    return estimate_of(rounds, known, seconds, view.in_field())
 
 
 def follower(description, view, lamps, groups, bands_nm, settings, world, surfaces):
@@ -169,13 +230,18 @@ def state_noise(result, groups, settings):
             own + known.paths,
             f", {known.paths} of them stored before" * bool(known.paths),
         )
+        if settings.samples is None:
+            how = f"{samples} samples per tile{stored}, {seconds:.3g} s, where cameras need them"
+        else:
+            how = (
+                f"{samples} samples per tile{stored}, {seconds:.3g} s, nine of ten tiles within"
+                f" {rare_light(samples):.1f} times what is stated of each"
+            )
         ledger.error(
             noise,
             "relative",
             "statistical",
-            f"{samples} samples per tile{stored}, {seconds:.3g} s, nine of ten tiles within"
-            f" {rare_light(samples):.1f} times what is stated of each: median over tiles, light"
-            f" group {group}",
+            f"{how}: median over tiles, light group {group}",
             key="sampling noise",
             part=group,
         )

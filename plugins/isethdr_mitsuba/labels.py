@@ -57,6 +57,13 @@ def label_tiles(world, view, description, wanted):
     return {name: found[name] for name in wanted}, objects
 
 
+def instances(world, view) -> np.ndarray:
+    """Return the number (row, column) of the object at each tile's centre, 0 of the sky."""
+    x, y = (a.ravel() for a in np.meshgrid(view.x, view.y))
+    found = _first_hits(world, view.origin_m, view.to_world(view.rays(x, y)))
+    return found[0].reshape(view.shape)
+
+
 def cut_labels(cut, found: dict, objects):
     """Return labels and object table without the outermost `cut` (rows, columns): boxes count from
     the tiles that are left.

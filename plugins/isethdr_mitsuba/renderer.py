@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 import numpy as np
 
 from isethdr_core import ledger
+from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, Cost
 from isethdr_core.plugins.ranges import Range, Seed, Wavelength, check_ranges
@@ -22,10 +23,10 @@ from .world.view import check_square
 if TYPE_CHECKING:
     import xarray as xr
 
-    from isethdr_core.demand import Demand
     from isethdr_core.runs.sample_accumulation import Known
     from isethdr_core.scene import SceneDescription
 
+NOISE_SHARE = 0.6  # where each tile has just that, 99 % of errors are within 1.5 of the noise
 ERROR_ALLOWED = 0.1  # where neither paths nor an error are asked for
 LEAST_SAMPLES = 16  # paths per tile that any noise is told from
 SCALAR = "scalar_spectral"
@@ -37,6 +38,7 @@ Margin = Annotated[float, Range(0, 2)]  # of the field: five fields side by side
 BandStep = Annotated[float, Range(0.1, 3000)]  # nm
 Samples = Annotated[int, Range(1, 10_000_000)]  # noise falls to 0.03 % of one path's
 ErrorAllowed = Annotated[float, Range(1e-5, 0.999)]
+NoiseShare = Annotated[float, Range(0.01, 100.0)]
 Depth = Annotated[int, Range(1, 1000)]  # segments; light has gone after a few dozen
 
 OTHER_PATHS = {"seed": 2**40 + 1}  # for a reference with noise of its own
@@ -87,6 +89,7 @@ class MitsubaRenderer:
         "samples",
         "error_allowed",
         "most_samples",
+        "noise_share_allowed",
     )  # buy accuracy only: no part of a recipe
 
     width: Tiles = 640  # tiles across the camera's field
@@ -98,6 +101,9 @@ class MitsubaRenderer:
     # samples per tile; the least number of them where error_allowed is set; null takes as many as
     # error_allowed needs, at least 16
     samples: Samples | None = None
+    # noise of the light, as a share of the noise of the cameras that look; counts where neither
+    # samples nor error_allowed is set. null takes noise of light groups in its place
+    noise_share_allowed: NoiseShare | None = NOISE_SHARE
     # allowed relative noise of each light group; null takes 0.1, or no limit where `samples` is set
     error_allowed: ErrorAllowed | None = None
     most_samples: Samples = 4096  # largest number of samples per tile, where error_allowed is set
@@ -133,6 +139,8 @@ class MitsubaRenderer:
         """Return how many paths per tile a light group will take whose relative noise was `noise`
         (None: dark) after `paths`: it falls with their root.
         """
+        if self.limit_share() is not None:  # what cameras need hangs on the scene most
+            return max(paths, LEAST_SAMPLES)
         asked = self.decided()
         if asked.error_allowed is None or noise is None:
             return asked.samples
@@ -142,6 +150,14 @@ class MitsubaRenderer:
                 max(asked.most_samples, asked.samples),
             )
         )
+
+    def limit_share(self) -> float | None:
+        """Return the share of the cameras' noise that the noise of the light may be; None where
+        samples or a noise of light groups are asked for.
+        """
+        if self.samples is not None or self.error_allowed is not None:
+            return None
+        return self.noise_share_allowed
 
     def decided(self) -> MitsubaRenderer:
         """Return the renderer with what its empty fields stand for."""
@@ -184,16 +200,7 @@ class MitsubaRenderer:
         variant = choose_variant(self.variant)
         if variant == SCALAR:
             self._say_how_slow(len(wanted), len(bands), description.camera.projection)
-        return render_frame(
-            self.decided(),
-            description,
-            wanted,
-            bands,
-            demand.labels if demand else frozenset(),
-            variant,
-            demand is None or demand.margin,
-            known,
-        )
+        return render_frame(self, description, wanted, bands, demand or Demand(), variant, known)
 
     def _say_how_slow(self, groups, bands, projection):
         tiles, asked = self.width * self.height * (1 + 2 * self.margin) ** 2, self.decided()

@@ -213,17 +213,7 @@ class _Sums:
         """Return the noise per group of the mean of these paths and those known before; NaN where
         there is no light.
         """
-        out = self.noise()
-        for g, k in enumerate(self.known):
-            if k.paths:
-                own = None if np.isnan(out[g]) else float(out[g])
-                both = (
-                    pooled_noise([k.paths, self.paths[g]], [k.noise, own])
-                    if self.paths[g]
-                    else k.noise
-                )
-                out[g] = np.nan if both is None else both
-        return out
+        return with_known(self.noise(), self.paths, self.known)
 
     def mean(self):
         return self.total / np.maximum(self.paths, 1)[:, None, None]
@@ -249,22 +239,9 @@ class _Sums:
                 )
                 used = level > 0.01 * level.mean()
                 halves = self._half_differences(g)
-                found = (
-                    np.abs([self._judged(half)[used] for half in halves if np.isfinite(half[0])])
-                    / level[used]
-                )
-                if (lit := found.max(axis=0, initial=0.0) > ROUNDING).any():
-                    weight = level[used][lit]
-                    of_halves = (
-                        weighted_median(found[:, lit].ravel(), np.tile(weight, len(found))) / NORMAL
-                    )
-                    out[g] = max(
-                        of_halves,
-                        math.hypot(of_halves, weighted_median(spread[used][lit] / weight, weight))
-                        / math.sqrt(2),
-                    )
-                elif used.any():
-                    out[g] = 0.0
+                known = [self._judged(half)[used] for half in halves if np.isfinite(half[0])]
+                if used.any():
+                    out[g] = group_noise(level[used], np.array(known), spread[used])
         return out
 
     def _level(self, g):
@@ -324,6 +301,41 @@ class _Sums:
         rest = 1 - share**2
         rest[1:][np.abs(share[1:]) > ONE_SIDED] = np.nan
         return (self.apart[g] / self.paths[g] - share * self._level(g)) / np.sqrt(rest)
+
+
+def group_noise(level, halves, spread) -> float:
+    """Return the noise of a group as `_Sums.noise` states it.
+
+    Parameters
+    ----------
+    level : (tile,) luminance. `halves` : (split, tile) half of what halves of the paths differ by.
+    spread : (tile,) standard errors.
+    """
+    found = np.abs(halves) / level
+    lit = found.max(axis=0, initial=0.0) > ROUNDING
+    if not lit.any():
+        return 0.0
+    weight = level[lit]
+    of_halves = weighted_median(found[:, lit].ravel(), np.tile(weight, len(found))) / NORMAL
+    of_tiles = weighted_median(spread[lit] / weight, weight)
+    return max(of_halves, math.hypot(of_halves, of_tiles) / math.sqrt(2))
+
+
+def with_known(noise, paths, known) -> np.ndarray:
+    """Return the noise (group,) of the mean of new paths and those known before; NaN where there is
+    no light.
+
+    Parameters
+    ----------
+    noise, paths : (group,) of the new ones. `known` : (group,) `Known`.
+    """
+    out = np.array(noise, float)
+    for g, k in enumerate(known):
+        if k.paths:
+            own = None if np.isnan(out[g]) else float(out[g])
+            both = pooled_noise([k.paths, paths[g]], [k.noise, own]) if paths[g] else k.noise
+            out[g] = np.nan if both is None else both
+    return out
 
 
 def _around(values, reach):

@@ -50,3 +50,14 @@ def test_a_demand_for_all_bands_takes_no_store_of_a_few(asked):
 
 def test_a_group_without_a_lamp_is_not_lacking():
     assert what_is_missing([stored(["sky"], [BLUE], None, absent=("lamps",))], Demand()) is None
+
+
+def test_radiance_rendered_for_cameras_serves_who_allows_as_much_of_their_noise():
+    demand = Demand(groups=("sky",), wavelength_nm=(BLUE,))
+    by_need = {**stored(["sky"], [BLUE], None), "limit_share": 0.6}
+    by_paths = stored(["sky"], [BLUE], None)
+    enough = lambda paths, noise: True
+    assert what_is_missing([by_need], demand, enough, 0.6) is None
+    assert what_is_missing([by_need], demand, enough, 0.5) is not None
+    assert what_is_missing([by_paths], demand, enough, 0.6) is not None
+    assert what_is_missing([by_paths], demand, enough) is None

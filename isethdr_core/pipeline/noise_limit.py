@@ -1,0 +1,202 @@
+"""Noise limit: how much noise of the scene's light the cameras of a run let through unseen.
+
+A renderer needs to be no better than the camera that looks. What a camera makes of light that is
+nearly right, its automatic exposure included, tells its shot, read and quantisation noise in each
+tile. The noise of the light that is as large as that is the limit there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.ndimage import correlate1d
+
+from ..data import camera_geometry
+from ..data.quantities import full_field, tile_pitch
+from ..data.temporal_modulation import time_mean
+from ..physics.photometry import xyz_weights
+from ..physics.radiometry import photons_per_energy
+from ..uncertainty import ledger, propagation
+from ..uncertainty.render_noise import levels, nearest_xyz, on_light
+from . import window
+from .demand import NoiseLimit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+REACH = 1  # tiles around each whose light counts too, where what is known of the light is noisy
+SATURATED = (
+    0.05  # share of a capture's saturated pixels that had less light than it is taken to end
+)
+CHANGED = 0.2  # relative change of light that an automatic exposure is tried with
+
+
+@dataclass(frozen=True, eq=False)
+class CameraNoise:
+    """Noise limits of the cameras of a run, from scene radiance that is nearly right.
+
+    Attributes
+    ----------
+    lighting, lens, cameras : components of the run.
+    on_sensor : function(mixed radiance) -> light on the sensor plane, for a lens that distorts.
+    generator : key of the cameras' noise.
+    """
+
+    lighting: Any
+    lens: Any
+    cameras: dict[str, Any]
+    on_sensor: Any
+    generator: Any
+
+    def __call__(self, scene: xr.Dataset) -> NoiseLimit:
+        """Return at which noise of the light of `scene` some camera's own noise is as large.
+
+        Nothing that the components state becomes part of the ledger: they state it of the light
+        that is used in the end.
+        """
+        return ledger.collected(lambda: self._limit(scene)).result
+
+    def _limit(self, scene: xr.Dataset) -> NoiseLimit:
+        mixed = self.lighting(scene)
+        mixed, limits, exposures = time_mean(mixed), [], []
+        light = sharp_light(self.lens, mixed)
+        if light is None:
+            light = time_mean(self.on_sensor(mixed))
+        steady = True
+        for sensor in self.cameras.values():
+            captures = sensor(light, self.generator)
+            if propagation.missing(captures):  # of an outside sensor: nothing is known of its noise
+                continue
+            limits.append(limit_of(captures, light, mixed))
+            exposures.append(_exposures(captures))
+            for change in (1 + CHANGED, 1 / (1 + CHANGED)):
+                other = light.copy(data=light.values * light.dtype.type(change))
+                again = _exposures(sensor(other.assign_attrs(light.attrs), self.generator))
+                steady &= bool(np.allclose(again, exposures[-1]))
+        rows, columns = mixed.shape[-2:]
+        xyz = np.min(limits, axis=0) if limits else np.full((3, rows, columns), np.inf)
+        known = np.concatenate(exposures) if exposures else np.zeros(0)
+        return NoiseLimit(dict(mixed.attrs["weights"]), xyz, known, steady)
+
+
+def sharp_light(lens: Any, mixed: xr.DataArray) -> xr.DataArray | None:
+    """Return the irradiance on the sensor plane without blur and flare, on the tiles of `mixed`;
+    None where the lens distorts.
+
+    The lens images a few tiles on its axis, which tells its throughput: no kernel of the whole
+    field is made. Flare would add noise, so that without it the limit is too low and not too high.
+    """
+    inside = window.tiles(mixed, [tile_pitch(mixed, d) for d in ("x", "y")])
+    few = lens(window.cut(mixed, inside), flares=())
+    if not isinstance(camera_geometry.map_of(few), camera_geometry.Identity):
+        return None
+    f_m = few.attrs["focal_length_mm"] * 1e-3
+    field = [
+        mixed.attrs.get(k) or n for k, n in zip(("field_width", "field_height"), full_field(mixed))
+    ]
+    gain = few.attrs["throughput_sr"] * camera_geometry.relative_illumination(
+        few.attrs, mixed.x.values[None, :], mixed.y.values[:, None]
+    )
+    light = mixed.copy(data=(mixed.values * gain.astype(mixed.dtype)).astype(mixed.dtype))
+    light = light.assign_coords(x=mixed.x.values * f_m, y=mixed.y.values * f_m)
+    light.attrs = {**few.attrs, "field_width": field[0] * f_m, "field_height": field[1] * f_m}
+    return light
+
+
+def _exposures(captures: xr.Dataset) -> np.ndarray:
+    """Return what the noise of the captures hangs on beside light: exposure (s) and read noise
+    (e), one after the other.
+    """
+    return np.concatenate([captures[v].values.ravel() for v in ("exposure_s", "read_noise_e")])
+
+
+def limit_of(captures: xr.Dataset, light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
+    """Return the standard deviations (3, y, x) of X, Y and Z of the tiles of `mixed`, cd/m2, that
+    make as much noise as the least noisy capture has that looks there unsaturated.
+
+    Infinite where none does. A channel limits that one of X, Y and Z that it is most like.
+
+    Parameters
+    ----------
+    captures : of one camera.
+    light : on its sensor plane, constant over time, made of `mixed`.
+    """
+    wavelength_nm = mixed.wavelength.values
+    f_m = light.attrs["focal_length_mm"] * 1e-3
+    gain = light.attrs["throughput_sr"] * camera_geometry.relative_illumination(
+        light.attrs, light.x.values[None, :] / f_m, light.y.values[:, None] / f_m
+    )
+    xyz = on_light(levels(mixed, xyz_weights(wavelength_nm)), mixed, light)
+    out = np.full(xyz.shape, np.inf)
+    for k in range(captures.sizes["capture"]):
+        one = captures.isel(capture=k)
+        counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
+        scale = float(one["exposure_s"]) * float(one["area_m2"])
+        constant = (
+            float(one["read_noise_e"]) ** 2
+            + float(one["quantisation_e"]) ** 2 / 12
+            + float(one["dark_e"])
+        )
+        planes = [scale * propagation.light_plane(row, captures, light) for row in counting]
+        end_e = _end(one, planes, light)
+        for row, total in zip(counting, planes):
+            image = scale * gain * on_light(propagation.band_sum(row, mixed.values), mixed, light)
+            nearest = nearest_xyz(row, wavelength_nm)
+            # of light that is noisy: a tile that happens to be dark has no less noise than around
+            noise = np.sqrt(np.maximum(total, _around(total)) + constant)
+            per_electron = _around(xyz[nearest]) / np.maximum(_around(image), np.finfo(float).tiny)
+            limit = np.where((total < end_e) & (image > 0), noise * per_electron, np.inf)
+            out[nearest] = np.minimum(out[nearest], limit)
+    # a pixel larger than a tile is the mean of several tiles
+    side = captures.attrs["pitch_um"] * 1e-6
+    tiles = side**2 / (tile_pitch(light, "x") * tile_pitch(light, "y"))
+    return _at_tiles(out * np.sqrt(max(tiles, 1.0)), light, mixed)
+
+
+def _around(values: np.ndarray) -> np.ndarray:
+    """Return the mean (y, x) of the tiles around each; no running sum, which would carry the
+    rounding error of a lamp along its row.
+    """
+    equal = np.full(2 * REACH + 1, 1 / (2 * REACH + 1))
+    rows = correlate1d(values, equal, axis=0, mode="nearest")
+    out: np.ndarray = correlate1d(rows, equal, axis=1, mode="nearest")
+    return out
+
+
+def _end(one: xr.Dataset, planes: list[np.ndarray], light: xr.DataArray) -> float:
+    """Return the electrons at which a capture stops measuring light; infinite where it never does.
+
+    Parameters
+    ----------
+    planes : electrons (y, x) of each channel on the grid of `light`.
+    """
+    saturated = one["saturated"].values
+    if not saturated.any():
+        return np.inf
+    row, column = np.nonzero(saturated)
+    at = [
+        np.clip(np.round((one[d].values[k] - light[d].values[0]) / tile_pitch(light, d)), 0, n - 1)
+        for d, k, n in (("y", row, light.sizes["y"]), ("x", column, light.sizes["x"]))
+    ]
+    channel = one["filter"].values[row, column].astype(int)
+    found = np.stack(planes)[channel, at[0].astype(int), at[1].astype(int)]
+    return float(np.quantile(found, SATURATED))
+
+
+def _at_tiles(values: np.ndarray, light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
+    """Return values (k, y, x) on the grid of `light` at the tiles of the field; infinite where no
+    light falls from a tile on that grid.
+    """
+    lens, f_m = camera_geometry.map_of(light), light.attrs["focal_length_mm"] * 1e-3
+    x, y = lens.forward(mixed.x.values[None, :], mixed.y.values[:, None])
+    places = [
+        np.round((np.broadcast_to(p, mixed.shape[-2:]) * f_m - light[d].values[0]) / pitch)
+        for d, p, pitch in (("y", y, tile_pitch(light, "y")), ("x", x, tile_pitch(light, "x")))
+    ]
+    there = np.ones(mixed.shape[-2:], bool)
+    for place, d in zip(places, ("y", "x")):
+        there &= (place >= 0) & (place < light.sizes[d])
+    row, column = (np.where(there, place, 0).astype(int) for place in places)
+    return np.where(there, values[:, row, column], np.inf)

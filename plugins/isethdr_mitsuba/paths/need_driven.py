@@ -1,0 +1,207 @@
+"""Rounds: a pilot through all tiles, then paths where cameras would see the noise.
+
+Two buffers of independent paths. Those of either are planned by what the other found, and each is
+half of the result whatever its paths: so no light decides on its own weight. With one buffer tiles
+that found little would stop early and stay dark.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.cli import progress
+from isethdr_core.demand import NoiseLimit
+from isethdr_core.runs.sample_accumulation import Known
+
+from . import need_plan
+from .integrator import Paths
+from .need_plan import Lot
+from .passes import Estimate, group_noise, with_known
+from .tallies import Neighbours, Tally, path_variance
+from .work_items import listed_work
+
+PILOT = 16  # paths of both buffers together
+GROWTH = 4.0  # a round adds at most so many times what there is, as counts are wrong by a factor
+MOST_ROUNDS = 6
+LARGEST_LIST = 1 << 17  # tiles of one launch: bounds memory
+LONGEST = 4096  # paths of a tile and launch: float32 sums of more in a lane drift
+EXPOSURE_CHANGED = 0.1  # relative: then the need is worked out once more
+
+
+@dataclass(eq=False)
+class Rounds:
+    """Two buffers that grow round by round.
+
+    Attributes
+    ----------
+    paths : the integrator.
+    instance : (row, column) number of the object that each tile shows.
+    seed, first : of the renderer, and number of the first path: together they name random numbers.
+    most : paths per tile and group of both buffers at which a tile is given up.
+    """
+
+    paths: Paths
+    instance: np.ndarray
+    seed: int
+    first: int = 0
+    most: int = 4096
+    buffers: list[Tally] = field(default_factory=list)
+    launches: int = 0
+
+    def __post_init__(self):
+        shape = len(self.paths.lamps.groups), len(self.paths.wavelength_nm), self.instance.size
+        self.buffers = [Tally.empty(*shape) for _ in range(2)]
+        self.near = Neighbours(self.instance)
+        lit = [self.paths.lamps.has_lamps(g) for g in range(shape[0])]
+        us = np.where(lit, need_plan.LAMPS_US, need_plan.SKY_US)
+        self.group_us = us + need_plan.BASE_US / 2
+
+    def follow(self, buffer: int, lot: Lot) -> None:
+        """Follow the paths of a lot into a buffer."""
+        for start in range(0, len(lot.tiles), LARGEST_LIST):
+            part = slice(start, start + LARGEST_LIST)
+            left = lot.paths[part]
+            while left.any():
+                now, on = np.minimum(left, LONGEST), np.flatnonzero(left)
+                words = np.random.SeedSequence(self.seed, spawn_key=(self.first, self.launches))
+                work = listed_work(lot.tiles[part][on], now[on], lot.groups[part][on])
+                found = self.paths.launch(int(words.generate_state(1)[0]), work)
+                self.buffers[buffer].add(work, found)
+                self.launches += 1
+                left = left - now
+
+    def pilot(self) -> None:
+        """Follow the first paths of all tiles and groups."""
+        tiles = self.instance.size
+        every = np.full(tiles, self.paths.all_groups())
+        for buffer in range(2):
+            self.follow(buffer, Lot(np.arange(tiles), np.full(tiles, PILOT // 2), every))
+
+    def add_needed(self, limit: NoiseLimit, share: float) -> float:
+        """Add paths so that noise is `share` of the limit, and return how many per tile."""
+        weights = [limit.weights.get(group, 0.0) for group in self.paths.lamps.groups]
+        allowed = share * limit.xyz.reshape(3, -1)
+        plans = []
+        for buffer, other in zip(self.buffers, reversed(self.buffers)):
+            variance = path_variance([other], self.near)
+            wanted = need_plan.needed(variance, allowed, weights, self.group_us) / 2
+            wanted = np.minimum(wanted, np.minimum(GROWTH * buffer.paths, self.most / 2))
+            plans.append(need_plan.more_paths(wanted, buffer.paths))
+        for buffer, more in enumerate(plans):
+            for lot in need_plan.lots(more):
+                self.follow(buffer, lot)
+        return float(sum(more.max(0).mean() for more in plans))
+
+    def until_done(self, limit: NoiseLimit, share: float) -> None:
+        """Add rounds until none is needed."""
+        for k in range(MOST_ROUNDS):
+            with progress.shown(f"round {k + 1} of paths where noise is seen"):
+                if self.add_needed(limit, share) < 0.5:
+                    return
+
+    def radiance(self) -> np.ndarray:
+        """Return radiance (group, band, tile) float64: half of each buffer."""
+        out = np.zeros(self.buffers[0].radiance.shape)
+        for tally in self.buffers:
+            out += tally.radiance / (2 * np.maximum(tally.paths, 1))[:, None]
+        return out
+
+    def xyz_noise(self) -> np.ndarray:
+        """Return standard errors (group, 3, tile) of X, Y and Z, cd/m2.
+
+        Batches take turns in one sequence of points that is spread evenly, so that their spread
+        says too much; what the buffers differ by misses light that both have missed. It is the
+        root mean square of both, or the buffers alone where they say more.
+        """
+        each = path_variance(self.buffers, self.near)
+        of_batches = each * sum(0.25 / np.maximum(t.paths, 1) for t in self.buffers)[:, None]
+        first, second = (tally.mean() for tally in self.buffers)
+        apart = self.near.sum(((first - second) / 2) ** 2)
+        around = self.near.sum(of_batches)
+        share = np.divide(apart, around, out=np.ones_like(apart), where=around > 0)
+        return np.sqrt(of_batches * np.maximum(share, (1 + share) / 2))
+
+    def half_difference(self) -> np.ndarray:
+        """Return half of what the buffers differ by in luminance (group, tile), cd/m2."""
+        first, second = (tally.mean()[:, 1] for tally in self.buffers)
+        return (first - second) / 2
+
+    def mean_paths(self) -> np.ndarray:
+        """Return the paths per tile (group,), in the mean over tiles."""
+        return np.round(sum(t.paths for t in self.buffers).mean(1)).astype(int)
+
+
+def render_by_need(
+    rounds: Rounds, noise_limit: Callable[[np.ndarray], NoiseLimit], share: float
+) -> float:
+    """Follow paths until the noise of the light is `share` of the cameras', and return the seconds
+    that it took, those of `noise_limit` left out.
+
+    Parameters
+    ----------
+    noise_limit : function(radiance (group, band, tile) so far).
+    """
+    start = time.perf_counter()
+    with progress.shown("first paths of all tiles"):
+        rounds.pilot()
+    began, limit = time.perf_counter(), noise_limit(rounds.radiance())
+    start += time.perf_counter() - began
+    rounds.until_done(limit, share)
+    if not limit.steady:
+        began, last = time.perf_counter(), noise_limit(rounds.radiance())
+        start += time.perf_counter() - began
+        change = exposure_change(limit.exposures, last.exposures)
+        if change > EXPOSURE_CHANGED:
+            why = "automatic exposure of the first paths was another: need worked out again"
+            ledger.left_out(
+                "paths planned by the first exposure", why, change, "relative", key="exposure"
+            )
+            rounds.until_done(last, share)
+    return time.perf_counter() - start
+
+
+def estimate(rounds: Rounds, known: list[Known], seconds: float, judged) -> Estimate:
+    """Return what both buffers found, as `passes.estimate` does.
+
+    Parameters
+    ----------
+    known : (group,) what was known before. `seconds` : that the paths took.
+    judged : (rows, columns) slices, the tiles whose noise speaks for a group.
+    """
+    shape = rounds.instance.shape
+    groups = len(known)
+    xyz_noise = rounds.xyz_noise().reshape(groups, 3, *shape)
+    halves = rounds.half_difference().reshape(groups, *shape)
+    level = (sum(t.mean()[:, 1] for t in rounds.buffers) / 2).reshape(groups, *shape)
+    noise, paths = np.full(groups, np.nan), rounds.mean_paths()
+    for g in range(groups):
+        own, apart, spread = (
+            values[g][judged].ravel() for values in (level, halves, xyz_noise[:, 1])
+        )
+        used = own > 0.01 * own.mean()
+        if used.any():
+            noise[g] = group_noise(own[used], apart[used][None], spread[used])
+    return Estimate(
+        rounds.radiance().reshape(groups, -1, *shape),
+        noise,
+        xyz_noise,
+        halves,
+        paths,
+        np.full(groups, seconds),
+        np.full(groups, rounds.first),
+        known,
+        with_known(noise, paths, known),
+    )
+
+
+def exposure_change(first: np.ndarray, last: np.ndarray) -> float:
+    """Return the largest relative change of what cameras chose."""
+    if first.shape != last.shape or not first.size:
+        return 0.0
+    tiny = np.finfo(float).tiny
+    return float(np.abs(last / np.maximum(first, tiny) - 1)[first > 0].max(initial=0.0))

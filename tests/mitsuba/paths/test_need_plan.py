@@ -1,0 +1,87 @@
+"""The plan of paths: what the tiles' variances and limits ask for, and how it is put into launches."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from isethdr_mitsuba.paths import need_plan
+from isethdr_mitsuba.paths.need_driven import exposure_change
+from isethdr_mitsuba.paths.tallies import Neighbours, Tally, path_variance
+
+
+def test_planned_paths_bring_tiles_to_their_limit_in_the_least_time():
+    rng = np.random.default_rng(1)
+    variance, limit = rng.lognormal(0, 2, (3, 3, 500)), rng.lognormal(0, 1, (3, 500))
+    weights, us = np.array([1.0, 0.3, 0.0]), np.array([1.0, 2.0, 1.5])
+    limit[:, 7] = np.inf  # nobody looks
+    paths = need_plan.needed(variance, limit, weights, us)
+    assert not paths[:, 7].any() and not paths[2].any(), "nor where a group has no weight"
+    relative = (weights[:, None, None] ** 2 * variance / limit**2).max(1)
+    cost = us @ paths
+    kept = (cost > 0) & (cost < cost.max() * (1 - 1e-9))
+    assert 1 - kept.mean() <= need_plan.GIVEN_UP + 2 / 500
+    reached = (relative[:2, kept] / paths[:2, kept]).sum(0)
+    np.testing.assert_allclose(reached, 1.0, rtol=1e-9)
+    # any other split of the same time between two groups is noisier
+    for shift in (0.9, 1.1):
+        first = paths[0, kept] * shift
+        second = (cost[kept] - us[0] * first) / us[1]
+        fair = second > 0
+        other = relative[0, kept] / first + relative[1, kept] / np.where(fair, second, 1)
+        assert (other[fair] > 1).all()
+
+
+def test_launches_follow_what_is_planned_and_share_paths():
+    rng = np.random.default_rng(3)
+    more = rng.integers(0, 5, (4, 60)) * 8 * (rng.random((4, 60)) < 0.5)
+    found, launched = np.zeros_like(more), 0
+    for tiles, paths, bits in need_plan.lots(more):
+        assert len(set(tiles)) == len(tiles) and (paths > 0).all()
+        launched += paths.sum()
+        for g in range(4):
+            found[g, tiles] += paths * (bits >> g & 1)
+    assert np.array_equal(found, more)
+    assert launched == more.max(0).sum(), "no tile takes more than its dearest group"
+
+
+def test_nothing_is_added_for_little():
+    more = need_plan.more_paths(np.array([10.0, 100.0, 111.0, 130.0]), np.full(4, 100.0))
+    assert list(more) == [0, 0, 0, 32]
+
+
+def test_neighbours_are_tiles_of_the_same_object():
+    rng = np.random.default_rng(4)
+    instance, values = rng.integers(0, 3, (7, 9)), rng.random((2, 63))
+    found = Neighbours(instance).sum(values).reshape(2, 7, 9)
+    planes = values.reshape(2, 7, 9)
+    for y in range(7):
+        for x in range(9):
+            part = slice(max(y - 2, 0), y + 3), slice(max(x - 2, 0), x + 3)
+            same = instance[part] == instance[y, x]
+            want = (planes[(slice(None), *part)] * same).sum((1, 2))
+            np.testing.assert_allclose(found[:, y, x], want, rtol=1e-12)
+
+
+def test_variance_of_paths_from_batches():
+    """Batches of independent paths of known variance: its estimate is right, tile by tile better
+    than their own few batches tell.
+    """
+    rng = np.random.default_rng(5)
+    shape, light = (12, 16), 1 + rng.random((12, 16))
+    tally = Tally.empty(1, 1, 192)
+    batches, each = 4, 8
+    sums = rng.gamma(2.0, light.reshape(-1, 1, 1) / 2, (192, batches, each)).sum(2)
+    tally.paths[:], tally.batches[:] = batches * each, batches
+    tally.xyz[0, :] = sums.sum(1)
+    tally.squares[0, :] = (sums**2 / each).sum(1)
+    found = path_variance([tally], Neighbours(np.ones(shape, int)))[0, 1]
+    truth = light.ravel() ** 2 / 2
+    assert found.mean() == pytest.approx(truth.mean(), rel=0.1)  # 576 degrees of freedom: 0.06
+    own = sums.var(1, ddof=1) / each
+    assert np.std(found / truth) < 0.4 * np.std(own / truth)
+
+
+def test_exposures_are_compared_where_cameras_chose_any():
+    assert exposure_change(np.array([1e-3, 2.0]), np.array([1.2e-3, 2.0])) == pytest.approx(0.2)
+    assert exposure_change(np.zeros(0), np.zeros(0)) == 0.0

@@ -1,0 +1,160 @@
+"""Paths where cameras see the noise: the light stays the same, and where nobody looks none is
+spent.
+"""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+from isethdr_mitsuba.paths.need_driven import Rounds, render_by_need
+from isethdr_mitsuba.renderer import MitsubaRenderer
+
+from isethdr_core.demand import Demand, NoiseLimit
+from isethdr_core.uncertainty import ledger
+
+from .paths.test_integrator import follower
+
+SIZE = {"width": 24, "height": 16, "margin": 0.0, "step_nm": 100.0, "max_depth": 3}
+WEIGHTS = {"sky": 1.0, "headlights": 1.0, "other": 1.0, "streetlights": 1.0}
+SHARE = 0.5
+
+
+@pytest.fixture(autouse=True)
+def llvm():
+    import mitsuba as mi
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("llvm"))
+
+
+def like_a_camera(luminance):
+    """Return limits: shot noise and a floor; nobody looks at the first column."""
+    scale = 30.0 / luminance.mean()  # electrons per cd/m2
+    limit = np.sqrt(luminance * scale + 1) / scale
+    limit[:, 0] = np.inf
+    return NoiseLimit(WEIGHTS, np.stack([limit] * 3))
+
+
+def rounds(paths, seed):
+    return Rounds(paths, np.ones((16, 24), int), seed)
+
+
+def rendered(paths, seed, luminance):
+    """Return the rounds of a rendering by limits that are known beforehand."""
+    found = rounds(paths, seed)
+    render_by_need(found, lambda _: like_a_camera(luminance), SHARE)
+    return found
+
+
+def judged(paths, samples, passes=1, seed=900):
+    """Return luminance (group, row, column) of even passes."""
+    from isethdr_core.physics.photometry import xyz_weights
+
+    weights = np.zeros(paths.even_pass(1, 2).shape[1])
+    weights[: len(paths.wavelength_nm)] = xyz_weights(paths.wavelength_nm)[1]
+    whole = sum(paths.even_pass(seed + k, samples).astype(float) for k in range(passes))
+    return np.einsum("b,gbt->gt", weights, whole).reshape(-1, 16, 24) / samples / passes
+
+
+def test_noise_is_brought_to_the_limit_without_a_change_of_light(make):
+    scene = make.street(6)
+    paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
+    judge = judged(paths, 1024, 4)
+    found = rendered(paths, 3, judge.sum(0))
+    taken = sum(t.paths for t in found.buffers).max(0).reshape(16, 24)
+    assert (taken[:, 0] == 16).all(), "nobody looks: no more than the first paths"
+    assert taken[:, 1:].max() > 64
+    light = sum(t.mean()[:, 1] for t in found.buffers) / 2
+    error = (light.sum(0).reshape(16, 24) - judge.sum(0)) / like_a_camera(judge.sum(0)).xyz[1]
+    # 0.5 is asked for; one tile in a hundred is given up, and some light is rarer than known
+    assert np.quantile(np.abs(error[:, 1:]), 0.9) < 2 * SHARE
+    stated = np.sqrt((found.xyz_noise()[:, 1] ** 2).sum(0)).reshape(16, 24)
+    stated = (stated / like_a_camera(judge.sum(0)).xyz[1])[:, 1:]
+    assert np.quantile(stated, 0.95) < 1.3 * SHARE
+    for g in range(len(judge)):
+        noise = np.sqrt((found.xyz_noise()[g, 1] ** 2).sum())
+        assert light[g].sum() == pytest.approx(
+            judge[g].sum(), abs=5 * noise + 1e-4 * judge[g].sum()
+        )
+
+
+def test_bits_are_equal_on_any_number_of_threads(make):
+    import drjit as dr
+
+    scene = make.street(6)
+    paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
+    luminance, before = np.full((16, 24), 0.5), dr.thread_count()
+    try:
+        found = []
+        for count in (1, 2):
+            dr.set_thread_count(count)
+            found.append(rendered(paths, 3, luminance).radiance())
+    finally:
+        dr.set_thread_count(before)
+    assert np.array_equal(*found)
+
+
+def test_an_exposure_that_changes_has_the_need_worked_out_again(make):
+    scene = make.street(3)
+    paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
+    calls = []
+
+    def limit(_radiance):
+        calls.append(len(calls))
+        level = np.full((3, 16, 24), 1e9)  # nothing is needed
+        return NoiseLimit(WEIGHTS, level, np.array([1.0 if len(calls) == 1 else 1.5]), False)
+
+    rows = ledger.Ledger()
+    with ledger.stage(rows, "renderer test"):
+        ledger.error(0.0, "1", "bound", "none")
+        render_by_need(rounds(paths, 1), limit, SHARE)
+    assert len(calls) == 2
+    assert [omission.bound for omission in rows[0].left_out] == [pytest.approx(0.5)]
+
+
+def test_the_renderer_goes_by_the_cameras_where_it_is_asked_for_nothing_else(make):
+    scene, settings = make.street(3), MitsubaRenderer(**SIZE)
+    demand = Demand(noise_limit=lambda ds: like_a_camera(np.ones((16, 24))))
+    ds = settings(scene, demand)
+    assert ds.attrs["limit_share"] == settings.noise_share_allowed
+    assert ds.sizes["y"] == 16 and np.isfinite(ds.xyz_noise).all()
+    by_groups = MitsubaRenderer(**SIZE, samples=16)(scene, demand)
+    assert "limit_share" not in by_groups.attrs
+    # half of what the two buffers differ by is what the noise says
+    lit = ds.xyz_noise[1, 1].values > 0
+    ratio = ds.half_difference[1].values[lit] / ds.xyz_noise[1, 1].values[lit]
+    # batches of points that are spread evenly say up to twice too much
+    assert 0.4 < np.sqrt(np.mean(ratio**2)) < 1.5
+
+
+@pytest.mark.slow
+def test_plans_do_not_bias_any_group(make):
+    """200 renderings, each planned by what it found, against 100 times the paths."""
+    scene = make.street(8)
+    paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
+    luminance = judged(paths, 1024, 4).sum(0)
+    light, taken = [], []
+    for seed in range(200):
+        found = rounds(paths, seed)
+        # the limit follows from the noisy picture, as a run's does
+        render_by_need(found, lambda _, f=found: like_a_camera(smoothed(f, luminance)), SHARE)
+        light.append(sum(t.mean()[:, 1] for t in found.buffers).sum(1) / 2)
+        taken.append(sum(t.paths for t in found.buffers).mean())
+    light = np.array(light)
+    passes = int(np.ceil(100 * np.mean(taken) / 1024))
+    each = np.array([judged(paths, 1024, 1, 5000 + k).sum((1, 2)) for k in range(passes)])
+    judge = each.mean(0)
+    bias = light.mean(0) / judge - 1
+    error = np.hypot(
+        light.std(0, ddof=1) / judge / np.sqrt(len(light)),
+        each.std(0, ddof=1) / judge / np.sqrt(passes),
+    )
+    print("bias", bias, "+-", error, "paths", np.mean(taken))
+    assert (np.abs(bias) < 1e-3 + 3 * error).all()
+
+
+def smoothed(found, luminance):
+    """Return the luminance that the rounds found so far, no darker than a tenth of the truth."""
+    light = sum(t.mean()[:, 1] for t in found.buffers).sum(0).reshape(16, 24) / 2
+    return np.maximum(light, 0.1 * luminance)
