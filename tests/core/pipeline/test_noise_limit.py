@@ -62,7 +62,7 @@ def test_nobody_limits_light_that_saturates_every_capture():
 
 
 def test_automatic_exposure_follows_the_light_that_is_shown_and_says_that_it_may_change():
-    scene, _, lens = field(5.0)
+    scene, _, lens = field(500.0)
     fixed, auto = build("sensor", "bayer"), build("sensor", "bayer", exposure_rule="centre")
     cameras = lambda sensor: CameraNoise(
         build("lighting", "ideal"), lens, {"one": sensor}, None, hdr.generator(0)
