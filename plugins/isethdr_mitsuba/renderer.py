@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from isethdr_core.runs.sample_accumulation import Known
     from isethdr_core.scene import SceneDescription
 
-NOISE_SHARE = 0.6  # where each tile has just that, 99 % of errors are within 1.5 of the noise
 ERROR_ALLOWED = 0.1  # where neither paths nor an error are asked for
 LEAST_SAMPLES = 16  # paths per tile that any noise is told from
 SCALAR = "scalar_spectral"
@@ -101,9 +100,9 @@ class MitsubaRenderer:
     # samples per tile; the least number of them where error_allowed is set; null takes as many as
     # error_allowed needs, at least 16
     samples: Samples | None = None
-    # noise of the light, as a share of the noise of the cameras that look; counts where neither
-    # samples nor error_allowed is set. null takes noise of light groups in its place
-    noise_share_allowed: NoiseShare | None = NOISE_SHARE
+    # noise of the light as a share of that of the cameras that look, where neither samples nor
+    # error_allowed is set; null goes by the noise of light groups
+    noise_share_allowed: NoiseShare | None = None
     # allowed relative noise of each light group; null takes 0.1, or no limit where `samples` is set
     error_allowed: ErrorAllowed | None = None
     most_samples: Samples = 4096  # largest number of samples per tile, where error_allowed is set

@@ -1,4 +1,4 @@
-"""The plan of paths: what the tiles' variances and limits ask for, and how it is put into launches."""
+"""The plan of paths: what variances and limits ask for, and how it is put into launches."""
 
 import numpy as np
 import pytest
