@@ -277,7 +277,9 @@ def fine_rings_fit(made: Kernels) -> bool:
     """Return whether the machine's memory holds kernels beside their like with fine rings."""
     if made.scaled is None:
         return False
-    fine = scaled_pattern.memory_bytes(made.keep[0], made.scaled, scaled_pattern.FINE)
+    lens = made.keep[0]
+    read = scaled_pattern.fine_rings(lens, made.scaled)
+    fine = scaled_pattern.memory_bytes(lens, made.scaled, read)
     return made.held_bytes + fine <= machine_bytes()
 
 
@@ -324,7 +326,8 @@ def _inserted(made: Kernels, core: scaled_pattern.Core) -> dict:
 
 def _fine_rings(made: Kernels, core: scaled_pattern.Core, apply) -> dict:
     """Return the fields of kernels with fine rings around a wider core."""
-    (lens, flares), read = made.keep, scaled_pattern.FINE
+    lens, flares = made.keep
+    read = scaled_pattern.fine_rings(lens, made.scaled)
     frame = replace(made.scaled, core=core.reach)
     halves = scaled_pattern.halves(lens, flares, frame, core.halves, read, apply)
     errors = scaled_pattern.errors(lens, flares, frame, halves, read, apply)
@@ -375,10 +378,11 @@ def _frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None):
     if edges.min() <= 0:
         return None
     shortest = float(edges.min())
-    split, *_ = fine_tiles(lens, shortest, pitch_um, reach)
-    if split > 1 or without_lattices(lens, shortest, pitch_um, reach):
+    if without_lattices(lens, shortest, pitch_um, reach):
         return None
     half = core_half(lens, shortest, pitch_um, reach)
+    # of wide tiles, whose core would be smaller
+    half = tuple(min(max(h, scaled_pattern.LEAST_CORE), r) for h, r in zip(half, reach))
     if all(r <= WIDER * h for r, h in zip(reach, half)):
         half = tuple(reach)  # a little more of the exact core costs less than rings
     frame = scaled_pattern.Frame(edges, tuple(pitch_um), tuple(reach), tuple(half))

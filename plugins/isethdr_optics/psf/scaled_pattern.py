@@ -30,6 +30,9 @@ FINEST = 8.0  # times the samples and rays that are read as usual
 USUAL_TILE = (
     1.9  # wavelengths x f-number wide; wider ones take more rays, so that these lie as close
 )
+# wavelengths x f-number: wider tiles hold so many speckles that samples may lie farther apart
+WIDE_TILE = 8.0
+WIDEST_TILE = 60.0  # wavelengths x f-number: the exact core of wider ones outgrows memory
 USUAL_ERROR = 0.03  # of a tile's light that these leave at most
 DENSE = 1.5  # wavelengths of an exact core per speckle that its border moves within a band
 # of a wider core, at Gauss's places: so many per speckle that its corner moves, and two more. They
@@ -44,11 +47,14 @@ NARROWEST = 2e-4  # of a band, relative: a line of 0.1 nm
 WRAP = (
     0.0015  # largest error of the border tiles from the period of the field, as `wings.WRAP_SHARED`
 )
-COLUMNS = 8  # of tiles, looked at together
+COLUMNS = 8  # of tiles, looked at together; of wide ones, which hold more speckles,
+WIDE_COLUMNS = 2
 FINE_STRIPS = 5.0  # of a pupil's cell, for patterns right to 3e-4
 # of direct sums. Beside the axis light falls so steeply that they take half the step
 FINE_COLUMNS = {"step": 0.2, "moves": 0.5, "period": 6.0, "strips": 3.0}
 NEAREST_COLUMNS = {**FINE_COLUMNS, "step": 0.1}
+# over wide tiles, as `WIDE`
+WIDE_FINE_COLUMNS = {"step": 0.5, "moves": 0.5, "period": 6.0, "strips": 3.0}
 NEAREST = 8  # tiles from the axis: nearer, no error of a wider core was found
 MOST_SUMS = 1e11  # of a wider core: some 6 CPU seconds
 USUAL_SUMS = 8e3  # for every value of the kernels: as long as the other rings take
@@ -109,6 +115,11 @@ FINE = Rings(
     True,
     {"step": 0.25, "moves": 0.5, "period": 4.0, "strips": 3.0},
 )
+# A pattern has no frequency above 1 / (wavelength x f-number), a tile hardly takes those above
+# 1 / width: a step of 0.8 takes none of the first kind for one of the second where tiles are wider
+# than 4. A step of 1.2 was up to 17 % wrong.
+WIDE = Rings((Level(np.inf, 0.8, 4.0, 3.0),), columns={"step": 0.75})
+WIDE_FINE = 4.0  # times the samples, rays and places, where a sensor asks for fine rings
 
 
 @dataclass(frozen=True)
@@ -141,19 +152,45 @@ def serves(lens, flares, frame: Frame) -> bool:
     """
     if min(frame.core) < LEAST_CORE:
         return False
-    if sampled_pupil.has_phase(lens, flares) or lens.uneven:
+    if sampled_pupil.has_phase(lens, flares) or lens.uneven or _width(lens, frame) > WIDEST_TILE:
         return False
-    lattice = _lattices(lens, frame)[-1]
+    lattice = _lattices(lens, frame, usual_rings(lens, frame))[-1]
     across = lattice.step_um * max(lattice.period) / sampled_pupil.blur_um(lens, frame.shortest_nm)
     coarse = lattice.step_um > min(frame.pitch_um) / FEWEST
     return frame.narrowest >= NARROWEST and across <= MOST_ACROSS and not coarse
 
 
-def memory_bytes(lens, frame: Frame, read: Rings = USUAL) -> float:
+def memory_bytes(lens, frame: Frame, read: Rings | None = None) -> float:
     """Return the bytes of the kernels of a frame, and of the largest lattice while it is made."""
     rows, columns = frame.reach
+    read = read or usual_rings(lens, frame)
     held = 4.0 * len(frame.edges_nm) * (rows + 1) * (2.0 * columns + 1)
     return held + max(lattice.bytes for lattice in _lattices(lens, frame, read))
+
+
+def wide_tiles(lens, frame: Frame) -> bool:
+    """Return whether tiles hold so many speckles that samples may lie farther apart."""
+    return _width(lens, frame) > WIDE_TILE
+
+
+def _width(lens, frame) -> float:
+    """Return the width of tiles, wavelengths x f-number."""
+    return min(frame.pitch_um) / sampled_pupil.blur_um(lens, frame.shortest_nm)
+
+
+def usual_rings(lens, frame: Frame) -> Rings:
+    """Return how rings of a frame are read, unless a sensor asks for more."""
+    if not wide_tiles(lens, frame):
+        return USUAL
+    # rays and places are fewer by the root of what the tiles are wider: half of the error is left
+    share = np.sqrt(USUAL_TILE / _width(lens, frame))
+    levels = (replace(v, rays=v.rays * share, places=v.places * share) for v in WIDE.levels)
+    return replace(WIDE, levels=tuple(levels))
+
+
+def fine_rings(lens, frame: Frame) -> Rings:
+    """Return how rings of a frame are read beside very bright lamps."""
+    return usual_rings(lens, frame).finer(WIDE_FINE) if wide_tiles(lens, frame) else FINE
 
 
 def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.ndarray, Errors]:
@@ -162,10 +199,10 @@ def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.n
     """
     fine = min(FINEST, max(1.0, USUAL_ERROR / lens.speckle_error))
     core = exact_halves(lens, flares, frame, frame.core, apply)
-    before = np.inf
+    before, read = np.inf, usual_rings(lens, frame)
     while True:
-        made = halves(lens, flares, frame, core, USUAL.finer(fine), apply)
-        found = errors(lens, flares, frame, made, USUAL, apply)
+        made = halves(lens, flares, frame, core, read.finer(fine), apply)
+        found = errors(lens, flares, frame, made, read, apply)
         worst = found.relative.max()
         if worst <= lens.speckle_error or fine >= FINEST or worst > WORTH * before:
             return made, found
@@ -392,7 +429,7 @@ def errors(
     if frame.core == frame.reach:
         return Errors(*np.zeros((2, kernel_sampling_error.OCTAVES)), 0.0)
     reach, order = frame.reach[1], np.argsort(frame.edges_nm[:, 0])
-    last = max(2, reach + 1 - COLUMNS)
+    last = max(2, reach + 1 - _together(lens, frame))
     near = min(frame.core[1] + 1, last)
     far = min(max(near, int(0.75 * reach)), last)
     middle = int(np.sqrt(near * far))
@@ -407,6 +444,10 @@ def errors(
         return found.relative(), found.deviation(), np.abs(found.mean())
 
     relative, deviation, mean = (np.max(part, axis=0) for part in zip(*apply(one, sorted(asked))))
+    # of a small frame, corners lie in an octave that no column crosses: as wrong as the one before
+    outermost = int(np.flatnonzero(relative).max(initial=0))
+    for found in (relative, deviation):
+        found[outermost + 1 :] = found[outermost]
     return Errors(relative, ELSEWHERE * deviation, float(mean.max()))
 
 
@@ -426,13 +467,16 @@ def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) ->
     """
     reach = wider_reach(frame, tiles)
     made = exact_halves(lens, flares, frame, reach, apply, wide=True)
-    order, last = np.argsort(frame.edges_nm[:, 0]), max(2, reach[1] + 1 - COLUMNS)
+    order = np.argsort(frame.edges_nm[:, 0])
+    last, wide = max(2, reach[1] + 1 - _together(lens, frame)), wide_tiles(lens, frame)
     inside = replace(frame, reach=reach, core=(NEAREST, NEAREST))
     asked = {(min(f, last), b) for f in (NEAREST, last) for b in (order[0], order[-1])}
 
     def one(place):
         first, band = place
         fine = NEAREST_COLUMNS if first == NEAREST else FINE_COLUMNS
+        if wide:
+            fine = WIDE_FINE_COLUMNS
         wrong, light = _wrong(lens, flares, inside, made[band], first, band, **fine)
         found = kernel_sampling_error.ColumnErrors()
         found.add(wrong, light, first, inside.core)
@@ -481,11 +525,16 @@ def exact_sums(lens, frame: Frame, reach: tuple[int, int]) -> float:
     return waves * (reach[1] + 1.0) * (wide * rows + (2 * reach[0] + 1) * tall)
 
 
+def _together(lens, frame) -> int:
+    """Return how many columns of tiles are looked at together."""
+    return WIDE_COLUMNS if wide_tiles(lens, frame) else COLUMNS
+
+
 def _wrong(lens, flares, frame, half, first, band, **fine):
     """Return the error and the light, (y, column), of columns from `first` on; `fine` as the
     fields of a `pattern_columns.Place`.
     """
-    count = min(COLUMNS, frame.reach[1] + 1 - first)
+    count = min(_together(lens, frame), frame.reach[1] + 1 - first)
     edges = tuple(float(sampled_pupil.scaled_nm(lens, w)) for w in frame.edges_nm[band])
     place = pattern_columns.Place(first, count, frame.reach[0], frame.pitch_um, edges, **fine)
     light = pattern_columns.columns(pupil_of(lens, flares, frame.shortest_nm), place)

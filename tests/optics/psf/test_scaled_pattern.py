@@ -30,6 +30,7 @@ def beyond(core, wrong):
         (LENS, 4.3, (64, 110)),
         (DiffractionLimitedLens(f_number=1.8), 3.0, (40, 62)),
         (DiffractionLimitedLens(f_number=5.6), 3.0, (130, 90)),
+        (DiffractionLimitedLens(f_number=1.6), 6.4, (18, 28)),  # 9 wavelengths x f-number
     ],
 )
 def test_errors_are_those_against_finer_kernels(lens, pitch_um, reach):
@@ -63,6 +64,22 @@ def test_they_agree_with_kernels_of_lattices_of_their_own(monkeypatch):
         assert (wrong <= stated).all() and wrong.any()
     np.testing.assert_allclose(quick.outside, other.outside, atol=2e-5)
     np.testing.assert_allclose(quick.transmitted, other.transmitted, rtol=1e-9)
+
+
+def test_wide_tiles_agree_with_finer_direct_sums():
+    """Tiles of a fast lens hold many speckles, and few samples each: kernels are as wrong as they
+    say against sums of three times the samples, in columns between those that were looked at.
+    """
+    lens = DiffractionLimitedLens(f_number=1.6)
+    frame = kernels._frame(lens, DIRT, BANDS, (6.4, 6.4), (18, 28), WIDTHS)
+    assert scaled_pattern.wide_tiles(lens, frame) and min(frame.core) >= scaled_pattern.LEAST_CORE
+    half, errors = scaled_pattern.fine_enough(lens, DIRT, frame)
+    finer = {"step": 0.25, "moves": 0.5, "period": 4.0}
+    for band in (0, 2):
+        wrong, light = scaled_pattern._wrong(lens, DIRT, frame, half[band], 18, band, **finer)
+        # two octaves of radius are crossed, in as many tiles as were looked at
+        assert np.abs(wrong).sum() < 1.3 * errors.relative[3:6].max() * light.sum()
+        assert abs(wrong.sum()) < 1.5 * max(errors.mean, 0.003) * light.sum()
 
 
 def test_columns_looked_at_are_those_of_direct_sums():
@@ -126,7 +143,7 @@ def test_phase_uneven_light_and_wide_tiles_go_another_way():
     assert not serves(WavefrontLens(zernike_um={4: 0.01}))
     assert not serves(DiffractionLimitedLens(focal_shift_um={400.0: 5.0, 700.0: 0.0}))
     assert not serves(LENS, (ApertureFlare(dust_delay_um=1.0),))
-    assert not serves(LENS, DIRT, 60.0)
+    assert serves(LENS, DIRT, 60.0) and not serves(LENS, DIRT, 120.0)
 
 
 def test_nothing_is_kept_on_disk(isethdr_home, monkeypatch):
