@@ -170,7 +170,8 @@ def test_the_wheel_ships_both_spellings_every_module_and_their_types(tmp_path):
         wheel.extractall(tmp_path / "site")
     assert imported_from(tmp_path / "site")[0] == tmp_path / "site" / "isethdr.py"
     packages = [ROOT / "isethdr_core", *ROOT.glob("[pcw]*/isethdr_*")]
-    assert len(packages) == 9
+    packages.remove(ROOT / "workflows" / "isethdr_measured")  # makes pages of docs/measured
+    assert len(packages) == 9 and not any("isethdr_measured" in name for name in shipped)
     for package in packages:
         assert f"{package.name}/py.typed" in shipped
         for file in package.rglob("*.py"):
