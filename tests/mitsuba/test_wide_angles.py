@@ -203,6 +203,7 @@ def test_triangles_are_cut_until_chords_replace_arcs(make):
         assert (whole < 1 + 1e-9).all() and np.sum(whole > 1 - 1e-9) > 10
 
 
+@pytest.mark.slow
 def test_tangent_and_equidistant_projections_agree(make):
     """Within the common field: the tangent picture is resampled by exact areas of overlap."""
     from dataclasses import replace

@@ -13,7 +13,10 @@ from isethdr_core.data.camera_geometry import distortion_map, table_values
 from isethdr_core.error_terms import ErrorTerm
 
 # relative: an entrance pupil grows with colour a little differently off the axis
-LENSES = [("double_gauss", 4.0, 1.5e-3), ("cooke_triplet", 8.0, 4e-3)]
+LENSES = [
+    pytest.param("double_gauss", 4.0, 1.5e-3, marks=pytest.mark.slow),
+    ("cooke_triplet", 8.0, 4e-3),
+]
 
 
 def counted_sr(real, height_mm, wavelength_nm, side=200, times=5):

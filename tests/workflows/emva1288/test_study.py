@@ -55,6 +55,7 @@ def agrees(rows, captures, channels):
     )
 
 
+@pytest.mark.slow
 def test_a_monochrome_camera_of_10_bits_is_found_again():
     rows = emva1288("single_mt9v024", size=128, pictures=16)
     agrees(rows, ["single"], ["W"])
@@ -151,6 +152,7 @@ def test_a_wrong_camera_is_told_apart(monkeypatch):
     assert rows["quantum efficiency"] == rows["linearity error"] == "yes"
 
 
+@pytest.mark.slow
 def test_a_bent_converter_is_found():
     from dataclasses import replace
 
