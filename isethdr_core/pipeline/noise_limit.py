@@ -186,8 +186,8 @@ def _end(one: xr.Dataset, planes: list[np.ndarray], light: xr.DataArray) -> floa
 
 
 def _at_tiles(values: np.ndarray, light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
-    """Return values (k, y, x) on the grid of `light` at the tiles of the field; infinite where no
-    light falls from a tile on that grid.
+    """Return values (k, y, x) on the grid of `light` at the tiles of `mixed`; infinite where no
+    light falls from a tile on that grid, and beyond the camera's field.
     """
     lens, f_m = camera_geometry.map_of(light), light.attrs["focal_length_mm"] * 1e-3
     x, y = lens.forward(mixed.x.values[None, :], mixed.y.values[:, None])
@@ -198,5 +198,9 @@ def _at_tiles(values: np.ndarray, light: xr.DataArray, mixed: xr.DataArray) -> n
     there = np.ones(mixed.shape[-2:], bool)
     for place, d in zip(places, ("y", "x")):
         there &= (place >= 0) & (place < light.sizes[d])
+    for d, name in (("y", "field_height"), ("x", "field_width")):
+        centre, side = mixed[d].values, mixed.attrs.get(name) or np.inf
+        inside = np.abs(centre) < side / 2
+        there &= inside[:, None] if d == "y" else inside[None, :]
     row, column = (np.where(there, place, 0).astype(int) for place in places)
     return np.where(there, values[:, row, column], np.inf)

@@ -61,6 +61,16 @@ def test_nobody_limits_light_that_saturates_every_capture():
     assert np.isinf(limit_of(captures, light, mixed)).all()
 
 
+def test_nobody_looks_beyond_the_field_of_the_camera():
+    _, mixed, lens = field(2.0)
+    mixed.attrs["field_width"] *= 0.5  # four tiles on either side lie beyond it
+    light = sharp_light(lens, mixed)
+    limit = limit_of(
+        build("sensor", "bayer", pitch_um=SIDE_UM)(light, hdr.generator(0)), light, mixed
+    )
+    assert np.isfinite(limit[1]).any(0).tolist() == [False] * 4 + [True] * 8 + [False] * 4
+
+
 def test_automatic_exposure_follows_the_light_that_is_shown_and_says_that_it_may_change():
     scene, _, lens = field(500.0)
     fixed, auto = build("sensor", "bayer"), build("sensor", "bayer", exposure_rule="centre")
