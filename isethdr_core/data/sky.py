@@ -24,7 +24,7 @@ class SkyPart:
     columns degrees from 0 on; it is linear between them in the variable of the rows and in azimuth.
     """
 
-    spectrum: Spectrum  # W m-2 sr-1 nm-1 where the pattern is 1
+    spectrum: Spectrum  # radiance in a direction where `pattern` is 1, W m-2 sr-1 nm-1
     pattern: np.ndarray  # (rows, columns), 0 or more
 
 

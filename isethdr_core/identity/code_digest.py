@@ -628,7 +628,8 @@ def code_of_class(cls: type) -> Code:
 
 def code_of(component: object) -> Code:
     """Return the code of a component."""
-    return code_of_class(type(component))  # type: ignore[arg-type]  # classes are hashable
+    cls: type = type(component)
+    return code_of_class(cls)
 
 
 @cache

@@ -68,9 +68,7 @@ def expected_s(parts, config: dict, missing, frame: Frame | None = None) -> dict
 
 
 def imaging_s(parts, frame: Frame | None) -> float | None:
-    """Return the seconds that the lens expects for the light of a frame; None where it does not
-    say.
-    """
+    """Return the seconds that the lens expects to need for a frame; None if it has no estimate."""
     if frame is None or not (
         plans_imaging(parts.lens) and isinstance(parts.lens, EstimatesImaging)
     ):

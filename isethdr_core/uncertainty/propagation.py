@@ -154,7 +154,7 @@ def some_of(captures: xr.Dataset) -> xr.Dataset:
 
 @dataclass(frozen=True, eq=False)
 class Exposure:
-    """Captures, and the light that they were made of.
+    """The captures of one shot, and the light from which they were made.
 
     Attributes
     ----------

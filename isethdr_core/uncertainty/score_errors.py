@@ -262,7 +262,7 @@ def _of_lots(changes: np.ndarray) -> Movement:
 
 
 def _variance(values: np.ndarray) -> float:
-    """Return the variance about the mean; 0 of one value alone."""
+    """Return the unbiased variance of values; 0 for a single value."""
     return float(values.var(ddof=1)) if len(values) > 1 else 0.0
 
 

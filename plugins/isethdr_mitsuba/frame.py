@@ -147,7 +147,7 @@ class Cube(NamedTuple):
     view: View
 
     def dataset(self, radiance: np.ndarray, **labels) -> xr.Dataset:
-        """Return radiance (group, wavelength, row, column) as scene radiance."""
+        """Return the labelled Dataset of an array (group, wavelength, row, column) of radiance."""
         view = self.view
         ds = scene_radiance(
             radiance,

@@ -148,7 +148,9 @@ def _tail(x) -> np.ndarray:
 
 
 def skewness_effect(wedges: Wedges, bright, dark, bright_third, dark_third) -> np.ndarray:
-    """Return by how much skewed levels are more probable in a wedge than normal ones, nearly.
+    """Return the approximate change of a wedge's probability by the skewness of the levels.
+
+    It is the probability with skewed levels less that with normal levels.
 
     Parameters
     ----------

@@ -16,8 +16,7 @@ LEVELS = 16
 
 
 def straightened(triangles, view, off: float):
-    """Return triangles whose sides are nearly straight on the grid of `view`, and the number of the
-    given triangle that each is a part of.
+    """Divide triangles until their sides are nearly straight on the grid of `view`.
 
     Parameters
     ----------
@@ -26,8 +25,8 @@ def straightened(triangles, view, off: float):
 
     Returns
     -------
-    parts (m, 3, 3), m, and which (m,). Parts of one triangle cover it side by side; what lies
-    wholly beyond the grid is dropped.
+    parts (m, 3, 3), m, and which (m,): the index of the triangle to which each part belongs. The
+    parts of a triangle cover it without overlap. Parts wholly beyond the grid are dropped.
     """
     triangles, which = np.asarray(triangles, float), np.arange(len(triangles))
     reach = np.hypot(np.abs(view.x).max() + view.pitch_x, np.abs(view.y).max() + view.pitch_y)

@@ -33,7 +33,9 @@ class Signal:
     aside_deg: float  # where the light has fallen to 1 / e
     up_deg: float
     rules: tuple[str, ...] = ()
-    rest: float = 0.01  # of the axis, within 80 degrees aside and 20 up and down: still seen there
+    # faint light that keeps the lamp visible within 80 degrees aside and 20 degrees up and down,
+    # as a share of the intensity on the axis
+    rest: float = 0.01
 
 
 SIGNALS = {

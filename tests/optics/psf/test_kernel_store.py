@@ -62,7 +62,7 @@ def test_three_processes_share_one_file(isethdr_home, monkeypatch):
     both = [started() for _ in range(2)]
     sums = [float(p.communicate(timeout=600)[0]) for p in both]
     assert len(files(isethdr_home)) == 1  # one name, and no temporary file is left
-    third = fresh_kernels(monkeypatch)  # would fail if it computed kernels
+    third = fresh_kernels(monkeypatch)  # read from the file: computing kernels would fail
     assert [float(third.bands[1].sum(dtype=float))] * 2 == sums
 
 
