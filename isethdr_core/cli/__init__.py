@@ -6,7 +6,8 @@
 | `deferred_libraries` | large libraries that the command line loads when they are first used |
 | `progress`       | which stage is running, for how long, and how long it still takes            |
 | `plan_summary`   | what a run would compute, what is stored, and what is left out               |
-| `plugin_list`    | every component with its fields                                              |
+| `plugin_list`    | components and presets, and the fields of each                               |
+| `run_help`       | what `isethdr run --help` prints                                             |
 | `summary_tables` | the tables and warnings of a run                                             |
 | `terminal`       | the one console that prints for people, without markup                       |
 """

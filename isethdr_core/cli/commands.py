@@ -11,9 +11,12 @@ import sys
 
 import typer
 
+import isethdr_core
+
 from ..errors import ConfigError, IsetHdrError
 from ..plugins.registry import plugin_manager
 from .deferred_libraries import defer
+from .run_help import print_run_help
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -26,17 +29,32 @@ PASS_OVERRIDES = {"allow_extra_args": True, "ignore_unknown_options": True}
 PASS = PASS_OVERRIDES | {"help_option_names": []}
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        print(f"isethdr {isethdr_core.__version__}")
+        raise typer.Exit()
+
+
+@app.callback()
+def options(
+    version: bool = typer.Option(
+        False, "--version", is_eager=True, callback=_print_version, help="Show the version."
+    ),
+) -> None:
+    """Answer the options that stand before any command."""
+
+
 @app.command(
     context_settings=PASS,
-    help=(
-        "Run the chain from scene to scores: isethdr run [-m] [override ...]; --help for Hydra's"
-        " own."
-    ),
+    help="Run from scene to scores, once or as a sweep; isethdr run --help.",
 )
 def run(context: typer.Context) -> None:
     """Hand the overrides to Hydra, which composes the config and calls one run, or one per job of a
     sweep.
     """
+    if {"--help", "-h"} & set(context.args):
+        print_run_help()
+        return
     from ..config.hydra_app import run_with_hydra
 
     run_with_hydra(context.args)
@@ -44,10 +62,8 @@ def run(context: typer.Context) -> None:
 
 @app.command(
     context_settings=PASS_OVERRIDES,
-    help=(
-        "Show what a run would compute and leave out, without running it: isethdr plan [override"
-        " ...]."
-    ),
+    short_help="Show what a run would compute, and for how long.",
+    help="Show what a run would compute, and for how long: isethdr plan [override ...].",
 )
 def plan(context: typer.Context) -> None:
     """Print the demand, what is already stored, and what would be left out and why."""
@@ -61,17 +77,16 @@ def plan(context: typer.Context) -> None:
     print_plan(context.args)
 
 
-@app.command(
-    help="List every component with its fields, units and defaults, and the package it came from."
-)
+@app.command(help="List components and presets, or the fields of one of them.")
 def plugins(
     kind: str = typer.Argument("", help="only this kind, for example sensor"),
+    name: str = typer.Argument("", help="all fields of this one, for example bayer"),
     strict: bool = typer.Option(False, help="exit with an error when a plugin is broken"),
 ) -> None:
-    """Print one table per kind; broken plugins come last, in red."""
+    """Print names by kind, or all fields of one; broken plugins come last, in red."""
     from .plugin_list import print_plugins
 
-    if print_plugins(kind) and strict:
+    if print_plugins(kind, name) and strict:
         raise typer.Exit(1)
 
 

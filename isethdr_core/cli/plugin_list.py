@@ -1,38 +1,138 @@
-"""What `isethdr plugins` prints: every component with its fields. It loads nothing of a run."""
+"""What `isethdr plugins` prints: components and presets, or all fields of one of them. It loads
+nothing of a run.
+"""
 
 from __future__ import annotations
 
-from rich.text import Text
+from itertools import groupby
 
 from ..errors import ConfigError, did_you_mean
 from ..plugins import registry
-from ..plugins.component import KINDS
-from ..plugins.descriptions import descriptions
+from ..plugins.component import KEYED, KINDS, Component
+from ..plugins.descriptions import Description, descriptions
+from ..plugins.field_docs import FieldRow
+from ..plugins.presets import Preset, component_of, presets
 from .terminal import console as open_console
+from .terminal import print_text
+
+FIELD, MORE = "  ", "      "  # what precedes a name, and what is said of it
 
 
-def print_plugins(kind: str = "") -> int:
-    """Print every component with its fields; return how many plugins are broken."""
+def print_plugins(kind: str = "", name: str = "") -> int:
+    """Print the components and presets of a kind, of every kind, or the fields of one of them.
+
+    Parameters
+    ----------
+    kind : one of `KINDS`; "" for all.
+    name : a component or preset of this kind; "" lists their names.
+
+    Returns
+    -------
+    int : how many plugins are broken; each is printed last.
+
+    Raises
+    ------
+    ConfigError : a kind or a name that is not installed.
+    """
     if kind and kind not in KINDS:
         raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
-    console = open_console()
-    kinds = [kind] if kind else list(KINDS)
-    members = [comp for comp in registry.components().values() if comp.kind in kinds]
-    shown, failed = descriptions(members)
-    for k in kinds:
-        console.print(k, style="bold")
-        for comp in sorted((c for c in shown if c.kind == k), key=lambda c: c.name):
-            line = Text.assemble(
-                ("  " + comp.name, "cyan"),
-                f"  {shown[comp].summary}  ",
-                (f"({comp.package})", "dim"),
-            )
-            console.print(line, soft_wrap=True)
-            if shown[comp].fields:
-                fields = "  ".join(shown[comp].fields)
-                console.print(f"      {fields}", style="dim", soft_wrap=True)
+    if name:
+        failed = _print_one(kind, name)
+    else:
+        failed = [broken for k in ([kind] if kind else KINDS) for broken in _print_kind(k)]
+        example = kind or "sensor"
+        print_text(f"Fields of one of them: isethdr plugins {example} NAME")
     every = [*registry.broken_plugins(), *failed]
     for broken in every:
         text = f"broken plugin {broken.entry_point} (package {broken.package}): {broken.reason}"
-        console.print(text, style="bold red")
+        open_console().print(text, style="bold red", soft_wrap=True)
     return len(every)
+
+
+def choice(kind: str, name: str) -> str:
+    """Return what to type to choose a component or preset."""
+    return f"+{kind}@{kind}.KEY={name}" if kind in KEYED else f"{kind}={name}"
+
+
+def _print_kind(kind: str) -> list[registry.BrokenPlugin]:
+    """Print the names of one kind, each with its first paragraph."""
+    members = [comp for comp in registry.components().values() if comp.kind == kind]
+    shown, failed = descriptions(members)
+    open_console().print(f"{kind}: choose with {choice(kind, 'NAME')}", style="bold")
+    for comp in sorted(shown, key=lambda c: c.name):
+        _print_name(comp.name, f"{shown[comp].summary} ({comp.package})")
+    found = presets(kind)
+    if found:
+        print("  presets")
+    for preset in found.values():
+        _print_name(f"  {preset.name}", f"{_based(preset)}{preset.summary}")
+    print()
+    return failed
+
+
+def _print_name(name: str, text: str) -> None:
+    open_console().print(FIELD + name, style="cyan")
+    print_text(text, MORE)
+
+
+def _print_one(kind: str, name: str) -> list[registry.BrokenPlugin]:
+    """Print what one component or preset is, and its fields."""
+    preset = presets(kind).get(name)
+    of_kind = {n: comp for (k, n), comp in registry.components().items() if k == kind}
+    component = of_kind.get(name if preset is None else component_of(preset))
+    if component is None:
+        known = [*of_kind, *presets(kind)]
+        raise ConfigError(f"{kind} {name!r} is not installed{did_you_mean(name, known)}")
+    shown, failed = descriptions([component])
+    if component not in shown:
+        return failed
+    about = shown[component]
+    open_console().print(f"{kind} {name}: choose with {choice(kind, name)}", style="bold")
+    if preset is not None:
+        print_text(f"{_based(preset)}{preset.summary}")
+        print("\nsets")
+        for field, value in preset.fields:
+            print_text(f"{field}={value}", FIELD, MORE)
+        print(f"\ncomponent {component.name}")
+    for paragraph in (about.summary, *about.paragraphs):
+        print_text(paragraph)
+    _print_fields(kind, about)
+    if preset is None:
+        _print_presets_of(kind, component)
+    return failed
+
+
+def _print_fields(kind: str, about: Description) -> None:
+    """Print each field with its default, unit, range and meaning, by the class that defines it."""
+    way = f"{kind}.KEY.FIELD=VALUE" if kind in KEYED else f"{kind}.FIELD=VALUE"
+    print_text(f"Fields, set with {way}:" if about.fields else "It has no fields.")
+    for origin, rows in groupby(about.fields, key=lambda row: row.origin):
+        module, _, owner = origin.partition(":")
+        print_text(f"defined by {owner} in {module}")
+        for row in rows:
+            print_text(field_text(row), FIELD, MORE)
+            if row.meaning:
+                print_text(row.meaning, MORE)
+
+
+def field_text(row: FieldRow) -> str:
+    """Return name, default, unit and allowed values of a field as one line."""
+    unit = "" if row.unit in ("", "1") else row.unit
+    known = " ".join(part for part in (row.allowed.replace("`", ""), unit) if part)
+    return f"{row.name}={row.default}" + (f"  [{known}]" if known else "")
+
+
+def _print_presets_of(kind: str, component: Component) -> None:
+    """Print the presets that are based on a component, with the fields that each sets."""
+    found = [p for p in presets(kind).values() if component_of(p) == component.name]
+    if found:
+        print(f"\npresets of {component.name}")
+    for preset in found:
+        own = "" if preset.based_on == component.name else _based(preset)
+        _print_name(preset.name, f"{own}{preset.summary}")
+        if preset.fields:
+            print_text("sets " + ", ".join(f"{k}={v}" for k, v in preset.fields), MORE)
+
+
+def _based(preset: Preset) -> str:
+    return f"(from {preset.based_on}) " if preset.based_on else ""

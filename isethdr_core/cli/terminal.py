@@ -7,6 +7,8 @@ and
 
 from __future__ import annotations
 
+import shutil
+import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +16,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
+WIDEST_TEXT = 100  # columns of running text
 WIDTH_OF_FILES = 200  # columns of tables that go to a file or a pipe: results are never cut
 
 
@@ -24,6 +27,33 @@ def console(stderr: bool = False) -> Console:
     plain = {"markup": False, "emoji": False, "highlight": False, "stderr": stderr}
     shown = Console(**plain)
     return shown if shown.is_terminal else Console(width=max(shown.width, WIDTH_OF_FILES), **plain)
+
+
+def print_text(text: str, indent: str = "", hanging: str | None = None) -> None:
+    """Print text, broken between words so that it fits the terminal; 80 columns in a pipe.
+
+    Parameters
+    ----------
+    text : one paragraph.
+    indent, hanging : what precedes the first line, and the others (None: as the first).
+    """
+    following = indent if hanging is None else hanging
+    lines = textwrap.wrap(
+        text,
+        text_width(),
+        initial_indent=indent,
+        subsequent_indent=following,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    print("\n".join(lines) if lines else indent.rstrip())
+
+
+def text_width() -> int:
+    """Return the columns of the terminal, at most 100, for longer lines read badly; 80 in a
+    pipe.
+    """
+    return min(shutil.get_terminal_size((80, 24)).columns, WIDEST_TEXT)
 
 
 def print_path(label: str, path: Path | str) -> None:

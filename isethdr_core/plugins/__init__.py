@@ -7,7 +7,9 @@
 | `builtin`   | the components of the core: lightings                                          |
 | `component` | what a plugin offers under `kind/name`; one component at work                  |
 | `descriptions` | what `isethdr plugins` prints of each component, kept on disk |
+| `field_docs` | meaning, unit, default, range and origin of each field of a component           |
 | `hookspecs` | the six hooks of a plugin                                                      |
+| `presets`   | the YAML files of plugins, as the command line lists them                      |
 | `protocols` | what each kind is called with, and the abilities that it may offer             |
 | `ranges`    | which values a component's field may hold, declared where the field is defined |
 | `registry`  | collect plugins with pluggy and look components up by `kind/name`              |

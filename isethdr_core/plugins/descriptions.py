@@ -7,9 +7,7 @@ core or of the component's package changes.
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
-import inspect
 import json
 import os
 from collections.abc import Iterable
@@ -18,11 +16,12 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from importlib import util
 from pathlib import Path
+from typing import Any
 
 from ..errors import PluginError
 from ..storage.atomic_write import write_text
 from .component import Component
-from .ranges import field_types, range_text
+from .field_docs import FieldRow, description, field_rows
 from .registry import BrokenPlugin, class_of
 
 CORE = "isethdr_core"
@@ -33,7 +32,8 @@ class Description:
     """What is printed of one component."""
 
     summary: str  # first paragraph of the docstring of its class
-    fields: list[str]  # `name=default`, with the declared range in brackets
+    fields: list[FieldRow]
+    paragraphs: list[str]  # the rest of that docstring, up to its first section
 
 
 def described(comp: Component) -> Description:
@@ -44,12 +44,8 @@ def described(comp: Component) -> Description:
     PluginError : the class cannot be imported or breaks its contract.
     """
     cls = class_of(comp)
-    return Description(summary_of(cls), field_texts(cls))
-
-
-def summary_of(cls: type) -> str:
-    """Return the first paragraph of a class's docstring as one line."""
-    return " ".join((inspect.getdoc(cls) or "no description").split("\n\n")[0].split())
+    summary, *rest = description(cls) or ["no description"]
+    return Description(summary, field_rows(cls), rest)
 
 
 def descriptions(
@@ -94,26 +90,6 @@ def cache_file() -> Path:
     return Path(folder) / "isethdr" / "components.json"
 
 
-def field_texts(cls: type) -> list[str]:
-    """Return each field of a component as `name=default`, with its declared range in brackets."""
-    types = field_types(cls)
-    texts = []
-    for f in dataclasses.fields(cls):
-        if f.init:
-            limits = range_text(types[f.name])
-            texts.append(f"{f.name}={default_text(f)}" + (f" ({limits})" if limits else ""))
-    return texts
-
-
-def default_text(f: dataclasses.Field[object]) -> str:
-    """Return a field's default as the command line would write it."""
-    if f.default is not dataclasses.MISSING:
-        return repr(f.default)
-    if f.default_factory is not dataclasses.MISSING:
-        return repr(f.default_factory())
-    return "<value>"
-
-
 @cache
 def _state(package: str) -> str:
     """Return a name of the Python files of a package, by their paths, sizes and times of change."""
@@ -131,8 +107,14 @@ def _state(package: str) -> str:
 def _read(path: Path) -> dict[str, Description]:
     """Return what is kept; nothing where the file is missing or damaged."""
     with suppress(OSError, ValueError, TypeError, AttributeError):
-        return {k: Description(**v) for k, v in json.loads(path.read_text("utf-8")).items()}
+        kept = json.loads(path.read_text("utf-8"))
+        return {k: _description(**v) for k, v in kept.items()}
     return {}
+
+
+def _description(summary: str, fields: list[dict[str, Any]], paragraphs: list[str]) -> Description:
+    rows = [FieldRow(**row | {"choices": tuple(row["choices"])}) for row in fields]
+    return Description(summary, rows, paragraphs)
 
 
 def _write(path: Path, kept: dict[str, Description]) -> None:

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import re
 
+import pytest
+from omegaconf import OmegaConf
+
+import isethdr_core
 from isethdr_core.cli.plan_summary import print_plan
+from isethdr_core.cli.plugin_list import print_plugins
+from isethdr_core.cli.run_help import print_run_help
+from isethdr_core.config.composition import compose
+from isethdr_core.config.main_config import settings
+from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.component import KINDS
+from isethdr_core.plugins.ranges import on_command_line
 
 from ..command_line import isethdr, write_plugin
 
@@ -47,18 +58,59 @@ def test_help_is_there_and_names_the_commands():
     )
 
 
-def test_plugins_lists_kinds_fields_and_packages():
+def test_plugins_lists_components_presets_and_packages():
     shown = isethdr("plugins", "sensor")
     assert shown.returncode == 0
-    assert (
-        "exposure_s=0.016" in shown.stdout
-        and "(isethdr_sensors)" in shown.stdout
-        and "lens" not in shown.stdout.split("\n")[0]
-    )
+    names = {line.strip() for line in shown.stdout.splitlines()}
+    assert {"bayer", "bayer_imx363"} <= names
+    assert "(isethdr_sensors)" in shown.stdout and "lens" not in shown.stdout.split("\n")[0]
     unknown = isethdr("plugins", "sensr")
     assert unknown.returncode == 2 and unknown.stderr.startswith(
         "error: no kind 'sensr'; did you mean 'sensor'"
     )
+
+
+def test_the_version_is_that_of_the_package():
+    assert isethdr("--version").stdout == f"isethdr {isethdr_core.__version__}\n"
+
+
+def test_help_and_lists_fit_80_columns(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "80")
+    print_run_help()
+    print_plugins("sensor")
+    print_plugins("lens", "wavefront")
+    print_plugins("sensor", "bayer_imx363")
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) > 200 and max(map(len, lines)) <= 80
+
+
+def test_the_help_of_run_names_every_kind_and_setting(capsys):
+    print_run_help()
+    shown = capsys.readouterr().out
+    assert all(f"\n  {kind} " in shown for kind in KINDS)
+    config = compose()
+    for setting in settings():
+        assert f"\n  {setting.name}={setting.default}\n      {setting.meaning[:20]}" in shown
+        assert on_command_line(OmegaConf.select(config, setting.name)) == setting.default
+
+
+def test_a_field_is_shown_with_all_that_is_known_of_it(capsys):
+    assert print_plugins("sensor", "bayer") == 0
+    shown = capsys.readouterr().out
+    assert "defined by ImagingSensor in isethdr_sensors.imaging_sensor" in shown
+    assert "\n  exposure_s=0.016  [1e-09 to 3600 s]\n      exposure time" in shown
+    assert "  exposure_speed_m_s=0.0  [0 to 200 m/s]" in shown
+    assert "[fixed, centre, histogram, percentile, highlights]" in shown
+    assert "presets of bayer" in shown and "sets pitch_um=1.4" in shown
+
+
+def test_a_preset_is_shown_with_what_it_sets_and_its_component(capsys):
+    print_plugins("sensor", "typical_rgbw")
+    shown = capsys.readouterr().out
+    assert "(from typical_bayer)" in shown and "\n  cfa=RG/WB\n" in shown
+    assert "component dual_gain" in shown
+    with pytest.raises(ConfigError, match="did you mean 'bayer'"):
+        print_plugins("sensor", "bayr")
 
 
 def test_a_mistake_is_one_line():
@@ -149,7 +201,7 @@ def test_two_packages_may_call_their_entry_point_the_same(tmp_path):
 
 def test_plan_has_a_help_of_its_own():
     shown = isethdr("plan", "--help")
-    assert shown.returncode == 0 and "plan [override ...]" in shown.stdout
+    assert shown.returncode == 0 and "plan [override ...]" in " ".join(shown.stdout.split())
     assert not shown.stderr
 
 

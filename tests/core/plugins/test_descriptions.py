@@ -19,7 +19,7 @@ from dataclasses import dataclass
 @dataclass(frozen=True)
 class Acme:
     """{summary}"""
-    gain_db: float = 3.0
+    gain_db: float = 3.0  # gain before the converter
     def __call__(self, light, generator):
         return light
 '''
@@ -51,7 +51,10 @@ def forget() -> None:
 def test_a_kept_description_imports_nothing(acme):
     comp = acme("As it was.")
     first, broken = d.descriptions([comp])
-    assert first[comp] == d.Description("As it was.", ["gain_db=3.0"]) and not broken
+    [row] = first[comp].fields
+    assert first[comp].summary == "As it was." and not broken
+    assert (row.name, row.default, row.unit) == ("gain_db", "3.0", "1")
+    assert row.meaning == "gain before the converter" and row.origin == "acme_described:Acme"
     forget()
     again, _ = d.descriptions([Component("sensor", "acme", "acme_described:Acme")])
     assert again == first and "acme_described" not in sys.modules

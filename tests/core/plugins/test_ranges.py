@@ -9,11 +9,12 @@ from typing import Annotated, Any, Literal
 import pytest
 
 from isethdr_core import Range, build
+from isethdr_core.cli.plugin_list import field_text
 from isethdr_core.component import Component
 from isethdr_core.config.composition import schema
 from isethdr_core.conformance.ranges import bad_fields
 from isethdr_core.errors import ConfigError
-from isethdr_core.plugins.descriptions import field_texts
+from isethdr_core.plugins.field_docs import field_rows
 from isethdr_core.plugins.ranges import check_ranges, field_types, on_command_line, range_text
 
 
@@ -117,12 +118,12 @@ def test_a_plain_check_of_a_plugin_becomes_our_error(offer):
 def test_hydra_sees_plain_types_and_people_see_the_ranges():
     node = schema(Component("lens", "probe", Probe))()
     assert node.f_number == 4.0 and node.zernike_um == {}
-    texts = field_texts(Probe)
+    texts = [field_text(row) for row in field_rows(Probe)]
     assert texts[:4] == [
-        "f_number=4.0 (0.5 to 64)",
-        "blades=6 (0 to 64)",
-        "design_snr=20.0 (0.1 to inf)",
-        "shift_um=0.0",
+        "f_number=4.0  [0.5 to 64]",
+        "blades=6  [0 to 64]",
+        "design_snr=20.0  [0.1 to inf]",
+        "shift_um=0.0  [um]",
     ]
     assert range_text(field_types(Probe)["zernike_um"]) == "0 to 230: -100 to 100"
 

@@ -1,0 +1,94 @@
+"""Presets: the YAML files of plugins, as the command line lists them, without composing any.
+
+A preset's description is the comment in its file; the component that it is based on is found by
+its `defaults`, from preset to preset.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import util
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from .ranges import on_command_line
+from .registry import plugin_manager
+
+EXPERIMENT = "experiment"  # the group of presets of whole runs
+
+
+@dataclass(frozen=True)
+class Preset:
+    """One preset: what it is based on, what it says of itself, and the fields that it sets."""
+
+    group: str  # a kind, or `experiment`
+    name: str
+    summary: str
+    based_on: str  # the component or preset that its `defaults` name first, "" for none
+    fields: tuple[tuple[str, str], ...]  # of a kind's preset: field and value, as typed
+    path: Path
+
+
+@cache
+def presets(group: str) -> dict[str, Preset]:
+    """Return the presets of a kind, or the experiments, by name."""
+    found: dict[str, Preset] = {}
+    for folder in _folders():
+        for path in sorted((folder / group).glob("*.yaml")):
+            found.setdefault(path.stem, _read(group, path))
+    return found
+
+
+def component_of(preset: Preset) -> str:
+    """Return the name of the component that a preset is based on, through other presets."""
+    known, seen = presets(preset.group), {preset.name}
+    name = preset.based_on
+    while name in known and name not in seen:
+        seen.add(name)
+        name = known[name].based_on
+    return name
+
+
+def described_file(text: str) -> tuple[str, list[str]]:
+    """Return the description in a YAML file, which its opening comment holds, and its lines."""
+    described: list[str] = []
+    body: list[str] = []
+    for line in text.splitlines():
+        opening = not any(not done.startswith("defaults: [") for done in body)
+        (described if opening and line.startswith("# ") else body).append(line)
+    words = " ".join(line.lstrip("# ") for line in described)
+    return words.removeprefix("@package _global_").strip(), body
+
+
+def _folders() -> Iterator[Path]:
+    """Yield the folders with presets of plugins, of the core, and of the working folder."""
+    for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
+        found: Any = impl.function()
+        for place in found:
+            if place.startswith("pkg://"):
+                spec = util.find_spec(place.removeprefix("pkg://").replace("/", "."))
+                yield from map(Path, (spec and spec.submodule_search_locations) or [])
+            elif place.startswith("file://"):
+                yield Path(place.removeprefix("file://"))
+    yield Path(__file__).parents[1] / "config" / "conf"  # of the core: lightings
+    yield Path.cwd() / "conf"
+
+
+def _read(group: str, path: Path) -> Preset:
+    text = path.read_text(encoding="utf-8")
+    try:
+        content = yaml.safe_load(text)
+    except yaml.YAMLError:  # Hydra says what is wrong with it once it is chosen
+        content = None
+    values = content if isinstance(content, Mapping) else {}
+    based_on = next((d for d in values.get("defaults") or [] if isinstance(d, str)), "")
+    fields: tuple[tuple[str, str], ...] = ()
+    if group != EXPERIMENT:
+        own = ((k, v) for k, v in values.items() if k not in ("defaults", "name"))
+        fields = tuple((str(k), on_command_line(v)) for k, v in own)
+    summary = described_file(text)[0]
+    return Preset(group, path.stem, summary, "" if based_on == "_self_" else based_on, fields, path)
