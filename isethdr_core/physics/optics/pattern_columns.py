@@ -8,6 +8,7 @@ how wrong kernels are that were made with them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,13 +16,14 @@ import scipy.fft as sf
 from scipy.sparse import csc_array, csr_array
 
 from ..convolution import fourier
-from .half_plane_pattern import RealPupil, chords
+from .half_plane_pattern import Chords, RealPupil, chords
 from .lattice import ORDER, spline_response, spline_taps
 
 STEP = 0.42  # of wavelength x f-number; 0.5 holds all of the pattern
 PERIOD = 3.0  # of the field along y, in reaches
 STRIPS = 1.5  # of a row of cells
 BLOCK = 32  # columns at a time
+TOGETHER = 2048  # chords: with so many columns they stay in the processor's cache
 MOVES = (
     1.2  # tiles that the outermost tile moves from one wavelength of a band to the next, at most
 )
@@ -92,15 +94,16 @@ def _density(pupil, place, across_um, far, step_um) -> np.ndarray:
     # Chords of slanted edges turn the faster from row to row the farther the columns lie
     strips = int(np.ceil(place.strips + across_um[-1] / (far * step_um)))
     lines = chords(pupil, cell, rows, strips)
-    grid = _smooth_cells(lines, rows)
     fields = np.zeros((len(across_um), period), np.complex64)
     frequency = 1e-3 * across_um / scale  # cycles per mm
-    for start in range(0, len(frequency), BLOCK):
-        now = frequency[start : start + BLOCK]
-        turns = _powers(lines.left, now) - _powers(lines.right, now)
-        gain = (cell / (2j * np.pi * now)).astype(np.complex64)
-        for field, turn, factor in zip(fields[start : start + BLOCK], turns, gain):
-            field[:rows] = grid @ turn * factor
+    for part in _in_order(lines):
+        first, grid = _smooth_cells(part)
+        inside = slice(first, first + grid.shape[0])
+        for start in range(0, len(frequency), BLOCK):
+            now = frequency[start : start + BLOCK]
+            turns = _powers(part.left, now) - _powers(part.right, now)
+            fields[start : start + BLOCK, inside] += (grid @ np.ascontiguousarray(turns.T)).T
+    fields *= (cell / (2j * np.pi * frequency)).astype(np.complex64)[:, None]
     fields = fourier.fft_rows(fields)
     y = np.arange(-far, far + 1)
     gain = spline_response(y / period) ** -2 * (1e-6 / (scale**2 * pupil.energy_mm2))
@@ -124,11 +127,23 @@ def _powers(place_mm, frequency) -> np.ndarray:
     return out
 
 
-def _smooth_cells(lines, rows) -> csc_array:
-    """Return the (row, chord) weights of cells smoothed by B-splines along y."""
+def _in_order(lines: Chords) -> Iterator[Chords]:
+    """Yield chords from the top of the pupil down, as many at a time as the processor's cache
+    holds.
+    """
+    order = np.argsort(lines.level, kind="stable")
+    for start in range(0, len(order), TOGETHER):
+        yield Chords(*(part[order[start : start + TOGETHER]] for part in lines))
+
+
+def _smooth_cells(lines: Chords) -> tuple[int, csc_array]:
+    """Return the first row of cells that chords, from the top down, add to, and weights (row,
+    chord) of cells smoothed by B-splines along y.
+    """
     row = np.floor(lines.level).astype(np.int32)
+    first = int(row[0]) - ORDER // 2
     taps = np.stack(spline_taps(lines.level - row, ORDER - 1), axis=1) * lines.weight[:, None]
-    rows_of = row[:, None] + np.arange(ORDER, dtype=np.int32) - ORDER // 2
+    rows_of = row[:, None] + np.arange(ORDER, dtype=np.int32) - ORDER // 2 - first
     ends = np.arange(len(row) + 1, dtype=np.int32) * ORDER
     parts = taps.astype(np.complex64).ravel(), rows_of.ravel(), ends
-    return csc_array(parts, (rows, len(row)))
+    return first, csc_array(parts, (int(rows_of.max()) + 1, len(row)))

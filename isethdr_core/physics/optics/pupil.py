@@ -10,13 +10,15 @@ y down as in the image.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import prod
 
 import numpy as np
 
 MOST_TERMS = 20000  # of `opening`, which takes seconds for them
 GAUSS = (0.5 - 1 / 12**0.5, 0.5 + 1 / 12**0.5)  # places of the two-point rule, of equal weights
-# level lines across a shape from which the height of its image under a linear map is bounded
+# level lines across a shape from which its sides, and the height of its image under a linear map,
+# are bounded
 LEVELS = 512
 
 Matrix = tuple[
@@ -57,6 +59,21 @@ class Convex:
             self.low + (np.arange(lines) + 0.5) / lines * (self.high - self.low)
         )
         return not np.any(left < right)
+
+    def sides(self) -> tuple[float, float]:
+        """Return bounds (left, right) of x over the shape; infinite where too few level lines hit.
+
+        Level lines leave a corner or a disc's side between two of them: the bounds lie farther out
+        by the largest step from one line to the next.
+        """
+        if not np.isfinite(self.high - self.low):
+            return -np.inf, np.inf
+        left, right = self.chords(np.linspace(self.low, self.high, LEVELS))
+        hit = left < right
+        if hit.sum() < 2:
+            return -np.inf, np.inf
+        spare = max(np.abs(np.diff(side[hit])).max() for side in (left, right))
+        return float(left[hit].min() - spare), float(right[hit].max() + spare)
 
     def chords(self, y) -> tuple[np.ndarray, np.ndarray]:
         """Return where horizontal lines at `y` enter and leave the shape; left >= right where they
@@ -264,19 +281,36 @@ def overlaps(aperture: Convex, dirt) -> list[tuple[Convex, tuple[int, ...]]]:
     """Return every way in which shapes of dirt overlap within the aperture: (intersection,
     indices); raises as `opening`.
     """
-    found = [(aperture, ())]
+    return list(_overlaps(aperture, tuple(dirt)))
+
+
+@lru_cache(maxsize=16)
+def _overlaps(aperture: Convex, dirt: tuple[Convex, ...]) -> list:
+    """Return `overlaps`; shapes whose bounds lie apart are not looked at closely."""
+    found: list[tuple[Convex, tuple[int, ...]]] = [(aperture, ())]
+    bounds = np.array([[aperture.low, aperture.high, -np.inf, np.inf]])
     for index, shape in enumerate(dirt):
         if len(found) > MOST_TERMS:
             raise ValueError(
                 f"the aperture's dirt overlaps in more than {MOST_TERMS} ways; expected less or"
                 " smaller dirt"
             )
-        both = [
-            (part & shape, (*held, index))
-            for part, held in found
-            if part.low < shape.high and shape.low < part.high
-        ]
-        found += [(part, held) for part, held in both if not part.is_empty()]
+        own = np.array([shape.low, shape.high, *shape.sides()])
+        near = np.ones(len(found), bool)
+        for low, high in ((0, 1), (2, 3)):
+            near &= (bounds[:, low] < own[high]) & (own[low] < bounds[:, high])
+        shared = []
+        for place in np.flatnonzero(near):
+            part, held = found[place]
+            both = part & shape
+            if both.is_empty():
+                continue
+            found.append((both, (*held, index)))
+            inner = np.maximum(bounds[place], own)
+            inner[1::2] = np.minimum(bounds[place], own)[1::2]
+            shared.append(inner)
+        if shared:
+            bounds = np.concatenate([bounds, shared])
     return found
 
 
