@@ -152,9 +152,7 @@ def _noise_share(seen: Counted, response, given: _ErrorKernels) -> float:
             _spread(np.tensordot((row * given.bands) ** 2, seen.squares, 1), given.variance),
             _spread(whole, given.wrapped),
         )
-        far = given.light
-        afar = np.maximum(transform.plain(whole, far.spectrum, far.size)[0] * far.peak, 0.0)
-        least = least + afar  # what comes from near is left out
+        least = least + _light(whole, given.light)  # what comes from near is left out
         noise, lit = (
             np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least),
             least < response.full_scale_e,
@@ -211,6 +209,8 @@ def _worst(made) -> tuple[int, np.ndarray]:
         ]
     )
     worst = int(share.argmax())
+    if not share[worst] > 0:  # nothing is wrong in any band
+        return worst, np.ones(len(share))
     return worst, share / share[worst]
 
 
@@ -238,6 +238,14 @@ def _in_blocks(part, block, frame) -> Kernel:
     """Return a kernel of tiles as one of blocks, ready for images of the frame."""
     blocks = [-(-n // block) for n in frame]  # kernels may end before the frame does
     return prepare(tile_sums(_padded(part, block), block).astype(float) / block**2, blocks)
+
+
+def _light(light, kernel) -> np.ndarray:
+    """Return the convolution of light (y, x) where it is above 0, 0 elsewhere."""
+    if not kernel.spectrum.size:  # nothing is spread anywhere
+        return np.zeros(light.shape)
+    out, _ = transform.plain(light, kernel.spectrum, kernel.size)
+    return np.maximum(out * kernel.peak, 0.0)
 
 
 def _spread(light, kernel):

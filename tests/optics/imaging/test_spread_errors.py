@@ -107,6 +107,19 @@ def test_kernels_that_are_exact_leave_no_error():
         assert deviation.shape == (3, 8, 10) and not deviation.any() and not bound.any()
 
 
+def test_kernels_that_err_nowhere_have_no_share_of_the_noise():
+    """As the widest of exact cores leaves them; their deviation is 0 tile by tile."""
+    response = build("sensor", "bayer").narrow(Demand()).response
+    lens, mixed = street()
+    usual = made_kernels(lens, DIRT, BANDS, (10.0, 10.0), (33, 49))
+    seen = photoelectron_map.counted(lens, mixed, 1.0, response)
+    for right in (
+        replace(usual, deviation=0 * usual.deviation, wrap=0.0),
+        replace(usual, core=np.full(2, 49.0), wrap=0.0),
+    ):
+        assert spread_errors.noise_share(right, seen, response) == 0.0
+
+
 def test_a_scene_that_needs_finer_kernels_gets_them():
     response = build("sensor", "bayer").narrow(Demand()).response
     usual = made_kernels(street()[0], DIRT, BANDS, (10.0, 10.0), (33, 49))

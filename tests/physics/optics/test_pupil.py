@@ -9,6 +9,7 @@ from isethdr_core.physics.optics.pupil import (
     disc,
     energy,
     opening,
+    overlaps,
     raster,
     strip,
     transmission,
@@ -51,6 +52,33 @@ def test_cells_average_the_points():
     # Points resolve 1/24 of a cell along x.
     assert np.abs(cells - points).mean() < 2e-3
     assert np.quantile(np.abs(cells - points), 0.99) < 0.03
+
+
+def test_overlaps_are_those_of_all_pairs():
+    """Shapes whose bounds lie apart are not compared: nothing that overlaps may be missed."""
+    shape, losses = blades(0.5, 6, 17.0), dirt(0.5, 120, 20, 30, 10, 400, seed=4)
+    found = {held for _, held in overlaps(shape, [s for s, _ in losses])}
+    pairs = {
+        (a, b)
+        for a in range(len(losses))
+        for b in range(a + 1, len(losses))
+        if not (shape & losses[a][0] & losses[b][0]).is_empty()
+    }
+    assert len(pairs) > 50 and {held for held in found if len(held) == 2} == pairs
+    y = np.linspace(-0.5, 0.5, 400)
+    for part, held in overlaps(shape, [s for s, _ in losses]):
+        whole = shape
+        for index in held:
+            whole = whole & losses[index][0]
+        inside = (y >= part.low) & (y <= part.high)
+        for own, all_borders in zip(part.chords(y[inside]), whole.chords(y[inside])):
+            hit = np.less(*whole.chords(y[inside]))
+            np.testing.assert_array_equal(own[hit], all_borders[hit])
+    for one, _ in losses:
+        left, right = one.sides()
+        own_left, own_right = one.chords(np.linspace(one.low, one.high, 5001))
+        hit = own_left < own_right
+        assert left <= own_left[hit].min() and own_right[hit].max() <= right
 
 
 def test_dirt_outside_the_opening_does_nothing():
