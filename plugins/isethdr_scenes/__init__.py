@@ -18,6 +18,7 @@
 | sky | day, twilight and night by direction, with sun and moon |
 | charts | test charts whose radiance is known |
 | iset_exr | scenes of the published ISETHDR deposit |
+| pictures | pictures and spectral cubes of one's own, from files and arrays |
 | iset_exr_files | the files of such a scene: EXR and MAT |
 """
 
@@ -35,6 +36,8 @@ COMPONENTS = [
     Component("scene", "slanted_edge", "isethdr_scenes.charts.slanted_edge:SlantedEdge"),
     Component("scene", "point_lights", "isethdr_scenes.charts.point_lights:PointLights"),
     Component("scene", "luminance_ramp", "isethdr_scenes.charts.luminance_ramp:LuminanceRamp"),
+    Component("scene", "file", "isethdr_scenes.pictures.picture_file:PictureFile"),
+    Component("scene", "array", "isethdr_scenes.pictures.picture_file:PictureFile"),
     Component("scene", "iset_exr", "isethdr_scenes.iset_exr:IsetExr"),
 ]
 __getattr__ = class_getter(__name__, COMPONENTS)

@@ -96,7 +96,7 @@ class Chart:
         ConfigError : no band is visible, so no luminance can be reached.
         """
         bands = self.bands_nm()
-        relative = band_means(_illuminant(self.spectrum), bands)
+        relative = band_means(illuminant(self.spectrum), bands)
         unit = float(luminance(relative, bands))
         if not unit > 0:
             raise ConfigError(
@@ -119,7 +119,7 @@ class Chart:
         labels.
         """
         coarse, fine = (
-            band_means(_illuminant(self.spectrum), self.bands_nm(), steps)
+            band_means(illuminant(self.spectrum), self.bands_nm(), steps)
             for steps in (STEPS, 8 * STEPS)
         )
         ledger.error(
@@ -189,7 +189,8 @@ def category_of(instance):
     return np.where(instance > 0, CATEGORIES["chart"], 0).astype(np.uint16)
 
 
-def _illuminant(name: str):
+def illuminant(name: str):
+    """Return a function of the wavelength in nm: the relative spectrum of D65, A or E."""
     if name == "E":
         return lambda nm: np.ones_like(nm)
     if name == "A":  # CIE 15:2018, eq. 4.1 (relative; 1 at 560 nm)

@@ -7,6 +7,7 @@ from __future__ import annotations
 from importlib.resources import files
 from itertools import zip_longest
 
+import numpy as np
 import pytest
 
 from isethdr_core import compose
@@ -59,7 +60,11 @@ def turns():
 
 
 @pytest.mark.parametrize("overrides", turns(), ids=" ".join)
-def test_every_preset_composes_and_builds(overrides):
+def test_every_preset_composes_and_builds(overrides, tmp_path):
+    if overrides == ["experiment=own_picture"]:  # its file is the user's
+        np.save(tmp_path / "own.npy", np.ones((9, 16)))
+        overrides = [*overrides, f"scene.path={tmp_path / 'own.npy'}", "scene.unit=cd/m2"]
+        overrides += ["scene.horizontal_field_deg=40"]
     chain(compose(overrides))
 
 

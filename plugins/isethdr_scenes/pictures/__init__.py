@@ -1,0 +1,19 @@
+"""Pictures and spectral cubes of one's own, as scenes.
+
+| module | holds |
+|---|---|
+| picture_file | the component `scene=file`: fields, checks, scene radiance |
+| arrays | an array of Python kept as a file, so that `scene=array` finds it |
+| formats | the reader of each format; decoding, and checks of the values |
+| content | what a file holds before its unit is applied |
+| exr_picture | OpenEXR: RGB, luminance, or spectral channels `S0.<nm>nm` |
+| radiance_hdr | Radiance HDR (RGBE), new and old run lengths |
+| numpy_picture | NumPy .npy and .npz |
+| tiff_picture | TIFF |
+| cube_dataset | spectral cubes with coordinates: zarr and NetCDF, through xarray |
+| units | units of light that files may have, and what turns them into radiance |
+| primaries | RGB of other primaries as linear sRGB |
+| rgb_to_spectra | the smoothest spectra of RGB colours |
+"""
+
+from .arrays import array_scene as array_scene

@@ -1,0 +1,125 @@
+"""What a file of a picture holds, before its unit is applied."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core.errors import CatalogError, UnitError
+
+LUMINANCE_CHANNELS = ("Y",)
+RGB_CHANNELS = ("R", "G", "B")
+XYZ_CHANNELS = ("X", "Y", "Z")
+
+
+@dataclass(frozen=True)
+class Content:
+    """Numbers of a file with what the file says of them.
+
+    Parameters
+    ----------
+    values : (light_group, channel, y, x); channels are colours, or bands where `wavelength_nm` is
+        set. Integers stay integers.
+    channels : names of the colours: Y, or R, G, B, or X, Y, Z; empty for bands.
+    wavelength_nm : centres of the bands, nm, rising; None for colours.
+    unit : as the file states it; None where it does not.
+    white_cd_m2 : luminance of (1, 1, 1), as the file states it; None where it does not.
+    chromaticities : (x, y) of red, green, blue and white, as the file states them; None where it
+        does not.
+    groups : names of the light groups.
+    zeroed, most_negative : how many negative values were set to 0, and the largest of them.
+    """
+
+    values: np.ndarray
+    channels: tuple[str, ...] = ()
+    wavelength_nm: tuple[float, ...] | None = None
+    unit: str | None = None
+    white_cd_m2: float | None = None
+    chromaticities: tuple[float, ...] | None = None
+    groups: tuple[str, ...] = ("picture",)
+    zeroed: int = 0
+    most_negative: float = 0.0
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What of a file is read.
+
+    Parameters
+    ----------
+    channels : names of one luminance channel, or of red, green and blue; empty: the usual names.
+    wavelength_nm : bands of a cube whose file does not state them; empty: it does.
+    variable : name of the array in a file of several; empty: the only one.
+    """
+
+    channels: tuple[str, ...] = ()
+    wavelength_nm: tuple[float, ...] = ()
+    variable: str = ""
+
+
+def plain_array(values: np.ndarray, wanted: Wanted, path: Path) -> Content:
+    """Return the content of an array without names of its axes.
+
+    Two axes are luminance, (y, x). Three axes are colours, (y, x, 3), or bands where `wanted` names
+    wavelengths, first or last.
+
+    Raises
+    ------
+    UnitError : the axes fit none of these.
+    """
+    bands = wanted.wavelength_nm
+    shape = " x ".join(map(str, values.shape))
+    if values.dtype.kind not in "fiu":
+        raise UnitError(f"{path} holds {values.dtype} values; expected real numbers")
+    if values.size == 0:
+        raise UnitError(f"{path} is empty: {shape}; expected at least one pixel")
+    if values.ndim == 2 and not bands:
+        return Content(values[None, None], LUMINANCE_CHANNELS)
+    if values.ndim == 3 and bands:
+        return Content(_bands_first(values, bands, path)[None], wavelength_nm=bands)
+    if values.ndim == 3 and values.shape[2] == 1:
+        return Content(values[None, None, :, :, 0], LUMINANCE_CHANNELS)
+    if values.ndim == 3 and values.shape[2] == 3:
+        return Content(np.moveaxis(values, 2, 0)[None], RGB_CHANNELS)
+    raise UnitError(
+        f"{path} is an array of {shape}; expected (y, x) for luminance, (y, x, 3) for RGB, or a"
+        " cube whose bands are stated; type for example 'scene.wavelength_nm=[400,410,420]'"
+    )
+
+
+def _bands_first(values: np.ndarray, bands: tuple[float, ...], path: Path) -> np.ndarray:
+    count = len(bands)
+    first, last = values.shape[0] == count, values.shape[2] == count
+    if first == last:
+        why = "both its first and its last axis" if first else "neither its first nor last axis"
+        raise UnitError(
+            f"{path} is an array of {' x '.join(map(str, values.shape))}; scene.wavelength_nm names"
+            f" {count} bands, and {why} has that length; expected (wavelength, y, x) or (y, x,"
+            " wavelength)"
+        )
+    return values if first else np.moveaxis(values, 2, 0)
+
+
+def sorted_bands(content: Content, path: Path) -> Content:
+    """Return a cube with its bands in rising order.
+
+    Raises
+    ------
+    UnitError : a wavelength is there twice.
+    """
+    if content.wavelength_nm is None:
+        return content
+    nm = np.asarray(content.wavelength_nm, float)
+    order = np.argsort(nm)
+    if np.any(np.diff(nm[order]) <= 0):
+        raise UnitError(f"{path} has a wavelength twice: {nm.tolist()}; expected one band for each")
+    values = content.values if np.all(np.diff(order) == 1) else content.values[:, order]
+    return replace(content, values=values, wavelength_nm=tuple(nm[order].tolist()))
+
+
+def unreadable(path: Path, kind: str, why: object) -> CatalogError:
+    """Return the error of a file that is damaged, or of another format than its name says."""
+    reason = " ".join(str(why).split())
+    return CatalogError(f"{path} is not a readable {kind} file, or is cut off ({reason})")

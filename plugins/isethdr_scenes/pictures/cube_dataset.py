@@ -1,0 +1,91 @@
+"""Spectral cubes with coordinates: zarr stores and NetCDF files, through xarray.
+
+The dims are `wavelength`, `y`, `x`, in any order, and may have `light_group`. Wavelengths are in
+nm, or in the unit that the coordinate states. The attribute `units` states the unit of the light.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from isethdr_core.errors import UnitError
+from isethdr_core.extras import needed
+
+from .content import Content, Wanted, unreadable
+
+DIMS = ("light_group", "wavelength", "y", "x")
+NM_PER = {"nm": 1.0, "nanometer": 1.0, "nanometre": 1.0, "um": 1e3, "micrometer": 1e3, "m": 1e9}
+HDF5 = b"\x89HDF"  # NetCDF 4 is HDF5; NetCDF 3 begins with CDF
+
+
+def read(path: Path, wanted: Wanted) -> Content:
+    """Return the content of a zarr store or a NetCDF file.
+
+    Raises
+    ------
+    CatalogError : it cannot be read.
+    UnitError : several arrays and none is named, other dims, or wavelengths of an unknown unit.
+    """
+    with _opened(path) as data:
+        return content_of(_chosen(data, wanted, path), path)
+
+
+def _opened(path: Path) -> xr.Dataset:
+    try:
+        if path.is_dir():
+            return xr.open_dataset(path, engine="zarr", consolidated=False)
+        with path.open("rb") as file:
+            is_hdf5 = file.read(4) == HDF5
+        if not is_hdf5:
+            return xr.open_dataset(path, engine="scipy")
+        with needed("a NetCDF 4 file", extra="netcdf"):
+            import h5netcdf  # noqa: F401 - HDF5 alone needs it
+        return xr.open_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError, TypeError, KeyError) as err:
+        raise unreadable(path, "zarr or NetCDF", err) from None
+
+
+def _chosen(data: xr.Dataset, wanted: Wanted, path: Path) -> xr.DataArray:
+    cubes = [str(name) for name, v in data.data_vars.items() if "wavelength" in v.dims]
+    usual = "radiance" if "radiance" in cubes else cubes[0] if len(cubes) == 1 else ""
+    name = wanted.variable or usual
+    if name not in data:
+        held = ", ".join(f"{n} {tuple(map(str, v.dims))}" for n, v in data.data_vars.items())
+        raise UnitError(
+            f"{path} holds {held or 'no array'}; expected one array with the dims wavelength, y, x;"
+            f" type for example scene.variable={cubes[0] if cubes else 'radiance'}"
+        )
+    return data[name]
+
+
+def content_of(cube: xr.DataArray, path: Path | str) -> Content:
+    """Return the content of a DataArray.
+
+    Raises
+    ------
+    UnitError : other dims than `DIMS`, or wavelengths of an unknown unit.
+    """
+    if "light_group" not in cube.dims:
+        cube = cube.expand_dims(light_group=["picture"])
+    if set(cube.dims) != set(DIMS) or "wavelength" not in cube.coords:
+        raise UnitError(
+            f"{path} has the dims {tuple(map(str, cube.dims))}; expected wavelength, y, x, with a"
+            " coordinate of wavelengths in nm"
+        )
+    cube = cube.transpose(*DIMS)
+    spelt = str(cube.wavelength.attrs.get("units", "nm"))
+    if spelt not in NM_PER:
+        raise UnitError(
+            f"{path} states wavelengths in {spelt!r}; expected one of {', '.join(NM_PER)}"
+        )
+    bands = NM_PER[spelt] * np.asarray(cube.wavelength.values, float)
+    unit = cube.attrs.get("units")
+    return Content(
+        np.asarray(cube.values),
+        wavelength_nm=tuple(bands.tolist()),
+        unit=None if unit is None else str(unit),
+        groups=tuple(map(str, cube.light_group.values)),
+    )

@@ -1,0 +1,134 @@
+"""Files of pictures by format: read, decoded, and their values checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from isethdr_core.errors import CatalogError, ConfigError, UnitError, did_you_mean
+from isethdr_core.physics.colour.colour_spaces import srgb_decode
+
+from . import cube_dataset, exr_picture, numpy_picture, radiance_hdr, tiff_picture
+from .content import Content, Wanted, sorted_bands
+
+Coding: TypeAlias = Literal["not_stated", "linear", "srgb"]
+READERS: dict[str, Callable[[Path, Wanted], Content]] = {
+    ".exr": exr_picture.read,
+    ".hdr": radiance_hdr.read,
+    ".pic": radiance_hdr.read,
+    ".npy": numpy_picture.read,
+    ".npz": numpy_picture.read,
+    ".tif": tiff_picture.read,
+    ".tiff": tiff_picture.read,
+    ".zarr": cube_dataset.read,
+    ".nc": cube_dataset.read,
+    ".nc4": cube_dataset.read,
+}
+
+
+def needs_path(path: str) -> Path:
+    """Return the path that a scene names.
+
+    Raises
+    ------
+    ConfigError : none is named. CatalogError : nothing is there.
+    """
+    if not path or "\0" in path:
+        raise ConfigError(
+            f"scene.path is {path!r}; expected a picture or a spectral cube; type for example"
+            " scene.path=street.exr"
+        )
+    found = Path(path).expanduser()
+    if not found.exists():
+        raise CatalogError(f"{found} does not exist; type scene.path=<file>")
+    return found
+
+
+def checked_content(path: str, wanted: Wanted, coding: Coding, negative_to_zero: bool) -> Content:
+    """Return the content of a file, linear and without what is not light.
+
+    Parameters
+    ----------
+    coding : of colours. `negative_to_zero` : set negative values to 0 instead of refusing them.
+
+    Raises
+    ------
+    ConfigError : no file is named, or one of an unknown format, or integers of unknown coding.
+    CatalogError : the file is not there, or cannot be read.
+    UnitError : channels, dims or values are not those of light.
+    """
+    found = needs_path(path)
+    if found.suffix.lower() not in READERS:
+        raise ConfigError(
+            f"{found} ends in {found.suffix!r}{did_you_mean(found.suffix, READERS)}; expected one"
+            " of these formats"
+        )
+    if found.is_dir() and found.suffix.lower() != ".zarr":
+        raise CatalogError(f"{found} is a folder; expected a file, or a folder that ends in .zarr")
+    changed = found.stat().st_mtime_ns
+    return _checked(found, changed, wanted, coding, negative_to_zero)
+
+
+@lru_cache(maxsize=1)
+def _checked(
+    path: Path, changed_ns: int, wanted: Wanted, coding: Coding, negative_to_zero: bool
+) -> Content:
+    """Return the content of a file; the last one stays in memory for the checks of a run."""
+    try:
+        content = READERS[path.suffix.lower()](path, wanted)
+    except OSError as err:
+        raise CatalogError(f"{path} cannot be read: {err.strerror}") from None
+    content = _linear(sorted_bands(content, path), coding, path)
+    values = content.values
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        raise UnitError(
+            f"{path} holds {int(wrong.sum())} values that are NaN or infinite, the first"
+            f" {_place(wrong, content)}; expected finite light; repair the file"
+        )
+    negative = values < 0
+    if not negative.any():
+        return content
+    count, most = int(negative.sum()), -float(values.min())
+    if not negative_to_zero:
+        raise UnitError(
+            f"{path} holds {count} negative values, down to {-most:g}, the first"
+            f" {_place(negative, content)}; expected light, 0 or more; type"
+            " scene.negative_to_zero=true to set them to 0"
+        )
+    return replace(content, values=np.maximum(values, 0), zeroed=count, most_negative=most)
+
+
+def _linear(content: Content, coding: Coding, path: Path) -> Content:
+    """Return linear values: integers over their largest code, sRGB decoded."""
+    values = content.values
+    if values.dtype.kind in "iu":
+        if content.wavelength_nm is None and coding == "not_stated":
+            raise ConfigError(
+                f"{path} holds {values.dtype} codes; expected to know how they are coded; type"
+                " scene.encoding=srgb for a photo, scene.encoding=linear for linear codes"
+            )
+        if content.wavelength_nm is None:
+            values = values / np.iinfo(values.dtype).max
+    if coding == "srgb":
+        if content.wavelength_nm is not None or values.max() > 1:
+            raise UnitError(
+                f"{path} holds values up to {values.max():g}; expected codes from 0 to 1 for"
+                " scene.encoding=srgb; type scene.encoding=linear"
+            )
+        values = srgb_decode(values)
+    return replace(content, values=np.asarray(values))
+
+
+def _place(where: np.ndarray, content: Content) -> str:
+    group, channel, row, column = map(int, np.argwhere(where)[0])
+    if content.wavelength_nm is None:
+        name = content.channels[channel]
+    else:
+        name = f"{content.wavelength_nm[channel]:g} nm"
+    return f"in {name} at row {row}, column {column}"

@@ -1,0 +1,46 @@
+"""Pictures and cubes in NumPy files.
+
+A .npy holds one array. A .npz holds one array, and for a cube `wavelength_nm`; `unit`, a text, may
+state the unit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core.errors import UnitError
+
+from .content import Content, Wanted, plain_array, unreadable
+
+BESIDE = ("wavelength_nm", "unit")
+
+
+def read(path: Path, wanted: Wanted) -> Content:
+    """Return the content of a .npy or .npz file.
+
+    Raises
+    ------
+    CatalogError : the file cannot be read.
+    UnitError : it holds several arrays and none is named, or an array of another form.
+    """
+    try:
+        loaded = np.load(path, allow_pickle=False)
+        arrays = {"": loaded} if isinstance(loaded, np.ndarray) else dict(loaded)
+    except Exception as err:  # noqa: BLE001 - zipfile and zlib raise their own for a cut-off file
+        raise unreadable(path, "NumPy", err) from None
+    held = [name for name in arrays if name not in BESIDE]
+    name = wanted.variable or (held[0] if len(held) == 1 else "")
+    if name not in arrays:
+        raise UnitError(
+            f"{path} holds the arrays {', '.join(held) or 'none'}; expected one; type for example"
+            f" scene.variable={held[0] if held else 'radiance'}"
+        )
+    if "wavelength_nm" in arrays and not wanted.wavelength_nm:
+        bands = tuple(np.asarray(arrays["wavelength_nm"], float).ravel().tolist())
+        wanted = replace(wanted, wavelength_nm=bands)
+    content = plain_array(arrays[name], wanted, path)
+    unit = str(arrays["unit"]) if "unit" in arrays else None
+    return replace(content, unit=unit)

@@ -1,0 +1,333 @@
+"""The scene `file`: a picture or a spectral cube of one's own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.pipeline.field_check import camera_field
+from isethdr_core.plugins.ranges import Range, Wavelength, check_ranges
+from isethdr_core.quantities import centres, scene_radiance
+
+from ..charts.chart import band_means, illuminant
+from ..limits import BandStep, Luminance
+from . import units
+from .content import LUMINANCE_CHANNELS, XYZ_CHANNELS, Content, Wanted
+from .formats import Coding, checked_content, needs_path
+from .primaries import CHROMATICITIES, Primaries, linear_srgb, luminance_of, named
+from .rgb_to_spectra import primary_reflectances, spectra
+from .units import Unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Measured for 24 patches of a colour checker in D65 and the channels of the sensor `bayer`: the rms
+# difference between the electrons of the patches' own spectra and of those made from their RGB,
+# relative to the channel's electrons (tests/scenes/test_picture_file.py).
+LIFT_ERROR = 0.063
+PixelAngle = Annotated[float, Range(1e-6, 1000)]  # milliradians: a telescope's to a few pixels
+FieldAngle = Annotated[float, Range(0.01, 360)]  # degrees
+
+
+@dataclass(frozen=True)
+class PictureFile:
+    """Picture or spectral cube of one's own: EXR, Radiance HDR, TIFF, NumPy, zarr or NetCDF.
+
+    RGB is lifted to the smoothest spectra of its colours (Mallett, Yuksel 2019).
+    """
+
+    path: str = ""  # the file: .exr, .hdr, .pic, .tif, .tiff, .npy, .npz, .nc, .nc4 or .zarr
+    # unit of the values: of spectral radiance for cubes, cd/m2 for luminance and for RGB whose
+    # (1, 1, 1) has 1 cd/m2, or reflectance; not needed where the file states it
+    unit: Unit = "not_stated"
+    # luminance of (1, 1, 1), of luminance 1 or of reflectance 1, for values without a unit; null:
+    # as the file states it
+    white_cd_m2: Luminance | None = None
+    # full horizontal field angle; this or pixel_mrad must be set
+    horizontal_field_deg: FieldAngle | None = None
+    # angle that one pixel spans on the axis, in milliradians; in place of horizontal_field_deg
+    pixel_mrad: PixelAngle | None = None
+    # projection of the pixels; equidistant serves fields wider than 150 degrees
+    projection: Literal["tangent", "equidistant"] = "tangent"
+    # names of one luminance channel or of red, green, blue, for an EXR with other names
+    channels: tuple[str, ...] = ()
+    # centres of the bands of a cube whose file does not state them
+    wavelength_nm: tuple[Wavelength, ...] = ()
+    variable: str = ""  # name of the array, in a file with several
+    # primaries of RGB, with a D65 white; a file with channels X, Y, Z needs xyz
+    primaries: Primaries = "srgb"
+    # how colours are coded; integers must state it, other values are linear by default
+    encoding: Coding = "not_stated"
+    # spectrum of white, for RGB, luminance and reflectance
+    spectrum: Literal["D65", "A", "E"] = "D65"
+    first_nm: Wavelength = 400.0  # centre of the first band, for RGB and luminance
+    last_nm: Wavelength = 700.0  # centre of the last band, for RGB and luminance
+    step_nm: BandStep = 10.0  # width and spacing of the bands, for RGB and luminance
+    # true sets negative values to 0 and states how many; false refuses them
+    negative_to_zero: bool = False
+
+    def __post_init__(self):
+        check_ranges(self)
+        if self.first_nm > self.last_nm:
+            raise ConfigError(
+                f"wavelengths {self.first_nm:g} to {self.last_nm:g} nm are not a grid; expected"
+                " first_nm <= last_nm; type scene.first_nm=400 scene.last_nm=700"
+            )
+        if self.horizontal_field_deg is not None and self.pixel_mrad is not None:
+            raise ConfigError(
+                "horizontal_field_deg and pixel_mrad are both set; expected one of them; type"
+                " scene.pixel_mrad=null"
+            )
+
+    def input_files(self) -> Iterable[Path]:
+        """Return the files that are read: their content is part of a run's name."""
+        path = needs_path(self.path)
+        return sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else (path,)
+
+    def check_files(self) -> None:
+        """Read the file, and check its values and their unit.
+
+        Raises
+        ------
+        ConfigError : the unit, the field angle or the coding is not stated, or does not fit.
+        CatalogError : the file is not there or cannot be read.
+        UnitError : its values are not light, or its channels or unit are unknown.
+        """
+        self.camera_field()
+        if len(self._content().channels) == 3:
+            self._reflectances()
+
+    def light_groups(self) -> tuple[str, ...]:
+        """Return the light groups: one, `picture`, unless a cube names others."""
+        return self._content().groups
+
+    def bands_nm(self) -> np.ndarray:
+        """Return the band centres, nm: those of a cube, or `first_nm` to `last_nm`."""
+        stated = self._content().wavelength_nm
+        if stated is not None:
+            return np.asarray(stated, float)
+        count = math.floor((self.last_nm - self.first_nm) / self.step_nm + 1e-9) + 1
+        return self.first_nm + self.step_nm * np.arange(count)
+
+    def tile_counts(self, margin: bool) -> tuple[int, int]:
+        """Return (rows, columns) of pixels; a file has none beyond its field."""
+        rows, columns = self._content().values.shape[2:]
+        return rows, columns
+
+    def camera_field(self) -> tuple[float, float, str]:
+        """Return (width, height, projection) of the picture.
+
+        Raises
+        ------
+        ConfigError : no field angle is stated, or one that the projection cannot hold.
+        """
+        self._per_value(self._content())  # of two things not stated the unit is named first
+        rows, columns = self.tile_counts(False)
+        field_deg = self.horizontal_field_deg
+        if self.pixel_mrad is not None:
+            half = 5e-4 * self.pixel_mrad * columns
+            half = math.atan(half) if self.projection == "tangent" else half
+            field_deg = 2 * math.degrees(half)
+        if field_deg is None:
+            raise ConfigError(
+                f"the field angle of {self.path} is not stated; expected the full horizontal angle,"
+                " or the angle of a pixel; type for example scene.horizontal_field_deg=40"
+                " or scene.pixel_mrad=0.35"
+            )
+        widest = 150 if self.projection == "tangent" else 360
+        if field_deg > widest:
+            raise ConfigError(
+                f"the horizontal field is {field_deg:g} degrees; expected at most {widest}"
+                + "; type scene.projection=equidistant for more" * (widest == 150)
+            )
+        return camera_field(field_deg, columns / rows, self.projection)
+
+    def __call__(self) -> xr.Dataset:
+        """Return scene radiance, W m-2 sr-1 nm-1.
+
+        Raises
+        ------
+        ConfigError, CatalogError, UnitError : as `check_files`.
+        """
+        content = self._content()
+        scale = self._per_value(content)
+        bands = self.bands_nm()
+        if content.zeroed:
+            ledger.left_out(
+                f"{content.zeroed} negative values of the file",
+                "scene.negative_to_zero",
+                content.most_negative,
+                "the file's unit",
+            )
+        if content.wavelength_nm is None:
+            cube = self._lifted(scale * content.values[0].astype(float), content, bands)[None]
+        else:
+            cube = self._cube(content, scale, bands)
+        return self._dataset(cube, content, bands)
+
+    def _content(self) -> Content:
+        wanted = Wanted(self.channels, self.wavelength_nm, self.variable)
+        return checked_content(self.path, wanted, self.encoding, self.negative_to_zero)
+
+    def _per_value(self, content: Content) -> float:
+        """Return what multiplies the values: cd/m2 for colours, W m-2 sr-1 nm-1 for cubes.
+
+        For reflectances that is the luminance of a reflectance of 1.
+
+        Raises
+        ------
+        ConfigError : the unit is not stated, stated twice, or not one of these values.
+        UnitError : the file states another one.
+        """
+        self._check_colours(content)
+        stated = None if content.unit is None else units.known(content.unit, self.path)
+        unit = stated if self.unit == units.NOT_STATED else self.unit
+        if stated is not None and unit != stated:
+            raise UnitError(
+                f"{self.path} states the unit {content.unit!r}, and scene.unit is {unit}; expected"
+                f" the same; type scene.unit={stated}, or scene.unit=not_stated"
+            )
+        white = self.white_cd_m2
+        if white is None and self.unit == units.NOT_STATED:
+            white = content.white_cd_m2
+        if content.wavelength_nm is None:
+            return self._white_of_colours(unit, white)
+        if unit in units.SPECTRAL:
+            self._refuse_white(unit)
+            return units.SPECTRAL[unit]
+        if unit == units.REFLECTANCE and white is not None:
+            return white
+        raise ConfigError(
+            f"the unit of the cube {self.path} is "
+            + ("not stated" if unit is None else f"{unit}")
+            + "; expected spectral radiance, or reflectance with the luminance of white; type"
+            " scene.unit=W/m2/sr/nm, or scene.unit=reflectance scene.white_cd_m2=500"
+        )
+
+    def _white_of_colours(self, unit: str | None, white: float | None) -> float:
+        if unit == units.LUMINANCE:
+            self._refuse_white(unit)
+            return 1.0
+        if unit in (None, units.REFLECTANCE) and white is not None:
+            return white
+        wrong = "not stated" if unit is None else f"{unit}"
+        raise ConfigError(
+            f"the unit of {self.path} is {wrong}; expected the luminance of (1, 1, 1), or values in"
+            " cd/m2; type for example scene.white_cd_m2=300, or scene.unit=cd/m2"
+        )
+
+    def _refuse_white(self, unit: str) -> None:
+        if self.white_cd_m2 is not None:
+            raise ConfigError(
+                f"white_cd_m2 is {self.white_cd_m2:g} and the unit is {unit}; expected one of them;"
+                " type scene.white_cd_m2=null"
+            )
+
+    def _check_colours(self, content: Content) -> None:
+        if (content.channels == XYZ_CHANNELS) != (self.primaries == "xyz"):
+            if len(content.channels) == 3:
+                right = "xyz" if content.channels == XYZ_CHANNELS else "srgb"
+                raise ConfigError(
+                    f"{self.path} has the channels {', '.join(content.channels)}, and"
+                    f" scene.primaries is {self.primaries}; type scene.primaries={right}"
+                )
+        if content.chromaticities is None or len(content.channels) != 3 or self.primaries == "xyz":
+            return
+        name = named(content.chromaticities)
+        if name != self.primaries:
+            hint = f"type scene.primaries={name}" if name else "convert it to one of these"
+            raise UnitError(
+                f"{self.path} states chromaticities that are not those of {self.primaries};"
+                f" expected one of {', '.join(CHROMATICITIES)} with a D65 white; {hint}"
+            )
+
+    def _white(self, bands: np.ndarray, name: str | None = None) -> np.ndarray:
+        """Return the spectrum of an illuminant with 1 cd/m2."""
+        relative = band_means(illuminant(name or self.spectrum), bands)
+        unit = float(luminance(relative, bands))
+        if not unit > 0:
+            raise ConfigError(
+                f"bands {bands[0]:g}-{bands[-1]:g} nm hold no visible light, so no luminance; type"
+                " scene.first_nm=400 scene.last_nm=700"
+            )
+        return np.asarray(relative / unit)
+
+    def _reflectances(self) -> np.ndarray:
+        bands = self.bands_nm()
+        return primary_reflectances(bands, self._white(bands, "D65"))
+
+    def _lifted(self, planes: np.ndarray, content: Content, bands: np.ndarray) -> np.ndarray:
+        """Return the spectra (wavelength, y, x) of colours (channel, y, x) in cd/m2."""
+        white = self._white(bands)
+        wanted = luminance_of(planes, content.channels, self.primaries)
+        if content.channels == LUMINANCE_CHANNELS:
+            ledger.left_out(
+                "spectra of a file of luminance",
+                f"every pixel has the spectrum {self.spectrum}",
+                1.0,
+                "relative, of a band",
+            )
+            cube = (white[:, None, None] * wanted).astype(np.float32)
+        else:
+            found = linear_srgb(planes, self.primaries)
+            if found.moved:
+                ledger.left_out(
+                    f"saturation of {found.moved} pixels beyond the gamut of sRGB",
+                    "mixed with white of the same luminance",
+                    found.most,
+                    "share of white",
+                )
+            ledger.left_out(
+                "spectra behind RGB",
+                "the smoothest of the same colour stand for them (Mallett, Yuksel 2019)",
+                LIFT_ERROR,
+                "relative, of a camera's channels: rms of 24 patches in D65",
+            )
+            cube = spectra(found.rgb, wanted, self._reflectances() * white, bands)
+        _state_luminance(luminance(cube, bands), wanted)
+        return cube
+
+    def _cube(self, content: Content, scale: float, bands: np.ndarray) -> np.ndarray:
+        """Return the spectra (light_group, wavelength, y, x) of a cube."""
+        stated = None if content.unit is None else units.known(content.unit, self.path)
+        of_band = np.full(len(bands), scale)
+        if units.REFLECTANCE in (self.unit, stated):
+            of_band = scale * self._white(bands)
+        ledger.error(2.0**-24, "relative", "bound", "the file's spectra, rounded to float32")
+        return (content.values * of_band[:, None, None]).astype(np.float32)
+
+    def _dataset(self, cube: np.ndarray, content: Content, bands: np.ndarray) -> xr.Dataset:
+        width, height, projection = self.camera_field()
+        rows, columns = cube.shape[2:]
+        data = scene_radiance(
+            cube,
+            content.groups,
+            bands,
+            centres(columns, width),
+            centres(rows, height),
+            (width, height),
+            projection,
+        )
+        pitch = width / columns
+        data.attrs.update(objects=[], lamps=[], pitch_x=pitch, pitch_y=pitch)
+        return data
+
+
+def _state_luminance(made: np.ndarray, wanted: np.ndarray) -> None:
+    """State the largest relative difference of the luminance of spectra (y, x) from the file's."""
+    lit = wanted > 0
+    off = np.abs(made[lit] / wanted[lit] - 1).max() if lit.any() else 0.0
+    ledger.error(
+        max(float(off), 2.0**-24),
+        "relative",
+        "measured",
+        "luminance of the file's pixels, kept by their spectra in float32: largest difference",
+    )

@@ -1,0 +1,138 @@
+"""Radiance HDR: pictures of shared exponents (RGBE).
+
+Format: Ward (1991), "Real pixels", Graphics Gems II, p. 80; header and run lengths as the
+reference manual of Radiance describes them (file formats, "Picture file format").
+A pixel (r, g, b, e) is ((r, g, b) + 0.5) x 2^(e - 136); e = 0 is black.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core.errors import UnitError
+
+from .content import RGB_CHANNELS, Content, Wanted, unreadable
+
+MAGIC = (b"#?RADIANCE", b"#?RGBE")
+FORMAT = b"32-bit_rle_rgbe"
+NEW_RUNS = (8, 0x7FFF)  # widths of scan lines that may be stored channel by channel
+EXPONENT_OFFSET = 136  # 128 of the exponent's code, 8 of the mantissa
+
+
+def read(path: Path, wanted: Wanted) -> Content:
+    """Return the content of an HDR file, linear RGB divided by the file's EXPOSURE.
+
+    Raises
+    ------
+    CatalogError : the file cannot be read.
+    UnitError : it holds XYZE, or scan lines that do not run from the top left.
+    """
+    data = path.read_bytes()
+    if not data.startswith(MAGIC):
+        raise unreadable(path, "Radiance HDR", f"it begins with {data[:10]!r}")
+    head, blank, body = data.partition(b"\n\n")
+    size, newline, body = body.partition(b"\n")
+    if not (blank and newline):
+        raise unreadable(path, "Radiance HDR", "its header has no end")
+    exposure = _exposure(head, path)
+    height, width = _size(size, path)
+    try:
+        pixels = _scan_lines(np.frombuffer(body, np.uint8), height, width)
+    except IndexError:
+        raise unreadable(path, "Radiance HDR", "its scan lines end early") from None
+    mantissa = pixels[..., :3].astype(np.float32) + 0.5
+    exponent = pixels[..., 3:].astype(np.int32)
+    with np.errstate(over="ignore"):
+        rgb = np.where(exponent > 0, np.ldexp(mantissa, exponent - EXPONENT_OFFSET), 0.0)
+    return Content(np.moveaxis(rgb / exposure, 2, 0)[None].astype(np.float32), RGB_CHANNELS)
+
+
+def _exposure(head: bytes, path: Path) -> float:
+    exposure = 1.0
+    for line in head.splitlines():
+        key, _, value = line.partition(b"=")
+        if key == b"FORMAT" and value.strip() != FORMAT:
+            raise UnitError(f"{path} holds {value.decode(errors='replace')}; expected RGBE")
+        if key == b"EXPOSURE":
+            try:
+                exposure *= float(value)
+            except ValueError:
+                raise unreadable(path, "Radiance HDR", line.decode(errors="replace")) from None
+    if not 0 < exposure < np.inf:
+        raise unreadable(path, "Radiance HDR", f"EXPOSURE={exposure:g}")
+    return exposure
+
+
+def _size(line: bytes, path: Path) -> tuple[int, int]:
+    words = line.split()
+    if len(words) != 4 or (words[0], words[2]) != (b"-Y", b"+X"):
+        raise UnitError(
+            f"{path} stores its scan lines as {line.decode(errors='replace')!r}; expected"
+            " -Y <height> +X <width>, from the top left"
+        )
+    try:
+        height, width = int(words[1]), int(words[3])
+    except ValueError:
+        height = width = 0
+    if height < 1 or width < 1:
+        raise unreadable(path, "Radiance HDR", line.decode(errors="replace"))
+    return height, width
+
+
+def _scan_lines(data: np.ndarray, height: int, width: int) -> np.ndarray:
+    """Return the bytes of all pixels, (y, x, 4).
+
+    Raises
+    ------
+    IndexError : the data end early, or a run is longer than its line.
+    """
+    out = np.empty((height, width, 4), np.uint8)
+    at = 0
+    for row in range(height):
+        new = NEW_RUNS[0] <= width <= NEW_RUNS[1] and data[at] == 2 and data[at + 1] == 2
+        if new and (int(data[at + 2]) << 8 | int(data[at + 3])) == width:
+            at = _channel_runs(data, at + 4, out[row])
+        else:
+            at = _pixel_runs(data, at, out[row])
+    return out
+
+
+def _channel_runs(data: np.ndarray, at: int, line: np.ndarray) -> int:
+    """Fill one line that is stored channel by channel; return where the next one begins."""
+    for channel in range(4):
+        x = 0
+        while x < len(line):
+            count = int(data[at])
+            repeats = count > 128
+            count -= 128 * repeats
+            values = data[at + 1 : at + 2] if repeats else data[at + 1 : at + 1 + count]
+            if count == 0 or x + count > len(line) or len(values) < (1 if repeats else count):
+                raise IndexError
+            line[x : x + count, channel] = values
+            x += count
+            at += 1 + len(values)
+    return at
+
+
+def _pixel_runs(data: np.ndarray, at: int, line: np.ndarray) -> int:
+    """Fill one line that is stored pixel by pixel: (1, 1, 1, n) repeats the last pixel n times."""
+    x = shift = 0
+    while x < len(line):
+        pixel = data[at : at + 4]
+        if len(pixel) < 4:
+            raise IndexError
+        at += 4
+        if np.all(pixel[:3] == 1):
+            count = int(pixel[3]) << shift
+            if x == 0 or x + count > len(line):
+                raise IndexError
+            line[x : x + count] = line[x - 1]
+            x += count
+            shift += 8
+        else:
+            line[x] = pixel
+            x += 1
+            shift = 0
+    return at

@@ -1,0 +1,30 @@
+"""Pictures and cubes in TIFF: (y, x), (y, x, 3), or pages of bands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import tifffile
+
+from .content import Content, Wanted, plain_array, unreadable
+
+
+def read(path: Path, wanted: Wanted) -> Content:
+    """Return the content of a TIFF file; planes of colours and an alpha channel are sorted out.
+
+    Raises
+    ------
+    CatalogError : the file cannot be read.
+    UnitError : an array of another form.
+    """
+    try:
+        with tifffile.TiffFile(path) as file:
+            values = file.asarray()
+            axes = file.series[0].axes
+    except (tifffile.TiffFileError, OSError, ValueError, IndexError, KeyError) as err:
+        raise unreadable(path, "TIFF", err) from None
+    if values.ndim == 3 and axes.endswith("S") and not wanted.wavelength_nm:
+        values = values[..., :3] if values.shape[2] == 4 else values
+    if values.ndim == 3 and axes.startswith("S") and not wanted.wavelength_nm:
+        values = values[:3].transpose(1, 2, 0)
+    return plain_array(values, wanted, path)

@@ -1,0 +1,55 @@
+"""Units of light that files may have."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from isethdr_core.errors import UnitError
+
+LUMINANCE = "cd/m2"
+REFLECTANCE = "reflectance"
+NOT_STATED = "not_stated"
+Unit = Literal[
+    "not_stated",
+    "cd/m2",
+    "W/m2/sr/nm",
+    "W/m2/sr/um",
+    "mW/m2/sr/nm",
+    "uW/cm2/sr/nm",
+    "reflectance",
+]
+# W m-2 sr-1 nm-1 in one of each unit of spectral radiance
+SPECTRAL = {
+    "W/m2/sr/nm": 1.0,
+    "W/m2/sr/um": 1e-3,
+    "mW/m2/sr/nm": 1e-3,
+    "uW/cm2/sr/nm": 1e-2,
+}
+# other spellings in files, without blanks and signs of multiplication
+SPELT = {
+    "Wm-2sr-1nm-1": "W/m2/sr/nm",
+    "W/(m2srnm)": "W/m2/sr/nm",
+    "Wm-2sr-1um-1": "W/m2/sr/um",
+    "W/(m2srum)": "W/m2/sr/um",
+    "mWm-2sr-1nm-1": "mW/m2/sr/nm",
+    "uWcm-2sr-1nm-1": "uW/cm2/sr/nm",
+    "cdm-2": LUMINANCE,
+    "1": REFLECTANCE,
+}
+
+
+def known(spelt: str, path: object) -> str:
+    """Return a file's unit as `Unit` spells it.
+
+    Raises
+    ------
+    UnitError : nobody knows it.
+    """
+    plain = spelt.translate(str.maketrans({"µ": "u", "μ": "u", "²": "2", **dict.fromkeys(" .*^")}))
+    found = SPELT.get(plain, plain)
+    if found not in (*SPECTRAL, LUMINANCE, REFLECTANCE):
+        raise UnitError(
+            f"{path} states the unit {spelt!r}; expected one of {LUMINANCE},"
+            f" {', '.join(SPECTRAL)}, {REFLECTANCE}; type scene.unit=<unit> in its place"
+        )
+    return found

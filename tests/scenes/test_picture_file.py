@@ -1,0 +1,312 @@
+"""Pictures and spectral cubes of one's own: light as stated, spectra of RGB, and refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import OpenEXR
+import pytest
+import tifffile
+import xarray as xr
+from isethdr_scenes.charts.chart import band_means, illuminant
+from isethdr_scenes.charts.macbeth import Macbeth
+from isethdr_scenes.pictures import array_scene
+from isethdr_scenes.pictures.picture_file import LIFT_ERROR, PictureFile
+from isethdr_scenes.pictures.primaries import CHROMATICITIES, linear_srgb, to_xyz
+from isethdr_scenes.pictures.radiance_hdr import read as read_hdr
+from isethdr_scenes.pictures.rgb_to_spectra import primary_reflectances, spectra
+
+import isethdr_core as hdr
+from isethdr_core.data import quantities
+from isethdr_core.demand import Demand
+from isethdr_core.errors import CatalogError, ConfigError, IsetHdrError, UnitError
+from isethdr_core.physics.colour.colour_spaces import XYZ_TO_SRGB
+from isethdr_core.physics.photometry import luminance, xyz
+from isethdr_core.physics.radiometry import photons_per_energy
+from isethdr_core.testing import check
+from isethdr_core.uncertainty import ledger
+
+FIELD = {"horizontal_field_deg": 40.0}
+# float32 light (6e-8), and the weights of four digits that the standard gives for sRGB's Y
+FLOAT32 = 2e-7
+BANDS = np.arange(400.0, 701.0, 10.0)
+
+
+@pytest.fixture
+def rgb():
+    """Return linear RGB (y, x, 3) over seven decades, with a black pixel and pure primaries."""
+    values = 10 ** np.random.default_rng(3).uniform(-3, 4, (7, 9, 3))
+    values[0, 0] = 0
+    values[0, 1:4] = 50 * np.eye(3)
+    return values.astype(np.float32)
+
+
+def write_exr(path, channels, **header):
+    OpenEXR.File(header, dict(channels)).write(str(path))
+    return str(path)
+
+
+def luminances(scene):
+    return luminance(scene.radiance.values[0].astype(float), scene.wavelength.values)
+
+
+def test_the_conformance_kit_takes_a_file(tmp_path, rgb):
+    np.save(tmp_path / "a.npy", rgb)
+    check("scene", "file", path=str(tmp_path / "a.npy"), unit="cd/m2", **FIELD)
+
+
+def test_luminance_of_rgb_is_kept_and_said(tmp_path, rgb):
+    path = write_exr(tmp_path / "a.exr", {"RGB": rgb})
+    book = ledger.Ledger()
+    with ledger.stage(book, "scene"):
+        scene = PictureFile(path, white_cd_m2=250.0, **FIELD)()
+    wanted = 250.0 * rgb.astype(float) @ to_xyz(CHROMATICITIES["srgb"])[1]
+    np.testing.assert_allclose(luminances(scene), wanted, rtol=FLOAT32)
+    assert book[0].errors[0].value < FLOAT32
+    assert [row.bound for row in book[0].left_out] == [LIFT_ERROR]
+    assert scene.radiance.values.min() >= 0
+
+
+def test_colours_of_rgb_are_kept(rgb):
+    daylight = band_means(illuminant("D65"), BANDS)
+    daylight = daylight / luminance(daylight, BANDS)
+    reflectances = primary_reflectances(BANDS, daylight)
+    assert reflectances.min() >= 0
+    np.testing.assert_allclose(reflectances.sum(0), 1.0, atol=1e-6)  # white is the illuminant
+    light = np.moveaxis(rgb.astype(float), 2, 0)
+    y = np.tensordot(to_xyz(CHROMATICITIES["srgb"])[1], light, 1)
+    found = xyz(spectra(light, y, reflectances * daylight, BANDS).astype(float), BANDS)
+    standard = light.transpose(1, 2, 0) @ np.linalg.inv(XYZ_TO_SRGB).T
+    # 3e-3: white of 31 bands in place of that of the standard, which has Z 0.3 % larger
+    np.testing.assert_allclose(found, standard, rtol=3e-3, atol=1e-9)
+
+
+@pytest.mark.parametrize("spectrum", ["D65", "A", "E"])
+def test_white_has_the_spectrum_of_the_illuminant(tmp_path, spectrum):
+    np.save(tmp_path / "white.npy", np.ones((3, 5, 3)))
+    file = PictureFile(str(tmp_path / "white.npy"), white_cd_m2=80.0, spectrum=spectrum, **FIELD)
+    scene = file()
+    wanted = band_means(illuminant(spectrum), BANDS)
+    wanted = 80.0 * wanted / luminance(wanted, BANDS)
+    # 1e-6: sums of the primaries' reflectances to 1
+    np.testing.assert_allclose(
+        scene.radiance.values[0], np.broadcast_to(wanted[:, None, None], (31, 3, 5)), rtol=1e-6
+    )
+
+
+def test_what_a_camera_makes_of_lifted_patches_differs_by_what_is_stated():
+    chart = Macbeth()
+    white = chart.white()
+    true = chart.reflectances()[1] * white
+    patches = xyz(true.T, BANDS)
+    found = linear_srgb(patches.T[:, None], "xyz")
+    made = spectra(
+        found.rgb, patches[None, :, 1], primary_reflectances(BANDS, white) * white, BANDS
+    )
+    response = hdr.build("sensor", "bayer").narrow(Demand()).response
+    weights = response.efficiency(BANDS) * photons_per_energy(BANDS)
+    relative = (made[:, 0].T @ weights.T) / (true @ weights.T) - 1
+    assert np.sqrt(np.mean(relative**2)) == pytest.approx(LIFT_ERROR, abs=5e-4)
+
+
+def test_a_cube_comes_back_bit_for_bit_from_every_format(tmp_path):
+    cube = 10 ** np.random.default_rng(1).uniform(-6, 3, (4, 5, 7))
+    cube = cube.astype(np.float32)
+    nm = [410.0, 500.0, 590.0, 680.0]
+    data = xr.DataArray(
+        cube,
+        dims=("wavelength", "y", "x"),
+        coords={"wavelength": nm},
+        attrs={"units": "W m-2 sr-1 nm-1"},
+        name="radiance",
+    )
+    data.to_dataset().to_zarr(tmp_path / "a.zarr", consolidated=False)
+    data.to_dataset().to_netcdf(tmp_path / "a.nc", engine="scipy")
+    np.savez(tmp_path / "a.npz", cube=cube, wavelength_nm=nm, unit="W/m2/sr/nm")
+    tifffile.imwrite(tmp_path / "a.tif", cube, photometric="minisblack")
+    np.save(tmp_path / "a.npy", cube.transpose(1, 2, 0))
+    write_exr(tmp_path / "a.exr", {f"S0.{w:.0f},000nm": cube[k] for k, w in enumerate(nm)})
+    without = {"a.tif": {"wavelength_nm": tuple(nm)}, "a.npy": {"wavelength_nm": tuple(nm)}}
+    for name in ("a.zarr", "a.nc", "a.npz", "a.tif", "a.npy", "a.exr"):
+        unit = {} if name in ("a.zarr", "a.nc", "a.npz") else {"unit": "W/m2/sr/nm"}
+        scene = PictureFile(str(tmp_path / name), **unit, **without.get(name, {}), **FIELD)()
+        np.testing.assert_array_equal(scene.radiance.values[0], cube, err_msg=name)
+        assert scene.wavelength.values.tolist() == nm
+
+
+def test_a_netcdf_4_file_is_read(tmp_path):
+    pytest.importorskip("h5netcdf", reason="NetCDF 4 needs the extra netcdf")
+    data = xr.DataArray(
+        np.ones((2, 3, 4)),
+        dims=("y", "x", "wavelength"),
+        coords={"wavelength": ("wavelength", [0.7, 0.5, 0.4, 0.6], {"units": "um"})},
+        attrs={"units": "W m-2 sr-1 um-1"},
+        name="L",
+    )
+    data.to_dataset().to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    scene = PictureFile(str(tmp_path / "a.nc"), **FIELD)()
+    np.testing.assert_allclose(scene.wavelength, [400, 500, 600, 700])
+    np.testing.assert_allclose(scene.radiance, 1e-3, rtol=FLOAT32)
+
+
+def test_units_of_cubes_and_reflectance(tmp_path):
+    nm = tuple(BANDS.tolist())
+    np.save(tmp_path / "a.npy", np.full((31, 2, 3), 0.5))
+    for unit, factor in (("W/m2/sr/um", 1e-3), ("uW/cm2/sr/nm", 1e-2), ("mW/m2/sr/nm", 1e-3)):
+        scene = PictureFile(str(tmp_path / "a.npy"), unit, wavelength_nm=nm, **FIELD)()
+        np.testing.assert_allclose(scene.radiance, 0.5 * factor, rtol=FLOAT32)
+    file = PictureFile(str(tmp_path / "a.npy"), "reflectance", 400.0, wavelength_nm=nm, **FIELD)
+    np.testing.assert_allclose(luminances(file()), 200.0, rtol=FLOAT32)
+
+
+def test_luminance_files_and_photos(tmp_path):
+    level = np.linspace(0, 5e4, 12).reshape(3, 4)
+    np.save(tmp_path / "y.npy", level)
+    scene = PictureFile(str(tmp_path / "y.npy"), "cd/m2", **FIELD)()
+    np.testing.assert_allclose(luminances(scene), level, rtol=FLOAT32)
+    codes = np.full((4, 6, 3), 188, np.uint8)
+    tifffile.imwrite(tmp_path / "photo.tif", codes)
+    photo = PictureFile(str(tmp_path / "photo.tif"), white_cd_m2=100.0, encoding="srgb", **FIELD)
+    # IEC 61966-2-1: code 188 of 255 is 0.50289 of white
+    np.testing.assert_allclose(luminances(photo()), 50.289, rtol=1e-4)
+
+
+def test_xyz_and_wide_primaries_keep_luminance(tmp_path):
+    wide = np.array([[[0.0, 5.0, 0.0], [1.0, 2.0, 3.0]]], np.float32)
+    np.save(tmp_path / "a.npy", wide)
+    scene = PictureFile(str(tmp_path / "a.npy"), "cd/m2", primaries="rec2020", **FIELD)()
+    wanted = wide.astype(float) @ to_xyz(CHROMATICITIES["rec2020"])[1]
+    np.testing.assert_allclose(luminances(scene), wanted, rtol=FLOAT32)
+    planes = {"X": 3.0, "Y": 4.0, "Z": 5.0}
+    path = write_exr(
+        tmp_path / "b.exr", {k: np.full((2, 3), v, np.float32) for k, v in planes.items()}
+    )
+    scene = PictureFile(path, "cd/m2", primaries="xyz", **FIELD)()
+    np.testing.assert_allclose(luminances(scene), 4.0, rtol=FLOAT32)
+    with pytest.raises(ConfigError, match="type scene.primaries=xyz"):
+        PictureFile(path, "cd/m2", **FIELD).check_files()
+
+
+def test_a_header_that_states_white_and_chromaticities_is_read(tmp_path, rgb):
+    stated = CHROMATICITIES["rec2020"]
+    path = write_exr(tmp_path / "a.exr", {"RGB": rgb}, whiteLuminance=300.0, chromaticities=stated)
+    with pytest.raises(UnitError, match="type scene.primaries=rec2020"):
+        PictureFile(path, **FIELD).check_files()
+    scene = PictureFile(path, primaries="rec2020", **FIELD)()
+    wanted = 300.0 * rgb.astype(float) @ to_xyz(stated)[1]
+    np.testing.assert_allclose(luminances(scene), wanted, rtol=FLOAT32)
+
+
+def rgbe(lines: bytes, width: int, height: int, more: bytes = b"") -> bytes:
+    head = b"#?RADIANCE\n" + more + b"FORMAT=32-bit_rle_rgbe\n\n"
+    return head + f"-Y {height} +X {width}\n".encode() + lines
+
+
+def test_radiance_hdr_of_all_three_codings(tmp_path):
+    flat = bytes([128, 64, 32, 129] * 3)
+    (tmp_path / "flat.hdr").write_bytes(rgbe(flat, 3, 1))
+    (tmp_path / "old.hdr").write_bytes(rgbe(bytes([128, 64, 32, 129, 1, 1, 1, 2]), 3, 1))
+    line = bytes([2, 2, 0, 9]) + b"".join(bytes([128 + 8, v, 1, v]) for v in (128, 64, 32, 129))
+    (tmp_path / "new.hdr").write_bytes(rgbe(line, 9, 1, b"EXPOSURE=2\n"))
+    # (mantissa + 0.5) / 256 * 2^(129 - 128)
+    wanted = np.array([128.5, 64.5, 32.5]) / 128
+    for name, exposure in (("flat", 1), ("old", 1), ("new", 2)):
+        values = read_hdr(tmp_path / f"{name}.hdr", None).values[0]
+        np.testing.assert_allclose(
+            values[:, 0, :].T * exposure, np.tile(wanted, (values.shape[2], 1))
+        )
+    for cut in (b"", flat[:5]):
+        (tmp_path / "cut.hdr").write_bytes(rgbe(cut, 3, 1))
+        with pytest.raises(CatalogError, match="cut.hdr is not a readable Radiance HDR"):
+            read_hdr(tmp_path / "cut.hdr", None)
+
+
+def test_the_field_is_that_of_angle_or_pixel(tmp_path):
+    np.save(tmp_path / "y.npy", np.ones((5, 10)))
+    path = str(tmp_path / "y.npy")
+    scene = PictureFile(path, "cd/m2", horizontal_field_deg=60.0)()
+    assert scene.attrs["field_width"] == pytest.approx(2 * np.tan(np.radians(30)), rel=1e-12)
+    scene = PictureFile(path, "cd/m2", pixel_mrad=2.0)()
+    assert quantities.tile_pitch(scene, "x") == pytest.approx(2e-3, rel=1e-12)
+    wide = PictureFile(path, "cd/m2", horizontal_field_deg=190.0, projection="equidistant")()
+    assert wide.attrs["field_width"] == pytest.approx(np.radians(190), rel=1e-12)
+
+
+BAD = [
+    ({}, ConfigError, "scene.path is ''"),
+    ({"path": "gone.exr"}, CatalogError, "gone.exr does not exist"),
+    ({"path": "p.png"}, ConfigError, "p.png ends in '.png'"),
+    ({"path": "cut.exr", "unit": "cd/m2"}, CatalogError, "cut.exr is not a readable EXR"),
+    ({"path": "rgb.npy"}, ConfigError, "type for example scene.white_cd_m2=300, or scene.unit="),
+    ({"path": "rgb.npy", "unit": "W/m2/sr/nm"}, ConfigError, "is W/m2/sr/nm; expected the lumin"),
+    ({"path": "rgb.npy", "unit": "cd/m2", "white_cd_m2": 3.0}, ConfigError, "white_cd_m2=null"),
+    ({"path": "cube.npz"}, ConfigError, "type scene.unit=W/m2/sr/nm"),
+    ({"path": "cube.npz", "unit": "cd/m2"}, ConfigError, "the unit of the cube .* is cd/m2"),
+    ({"path": "said.npz", "unit": "reflectance"}, UnitError, "states the unit 'W m-2 sr-1 nm-1'"),
+    ({"path": "odd.npz"}, UnitError, "states the unit 'photons'"),
+    ({"path": "cube.npy", "unit": "W/m2/sr/nm"}, UnitError, r"type for example 'scene.wavelength"),
+    ({"path": "nan.npy", "unit": "cd/m2"}, UnitError, "NaN or infinite, the first in G at row 1"),
+    ({"path": "minus.npy", "unit": "cd/m2"}, UnitError, "type scene.negative_to_zero=true"),
+    ({"path": "codes.npy", "white_cd_m2": 3.0}, ConfigError, "type scene.encoding=srgb"),
+    ({"path": "named.exr", "unit": "cd/m2"}, UnitError, "has the channels A, G, R and lacks"),
+    ({"path": "two.npz", "unit": "cd/m2"}, UnitError, "holds the arrays a, b; expected one"),
+    ({"path": "rgb.npy", "unit": "cd/m2", "step_nm": 60.0}, ConfigError, "cannot hold the colours"),
+    ({"path": "empty.npy", "unit": "cd/m2"}, UnitError, "is empty"),
+]
+
+
+@pytest.mark.parametrize("fields, error, message", BAD)
+def test_bad_files_are_refused_in_one_line(tmp_path, monkeypatch, fields, error, message):
+    monkeypatch.chdir(tmp_path)
+    ones = np.ones((3, 4, 3))
+    np.save("rgb.npy", ones)
+    np.save("nan.npy", np.where(np.arange(36).reshape(3, 4, 3) == 13, np.nan, ones))
+    np.save("minus.npy", -ones)
+    np.save("codes.npy", ones.astype(np.uint16))
+    np.save("cube.npy", np.ones((5, 3, 4)))
+    np.save("empty.npy", np.ones((0, 4, 3)))
+    cube = {"cube": np.ones((5, 3, 4)), "wavelength_nm": [400, 450, 500, 550, 600]}
+    np.savez("cube.npz", **cube)
+    np.savez("said.npz", **cube, unit="W m-2 sr-1 nm-1")
+    np.savez("odd.npz", **cube, unit="photons")
+    np.savez("two.npz", a=ones, b=ones)
+    for name in ("p.png", "cut.exr"):
+        (tmp_path / name).write_bytes(b"abc")
+    write_exr(tmp_path / "named.exr", {c: np.ones((3, 4), np.float32) for c in "RGA"})
+    with pytest.raises(error, match=message) as caught:
+        PictureFile(**{**FIELD, **fields}).check_files()
+    assert isinstance(caught.value, IsetHdrError) and "\n" not in str(caught.value)
+
+
+def test_negative_values_are_set_to_zero_on_request_and_counted(tmp_path):
+    np.save(tmp_path / "y.npy", np.array([[1.0, -0.25, -0.5]]))
+    book = ledger.Ledger()
+    with ledger.stage(book, "scene"):
+        path = str(tmp_path / "y.npy")
+        scene = PictureFile(path, "cd/m2", negative_to_zero=True, **FIELD)()
+    np.testing.assert_allclose(luminances(scene), [[1.0, 0.0, 0.0]], rtol=FLOAT32)
+    assert "2 negative values of the file" in {row.what: row.bound for row in book[0].left_out}
+    with pytest.raises(ConfigError, match="field angle"):
+        PictureFile(path, "cd/m2", negative_to_zero=True).check_files()
+
+
+def test_an_array_of_python_runs_through_a_camera_in_one_line(tmp_path, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    image = np.linspace(1, 400, 18 * 32 * 3).reshape(18, 32, 3)
+    overrides = array_scene(image, unit="cd/m2", horizontal_field_deg=20.0)
+    assert array_scene(image, unit="cd/m2", horizontal_field_deg=20.0) == overrides
+    small = ["lens=ideal", "~flare.dirt", "sensor=bayer", "draws=1", "report=false"]
+    result = hdr.run(hdr.compose([*overrides, "experiment=own_picture", *small]))
+    picture = result.open("picture/bayer")["xyz"].sel(xyz_channel="Y")
+    wanted = image @ to_xyz(CHROMATICITIES["srgb"])[1]
+    # 3 %: sRGB through the sensor's colour matrix, mean over the frame
+    assert float(picture.mean()) == pytest.approx(wanted.mean(), rel=0.03)
+    cube = xr.DataArray(
+        np.ones((2, 3, 4)),
+        dims=("wavelength", "y", "x"),
+        coords={"wavelength": [500.0, 600.0]},
+        attrs={"units": "W m-2 sr-1 nm-1"},
+    )
+    [name, path, field] = array_scene(cube, horizontal_field_deg=20.0)
+    assert (name, field) == ("scene=array", "scene.horizontal_field_deg=20.0")
+    with pytest.raises(UnitError, match="negative"):
+        array_scene(-image, unit="cd/m2", horizontal_field_deg=20.0)
