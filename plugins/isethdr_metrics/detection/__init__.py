@@ -3,6 +3,7 @@
 | module               | what                                                          |
 |----------------------|---------------------------------------------------------------|
 | `contrast_detection` | probability that a contrast of the scene shows in the picture |
+| `count_sums`         | that probability for two counts with normal noise             |
 | `object_contrast`    | whether a person, bicycle or deer stands out                  |
 | `photon_counts`      | that probability at few electrons, by counting                |
 | `wedge`              | that probability for normal noise                             |

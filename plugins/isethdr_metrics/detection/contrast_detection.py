@@ -277,31 +277,48 @@ class ContrastDetection:
 
         Notes
         -----
-        All others have an estimate and a bound on its error. The median of the region lies between
-        the medians of what its pairs, or means of pairs, are at least and at most. One that is
-        certainly on one side of it keeps its estimate.
+        All others have an estimate and a bound on its error. Those that may be the estimated median
+        are worked out first. The median of the region then lies between the medians of what its
+        pairs, or means of pairs, are at least and at most. One that is certainly on one side of it
+        keeps its estimate.
         """
         bright, dark = _signals(model, pairs)
         interval = self.interval_percent / 100
         valid = _both_valid(model, pairs)
         estimate = estimated(bright, dark, pairs.contrast, interval)
         value, bound = np.where(valid, estimate.value, 0.0), np.where(valid, estimate.bound, 0.0)
-        exact, end = bound > 0, 0
-        for one in regions:
-            start, end = end, end + one.pairs.first.size
-            some, place = slice(start, end), one.place
-            if start == end:
-                continue
-            least, most = value[some] - bound[some], value[some] + bound[some]
-            if place is not None:
-                least, most = (np.bincount(place, v) / np.bincount(place) for v in (least, most))
-            # a little wider: sums in another order are rounded differently
-            near = (most >= _middle(least)[0] - TIE) & (least <= _middle(most)[1] + TIE)
-            exact[some] &= near if place is None else near[place]
-        asked = np.flatnonzero(exact)
-        signals = (Signal(*(values[asked] for values in of)) for of in (bright, dark))
-        value[asked] = of_signals(*signals, pairs.contrast[asked], interval)
+        for first_guess in (True, False):
+            asked = np.flatnonzero(_may_be_median(value, bound, regions, first_guess))
+            signals = (Signal(*(values[asked] for values in of)) for of in (bright, dark))
+            value[asked] = of_signals(*signals, pairs.contrast[asked], interval)
+            bound[asked] = 0.0
         return value
+
+
+def _may_be_median(value, bound, regions: list[Asked], first_guess: bool):
+    """Return which pairs (bool) are uncertain and may decide the median of their region.
+
+    Parameters
+    ----------
+    value, bound : probability of each pair of all regions, and what it is wrong by at most.
+    regions : what is looked at in each.
+    first_guess : the medians are taken to be where they are estimated.
+    """
+    uncertain, end = bound > 0, 0
+    for one in regions:
+        start, end = end, end + one.pairs.first.size
+        some, place = slice(start, end), one.place
+        if start == end:
+            continue
+        least, most, middle = value[some] - bound[some], value[some] + bound[some], value[some]
+        if place is not None:
+            count = np.bincount(place)
+            least, most, middle = (np.bincount(place, v) / count for v in (least, most, middle))
+        low, high = (middle, middle) if first_guess else (least, most)
+        # a little wider: sums in another order are rounded differently
+        near = (most >= _middle(low)[0] - TIE) & (least <= _middle(high)[1] + TIE)
+        uncertain[some] &= near if place is None else near[place]
+    return uncertain
 
 
 def _signals(model: Expected, pairs: Pairs) -> tuple[Signal, Signal]:

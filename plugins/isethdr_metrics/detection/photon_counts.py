@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammaln, xlogy
 
+from .count_sums import Counts, of_counts, sharp, terms_of
 from .wedge import probability_between, skewness_effect, wedges_between
 
 NO_WEIGHT = 1e-11  # a pair of components of less weight: all together change nothing by 1e-8
@@ -23,6 +24,7 @@ NORMAL, TWO_NORMALS, COUNTS = 0, 1, 2
 ESTIMATED_READ_NOISE_E = 0.2  # from which on the bound of an estimate was measured
 
 PIECE = 8192  # pairs worked out together: what is needed on the way stays in the processor's memory
+LARGEST_PIECE = 200_000  # terms of a sum over counts, for the same reason
 LARGEST_SUM = 2_000_000  # pairs of counts that are held in memory together
 
 
@@ -62,6 +64,8 @@ def of_signals(bright: Signal, dark: Signal, contrast, interval: float) -> np.nd
     for kind in (NORMAL, TWO_NORMALS, COUNTS):
         for other in (NORMAL, TWO_NORMALS, COUNTS):
             pairs = np.flatnonzero((kinds[0] == kind) & (kinds[1] == other))
+            if kind == other == COUNTS:
+                pairs = _of_counts(out, pairs, (bright, dark), contrast, interval)
             for some in _pieces(pairs, bright, dark, COUNTS in (kind, other)):
                 first = _mixture(Signal(*(v[some] for v in bright)), kind)
                 second = _mixture(Signal(*(v[some] for v in dark)), other)
@@ -221,6 +225,31 @@ def _pieces(pairs, bright: Signal, dark: Signal, of_counts: bool):
             size //= 2
         yield pairs[order[start : start + size]]
         start += size
+
+
+def _of_counts(
+    out: np.ndarray, pairs: np.ndarray, signals: tuple[Signal, Signal], contrast, interval: float
+) -> np.ndarray:
+    """Write the probabilities of these pairs into `out`, counts on both sides; return those that
+    are left because they have no noise but that of counts.
+    """
+    bright, dark = (Signal(*(v[pairs] for v in signal)) for signal in signals)
+    counts, noise_e2 = zip(_electrons(bright), _electrons(dark), strict=True)
+    noise = [e2 * of.step**2 for e2, of in zip(noise_e2, (bright, dark))]
+    first, second = (Counts(n, of.step) for n, of in zip(counts, (bright, dark)))
+    wedges = wedges_between(*noise, contrast[pairs], interval)
+    left = sharp(wedges, second)
+    size = terms_of(wedges, first, second)
+    # similar ones together: all pairs of a piece have as many terms as the largest needs
+    order = np.lexsort((first.mean, np.log2(size).astype(int)))
+    order = order[~left[order]]
+    start = 0
+    while start < len(order):
+        piece = order[start : start + max(int(LARGEST_PIECE / size[order[start]]), 1)]
+        some = [Counts(*(v[piece] for v in of)) for of in (first, second)]
+        out[pairs[piece]] = of_counts(wedges.some(piece), *some)
+        start += len(piece)
+    return pairs[left]
 
 
 def _sum(bright: Mixture, dark: Mixture, contrast, interval: float):

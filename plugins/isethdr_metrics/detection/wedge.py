@@ -39,6 +39,19 @@ class Wedges(NamedTuple):
     half_angle: np.ndarray  # between the middle of the wedge and its sides
     nodes: np.ndarray  # (2, node, pair): direction of each node over the deviation of each level
 
+    def some(self, pairs: np.ndarray) -> Wedges:
+        """Return the wedges of some pairs."""
+        return Wedges(
+            ends=(self.ends[0][pairs], self.ends[1][pairs]),
+            sd=(self.sd[0][pairs], self.sd[1][pairs]),
+            noise_free=self.noise_free[pairs],
+            correlation=self.correlation[pairs],
+            scale=(self.scale[0][pairs], self.scale[1][pairs]),
+            far=self.far[pairs],
+            half_angle=self.half_angle[pairs],
+            nodes=self.nodes[:, :, pairs],
+        )
+
 
 def wedges_between(bright_variance, dark_variance, contrast, interval: float) -> Wedges:
     """Return the wedge of measured contrasts within `contrast` (1 +- `interval`).
@@ -101,17 +114,38 @@ def probability_between(wedges: Wedges, bright, dark, pair=None) -> np.ndarray:
     close = np.flatnonzero((total < wedges.far[every]) & ~noise_free)
     if close.size:
         some = close if pair is None else pair[close]
-        b, d = bright[close], dark[close]
-        square = (b / wedges.scale[0][some]) ** 2 + (d / wedges.scale[1][some]) ** 2
-        by_angle = (wedges.half_angle[some] < NARROW) & (square < LARGEST_SQUARE)
-        if by_angle.all():
-            out[close] += _opposite(wedges, some, b, d, square)
-        else:
-            at = np.flatnonzero(by_angle)
-            out[close[at]] += _opposite(wedges, some[at], b[at], d[at], square[at])
-            wide = close[~by_angle]
-            out[wide] = both_positive(h[wide], k[wide], wedges.correlation[some[~by_angle]])
+        out[close] += measured_negative(wedges, some, bright[close], dark[close])
     return np.where(noise_free, without_noise(mean, total), out) if some_free else out
+
+
+def measured_negative(wedges: Wedges, pair, bright, dark) -> np.ndarray:
+    """Return the probability of the wedge opposite to each: both levels are measured negative.
+
+    Parameters
+    ----------
+    wedges : of some pairs, with noise.
+    pair : which wedge each component is asked of (component,).
+    bright, dark : mean levels (component,), in the unit of the wedges.
+    """
+    square = (bright / wedges.scale[0][pair]) ** 2 + (dark / wedges.scale[1][pair]) ** 2
+    by_angle = (wedges.half_angle[pair] < NARROW) & (square < LARGEST_SQUARE)
+    if by_angle.all():
+        return _opposite(wedges, pair, bright, dark, square)
+    out = np.empty(len(pair))
+    for some, compute in ((by_angle, _opposite), (~by_angle, _opposite_by_sides)):
+        at = np.flatnonzero(some)
+        out[at] = compute(wedges, pair[at], bright[at], dark[at], square[at])
+    return out
+
+
+def _opposite_by_sides(wedges: Wedges, pair, bright, dark, square) -> np.ndarray:
+    """Return the probability of the wedge opposite to each, from those of the four sectors between
+    its sides; `square` is not needed.
+    """
+    low, high = (c[pair] for c in wedges.ends)
+    h = ((1 - low) * bright - (1 + low) * dark) / wedges.sd[0][pair]
+    k = -((1 - high) * bright - (1 + high) * dark) / wedges.sd[1][pair]
+    return both_positive(h, k, wedges.correlation[pair]) - (ndtr(h) + ndtr(k) - 1)
 
 
 def _opposite(wedges: Wedges, pair, bright, dark, square) -> np.ndarray:

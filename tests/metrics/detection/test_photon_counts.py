@@ -9,6 +9,7 @@ from isethdr_metrics.detection.contrast_detection import (
     ContrastDetection,
     pair_probability,
 )
+from isethdr_metrics.detection.count_sums import Counts, of_counts, sharp
 from isethdr_metrics.detection.photon_counts import (
     Signal,
     _two_points,
@@ -214,6 +215,26 @@ def any_signals(count: int):
     step = np.stack([np.ones(count), rng.choice([0.5, 1.0, 2.0], count)])
     signals = [Signal(*of) for of in zip(means * step, (means + read_e**2) * step**2, step)]
     return *signals, contrast
+
+
+def test_sums_over_counts_are_those_over_all_pairs_of_counts():
+    rng = np.random.default_rng(8)
+    size = 30
+    means = 10 ** rng.uniform(-1, 1.7, (2, size))
+    step, read_e = rng.uniform(0.7, 1.4, (2, size)), rng.uniform(0.25, 1.5, (2, size))
+    contrast = rng.choice(CONTRASTS, size)
+    wedges = wedges_between(*(read_e * step) ** 2, contrast, 0.5)
+    bright, dark = (Counts(*of) for of in zip(means, step))
+    assert not sharp(wedges, dark).any()
+    found = of_counts(wedges, bright, dark)
+    for k in range(size):
+        (b, p), (d, q) = (poisson_law(mean) for mean in means[:, k])
+        levels = (v.ravel() for v in np.meshgrid(b * step[0, k], d * step[1, k], indexing="ij"))
+        inside = probability_between(wedges, *levels, np.full(p.size * q.size, k))
+        expected = p @ inside.reshape(p.size, q.size) @ q
+        # each law is cut off where 1e-6 of it is left
+        assert found[k] == pytest.approx(expected, abs=2e-6)
+    assert np.ptp(found) > 0.5
 
 
 def test_an_estimate_is_within_its_bound():
