@@ -26,6 +26,8 @@ LAMP_MULTIPLE = 100.0
 LAMP_PERCENTILE = 95.0  # lamps cover less than a twentieth of a driving scene
 WHITE_PERCENTILE = 99.0
 COMPRESSION = 100.0  # shows two decades below the white; see `tone`
+# k1 and k2 of Mantiuk et al. 2009; see `saturation`
+SATURATION_GAIN, SATURATION_EXPONENT = 2.3892, 0.8552
 
 
 def lamp_mask(luminance) -> np.ndarray:
@@ -84,12 +86,33 @@ def tone(relative, compression: float = COMPRESSION) -> np.ndarray:
     return t if compression == 0 else np.log1p(compression * t) / np.log1p(compression)
 
 
+def saturation(relative, compression: float = COMPRESSION) -> np.ndarray:
+    """Return the share of its colour that a tone keeps under `tone`, 0..1, so that a compressed
+    picture looks as colourful as the light.
+
+    Mantiuk, Tomaszewska and Heidrich 2009, "Color correction for tone mapping", equations 3 and 4
+    with the constants of the formula that keeps luminance: s = (1 + k1) c^k2 / (1 + k1 c^k2), where
+    c is the slope of the curve, both axes logarithmic. A curve that compresses nothing has c = 1
+    and keeps all colour.
+
+    Parameters
+    ----------
+    relative : luminance relative to white, clipped to 0..1 as `tone` does.
+    compression : a of `tone`.
+    """
+    at = compression * np.clip(relative, 0.0, 1.0)
+    slope = np.divide(at, (1 + at) * np.log1p(at), out=np.ones_like(at), where=at > 1e-9)
+    power = SATURATION_GAIN * slope**SATURATION_EXPONENT
+    return (1 + SATURATION_GAIN) / SATURATION_GAIN * power / (1 + power)
+
+
 def display(
     picture,
     white_cd_m2: float,
     compression: float = COMPRESSION,
     operator: str = "global",
     white_xyz=None,
+    natural_colour: bool = False,
 ) -> np.ndarray:
     """Return the picture as a display would show it: uint8 sRGB (y, x, 3).
 
@@ -107,14 +130,20 @@ def display(
         (`local_tone`).
     white_xyz : XYZ of a white in the scene's light, which then shows as neutral (`white_balance`);
         None shows the light as it is.
+    natural_colour : whether colours fade where the curve compresses (`saturation`), for "global";
+        without it a compressed picture looks gaudy. Scores that judge looks keep their colours.
     """
-    return np.rint(255 * _displayed(picture, white_cd_m2, compression, operator, white_xyz)).astype(
-        np.uint8
-    )
+    code = _displayed(picture, white_cd_m2, compression, operator, white_xyz, natural_colour)
+    return np.rint(255 * code).astype(np.uint8)
 
 
 def _displayed(
-    picture, white_cd_m2: float, compression: float, operator: str = "global", white_xyz=None
+    picture,
+    white_cd_m2: float,
+    compression: float,
+    operator: str = "global",
+    white_xyz=None,
+    natural_colour: bool = False,
 ) -> np.ndarray:
     """Return sRGB code values 0..1 (y, x, 3); arguments as `display`."""
     if not white_cd_m2 > 0:
@@ -131,7 +160,11 @@ def _displayed(
     shown = tone(y, compression) if operator == "global" else OPERATORS[operator](y)
     # where no light was found there is no hue either: noise around 0 shows as black
     gain = np.divide(shown, y, out=np.zeros_like(y), where=y > 0)
-    rgb = srgb_encode(linear_srgb(xyz / white_cd_m2 * gain[..., None]))
+    linear = linear_srgb(xyz / white_cd_m2 * gain[..., None])
+    if natural_colour and operator == "global":
+        grey = (y * gain)[..., None]
+        linear = grey + saturation(y, compression)[..., None] * (linear - grey)
+    rgb = srgb_encode(linear)
     if hasattr(picture, "data_vars") and "valid" in picture:
         rgb[~picture["valid"].values] = 1.0
     return rgb

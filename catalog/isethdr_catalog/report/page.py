@@ -29,7 +29,7 @@ LINE_NOTE = (
 )
 SNR_NOTE = (
     "Signal-to-noise ratio of the median pixel of each true luminance, "
-    "from the variance that each picture states"
+    "from the variance that each picture states, before any denoising"
 )
 
 
@@ -67,7 +67,7 @@ def page(result: Result) -> Markup:
             Figure("", LINE_NOTE, drawing=_profile(cameras)),
             Figure("", SNR_NOTE, drawing=plots.snr_against_luminance(curves)),
         ],
-        labels=_labels(reference, white),
+        labels=_labels(reference, white, compressed),
         scene=_scene(result),
         remarks=remarks(result),
         frame_scores=tables.scores(result, of_objects=False),
@@ -157,7 +157,7 @@ def _angles_deg(picture, row: int) -> np.ndarray:
     return np.degrees(np.arctan2(right, forward))
 
 
-def _labels(truth, white: float) -> Figure | None:
+def _labels(truth, white: float, compressed: float) -> Figure | None:
     if "instance" not in truth:
         return None
-    return pictures.labelled(truth, white, truth, truth.attrs.get("objects") or [])
+    return pictures.labelled(truth, white, compressed, truth, truth.attrs.get("objects") or [])

@@ -53,9 +53,10 @@ def _address(buffer: io.BytesIO, kind: str) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(buffer.getvalue()).decode()}"
 
 
-MIDDLE = 0.4  # displayed value, before the sRGB curve, of a scene's median: a middle grey
-
-
+# displayed value, before the sRGB curve, of a scene's mean luminance: just above a middle grey
+MIDDLE = 0.25
+# luminance shown as white over that of the brightest surfaces: room for lamps and lit signs
+HEADROOM = 2.5
 # luminance shown as white, at least: times the median. Beside its lamps a scene may be one grey.
 WHITE_OVER_MEDIAN = 4.0
 
@@ -63,24 +64,26 @@ WHITE_OVER_MEDIAN = 4.0
 def shown_white_cd_m2(truth) -> float:
     """Return the luminance that the page shows as white, cd/m2.
 
-    It is the white of the scores (`display_view.white_cd_m2`), but at least four times the median:
-    where all but the lamps is one dark grey, that grey would otherwise show as white.
+    It is 2.5 times the white of the scores (`display_view.white_cd_m2`), but at least four times
+    the median: where all but the lamps is one dark grey, that grey would otherwise show as white.
     """
     median = float(np.median(display_view.luminance(truth)))
-    return max(display_view.white_cd_m2(truth), WHITE_OVER_MEDIAN * median)
+    return max(HEADROOM * display_view.white_cd_m2(truth), WHITE_OVER_MEDIAN * median)
 
 
 def compression(scene, white_cd_m2: float) -> float:
-    """Return the tone curve's compression that shows the scene's median as a middle grey, at most
-    the view's default.
+    """Return the tone curve's compression that shows the scene's mean luminance as a middle grey,
+    at most the view's default.
 
-    A day needs little of it and would look pale with more; a night takes all there is.
+    The mean is that of an exposure meter: luminance above `white_cd_m2` counts as white. A day
+    needs little compression and would look pale with more; in a night the lit road becomes grey and
+    the sky stays dark.
     """
-    median = np.median(display_view.luminance(scene)) / white_cd_m2
+    mean = np.clip(display_view.luminance(scene) / white_cd_m2, 0.0, 1.0).mean()
     low, high = 0.0, display_view.COMPRESSION
     for _ in range(40):  # the curve rises with its compression
         middle = (low + high) / 2
-        low, high = (low, middle) if display_view.tone(median, middle) > MIDDLE else (middle, high)
+        low, high = (low, middle) if display_view.tone(mean, middle) > MIDDLE else (middle, high)
     return high
 
 
@@ -88,7 +91,7 @@ def shown(
     picture, white_cd_m2: float, caption: str, compressed: float = display_view.COMPRESSION
 ) -> Figure:
     """Return the display view of a picture or of xyz, with the luminance that is shown as white."""
-    rgb = display_view.display(picture, white_cd_m2, compressed)
+    rgb = display_view.display(picture, white_cd_m2, compressed, natural_colour=True)
     return Figure(caption, f"white = {white_cd_m2:.3g} cd/m²", embedded(rgb))
 
 
@@ -134,14 +137,14 @@ def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict
     return sorted(seen, key=lambda o: -o["box"][2] * o["box"][3])[:count]
 
 
-def labelled(xyz, white_cd_m2: float, labels, objects: list[dict]) -> Figure:
+def labelled(xyz, white_cd_m2: float, compressed: float, labels, objects: list[dict]) -> Figure:
     """Return a view with each object's pixels tinted, and its box and name drawn over it.
 
     `objects` hold boxes [x, y, width, height] in the pixels of `labels`.
     """
     from PIL import Image, ImageDraw, ImageFont
 
-    rgb = display_view.display(xyz, white_cd_m2).astype(float)
+    rgb = display_view.display(xyz, white_cd_m2, compressed, natural_colour=True).astype(float)
     instance = labels["instance"].values.astype(np.int64)
     colour = np.random.default_rng(3).uniform(60, 255, (instance.max() + 1, 3))
     tinted = np.where((instance > 0)[..., None], 0.55 * rgb + 0.45 * colour[instance], rgb)

@@ -83,3 +83,31 @@ def test_bad_input_is_named():
         display_view.false_colour(np.ones((2, 2)), 10.0, 1.0)
     with pytest.raises(UnitError, match="shape"):
         display_view.luminance(np.ones(4))
+
+
+def test_colours_fade_by_the_slope_of_the_curve():
+    t, step = np.array([1e-4, 0.01, 0.2, 0.9]), 1e-6
+    shown, above = display_view.tone(t), display_view.tone(t * (1 + step))
+    slope = np.log(above / shown) / np.log1p(step)
+    # equation 4 of Mantiuk et al. 2009; the difference quotient is right to about its step
+    expected = 3.3892 * slope**0.8552 / (1 + 2.3892 * slope**0.8552)
+    np.testing.assert_allclose(display_view.saturation(t), expected, rtol=1e-5)
+    np.testing.assert_array_equal(display_view.saturation(t, 0.0), 1.0)
+
+
+def test_natural_colour_keeps_greys_and_luminance():
+    grey = np.geomspace(0.01, 3, 9)[None, :, None] * D65_XYZ
+    plain, natural = (
+        display_view.display(grey, 1.0, natural_colour=on).astype(int) for on in (False, True)
+    )
+    assert np.abs(plain - natural).max() <= 1  # the standard's matrix has four digits
+    skin = 0.2 * np.array([[[1.1, 1.0, 0.7]]])
+    plain, natural = (
+        display_view.display(skin, 1.0, 10.0, natural_colour=on)[0, 0] / 255 for on in (False, True)
+    )
+    luminance = [
+        (0.2126, 0.7152, 0.0722) @ np.where(c > 0.04045, ((c + 0.055) / 1.055) ** 2.4, c / 12.92)
+        for c in (plain, natural)
+    ]
+    assert luminance[0] == pytest.approx(luminance[1], rel=0.01)  # 8 bits
+    assert np.ptp(natural) < 0.95 * np.ptp(plain)
