@@ -27,6 +27,7 @@ CHART = [
     "~versions",
     "~flare.dirt",
     "lens=ideal",
+    "isp=merge",
     "sensor=bayer",
     "sensor.rows=64",
     "sensor.columns=96",

@@ -32,7 +32,7 @@ from isethdr_core.testing import check
 check("metric", "darkest")
 check("lens", "acme_plastic")
 check("sensor", "acme_nano")
-night = ["experiment=acme_night", "report=false"]
+night = ["experiment=acme_night", "isp=merge", "report=false"]
 more = ["draws=2", "+metric@metric.darkest=darkest", "metric.darkest.share=0.01"]
 scores = {s["metric"]: s["value"] for s in hdr.run(hdr.compose(night + more)).scores}
 ledger = hdr.run(hdr.compose([*night, "lens=acme_stating", "seed=8"])).ledger

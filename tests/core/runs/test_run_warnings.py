@@ -129,6 +129,7 @@ def test_a_user_sees_an_overexposed_and_a_dark_camera(tmp_path, monkeypatch, cap
         "~flare.dirt",
     ]
     cameras = ["~cameras.rgbw", "~cameras.split_pixel", "+sensor@cameras.dark=bayer"]
+    cameras.append("sensor@cameras.bayer=bayer")
     exposures = ["cameras.bayer.exposure_s=4", "cameras.dark.exposure_s=1e-6"]
     result = hdr.run(
         hdr.compose(

@@ -113,7 +113,7 @@ def test_means_and_medians_of_many_pixels_have_no_bias(tmp_path):
 def test_the_run_of_a_small_chart_takes_less_than_two_megabytes(tmp_path, monkeypatch):
     """A picture of 436 x 776 pixels, its truth, captures, scores and record."""
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
-    config = hdr.compose([*CHART, "draws=1"])
+    config = hdr.compose([*CHART, "isp=merge", "draws=1"])
     result = hdr.run(config)
     assert sum(f.stat().st_size for f in result.path.rglob("*") if f.is_file()) < 2e6
     picture, truth = (result.open(f"{what}/bayer").load() for what in ("picture", "truth"))
