@@ -50,6 +50,6 @@ def did_you_mean(name: str, known: Iterable[object]) -> str:
     near = difflib.get_close_matches(str(name), names, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     if len(names) > MOST_LISTED:
-        alike = difflib.get_close_matches(str(name), names, ALIKE, 0.0)
-        return f"{hint} ({len(names)} names are known, among them {', '.join(alike)})"
+        nearest = difflib.get_close_matches(str(name), names, ALIKE, 0.0)
+        return f"{hint} ({len(names)} names are known, among them {', '.join(nearest)})"
     return f"{hint} (one of: {', '.join(names) or 'none'})"

@@ -14,12 +14,12 @@ from .errors import ConfigError
 
 
 @contextmanager
-def needed(what: str, extra: str) -> Iterator[None]:
+def needed(feature: str, extra: str) -> Iterator[None]:
     """Import an optional library inside the block, or raise an error that says what to install.
 
     Parameters
     ----------
-    what : what needs the library, as the message's subject: "the chart macbeth".
+    feature : what needs the library, as the message's subject: "the chart macbeth".
     extra : name of the extra that brings the library, such as "colour".
 
     Raises
@@ -30,6 +30,6 @@ def needed(what: str, extra: str) -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         raise ConfigError(
-            f"{what} needs {error.name}, which is not installed; type pip install"
+            f"{feature} needs {error.name}, which is not installed; type pip install"
             f" 'isethdr[{extra}]'"
         ) from error

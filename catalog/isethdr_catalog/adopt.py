@@ -42,14 +42,14 @@ def adopt(folder) -> list[Adoption]:
     """Give every store of format 1 in a home folder a manifest; those that have one are left
     out.
     """
-    done = []
+    adoptions = []
     for path in stores(folder):
         try:
             if adopt_store(path):
-                done.append(Adoption(path, ""))
+                adoptions.append(Adoption(path, ""))
         except CatalogError as error:
-            done.append(Adoption(path, str(error)))
-    return done
+            adoptions.append(Adoption(path, str(error)))
+    return adoptions
 
 
 def adopt_store(path) -> bool:
@@ -108,8 +108,8 @@ def _files(path: Path) -> dict[str, FileRecord]:
             continue
         parts = node.shards or node.chunks
         grid = (-(-size // part) for size, part in zip(node.shape, parts, strict=True))
-        for place in np.ndindex(*grid):
-            file = metadata.parent / node.metadata.encode_chunk_key(place)
+        for index in np.ndindex(*grid):
+            file = metadata.parent / node.metadata.encode_chunk_key(index)
             key = file.relative_to(path).as_posix()
             if not file.is_file():
                 raise CatalogError(

@@ -140,11 +140,11 @@ def adopt() -> None:
     """Print how many stores were adopted, and why others were not."""
     from .adopt import adopt as adopt_all
 
-    done = adopt_all(home())
-    refused = [one for one in done if one.reason]
-    print(f"{len(done) - len(refused)} stores adopted, {len(refused)} not")
-    for one in refused:
-        print(f"not adopted: {one.path}: {one.reason}")
+    adoptions = adopt_all(home())
+    refused = [refusal for refusal in adoptions if refusal.reason]
+    print(f"{len(adoptions) - len(refused)} stores adopted, {len(refused)} not")
+    for refusal in refused:
+        print(f"not adopted: {refusal.path}: {refusal.reason}")
     if refused:
         raise typer.Exit(1)
 
@@ -159,9 +159,9 @@ def refresh() -> None:
     """Print how many records there are and which stores were skipped."""
     from .index import refresh as rebuild
 
-    done = rebuild(home())
-    print_path(f"{done.records} records in", done.path)
-    for path, why in done.skipped.items():
+    summary = rebuild(home())
+    print_path(f"{summary.records} records in", summary.path)
+    for path, why in summary.skipped.items():
         print_path(f"skipped ({why})", path)
 
 
@@ -170,9 +170,9 @@ def du(stores: bool = typer.Option(False, help="list every store, the largest fi
     """Print one row per part of the home folder, and one per store if asked."""
     from . import space
 
-    found = space.usage(home())
-    rows = [[u.part, u.what, u.entries, _megabytes(u.size)] for u in found]
-    rows.append(["all", "", "", _megabytes(sum(u.size for u in found))])
+    parts = space.usage(home())
+    rows = [[u.part, u.what, u.entries, _megabytes(u.size)] for u in parts]
+    rows.append(["all", "", "", _megabytes(sum(u.size for u in parts))])
     print_table(["part", "what", "entries", "MB"], rows)
     if stores:
         sizes = {path: space.size_of(path) for path in space.stores(home())}
@@ -220,8 +220,8 @@ def rm(
     from . import space
 
     path = space.find_one(home(), name)
-    needed = space.dependents(home(), path)
-    if force or not (needed.readers or needed.unknown):
+    users = space.dependents(home(), path)
+    if force or not (users.readers or users.unknown):
         size = _megabytes(space.size_of(path))
         if not (yes or typer.confirm(f"remove {path.parent.name}/{path.name}, {size} MB?")):
             raise typer.Exit(1)

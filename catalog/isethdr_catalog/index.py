@@ -61,7 +61,7 @@ class _Reading:
         batch, size = [], 0
         for path, stamp in self.stamps.items():
             try:
-                found = records(self.folder / path, self.folder)
+                rows = records(self.folder / path, self.folder)
             except (
                 CatalogError,
                 AttributeError,
@@ -71,8 +71,8 @@ class _Reading:
             ) as error:  # readable JSON of an unexpected shape
                 self.skipped[str(self.folder / path)] = str(error) or type(error).__name__
                 continue
-            batch += [json.dumps(_finite(row | {"stamp": stamp}), allow_nan=False) for row in found]
-            size += sum(map(len, batch[-len(found) :]))
+            batch += [json.dumps(_finite(row | {"stamp": stamp}), allow_nan=False) for row in rows]
+            size += sum(map(len, batch[-len(rows) :]))
             if size > BATCH_BYTES:
                 yield f"[{','.join(batch)}]"
                 batch, size = [], 0
@@ -87,15 +87,15 @@ def stores(folder) -> list[Path]:
 
 def stamps(folder: Path) -> dict[str, str]:
     """Return the state of each store's root metadata file, by the store's path below `folder`."""
-    found = {}
+    by_path = {}
     for part in FOLDERS:
         with suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder / part) as entries:
             named = sorted(
                 (entry.name, entry.path) for entry in entries if entry.name.endswith(".zarr")
             )
             for name, path in named:
-                found[f"{part}/{name}"] = _stamp(f"{path}/zarr.json")
-    return found
+                by_path[f"{part}/{name}"] = _stamp(f"{path}/zarr.json")
+    return by_path
 
 
 def refresh(folder) -> Refreshed:
@@ -163,15 +163,15 @@ def load(base: duckdb.DuckDBPyConnection, folder, details: bool = True) -> None:
     columns = ", ".join(f"{name} {kind}" for name, kind in STORED_COLUMNS.items())
     base.execute(f"CREATE TABLE shots ({columns})")
     _current_table(base, current)
-    kept = "*" if details else f"* REPLACE ({', '.join(f'NULL AS {name}' for name in DETAILS)})"
+    selected = "*" if details else f"* REPLACE ({', '.join(f'NULL AS {name}' for name in DETAILS)})"
     if _known(base, index):
-        base.execute(f"INSERT INTO shots SELECT {kept} FROM ({_still_current(index)})")
-    held = dict(base.execute("SELECT DISTINCT path, stamp FROM shots").fetchall())
+        base.execute(f"INSERT INTO shots SELECT {selected} FROM ({_still_current(index)})")
+    indexed = dict(base.execute("SELECT DISTINCT path, stamp FROM shots").fetchall())
     missing = _Reading(
-        folder, {path: stamp for path, stamp in current.items() if held.get(path) != stamp}
+        folder, {path: stamp for path, stamp in current.items() if indexed.get(path) != stamp}
     )
     for batch in missing.batches():
-        base.execute(f"INSERT INTO shots SELECT {kept} FROM ({FROM_BATCH})", [batch])
+        base.execute(f"INSERT INTO shots SELECT {selected} FROM ({FROM_BATCH})", [batch])
     base.execute("DROP TABLE current")
     base.execute("ALTER TABLE shots DROP COLUMN stamp")
     _pass_on_lighting(base)
@@ -179,10 +179,10 @@ def load(base: duckdb.DuckDBPyConnection, folder, details: bool = True) -> None:
 
 def _stamp(file: str) -> str:
     try:
-        found = os.stat(file)
+        status = os.stat(file)
     except OSError:
         return ""
-    return f"{found.st_ino}-{found.st_mtime_ns}-{found.st_size}"
+    return f"{status.st_ino}-{status.st_mtime_ns}-{status.st_size}"
 
 
 def _known(base: duckdb.DuckDBPyConnection, index: Path) -> dict[str, str]:
@@ -214,17 +214,17 @@ def _rewrite(
     scratch = temporary_path(index.parent, "index")
     scratch.mkdir()
     try:
-        parts = [keep] if keep else []
+        queries = [keep] if keep else []
         for number, batch in enumerate(reading.batches()):
             part = scratch / f"{number}.parquet"
             base.execute(f"COPY ({FROM_BATCH}) TO '{_quoted(part)}' (FORMAT parquet)", [batch])
         if any(scratch.iterdir()):
-            parts.append(f"SELECT * FROM read_parquet('{_quoted(scratch)}/*.parquet')")
-        if not (stale or len(parts) > bool(keep)):
+            queries.append(f"SELECT * FROM read_parquet('{_quoted(scratch)}/*.parquet')")
+        if not (stale or len(queries) > bool(keep)):
             return
         fresh = scratch / "index"
         base.execute(
-            f"COPY ({' UNION ALL '.join(parts)}) TO '{_quoted(fresh)}' (FORMAT parquet,"
+            f"COPY ({' UNION ALL '.join(queries)}) TO '{_quoted(fresh)}' (FORMAT parquet,"
             f" ROW_GROUP_SIZE {ROWS_AT_ONCE})"
         )
         os.replace(fresh, index)

@@ -75,14 +75,16 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
     tests = [_split(key) + (value,) for key, value in conditions.items()]
     ordered = (order_by or "").removeprefix("-").replace("__", ".")
     with _connect(folder, details=False) as base:
-        asked = list(dict.fromkeys([name for name, _, _ in tests] + ([ordered] if ordered else [])))
-        _check_known(base, asked)
+        properties = list(
+            dict.fromkeys([name for name, _, _ in tests] + ([ordered] if ordered else []))
+        )
+        _check_known(base, properties)
         clauses, values = [], []
         for name, operator, value in tests:
             clause, bound = _clause(name, operator, value)
             clauses.append(clause)
             values += bound
-        extra = _with_share(base, [name for name in asked if name not in PLAIN])
+        extra = _with_share(base, [name for name in properties if name not in PLAIN])
         columns = ", ".join(
             [
                 "id",
@@ -97,9 +99,9 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
         )
         order = "created DESC, id, camera"
         if ordered:
-            way = "DESC" if order_by.startswith("-") else "ASC"
+            direction = "DESC" if order_by.startswith("-") else "ASC"
             order = (
-                f"try_cast({_text(ordered)} AS DOUBLE) {way} NULLS LAST, {_text(ordered)} {way}"
+                f"try_cast({_text(ordered)} AS DOUBLE) {direction} NULLS LAST, {_text(ordered)} {direction}"
                 " NULLS LAST, id"
             )
         rows = base.execute(
@@ -154,15 +156,15 @@ def show(folder, name: str) -> dict:
     """Return the root attributes of the store that is called `name` or begins so, with its
     `path`.
     """
-    found = [p for p in stores(folder) if p.stem.startswith(str(name).removesuffix(".zarr"))]
-    exact = [p for p in found if p.stem == name] or found
+    matches = [p for p in stores(folder) if p.stem.startswith(str(name).removesuffix(".zarr"))]
+    exact = [p for p in matches if p.stem == name] or matches
     if len(exact) != 1:
-        what = (
+        problem = (
             f"could be any of {', '.join(p.stem for p in exact)}"
             if exact
             else "names no store" + did_you_mean(name, [p.stem for p in stores(folder)])
         )
-        raise CatalogError(f"{name!r} {what}; looked in {folder}")
+        raise CatalogError(f"{name!r} {problem}; looked in {folder}")
     return {"path": str(exact[0]), **read_attrs(exact[0])}
 
 
@@ -190,9 +192,10 @@ def _with_share(base: duckdb.DuckDBPyConnection, names: list[str]) -> list[str]:
     """Return the properties to show: with the share of valid pixels where one of them is a
     score.
     """
-    held = "from_json(properties->'scores', '[\"VARCHAR\"]')"
+    scores_json = "from_json(properties->'scores', '[\"VARCHAR\"]')"
     scores = {
-        name for (name,) in base.execute(f"SELECT DISTINCT unnest({held}) FROM shots").fetchall()
+        name
+        for (name,) in base.execute(f"SELECT DISTINCT unnest({scores_json}) FROM shots").fetchall()
     }
     if "valid_share" in scores and "valid_share" not in names and scores & set(names):
         return [*names, "valid_share"]
@@ -221,7 +224,7 @@ def _clause(name: str, operator: str, value) -> tuple[str, list]:
             return f"{text} {OPERATORS[operator]} ?", [
                 str(value)
             ]  # dates, and other text that sorts
-    wanted = (
+    alternatives = (
         value
         if isinstance(value, (list, tuple, set))
         else str(value).split(",")
@@ -229,8 +232,10 @@ def _clause(name: str, operator: str, value) -> tuple[str, list]:
         else [value]
     )
     tests, values = [], []
-    for one in wanted:
-        one = str(one).lower() if isinstance(one, bool) else str(one)
+    for alternative in alternatives:
+        alternative = (
+            str(alternative).lower() if isinstance(alternative, bool) else str(alternative)
+        )
         tests.append(
             f"({text} = ? OR try_cast({text} AS DOUBLE) = try_cast(? AS DOUBLE)"
             + (
@@ -240,7 +245,7 @@ def _clause(name: str, operator: str, value) -> tuple[str, list]:
             )
             + ")"
         )
-        values += [one, one] + ([] if name in PLAIN else [one])
+        values += [alternative, alternative] + ([] if name in PLAIN else [alternative])
     joined = " OR ".join(tests) or "false"
     return (
         f"coalesce(NOT ({joined}), true)" if operator == "ne" else f"coalesce({joined}, false)"

@@ -68,14 +68,16 @@ def records(path, folder) -> list[dict]:
     properties = flat(attrs) | nearest(objects)
     if kind != "run":
         return [common | {"camera": None, "scores": [], "properties": properties}]
-    found = []
+    shots = []
     for camera in attrs.get("cameras") or [""]:
-        own = whole_picture(scores, camera)
-        more = {"camera": camera, "sensor": sensor(attrs, camera), **own}
-        more |= {"scores": sorted(own), "warnings": warned(attrs, camera)}
-        held = [score for score in scores if score.get("camera") == camera]
-        found.append(common | {"camera": camera, "scores": held, "properties": properties | more})
-    return found
+        whole_picture_scores = whole_picture(scores, camera)
+        more = {"camera": camera, "sensor": sensor(attrs, camera), **whole_picture_scores}
+        more |= {"scores": sorted(whole_picture_scores), "warnings": warned(attrs, camera)}
+        scores_of_camera = [score for score in scores if score.get("camera") == camera]
+        shots.append(
+            common | {"camera": camera, "scores": scores_of_camera, "properties": properties | more}
+        )
+    return shots
 
 
 def sensor(attrs: dict, camera: str) -> str:
@@ -90,29 +92,29 @@ def flat(attrs: dict) -> dict:
     """Return the searchable root attributes with dotted names: numbers, text, and lists of
     either.
     """
-    out = {}
+    attributes = {}
     for key, value in attrs.items():
         if key in NESTED and isinstance(value, dict):
-            _flatten(value, key, out)
+            _flatten(value, key, attributes)
         elif _plain(value):
-            out[key] = value
-    out["ledger.seconds"] = sum(row.get("seconds", 0) for row in attrs.get("ledger") or [])
-    return out
+            attributes[key] = value
+    attributes["ledger.seconds"] = sum(row.get("seconds", 0) for row in attrs.get("ledger") or [])
+    return attributes
 
 
 def nearest(objects: list[dict]) -> dict:
     """Return, per category, how many objects there are and the distance (m) and visible fraction of
     the nearest.
     """
-    out = {}
+    by_category = {}
     for entry in sorted(
         objects, key=lambda o: -_number(o.get("distance_m"), float("inf"))
     ):  # the nearest comes last
         category = entry.get("category")
-        out[f"{category}.count"] = out.get(f"{category}.count", 0) + 1
-        out[f"{category}.distance_m"] = entry.get("distance_m")
-        out[f"{category}.visible_fraction"] = entry.get("visible_fraction")
-    return out
+        by_category[f"{category}.count"] = by_category.get(f"{category}.count", 0) + 1
+        by_category[f"{category}.distance_m"] = entry.get("distance_m")
+        by_category[f"{category}.visible_fraction"] = entry.get("visible_fraction")
+    return by_category
 
 
 def whole_picture(scores: list[dict], camera: str) -> dict:
@@ -134,12 +136,12 @@ def assets(path: Path) -> list[str]:
     )
 
 
-def _flatten(value: dict, prefix: str, out: dict) -> None:
+def _flatten(value: dict, prefix: str, flat_attributes: dict) -> None:
     for key, inner in value.items():
         if isinstance(inner, dict):
-            _flatten(inner, f"{prefix}.{key}", out)
+            _flatten(inner, f"{prefix}.{key}", flat_attributes)
         elif _plain(inner):
-            out[f"{prefix}.{key}"] = inner
+            flat_attributes[f"{prefix}.{key}"] = inner
 
 
 def _plain(value) -> bool:

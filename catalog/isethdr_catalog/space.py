@@ -70,23 +70,27 @@ def usage(folder: str | os.PathLike[str]) -> list[Usage]:
     """Return what each part of a home folder takes on disk; parts that are not there are left
     out.
     """
-    root, found = Path(folder), []
-    for part, what in PARTS.items():
+    root, usages = Path(folder), []
+    for part, description in PARTS.items():
         path = root / part
         if path.exists():
             entries = sum(1 for _ in path.iterdir()) if path.is_dir() else 1
-            found.append(Usage(part, what, entries, size_of(path)))
-    other = [p for p in root.iterdir() if p.name not in PARTS] if root.is_dir() else []
-    if other:
-        found.append(Usage(OTHER, "not made by isethdr, or left behind", len(other), _sum(other)))
-    return found
+            usages.append(Usage(part, description, entries, size_of(path)))
+    others = [p for p in root.iterdir() if p.name not in PARTS] if root.is_dir() else []
+    if others:
+        usages.append(
+            Usage(OTHER, "not made by isethdr, or left behind", len(others), _sum(others))
+        )
+    return usages
 
 
 def size_of(path: Path) -> int:
     """Return the bytes that a file, or a folder with all in it, takes on disk."""
     if not path.is_dir():
         return _blocks(path)
-    return sum(_blocks(Path(here, name)) for here, _, names in os.walk(path) for name in names)
+    return sum(
+        _blocks(Path(subfolder, name)) for subfolder, _, names in os.walk(path) for name in names
+    )
 
 
 def removable(folder: str | os.PathLike[str], scenes: bool = False) -> list[Removable]:
@@ -101,15 +105,15 @@ def removable(folder: str | os.PathLike[str], scenes: bool = False) -> list[Remo
     CatalogError : with `scenes`, where a run is damaged and cannot tell what it has read.
     """
     root = Path(folder)
-    found = [
+    candidates = [
         Removable(path, PARTS[part], size_of(path))
         for part in MADE_AGAIN
         for path in _visible(root / part)
     ]
     for page in sorted((root / "runs").glob(f"*{REPORT}")):
         if not page.with_suffix(".zarr").exists():
-            found.append(Removable(page, "report of a run that is not there", size_of(page)))
-    return found + (unread_scenes(root) if scenes else [])
+            candidates.append(Removable(page, "report of a run that is not there", size_of(page)))
+    return candidates + (unread_scenes(root) if scenes else [])
 
 
 def unread_scenes(folder: str | os.PathLike[str]) -> list[Removable]:
@@ -126,11 +130,11 @@ def unread_scenes(folder: str | os.PathLike[str]) -> list[Removable]:
             f"the run {unknown[0]} is damaged and cannot tell which radiance it has read; remove"
             f" it first: isethdr catalog rm {unknown[0]}"
         )
-    found = []
+    unread = []
     for path in sorted((root / "scenes").glob("*.zarr")):
         if path.stem not in read_by and time.time() - path.stat().st_mtime > MAY_BE_IN_USE_S:
-            found.append(Removable(path, "radiance that no run has read", size_of(path)))
-    return found
+            unread.append(Removable(path, "radiance that no run has read", size_of(path)))
+    return unread
 
 
 def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:
@@ -167,13 +171,13 @@ def find_one(folder: str | os.PathLike[str], name: str) -> Path:
     CatalogError : there is none, or several.
     """
     known = stores(folder)
-    found = [p for p in known if p.stem.startswith(name.removesuffix(".zarr"))]
-    found = [p for p in found if p.stem == name.removesuffix(".zarr")] or found
-    if not name or len(found) != 1:
-        several = f"could be any of {', '.join(p.stem for p in found)}"
+    matches = [p for p in known if p.stem.startswith(name.removesuffix(".zarr"))]
+    matches = [p for p in matches if p.stem == name.removesuffix(".zarr")] or matches
+    if not name or len(matches) != 1:
+        several = f"could be any of {', '.join(p.stem for p in matches)}"
         none = f"names no store{did_you_mean(name, [p.stem for p in known])}"
-        raise CatalogError(f"{name!r} {several if found else none}; looked in {folder}")
-    return found[0]
+        raise CatalogError(f"{name!r} {several if matches else none}; looked in {folder}")
+    return matches[0]
 
 
 def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False) -> int:
@@ -191,13 +195,13 @@ def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False
     ------
     CatalogError : runs have read the store, or cannot tell whether they have.
     """
-    needed = dependents(folder, path)
-    if not force and (needed.readers or needed.unknown):
-        runs = ", ".join((needed.readers + needed.unknown)[:4])
-        many = len(needed.readers) + len(needed.unknown)
-        verb = "has read" if needed.readers else "is damaged and may have read"
+    users = dependents(folder, path)
+    if not force and (users.readers or users.unknown):
+        runs = ", ".join((users.readers + users.unknown)[:4])
+        count = len(users.readers) + len(users.unknown)
+        verb = "has read" if users.readers else "is damaged and may have read"
         raise CatalogError(
-            f"{path.stem} is radiance that {many} run{'s' * (many > 1)} {verb}: {runs}; with other"
+            f"{path.stem} is radiance that {count} run{'s' * (count > 1)} {verb}: {runs}; with other"
             " settings such a run would render it again; type --force to remove it all the same"
         )
     page = path.with_suffix(REPORT)
@@ -229,17 +233,17 @@ def _remove(path: Path) -> None:
 
 def _readers(root: Path) -> dict[str, list[str]]:
     """Return {radiance: runs that have read it}; under "" the runs that are damaged."""
-    found: dict[str, list[str]] = {}
+    readers: dict[str, list[str]] = {}
     for path in sorted((root / "runs").glob("*.zarr")):
         try:
             attributes = read_attrs(path)
         except CatalogError:
-            found.setdefault("", []).append(path.stem)
+            readers.setdefault("", []).append(path.stem)
             continue
         for scene in attributes.get("scene_ids") or [attributes.get("scene_id")]:
             if scene:
-                found.setdefault(str(scene), []).append(path.stem)
-    return found
+                readers.setdefault(str(scene), []).append(path.stem)
+    return readers
 
 
 def _visible(folder: Path) -> Iterator[Path]:

@@ -35,12 +35,12 @@ def verify(folder) -> list[Report]:
     """Return a report for every store of a home folder, and one for every temporary file of an
     interrupted write.
     """
-    left = [
+    unfinished = [
         Report(p, 0, ("a writer was killed here; the next writer removes it",))
         for sub in ("scenes", "runs")
         for p in sorted((Path(folder) / sub).glob(".*.tmp"))
     ]
-    return [verify_store(path) for path in stores(folder)] + left
+    return [verify_store(path) for path in stores(folder)] + unfinished
 
 
 def verify_store(path) -> Report:
@@ -49,21 +49,21 @@ def verify_store(path) -> Report:
     A store without a manifest (format 1) is decoded instead: its chunks carry checksums, but a file
     that is missing or exchanged may go unnoticed.
     """
-    path, found = Path(path), []
+    path, problems_found = Path(path), []
     try:
         read_attrs(path)
     except Exception as error:
-        found.append(str(error))
+        problems_found.append(str(error))
     try:
         manifest = read_manifest(path)
     except CatalogError as error:
-        found += [] if str(error) in found else [str(error)]
-        return Report(path, 0, tuple(found))
+        problems_found += [] if str(error) in problems_found else [str(error)]
+        return Report(path, 0, tuple(problems_found))
     if manifest is not None:
         arrays = sum(_is_array(path / key) for key in manifest.files if key.endswith("zarr.json"))
-        return Report(path, arrays, (*found, *problems(path, manifest)))
+        return Report(path, arrays, (*problems_found, *problems(path, manifest)))
     count, more = _decoded(path)
-    return Report(path, count, (*found, *more), protected=False)
+    return Report(path, count, (*problems_found, *more), protected=False)
 
 
 def _is_array(metadata: Path) -> bool:
@@ -77,7 +77,7 @@ def _decoded(path: Path) -> tuple[int, list[str]]:
     """Decode every chunk of a store; return the number of arrays, and what is wrong."""
     import zarr
 
-    count, found = 0, []
+    count, problems_found = 0, []
     for metadata in sorted(path.glob("**/zarr.json")):
         name = str(metadata.parent.relative_to(path))
         try:
@@ -86,9 +86,9 @@ def _decoded(path: Path) -> tuple[int, list[str]]:
                 continue
             count += 1
             if metadata.parent.name in LIGHT and (hole := holes(node)):
-                found.append(f"{name}: NaN at {hole}; a chunk is missing")
+                problems_found.append(f"{name}: NaN at {hole}; a chunk is missing")
             elif metadata.parent.name not in LIGHT:
                 node[...]
         except Exception as error:  # each codec raises its own kind
-            found.append(f"{name}: {error or type(error).__name__}")
-    return count, found
+            problems_found.append(f"{name}: {error or type(error).__name__}")
+    return count, problems_found

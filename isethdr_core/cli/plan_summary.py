@@ -15,9 +15,9 @@ def print_plan(overrides) -> None:
     """Print what a run would compute, what is stored already, and what is left out and why."""
     console, rows = open_console(), Ledger()
     config = compose(overrides)
-    parts = chain(config)
-    demand = plan(parts, rows)
-    stored = run.find_run(config, parts)
+    planned_chain = chain(config)
+    demand = plan(planned_chain, rows)
+    stored = run.find_run(config, planned_chain)
     if stored:
         console.print(f"run {stored.stem} is stored: nothing to compute")
     console.print(f"light groups  {', '.join(demand.groups) if demand.groups else 'all'}")
@@ -31,22 +31,24 @@ def print_plan(overrides) -> None:
         sides_mm = " x ".join(f"{1e3 * side:.4g}" for side in demand.window_m)
         window = f"{sides_mm} mm of the image plane"
     console.print(f"window        {window}")
-    console.print(f"cameras       {', '.join(parts.cameras)}")
-    held, missing = radiance_cache.held_and_missing(parts, demand)
-    if parts.renderer is not None:
-        groups = sorted({g for s in held for g in s["groups"]})
+    console.print(f"cameras       {', '.join(planned_chain.cameras)}")
+    stores, missing = radiance_cache.held_and_missing(planned_chain, demand)
+    if planned_chain.renderer is not None:
+        groups = sorted({g for s in stores for g in s["groups"]})
         console.print(
-            f"radiance      recipe {radiance_cache.recipe_hash(parts)}: "
+            f"radiance      recipe {radiance_cache.recipe_hash(planned_chain)}: "
             + (f"stored groups {', '.join(groups)}" if groups else "nothing stored")
         )
     if not stored:
         plain = run.plain(config)
-        known = runtime_estimate.expected_s(parts, plain, missing, frame_of(parts, demand))
+        known = runtime_estimate.expected_s(
+            planned_chain, plain, missing, frame_of(planned_chain, demand)
+        )
         console.print(
             forecast_table(
                 {
                     stage: known.get(stage)
-                    for stage in runtime_estimate.stages(parts, plain, missing)
+                    for stage in runtime_estimate.stages(planned_chain, plain, missing)
                 }
             )
         )

@@ -17,15 +17,15 @@ SHOWN_AFTER_S = 2.0
 
 
 @contextmanager
-def shown(what: str, total: float | None = None):
-    """Show `what` and the seconds it takes while the block runs; yield a function that counts one
+def shown(title: str, total: float | None = None):
+    """Show `title` and the seconds it takes while the block runs; yield a function that counts one
     part of `total` as done.
     """
     if not sys.stderr.isatty():
         yield lambda: None
         return
     display = _display()
-    task = display.add_task(what, total=total)
+    task = display.add_task(title, total=total)
     if len(display.tasks) == 1:
         display.start()
     try:
@@ -36,19 +36,19 @@ def shown(what: str, total: float | None = None):
             display.stop()
 
 
-def track(items: Iterable, what: str, total: int | None = None) -> Iterator:
+def track(items: Iterable, title: str, total: int | None = None) -> Iterator:
     """Yield `items`; show how many of `total` are done and the time that remains.
 
     Parameters
     ----------
     items : what to work through.
-    what : one word or two, for example "rendering".
+    title : one word or two, for example "rendering".
     total : number of items, where `items` has no length.
     """
-    with shown(what, total if total is not None else len(items)) as done:
+    with shown(title, total if total is not None else len(items)) as advance:
         for item in items:
             yield item
-            done()
+            advance()
 
 
 @cache

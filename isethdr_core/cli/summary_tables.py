@@ -104,20 +104,20 @@ def metrics_together(ledger) -> list:
 
 def title_of(stage: str) -> str:
     """Return the row that a stage is shown in: all metrics of one camera share one."""
-    kind, _, rest = stage.partition(" ")
-    return f"metrics {rest.rpartition(' ')[2]}" if kind == "metric" else stage
+    kind, _, after_kind = stage.partition(" ")
+    return f"metrics {after_kind.rpartition(' ')[2]}" if kind == "metric" else stage
 
 
 def together(expected: dict) -> dict[str, float | None]:
     """Return the expected seconds of every displayed row; None where those of one of its stages are
     not known.
     """
-    out: dict[str, float | None] = {}
+    by_title: dict[str, float | None] = {}
     for stage, seconds in expected.items():
         title = title_of(stage)
-        known = out.get(title, 0.0)
-        out[title] = None if None in (known, seconds) else known + seconds
-    return out
+        known = by_title.get(title, 0.0)
+        by_title[title] = None if None in (known, seconds) else known + seconds
+    return by_title
 
 
 def seconds_text(seconds: float | None) -> str:
@@ -156,12 +156,12 @@ def worst_text(notes) -> str:
     if not notes:
         return ""
     first = notes[0]
-    alike = [
+    comparable = [
         note
         for note in notes
         if (note.unit, note.acts_on, note.part) == (first.unit, first.acts_on, first.part)
     ]
-    worst = max(alike, key=lambda note: note.value)
+    worst = max(comparable, key=lambda note: note.value)
     return f"{worst.value:.3g} {worst.unit} ({worst.how})" + (
         f" +{len(notes) - 1}" if len(notes) > 1 else ""
     )

@@ -25,8 +25,12 @@ def console(stderr: bool = False) -> Console:
     from rich.console import Console
 
     plain = {"markup": False, "emoji": False, "highlight": False, "stderr": stderr}
-    shown = Console(**plain)
-    return shown if shown.is_terminal else Console(width=max(shown.width, WIDTH_OF_FILES), **plain)
+    rich_console = Console(**plain)
+    return (
+        rich_console
+        if rich_console.is_terminal
+        else Console(width=max(rich_console.width, WIDTH_OF_FILES), **plain)
+    )
 
 
 def print_text(text: str, indent: str = "", hanging: str | None = None) -> None:

@@ -45,8 +45,8 @@ def _tried(arguments: list[str]) -> list[str]:
     values = [_values(o) for o in parsed]
     first = [v[0] for v in values]
     for position, alternatives in enumerate(values):
-        for other in alternatives if position == 0 else alternatives[1:]:
-            job = [*first[:position], other, *first[position + 1 :]]
+        for alternative in alternatives if position == 0 else alternatives[1:]:
+            job = [*first[:position], alternative, *first[position + 1 :]]
             choices = [o for o, tried in zip(job, values, strict=True) if len(tried) > 1]
             with _named(choices):
                 chain(compose(job))

@@ -81,7 +81,7 @@ def check_arguments(arguments: Sequence[str]) -> None:
         and a
         pickled config of `--experimental-rerun`, which is code as well.
     """
-    args, rest = get_args_parser().parse_known_args(list(arguments))
+    args, other_arguments = get_args_parser().parse_known_args(list(arguments))
     if args.config_dir is not None:
         check_folder(args.config_dir)
     if args.config_path is not None:
@@ -90,17 +90,17 @@ def check_arguments(arguments: Sequence[str]) -> None:
         _check_choice("--config-name", args.config_name)
     if args.experimental_rerun is not None:
         check_folder(Path(args.experimental_rerun).parent)
-    check_overrides([*args.overrides, *(a for a in rest if not a.startswith("-"))])
+    check_overrides([*args.overrides, *(a for a in other_arguments if not a.startswith("-"))])
 
 
 def _check_search_path(value: object) -> None:
-    places = value if isinstance(value, list) else [value]
-    for place in map(str, filter(None, places)):
-        address = urlparse(place.strip("'\""))
+    folders = value if isinstance(value, list) else [value]
+    for entry in map(str, filter(None, folders)):
+        address = urlparse(entry.strip("'\""))
         if address.scheme in INSTALLED:
             continue
         local = address.netloc + unquote(address.path)
-        check_folder(local if address.scheme in ("", "file") else place)
+        check_folder(local if address.scheme in ("", "file") else entry)
 
 
 def _choices(override) -> list[object]:

@@ -20,7 +20,9 @@ OF_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", "falloff")
 DEVICE = {"device": "K", "scene": "kit"}
 
 
-def check_electrons(who: str, sensor: Sensor, light: xr.DataArray, captures: xr.Dataset) -> None:
+def check_electrons(
+    subject: str, sensor: Sensor, light: xr.DataArray, captures: xr.Dataset
+) -> None:
     """Check that expected electrons are those that quantum efficiency, photodiode area and exposure
     of the captures make of light.
 
@@ -29,7 +31,7 @@ def check_electrons(who: str, sensor: Sensor, light: xr.DataArray, captures: xr.
     for name in OF_LIGHT:
         promise = f"captures carry {name!r} of the light unchanged"
         holds(
-            who,
+            subject,
             promise,
             captures.attrs[name] == light.attrs[name],
             f"{captures.attrs[name]!r}, the light has {light.attrs[name]!r}",
@@ -39,14 +41,14 @@ def check_electrons(who: str, sensor: Sensor, light: xr.DataArray, captures: xr.
     even = light.copy(
         data=np.broadcast_to(spectrum[:, None, None], light.shape).astype(light.dtype)
     )
-    with keeps(who, "expected(light) returns electrons"):
-        seen = sensor.expected(even)
+    with keeps(subject, "expected(light) returns electrons"):
+        expected = sensor.expected(even)
         counted = (
-            seen.values.astype(float)
+            expected.values.astype(float)
             - sensor.expected(light.copy(data=np.zeros_like(light.values))).values
         )
-    units = seen.attrs.get("units")
-    holds(who, "expected has the units 'e', electrons", units == "e", f"it has {units!r}")
+    units = expected.attrs.get("units")
+    holds(subject, "expected has the units 'e', electrons", units == "e", f"it has {units!r}")
     per_area = captures["quantum_efficiency"].values @ (
         spectrum * photons_per_energy(wavelength_nm)
     )
@@ -55,16 +57,16 @@ def check_electrons(who: str, sensor: Sensor, light: xr.DataArray, captures: xr.
     filters = captures["filter"].values[inner]
     for channel in np.unique(filters):
         name = str(captures["channel"].values[channel])
-        found = counted[(slice(None), *inner)][:, filters == channel].mean(axis=1)
+        per_channel = counted[(slice(None), *inner)][:, filters == channel].mean(axis=1)
         # 1 %: pixels of one channel with unlike neighbours get unlike shares of stray light
         promise = (
             "expected electrons are irradiance x photons per joule x quantum_efficiency x area_m2"
             f" x exposure_s of the captures, filter {name!r}"
         )
-        close(who, promise, found, per_area[:, channel] * scale, 1e-2)
+        close(subject, promise, per_channel, per_area[:, channel] * scale, 1e-2)
 
 
-def check_filters(who: str, captures: xr.Dataset) -> None:
+def check_filters(subject: str, captures: xr.Dataset) -> None:
     """Check that `filter` is the pattern that the attribute `cfa` states, repeated from the upper
     left pixel; nothing without `cfa`.
     """
@@ -76,24 +78,26 @@ def check_filters(who: str, captures: xr.Dataset) -> None:
         "'filter' is the pattern of the attribute 'cfa', its letters the names of the channels"
     )
     holds(
-        who,
+        subject,
         promise,
         rows,
         f"cfa is {pattern!r}; expected rows of letters parted by /, or a square as RGGB",
     )
-    stated = np.array([list(row) for row in rows])
+    stated_pattern = np.array([list(row) for row in rows])
     filters = captures["filter"].values
     names = captures["channel"].values.astype(str)[filters]
     y, x = np.indices(filters.shape)
-    wrong = names != stated[y % stated.shape[0], x % stated.shape[1]]
+    wrong = names != stated_pattern[y % stated_pattern.shape[0], x % stated_pattern.shape[1]]
     if wrong.any():
         at = tuple(map(int, np.argwhere(wrong)[0]))
-        want = stated[at[0] % stated.shape[0], at[1] % stated.shape[1]]
+        expected_names = stated_pattern[
+            at[0] % stated_pattern.shape[0], at[1] % stated_pattern.shape[1]
+        ]
         holds(
-            who,
+            subject,
             promise,
             False,
-            f"pixel {at} has filter {names[at]!r}, cfa={pattern!r} says {str(want)!r}",
+            f"pixel {at} has filter {names[at]!r}, cfa={pattern!r} says {str(expected_names)!r}",
         )
 
 
@@ -111,7 +115,7 @@ def _rows(pattern: str) -> list[str]:
 
 
 def check_scatter(
-    who: str,
+    subject: str,
     sensor: Sensor,
     light: xr.DataArray,
     read_back: Callable[[xr.Dataset], np.ndarray],
@@ -131,18 +135,18 @@ def check_scatter(
         first, second = (sensor(lit, generator(seed=seed, **DEVICE)) for seed in (7, 8))
         mean = sensor.expected(lit).values.astype(float)
         free = ~(first["saturated"].values | second["saturated"].values)
-        apart = read_back(first) - read_back(second)
+        difference = read_back(first) - read_back(second)
         for k, capture in enumerate(first["capture"].values.astype(str)):
             use = free[k]
             if use.sum() < 2:
                 continue
             step = float(first["quantisation_e"][k])
             noise_e2 = float(mean[k][use].mean()) + float(first["read_noise_e"][k]) ** 2
-            stated = noise_e2 + step**2 / 12
-            found, error = _half_mean_square(apart[k], use)
+            stated_e2 = noise_e2 + step**2 / 12
+            found_e2, error = _half_mean_square(difference[k], use)
             # six standard errors; rounding to steps wider than two deviations adds anything up to
             # step^2 / 4
-            allowed = 6 * max(np.sqrt(2 / use.sum()) * stated, error) + (
+            allowed = 6 * max(np.sqrt(2 / use.sum()) * stated_e2, error) + (
                 step**2 / 4 if 4 * noise_e2 < step**2 else 0.0
             )
             promise = (
@@ -150,22 +154,22 @@ def check_scatter(
                 " that the captures state"
             )
             holds(
-                who,
+                subject,
                 promise,
-                abs(found - stated) <= allowed,
-                f"variance in {name} of {capture} {found:.4g} e2, stated {stated:.4g} e2, allowed"
+                abs(found_e2 - stated_e2) <= allowed,
+                f"variance in {name} of {capture} {found_e2:.4g} e2, stated {stated_e2:.4g} e2, allowed"
                 f" {allowed:.2g} e2",
             )
 
 
-def _half_mean_square(apart: np.ndarray, use: np.ndarray) -> tuple[float, float]:
-    """Return half the mean square of the differences `apart` (y, x) where `use` is true, and its
+def _half_mean_square(difference: np.ndarray, use: np.ndarray) -> tuple[float, float]:
+    """Return half the mean square of the differences `difference` (y, x) where `use` is true, and its
     standard error.
 
     Noise that pixels of a row or a column share makes their squares alike: the error is that of
     means over rows or over columns.
     """
-    squares = np.where(use, apart, 0.0) ** 2 / 2
+    squares = np.where(use, difference, 0.0) ** 2 / 2
     errors = []
     for axis in (0, 1):
         count = use.sum(axis=axis)

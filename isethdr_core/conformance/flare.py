@@ -14,118 +14,120 @@ from .inputs import damaged_planes, mixed, some
 from .promise import close, holds, keeps, refuses, repeatable, same
 
 
-def check(who: str, flare: Flare) -> None:
+def check(subject: str, flare: Flare) -> None:
     """Check one flare, alone and in an installed lens."""
     holds(
-        who,
+        subject,
         "has at least one of the methods pupil, scatter, irradiance",
         isinstance(flare, FLARES),
     )
     if isinstance(flare, TransmitsPupil):
-        check_pupil(who, flare)
+        check_pupil(subject, flare)
     if isinstance(flare, ScattersLight):
-        check_scatter(who, flare)
+        check_scatter(subject, flare)
     if isinstance(flare, AddsLight):
-        check_added(who, flare)
-    check_in_lens(who, flare, isinstance(flare, AddsLight))
+        check_added(subject, flare)
+    check_in_lens(subject, flare, isinstance(flare, AddsLight))
 
 
-def check_pupil(who: str, flare: TransmitsPupil) -> None:
+def check_pupil(subject: str, flare: TransmitsPupil) -> None:
     """Check the complex transmission on a pupil of 1 mm across."""
     axis = np.linspace(-0.5, 0.5, 41)
     x_mm, y_mm = np.meshgrid(axis, axis)
-    with keeps(who, "pupil(x_mm, y_mm, wavelength_nm) returns a complex transmission"):
+    with keeps(subject, "pupil(x_mm, y_mm, wavelength_nm) returns a complex transmission"):
         whole = np.asarray(flare.pupil(x_mm, y_mm, 550.0))
-        holds(who, "pupil has the shape of x_mm", whole.shape == x_mm.shape, str(whole.shape))
-        holds(who, "pupil is finite", np.isfinite(whole).all())
+        holds(subject, "pupil has the shape of x_mm", whole.shape == x_mm.shape, str(whole.shape))
+        holds(subject, "pupil is finite", np.isfinite(whole).all())
         # 1e-6: rounding of float32 transmissions
         holds(
-            who,
+            subject,
             "pupil never amplifies",
             np.abs(whole).max() <= 1 + 1e-6,
             f"{np.abs(whole).max():.6g}",
         )
         same(
-            who,
+            subject,
             "the same call twice gives the same bits",
             whole,
             np.asarray(flare.pupil(x_mm, y_mm, 550.0)),
         )
 
 
-def check_scatter(who: str, flare: ScattersLight) -> None:
+def check_scatter(subject: str, flare: ScattersLight) -> None:
     """Check that scatter, per steradian, holds no more than all the energy."""
     edges = np.concatenate([[0.0], np.geomspace(1e-7, np.pi / 2, 4001)])
     angle = (edges[1:] + edges[:-1]) / 2
-    with keeps(who, "scatter(wavelength_nm, angle_rad) returns 1/sr"):
+    with keeps(subject, "scatter(wavelength_nm, angle_rad) returns 1/sr"):
         for wavelength_nm in (450.0, 650.0):
             value = np.asarray(flare.scatter(wavelength_nm, angle), float)
             holds(
-                who,
+                subject,
                 "scatter has the shape of angle_rad",
                 value.shape == angle.shape,
                 str(value.shape),
             )
             holds(
-                who, "scatter is finite, 0 or more", np.isfinite(value).all() and value.min() >= 0
+                subject,
+                "scatter is finite, 0 or more",
+                np.isfinite(value).all() and value.min() >= 0,
             )
             total = np.sum(value * 2 * np.pi * (np.cos(edges[:-1]) - np.cos(edges[1:])))
             # 1e-2: midpoint sums over a peak as narrow as 1e-7 rad
             holds(
-                who,
+                subject,
                 "scatter integrates to at most 1 over the hemisphere",
                 total <= 1.01,
                 f"{total:.4g} at {wavelength_nm:g} nm",
             )
-            one = np.asarray(flare.scatter(wavelength_nm, angle[100:101]), float)
+            single_angle = np.asarray(flare.scatter(wavelength_nm, angle[100:101]), float)
             close(
-                who,
+                subject,
                 "scatter at one angle does not depend on the others",
-                one,
+                single_angle,
                 value[100:101],
                 1e-12,
             )
 
 
-def check_added(who: str, flare: AddsLight) -> None:
+def check_added(subject: str, flare: AddsLight) -> None:
     """Check light that a flare adds: irradiance of the lens's grid, linear, never negative."""
     lens = some("lens", "diffraction_limited", "ideal")
-    out = repeatable(who, lambda m: flare.irradiance(lens, m), mixed)
-    with keeps(who, "irradiance(lens, mixed) returns irradiance"):
-        check_irradiance(out)
+    added = repeatable(subject, lambda m: flare.irradiance(lens, m), mixed)
+    with keeps(subject, "irradiance(lens, mixed) returns irradiance"):
+        check_irradiance(added)
     double = flare.irradiance(lens, mixed(2.0 * mixed().values))
     close(
-        who,
+        subject,
         "added light is linear in radiance",
         double.values,
-        2.0 * out.values,
+        2.0 * added.values,
         1e-5,
-        1e-5 * float(out.max()),
+        1e-5 * float(added.max()),
     )
-    for what, bad in damaged_planes(mixed()):
-        refuses(who, what, partial(flare.irradiance, lens, bad))
+    for fault, damaged in damaged_planes(mixed()):
+        refuses(subject, fault, partial(flare.irradiance, lens, damaged))
 
 
-def check_in_lens(who: str, flare: Flare, adds: bool) -> None:
+def check_in_lens(subject: str, flare: Flare, adds: bool) -> None:
     """Check a lens with this flare: valid, repeatable, and without more light than the open lens
     unless it adds light.
     """
     lens = some("lens", "diffraction_limited", "ideal")
-    out = repeatable(who, lambda m: lens(m, flares=(flare,)), mixed)
-    with keeps(who, "a lens with this flare returns irradiance"):
-        check_irradiance(out)
+    dirty = repeatable(subject, lambda m: lens(m, flares=(flare,)), mixed)
+    with keeps(subject, "a lens with this flare returns irradiance"):
+        check_irradiance(dirty)
     if adds:
         return
     clean = lens(mixed())
     holds(
-        who,
+        subject,
         "throughput is at most that of the open lens",
-        out.attrs["throughput_sr"] <= clean.attrs["throughput_sr"] * (1 + 1e-6),
+        dirty.attrs["throughput_sr"] <= clean.attrs["throughput_sr"] * (1 + 1e-6),
     )
     # 1e-4: float32 sums and Fourier transforms
     holds(
-        who,
+        subject,
         "the lens passes no more light than without it",
-        float(out.sum()) <= float(clean.sum()) * (1 + 1e-4),
-        f"{float(out.sum()):.6g} > {float(clean.sum()):.6g}",
+        float(dirty.sum()) <= float(clean.sum()) * (1 + 1e-4),
+        f"{float(dirty.sum()):.6g} > {float(clean.sum()):.6g}",
     )

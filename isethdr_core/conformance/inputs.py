@@ -144,54 +144,62 @@ def in_components(light: xr.DataArray, **modulation: float) -> xr.DataArray:
     return component
 
 
-def damaged_planes(good: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
+def damaged_planes(valid: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
     """Yield (what is wrong, data) for every way in which mixed radiance or irradiance can be wrong;
     what its form tells is sealed.
     """
-    for what, value in (
+    for fault, value in (
         ("NaN light", np.nan),
         ("infinite light", np.inf),
         ("negative light", -1e-6),
     ):
-        bad = good.copy(deep=True)
-        bad[1, 2, 3] = value
-        yield what, bad
-    good = sealed(good)
-    yield "unsorted wavelengths", good.isel(wavelength=[1, 0, *range(2, good.sizes["wavelength"])])
-    yield "wavelengths in micrometres", good.assign_coords(wavelength=good.wavelength * 1e-3)
-    yield "wavelengths in metres", good.assign_coords(wavelength=good.wavelength * 1e-9)
-    yield "missing wavelengths", good.drop_vars("wavelength")
-    yield "other dims", good.transpose("y", "x", "wavelength")
-    yield "a missing dim", good.isel(wavelength=0)
-    yield "other units", good.assign_attrs(units="W m-2")
-    yield "missing units", good.assign_attrs(units=None)
-    yield "no bands", good.isel(wavelength=[])
-    yield "no tiles", good.isel(x=[])
+        damaged = valid.copy(deep=True)
+        damaged[1, 2, 3] = value
+        yield fault, damaged
+    valid = sealed(valid)
+    yield (
+        "unsorted wavelengths",
+        valid.isel(wavelength=[1, 0, *range(2, valid.sizes["wavelength"])]),
+    )
+    yield "wavelengths in micrometres", valid.assign_coords(wavelength=valid.wavelength * 1e-3)
+    yield "wavelengths in metres", valid.assign_coords(wavelength=valid.wavelength * 1e-9)
+    yield "missing wavelengths", valid.drop_vars("wavelength")
+    yield "other dims", valid.transpose("y", "x", "wavelength")
+    yield "a missing dim", valid.isel(wavelength=0)
+    yield "other units", valid.assign_attrs(units="W m-2")
+    yield "missing units", valid.assign_attrs(units=None)
+    yield "no bands", valid.isel(wavelength=[])
+    yield "no tiles", valid.isel(x=[])
 
 
-def damaged_scenes(good: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+def damaged_scenes(valid: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Yield (what is wrong, data) for every way in which scene radiance can be wrong; what its form
     tells is sealed.
     """
-    for what, value in (
+    for fault, value in (
         ("NaN light", np.nan),
         ("infinite light", np.inf),
         ("negative light", -1e-6),
     ):
-        bad = good.copy(deep=True)
-        bad["radiance"][:, 1, 2, 3] = value  # in every group: a lighting reads no group of weight 0
-        yield what, bad
-    good = sealed(good, "radiance")
-    yield "unsorted wavelengths", good.isel(wavelength=[1, 0, *range(2, good.sizes["wavelength"])])
-    yield "missing wavelengths", good.drop_vars("wavelength")
+        damaged = valid.copy(deep=True)
+        damaged["radiance"][:, 1, 2, 3] = (
+            value  # in every group: a lighting reads no group of weight 0
+        )
+        yield fault, damaged
+    valid = sealed(valid, "radiance")
+    yield (
+        "unsorted wavelengths",
+        valid.isel(wavelength=[1, 0, *range(2, valid.sizes["wavelength"])]),
+    )
+    yield "missing wavelengths", valid.drop_vars("wavelength")
     yield (
         "other dims",
-        good.assign(radiance=good["radiance"].transpose("light_group", "y", "x", "wavelength")),
+        valid.assign(radiance=valid["radiance"].transpose("light_group", "y", "x", "wavelength")),
     )
-    yield "other units", good.assign(radiance=good["radiance"].assign_attrs(units="W m-2"))
-    yield "no bands", good.isel(wavelength=[])
-    yield "no tiles", good.isel(x=[])
-    yield "no variable radiance", good.drop_vars("radiance")
+    yield "other units", valid.assign(radiance=valid["radiance"].assign_attrs(units="W m-2"))
+    yield "no bands", valid.isel(wavelength=[])
+    yield "no tiles", valid.isel(x=[])
+    yield "no variable radiance", valid.drop_vars("radiance")
 
 
 def some(kind: str, *preferred: str) -> Any:

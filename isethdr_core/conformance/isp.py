@@ -26,33 +26,39 @@ GAIN_DN_PER_E, BLACK_DN, TOP_DN, PITCH_UM = 0.5, 64.0, 4000.0, 3.0
 GREY_CD_M2 = 100.0
 
 
-def check(who: str, isp: Isp) -> None:
+def check(subject: str, isp: Isp) -> None:
     """Check one isp on captures of a grey field, in the layout it reads: a colour filter array, or
     every channel at every pixel.
     """
-    layout = _layout(who, isp)
+    layout = _layout(subject, isp)
     grey = captures(layout)
-    picture = repeatable(who, isp, lambda: captures(layout))
-    _check_picture(who, picture, grey)
-    same_from_store(who, isp, grey, picture)
+    picture = repeatable(subject, isp, lambda: captures(layout))
+    _check_picture(subject, picture, grey)
+    same_from_store(subject, isp, grey, picture)
     y = picture["xyz"].values[..., 1]
-    holds(who, "unsaturated pixels are valid", picture["valid"].values.all())
+    holds(subject, "unsaturated pixels are valid", picture["valid"].values.all())
     # 5 %: a colour matrix may weigh noise against colour, and assume another white than this
     # equal-energy one
-    close(who, "a grey field of 100 cd/m2 comes back as 100 cd/m2", y, GREY_CD_M2, 0.05)
+    close(subject, "a grey field of 100 cd/m2 comes back as 100 cd/m2", y, GREY_CD_M2, 0.05)
     if variance_known(picture):
-        holds(who, "noise gives variance above 0", float(picture["variance"].min()) > 0)
-    shorter = stated(who, lambda: isp(captures(layout, exposure_s=0.005)))
+        holds(subject, "noise gives variance above 0", float(picture["variance"].min()) > 0)
+    shorter = stated(subject, lambda: isp(captures(layout, exposure_s=0.005)))
     # 1 %: raw is rounded to whole DN, and the half exposure has half of them
-    close(who, "half the exposure gives the same luminance", shorter["xyz"].values[..., 1], y, 0.01)
-    check_readings(who, isp, grey, y)
-    check_place(who, isp, grey)
-    check_colour(who, isp, layout, captures)
-    check_variance(who, isp, grey)
-    _check_dark(who, isp, layout)
-    _check_saturated(who, isp, layout)
-    for what, bad in damaged_captures(grey):
-        refuses(who, what, partial(isp, bad))
+    close(
+        subject,
+        "half the exposure gives the same luminance",
+        shorter["xyz"].values[..., 1],
+        y,
+        0.01,
+    )
+    check_readings(subject, isp, grey, y)
+    check_place(subject, isp, grey)
+    check_colour(subject, isp, layout, captures)
+    check_variance(subject, isp, grey)
+    _check_dark(subject, isp, layout)
+    _check_saturated(subject, isp, layout)
+    for fault, damaged in damaged_captures(grey):
+        refuses(subject, fault, partial(isp, damaged))
 
 
 def captures(
@@ -91,7 +97,7 @@ def captures(
         mean = np.broadcast_to(electrons[:, None, None], (3, height, width))
         channels, capture, efficiency = ["all"], ["X", "Y", "Z"], qe[:, None, :]
     raw = np.rint(np.clip(BLACK_DN + GAIN_DN_PER_E * mean, 0, TOP_DN + 1)).astype(np.uint16)
-    each = {
+    levels = {
         "exposure_s": exposure_s,
         "gain_dn_per_e": GAIN_DN_PER_E,
         "black_dn": BLACK_DN,
@@ -109,7 +115,7 @@ def captures(
             "filter": (("y", "x"), filters),
             "charge": ("capture", np.arange(count)),
             "quantum_efficiency": (("capture", "channel", "wavelength"), efficiency),
-            **{name: ("capture", np.full(count, value)) for name, value in each.items()},
+            **{name: ("capture", np.full(count, value)) for name, value in levels.items()},
         },
         coords={
             "capture": names(capture),
@@ -129,27 +135,27 @@ def captures(
     )
 
 
-def damaged_captures(good: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+def damaged_captures(valid: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Yield (what is wrong, captures) for the ways in which captures can be wrong; what their form
     tells is sealed.
     """
-    yield "raw that holds NaN", good.assign(raw=good["raw"].astype(float).where(good["x"] > 0))
-    good = sealed(good, "raw", "saturated")
+    yield "raw that holds NaN", valid.assign(raw=valid["raw"].astype(float).where(valid["x"] > 0))
+    valid = sealed(valid, "raw", "saturated")
     yield "an empty Dataset", xr.Dataset()
     for name in ("raw", "saturated", "filter", "gain_dn_per_e", "black_dn", "quantum_efficiency"):
-        yield f"captures without {name!r}", good.drop_vars(name)
-    yield "raw with other dims", good.assign(raw=good["raw"].transpose("y", "x", "capture"))
-    yield "captures without pixels", good.isel(x=[])
-    yield "captures without a focal length", _without(good, "focal_length_mm")
+        yield f"captures without {name!r}", valid.drop_vars(name)
+    yield "raw with other dims", valid.assign(raw=valid["raw"].transpose("y", "x", "capture"))
+    yield "captures without pixels", valid.isel(x=[])
+    yield "captures without a focal length", _without(valid, "focal_length_mm")
 
 
-def _without(data: xr.Dataset, attribute: str) -> xr.Dataset:
-    out = data.copy()
-    out.attrs = {k: v for k, v in data.attrs.items() if k != attribute}
-    return out
+def _without(captures: xr.Dataset, attribute: str) -> xr.Dataset:
+    copied = captures.copy()
+    copied.attrs = {k: v for k, v in captures.attrs.items() if k != attribute}
+    return copied
 
 
-def _layout(who: str, isp: Isp) -> str:
+def _layout(subject: str, isp: Isp) -> str:
     refused = []
     for layout in ("mosaic", "full"):
         try:
@@ -158,7 +164,7 @@ def _layout(who: str, isp: Isp) -> str:
         except IsetHdrError as err:
             refused.append(f"{layout}: {err}")
     holds(
-        who,
+        subject,
         "reads a colour filter array, or captures of one channel each",
         False,
         "; ".join(refused),
@@ -166,15 +172,15 @@ def _layout(who: str, isp: Isp) -> str:
     return ""
 
 
-def _check_picture(who: str, picture: xr.Dataset, grey: xr.Dataset) -> None:
-    with keeps(who, "returns a picture"):
+def _check_picture(subject: str, picture: xr.Dataset, grey: xr.Dataset) -> None:
+    with keeps(subject, "returns a picture"):
         check_picture(picture)
     for name in ("focal_length_mm", "pitch_um"):
-        holds(who, f"the picture carries the attribute {name!r}", name in picture.attrs)
-    holds(who, "valid is bool", picture["valid"].dtype == bool)
-    holds(who, "xyz is finite", np.isfinite(picture["xyz"].values).all())
+        holds(subject, f"the picture carries the attribute {name!r}", name in picture.attrs)
+    holds(subject, "valid is bool", picture["valid"].dtype == bool)
+    holds(subject, "xyz is finite", np.isfinite(picture["xyz"].values).all())
     holds(
-        who,
+        subject,
         "pixels lie within those of the captures",
         all(
             grey[d][0] - 1e-9 <= picture[d][0] and picture[d][-1] <= grey[d][-1] + 1e-9
@@ -183,55 +189,59 @@ def _check_picture(who: str, picture: xr.Dataset, grey: xr.Dataset) -> None:
     )
     if not variance_known(picture):
         holds(
-            who, "a variance that is not known is NaN", np.isnan(picture["variance"].values).all()
+            subject,
+            "a variance that is not known is NaN",
+            np.isnan(picture["variance"].values).all(),
         )
         return
     for name in ("variance", FIXED_PATTERN):
         if name in picture:
-            holds(who, f"{name} is finite", np.isfinite(picture[name].values).all())
+            holds(subject, f"{name} is finite", np.isfinite(picture[name].values).all())
     holds(
-        who,
+        subject,
         "the variance of an unknown device is 0 or more",
         float(total_variance(picture).min()) >= 0,
     )
 
 
-def _check_dark(who: str, isp: Isp, layout: str) -> None:
+def _check_dark(subject: str, isp: Isp, layout: str) -> None:
     dark = captures(layout, level=0.0)
     shape = dark["raw"].shape
     swing = np.where(
         pattern(shape) > np.median(pattern(shape)), 8, -8
     )  # DN around the black level, mean 0
-    seen = isp(
+    picture = isp(
         dark.assign(
             raw=(dark["raw"].dims, (dark["raw"].values.astype(int) + swing).astype(np.uint16))
         )
     )
-    y = seen["xyz"].values[..., 1]
-    holds(who, "the picture of darkness is finite", np.isfinite(seen["xyz"].values).all())
-    if variance_known(seen):
-        variance = seen["variance"].values
+    y = picture["xyz"].values[..., 1]
+    holds(subject, "the picture of darkness is finite", np.isfinite(picture["xyz"].values).all())
+    if variance_known(picture):
+        variance = picture["variance"].values
         holds(
-            who,
+            subject,
             "variance is finite and 0 or more, even in darkness",
             np.isfinite(variance).all() and variance.min() >= 0,
         )
     holds(
-        who,
+        subject,
         "estimates below 0 are not clipped",
         y.min() < 0,
         f"the smallest of {y.size} estimates in the dark is {y.min():.3g} cd/m2",
     )
     # a quarter of the spread: clipping at 0 would shift the mean by 0.4 to 0.5 of it
     holds(
-        who,
+        subject,
         "darkness has the mean 0",
         abs(y.mean()) <= 0.25 * y.std(),
         f"{y.mean():.3g} cd/m2, spread {y.std():.3g}",
     )
 
 
-def _check_saturated(who: str, isp: Isp, layout: str) -> None:
+def _check_saturated(subject: str, isp: Isp, layout: str) -> None:
     white = isp(captures(layout, level=1e6))
-    holds(who, "saturated pixels are not valid", not white["valid"].values.any())
-    holds(who, "the picture of a saturated shot is finite", np.isfinite(white["xyz"].values).all())
+    holds(subject, "saturated pixels are not valid", not white["valid"].values.any())
+    holds(
+        subject, "the picture of a saturated shot is finite", np.isfinite(white["xyz"].values).all()
+    )

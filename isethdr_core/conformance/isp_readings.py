@@ -26,7 +26,7 @@ class MakesCaptures(Protocol):
     def __call__(self, layout: str, *, spectrum: npt.ArrayLike) -> xr.Dataset: ...
 
 
-def check_readings(who: str, isp: Isp, grey: xr.Dataset, luminance_cd_m2: np.ndarray) -> None:
+def check_readings(subject: str, isp: Isp, grey: xr.Dataset, luminance_cd_m2: np.ndarray) -> None:
     """Check that captures of the same light in other numbers give the same luminance:
     `luminance_cd_m2` (y, x) of `grey`.
 
@@ -45,8 +45,12 @@ def check_readings(who: str, isp: Isp, grey: xr.Dataset, luminance_cd_m2: np.nda
         codes = np.rint(black + offset + factor * (raw - black)).astype(grey["raw"].dtype)
         changed = {name: grey[name] * value for name, value in scaled.items()}
         levels = {name: grey[name] + offset for name in ("black_dn", "top_dn")}
-        out = grey.assign({"raw": grey["raw"].copy(data=codes), **levels}).assign(changed)
-        return out.assign_attrs({name: grey.attrs[name] * value for name, value in attributes})
+        changed_captures = grey.assign({"raw": grey["raw"].copy(data=codes), **levels}).assign(
+            changed
+        )
+        return changed_captures.assign_attrs(
+            {name: grey.attrs[name] * value for name, value in attributes}
+        )
 
     cases = {
         "gain_dn_per_e": other(0.5, gain_dn_per_e=0.5, quantisation_e=2.0),
@@ -61,10 +65,10 @@ def check_readings(who: str, isp: Isp, grey: xr.Dataset, luminance_cd_m2: np.nda
             f"reads {name!r} from the captures: the same light in other numbers has the same"
             " luminance"
         )
-        close(who, promise, isp(captures)["xyz"].values[..., 1], luminance_cd_m2, 0.01)
+        close(subject, promise, isp(captures)["xyz"].values[..., 1], luminance_cd_m2, 0.01)
 
 
-def check_place(who: str, isp: Isp, grey: xr.Dataset) -> None:
+def check_place(subject: str, isp: Isp, grey: xr.Dataset) -> None:
     """Check that light in one quarter of the captures is in that quarter of the picture: nothing
     mirrored, turned or shifted.
     """
@@ -80,14 +84,14 @@ def check_place(who: str, isp: Isp, grey: xr.Dataset) -> None:
     ratio = float(light[~inside].mean() / light[inside].mean())
     # 0.1, and a little for what demosaic and denoising spread over the border
     holds(
-        who,
+        subject,
         "light up and to the right stays there (x right, y down)",
         ratio < 0.3,
         f"elsewhere {ratio:.2g} of it",
     )
 
 
-def check_colour(who: str, isp: Isp, layout: str, make: MakesCaptures) -> None:
+def check_colour(subject: str, isp: Isp, layout: str, make: MakesCaptures) -> None:
     """Check X and Z of reddish and of bluish light; `make(layout, spectrum=...)` returns captures
     of filters that see as XYZ do.
     """
@@ -96,44 +100,46 @@ def check_colour(who: str, isp: Isp, layout: str, make: MakesCaptures) -> None:
         spectrum = 1 + slope * np.linspace(-1, 1, len(nm))
         want = xyz_bar(nm) @ spectrum
         picture = isp(make(layout, spectrum=spectrum))["xyz"].values
-        found = picture.reshape(-1, 3).mean(axis=0)
+        mean_xyz = picture.reshape(-1, 3).mean(axis=0)
         # 10 %: a colour matrix may weigh noise against colour
         close(
-            who,
+            subject,
             f"{name} light has its X and Z beside Y (xyz_channel in this order)",
-            found / found[1],
+            mean_xyz / mean_xyz[1],
             want / want[1],
             0.1,
         )
 
 
-def check_variance(who: str, isp: Isp, grey: xr.Dataset) -> None:
+def check_variance(subject: str, isp: Isp, grey: xr.Dataset) -> None:
     """Check the stated variance against that of pictures of some shots, each with noise of its
     own.
     """
     random = np.random.default_rng(20261)
     gain, black = float(grey["gain_dn_per_e"][0]), float(grey["black_dn"][0])
     mean_e = (grey["raw"].values.astype(float) - black) / gain
-    seen, stated = [], []
+    pictures, stated_variance = [], []
     for _ in range(SHOTS):
         electrons = random.poisson(mean_e) + random.normal(
             0.0, float(grey["read_noise_e"][0]), mean_e.shape
         )
         codes = np.rint(black + gain * electrons).astype(grey["raw"].dtype)
         picture = isp(grey.assign(raw=grey["raw"].copy(data=codes)))
-        seen.append(picture["xyz"].values[INNER, INNER])
-        stated.append(picture["variance"].values[INNER, INNER].mean(axis=(0, 1)))
-    if np.isnan(stated).all():  # a method that follows the noise may state that it does not know
+        pictures.append(picture["xyz"].values[INNER, INNER])
+        stated_variance.append(picture["variance"].values[INNER, INNER].mean(axis=(0, 1)))
+    if np.isnan(
+        stated_variance
+    ).all():  # a method that follows the noise may state that it does not know
         return
-    found = np.var(seen, axis=0, ddof=1).mean(axis=(0, 1))
-    ratio = np.mean(stated, axis=0) / np.maximum(found, np.finfo(float).tiny)
+    sample_variance = np.var(pictures, axis=0, ddof=1).mean(axis=(0, 1))
+    ratio = np.mean(stated_variance, axis=0) / np.maximum(sample_variance, np.finfo(float).tiny)
     # a factor of 3: denoising and demosaic methods that follow edges know their own variance no
     # better
     promise = (
         "the variance it states is that of its pictures of the same scene, within a factor of 3"
     )
     holds(
-        who,
+        subject,
         promise,
         np.all((ratio > 1 / 3) & (ratio < 3)),
         f"stated over found of X, Y, Z: {ratio.round(2)}",

@@ -43,7 +43,7 @@ def sealed(data: Data, *names: str) -> Data:
     return data.assign({name: sealed(data[name]) for name in names})
 
 
-def same_from_store(who: str, call: Callable[[Data], object], data: Data, want: object) -> None:
+def same_from_store(subject: str, call: Callable[[Data], object], data: Data, want: object) -> None:
     """Raise AssertionError unless `call(data)` gives the bits of `want` where `data` is read lazily
     from a store.
     """
@@ -53,10 +53,10 @@ def same_from_store(who: str, call: Callable[[Data], object], data: Data, want: 
         path = write_store(folder, "kit", {"": whole.assign_attrs(data.attrs)}, {}, keepbits=None)
         stored = open_store(path).assign_attrs(data.attrs)
         first = next(iter(stored.data_vars))
-        holds(who, promise, not stored[first].variable._in_memory, "nothing lazy was tested")
-        with keeps(who, promise):
+        holds(subject, promise, not stored[first].variable._in_memory, "nothing lazy was tested")
+        with keeps(subject, promise):
             if isinstance(data, xr.DataArray):
                 result = call(stored[ARRAY].assign_attrs(data.attrs))
             else:
                 result = call(stored)
-            same(who, promise, result, want)
+            same(subject, promise, result, want)

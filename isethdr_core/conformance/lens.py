@@ -32,61 +32,69 @@ COLOURS = 1e-2
 AREA_EXPOSURE_M2_S = 3e-6**2 * 0.016  # a pixel of 3 um, 16 ms
 
 
-def check(who: str, lens: Lens) -> None:
+def check(subject: str, lens: Lens) -> None:
     """Check one lens without flare."""
     scene = mixed()
-    out = repeatable(who, lens, mixed)
-    with keeps(who, "returns irradiance with its attributes"):
-        check_irradiance(out)
-    same_from_store(who, lens, scene, out)
-    same(who, "no flare is the default", out, stated(who, lambda: lens(scene, flares=())))
+    light = repeatable(subject, lens, mixed)
+    with keeps(subject, "returns irradiance with its attributes"):
+        check_irradiance(light)
+    same_from_store(subject, lens, scene, light)
+    same(subject, "no flare is the default", light, stated(subject, lambda: lens(scene, flares=())))
     holds(
-        who, "x and y keep their direction", out.x[0] < 0 < out.x[-1] and out.y[0] < 0 < out.y[-1]
+        subject,
+        "x and y keep their direction",
+        light.x[0] < 0 < light.x[-1] and light.y[0] < 0 < light.y[-1],
     )
     holds(
-        who,
+        subject,
         "f-number, focal length and throughput are above 0",
-        min(out.attrs[k] for k in ("f_number", "focal_length_mm", "throughput_sr")) > 0,
+        min(light.attrs[k] for k in ("f_number", "focal_length_mm", "throughput_sr")) > 0,
     )
-    _check_linear(who, lens, scene, out)
-    _check_energy(who, lens)
-    _check_orientation(who, lens)
+    _check_linear(subject, lens, scene, light)
+    _check_energy(subject, lens)
+    _check_orientation(subject, lens)
     if isinstance(lens, HasPointSpread):
-        _check_psf(who, lens)
-    _check_components(who, lens, scene, out)
+        _check_psf(subject, lens)
+    _check_components(subject, lens, scene, light)
     if isinstance(lens, NarrowsDemand):
         bands = tuple(scene.wavelength.values.tolist())
-        kept = lens.narrow(Demand(wavelength_nm=bands)).wavelength_nm
-        dropped = set() if kept is None else set(bands) - set(kept)
-        dark = out.sel(wavelength=[w for w in out.wavelength.values if w in dropped])
+        kept_nm = lens.narrow(Demand(wavelength_nm=bands)).wavelength_nm
+        dropped = set() if kept_nm is None else set(bands) - set(kept_nm)
+        dark = light.sel(wavelength=[w for w in light.wavelength.values if w in dropped])
         # 1e-6: what no sensor sees beside the rest
         holds(
-            who,
+            subject,
             "passes no light in a band that its narrow drops",
-            float(dark.max() if dark.size else 0.0) <= 1e-6 * float(out.max()),
+            float(dark.max() if dark.size else 0.0) <= 1e-6 * float(light.max()),
         )
     if isinstance(lens, MakesPhotocurrent):
-        _check_photocurrent(who, lens, scene, out)
-        _check_window(who, lens, scene)
-    for what, bad in damaged_planes(scene):
-        refuses(who, what, partial(lens, bad))
+        _check_photocurrent(subject, lens, scene, light)
+        _check_window(subject, lens, scene)
+    for fault, damaged in damaged_planes(scene):
+        refuses(subject, fault, partial(lens, damaged))
 
 
-def _check_components(who: str, lens: Lens, scene: xr.DataArray, out: xr.DataArray) -> None:
+def _check_components(subject: str, lens: Lens, scene: xr.DataArray, light: xr.DataArray) -> None:
     with keeps(
-        who, "accepts light with components (isethdr_core.data.temporal_modulation.each_component)"
+        subject,
+        "accepts light with components (isethdr_core.data.temporal_modulation.each_component)",
     ):
         pulsed = lens(in_components(scene, frequency_hz=90.0, duty=0.1, phase=0.3))
     holds(
-        who,
+        subject,
         "hands on how each component varies",
         [m for m, _ in components(pulsed)] == [Modulation(90.0, 0.1, 0.0, 0.3)],
     )
-    same(who, "one component is imaged as light without components", components(pulsed)[0][1], out)
+    same(
+        subject,
+        "one component is imaged as light without components",
+        components(pulsed)[0][1],
+        light,
+    )
 
 
 def _check_photocurrent(
-    who: str, lens: MakesPhotocurrent, scene: xr.DataArray, out: xr.DataArray
+    subject: str, lens: MakesPhotocurrent, scene: xr.DataArray, irradiance: xr.DataArray
 ) -> None:
     """Light asked for as photocurrent makes the electrons that irradiance does, as far as the
     sensor that asks can tell.
@@ -97,83 +105,92 @@ def _check_photocurrent(
             [np.full(np.size(wavelength_nm), 0.5), np.asarray(wavelength_nm, float) / 1000.0]
         )
 
-    asked = Response(("flat", "rising"), efficiency, AREA_EXPOSURE_M2_S, 1.0, 1e5)
-    light = lens.photocurrent(scene, (), asked)
-    counting = asked.efficiency(bands_nm(out)) * photons_per_energy(bands_nm(out))
-    want = AREA_EXPOSURE_M2_S * np.tensordot(counting, out.values, 1)
+    response = Response(("flat", "rising"), efficiency, AREA_EXPOSURE_M2_S, 1.0, 1e5)
+    light = lens.photocurrent(scene, (), response)
+    counting = response.efficiency(bands_nm(irradiance)) * photons_per_energy(bands_nm(irradiance))
+    want = AREA_EXPOSURE_M2_S * np.tensordot(counting, irradiance.values, 1)
     if light.attrs["units"] == PHOTOCURRENT:
-        found = AREA_EXPOSURE_M2_S * light.values
+        electrons = AREA_EXPOSURE_M2_S * light.values
     else:
-        found = AREA_EXPOSURE_M2_S * np.tensordot(counting, light.values, 1)
+        electrons = AREA_EXPOSURE_M2_S * np.tensordot(counting, light.values, 1)
     promise = (
         "photocurrent makes the electrons that its irradiance makes, within the error allowed (in"
         " units of the noise)"
     )
     # five: what is allowed holds for 99 % of the pixels
     close(
-        who, promise, (found - want) / np.sqrt(1 + want), 0.0, 0.0, 5 * asked.noise_fraction_allowed
+        subject,
+        promise,
+        (electrons - want) / np.sqrt(1 + want),
+        0.0,
+        0.0,
+        5 * response.noise_fraction_allowed,
     )
 
 
-def _check_window(who: str, lens: MakesPhotocurrent, scene: xr.DataArray) -> None:
+def _check_window(subject: str, lens: MakesPhotocurrent, scene: xr.DataArray) -> None:
     """Light asked for in a window is that asked for everywhere, as far as the sensor that asks can
     tell.
     """
-    asked = Response(("W",), lambda w: np.full((1, np.size(w)), 0.5), AREA_EXPOSURE_M2_S, 1.0, 1e5)
+    response = Response(
+        ("W",), lambda w: np.full((1, np.size(w)), 0.5), AREA_EXPOSURE_M2_S, 1.0, 1e5
+    )
 
-    def electrons(light: xr.DataArray, seen: tuple[float, float]) -> np.ndarray:
-        counting = asked.efficiency(bands_nm(light)) * photons_per_energy(bands_nm(light))
-        light = light.isel(window.tiles(light, seen))
+    def electrons(light: xr.DataArray, window_m: tuple[float, float]) -> np.ndarray:
+        counting = response.efficiency(bands_nm(light)) * photons_per_energy(bands_nm(light))
+        light = light.isel(window.tiles(light, window_m))
         return AREA_EXPOSURE_M2_S * (
             light.values
             if light.attrs["units"] == PHOTOCURRENT
             else np.tensordot(counting, light.values, 1)
         )
 
-    every = lens.photocurrent(scene, (), asked)
+    every = lens.photocurrent(scene, (), response)
     width_m, height_m = full_field(every)
-    seen = (width_m / 2, height_m / 2)
-    with keeps(who, "answers a response that states a window"):
-        part = electrons(lens.photocurrent(scene, (), replace(asked, window_m=seen)), seen)
-    whole = electrons(every, seen)
+    window_m = (width_m / 2, height_m / 2)
+    with keeps(subject, "answers a response that states a window"):
+        part = electrons(
+            lens.photocurrent(scene, (), replace(response, window_m=window_m)), window_m
+        )
+    whole = electrons(every, window_m)
     # twice: either answer may be wrong by what is allowed
     close(
-        who,
+        subject,
         "in the window that a response states light is as without one, within the error allowed",
         part,
         whole,
         0.0,
-        2 * asked.noise_fraction_allowed * np.sqrt(1 + whole.min()),
+        2 * response.noise_fraction_allowed * np.sqrt(1 + whole.min()),
     )
 
 
-def _check_linear(who: str, lens: Lens, scene: xr.DataArray, out: xr.DataArray) -> None:
-    peak = float(out.max())
-    other = mixed(0.01 - scene.values)
-    both = mixed(scene.values.astype(float) + 3.0 * other.values)
+def _check_linear(subject: str, lens: Lens, scene: xr.DataArray, light: xr.DataArray) -> None:
+    peak = float(light.max())
+    other_scene = mixed(0.01 - scene.values)
+    sum_of_scenes = mixed(scene.values.astype(float) + 3.0 * other_scene.values)
     close(
-        who,
+        subject,
         "linear in radiance",
-        lens(both).values,
-        out.values.astype(float) + 3.0 * lens(other).values.astype(float),
+        lens(sum_of_scenes).values,
+        light.values.astype(float) + 3.0 * lens(other_scene).values.astype(float),
         ROUNDING,
         4 * ROUNDING * peak,
     )
-    holds(who, "no light in, no light out", float(lens(mixed(0.0)).max()) == 0.0)
+    holds(subject, "no light in, no light out", float(lens(mixed(0.0)).max()) == 0.0)
     # neighbours in a row: a band reaches half way to its neighbours, so leaving out every other one
     # would widen it
     part = lens(scene.isel(wavelength=slice(1, 4))).values
     close(
-        who,
+        subject,
         "a band does not depend on which other bands are there",
         part,
-        out.values[1:4],
+        light.values[1:4],
         ROUNDING,
         ROUNDING * peak,
     )
 
 
-def _check_energy(who: str, lens: Lens) -> None:
+def _check_energy(subject: str, lens: Lens) -> None:
     uniform = lens(mixed(0.01))
     expected = uniform.attrs["throughput_sr"] * np.float32(0.01)
     middle = uniform.isel(
@@ -183,7 +200,7 @@ def _check_energy(who: str, lens: Lens) -> None:
     # 2 %: light that a wide point spread function takes from beyond the field is missing in the
     # middle
     close(
-        who,
+        subject,
         "a uniform field gives throughput_sr times radiance in the middle",
         middle.values,
         expected,
@@ -192,7 +209,7 @@ def _check_energy(who: str, lens: Lens) -> None:
     passed = expected * _relative(uniform)
     total = float(uniform.mean("wavelength").sum())
     holds(
-        who,
+        subject,
         "a uniform field's light is at most throughput_sr times radiance times the relative"
         " illumination it states",
         total <= passed.sum() * (1 + COLOURS),
@@ -200,27 +217,29 @@ def _check_energy(who: str, lens: Lens) -> None:
     )
     more = float((uniform.max("wavelength").values - passed).max() / expected)
     # 2 %: coma and lateral colour move light from one place to another
-    holds(who, "nowhere more light by 2 % of that on the axis", more <= 2e-2, f"{more:.4f} more")
+    holds(
+        subject, "nowhere more light by 2 % of that on the axis", more <= 2e-2, f"{more:.4f} more"
+    )
 
 
-def _check_orientation(who: str, lens: Lens) -> None:
+def _check_orientation(subject: str, lens: Lens) -> None:
     values = np.zeros((5, 24, 32))
     values[:, 5, 24] = 0.01  # up and to the right of the axis: x > 0, y < 0
     point = lens(mixed(values)).sum("wavelength")
     y, x = map(int, np.unravel_index(int(point.values.argmax()), point.shape))
     holds(
-        who,
+        subject,
         "a lamp up and to the right lands at y < 0 < x (x right, y down, upright)",
         point.y[y] < 0 < point.x[x],
         f"it landed at x = {float(point.x[x]):.3g} m, y = {float(point.y[y]):.3g} m",
     )
-    _check_place(who, lens, point, mixed(values), (y, x))
+    _check_place(subject, lens, point, mixed(values), (y, x))
     source = mixed(values)
     more = float(point.sum()) - float(source.sum()) * _passed_sr(lens, source) * _tiles_ratio(
         source, point
     )
     holds(
-        who,
+        subject,
         "a lamp's light on the sensor is at most what went through the pupil",
         more <= COLOURS * float(point.sum()),
         f"{more:.3g} more",
@@ -228,24 +247,24 @@ def _check_orientation(who: str, lens: Lens) -> None:
 
 
 def _check_place(
-    who: str, lens: Lens, point: xr.DataArray, source: xr.DataArray, peak: tuple[int, int]
+    subject: str, lens: Lens, point: xr.DataArray, source: xr.DataArray, peak: tuple[int, int]
 ) -> None:
     """Check that a lamp's image lies where focal length and distortion of the light say, to a
     tile.
     """
-    stated = lens(source)
-    f_m = 1e-3 * stated.attrs["focal_length_mm"]
+    light = lens(source)
+    f_m = 1e-3 * light.attrs["focal_length_mm"]
     row, column = np.argwhere(source.values.sum(axis=0))[0]
     want_x, want_y = (
         f_m * float(c)
-        for c in camera_geometry.map_of(stated).forward(
+        for c in camera_geometry.map_of(light).forward(
             float(source.x[column]), float(source.y[row])
         )
     )
     x, y = float(point.x[peak[1]]), float(point.y[peak[0]])
-    off = max(abs(x - want_x) / tile_pitch(stated, "x"), abs(y - want_y) / tile_pitch(stated, "y"))
+    off = max(abs(x - want_x) / tile_pitch(light, "x"), abs(y - want_y) / tile_pitch(light, "y"))
     holds(
-        who,
+        subject,
         "a lamp lands where focal length and distortion of its light say, within a tile",
         off <= 1.0,
         f"at ({x:.4g}, {y:.4g}) m, stated ({want_x:.4g}, {want_y:.4g}) m, {off:.1f} tiles off",
@@ -282,12 +301,15 @@ def _tiles_ratio(source: xr.DataArray, image: xr.DataArray) -> float:
     return math.prod(float(f_m * tile_pitch(source, d) / tile_pitch(image, d)) for d in "xy")
 
 
-def _check_psf(who: str, lens: HasPointSpread) -> None:
+def _check_psf(subject: str, lens: HasPointSpread) -> None:
     spread = lens.psf(wavelength_nm=[450.0, 550.0, 650.0], pitch_um=1.0, size=64)
     values = np.asarray(spread)
     holds(
-        who, "psf has the shape (wavelength, y, x)", values.shape == (3, 64, 64), str(values.shape)
+        subject,
+        "psf has the shape (wavelength, y, x)",
+        values.shape == (3, 64, 64),
+        str(values.shape),
     )
     total = values.sum(axis=(1, 2))
-    holds(who, "psf holds no negative energy", values.min() >= 0, f"{values.min():.3g}")
-    holds(who, "psf sums to at most 1", total.max() <= 1 + 1e-6, str(total))
+    holds(subject, "psf holds no negative energy", values.min() >= 0, f"{values.min():.3g}")
+    holds(subject, "psf sums to at most 1", total.max() <= 1 + 1e-6, str(total))

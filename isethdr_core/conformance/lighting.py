@@ -17,34 +17,34 @@ from .lazy import same_from_store
 from .promise import close, fortran, holds, keeps, refuses, repeatable, stated
 
 
-def check(who: str, lighting: Lighting) -> None:
+def check(subject: str, lighting: Lighting) -> None:
     """Check one lighting on a scene of four light groups."""
     radiance = scene()
-    repeatable(who, lighting, scene)
-    out = time_mean(lighting(radiance))
-    with keeps(who, "returns mixed radiance"):
-        check_mixed(out)
+    repeatable(subject, lighting, scene)
+    mixed = time_mean(lighting(radiance))
+    with keeps(subject, "returns mixed radiance"):
+        check_mixed(mixed)
     holds(
-        who,
+        subject,
         "keeps the scene's grid",
-        all(np.array_equal(out[d], radiance[d]) for d in ("wavelength", "y", "x")),
+        all(np.array_equal(mixed[d], radiance[d]) for d in ("wavelength", "y", "x")),
     )
     holds(
-        who,
+        subject,
         "carries the camera's field",
-        (out.attrs.get("field_width"), out.attrs.get("field_height"))
+        (mixed.attrs.get("field_width"), mixed.attrs.get("field_height"))
         == (radiance.attrs["field_width"], radiance.attrs["field_height"]),
     )
-    weights = out.attrs.get("weights", {})
+    weights = mixed.attrs.get("weights", {})
     groups = [str(g) for g in radiance.light_group.values]
     holds(
-        who,
+        subject,
         "states the weight of every group in attrs['weights']",
         isinstance(weights, dict) and set(weights) == set(groups),
         repr(weights),
     )
     holds(
-        who,
+        subject,
         "weights are finite, 0 or more",
         all(0 <= w < np.inf for w in weights.values()),
         repr(weights),
@@ -54,29 +54,36 @@ def check(who: str, lighting: Lighting) -> None:
     )
     # the sum in float64, rounded once to float32: half a unit in the last place is 6e-8; twice that
     # for other orders
-    close(who, "the mix is the sum of weight times radiance", out.values, total, 1.2e-7, 1e-30)
+    close(
+        subject, "the mix is the sum of weight times radiance", mixed.values, total, 1.2e-7, 1e-30
+    )
     turned = time_mean(
-        stated(who, lambda: lighting(fortran(radiance.isel(light_group=slice(None, None, -1)))))
+        stated(subject, lambda: lighting(fortran(radiance.isel(light_group=slice(None, None, -1)))))
     )
     # solved weights move in their last digits when the groups come in another order
     close(
-        who, "the order of the light groups does not matter", turned.values, out.values, 1e-5, 1e-30
+        subject,
+        "the order of the light groups does not matter",
+        turned.values,
+        mixed.values,
+        1e-5,
+        1e-30,
     )
     if isinstance(lighting, NarrowsDemand):
-        kept = lighting.narrow(Demand(groups=GROUPS)).groups
-        needed = GROUPS if kept is None else kept
-        with keeps(who, "needs no light group that its narrow drops"):
-            part = time_mean(lighting(radiance.sel(light_group=list(needed))))
+        kept_groups = lighting.narrow(Demand(groups=GROUPS)).groups
+        needed_groups = GROUPS if kept_groups is None else kept_groups
+        with keeps(subject, "needs no light group that its narrow drops"):
+            part = time_mean(lighting(radiance.sel(light_group=list(needed_groups))))
             close(
-                who,
+                subject,
                 "needs no light group that its narrow drops",
                 part.values,
-                out.values,
+                mixed.values,
                 1e-6,
                 1e-30,
             )
-    same_from_store(who, lighting, radiance, lighting(radiance))
-    for what, bad in damaged_scenes(radiance):
-        if what.endswith("light") and not any(weights.values()):
+    same_from_store(subject, lighting, radiance, lighting(radiance))
+    for fault, damaged in damaged_scenes(radiance):
+        if fault.endswith("light") and not any(weights.values()):
             continue  # all lights are off: nothing is read, so nothing can be found
-        refuses(who, what, partial(lighting, bad))
+        refuses(subject, fault, partial(lighting, damaged))

@@ -33,51 +33,53 @@ class Pictures(NamedTuple):
     labels: xr.Dataset | None
 
 
-def check(who: str, metric: Metric) -> None:
+def check(subject: str, metric: Metric) -> None:
     """Check one metric on a picture with noise, on a perfect one, and on one without a valid
     pixel.
     """
     if isinstance(metric, NarrowsDemand):
-        asked = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
-        less = metric.narrow(asked)
+        demand = Demand(groups=("sky", "headlights"), wavelength_nm=(450.0, 550.0, 650.0))
+        less = metric.narrow(demand)
         holds(
-            who,
+            subject,
             "narrow drops no light group and no band: a metric sees the picture only",
-            (less.groups, less.wavelength_nm) == (asked.groups, asked.wavelength_nm),
+            (less.groups, less.wavelength_nm) == (demand.groups, demand.wavelength_nm),
             repr(less),
         )
     reference, labels = true_picture(), labels_asked_for(metric)
     noisy = noisy_picture(reference)
     scores = repeatable(
-        who, lambda p: metric(p, reference, labels), lambda: noisy_picture(reference)
+        subject, lambda p: metric(p, reference, labels), lambda: noisy_picture(reference)
     )
     holds(
-        who,
+        subject,
         "returns a list of Score",
         isinstance(scores, list) and scores and all(isinstance(s, Score) for s in scores),
         repr(scores)[:200],
     )
     for s in scores:
-        holds(who, "every score has a name", isinstance(s.metric, str) and s.metric)
-        holds(who, "every score has a unit ('' for a ratio)", isinstance(s.unit, str))
-        holds(who, "every value is a plain number", isinstance(s.value, (int, float)), repr(s))
-        holds(who, "every score of a good picture is a number", not math.isnan(s.value), repr(s))
+        holds(subject, "every score has a name", isinstance(s.metric, str) and s.metric)
+        holds(subject, "every score has a unit ('' for a ratio)", isinstance(s.unit, str))
+        holds(subject, "every value is a plain number", isinstance(s.value, (int, float)), repr(s))
+        holds(
+            subject, "every score of a good picture is a number", not math.isnan(s.value), repr(s)
+        )
         if math.isfinite(s.low) and math.isfinite(s.high):
-            holds(who, "low <= value <= high", s.low <= s.value <= s.high, repr(s))
+            holds(subject, "low <= value <= high", s.low <= s.value <= s.high, repr(s))
     rows = [(s.metric, s.object) for s in scores]
-    holds(who, "one row per metric and object", len(set(rows)) == len(rows), repr(rows))
-    kept = reference.copy(deep=True)
+    holds(subject, "one row per metric and object", len(set(rows)) == len(rows), repr(rows))
+    copied = reference.copy(deep=True)
     metric(noisy, reference, labels)
-    same(who, "does not change the truth", kept, reference)
-    with keeps(who, "scores a perfect picture"):
+    same(subject, "does not change the truth", copied, reference)
+    with keeps(subject, "scores a perfect picture"):
         metric(reference, reference, labels)
-    with keeps(who, "gives a score or none, never an error, where no pixel is valid"):
+    with keeps(subject, "gives a score or none, never an error, where no pixel is valid"):
         metric(noisy.assign(valid=xr.zeros_like(noisy["valid"])), reference, labels)
-    same_from_store(who, lambda p: metric(p, reference, labels), noisy, scores)
+    same_from_store(subject, lambda p: metric(p, reference, labels), noisy, scores)
     pictures = Pictures(noisy, reference, labels)
-    _check_depends(who, metric, pictures, scores)
-    _check_bad_input(who, metric, pictures, scores)
-    stated(who, lambda: state_errors(metric(noisy, reference, labels)))
+    _check_depends(subject, metric, pictures, scores)
+    _check_bad_input(subject, metric, pictures, scores)
+    stated(subject, lambda: state_errors(metric(noisy, reference, labels)))
 
 
 def true_picture() -> xr.Dataset:
@@ -105,11 +107,11 @@ def labels_asked_for(metric: Metric) -> xr.Dataset | None:
     """Return labels with those alone that the metric's `narrow` asks for, as a run would render
     them.
     """
-    asked = metric.narrow(Demand()).labels if isinstance(metric, NarrowsDemand) else frozenset()
+    names = metric.narrow(Demand()).labels if isinstance(metric, NarrowsDemand) else frozenset()
     everything = scene()
     return labels_on(
         everything.drop_vars(
-            [v for v in everything.data_vars if v != "radiance" and v not in asked]
+            [v for v in everything.data_vars if v != "radiance" and v not in names]
         ),
         true_picture(),
     )
@@ -134,7 +136,7 @@ def noisy_picture(reference: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _check_depends(who: str, metric: Metric, pictures: Pictures, scores: list[Score]) -> None:
+def _check_depends(subject: str, metric: Metric, pictures: Pictures, scores: list[Score]) -> None:
     """A metric is of the picture: a worse, a darker, a less valid one, or one with a softer edge,
     has another score.
     """
@@ -152,7 +154,7 @@ def _check_depends(who: str, metric: Metric, pictures: Pictures, scores: list[Sc
     sharp, soft, edge = (edge_picture(reference, width) for width in (0.5, 2.0, 0.1))
     depends = not same_scores(metric(sharp, edge, labels), metric(soft, edge, labels))
     holds(
-        who,
+        subject,
         "its scores depend on the picture",
         depends,
         "the same for worse, darker, softer and less valid pictures",
@@ -167,40 +169,40 @@ def edge_picture(reference: xr.Dataset, width_pixels: float) -> xr.Dataset:
     across = (x - SIZE[1] / 2) + 0.1 * (y - SIZE[0] / 2)
     light = 60 + 40 * np.tanh(across / width_pixels)
     xyz = np.repeat(light[..., None], 3, axis=2)
-    place = {"focal_length_mm": FOCAL_LENGTH_MM, "pitch_um": reference.attrs["pitch_um"]}
+    attributes = {"focal_length_mm": FOCAL_LENGTH_MM, "pitch_um": reference.attrs["pitch_um"]}
     return make_picture(
         xyz,
         np.full_like(xyz, 1e-4),
         np.ones(SIZE, bool),
         reference["x"].values,
         reference["y"].values,
-        **place,
+        **attributes,
     )
 
 
-def _check_bad_input(who: str, metric: Metric, pictures: Pictures, scores: list[Score]) -> None:
+def _check_bad_input(subject: str, metric: Metric, pictures: Pictures, scores: list[Score]) -> None:
     """A damaged picture is refused, unless what is damaged is nothing that the metric reads."""
     noisy, reference, labels = pictures
 
-    def refused_or_unread(what: str, call: Callable[[], list[Score]]) -> None:
+    def refused_or_unread(fault: str, call: Callable[[], list[Score]]) -> None:
         try:
             unread = same_scores(call(), scores)
         except IsetHdrError:
             return
         except Exception as err:
             raise AssertionError(
-                f"{who} breaks the promise 'refuses {what} with an error of isethdr_core.errors': "
+                f"{subject} breaks the promise 'refuses {fault} with an error of isethdr_core.errors': "
                 f"raised {type(err).__name__}: {err}"
             ) from err
         holds(
-            who,
-            f"refuses {what} with an error of isethdr_core.errors",
+            subject,
+            f"refuses {fault} with an error of isethdr_core.errors",
             unread,
             "it returned other scores",
         )
 
-    for what, bad in damaged_pictures(noisy):
-        refused_or_unread(what, partial(metric, bad, reference, labels))
+    for fault, damaged in damaged_pictures(noisy):
+        refused_or_unread(fault, partial(metric, damaged, reference, labels))
     refused_or_unread(
         "a truth of another size", lambda: metric(noisy, reference.isel(x=slice(0, 20)), labels)
     )
@@ -211,12 +213,12 @@ def same_scores(first: Sequence[Score], second: Sequence[Score]) -> bool:
     return [repr(s) for s in first] == [repr(s) for s in second]
 
 
-def damaged_pictures(good: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+def damaged_pictures(valid: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     """Yield (what is wrong, picture) for the ways in which a picture can be wrong; its light is
     sealed.
     """
-    good = sealed(good, "xyz", "variance")
+    valid = sealed(valid, "xyz", "variance")
     yield "an empty Dataset", xr.Dataset()
     for name in ("xyz", "variance", "valid"):
-        yield f"a picture without {name!r}", good.drop_vars(name)
-    yield "a picture in other units", good.assign(xyz=good["xyz"].assign_attrs(units="W m-2"))
+        yield f"a picture without {name!r}", valid.drop_vars(name)
+    yield "a picture in other units", valid.assign(xyz=valid["xyz"].assign_attrs(units="W m-2"))

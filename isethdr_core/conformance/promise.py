@@ -30,47 +30,49 @@ Result = TypeVar("Result")
 EXPECTATION = re.compile("expected|needs|lack|one of")  # a message has at least one of these words
 
 
-def holds(who: str, promise: str, condition: object, found: str = "") -> None:
+def holds(subject: str, promise: str, condition: object, detail: str = "") -> None:
     """Raise AssertionError naming the component and the promise unless `condition` is true."""
     if not condition:
         raise AssertionError(
-            f"{who} breaks the promise '{promise}'" + (f": {found}" if found else "")
+            f"{subject} breaks the promise '{promise}'" + (f": {detail}" if detail else "")
         )
 
 
 @contextmanager
-def keeps(who: str, promise: str) -> Iterator[None]:
+def keeps(subject: str, promise: str) -> Iterator[None]:
     """Turn any error raised inside into a broken promise."""
     try:
         yield
     except Exception as err:
-        if isinstance(err, AssertionError) and str(err).startswith(who):
+        if isinstance(err, AssertionError) and str(err).startswith(subject):
             raise
         raise AssertionError(
-            f"{who} breaks the promise '{promise}': {type(err).__name__}: {err}"
+            f"{subject} breaks the promise '{promise}': {type(err).__name__}: {err}"
         ) from err
 
 
-def same(who: str, promise: str, first: object, second: object) -> None:
+def same(subject: str, promise: str, first: object, second: object) -> None:
     """Raise AssertionError unless two results hold the same bits (NaN equals NaN)."""
     a, b = arrays(first), arrays(second)
-    holds(who, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
+    holds(subject, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
     for name in a:
         holds(
-            who,
+            subject,
             promise,
             a[name].shape == b[name].shape and a[name].dtype == b[name].dtype,
             f"{name} is {a[name].dtype}{a[name].shape} once and {b[name].dtype}{b[name].shape} the"
             " other time",
         )
         exact = a[name].dtype.kind in "fc"
-        holds(who, promise, np.array_equal(a[name], b[name], equal_nan=exact), f"{name} differs")
+        holds(
+            subject, promise, np.array_equal(a[name], b[name], equal_nan=exact), f"{name} differs"
+        )
 
 
 def close(
-    who: str,
+    subject: str,
     promise: str,
-    got: npt.ArrayLike,
+    values: npt.ArrayLike,
     want: npt.ArrayLike,
     relative: float,
     absolute: float = 0.0,
@@ -78,89 +80,92 @@ def close(
     """Raise AssertionError unless |got - want| <= relative |want| + absolute everywhere; says where
     it is worst.
     """
-    got, want = np.broadcast_arrays(np.asarray(got, float), np.asarray(want, float))
-    excess = np.abs(got - want) - relative * np.abs(want) - absolute
-    bad = ~(excess <= 0)
-    if bad.any():
+    values, want = np.broadcast_arrays(np.asarray(values, float), np.asarray(want, float))
+    excess = np.abs(values - want) - relative * np.abs(want) - absolute
+    outside = ~(excess <= 0)
+    if outside.any():
         worst = np.unravel_index(
             np.argmax(np.where(np.isnan(excess), np.inf, excess)), excess.shape
         )
         holds(
-            who,
+            subject,
             promise,
             False,
-            f"{bad.sum()} of {bad.size} values; worst at {tuple(map(int, worst))}:"
-            f" {got[worst]:.6g}, expected {want[worst]:.6g} within {relative:g} relative +"
+            f"{outside.sum()} of {outside.size} values; worst at {tuple(map(int, worst))}:"
+            f" {values[worst]:.6g}, expected {want[worst]:.6g} within {relative:g} relative +"
             f" {absolute:g}",
         )
 
 
-def refuses(who: str, what: str, call: Callable[[], object]) -> None:
+def refuses(subject: str, fault: str, call: Callable[[], object]) -> None:
     """Raise AssertionError unless `call()` raises one of our own errors, whose message names what
     was expected.
     """
-    promise = f"refuses {what} with an error of isethdr_core.errors"
+    promise = f"refuses {fault} with an error of isethdr_core.errors"
     try:
         call()
     except IsetHdrError as err:
         holds(
-            who, f"says what it expected instead of {what}", EXPECTATION.search(str(err)), str(err)
+            subject,
+            f"says what it expected instead of {fault}",
+            EXPECTATION.search(str(err)),
+            str(err),
         )
         return
     except Exception as err:
         raise AssertionError(
-            f"{who} breaks the promise '{promise}': raised {type(err).__name__}: {err}"
+            f"{subject} breaks the promise '{promise}': raised {type(err).__name__}: {err}"
         ) from err
-    raise AssertionError(f"{who} breaks the promise '{promise}': it returned a result")
+    raise AssertionError(f"{subject} breaks the promise '{promise}': it returned a result")
 
 
-def stated(who: str, call: Callable[[], Result]) -> Result:
+def stated(subject: str, call: Callable[[], Result]) -> Result:
     """Return `call()` after checking that it stated in the ledger how wrong it may be."""
     rows = Ledger()
-    with stage(rows, who):
+    with stage(rows, subject):
         result = call()
     promise = "states its error in the ledger, with a number and a unit"
-    holds(who, promise, rows[0].errors)
+    holds(subject, promise, rows[0].errors)
     for note in rows[0].errors:
-        holds(who, promise, 0 <= note.value < np.inf and note.unit, repr(note))
+        holds(subject, promise, 0 <= note.value < np.inf and note.unit, repr(note))
     return result
 
 
 def repeatable(
-    who: str, call: Callable[[Input], Result], make_input: Callable[[], Input]
+    subject: str, call: Callable[[Input], Result], make_input: Callable[[], Input]
 ) -> Result:
     """Return `call(input)` after checking that it leaves its input alone and depends on its values
     only.
     """
-    given, kept = make_input(), make_input()
-    with keeps(who, "accepts valid input"):
-        result = call(given)
-    same(who, "does not change its input", given, kept)
-    same(who, "the same call twice gives the same bits", result, call(given))
+    original, untouched = make_input(), make_input()
+    with keeps(subject, "accepts valid input"):
+        result = call(original)
+    same(subject, "does not change its input", original, untouched)
+    same(subject, "the same call twice gives the same bits", result, call(original))
     alike(
-        who,
+        subject,
         "the result does not depend on the order of its input in memory",
-        call(fortran(given)),
+        call(fortran(original)),
         result,
     )
     return result
 
 
-def alike(who: str, promise: str, got: object, want: object) -> None:
+def alike(subject: str, promise: str, values: object, want: object) -> None:
     """Raise AssertionError unless two results agree but for the rounding of sums in another order.
 
     1e-5 of the largest value: sums in float32. Whole numbers may differ by 1, where such a sum
     decides a count.
     """
-    a, b = arrays(got), arrays(want)
-    holds(who, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
+    a, b = arrays(values), arrays(want)
+    holds(subject, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
     for name, value in b.items():
         if value.dtype.kind == "f":
             finite = np.isfinite(value)
             scale = float(np.abs(value[finite]).max(initial=0.0))
-            close(who, promise, a[name][finite], value[finite], 0.0, 1e-5 * scale)
+            close(subject, promise, a[name][finite], value[finite], 0.0, 1e-5 * scale)
         elif value.dtype.kind in "iu":
-            close(who, promise, a[name], value, 0.0, 1.0)
+            close(subject, promise, a[name], value, 0.0, 1.0)
 
 
 def fortran(data: Input) -> Input:
@@ -184,26 +189,30 @@ def arrays(result: object) -> dict[str, np.ndarray]:
 
 
 def check_component(
-    who: str, kind: str, name: str, component: Any, fields: Mapping[str, Any]
+    subject: str, kind: str, name: str, component: Any, fields: Mapping[str, Any]
 ) -> None:
     """Check what every component promises: documented, typed, comparable, storable, honest about
     its needs.
     """
     docstring = type(component).__doc__ or ""
     holds(
-        who,
+        subject,
         "the class docstring says in its first line what it is",
         docstring.strip() and not docstring.startswith(f"{type(component).__name__}("),
     )
-    holds(who, "the same fields give an equal component", component == build(kind, name, **fields))
-    own = {f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.init}
-    with keeps(who, "its defaults lie within the ranges that its fields declare"):
-        build(kind, name, **own)
-    with keeps(who, "its fields can be hashed into the name of a run"):
+    holds(
+        subject, "the same fields give an equal component", component == build(kind, name, **fields)
+    )
+    own_fields = {
+        f.name: getattr(component, f.name) for f in dataclasses.fields(component) if f.init
+    }
+    with keeps(subject, "its defaults lie within the ranges that its fields declare"):
+        build(kind, name, **own_fields)
+    with keeps(subject, "its fields can be hashed into the name of a run"):
         content_hash(described(component))
-    with keeps(who, "it can be sent to another process"):
+    with keeps(subject, "it can be sent to another process"):
         holds(
-            who,
+            subject,
             "it can be sent to another process",
             pickle.loads(pickle.dumps(component)) == component,
         )
@@ -212,25 +221,27 @@ def check_component(
             setattr(component, f.name, getattr(component, f.name))
         except dataclasses.FrozenInstanceError:
             continue
-        holds(who, "its fields cannot be changed", False, f.name)
+        holds(subject, "its fields cannot be changed", False, f.name)
     try:
         build(kind, name, **{**fields, "no_such_field": 1})
-        holds(who, "an unknown field is refused", False)
+        holds(subject, "an unknown field is refused", False)
     except ConfigError:
         pass
-    for bad in bad_fields(component):
-        refuses(who, f"the field {bad}", partial(build, kind, name, **{**fields, **bad}))
+    for bad_value in bad_fields(component):
+        refuses(
+            subject, f"the field {bad_value}", partial(build, kind, name, **{**fields, **bad_value})
+        )
     if isinstance(component, NarrowsDemand):
-        with keeps(who, "narrow(demand) returns a Demand"):
-            _check_narrow(who, component)
+        with keeps(subject, "narrow(demand) returns a Demand"):
+            _check_narrow(subject, component)
 
 
-def _check_narrow(who: str, component: NarrowsDemand) -> None:
+def _check_narrow(subject: str, component: NarrowsDemand) -> None:
     everything = Demand()
     first = component.narrow(everything)
-    holds(who, "narrow(demand) returns a Demand", isinstance(first, Demand), repr(first))
+    holds(subject, "narrow(demand) returns a Demand", isinstance(first, Demand), repr(first))
     holds(
-        who,
+        subject,
         "narrow gives the same answer twice",
         _plain(first) == _plain(component.narrow(everything)),
     )
@@ -238,13 +249,13 @@ def _check_narrow(who: str, component: NarrowsDemand) -> None:
     wavelength_nm = (450.0, 550.0, 650.0)
     less = component.narrow(Demand(groups=groups, wavelength_nm=wavelength_nm))
     holds(
-        who,
+        subject,
         "narrow never asks for more light groups",
         less.groups is not None and set(less.groups) <= set(groups),
         repr(less.groups),
     )
     holds(
-        who,
+        subject,
         "narrow never asks for more bands",
         less.wavelength_nm is not None and set(less.wavelength_nm) <= set(wavelength_nm),
         repr(less.wavelength_nm),

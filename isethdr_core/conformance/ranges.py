@@ -14,8 +14,8 @@ def bad_fields(component: Any) -> Iterator[dict[str, Any]]:
     """Yield {field: value} that `build` must refuse, each made from the component's own value."""
     cls: type = type(component)
     for name, annotation in field_types(cls).items():
-        for bad in outside(annotation, getattr(component, name)):
-            yield {name: bad}
+        for bad_value in outside(annotation, getattr(component, name)):
+            yield {name: bad_value}
 
 
 def outside(annotation: Any, value: Any) -> Iterator[Any]:
@@ -32,12 +32,12 @@ def outside(annotation: Any, value: Any) -> Iterator[Any]:
     elif origin is dict:
         table = value if isinstance(value, dict) else {}
         key = next(iter(table), _valid(parts[0]))
-        for bad in outside(parts[1], table.get(key, {})):
-            yield {**table, key: bad}
+        for bad_value in outside(parts[1], table.get(key, {})):
+            yield {**table, key: bad_value}
     elif origin is tuple and value:
         first = parts[0]
-        for bad in outside(first, value[0]):
-            yield (bad, *value[1:])
+        for bad_value in outside(first, value[0]):
+            yield (bad_value, *value[1:])
 
 
 def _bad_numbers(annotation: Any) -> Iterator[float]:
@@ -58,9 +58,9 @@ def _bad_numbers(annotation: Any) -> Iterator[float]:
         yield _beyond(number, limits.most, 1)
 
 
-def _beyond(number: type, end: float, way: int) -> float:
+def _beyond(number: type, end: float, direction: int) -> float:
     """Return a number just beyond one end of a range."""
-    return end + way if number is int else math.nextafter(end, way * math.inf)
+    return end + direction if number is int else math.nextafter(end, direction * math.inf)
 
 
 def _valid(annotation: Any) -> Any:

@@ -33,27 +33,27 @@ SKY = 0.02  # W m-2 sr-1 nm-1
 INTENSITY_CD, DISTANCE_M = 1000.0, 10.0
 
 
-def check(who: str, renderer: Renderer) -> None:
+def check(subject: str, renderer: Renderer) -> None:
     """Check one renderer on three tiny worlds: a sky alone, a lamp alone, and a road with both."""
-    _check_empty_world(who, renderer)
-    _check_lamp(who, renderer)
+    _check_empty_world(subject, renderer)
+    _check_lamp(subject, renderer)
     everything = Demand(labels=frozenset(LABELS))
-    with keeps(who, "renders a road, a lamp and a sky"):
-        whole = stated(who, lambda: renderer(world(), everything))
+    with keeps(subject, "renders a road, a lamp and a sky"):
+        whole = stated(subject, lambda: renderer(world(), everything))
         check_scene(whole)
-    _check_demanded(who, renderer, whole)
-    same(who, "the same call twice gives the same bits", whole, renderer(world(), everything))
-    _check_labels(who, whole)
+    _check_demanded(subject, renderer, whole)
+    same(subject, "the same call twice gives the same bits", whole, renderer(world(), everything))
+    _check_labels(subject, whole)
     refuses(
-        who,
+        subject,
         "a demand for groups the scene does not have",
         lambda: renderer(world(), Demand(groups=("no such group",))),
     )
-    for what, intensity_cd in (
+    for fault, intensity_cd in (
         ("a lamp of NaN candela", np.nan),
         ("a lamp of negative candela", -1.0),
     ):
-        refuses(who, what, partial(renderer, world(intensity_cd=intensity_cd), Demand()))
+        refuses(subject, fault, partial(renderer, world(intensity_cd=intensity_cd), Demand()))
 
 
 def world(
@@ -92,13 +92,13 @@ def world(
     )
 
 
-def _check_empty_world(who: str, renderer: Renderer) -> None:
-    with keeps(who, "renders a world of nothing but sky"):
+def _check_empty_world(subject: str, renderer: Renderer) -> None:
+    with keeps(subject, "renders a world of nothing but sky"):
         sky = renderer(world(road=False, lamp=False), Demand())
         check_scene(sky)
     # 1e-3: a path tracer adds no noise to a sky that it sees directly; rounding of film sums only
     close(
-        who,
+        subject,
         "a uniform sky has the stated radiance everywhere",
         sky["radiance"].sel(light_group="sky").values,
         SKY,
@@ -106,8 +106,8 @@ def _check_empty_world(who: str, renderer: Renderer) -> None:
     )
 
 
-def _check_lamp(who: str, renderer: Renderer) -> None:
-    with keeps(who, "renders a lamp without a sky"):
+def _check_lamp(subject: str, renderer: Renderer) -> None:
+    with keeps(subject, "renders a lamp without a sky"):
         lamp = renderer(world(road=False, sky=False), Demand())
         check_scene(lamp)
     lux = float(
@@ -119,7 +119,7 @@ def _check_lamp(who: str, renderer: Renderer) -> None:
     # 3 %: the lamp's border falls across few tiles, sampled by few paths; bands of a coarse grid
     # bend V(lambda)
     close(
-        who,
+        subject,
         "a lamp of I cd at d m on the axis gives I / d^2 lux",
         lux,
         INTENSITY_CD / DISTANCE_M**2,
@@ -128,7 +128,7 @@ def _check_lamp(who: str, renderer: Renderer) -> None:
     double = renderer(world(road=False, sky=False, intensity_cd=2 * INTENSITY_CD), Demand())
     # 1e-3: the same paths carry twice the light
     close(
-        who,
+        subject,
         "twice the candela gives twice the light",
         double["radiance"].sum(),
         2 * lamp["radiance"].sum(),
@@ -145,37 +145,37 @@ def _cos_solid_angle(ds: xr.Dataset) -> np.ndarray:
     return tile_sr
 
 
-def _check_demanded(who: str, renderer: Renderer, whole: xr.Dataset) -> None:
+def _check_demanded(subject: str, renderer: Renderer, whole: xr.Dataset) -> None:
     holds(
-        who,
+        subject,
         "all light groups come where all are asked for",
         set(map(str, whole.light_group.values)) == {"sky", "headlights"},
     )
     holds(
-        who,
+        subject,
         "all labels come that are asked for",
         set(LABELS) <= set(whole.data_vars),
         str(set(LABELS) - set(whole.data_vars)),
     )
     bare = renderer(world(), Demand(groups=("sky",)))
     holds(
-        who,
+        subject,
         "no other light group comes than those asked for",
         [str(g) for g in bare.light_group.values] == ["sky"],
     )
     holds(
-        who,
+        subject,
         "no label comes that was not asked for",
         not set(LABELS) & set(bare.data_vars),
         str(set(LABELS) & set(bare.data_vars)),
     )
     middle = (float(whole.wavelength[len(whole.wavelength) // 2]),)
     few = renderer(world(), replace(Demand(), wavelength_nm=middle))
-    holds(who, "the bands asked for come", set(middle) <= set(few.wavelength.values.tolist()))
+    holds(subject, "the bands asked for come", set(middle) <= set(few.wavelength.values.tolist()))
     picked = whole["radiance"].sel(wavelength=middle[0])
     # 5 %: as below
     close(
-        who,
+        subject,
         "a band looks the same whatever else is asked for",
         few["radiance"].sel(wavelength=middle[0]).mean(),
         picked.mean(),
@@ -183,7 +183,7 @@ def _check_demanded(who: str, renderer: Renderer, whole: xr.Dataset) -> None:
     )
     # 5 %: a renderer may draw other paths for another demand; the mean over the frame hardly moves
     close(
-        who,
+        subject,
         "a group looks the same whatever else is asked for",
         bare["radiance"].mean(),
         whole["radiance"].sel(light_group="sky").mean(),
@@ -191,10 +191,10 @@ def _check_demanded(who: str, renderer: Renderer, whole: xr.Dataset) -> None:
     )
 
 
-def _check_labels(who: str, whole: xr.Dataset) -> None:
+def _check_labels(subject: str, whole: xr.Dataset) -> None:
     half_width, half_height = np.tan(np.radians(15.0)), np.tan(np.radians(15.0)) / 1.5
     close(
-        who,
+        subject,
         "field_width and field_height are the camera's field in tangents",
         [whole.attrs["field_width"], whole.attrs["field_height"]],
         [2 * half_width, 2 * half_height],
@@ -202,12 +202,12 @@ def _check_labels(who: str, whole: xr.Dataset) -> None:
     )
     top, bottom = whole.isel(y=0), whole.isel(y=-1)
     holds(
-        who,
+        subject,
         "sky has instance 0 and infinite distance",
         not top["instance"].values.any() and np.isinf(top["distance"].values).all(),
     )
     holds(
-        who,
+        subject,
         "objects are labelled 1, 2, ... in their order: the road is 1",
         np.all(bottom["instance"].values == 1),
     )
@@ -215,16 +215,16 @@ def _check_labels(who: str, whole: xr.Dataset) -> None:
         1.5 / whole.y.values[-1]
     )  # a camera 1.5 m above a flat road looks at it at this depth, y down
     # 1e-3: rays are traced in float32
-    close(who, "depth is measured along the optical axis", bottom["depth"].values, depth, 1e-3)
+    close(subject, "depth is measured along the optical axis", bottom["depth"].values, depth, 1e-3)
     close(
-        who,
+        subject,
         "distance is measured along the ray",
         bottom["distance"].values,
         depth * np.sqrt(1 + whole.x.values**2 + whole.y.values[-1] ** 2),
         1e-3,
     )
     holds(
-        who,
+        subject,
         "the object table lists the road and the lamp",
         {o["name"] for o in whole.attrs.get("objects", [])} == {"road", "lamp"},
         str([o.get("name") for o in whole.attrs.get("objects", [])]),

@@ -17,89 +17,89 @@ from .promise import holds, keeps, same, stated
 SAME_SEED = "the same seed gives the same scene"
 
 
-def check(who: str, scene: Scene) -> None:
+def check(subject: str, scene: Scene) -> None:
     """Check one scene; it is made twice."""
-    with keeps(who, "makes a scene"):
+    with keeps(subject, "makes a scene"):
         first = scene()
-        second = stated(who, scene) if isinstance(first, xr.Dataset) else scene()
+        second = stated(subject, scene) if isinstance(first, xr.Dataset) else scene()
     if isinstance(first, xr.Dataset):
-        with keeps(who, "returns valid scene radiance"):
+        with keeps(subject, "returns valid scene radiance"):
             check_scene(first)
-        same(who, SAME_SEED, first, second)
+        same(subject, SAME_SEED, first, second)
     elif isinstance(first, SceneDescription) and isinstance(second, SceneDescription):
-        check_description(who, first)
-        same(who, SAME_SEED, _numbers(first), _numbers(second))
+        check_description(subject, first)
+        same(subject, SAME_SEED, _numbers(first), _numbers(second))
     else:
         holds(
-            who,
+            subject,
             "returns a SceneDescription or a scene radiance Dataset",
             False,
             repr(type(first)),
         )
 
 
-def check_description(who: str, description: SceneDescription) -> None:
+def check_description(subject: str, description: SceneDescription) -> None:
     """Check that names resolve, meshes are sound, and lamps, spectra and reflectances can exist."""
-    holds(who, "has a light: a sky or a lamp", description.light_groups())
+    holds(subject, "has a light: a sky or a lamp", description.light_groups())
     unique = [o.name for o in description.objects]
-    holds(who, "object names are unique", len(set(unique)) == len(unique))
+    holds(subject, "object names are unique", len(set(unique)) == len(unique))
     for placed in description.objects:
         at = f"object {placed.name!r}"
-        holds(who, "every object has a model", placed.model in description.models, at)
+        holds(subject, "every object has a model", placed.model in description.models, at)
         holds(
-            who,
+            subject,
             "every category is one of isethdr_core.data.categories",
             placed.category in CATEGORIES,
             f"{at}: {placed.category!r}",
         )
         pose = np.asarray(placed.pose, float)
         holds(
-            who,
+            subject,
             "every pose is a finite 4x4 matrix",
             pose.shape == (4, 4) and np.isfinite(pose).all(),
             at,
         )
-        holds(who, "no pose mirrors or flattens its model", np.linalg.det(pose[:3, :3]) > 0, at)
+        holds(subject, "no pose mirrors or flattens its model", np.linalg.det(pose[:3, :3]) > 0, at)
     for model in description.models.values():
         for part in model.parts:
-            _check_part(who, f"part {model.name}/{part.name}", part, description)
+            _check_part(subject, f"part {model.name}/{part.name}", part, description)
     for material in description.materials.values():
         values = np.asarray(material.reflectance.value)
         holds(
-            who,
+            subject,
             "reflectance lies within 0..1",
             np.all((values >= 0) & (values <= 1)),
             f"material {material.name!r}",
         )
-        _check_spectrum(who, f"material {material.name!r}", material.reflectance)
+        _check_spectrum(subject, f"material {material.name!r}", material.reflectance)
     if isinstance(description.sky, SkyDome):
-        _check_dome(who, description.sky)
+        _check_dome(subject, description.sky)
     elif description.sky is not None:
-        _check_spectrum(who, "the sky", description.sky)
+        _check_spectrum(subject, "the sky", description.sky)
     view = description.camera
     holds(
-        who,
+        subject,
         "the camera looks somewhere",
         np.linalg.norm(np.subtract(view.target_m, view.position_m)) > 0,
     )
     widest = 150 if view.projection == "tangent" else 360
     holds(
-        who,
+        subject,
         f"the camera's field is above 0 and below {widest} degrees",
         0 < view.horizontal_field_deg < widest,
     )
 
 
-def _check_part(who: str, at: str, part: Part, description: SceneDescription) -> None:
+def _check_part(subject: str, at: str, part: Part, description: SceneDescription) -> None:
     vertices, faces = np.asarray(part.vertices, float), np.asarray(part.faces)
     holds(
-        who,
+        subject,
         "vertices are finite (n, 3)",
         vertices.ndim == 2 and vertices.shape[1] == 3 and np.isfinite(vertices).all(),
         at,
     )
     holds(
-        who,
+        subject,
         "faces are (m, 3) indices of vertices",
         faces.ndim == 2
         and faces.shape[1] == 3
@@ -110,7 +110,7 @@ def _check_part(who: str, at: str, part: Part, description: SceneDescription) ->
         at,
     )
     holds(
-        who,
+        subject,
         "every part has a material",
         part.material in description.materials,
         f"{at}: {part.material!r}",
@@ -119,50 +119,57 @@ def _check_part(who: str, at: str, part: Part, description: SceneDescription) ->
         length = np.linalg.norm(part.normals, axis=1)
         # 1e-3: normals stored as float32, averaged over neighbouring faces
         holds(
-            who,
+            subject,
             "normals are unit vectors, one per vertex",
             len(part.normals) == len(vertices) and np.allclose(length, 1, atol=1e-3),
             at,
         )
     if part.lamp is not None:
         lamp = part.lamp
-        holds(who, "lamps have finite intensities, 0 or more", 0 <= lamp.intensity_cd < np.inf, at)
         holds(
-            who,
+            subject, "lamps have finite intensities, 0 or more", 0 <= lamp.intensity_cd < np.inf, at
+        )
+        holds(
+            subject,
             "lamp cones open from inner to outer, at most 90 degrees",
             0 <= lamp.inner_deg <= lamp.outer_deg <= 90,
             at,
         )
-        holds(who, "lamp axes are unit vectors", abs(np.linalg.norm(lamp.axis) - 1) < 1e-3, at)
-        _check_spectrum(who, at, lamp.spectrum)
+        holds(subject, "lamp axes are unit vectors", abs(np.linalg.norm(lamp.axis) - 1) < 1e-3, at)
+        _check_spectrum(subject, at, lamp.spectrum)
 
 
-def _check_dome(who: str, dome: SkyDome) -> None:
+def _check_dome(subject: str, dome: SkyDome) -> None:
     shapes = {np.shape(part.pattern) for part in dome.parts}
-    holds(who, "the parts of a sky have patterns of one shape", len(shapes) == 1, str(shapes))
+    holds(subject, "the parts of a sky have patterns of one shape", len(shapes) == 1, str(shapes))
     for number, part in enumerate(dome.parts):
         at = f"part {number} of the sky"
         value = np.asarray(part.pattern)
         holds(
-            who,
+            subject,
             "patterns of the sky are finite (rows, columns), 0 or more",
             value.ndim == 2 and bool(np.isfinite(value).all() and value.min() >= 0),
             at,
         )
-        _check_spectrum(who, at, part.spectrum)
+        _check_spectrum(subject, at, part.spectrum)
     for disc in dome.discs:
-        _check_spectrum(who, f"the {disc.name}", disc.radiance)
+        _check_spectrum(subject, f"the {disc.name}", disc.radiance)
 
 
-def _check_spectrum(who: str, at: str, spectrum: Spectrum) -> None:
+def _check_spectrum(subject: str, at: str, spectrum: Spectrum) -> None:
     nm, value = np.asarray(spectrum.wavelength_nm, float), np.asarray(spectrum.value, float)
     holds(
-        who,
+        subject,
         "spectra have increasing wavelengths",
         nm.shape == value.shape and len(nm) > 0 and np.all(np.diff(nm) > 0),
         at,
     )
-    holds(who, "spectra are finite, 0 or more", np.isfinite(value).all() and np.all(value >= 0), at)
+    holds(
+        subject,
+        "spectra are finite, 0 or more",
+        np.isfinite(value).all() and np.all(value >= 0),
+        at,
+    )
 
 
 def _numbers(description: SceneDescription) -> np.ndarray:

@@ -50,86 +50,91 @@ SIGNAL_E = (
 )
 
 
-def check(who: str, sensor: Sensor) -> None:
+def check(subject: str, sensor: Sensor) -> None:
     """Check one sensor on a field of 24 x 32 of its own pixels."""
-    light = dim_light(who, sensor)
-    shot = repeatable(who, lambda e: sensor(e, KEY), lambda: light.copy(deep=True))
-    check_captures(who, shot)
-    with keeps(who, "accepts light with components (isethdr_core.data.temporal_modulation)"):
+    light = dim_light(subject, sensor)
+    shot = repeatable(subject, lambda e: sensor(e, KEY), lambda: light.copy(deep=True))
+    check_captures(subject, shot)
+    with keeps(subject, "accepts light with components (isethdr_core.data.temporal_modulation)"):
         constant = sensor(in_components(light, frequency_hz=90.0), KEY)
-    same(who, "a component that is always on is light without components", constant, shot)
-    mean = repeatable(who, sensor.expected, lambda: light.copy(deep=True))
-    same_from_store(who, lambda e: sensor(e, KEY), light, shot)
-    same_from_store(who, sensor.expected, light, mean)
-    _check_expected(who, sensor, light, mean, shot)
-    check_electrons(who, sensor, light, shot)
-    _check_narrow(who, sensor, light, mean)
-    _check_noise(who, sensor, light, shot)
-    _check_quiet(who, sensor, light)
-    _check_extremes(who, sensor, light)
-    for what, bad in damaged_planes(light):
-        refuses(who, what, partial(sensor, bad, KEY))
-        refuses(who, what, partial(sensor.expected, bad))
+    same(subject, "a component that is always on is light without components", constant, shot)
+    mean = repeatable(subject, sensor.expected, lambda: light.copy(deep=True))
+    same_from_store(subject, lambda e: sensor(e, KEY), light, shot)
+    same_from_store(subject, sensor.expected, light, mean)
+    _check_expected(subject, sensor, light, mean, shot)
+    check_electrons(subject, sensor, light, shot)
+    _check_narrow(subject, sensor, light, mean)
+    _check_noise(subject, sensor, light, shot)
+    _check_quiet(subject, sensor, light)
+    _check_extremes(subject, sensor, light)
+    for fault, damaged in damaged_planes(light):
+        refuses(subject, fault, partial(sensor, damaged, KEY))
+        refuses(subject, fault, partial(sensor.expected, damaged))
 
 
-def check_captures(who: str, shot: xr.Dataset) -> None:
+def check_captures(subject: str, shot: xr.Dataset) -> None:
     """Check that captures hold all that is needed to read a DN back into light."""
     for name, count in DIMS.items():
-        holds(who, f"captures hold {name!r}", name in shot.data_vars)
-        holds(who, f"{name!r} has {count} dims", shot[name].ndim == count, str(shot[name].dims))
+        holds(subject, f"captures hold {name!r}", name in shot.data_vars)
+        holds(subject, f"{name!r} has {count} dims", shot[name].ndim == count, str(shot[name].dims))
     for name in ("raw", "saturated"):
-        holds(who, f"{name!r} has the dims {ORDER}", shot[name].dims == ORDER, str(shot[name].dims))
-    holds(who, "'saturated' is bool", shot["saturated"].dtype == bool)
+        holds(
+            subject,
+            f"{name!r} has the dims {ORDER}",
+            shot[name].dims == ORDER,
+            str(shot[name].dims),
+        )
+    holds(subject, "'saturated' is bool", shot["saturated"].dtype == bool)
     holds(
-        who,
+        subject,
         "'quantum_efficiency' has the dims (capture, channel, wavelength)",
         shot["quantum_efficiency"].dims == ("capture", "channel", "wavelength"),
     )
     holds(
-        who,
+        subject,
         "'filter' points into 'channel'",
         0 <= int(shot["filter"].min()) <= int(shot["filter"].max()) < shot.sizes["channel"],
     )
-    check_filters(who, shot)
+    check_filters(subject, shot)
     for name in ("pitch_um", "f_number", "focal_length_mm", "throughput_sr", "falloff"):
-        holds(who, f"captures carry the attribute {name!r}", name in shot.attrs)
+        holds(subject, f"captures carry the attribute {name!r}", name in shot.attrs)
     qe = shot["quantum_efficiency"].values
     holds(
-        who,
+        subject,
         "quantum efficiency lies within 0..1",
         qe.min() >= 0 and qe.max() <= 1,
         f"{qe.min():.3g} to {qe.max():.3g}",
     )
     for name in ("exposure_s", "gain_dn_per_e", "area_m2"):
         holds(
-            who,
+            subject,
             f"{name!r} is finite and above 0",
             np.isfinite(shot[name]).all() and float(shot[name].min()) > 0,
         )
     for name in ("read_noise_e", "dark_e", "quantisation_e"):
         holds(
-            who,
+            subject,
             f"{name!r} is finite, 0 or more",
             np.isfinite(shot[name]).all() and float(shot[name].min()) >= 0,
         )
     for name in SPREADS:
         if name in shot.data_vars:
             holds(
-                who,
+                subject,
                 f"{name!r} is one number per capture",
                 shot[name].dims == ("capture",),
                 str(shot[name].dims),
             )
             holds(
-                who,
+                subject,
                 f"{name!r} is finite, 0 or more",
                 np.isfinite(shot[name]).all() and float(shot[name].min()) >= 0,
             )
-    holds(who, "top_dn lies above black_dn", bool((shot["top_dn"] > shot["black_dn"]).all()))
-    holds(who, "raw is finite", np.isfinite(shot["raw"].values).all())
+    holds(subject, "top_dn lies above black_dn", bool((shot["top_dn"] > shot["black_dn"]).all()))
+    holds(subject, "raw is finite", np.isfinite(shot["raw"].values).all())
 
 
-def dim_light(who: str, sensor: Sensor) -> xr.DataArray:
+def dim_light(subject: str, sensor: Sensor) -> xr.DataArray:
     """Return a patterned field, as wide as 24 x 32 pixels or the sensor's own, that makes at most
     `SIGNAL_E` electrons.
     """
@@ -141,44 +146,44 @@ def dim_light(who: str, sensor: Sensor) -> xr.DataArray:
     tiles = (12, 16)  # coarser than the pixels: sensors integrate constant tiles exactly
     values = 1e-3 * pattern((31, *tiles))
     light = irradiance(values, *tiles, pitch_m * max(height / tiles[0], width / tiles[1]))
-    with keeps(who, "expected(light) returns electrons"):
+    with keeps(subject, "expected(light) returns electrons"):
         bright = float((sensor.expected(light) - sensor.expected(_zero(light))).max())
-    holds(who, "light makes electrons", bright > 0)
+    holds(subject, "light makes electrons", bright > 0)
     return light.copy(data=np.float32(light.values * (SIGNAL_E / bright)))
 
 
-def _check_narrow(who: str, sensor: Sensor, light: xr.DataArray, mean: xr.DataArray) -> None:
+def _check_narrow(subject: str, sensor: Sensor, light: xr.DataArray, mean: xr.DataArray) -> None:
     """What `narrow` drops must not matter: without those bands, and those tiles, the expected
     electrons are the same.
     """
-    _check_window(who, sensor, light)
+    _check_window(subject, sensor, light)
     bands = tuple(light.wavelength.values.tolist())
-    kept = (
+    kept_nm = (
         sensor.narrow(Demand(wavelength_nm=bands)).wavelength_nm
         if isinstance(sensor, NarrowsDemand)
         else bands
     )
-    if kept is None or kept == bands:
+    if kept_nm is None or kept_nm == bands:
         return
-    with keeps(who, "needs no band that its narrow drops"):
-        part = sensor.expected(light.sel(wavelength=list(kept)))
+    with keeps(subject, "needs no band that its narrow drops"):
+        part = sensor.expected(light.sel(wavelength=list(kept_nm)))
         # 1e-4: a band is dropped where the quantum efficiency is next to nothing
-        close(who, "needs no band that its narrow drops", part.values, mean.values, 1e-4)
+        close(subject, "needs no band that its narrow drops", part.values, mean.values, 1e-4)
 
 
-def _check_window(who: str, sensor: Sensor, light: xr.DataArray) -> None:
-    seen = sensor.narrow(Demand()).window_m if isinstance(sensor, NarrowsDemand) else None
-    if seen is None:
+def _check_window(subject: str, sensor: Sensor, light: xr.DataArray) -> None:
+    window_m = sensor.narrow(Demand()).window_m if isinstance(sensor, NarrowsDemand) else None
+    if window_m is None:
         return
     bands, rows, columns = light.sizes["wavelength"], 2 * light.sizes["y"], 2 * light.sizes["x"]
     wide = irradiance(
         light.values.max() * pattern((bands, rows, columns)), rows, columns, tile_pitch(light, "x")
     )
-    with keeps(who, "sees no light beyond the window that its narrow states"):
-        part = sensor.expected(window.cut(wide, window.tiles(wide, seen)))
+    with keeps(subject, "sees no light beyond the window that its narrow states"):
+        part = sensor.expected(window.cut(wide, window.tiles(wide, window_m)))
         # 1e-6: coordinates and electrons in float32
         close(
-            who,
+            subject,
             "sees no light beyond the window that its narrow states",
             part.values,
             sensor.expected(wide).values,
@@ -191,22 +196,22 @@ def _zero(light: xr.DataArray) -> xr.DataArray:
 
 
 def _check_expected(
-    who: str, sensor: Sensor, light: xr.DataArray, mean: xr.DataArray, shot: xr.Dataset
+    subject: str, sensor: Sensor, light: xr.DataArray, mean: xr.DataArray, shot: xr.Dataset
 ) -> None:
     holds(
-        who,
+        subject,
         "expected has the dims (capture, y, x) of raw",
         mean.dims == ORDER and mean.shape == shot["raw"].shape,
     )
     holds(
-        who,
+        subject,
         "expected electrons are finite, 0 or more",
         np.isfinite(mean.values).all() and float(mean.min()) >= 0,
     )
     dark = sensor.expected(_zero(light)).values.astype(float)
     # 1e-6: float32 electrons
     close(
-        who,
+        subject,
         "in darkness expected is dark_e of the captures",
         dark,
         shot["dark_e"].values[:, None, None],
@@ -218,7 +223,7 @@ def _check_expected(
             float
         )
         close(
-            who,
+            subject,
             "expected is dark charge plus a linear answer to light, without noise or a full well",
             scaled,
             dark + factor * (mean.values - dark),
@@ -228,24 +233,26 @@ def _check_expected(
         data=light.values * (light.wavelength.values == 550.0)[:, None, None].astype(np.float32)
     )
     holds(
-        who, "a green light alone makes electrons", float(sensor.expected(only).max()) > dark.max()
+        subject,
+        "a green light alone makes electrons",
+        float(sensor.expected(only).max()) > dark.max(),
     )
 
 
-def _check_noise(who: str, sensor: Sensor, light: xr.DataArray, shot: xr.Dataset) -> None:
+def _check_noise(subject: str, sensor: Sensor, light: xr.DataArray, shot: xr.Dataset) -> None:
     changed = light.copy(deep=True)
     changed[:, :, light.sizes["x"] // 2 :] *= 1.5
-    other = sensor(changed, KEY)
+    changed_shot = sensor(changed, KEY)
     quarter = shot.sizes["x"] // 4  # half way to the change: crosstalk reaches a few pixels
     same(
-        who,
+        subject,
         "a pixel's noise does not depend on light elsewhere in the frame",
         shot["raw"][..., :quarter],
-        other["raw"][..., :quarter],
+        changed_shot["raw"][..., :quarter],
     )
-    again = stated(who, lambda: sensor(light, generator(seed=8, device="K", scene="kit")))
-    with keeps(who, "an ideal sensor may be noise-free, a noisy one must follow its generator"):
-        noisy = not np.array_equal(_electrons(shot).round(6), _electrons(again).round(6))
+    other_shot = stated(subject, lambda: sensor(light, generator(seed=8, device="K", scene="kit")))
+    with keeps(subject, "an ideal sensor may be noise-free, a noisy one must follow its generator"):
+        noisy = not np.array_equal(_electrons(shot).round(6), _electrons(other_shot).round(6))
     if not noisy:
         return
     mean = sensor.expected(light).values.astype(float)
@@ -257,7 +264,7 @@ def _check_noise(who: str, sensor: Sensor, light: xr.DataArray, shot: xr.Dataset
         + shot["read_noise_e"].values ** 2
         + shot["quantisation_e"].values ** 2 / 12
     )
-    found = residual.sum(axis=(1, 2)) / count
+    mean_residual = residual.sum(axis=(1, 2)) / count
     # 6 standard errors never happen by chance; 2 % for fixed patterns, whose mean over so few
     # pixels is not 0
     bound = (
@@ -266,15 +273,15 @@ def _check_noise(who: str, sensor: Sensor, light: xr.DataArray, shot: xr.Dataset
         + 0.5 * shot["quantisation_e"].values
     )
     holds(
-        who,
+        subject,
         "raw, read back into electrons, agrees with expected on average",
-        np.all(np.abs(found) <= bound),
-        f"off by {found.round(3)} e, allowed {bound.round(3)} e",
+        np.all(np.abs(mean_residual) <= bound),
+        f"off by {mean_residual.round(3)} e, allowed {bound.round(3)} e",
     )
-    check_scatter(who, sensor, light, _electrons)
+    check_scatter(subject, sensor, light, _electrons)
 
 
-def _check_quiet(who: str, sensor: Sensor, light: xr.DataArray) -> None:
+def _check_quiet(subject: str, sensor: Sensor, light: xr.DataArray) -> None:
     """A sensor that can be told `noise=False` then is its own mean, but for the steps of its
     converter.
     """
@@ -285,7 +292,7 @@ def _check_quiet(who: str, sensor: Sensor, light: xr.DataArray) -> None:
         quiet = replace(sensor, noise=False)
     shot = quiet(light, KEY)
     same(
-        who,
+        subject,
         "a sensor whose `noise` is False draws the same shot whatever the key",
         quiet(light, generator(seed=8, device="K", scene="kit")),
         shot,
@@ -295,7 +302,7 @@ def _check_quiet(who: str, sensor: Sensor, light: xr.DataArray) -> None:
     step = np.broadcast_to(shot["quantisation_e"].values[:, None, None], mean.shape)
     # half a step of rounding; 1e-4 for float32 electrons and a converter's rounding of exact halves
     close(
-        who,
+        subject,
         "without noise, raw read back into electrons is expected",
         _electrons(shot)[free],
         mean[free],
@@ -324,19 +331,21 @@ def _electrons(shot: xr.Dataset) -> np.ndarray:
     return electrons
 
 
-def _check_extremes(who: str, sensor: Sensor, light: xr.DataArray) -> None:
-    with keeps(who, "gives finite captures in complete darkness"):
-        check_captures(who, sensor(_zero(light), KEY))
+def _check_extremes(subject: str, sensor: Sensor, light: xr.DataArray) -> None:
+    with keeps(subject, "gives finite captures in complete darkness"):
+        check_captures(subject, sensor(_zero(light), KEY))
     huge = light.copy(data=np.full_like(light.values, 1e6))
-    with keeps(who, "gives finite captures in blinding light"):
+    with keeps(subject, "gives finite captures in blinding light"):
         blind = sensor(huge, KEY)
-        check_captures(who, blind)
+        check_captures(subject, blind)
     holds(
-        who,
+        subject,
         "blinding light saturates every pixel of every capture with a converter",
         blind["saturated"].values.all() or not np.isfinite(blind["top_dn"].values).all(),
         f"{blind['saturated'].values.mean():.3f} of them",
     )
     holds(
-        who, "darkness saturates no pixel", not sensor(_zero(light), KEY)["saturated"].values.any()
+        subject,
+        "darkness saturates no pixel",
+        not sensor(_zero(light), KEY)["saturated"].values.any(),
     )

@@ -57,12 +57,12 @@ def projection_of(data) -> str:
     """Return the projection of a field, by its attribute; 'tangent' where none is stated. UnitError
     for an unknown one.
     """
-    found = data.attrs.get("projection", "tangent")
-    if found not in projections.PROJECTIONS:
+    projection = data.attrs.get("projection", "tangent")
+    if projection not in projections.PROJECTIONS:
         raise UnitError(
-            f"projection {found!r} is unknown{did_you_mean(str(found), projections.PROJECTIONS)}"
+            f"projection {projection!r} is unknown{did_you_mean(str(projection), projections.PROJECTIONS)}"
         )
-    return found
+    return projection
 
 
 def distortion_map(distortion, projection: str = "tangent"):
@@ -84,28 +84,28 @@ def distortion_map(distortion, projection: str = "tangent"):
 
 @lru_cache(maxsize=32)
 def _map(text, projection):
-    given = json.loads(text)
-    if not given:
+    parameters = json.loads(text)
+    if not parameters:
         return Identity()
-    model = given.pop("model", None)
+    model = parameters.pop("model", None)
     if model not in MODELS:
         raise ConfigError(
             f"lens.distortion has model {model!r}{did_you_mean(str(model), MODELS)}; "
             "type for example lens.distortion={model:brown_conrady,k1:-0.1}"
         )
     known = [f.name for f in fields(MODELS[model])]
-    for key in given:
+    for key in parameters:
         if key not in known:
             raise ConfigError(
                 f"lens.distortion has no key {key!r} for model {model}{did_you_mean(key, known)}"
             )
-    numbers = {key: _numbers(model, key, value) for key, value in given.items()}
+    numbers = {key: _numbers(model, key, value) for key, value in parameters.items()}
     try:
         lens = MODELS[model](**numbers)
     except (TypeError, ValueError) as err:
         raise ConfigError(f"lens.distortion of model {model}: {err}") from None
     natural = {"brown_conrady": "tangent", "kannala_brandt": "equidistant"}.get(model)
-    if natural == projection and not any(given.values()):
+    if natural == projection and not any(parameters.values()):
         return Identity()
     return maps.on_projection(lens, projection)
 
@@ -217,16 +217,16 @@ def mean_seen(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> n
         grids, more = _widened(lens, *grids)
         tiles = np.pad(tiles, [(0, 0)] * (np.ndim(tiles) - 2) + [(more, more)] * 2, mode="edge")
     areas = field_areas(lens, *grids)
-    out = (areas @ np.reshape(tiles, (-1, areas.shape[1])).T).T / areas.sum(axis=1)
-    return out.reshape(*np.shape(tiles)[:-2], len(y), len(x))
+    means = (areas @ np.reshape(tiles, (-1, areas.shape[1])).T).T / areas.sum(axis=1)
+    return means.reshape(*np.shape(tiles)[:-2], len(y), len(x))
 
 
 def _widened(lens, x_in, y_in, x_out, y_out):
     """Return the borders with as many tiles more on every side of the field as the sensor's tiles
     reach beyond it, and how many that are.
     """
-    seen, more = lens.inverse(*np.meshgrid(x_out, y_out)), 0
-    for at, known in zip(seen, (x_in, y_in)):
+    field_points, more = lens.inverse(*np.meshgrid(x_out, y_out)), 0
+    for at, known in zip(field_points, (x_in, y_in)):
         reach = max(known[0] - at.min(), at.max() - known[-1]) * (len(known) - 1) / np.ptp(known)
         more = max(more, int(np.ceil(reach - 1e-6)))
     steps = np.arange(1, more + 1)

@@ -243,7 +243,7 @@ def check_photocurrent(light: xr.DataArray) -> None:
     _check_lens_attributes(light, "photocurrent", ("wavelength_nm", "efficiency"))
 
 
-def _check_lens_attributes(light: xr.DataArray, what: str, more: tuple[str, ...] = ()) -> None:
+def _check_lens_attributes(light: xr.DataArray, title: str, more: tuple[str, ...] = ()) -> None:
     for name in (
         "f_number",
         "focal_length_mm",
@@ -254,56 +254,58 @@ def _check_lens_attributes(light: xr.DataArray, what: str, more: tuple[str, ...]
     ):
         if name not in light.attrs:
             raise UnitError(
-                f"{what} lacks the attribute {name!r}; a lens sets it on its output"
+                f"{title} lacks the attribute {name!r}; a lens sets it on its output"
                 " (quantities.plane, quantities.photocurrent)"
             )
 
 
-def _check_plane(data: xr.DataArray, units: str, what: str) -> None:
-    _check_dims(data, MIXED_DIMS, what)
-    _check_units(data, units, what)
+def _check_plane(data: xr.DataArray, units: str, title: str) -> None:
+    _check_dims(data, MIXED_DIMS, title)
+    _check_units(data, units, title)
     if data.size == 0:
-        raise UnitError(f"{what} is empty: {dict(data.sizes)}; expected at least one band and tile")
-    _check_bands(data, what)
-    _check_uniform(data, what)
-    _check_light(data, what)
+        raise UnitError(
+            f"{title} is empty: {dict(data.sizes)}; expected at least one band and tile"
+        )
+    _check_bands(data, title)
+    _check_uniform(data, title)
+    _check_light(data, title)
 
 
-def _check_dims(data: xr.DataArray, dims: tuple[str, ...], what: str) -> None:
+def _check_dims(data: xr.DataArray, dims: tuple[str, ...], title: str) -> None:
     if tuple(data.dims) != dims:
         raise UnitError(
-            f"{what} has dims {tuple(map(str, data.dims))}; expected {dims}; use .transpose{dims}"
+            f"{title} has dims {tuple(map(str, data.dims))}; expected {dims}; use .transpose{dims}"
         )
     for dim in dims:
         if dim not in data.coords:
-            raise UnitError(f"{what} has no coordinate {dim!r}; expected coordinates for {dims}")
+            raise UnitError(f"{title} has no coordinate {dim!r}; expected coordinates for {dims}")
 
 
-def _check_units(data: xr.DataArray, units: str, what: str) -> None:
-    found = data.attrs.get("units")
-    if found != units:
+def _check_units(data: xr.DataArray, units: str, title: str) -> None:
+    units_of_data = data.attrs.get("units")
+    if units_of_data != units:
         raise UnitError(
-            f"{what} has units {found!r}; expected {units!r}; convert it and set .attrs['units']"
+            f"{title} has units {units_of_data!r}; expected {units!r}; convert it and set .attrs['units']"
         )
 
 
-def _check_bands(data: xr.DataArray, what: str) -> None:
+def _check_bands(data: xr.DataArray, title: str) -> None:
     w = np.asarray(data.wavelength.values, float)
     if not np.all(np.isfinite(w)) or np.any(w <= 0):
-        raise UnitError(f"{what} has a wavelength that is not a positive number of nm: {w}")
+        raise UnitError(f"{title} has a wavelength that is not a positive number of nm: {w}")
     if w.min() < LEAST_NM or w.max() > MOST_NM:
         raise UnitError(
-            f"{what} has wavelengths from {w.min():g} to {w.max():g}; expected nanometres, "
+            f"{title} has wavelengths from {w.min():g} to {w.max():g}; expected nanometres, "
             f"{LEAST_NM:g} to {MOST_NM:g}; multiply micrometres by 1e3, metres by 1e9"
         )
     if np.any(np.diff(w) <= 0):
         raise UnitError(
-            f"{what} has unsorted or repeated wavelengths {w}; expected nm, increasing; use"
+            f"{title} has unsorted or repeated wavelengths {w}; expected nm, increasing; use"
             " .sortby('wavelength')"
         )
 
 
-def _check_uniform(data: xr.DataArray, what: str) -> None:
+def _check_uniform(data: xr.DataArray, title: str) -> None:
     for dim in ("x", "y"):
         c = np.asarray(data[dim].values, float)
         if len(c) > 1:
@@ -311,7 +313,7 @@ def _check_uniform(data: xr.DataArray, what: str) -> None:
             # 1e-3 of a tile: coordinates stored as float32 still pass on a 8000-pixel row
             if np.any(step <= 0) or np.ptp(step) > 1e-3 * abs(step.mean()):
                 raise UnitError(
-                    f"{what} has {dim} that is not evenly spaced and increasing; "
+                    f"{title} has {dim} that is not evenly spaced and increasing; "
                     f"expected tile centres, steps found {step.min():g} to {step.max():g}"
                 )
 
@@ -338,18 +340,18 @@ def _check_field(ds: xr.Dataset) -> None:
         )
 
 
-def _check_light(data: xr.DataArray, what: str) -> None:
+def _check_light(data: xr.DataArray, title: str) -> None:
     if _plain_light(data.values):
         return
     low, high = float(np.min(data.values)), float(np.max(data.values))  # numpy's: NaN comes through
     if not (np.isfinite(low) and np.isfinite(high)):
         raise UnitError(
-            f"{what} holds NaN or infinite values; expected finite light (a damaged store or a"
+            f"{title} holds NaN or infinite values; expected finite light (a damaged store or a"
             " failed render?)"
         )
     if low < 0:
         raise UnitError(
-            f"{what} holds negative light ({low:g} {data.attrs.get('units')}); expected 0 or more,"
+            f"{title} holds negative light ({low:g} {data.attrs.get('units')}); expected 0 or more,"
             " light is never negative; check a subtraction or an interpolation upstream"
         )
 

@@ -91,29 +91,29 @@ def variance_known(picture: xr.Dataset) -> bool:
     return bool(picture.attrs.get(VARIANCE_KNOWN, True))
 
 
-def with_undenoised(picture: xr.Dataset, before: xr.Dataset) -> xr.Dataset:
+def with_undenoised(picture: xr.Dataset, undenoised: xr.Dataset) -> xr.Dataset:
     """Return a denoised picture that also holds values and variances before denoising."""
-    held = [name for name in ("xyz", "variance", FIXED_PATTERN) if name in before]
-    return picture.assign({UNDENOISED + name: before[name] for name in held})
+    names = [name for name in ("xyz", "variance", FIXED_PATTERN) if name in undenoised]
+    return picture.assign({UNDENOISED + name: undenoised[name] for name in names})
 
 
 def before_denoising(picture: xr.Dataset) -> xr.Dataset:
     """Return the picture before denoising, or `picture` itself where it holds no such variables."""
-    held = [name for name in picture.data_vars if str(name).startswith(UNDENOISED)]
-    if not held:
+    names = [name for name in picture.data_vars if str(name).startswith(UNDENOISED)]
+    if not names:
         return picture
-    plain = {str(name).removeprefix(UNDENOISED): picture[name] for name in held}
-    out = picture.drop_vars([FIXED_PATTERN, *held], errors="ignore").assign(plain)
-    out.attrs = {k: v for k, v in picture.attrs.items() if k != VARIANCE_KNOWN}
-    return out
+    plain = {str(name).removeprefix(UNDENOISED): picture[name] for name in names}
+    undenoised = picture.drop_vars([FIXED_PATTERN, *names], errors="ignore").assign(plain)
+    undenoised.attrs = {k: v for k, v in picture.attrs.items() if k != VARIANCE_KNOWN}
+    return undenoised
 
 
-def check_picture(picture: xr.Dataset, what: str = "picture") -> None:
+def check_picture(picture: xr.Dataset, title: str = "picture") -> None:
     """Raise UnitError unless `picture` has xyz in cd/m2, variance and valid on one grid."""
     for name in ("xyz", "variance", "valid"):
         if name not in getattr(picture, "data_vars", {}):
             raise UnitError(
-                f"{what} has no variable {name!r}; expected a picture Dataset as an isp or truth()"
+                f"{title} has no variable {name!r}; expected a picture Dataset as an isp or truth()"
                 " returns it"
             )
     if (
@@ -121,16 +121,16 @@ def check_picture(picture: xr.Dataset, what: str = "picture") -> None:
         or tuple(picture["variance"].dims) != PICTURE_DIMS
     ):
         raise UnitError(
-            f"{what} has xyz dims {tuple(picture['xyz'].dims)}; expected {PICTURE_DIMS}"
+            f"{title} has xyz dims {tuple(picture['xyz'].dims)}; expected {PICTURE_DIMS}"
         )
     if FIXED_PATTERN in picture and tuple(picture[FIXED_PATTERN].dims) != PICTURE_DIMS:
         raise UnitError(
-            f"{what} has {FIXED_PATTERN} dims {tuple(picture[FIXED_PATTERN].dims)}; expected"
+            f"{title} has {FIXED_PATTERN} dims {tuple(picture[FIXED_PATTERN].dims)}; expected"
             f" {PICTURE_DIMS}"
         )
     if picture["xyz"].attrs.get("units") != LUMINANCE:
         raise UnitError(
-            f"{what} has xyz in {picture['xyz'].attrs.get('units')!r}; expected {LUMINANCE!r}"
+            f"{title} has xyz in {picture['xyz'].attrs.get('units')!r}; expected {LUMINANCE!r}"
         )
 
 
@@ -232,26 +232,26 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
         )
     else:
         columns, rows = _nearest(scene, "x", x), _nearest(scene, "y", y)
-    found = [
+    at_pixels = [
         name
         for name in scene.data_vars
         if {"y", "x"} <= set(scene[name].dims) and "light_group" not in scene[name].dims
     ]
     # a scene without labels has no y and x left once its light is gone
-    out = (
-        scene[found]
+    labels = (
+        scene[at_pixels]
         .isel(y=rows, x=columns, missing_dims="ignore")
         .assign_coords(x=picture.x.values, y=picture.y.values)
     )
-    out.attrs = {"objects": objects_on(scene, picture), "lamps": scene.attrs.get("lamps", [])}
-    return out
+    labels.attrs = {"objects": objects_on(scene, picture), "lamps": scene.attrs.get("lamps", [])}
+    return labels
 
 
 def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict[str, Any]]:
     """Return the scene's object table with boxes [x, y, width, height] in pixels of `picture`, from
     its top left corner.
     """
-    out, lens = [], _distortion(scene, picture)
+    table, lens = [], _distortion(scene, picture)
     for entry in scene.attrs.get("objects", []):
         left, top, width, height = entry["box"]
         (x0, x1), (y0, y1) = (
@@ -265,11 +265,11 @@ def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict[str, Any]]:
         )
         cut_x = np.clip((x0, x1), 0, picture.sizes["x"])
         cut_y = np.clip((y0, y1), 0, picture.sizes["y"])
-        area, kept = (x1 - x0) * (y1 - y0), np.ptp(cut_x) * np.ptp(cut_y)
-        if kept > 0:
+        area, visible_area = (x1 - x0) * (y1 - y0), np.ptp(cut_x) * np.ptp(cut_y)
+        if visible_area > 0:
             box = [float(v) for v in (cut_x[0], cut_y[0], np.ptp(cut_x), np.ptp(cut_y))]
-            out.append({**entry, "box": box, "in_frame": float(kept / area)})
-    return out
+            table.append({**entry, "box": box, "in_frame": float(visible_area / area)})
+    return table
 
 
 def _distortion(scene: xr.DataArray | xr.Dataset, picture: xr.Dataset) -> Any:
@@ -303,17 +303,17 @@ def _pixels(picture: xr.Dataset, dim: str, positions: npt.ArrayLike) -> np.ndarr
 
 def _nearest(scene: xr.DataArray | xr.Dataset, dim: str, tangents: np.ndarray) -> np.ndarray:
     centres = scene[dim].values
-    place = (tangents - centres[0]) / tile_pitch(
+    index = (tangents - centres[0]) / tile_pitch(
         scene, dim
     ) + 0.5  # in tiles, from the outer border of the first
-    if place.min() < -TIE or place.max() > len(centres) + TIE:
+    if index.min() < -TIE or index.max() > len(centres) + TIE:
         raise UnitError(
             f"pixel centres reach the tangent {np.abs(tangents).max():.4g} along {dim}, the scene's"
             f" tiles end at {np.abs(centres).max():.4g}; crop the sensor or widen the camera's"
             " field"
         )
     # a centre on a border between two tiles goes to the later one, whatever the last digit says
-    return np.clip(np.floor(place + TIE).astype(int), 0, len(centres) - 1)
+    return np.clip(np.floor(index + TIE).astype(int), 0, len(centres) - 1)
 
 
 def _focal_length_m(picture: xr.Dataset) -> float:

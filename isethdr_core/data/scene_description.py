@@ -155,8 +155,8 @@ class IntensityTable:
 def _cell(nodes: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the number of the cell between nodes, and the place in it, 0..1."""
     cell = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
-    place = (at - nodes[cell]) / (nodes[cell + 1] - nodes[cell])
-    return cell, np.clip(place, 0, 1)
+    fraction = (at - nodes[cell]) / (nodes[cell + 1] - nodes[cell])
+    return cell, np.clip(fraction, 0, 1)
 
 
 @dataclass(frozen=True)

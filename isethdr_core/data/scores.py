@@ -44,7 +44,7 @@ def unlike_shares(scores: list[dict[str, Any]]) -> dict[str, dict[str, float]]:
     for score in scores:
         if score["metric"] == "valid_share":
             shares.setdefault(score["object"], {})[score["camera"]] = score["value"]
-    return {name: held for name, held in shares.items() if are_unlike(held.values())}
+    return {name: by_camera for name, by_camera in shares.items() if are_unlike(by_camera.values())}
 
 
 def are_unlike(shares: Iterable[float]) -> bool:

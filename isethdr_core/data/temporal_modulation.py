@@ -74,13 +74,13 @@ def components(light: xr.DataArray) -> list[tuple[Modulation, xr.DataArray]]:
                 f"light with components has no coordinate {field!r}; expected"
                 f" {', '.join(Modulation._fields)} along {DIM!r}"
             )
-    out = []
+    pairs = []
     for k in range(light.sizes[DIM]):
         modulation = Modulation(*(float(light[field].values[k]) for field in Modulation._fields))
         if problem := wrong(modulation):
             raise UnitError(f"component {k} of the light: {problem}")
-        out.append((modulation, light.isel({DIM: k}, drop=True)))
-    return out
+        pairs.append((modulation, light.isel({DIM: k}, drop=True)))
+    return pairs
 
 
 def wrong(modulation: Modulation) -> str:
@@ -106,13 +106,13 @@ def time_mean(light: xr.DataArray) -> xr.DataArray:
     """Return the mean over time: the sum of all components in float64, rounded once; constant light
     comes back as it is.
     """
-    parts = [plane for _, plane in components(light)]
-    if len(parts) == 1:
-        return parts[0]
-    out = parts[0].copy(data=np.empty(parts[0].shape, parts[0].dtype))
-    for place in np.ndindex(out.shape[:-2]):
-        out.values[place] = sum(part.values[place].astype(np.float64) for part in parts)
-    return out
+    planes = [plane for _, plane in components(light)]
+    if len(planes) == 1:
+        return planes[0]
+    mean = planes[0].copy(data=np.empty(planes[0].shape, planes[0].dtype))
+    for band in np.ndindex(mean.shape[:-2]):
+        mean.values[band] = sum(part.values[band].astype(np.float64) for part in planes)
+    return mean
 
 
 def each_component(
@@ -128,7 +128,7 @@ def each_component(
     ) -> xr.DataArray:
         if DIM not in getattr(light, "dims", ()):
             return call(self, light, *args, **kwargs)
-        parts = components(light)
+        components_of_light = components(light)
         rows = []
 
         def of_one(plane: xr.DataArray) -> xr.DataArray:
@@ -138,7 +138,9 @@ def each_component(
             return result
 
         out = stacked(
-            light[DIM].values, [m for m, _ in parts], (of_one(plane) for _, plane in parts)
+            light[DIM].values,
+            [m for m, _ in components_of_light],
+            (of_one(plane) for _, plane in components_of_light),
         )
         ledger.record_row(ledger.row_of_sum(rows))
         return out

@@ -52,8 +52,8 @@ def white_cd_m2(truth, lamps=None) -> float:
     """
     y = luminance(truth)
     mask = lamp_mask(y) if lamps is None else np.asarray(lamps, bool)
-    rest = y[~mask] if not mask.all() else y
-    white = float(np.percentile(rest, WHITE_PERCENTILE))
+    y_without_lamps = y[~mask] if not mask.all() else y
+    white = float(np.percentile(y_without_lamps, WHITE_PERCENTILE))
     return white if white > 0 else float(y.max()) if y.max() > 0 else 1.0
 
 
@@ -157,7 +157,7 @@ def _displayed(
         )
     xyz = _xyz(picture) if white_xyz is None else balanced(_xyz(picture), white_xyz)
     y = luminance(xyz) / white_cd_m2
-    shown = tone(y, compression) if operator == "global" else OPERATORS[operator](y)
+    tone_mapped = tone(y, compression) if operator == "global" else OPERATORS[operator](y)
     # where no light was found there is no hue either: noise around 0 shows as black
     gain = np.divide(shown, y, out=np.zeros_like(y), where=y > 0)
     linear = linear_srgb(xyz / white_cd_m2 * gain[..., None])
@@ -264,11 +264,11 @@ def write_png(
         white = shown_white_cd_m2 or white_cd_m2(picture)
         how = f"tone a = {compression:g}" if operator == "global" else f"tone {operator}"
         code = _displayed(picture, white, compression, operator, white_xyz)
-        said = f"sRGB (IEC 61966-2-1), {how}, white {white:g} cd/m2" + (
+        description = f"sRGB (IEC 61966-2-1), {how}, white {white:g} cd/m2" + (
             "" if white_xyz is None else ", balanced"
         )
     else:
-        code, said = (
+        code, description = (
             pq_encode(linear_srgb(_xyz(picture))),
             "PQ (SMPTE ST 2084), absolute cd/m2, primaries of sRGB",
         )
@@ -276,10 +276,10 @@ def write_png(
     height, width = rows.shape[:2]
     # every row starts with the number of its filter, 0: none
     raw = b"".join(b"\0" + row.tobytes() for row in rows)
-    parts = [
+    chunks = [
         (b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 2, 0, 0, 0)),
         (b"cICP", bytes([1, 13 if transfer == "srgb" else 16, 0, 1])),
-        (b"tEXt", b"Description\0" + said.encode("latin-1")),
+        (b"tEXt", b"Description\0" + description.encode("latin-1")),
         (b"IDAT", zlib.compress(raw, 6)),
         (b"IEND", b""),
     ]
@@ -288,7 +288,7 @@ def write_png(
         b"\x89PNG\r\n\x1a\n"
         + b"".join(
             struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
-            for name, body in parts
+            for name, body in chunks
         )
     )
     return path

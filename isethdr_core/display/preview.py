@@ -52,10 +52,10 @@ def denoised(scene) -> np.ndarray:
             "scene radiance has no 'xyz_noise' to denoise by; expected a rendering of 4 passes or"
             " more; type renderer.samples=8, or leave denoise out"
         )
-    alike = guides(scene)
+    similarity = guides(scene)
     return np.stack(
         [
-            averaged(xyz, noise, alike)
+            averaged(xyz, noise, similarity)
             for xyz, noise in zip(tristimulus(scene), scene.xyz_noise.values.astype(float))
         ]
     )
@@ -69,7 +69,7 @@ def guides(scene):
         name: scene[name].values for name in ("instance", "normal", "distance") if name in scene
     }
 
-    def alike(p, q):
+    def similarity(p, q):
         weight = 1.0
         if "instance" in known:
             weight = weight * (known["instance"][p] == known["instance"][q])
@@ -89,17 +89,17 @@ def guides(scene):
             weight = weight * np.exp(-((np.nan_to_num(part, nan=1.0) / DISTANCE) ** 2))
         return weight
 
-    return alike
+    return similarity
 
 
-def averaged(xyz, noise, alike) -> np.ndarray:
+def averaged(xyz, noise, similarity) -> np.ndarray:
     """Return X, Y, Z (3, y, x) of one light group, each tile averaged with those around it that
     look alike.
 
     Parameters
     ----------
     xyz, noise : values and standard errors (3, y, x), cd/m2.
-    alike : as `guides` returns.
+    similarity : as `guides` returns.
 
     Notes
     -----
@@ -125,18 +125,20 @@ def averaged(xyz, noise, alike) -> np.ndarray:
             square, least, near = (
                 (xyz[:, *p] - xyz[:, *q]) ** 2,
                 np.minimum(variance[:, *p], variance[:, *q]),
-                alike(p, q),
+                similarity(p, q),
             )
-            for here, there in ((p, q), (q, p)):
-                known = variance[:, *here] + least
+            for target, source in ((p, q), (q, p)):
+                known = variance[:, *target] + least
                 excess = (
                     np.divide(square, known, out=np.where(square > 0, FAR, 0.0), where=known > 0)
                     - 1
                 )
-                far = uniform_filter(np.minimum(excess, FAR).mean(axis=0), PATCH, mode="nearest")
-                w = np.exp(-np.maximum(far, 0.0)) * near
-                total[:, *here] += w * xyz[:, *there]
-                weights[here] += w
+                distance = uniform_filter(
+                    np.minimum(excess, FAR).mean(axis=0), PATCH, mode="nearest"
+                )
+                w = np.exp(-np.maximum(distance, 0.0)) * near
+                total[:, *target] += w * xyz[:, *source]
+                weights[target] += w
     return total / weights
 
 

@@ -53,11 +53,11 @@ def exposure_fusion(relative) -> np.ndarray:
         ]
     )
     weights /= weights.sum(0)
-    out = None
+    blended = None
     for shot, weight in zip(shots, weights):
         part = [w * band for w, band in zip(_gaussian(weight), _laplacian(shot))]
-        out = part if out is None else [a + b for a, b in zip(out, part)]
-    return srgb_decode(_collapsed(out))
+        blended = part if blended is None else [a + b for a, b in zip(blended, part)]
+    return srgb_decode(_collapsed(blended))
 
 
 def local_laplacian(relative) -> np.ndarray:
@@ -73,7 +73,7 @@ def local_laplacian(relative) -> np.ndarray:
     """
     level = np.log(np.clip(np.asarray(relative, float), DARKEST, BRIGHTEST))
     guide = _gaussian(level)
-    out = [np.zeros_like(band) for band in guide[:-1]] + [BETA * guide[-1]]
+    pyramid = [np.zeros_like(band) for band in guide[:-1]] + [BETA * guide[-1]]
     first, last = (int(np.floor(v / SIGMA)) for v in (level.min(), level.max()))
     for k in range(first, last + 2):
         centre = k * SIGMA  # on a grid that is fixed to the white
@@ -84,10 +84,10 @@ def local_laplacian(relative) -> np.ndarray:
         remapped = centre + np.where(
             np.abs(away) > SIGMA, np.sign(away) * (BETA * (np.abs(away) - SIGMA) + SIGMA), away
         )
-        for band, n, detail in zip(out, near, _laplacian(remapped)):
+        for band, n, detail in zip(pyramid, near, _laplacian(remapped)):
             band += n * detail
-    shown = np.exp(_collapsed(out))
-    return np.clip(np.where(np.asarray(relative) > 0, shown, 0.0), 0.0, 1.0)
+    luminance = np.exp(_collapsed(pyramid))
+    return np.clip(np.where(np.asarray(relative) > 0, luminance, 0.0), 0.0, 1.0)
 
 
 def _contrast(image):
@@ -104,10 +104,10 @@ def _gaussian(image) -> list:
     """Return the picture and ever smaller ones, each blurred and taken at every second pixel (Burt,
     Adelson 1983).
     """
-    out = [image]
+    levels = [image]
     for _ in range(_depth(image.shape)):
-        out.append(_blurred(out[-1])[::2, ::2])
-    return out
+        levels.append(_blurred(levels[-1])[::2, ::2])
+    return levels
 
 
 def _laplacian(image) -> list:
@@ -137,9 +137,9 @@ def _blurred(image):
 def _enlarged(image, shape):
     wide = np.zeros(shape)
     wide[::2, ::2] = image
-    held = np.zeros(shape)
-    held[::2, ::2] = 1.0
-    return _blurred(wide) / _blurred(held)  # division: the border has fewer samples
+    weight = np.zeros(shape)
+    weight[::2, ::2] = 1.0
+    return _blurred(wide) / _blurred(weight)  # division: the border has fewer samples
 
 
 OPERATORS = {"exposure_fusion": exposure_fusion, "local_laplacian": local_laplacian}

@@ -69,8 +69,8 @@ class KeptTable:
     def _read(self) -> dict[str, Any]:
         with suppress(OSError, ValueError):
             if self._path is not None:
-                found = json.loads(self._path.read_bytes())
-                return found if isinstance(found, dict) else {}
+                table = json.loads(self._path.read_bytes())
+                return table if isinstance(table, dict) else {}
         return {}
 
 
@@ -112,20 +112,20 @@ class CodeCache:
         return self._facts[key]
 
     def digest(
-        self, key: str, made: Callable[[], tuple[dict[str, Any], list[str]]]
+        self, key: str, make: Callable[[], tuple[dict[str, Any], list[str]]]
     ) -> dict[str, Any]:
         """Return the record of `key`, made again where something that it rests on has changed.
 
         Parameters
         ----------
-        made : returns the record, and the paths that it rests on.
+        make : returns the record, and the paths that it rests on.
         """
-        kept = self._kept_digests.get(key)
-        if kept is not None:
-            if all(stamp_of(path) == tuple(stamp) for path, stamp in kept["stamps"].items()):
-                found: dict[str, Any] = kept["record"]
-                return found
-        record, paths = made()
+        entry = self._kept_digests.get(key)
+        if entry is not None:
+            if all(stamp_of(path) == tuple(stamp) for path, stamp in entry["stamps"].items()):
+                kept_record: dict[str, Any] = entry["record"]
+                return kept_record
+        record, paths = make()
         # of a file as it was when it was read
         stamps = {path: self._contents.get(path, (stamp_of(path),))[0] for path in sorted(paths)}
         self._kept_digests.put(key, {"record": record, "stamps": stamps})

@@ -153,31 +153,31 @@ class Sources:
             return "builtin"
         if name.startswith("isethdr_"):
             return "own"
-        found = self.locate(name)
-        if found is None:
+        located = self.locate(name)
+        if located is None:
             return "own" if name in sys.modules and self._folders is None else "absent"
-        return "library" if _installed(found.path) else "own"
+        return "library" if _installed(located.path) else "own"
 
     def locate(self, module: str) -> Located | None:
         """Return where a module of an own package lies; None where there is none of that name."""
         if module not in self._located:
             parent, _, last = module.rpartition(".")
             if not parent:
-                found = self._top_level(module)
+                located = self._top_level(module)
             else:
                 above = self.locate(parent)
                 folder = os.path.dirname(above.path) if above and above.is_package else None
-                found = _in_folder(folder, last) if folder else None
-            if found is None and self._folders is None:
-                found = _loaded(module)
-            self._located[module] = found
+                located = _in_folder(folder, last) if folder else None
+            if located is None and self._folders is None:
+                located = _loaded(module)
+            self._located[module] = located
         return self._located[module]
 
     def _top_level(self, name: str) -> Located | None:
         if self._folders is not None:
             for folder in self._folders:
-                if found := _in_folder(folder, name):
-                    return found
+                if located := _in_folder(folder, name):
+                    return located
             if name.startswith("isethdr_"):
                 return None
         try:
@@ -207,12 +207,14 @@ class Sources:
     def folders_of(self, modules: Iterable[str]) -> list[str]:
         """Return the folders of the packages of `modules`; each new file changes their state."""
         packages = {self.package_folder(module) for module in modules} - {""}
-        return sorted({here for folder in packages for here in self._folders_below(folder)})
+        return sorted(
+            {folder_below for folder in packages for folder_below in self._folders_below(folder)}
+        )
 
     def _folders_below(self, folder: str) -> list[str]:
         if folder not in self._below:
             self._below[folder] = [
-                here for here, _, _ in os.walk(folder) if os.path.basename(here) != "__pycache__"
+                path for path, _, _ in os.walk(folder) if os.path.basename(path) != "__pycache__"
             ]
         return self._below[folder]
 
@@ -221,12 +223,12 @@ class Sources:
         top, folder = module.partition(".")[0], self.package_folder(module)
         if not folder:
             return [top]
-        found = []
+        modules = []
         for path in sorted(Path(folder).rglob("*.py")):
-            parts = [top, *path.relative_to(folder).with_suffix("").parts]
-            if PRESETS not in parts:
-                found.append(".".join(parts[:-1] if parts[-1] == "__init__" else parts))
-        return found
+            names = [top, *path.relative_to(folder).with_suffix("").parts]
+            if PRESETS not in names:
+                modules.append(".".join(names[:-1] if names[-1] == "__init__" else names))
+        return modules
 
 
 @dataclass
@@ -240,22 +242,22 @@ class _Data:
 
     @classmethod
     def below(cls, folder: str) -> _Data:
-        found = cls(folder)
+        data = cls(folder)
         packages = set()
-        for here, folders, files in os.walk(folder) if folder else ():
+        for inner, folders, files in os.walk(folder) if folder else ():
             folders[:] = sorted(f for f in folders if f not in (PRESETS, "__pycache__"))
             if any(name.endswith(".py") for name in files):
-                packages.add(here)
-            above = [p for p in _folders_between(folder, here) if p not in packages]
+                packages.add(inner)
+            above = [p for p in _folders_between(folder, inner) if p not in packages]
             for name in sorted(files):
                 if name.endswith(NO_DATA):
                     continue
-                path = os.path.join(here, name)
-                found.by_name.setdefault(name, []).append(path)
-                found.by_suffix.setdefault(os.path.splitext(name)[1], []).append(path)
+                path = os.path.join(inner, name)
+                data.by_name.setdefault(name, []).append(path)
+                data.by_suffix.setdefault(os.path.splitext(name)[1], []).append(path)
                 for part in above:
-                    found.by_folder.setdefault(os.path.basename(part), []).append(path)
-        return found
+                    data.by_folder.setdefault(os.path.basename(part), []).append(path)
+        return data
 
     def named(self, text: str) -> list[str]:
         """Return the files that a string names: a file, or all of a folder without modules."""
@@ -265,8 +267,8 @@ class _Data:
 
 def _folders_between(top: str, folder: str) -> list[str]:
     """Return the folders from below `top` down to `folder`."""
-    parts = Path(folder).relative_to(top).parts
-    return [os.path.join(top, *parts[: n + 1]) for n in range(len(parts))]
+    names = Path(folder).relative_to(top).parts
+    return [os.path.join(top, *names[: n + 1]) for n in range(len(names))]
 
 
 def _loaded(module: str) -> Located | None:
@@ -293,11 +295,11 @@ def _installation_folders() -> tuple[str, ...]:
 
 
 def _installed(path: str) -> bool:
-    parts = Path(path).parts
+    names = Path(path).parts
     return (
         path.startswith(_installation_folders())
-        or "site-packages" in parts
-        or "dist-packages" in parts
+        or "site-packages" in names
+        or "dist-packages" in names
     )
 
 
@@ -321,15 +323,15 @@ class CodeReader:
     def frame(self) -> Code:
         """Return the code of the frame: the core beside `FOLLOWED`, and what that reaches of it."""
         rules = self.rules
-        apart = (*rules.followed, *rules.without_result)
+        left_out = (*rules.followed, *rules.without_result)
         modules = self.sources.all_modules(rules.core)
-        roots = [m for m in modules if m != rules.core and not _within(m, apart)]
+        roots = [m for m in modules if m != rules.core and not _within(m, left_out)]
         everything = Rules(rules.core, (rules.core,), rules.without_result)
         return CodeReader(self.sources, everything)._digest(sorted(roots), [])
 
     def _digest(self, roots: list[str], names: list[str]) -> Code:
-        places = [self.sources.locate(root) for root in roots]
-        key = repr((self.rules, [place and place.path for place in places], names))
+        locations = [self.sources.locate(root) for root in roots]
+        key = repr((self.rules, [location and location.path for location in locations], names))
         key = hashlib.sha256(key.encode()).hexdigest()[:32]
         record = self.sources.cache.digest(key, lambda: self._made(roots, names))
         return Code(
@@ -345,9 +347,11 @@ class CodeReader:
         hashes = {name: module.own for name, module in reached.items()}
         for _ in range(ROUNDS):
             hashes = {name: module.with_references(hashes) for name, module in reached.items()}
-        own = [hashes[root] for root in roots] if names else []
-        others = sorted({h for name, h in hashes.items() if not reached[name].only_imports})
-        digest = hashlib.sha256("\n".join([*names, *own, "", *others]).encode()).hexdigest()[:16]
+        root_hashes = [hashes[root] for root in roots] if names else []
+        other_hashes = sorted({h for name, h in hashes.items() if not reached[name].only_imports})
+        digest = hashlib.sha256(
+            "\n".join([*names, *root_hashes, "", *other_hashes]).encode()
+        ).hexdigest()[:16]
         record = {
             "digest": digest,
             "libraries": sorted({library for m in reached.values() for library in m.libraries}),
@@ -384,24 +388,24 @@ class CodeReader:
             content = self.sources.cache.content(located.path)
             return _Module(name, content, files={located.path}, data={located.path})
         facts = self.sources.cache.facts(located.path)
-        found = _Module(name, facts.tree, only_imports=facts.only_imports)
-        found.files.add(located.path)
+        module = _Module(name, facts.tree, only_imports=facts.only_imports)
+        module.files.add(located.path)
         for spec in facts.imports:
             if spec.name != "*":
-                self._follow(found, self.resolve(name, spec, ()))
+                self._follow(module, self.resolve(name, spec, ()))
             else:
-                self._follow(found, self.resolve(name, Spec(spec.level, spec.module, ""), ()))
+                self._follow(module, self.resolve(name, Spec(spec.level, spec.module, ""), ()))
         for built in facts.builds:
-            self._follow(found, self._registered(built))
+            self._follow(module, self._registered(built))
         for reference in facts.references:
             target = self._reference(name, reference)
-            self._follow(found, target)
-            found.targets.append(target)
-        self._data_of(found, facts)
+            self._follow(module, target)
+            module.targets.append(target)
+        self._data_of(module, facts)
         if facts.dynamic and not self._is_core(name):
-            self._whole_package(found)
-        found.next.discard(name)
-        return found
+            self._whole_package(module)
+        module.next.discard(name)
+        return module
 
     def _reference(self, module: str, reference: Reference) -> Target:
         attributes = tuple(filter(None, reference.attributes.split(".")))
@@ -419,37 +423,37 @@ class CodeReader:
             module, name = offered.target.__module__, offered.class_name
         return self.resolve(module, Spec(0, module, name), ())
 
-    def _data_of(self, found: _Module, facts: Facts) -> None:
-        data = self.sources.data_of(found.name)
+    def _data_of(self, module: _Module, facts: Facts) -> None:
+        data = self.sources.data_of(module.name)
         digest = self.sources.cache.content
         for text in facts.strings:
             files = data.named(text) if data.by_name else []
-            found.strings.append(
+            module.strings.append(
                 ",".join(f"{_below(path, text)}={digest(path)}" for path in files) or text
             )
-            found.add_data(files, data.folder)
+            module.add_data(files, data.folder)
         for suffix in facts.suffixes:
             files = data.by_suffix.get(suffix, [])
-            found.strings += sorted(f"{os.path.basename(path)}={digest(path)}" for path in files)
-            found.add_data(files, data.folder)
+            module.strings += sorted(f"{os.path.basename(path)}={digest(path)}" for path in files)
+            module.add_data(files, data.folder)
 
-    def _whole_package(self, found: _Module) -> None:
-        found.next |= set(self.sources.all_modules(found.name))
-        data = self.sources.data_of(found.name)
+    def _whole_package(self, module: _Module) -> None:
+        module.next |= set(self.sources.all_modules(module.name))
+        data = self.sources.data_of(module.name)
         files = [path for group in data.by_name.values() for path in group]
-        found.strings += sorted(
+        module.strings += sorted(
             f"{os.path.basename(p)}={self.sources.cache.content(p)}" for p in files
         )
-        found.add_data(files, data.folder)
+        module.add_data(files, data.folder)
 
-    def _follow(self, found: _Module, target: Target) -> None:
-        found.next |= set(target.through)
+    def _follow(self, module: _Module, target: Target) -> None:
+        module.next |= set(target.through)
         if target.kind == "module":
-            found.next.add(target.module)
+            module.next.add(target.module)
         elif target.kind == "library":
-            found.libraries.add(target.name.partition(".")[0])
-        elif target.kind == "unknown" and not self._is_core(found.name):
-            self._whole_package(found)
+            module.libraries.add(target.name.partition(".")[0])
+        elif target.kind == "unknown" and not self._is_core(module.name):
+            self._whole_package(module)
 
     # imports
 
@@ -465,49 +469,49 @@ class CodeReader:
 
     def resolve(self, module: str, spec: Spec, attributes: tuple[str, ...]) -> Target:
         """Return what an import of `module` leads to, with the attributes read from it."""
-        parts = [*filter(None, spec.module.split("."))]
+        path = [*filter(None, spec.module.split("."))]
         if spec.level:
-            here = module.split(".")
+            importer = module.split(".")
             located = self.sources.locate(module)
             drop = spec.level - (1 if located and located.is_package else 0)
-            parts = [*here[: len(here) - drop], *parts]
-        rest = [*filter(None, [spec.name if spec.name != "*" else ""]), *attributes]
-        if not parts:
-            return Target("outside", "", ".".join(rest))
-        if parts[0] == SECOND_SPELLING:
-            parts[0] = self.rules.core
-        whose = self.sources.top(parts[0])
-        if whose == "builtin":
-            return Target("outside", "", ".".join([*parts, *rest]))
-        if whose in ("library", "absent"):
-            return Target("library", "", ".".join([*parts, *rest]))
-        at, through = parts[0], self._on_the_way(parts[0])
-        for part in parts[1:]:
+            path = [*importer[: len(importer) - drop], *path]
+        attributes_left = [*filter(None, [spec.name if spec.name != "*" else ""]), *attributes]
+        if not path:
+            return Target("outside", "", ".".join(attributes_left))
+        if path[0] == SECOND_SPELLING:
+            path[0] = self.rules.core
+        owner = self.sources.top(path[0])
+        if owner == "builtin":
+            return Target("outside", "", ".".join([*path, *attributes_left]))
+        if owner in ("library", "absent"):
+            return Target("library", "", ".".join([*path, *attributes_left]))
+        at, through = path[0], self._on_the_way(path[0])
+        for part in path[1:]:
             at = f"{at}.{part}"
             if self.sources.locate(at) is None:
                 return Target("outside", "", at)  # of another platform or version: cannot run
             through += self._on_the_way(at)
-        if parts[1:] and through and through[-1] == at:
+        if path[1:] and through and through[-1] == at:
             through = through[:-1]
-        return self._descend(at, rest, tuple(through), 0)
+        return self._descend(at, attributes_left, tuple(through), 0)
 
-    def _descend(self, at: str, rest: list[str], through: tuple[str, ...], depth: int) -> Target:
+    def _descend(self, at: str, names: list[str], through: tuple[str, ...], depth: int) -> Target:
         """Follow names from a module to where they are defined, through what passes them on."""
         located = self.sources.locate(at)
         facts = self._facts(located)
-        if not rest or located is None or facts is None:
-            return self._at(at, rest, through)
-        name, more = rest[0], rest[1:]
+        if not names or located is None or facts is None:
+            return self._at(at, names, through)
+        name, more = names[0], names[1:]
         passed = facts.imported.get(name)
         if passed is None and name not in facts.defined and name in facts.lazy:
             passed = _lazy_spec(facts.lazy[name], name)
         if passed is not None and depth < 20:
             target = self.resolve(at, passed, tuple(more))
             if target.kind != "outside" or target.name:
-                own = () if facts.only_imports or located.is_package else self._run(at)
-                return target._replace(through=(*through, *own, *target.through))
+                executed = () if facts.only_imports or located.is_package else self._run(at)
+                return target._replace(through=(*through, *executed, *target.through))
         if name in facts.defined:
-            return self._at(at, rest, through)
+            return self._at(at, names, through)
         if located.is_package and self.sources.locate(f"{at}.{name}") is not None:
             below = f"{at}.{name}"
             return self._descend(below, more, (*through, *self._on_the_way(below)), depth + 1)
@@ -517,13 +521,13 @@ class CodeReader:
                 return target._replace(through=(*through, *target.through))
         if facts.has_getattr and self._is_followed(at):
             return Target("unknown", at, name, through)
-        return self._at(at, rest, through)
+        return self._at(at, names, through)
 
-    def _at(self, module: str, rest: list[str], through: tuple[str, ...]) -> Target:
+    def _at(self, module: str, names: list[str], through: tuple[str, ...]) -> Target:
         through = tuple(m for m in through if m != module)
         if self._is_followed(module):
-            return Target("module", module, ".".join(rest), through)
-        return Target("outside", "", ".".join(["core", *rest]), through)
+            return Target("module", module, ".".join(names), through)
+        return Target("outside", "", ".".join(["core", *names]), through)
 
     def _run(self, module: str) -> tuple[str, ...]:
         return (module,) if self._is_followed(module) else ()
@@ -574,10 +578,10 @@ class _Module:
 def _below(path: str, text: str) -> str:
     """Return a data file's name: empty where `text` names the file, else its path in the folder."""
     last = text.rpartition("/")[2]
-    parts = Path(path).parts
-    if parts[-1] == last:
+    names = Path(path).parts
+    if names[-1] == last:
         return ""
-    return "/".join(parts[len(parts) - parts[::-1].index(last) :])
+    return "/".join(names[len(names) - names[::-1].index(last) :])
 
 
 def _within(module: str, prefixes: tuple[str, ...]) -> bool:

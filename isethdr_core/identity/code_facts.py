@@ -131,9 +131,9 @@ def facts_of(source: bytes) -> Facts:
     return _NormalForm(tree).facts()
 
 
-def digest_of(data: bytes) -> str:
+def digest_of(content: bytes) -> str:
     """Return 16 hex digits that name bytes."""
-    return hashlib.blake2b(data, digest_size=8).hexdigest()
+    return hashlib.blake2b(content, digest_size=8).hexdigest()
 
 
 @dataclass
@@ -278,8 +278,8 @@ class _NormalForm:
         groups = {"/": args.posonlyargs, "": args.args, "*": args.kwonlyargs}
         for mark, group in groups.items():
             self._out.append(mark + ",".join(a.arg for a in group) + ";")
-        for mark, one in (("*", args.vararg), ("**", args.kwarg)):
-            self._out.append(f"{mark}{one.arg};" if one else "")
+        for mark, argument in (("*", args.vararg), ("**", args.kwarg)):
+            self._out.append(f"{mark}{argument.arg};" if argument else "")
         if annotated:
             every = [*args.posonlyargs, *args.args, *args.kwonlyargs, args.vararg, args.kwarg]
             self._write("annotations", of=[a.annotation for a in every if a and a.annotation])
@@ -318,8 +318,8 @@ class _NormalForm:
             self._constant(node.value)
         elif isinstance(node, ast.JoinedStr):
             self._joined(node)
-        elif isinstance(node, ast.Name | ast.Attribute) and (found := self._reference(node)):
-            self._out.append(f"§{found};")
+        elif isinstance(node, ast.Name | ast.Attribute) and (reference := self._reference(node)):
+            self._out.append(f"§{reference};")
         elif isinstance(node, ast.Name):
             self._out.append(f"'{node.id}'" + self._both(node.id))
         elif isinstance(node, ast.Lambda):
@@ -362,8 +362,8 @@ class _NormalForm:
                 return
             if PATH_LIKE.fullmatch(value):
                 self._out.append(f"¶{self._strings.setdefault(value, len(self._strings))};")
-                if value.startswith((".", "*")) and (found := SUFFIX.fullmatch(value)):
-                    self._suffixes.add(found[1])
+                if value.startswith((".", "*")) and (suffix := SUFFIX.fullmatch(value)):
+                    self._suffixes.add(suffix[1])
                 return
         self._out.append(f"{type(value).__name__} {value!r}")
 
@@ -372,8 +372,8 @@ class _NormalForm:
             self._out.append("text")
             return
         last = node.values[-1] if node.values else None
-        if isinstance(last, ast.Constant) and (found := SUFFIX.fullmatch(str(last.value))):
-            self._suffixes.add(found[1])
+        if isinstance(last, ast.Constant) and (suffix := SUFFIX.fullmatch(str(last.value))):
+            self._suffixes.add(suffix[1])
         self._generic(node)
 
     # names
@@ -385,8 +385,8 @@ class _NormalForm:
             node = node.value
         if not isinstance(node, ast.Name) or (spec := self._import_of(node.id)) is None:
             return ""
-        found = Reference(*spec, ".".join(attributes))
-        return str(self._references.setdefault(found, len(self._references)))
+        reference = Reference(*spec, ".".join(attributes))
+        return str(self._references.setdefault(reference, len(self._references)))
 
     def _import_of(self, name: str) -> Spec | None:
         """Return the import that binds a name where it is used; None where there is another."""
@@ -407,8 +407,8 @@ class _NormalForm:
             if name in scope.bound:
                 if name not in scope.imported:
                     return ""
-                found = Reference(*scope.imported[name], "")
-                return f"§{self._references.setdefault(found, len(self._references))};"
+                reference = Reference(*scope.imported[name], "")
+                return f"§{self._references.setdefault(reference, len(self._references))};"
         return ""
 
     def _look_for_import(self, call: ast.Call) -> None:
@@ -432,8 +432,8 @@ class _NormalForm:
         spec, dotted = self._imported_name(call.func), _dotted(call.func)
         if spec is None:
             return dotted
-        rest = dotted.partition(".")[2]
-        return ".".join(filter(None, [spec.module, spec.name, rest]))
+        attributes = dotted.partition(".")[2]
+        return ".".join(filter(None, [spec.module, spec.name, attributes]))
 
     def _named_imports(self) -> Iterator[Spec]:
         """Yield the modules that are imported by a call with their name in plain text."""
@@ -505,35 +505,35 @@ def _bindings(node: ast.Import | ast.ImportFrom) -> Iterator[tuple[str, Spec]]:
 
 def _import_statements(tree: ast.AST) -> list[ast.Import | ast.ImportFrom]:
     """Return all import statements but those that only type checkers read."""
-    found: list[ast.Import | ast.ImportFrom] = []
+    statements: list[ast.Import | ast.ImportFrom] = []
     waiting: list[ast.AST] = [tree]
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.Import | ast.ImportFrom):
-            found.append(node)
+            statements.append(node)
         elif isinstance(node, ast.If) and _for_type_checkers(node):
             waiting += node.orelse
         elif not isinstance(node, ast.expr):
             waiting += ast.iter_child_nodes(node)
-    return found
+    return statements
 
 
 def _imports(statements: Iterable[ast.Import | ast.ImportFrom]) -> list[Spec]:
-    found = []
+    specs = []
     for node in statements:
         if isinstance(node, ast.ImportFrom) and node.module != "__future__":
-            found += [Spec(node.level, node.module or "", alias.name) for alias in node.names]
+            specs += [Spec(node.level, node.module or "", alias.name) for alias in node.names]
         elif isinstance(node, ast.Import):
-            found += [Spec(0, alias.name, "") for alias in node.names]
-    return found
+            specs += [Spec(0, alias.name, "") for alias in node.names]
+    return specs
 
 
 def _everywhere(statements: Iterable[ast.Import | ast.ImportFrom]) -> dict[str, Spec]:
     """Return every name that any import of the file binds; of several the first in the file."""
-    found: dict[str, Spec] = {}
+    bindings: dict[str, Spec] = {}
     for node in sorted(statements, key=lambda s: s.lineno, reverse=True):
-        found |= dict(_bindings(node))
-    return found
+        bindings |= dict(_bindings(node))
+    return bindings
 
 
 def _for_type_checkers(node: ast.If) -> bool:
@@ -568,9 +568,9 @@ def _has_effect(node: ast.stmt) -> bool:
 
 def _lazy_table(tree: ast.Module) -> dict[str, str]:
     """Return {name: module} of the tables of plain text that a module's `__getattr__` may read."""
-    found: dict[str, str] = {}
+    table: dict[str, str] = {}
     if not any(isinstance(s, ast.FunctionDef) and s.name == "__getattr__" for s in tree.body):
-        return found
+        return table
     for statement in tree.body:
         value = getattr(statement, "value", None)
         if isinstance(value, ast.Dict):
@@ -581,18 +581,18 @@ def _lazy_table(tree: ast.Module) -> dict[str, str]:
                     and isinstance(key.value, str)
                     and isinstance(entry.value, str)
                 ):
-                    found[key.value] = entry.value
-    return found
+                    table[key.value] = entry.value
+    return table
 
 
 def _loggers(tree: ast.Module) -> set[str]:
     """Return `logging` and the names that `logging.getLogger` is assigned to at the top."""
-    found = {"logging"}
+    names = {"logging"}
     for node in tree.body:
         if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call):
             if _dotted(node.value.func).rpartition(".")[2] == "getLogger":
-                found |= {_dotted(t) for t in node.targets}
-    return found
+                names |= {_dotted(t) for t in node.targets}
+    return names
 
 
 def _outer_functions(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
@@ -647,8 +647,8 @@ def _text_variables(function: ast.AST, texts: set[int]) -> set[int]:
 
 def _dotted(node: ast.AST) -> str:
     """Return `a.b.c` of names and attributes; empty where there is more to it."""
-    parts: list[str] = []
+    names: list[str] = []
     while isinstance(node, ast.Attribute):
-        parts.insert(0, node.attr)
+        names.insert(0, node.attr)
         node = node.value
-    return ".".join([node.id, *parts]) if isinstance(node, ast.Name) else ""
+    return ".".join([node.id, *names]) if isinstance(node, ast.Name) else ""

@@ -149,18 +149,18 @@ def _default(added: Field[Any]) -> Any:
     return added.default_factory() if added.default_factory is not MISSING else added.default
 
 
-def _same(edition: Edition, name: str, before: str, values: Mapping[str, Any]) -> None:
+def _same(edition: Edition, name: str, digest_of_edition: str, values: Mapping[str, Any]) -> None:
     """Raise Different unless the code behind `name` makes what it made in the edition.
 
     Parameters
     ----------
-    before : digest in the edition. `values` : fields of the component, or settings of the run.
+    digest_of_edition : digest in the edition. `values` : fields of the component, or settings of the run.
     """
-    now = _digest_now(name)
-    if now == before:
+    digest_now = _digest_now(name)
+    if digest_now == digest_of_edition:
         return
     for entry in _table()["unchanged"]:
-        if (entry["of"], entry["from"], entry["to"]) == (name, before, now):
+        if (entry["of"], entry["from"], entry["to"]) == (name, digest_of_edition, digest_now):
             tested = entry["tested"]
             if all(value_class(v) in tested.get(key, ()) for key, v in values.items()):
                 return
@@ -205,20 +205,20 @@ def _settings(edition: Edition, config: dict[str, Any]) -> dict[str, Any]:
     Fields that components have got since are left out: `_described` has found them at their
     defaults. Other new keys are left out where they have the value that changes nothing.
     """
-    found = {}
+    settings = {}
     for key, value in config.items():
         if key in COMPONENTS:
-            found[key] = _component_node(edition, COMPONENTS[key], value)
+            settings[key] = _component_node(edition, COMPONENTS[key], value)
         elif key in TABLES:
             nodes = (value or {}).items()
-            found[key] = value and {
+            settings[key] = value and {
                 name: _component_node(edition, TABLES[key], node) for name, node in nodes
             }
         elif key in edition.settings:
-            found[key] = _known_keys(edition.settings[key], key, value)
+            settings[key] = _known_keys(edition.settings[key], key, value)
         elif not _changes_nothing(key, value):
             raise Different(key)
-    return found
+    return settings
 
 
 def _component_node(edition: Edition, kind: str, node: Any) -> Any:
@@ -231,13 +231,13 @@ def _component_node(edition: Edition, kind: str, node: Any) -> Any:
 def _known_keys(known: Any, path: str, value: Any) -> Any:
     if not (isinstance(known, dict) and isinstance(value, dict)):
         return value
-    found = {}
+    earlier = {}
     for key, inner in value.items():
         if key in known:
-            found[key] = _known_keys(known[key], f"{path}.{key}", inner)
+            earlier[key] = _known_keys(known[key], f"{path}.{key}", inner)
         elif not _changes_nothing(f"{path}.{key}", inner):
             raise Different(f"{path}.{key}")
-    return found
+    return earlier
 
 
 def _changes_nothing(path: str, value: Any) -> bool:
@@ -247,15 +247,15 @@ def _changes_nothing(path: str, value: Any) -> bool:
 
 def flat_settings(config: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of a run that choose what is done: those beside components and names."""
-    found: dict[str, Any] = {}
+    flat: dict[str, Any] = {}
     for key, value in config.items():
         if key in COMPONENTS or key in TABLES or key in FREE:
             continue
         if isinstance(value, dict):
-            found |= {f"{key}.{inner}": v for inner, v in value.items()}
+            flat |= {f"{key}.{inner}": v for inner, v in value.items()}
         else:
-            found[key] = value
-    return found
+            flat[key] = value
+    return flat
 
 
 def bytes_digest(package: str) -> str:

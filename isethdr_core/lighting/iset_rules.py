@@ -40,8 +40,8 @@ class IsetLighting:
         """Return mixed radiance, W m-2 sr-1 nm-1; `iset_weights` in its attributes are those before
         the median's scale.
         """
-        found = mix.group_names(radiance)
-        self.check_groups(found)
+        names = mix.group_names(radiance)
+        self.check_groups(names)
         maps = {g: mix.luminance_map(radiance, g) for g in GROUPS}
         draws = (
             self.draws
@@ -64,8 +64,8 @@ class IsetLighting:
             scale = self.low_light_cd_m2 / solver.percentile_of(
                 sum(weights[g] * maps[g] for g in GROUPS), 50.0
             )
-        used = {g: scale * weights.get(g, 0.0) for g in found}
-        return mix.mix(radiance, used, iset_weights=weights)
+        scaled = {g: scale * weights.get(g, 0.0) for g in names}
+        return mix.mix(radiance, scaled, iset_weights=weights)
 
     def check_groups(self, groups: Sequence[str]) -> None:
         """Raise ConfigError unless all four groups of ISET are there."""

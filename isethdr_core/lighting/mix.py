@@ -24,13 +24,13 @@ def group_names(ds) -> list[str]:
     no light.
     """
     quantities.check_scene_form(ds)
-    found = [str(g) for g in ds.light_group.values]
-    if len(set(found)) < len(found):
+    names = [str(g) for g in ds.light_group.values]
+    if len(set(names)) < len(names):
         raise UnitError(
-            f"scene radiance names a light group twice: {', '.join(found)}; expected one cube per"
+            f"scene radiance names a light group twice: {', '.join(names)}; expected one cube per"
             " name"
         )
-    return found
+    return names
 
 
 def all_weights(named, others: float, groups) -> dict[str, float]:
@@ -134,9 +134,9 @@ def _parts(weights, modulation) -> dict[Modulation, dict[str, float]]:
 def _sum(ds, weights: dict[str, float]) -> np.ndarray:
     """Return the (wavelength, y, x) float32 sum over `weights` of weight times radiance."""
     cube = ds["radiance"]
-    out = np.empty(cube.shape[1:], np.float32)
+    summed = np.empty(cube.shape[1:], np.float32)
     for bands in _blocks(cube.sizes["wavelength"]):
-        total = np.zeros(out[bands].shape, np.float64)
+        total = np.zeros(summed[bands].shape, np.float64)
         for group, weight in weights.items():
             total += weight * _read(ds, group, bands)
         if total.max(initial=0.0) > np.finfo(np.float32).max:
@@ -144,8 +144,8 @@ def _sum(ds, weights: dict[str, float]) -> np.ndarray:
                 f"mixed radiance reaches {total.max():g} W m-2 sr-1 nm-1, beyond float32; expected"
                 f" at most 3.4e38; lower the weights {weights}"
             )
-        out[bands] = total
-    return out
+        summed[bands] = total
+    return summed
 
 
 def luminance_map(ds, group: str) -> np.ndarray:
@@ -159,10 +159,12 @@ def luminance_map(ds, group: str) -> np.ndarray:
     # 1e-9: a tile centre never lies on the border, but coordinates stored in float32 move a little
     rows = np.abs(ds.y.values) < height / 2 * (1 + 1e-9)
     columns = np.abs(ds.x.values) < width / 2 * (1 + 1e-9)
-    out = np.zeros((rows.sum(), columns.sum()))
+    luminance = np.zeros((rows.sum(), columns.sum()))
     for bands in _blocks(ds.sizes["wavelength"]):
-        out += np.tensordot(weights[bands], _read(ds, group, bands)[:, rows][:, :, columns], axes=1)
-    return out
+        luminance += np.tensordot(
+            weights[bands], _read(ds, group, bands)[:, rows][:, :, columns], axes=1
+        )
+    return luminance
 
 
 def field_size(ds) -> tuple[float, float]:

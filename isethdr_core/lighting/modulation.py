@@ -72,12 +72,12 @@ def _one(group: str, entry: Any, seed: int) -> Modulation:
         raise ConfigError(
             f"{where}.phase is {phase!r}; expected periods, 0 <= low <= high <= 1; {example}"
         )
-    found = Modulation(
+    modulation = Modulation(
         *numbers, low + (high - low) * uniform(seed, f"phase/{group}") if high > low else low
     )
-    problem = wrong(found) or (
-        "frequency_hz is 0; expected above 0" if found.frequency_hz == 0 else ""
+    problem = wrong(modulation) or (
+        "frequency_hz is 0; expected above 0" if modulation.frequency_hz == 0 else ""
     )
     if problem:
         raise ConfigError(f"{where}: {problem}; {example}")
-    return found
+    return modulation

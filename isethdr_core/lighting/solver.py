@@ -38,8 +38,8 @@ def weight_for_mean(rest, ambient, mean: float) -> float:
     """Return w >= 0 so that mean(rest + w * ambient) = `mean`, or 0 where the rest alone exceeds
     it.
     """
-    own = ambient.mean()
-    return max(0.0, float((mean - rest.mean()) / own)) if own > 0 else 1.0
+    mean_ambient = ambient.mean()
+    return max(0.0, float((mean - rest.mean()) / mean_ambient)) if mean_ambient > 0 else 1.0
 
 
 def weight_for_percentile(rest, ambient, percentile: float, wanted: float) -> float:
@@ -93,9 +93,9 @@ def weight_for_dynamic_range(
     return min(tried, key=lambda pair: abs(_log_miss(pair[1], wanted)))[0]
 
 
-def _log_miss(found: float, wanted: float) -> float:
+def _log_miss(reached: float, wanted: float) -> float:
     """Return log(found / wanted), kept finite over black tiles, where the ratio is infinite."""
-    return float(np.log(min(found, 1e300) / wanted))
+    return float(np.log(min(reached, 1e300) / wanted))
 
 
 def _root(function, low: float, high: float) -> float:

@@ -42,15 +42,15 @@ def parse(targets: dict[str, Any]) -> tuple[Target, ...]:
     ------
     ConfigError : an unknown key, statistic or group to be relative to, or a value that cannot be.
     """
-    found = [_one(group, entry) for group, entry in targets.items() if entry is not None]
-    absolute = [t for t in found if not t.relative_to]
-    for target in found:
+    parsed = [_one(group, entry) for group, entry in targets.items() if entry is not None]
+    absolute = [t for t in parsed if not t.relative_to]
+    for target in parsed:
         if target.relative_to and target.relative_to not in [t.group for t in absolute]:
             raise ConfigError(
                 f"target of {target.group!r} is relative to {target.relative_to!r}, which has no"
                 " target in cd/m2" + did_you_mean(target.relative_to, [t.group for t in absolute])
             )
-    return (*absolute, *(t for t in found if t.relative_to))
+    return (*absolute, *(t for t in parsed if t.relative_to))
 
 
 def draw(targets: tuple[Target, ...], seed: int) -> dict[str, float]:
@@ -58,11 +58,13 @@ def draw(targets: tuple[Target, ...], seed: int) -> dict[str, float]:
 
     Each draw is keyed by (seed, group), so that adding a group never moves another.
     """
-    wanted: dict[str, float] = {}
+    luminance_cd_m2: dict[str, float] = {}
     for t in targets:
         value = t.low + (t.high - t.low) * uniform(seed, t.group)
-        wanted[t.group] = value * wanted[t.relative_to] if t.relative_to else value
-    return wanted
+        luminance_cd_m2[t.group] = (
+            value * luminance_cd_m2[t.relative_to] if t.relative_to else value
+        )
+    return luminance_cd_m2
 
 
 def uniform(seed: int, name: str) -> float:
@@ -92,8 +94,8 @@ def _one(group: str, entry: Any) -> Target:
             f"{where}.statistic is {statistic!r}{did_you_mean(statistic, STATISTICS)}"
         )
     relative_to = entry.get("relative_to") or ""
-    key, other = ("ratio", "cd_m2") if relative_to else ("cd_m2", "ratio")
-    if key not in entry or other in entry:
+    key, unused_key = ("ratio", "cd_m2") if relative_to else ("cd_m2", "ratio")
+    if key not in entry or unused_key in entry:
         raise ConfigError(
             f"{where} needs either cd_m2, or relative_to and ratio; type for example "
             f"'lighting.targets.{group}={{statistic: max, cd_m2: 30000}}'"

@@ -92,12 +92,12 @@ class TargetsLighting:
                 f"lighting.moves is {moves!r}; expected names of light groups; type"
                 " 'lighting.moves=[sky]'"
             )
-        held = [g for g in moves if self.targets.get(g) is not None]
-        if self._moving() and held:
+        with_target = [g for g in moves if self.targets.get(g) is not None]
+        if self._moving() and with_target:
             raise ConfigError(
-                f"group {held[0]!r} has a target of its own, and lighting.moves lets it move to"
+                f"group {with_target[0]!r} has a target of its own, and lighting.moves lets it move to"
                 " reach the picture's dynamic range or level; type"
-                f" ~lighting.targets.{held[0]} to let it move, or name other groups, for example"
+                f" ~lighting.targets.{with_target[0]} to let it move, or name other groups, for example"
                 " 'lighting.moves=[headlights,streetlights,other]'"
             )
 
@@ -176,10 +176,10 @@ class TargetsLighting:
             lambda group: mix.luminance_map(radiance, group)
         )  # read once, and only where a target asks
         self.check_groups(groups)
-        own = self._own(groups)
+        own_light = self._own(groups)
         weights = mix.all_weights(self.weights, self.others, groups)
         wanted = target.draw(target.parse(self.targets), self.seed)
-        at_one = {t.group: _statistic(radiance, t, map_of) for t in own}
+        at_one = {t.group: _statistic(radiance, t, map_of) for t in own_light}
         for group, value in at_one.items():
             # a group without light cannot be scaled to any: as built, and reported
             weights[group] = wanted[group] / value if value > 0 else 1.0
@@ -212,16 +212,18 @@ class TargetsLighting:
         whole = rest + weight * ambient
         picture = {}
         if self.dynamic_range:
-            found = solver.dynamic_range(whole, self.low_percentile, self.high_percentile)
-            picture["dynamic_range"] = {"wanted": self.dynamic_range, "reached": found}
+            reached = solver.dynamic_range(whole, self.low_percentile, self.high_percentile)
+            picture["dynamic_range"] = {"wanted": self.dynamic_range, "reached": reached}
         if level:
             name = "mean_cd_m2" if level[0] == "mean" else "median_cd_m2"
-            found = solver.statistic(whole, level[0], level[1])
-            if self.dynamic_range and found > 0:  # what may move is spent: all groups move together
-                scale = level[2] / found
+            reached = solver.statistic(whole, level[0], level[1])
+            if (
+                self.dynamic_range and reached > 0
+            ):  # what may move is spent: all groups move together
+                scale = level[2] / reached
                 weights = {g: scale * w for g, w in weights.items()}
-                found *= scale
-            picture[name] = {"wanted": level[2], "reached": found}
+                reached *= scale
+            picture[name] = {"wanted": level[2], "reached": reached}
         return weights, picture
 
 
@@ -258,13 +260,15 @@ def _report(targets) -> str:
     """
     missed, worst = [], 0.0
     for name, value in targets.items():
-        wanted, found = value["wanted"], value["reached"]
+        wanted, reached = value["wanted"], value["reached"]
         residual = (
-            abs(found / wanted - 1) if wanted and math.isfinite(found) else float(found != wanted)
+            abs(reached / wanted - 1)
+            if wanted and math.isfinite(reached)
+            else float(reached != wanted)
         )
         worst = max(worst, residual)
         if residual > REACHED:
-            text = f"{name}: wanted {wanted:.6g}, reached {found:.6g}"
+            text = f"{name}: wanted {wanted:.6g}, reached {reached:.6g}"
             missed.append(text)
             ledger.left_out(
                 f"target {text}",

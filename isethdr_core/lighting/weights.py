@@ -96,10 +96,10 @@ def without_dark_groups(demand: Demand, weights, others: float) -> Demand:
     if demand.groups is None and others != 0:
         return demand
     listed = tuple(weights) if demand.groups is None else demand.groups
-    kept = tuple(g for g in listed if weights.get(g, others) != 0)
-    if not kept:  # a scene of no group at all cannot be made; black then comes from the weights
+    lit = tuple(g for g in listed if weights.get(g, others) != 0)
+    if not lit:  # a scene of no group at all cannot be made; black then comes from the weights
         return demand
     for group in listed:
-        if group not in kept:
+        if group not in lit:
             ledger.left_out(f"group {group}", "weight 0", 0.0, "cd/m2", needless=True)
-    return demand.with_groups(kept)
+    return demand.with_groups(lit)

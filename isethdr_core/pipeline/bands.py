@@ -48,10 +48,10 @@ def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
 
     weight = xyz_weights(offered).max(0)
     inside = outer(np.isin(offered, sensed) | (weight > UNSEEN * weight.max()))
-    kept = offered[inside]
-    if len(kept) == len(offered):
+    needed = offered[inside]
+    if len(needed) == len(offered):
         return None
-    dropped = [w for w in offered if w not in kept]
+    dropped = [w for w in offered if w not in needed]
     ledger.left_out(
         f"{len(dropped)} of {len(offered)} bands, {dropped[0]:g} to {dropped[-1]:g} nm",
         "neither a sensor nor the reference picture responds to them",
@@ -60,7 +60,7 @@ def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
         key=BANDS,
         needless=True,
     )
-    return kept
+    return needed
 
 
 def of_demand(scene, demand: Demand):
@@ -82,22 +82,22 @@ def of_demand(scene, demand: Demand):
     return scene.sel(wavelength=list(bands))
 
 
-def outer(needed) -> slice:
+def outer(flags) -> slice:
     """Return the slice from the first to the last true entry, of two entries at least; everything
     where none is true.
     """
-    where = np.flatnonzero(needed)
-    if not len(where) or len(needed) < 2:
-        return slice(0, len(needed))
+    where = np.flatnonzero(flags)
+    if not len(where) or len(flags) < 2:
+        return slice(0, len(flags))
     first, last = int(where[0]), int(where[-1])
     return slice(first, last + 1) if first < last else slice(max(last - 1, 0), max(last - 1, 0) + 2)
 
 
 def sensed_nm(sensors, bands) -> tuple[float, ...]:
     """Return the bands out of `bands` that any of the sensors asks for."""
-    asked = Demand(wavelength_nm=tuple(map(float, bands)))
-    kept: set[float] = set()
+    all_bands = Demand(wavelength_nm=tuple(map(float, bands)))
+    needed_nm: set[float] = set()
     for sensor in sensors:
-        narrowed = sensor.narrow(asked) if isinstance(sensor, NarrowsDemand) else asked
-        kept |= set(narrowed.wavelength_nm or asked.wavelength_nm)
-    return tuple(sorted(kept))
+        narrowed = sensor.narrow(all_bands) if isinstance(sensor, NarrowsDemand) else all_bands
+        needed_nm |= set(narrowed.wavelength_nm or all_bands.wavelength_nm)
+    return tuple(sorted(needed_nm))

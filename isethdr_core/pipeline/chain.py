@@ -140,7 +140,7 @@ def chain(config) -> Chain:
             "choose another, for example type versions.night instead"
         )
     looked_at = switch(config, "report") or not leave_out
-    parts = Chain(
+    built = Chain(
         scene=build_from_config("scene", config.scene),
         renderer=budget.with_render_error(
             build_from_config("renderer", renderer) if renderer else None, allowed
@@ -158,11 +158,11 @@ def chain(config) -> Chain:
         unseen=() if looked_at else tuple(versions),
         allowed=allowed,
     )
-    check_fields(parts.scene, parts.lens, parts.cameras.values())
-    check_rendered(parts.scene, parts.renderer)
-    early_checks.check_shots(tuple(parts.cameras.values()), parts.isp)
-    early_checks.check_scene(parts.scene, parts.lighting, tuple(parts.versions.values()))
-    return spending.told(parts, lambda: relative_allowed(parts))
+    check_fields(built.scene, built.lens, built.cameras.values())
+    check_rendered(built.scene, built.renderer)
+    early_checks.check_shots(tuple(built.cameras.values()), built.isp)
+    early_checks.check_scene(built.scene, built.lighting, tuple(built.versions.values()))
+    return spending.told(built, lambda: relative_allowed(built))
 
 
 TABLES = {"sensor": "cameras", "lighting": "versions", "flare": "flare", "metric": "metric"}
@@ -195,7 +195,7 @@ def switch(config, name: str) -> bool:
     return value
 
 
-def plan(parts: Chain, rows: Ledger) -> Demand:
+def plan(chain: Chain, rows: Ledger) -> Demand:
     """Return what is needed of the scene, asked backwards from the scores; what that drops goes
     into `rows`.
 
@@ -208,51 +208,51 @@ def plan(parts: Chain, rows: Ledger) -> Demand:
         book.error(
             0.0, "1", "bound", "a plan computes nothing; each omission states a bound of its own"
         )
-        state_field(parts.scene, parts.lens)
-        if parts.leave_out:
-            demand = asked_backwards(parts)
+        state_field(chain.scene, chain.lens)
+        if chain.leave_out:
+            demand = asked_backwards(chain)
             sees = demand.response is not None
         else:
-            asked = asked_of_sensors(parts, Demand())
-            sees = asked.response is not None
+            sensed = asked_of_sensors(chain, Demand())
+            sees = sensed.response is not None
             demand = Demand(
                 labels=frozenset(LABELS),
-                error_allowed=asked.error_allowed,
-                stored_error_allowed=asked.stored_error_allowed,
+                error_allowed=sensed.error_allowed,
+                stored_error_allowed=sensed.stored_error_allowed,
             )
-        check_memory(parts, demand)
+        check_memory(chain, demand)
         if not sees:  # without noise of the sensors no noise of the light is small beside it
             return demand
-        imaged = partial(on_sensor, parts, demand=demand)
-        limit = CameraNoise(parts.lighting, parts.lens, parts.cameras, imaged, generator())
+        imaged = partial(on_sensor, chain, demand=demand)
+        limit = CameraNoise(chain.lighting, chain.lens, chain.cameras, imaged, generator())
         return replace(demand, noise_limit=limit)
 
 
-def check_memory(parts: Chain, demand: Demand) -> None:
+def check_memory(chain: Chain, demand: Demand) -> None:
     """Raise ConfigError where what `demand` asks for does not fit into the memory of this
     machine.
     """
     memory.check_run(
-        parts.renderer or parts.scene,
-        parts.scene,
-        parts.lens,
-        tuple(parts.flares.values()),
-        tuple(parts.cameras.values()),
-        frame_of(parts, demand),
+        chain.renderer or chain.scene,
+        chain.scene,
+        chain.lens,
+        tuple(chain.flares.values()),
+        tuple(chain.cameras.values()),
+        frame_of(chain, demand),
     )
 
 
-def frame_of(parts: Chain, demand: Demand) -> memory.Frame | None:
+def frame_of(chain: Chain, demand: Demand) -> memory.Frame | None:
     """Return the tiles and bands of the light that a run will make; None where nobody tells."""
-    source = parts.renderer or parts.scene
+    source = chain.renderer or chain.scene
     wavelength_nm = demand.wavelength_nm or bands.offered_nm(source)
     sensed = demand.response is not None
-    return memory.frame_of(source, parts.scene, wavelength_nm, demand.margin, sensed)
+    return memory.frame_of(source, chain.scene, wavelength_nm, demand.margin, sensed)
 
 
-def asked_backwards(parts: Chain) -> Demand:
+def asked_backwards(chain: Chain) -> Demand:
     """Return what the scores need of the scene; what nobody needs is stated in the ledger."""
-    if not parts.looked_at:
+    if not chain.looked_at:
         book.left_out(
             "display view of the scene",
             "no report is asked for, and only it shows it",
@@ -260,7 +260,7 @@ def asked_backwards(parts: Chain) -> Demand:
             "cd/m2",
             needless=True,
         )
-    for version in parts.unseen:
+    for version in chain.unseen:
         book.left_out(
             f"lighting {version}, and light groups that it alone needs",
             "no report is asked for, and only it shows them",
@@ -268,27 +268,27 @@ def asked_backwards(parts: Chain) -> Demand:
             "cd/m2",
             needless=True,
         )
-    offered = bands.offered_nm(parts.renderer or parts.scene)
+    offered = bands.offered_nm(chain.renderer or chain.scene)
     demand = Demand(wavelength_nm=offered)
-    for metric in parts.metrics.values():
+    for metric in chain.metrics.values():
         demand = narrowed(metric, demand)
-    state_labels(parts, demand)
-    demand = narrowed(parts.isp, demand)
-    demand = asked_of_sensors(parts, demand)
-    for flare in parts.flares.values():
+    state_labels(chain, demand)
+    demand = narrowed(chain.isp, demand)
+    demand = asked_of_sensors(chain, demand)
+    for flare in chain.flares.values():
         demand = narrowed(flare, demand)
-    demand = narrowed(parts.lens, demand)
-    outline = imaging_outline(parts, demand, offered)
+    demand = narrowed(chain.lens, demand)
+    outline = imaging_outline(chain, demand, offered)
     book.record_left_out(*outline.left_out)
-    needed = bands.for_sensors_and_truth(offered, demand.wavelength_nm)
-    lightings = parts.lighting, *parts.versions.values()
+    needed_nm = bands.for_sensors_and_truth(offered, demand.wavelength_nm)
+    lightings = chain.lighting, *chain.versions.values()
     demand = overscan.left_out_where_unseen(
-        replace(demand, wavelength_nm=needed), parts.renderer, outline, lightings
+        replace(demand, wavelength_nm=needed_nm), chain.renderer, outline, lightings
     )
     return union([narrowed(light, demand) for light in lightings])
 
 
-def imaging_outline(parts: Chain, demand: Demand, offered_nm) -> ImagingOutline:
+def imaging_outline(chain: Chain, demand: Demand, offered_nm) -> ImagingOutline:
     """Return what the plan of the lens will need of the light that `demand` asks for.
 
     Parameters
@@ -296,38 +296,38 @@ def imaging_outline(parts: Chain, demand: Demand, offered_nm) -> ImagingOutline:
     demand : of the sensors, narrowed by flares and lens.
     offered_nm : all bands of the light; None where they are not known beforehand.
     """
-    size = parts.scene.camera_field() if isinstance(parts.scene, KnowsItsField) else None
-    asked = LightBudget(demand.error_allowed, demand.window_m, demand.wavelength_nm)
-    flares = tuple(parts.flares.values())
-    return outlined(parts.lens, flares, FieldAhead(size, offered_nm), asked)
+    size = chain.scene.camera_field() if isinstance(chain.scene, KnowsItsField) else None
+    budgeted = LightBudget(demand.error_allowed, demand.window_m, demand.wavelength_nm)
+    flares = tuple(chain.flares.values())
+    return outlined(chain.lens, flares, FieldAhead(size, offered_nm), budgeted)
 
 
-def asked_of_sensors(parts: Chain, demand: Demand) -> Demand:
+def asked_of_sensors(chain: Chain, demand: Demand) -> Demand:
     """Return what the sensors need of `demand` together, and how right light has to be for them:
     also as it is stored, whatever is left out.
     """
     return budget.budgeted(
-        union([narrowed(sensor, demand) for sensor in parts.cameras.values()]),
-        parts.allowed,
-        parts.shares or budget.division(spending.of_chain(parts)),
+        union([narrowed(sensor, demand) for sensor in chain.cameras.values()]),
+        chain.allowed,
+        chain.shares or budget.division(spending.of_chain(chain)),
     )
 
 
-def relative_allowed(parts: Chain) -> float:
+def relative_allowed(chain: Chain) -> float:
     """Return the relative error allowed of all light after the radiance; 0: the exact way."""
-    asked = book.collected(
-        lambda: union([narrowed(sensor, Demand()) for sensor in parts.cameras.values()])
+    union_of_sensors = book.collected(
+        lambda: union([narrowed(sensor, Demand()) for sensor in chain.cameras.values()])
     )
-    response = asked.result.response
+    response = union_of_sensors.result.response
     if response is None:
         return 0.0
-    return replace(response, noise_fraction_allowed=parts.allowed.noise_fraction).error_allowed
+    return replace(response, noise_fraction_allowed=chain.allowed.noise_fraction).error_allowed
 
 
-def state_labels(parts: Chain, demand: Demand) -> None:
+def state_labels(chain: Chain, demand: Demand) -> None:
     """State which labels a renderer need not make."""
     unread = [label for label in LABELS if label not in demand.labels]
-    if parts.renderer is not None and unread:
+    if chain.renderer is not None and unread:
         book.left_out(
             f"labels {', '.join(unread)}", "no metric reads them", 0.0, "labels", needless=True
         )
@@ -340,8 +340,8 @@ def narrowed(component, demand: Demand) -> Demand:
 
 def union(demands: list[Demand]) -> Demand:
     """Return the smallest demand that covers all of `demands`."""
-    first, *rest = demands
-    for other in rest:
+    first, *others = demands
+    for other in others:
         first = replace(
             first,
             groups=(
@@ -406,59 +406,59 @@ def stage(rows: Ledger, kind: str, name: str, component, call, kept: Kept = NOT_
     return at_work.result
 
 
-def imaging_plan(parts: Chain, mixed, demand: Demand) -> ImagingPlan:
+def imaging_plan(chain: Chain, mixed, demand: Demand) -> ImagingPlan:
     """Return how the light on the sensor plane is made of mixed radiance: as the lens plans it,
     else with nothing left out.
     """
-    flares = tuple(parts.flares.values())
-    if not parts.leave_out:
-        return TrivialPlan(parts.lens, flares)
-    if not plans_imaging(parts.lens):
-        return TrivialPlan(parts.lens, flares, demand.response, demand.error_allowed)
-    sensed_nm = bands.sensed_nm(parts.cameras.values(), mixed.wavelength.values)
-    asked = LightBudget(demand.error_allowed, demand.window_m, sensed_nm)
-    return parts.lens.plan(flares, mixed, demand.response, asked)
+    flares = tuple(chain.flares.values())
+    if not chain.leave_out:
+        return TrivialPlan(chain.lens, flares)
+    if not plans_imaging(chain.lens):
+        return TrivialPlan(chain.lens, flares, demand.response, demand.error_allowed)
+    sensed_nm = bands.sensed_nm(chain.cameras.values(), mixed.wavelength.values)
+    budgeted = LightBudget(demand.error_allowed, demand.window_m, sensed_nm)
+    return chain.lens.plan(flares, mixed, demand.response, budgeted)
 
 
-def imaging(parts: Chain, mixed, demand: Demand) -> Imaging:
+def imaging(chain: Chain, mixed, demand: Demand) -> Imaging:
     """Return how the light on the sensor plane is made of mixed radiance: planned once, when its
     plan is first asked for.
     """
-    return Imaging(mixed, lambda: imaging_plan(parts, mixed, demand))
+    return Imaging(mixed, lambda: imaging_plan(chain, mixed, demand))
 
 
-def on_sensor(parts: Chain, mixed, demand: Demand):
+def on_sensor(chain: Chain, mixed, demand: Demand):
     """Return the light on the sensor plane, for whoever needs its plan no more."""
-    return imaging(parts, mixed, demand).light()
+    return imaging(chain, mixed, demand).light()
 
 
-def through_camera(parts: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
+def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
     """Return what the camera `name` makes of the light, and its scores against truth."""
-    sensor, light = parts.cameras[name], shot.light
-    camera = CameraShot(shot, sensor, parts.isp)
+    sensor, light = chain.cameras[name], shot.light
+    camera_shot = CameraShot(shot, sensor, chain.isp)
     captures = stage(
         rows,
         "sensor",
         name,
         sensor,
         lambda: sensor(light, shot.generator),
-        camera.kept_captures(),
+        camera_shot.kept_captures(),
     )
     picture = stage(
         rows,
         "isp",
         name,
-        parts.isp,
-        lambda: developed(parts.isp, captures),
-        camera.kept_picture(),
+        chain.isp,
+        lambda: developed(chain.isp, captures),
+        camera_shot.kept_picture(),
     )
     with book.stage(rows, f"truth {name}"):
         reference, labels = truth(shot.mixed, picture), labels_on(shot.scene, picture)
-    seen = Camera(captures, picture, reference, labels)
+    camera = Camera(captures, picture, reference, labels)
 
     def of_draw(draw: int) -> list[Score]:
-        metrics = parts.metrics.values()
-        return camera.values_of(draw, metrics, lambda m, other: m(other, reference, labels))
+        metrics = chain.metrics.values()
+        return camera_shot.values_of(draw, metrics, lambda m, other: m(other, reference, labels))
 
     def again(draw: int) -> list[Score]:
         """Return the scores of the same shot with other noise; its terms are those of the first
@@ -468,52 +468,52 @@ def through_camera(parts: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
             return book.collected(lambda: of_draw(draw)).result
 
     with shared(reference, labels, light, picture):
-        for key, metric in parts.metrics.items():
-            seen.scores_of[key] = stage(
+        for key, metric in chain.metrics.items():
+            camera.scores_of[key] = stage(
                 rows,
                 "metric",
                 f"{key} {name}",
                 metric,
                 lambda k=key, m=metric: scored(k, m(picture, reference, labels)),
-                camera.kept_scores(metric),
+                camera_shot.kept_scores(metric),
             )
-        seen.scores = [score for scores in seen.scores_of.values() for score in scores]
-        shots = [seen.scores]
-        if parts.draws > 1 and parts.metrics:
+        camera.scores = [score for scores in camera.scores_of.values() for score in scores]
+        shots = [camera.scores]
+        if chain.draws > 1 and chain.metrics:
             with book.stage(rows, f"draws {name}"):
-                others = (
-                    [again(k) for k in range(1, parts.draws)]
-                    if varies(parts, sensor)
-                    else shots * (parts.draws - 1)
+                more_shots = (
+                    [again(k) for k in range(1, chain.draws)]
+                    if varies(chain, sensor)
+                    else shots * (chain.draws - 1)
                 )
-                shots += others
-                state_spread(over_draws(shots), parts.draws)
-        renderer = renderer_errors(parts, rows, name, seen, camera)
-    seen.scores = over_draws(shots, renderer)
-    state_picture(parts, rows, name, seen, camera)
-    return seen
+                shots += more_shots
+                state_spread(over_draws(shots), chain.draws)
+        renderer = renderer_errors(chain, rows, name, camera, camera_shot)
+    camera.scores = over_draws(shots, renderer)
+    state_picture(chain, rows, name, camera, camera_shot)
+    return camera
 
 
 def renderer_errors(
-    parts: Chain, rows: Ledger, name: str, camera: Camera, results: CameraShot
+    chain: Chain, rows: Ledger, name: str, camera: Camera, camera_shot: CameraShot
 ) -> dict[ScoreKey, RendererError]:
     """Return the error that renderer noise leaves in each score, and add the row that says so.
 
     Parameters
     ----------
     camera : with the scores of its picture.
-    results : makes pictures of changed light.
+    camera_shot : makes pictures of changed light.
 
     Returns
     -------
     The error of each score; empty where the scene states no renderer noise and where scores have no
     interval.
     """
-    if not parts.metrics:
+    if not chain.metrics:
         return {}
     with book.stage(rows, f"scores {name}") as row:
-        if parts.draws > 1:
-            shot, metrics = results.shot, list(parts.metrics.values())
+        if chain.draws > 1:
+            shot, metrics = camera_shot.shot, list(chain.metrics.values())
             scored_shot = ScoredShot(
                 picture=camera.picture,
                 truth=camera.truth,
@@ -522,37 +522,37 @@ def renderer_errors(
                 light=shot.light,
                 mixed_radiance=shot.mixed,
                 scene=shot.scene,
-                expose=results.picture_of,
+                expose=camera_shot.picture_of,
             )
             scores = list(camera.scores_of.values())
-            each = shot.reuse.values(
-                [results.score_errors_name(metric) for metric in metrics],
-                lambda places: score_errors.of_each(
-                    scored_shot, [metrics[k] for k in places], [scores[k] for k in places]
+            errors_by_metric = shot.reuse.values(
+                [camera_shot.score_errors_name(metric) for metric in metrics],
+                lambda lacking: score_errors.of_each(
+                    scored_shot, [metrics[k] for k in lacking], [scores[k] for k in lacking]
                 ),
             )
-            found = score_errors.joined(each)
+            errors = score_errors.joined(errors_by_metric)
         else:
             why = "one shot does not tell how much the next one differs; draws=4 does"
-            found = score_errors.ScoreErrors(
+            errors = score_errors.ScoreErrors(
                 left_out=(book.LeftOut("intervals of scores", why, float("inf"), "1"),)
             )
-        book.record(*found.terms)
-        row.left_out += found.left_out
+        book.record(*errors.terms)
+        row.left_out += errors.left_out
     # a row without an error is not kept: its omissions move to the row before
     if not row.errors:
         rows.pop()
         rows[-1].left_out += row.left_out
-    return found.errors
+    return errors.errors
 
 
 def state_picture(
-    parts: Chain, rows: Ledger, name: str, camera: Camera, results: CameraShot
+    chain: Chain, rows: Ledger, name: str, camera: Camera, camera_shot: CameraShot
 ) -> None:
     """Add the row that says how wrong the picture is, in units of the sensor's noise, and what that
     took.
     """
-    shot = results.shot
+    shot = camera_shot.shot
     with book.stage(rows, f"picture {name}"):
         if lacking := propagation.missing(camera.captures):
             book.error(
@@ -562,36 +562,39 @@ def state_picture(
                 f"not known: the captures lack {', '.join(lacking)}",
             )
             return
-        looked_at = propagation.some_of(camera.captures) if parts.leave_out else camera.captures
-        own = [
+        sampled = propagation.some_of(camera.captures) if chain.leave_out else camera.captures
+        rows_of_camera = [
             row
             for row in rows
             if row.stage == f"sensor {name}" or not row.stage.startswith("sensor ")
         ]
-        noise = propagation.stated_noise(own)
-        exposure = propagation.Exposure(looked_at, shot.light, shot.mixed, shot.scene)
+        noise = propagation.stated_noise(rows_of_camera)
+        exposure = propagation.Exposure(sampled, shot.light, shot.mixed, shot.scene)
 
         def electrons() -> list[propagation.Electrons]:
             errors = shot.imaging.plan.light_errors
-            each = propagation.electrons(exposure, noise, errors)
-            return propagation.with_parts(each, looked_at, own)
+            shots = propagation.electrons(exposure, noise, errors)
+            return propagation.with_parts(shots, sampled, rows_of_camera)
 
-        known = results.electrons_name([noise, parts.leave_out])
-        shots = shot.reuse.value(known, electrons)
+        electrons_name = camera_shot.electrons_name([noise, chain.leave_out])
+        shots = shot.reuse.value(electrons_name, electrons)
         propagation.record_figures(
-            shots, own, parts.allowed.noise_fraction, propagation.seconds(rows, name, shot.scene)
+            shots,
+            rows_of_camera,
+            chain.allowed.noise_fraction,
+            propagation.seconds(rows, name, shot.scene),
         )
 
 
-def varies(parts: Chain, sensor) -> bool:
+def varies(chain: Chain, sensor) -> bool:
     """Return whether another draw of the noise makes another picture; a sensor without noise says
     so in its field `noise`.
     """
     noisy = not isinstance(sensor, DeclaresNoise) or sensor.noise
-    if not parts.leave_out or noisy:
+    if not chain.leave_out or noisy:
         return True
     book.left_out(
-        f"{parts.draws - 1} more noise realisations",
+        f"{chain.draws - 1} more noise realisations",
         "the sensor has none: they would be the same",
         0.0,
         "relative",

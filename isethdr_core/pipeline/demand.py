@@ -104,8 +104,8 @@ class Demand:
 
     def with_groups(self, groups: Iterable[str]) -> Demand:
         """Return the demand for no other light group than `groups`."""
-        kept = tuple(g for g in groups if self.groups is None or g in self.groups)
-        return replace(self, groups=kept)
+        remaining = tuple(g for g in groups if self.groups is None or g in self.groups)
+        return replace(self, groups=remaining)
 
     def with_labels(self, *labels: str) -> Demand:
         """Return the demand that also asks for `labels`."""

@@ -75,7 +75,7 @@ def _tells_of_its_own_light(lens: Any, method: str) -> bool:
     classes = type(lens).__mro__
 
     def defined(name: str) -> int:
-        return next((k for k, one in enumerate(classes) if name in vars(one)), len(classes))
+        return next((k for k, base in enumerate(classes) if name in vars(base)), len(classes))
 
     makes_light = ("__call__", "photocurrent", "spread_errors")
     return defined(method) <= min(map(defined, makes_light))

@@ -106,10 +106,12 @@ def check_fits(needs: Sequence[Need]) -> None:
     if total <= most:
         return
     worst = max(needs, key=lambda need: need.size_bytes)
-    beside = f" and {total - worst.size_bytes:.3g} bytes beside them" if len(needs) > 1 else ""
+    other_arrays = (
+        f" and {total - worst.size_bytes:.3g} bytes beside them" if len(needs) > 1 else ""
+    )
     raise ConfigError(
         f"{worst.what} would take {worst.size_bytes:.3g} bytes ({worst.size_bytes / 2**30:.3g}"
-        f" GiB){beside}; expected at most the {most:.3g} bytes ({most / 2**30:.3g} GiB) of this"
+        f" GiB){other_arrays}; expected at most the {most:.3g} bytes ({most / 2**30:.3g} GiB) of this"
         f" machine; {worst.advice}"
     )
 
@@ -138,14 +140,14 @@ def _light_needs(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: F
     bands = len(frame.wavelength_nm)
     tiles = f"{frame.rows} x {frame.columns} tiles"
     cubes = _cube_bytes(frame)
-    held = _held_bytes(lens, flares, frame)
-    exceeds = cubes + sum(held.values()) > machine_bytes()
+    lens_bytes = _held_bytes(lens, flares, frame)
+    exceeds = cubes + sum(lens_bytes.values()) > machine_bytes()
     advice = _smaller(source, lens, flares, frame) if exceeds else ""
     return [
         Need(f"the light of {tiles} in {bands} bands", cubes, advice),
         *(
-            Need(f"{what} of {bands} bands over {tiles}", size, advice)
-            for what, size in held.items()
+            Need(f"{array} of {bands} bands over {tiles}", size, advice)
+            for array, size in lens_bytes.items()
         ),
     ]
 
@@ -185,8 +187,8 @@ def _smaller(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: Frame
             columns=columns,
             pitch=(frame.pitch[0] / scale, frame.pitch[1] / scale),
         )
-        held = _held_bytes(lens, flares, smaller)
-        if _cube_bytes(smaller) + sum(held.values()) <= most:
+        lens_bytes = _held_bytes(lens, flares, smaller)
+        if _cube_bytes(smaller) + sum(lens_bytes.values()) <= most:
             break
     rows, columns = (math.floor(n * scale) for n in nominal)
     return (

@@ -72,9 +72,11 @@ class CameraNoise:
             limits.append(limit_of(captures, light, mixed))
             exposures.append(_exposures(captures))
             for change in (1 + CHANGED, 1 / (1 + CHANGED)):
-                other = light.copy(data=light.values * light.dtype.type(change))
-                again = _exposures(sensor(other.assign_attrs(light.attrs), self.generator))
-                steady &= bool(np.allclose(again, exposures[-1]))
+                changed = light.copy(data=light.values * light.dtype.type(change))
+                changed_exposures = _exposures(
+                    sensor(changed.assign_attrs(light.attrs), self.generator)
+                )
+                steady &= bool(np.allclose(changed_exposures, exposures[-1]))
         rows, columns = mixed.shape[-2:]
         xyz = np.min(limits, axis=0) if limits else np.full((3, rows, columns), np.inf)
         known = np.concatenate(exposures) if exposures else np.zeros(0)
@@ -129,18 +131,20 @@ def limit_of(captures: xr.Dataset, light: xr.DataArray, mixed: xr.DataArray) -> 
         light.attrs, light.x.values[None, :] / f_m, light.y.values[:, None] / f_m
     )
     xyz = on_light(levels(mixed, xyz_weights(wavelength_nm)), mixed, light)
-    out = np.full(xyz.shape, np.inf)
+    limits = np.full(xyz.shape, np.inf)
     for k in range(captures.sizes["capture"]):
-        one = captures.isel(capture=k)
-        counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
-        scale = float(one["exposure_s"]) * float(one["area_m2"])
+        capture = captures.isel(capture=k)
+        counting = capture["quantum_efficiency"].values * photons_per_energy(
+            captures.wavelength.values
+        )
+        scale = float(capture["exposure_s"]) * float(capture["area_m2"])
         constant = (
-            float(one["read_noise_e"]) ** 2
-            + float(one["quantisation_e"]) ** 2 / 12
-            + float(one["dark_e"])
+            float(capture["read_noise_e"]) ** 2
+            + float(capture["quantisation_e"]) ** 2 / 12
+            + float(capture["dark_e"])
         )
         planes = [scale * propagation.light_plane(row, captures, light) for row in counting]
-        end_e = _end(one, planes, light)
+        end_e = _end(capture, planes, light)
         for row, total in zip(counting, planes):
             image = scale * gain * on_light(propagation.band_sum(row, mixed.values), mixed, light)
             nearest = nearest_xyz(row, wavelength_nm)
@@ -148,11 +152,11 @@ def limit_of(captures: xr.Dataset, light: xr.DataArray, mixed: xr.DataArray) -> 
             noise = np.sqrt(np.maximum(total, _around(total)) + constant)
             per_electron = _around(xyz[nearest]) / np.maximum(_around(image), np.finfo(float).tiny)
             limit = np.where((total < end_e) & (image > 0), noise * per_electron, np.inf)
-            out[nearest] = np.minimum(out[nearest], limit)
+            limits[nearest] = np.minimum(limits[nearest], limit)
     # a pixel larger than a tile is the mean of several tiles
     side = captures.attrs["pitch_um"] * 1e-6
     tiles = side**2 / (tile_pitch(light, "x") * tile_pitch(light, "y"))
-    return _at_tiles(out * np.sqrt(max(tiles, 1.0)), light, mixed)
+    return _at_tiles(limits * np.sqrt(max(tiles, 1.0)), light, mixed)
 
 
 def _around(values: np.ndarray) -> np.ndarray:
@@ -161,28 +165,30 @@ def _around(values: np.ndarray) -> np.ndarray:
     """
     equal = np.full(2 * REACH + 1, 1 / (2 * REACH + 1))
     rows = correlate1d(values, equal, axis=0, mode="nearest")
-    out: np.ndarray = correlate1d(rows, equal, axis=1, mode="nearest")
-    return out
+    mean: np.ndarray = correlate1d(rows, equal, axis=1, mode="nearest")
+    return mean
 
 
-def _end(one: xr.Dataset, planes: list[np.ndarray], light: xr.DataArray) -> float:
+def _end(capture: xr.Dataset, planes: list[np.ndarray], light: xr.DataArray) -> float:
     """Return the electrons at which a capture stops measuring light; infinite where it never does.
 
     Parameters
     ----------
     planes : electrons (y, x) of each channel on the grid of `light`.
     """
-    saturated = one["saturated"].values
+    saturated = capture["saturated"].values
     if not saturated.any():
         return np.inf
     row, column = np.nonzero(saturated)
     at = [
-        np.clip(np.round((one[d].values[k] - light[d].values[0]) / tile_pitch(light, d)), 0, n - 1)
+        np.clip(
+            np.round((capture[d].values[k] - light[d].values[0]) / tile_pitch(light, d)), 0, n - 1
+        )
         for d, k, n in (("y", row, light.sizes["y"]), ("x", column, light.sizes["x"]))
     ]
-    channel = one["filter"].values[row, column].astype(int)
-    found = np.stack(planes)[channel, at[0].astype(int), at[1].astype(int)]
-    return float(np.quantile(found, SATURATED))
+    channel = capture["filter"].values[row, column].astype(int)
+    electrons = np.stack(planes)[channel, at[0].astype(int), at[1].astype(int)]
+    return float(np.quantile(electrons, SATURATED))
 
 
 def _at_tiles(values: np.ndarray, light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
@@ -191,16 +197,16 @@ def _at_tiles(values: np.ndarray, light: xr.DataArray, mixed: xr.DataArray) -> n
     """
     lens, f_m = camera_geometry.map_of(light), light.attrs["focal_length_mm"] * 1e-3
     x, y = lens.forward(mixed.x.values[None, :], mixed.y.values[:, None])
-    places = [
+    indices = [
         np.round((np.broadcast_to(p, mixed.shape[-2:]) * f_m - light[d].values[0]) / pitch)
         for d, p, pitch in (("y", y, tile_pitch(light, "y")), ("x", x, tile_pitch(light, "x")))
     ]
-    there = np.ones(mixed.shape[-2:], bool)
-    for place, d in zip(places, ("y", "x")):
-        there &= (place >= 0) & (place < light.sizes[d])
+    inside_grid = np.ones(mixed.shape[-2:], bool)
+    for index, d in zip(indices, ("y", "x")):
+        inside_grid &= (index >= 0) & (index < light.sizes[d])
     for d, name in (("y", "field_height"), ("x", "field_width")):
         centre, side = mixed[d].values, mixed.attrs.get(name) or np.inf
         inside = np.abs(centre) < side / 2
-        there &= inside[:, None] if d == "y" else inside[None, :]
-    row, column = (np.where(there, place, 0).astype(int) for place in places)
-    return np.where(there, values[:, row, column], np.inf)
+        inside_grid &= inside[:, None] if d == "y" else inside[None, :]
+    row, column = (np.where(inside_grid, index, 0).astype(int) for index in indices)
+    return np.where(inside_grid, values[:, row, column], np.inf)

@@ -26,85 +26,89 @@ IMAGING = "imaging_s"  # attribute of a run: what its lens expected
 IN_BANDS = ("renderer", "lighting", "lens")  # stages that look at every band
 
 
-def expected_s(parts, config: dict, missing, frame: Frame | None = None) -> dict[str, float]:
+def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict[str, float]:
     """Return {stage: seconds} of those stages that a stored run had, or that a lens estimates.
 
     Parameters
     ----------
-    parts : the chain. `config` : as plain data, what it was built from.
+    chain : the chain. `config` : as plain data, what it was built from.
     missing : the demand for what has to be rendered; None where all radiance is stored, or known
         without a renderer.
     frame : of the light that the run will make; None where it is not known.
     """
-    found: dict[str, tuple[float, float]] = {}  # stage: (distance in size, seconds)
+    nearest: dict[str, tuple[float, float]] = {}  # stage: (distance in size, seconds)
     runs = _newest("runs")
     for attributes in runs:
-        if attributes["config"].get("leave_out", True) == parts.leave_out:
+        if attributes["config"].get("leave_out", True) == chain.leave_out:
             for row in attributes["ledger"]:
                 kind = row["stage"].split()[0]
-                if kind not in RENDERING or (kind == "scene" and parts.renderer is None):
-                    _nearer(found, row, size(config, kind) / size(attributes["config"], kind))
+                if kind not in RENDERING or (kind == "scene" and chain.renderer is None):
+                    _nearer(nearest, row, size(config, kind) / size(attributes["config"], kind))
     for attributes in _newest("scenes") if missing is not None else ():
-        if same_class(attributes["scene"], parts.scene):
+        if same_class(attributes["scene"], chain.scene):
             for row in attributes["ledger"]:
                 kind = row["stage"].split()[0]
                 if kind in RENDERING:
                     _nearer(
-                        found,
+                        nearest,
                         row,
-                        _rendering(parts.renderer, config["renderer"], missing, attributes)
+                        _rendering(chain.renderer, config["renderer"], missing, attributes)
                         if kind == "renderer"
                         else 1.0,
                     )
-    own = imaging_s(parts, frame)
-    if own is not None:
+    imaging = imaging_s(chain, frame)
+    if imaging is not None:
         stage = f"lens {config['lens']['name']}"
-        found[stage] = 0.0, own * _correction(runs, stage, own)
+        nearest[stage] = 0.0, imaging * _correction(runs, stage, imaging)
     return {
         stage: seconds
-        for stage, (_, seconds) in found.items()
-        if stage in stages(parts, config, missing)
+        for stage, (_, seconds) in nearest.items()
+        if stage in stages(chain, config, missing)
     }
 
 
-def imaging_s(parts, frame: Frame | None) -> float | None:
+def imaging_s(chain, frame: Frame | None) -> float | None:
     """Return the seconds that the lens expects to need for a frame; None if it has no estimate."""
     if frame is None or not (
-        plans_imaging(parts.lens) and isinstance(parts.lens, EstimatesImaging)
+        plans_imaging(chain.lens) and isinstance(chain.lens, EstimatesImaging)
     ):
         return None
-    return parts.lens.expected_s(frame, tuple(parts.flares.values()))
+    return chain.lens.expected_s(frame, tuple(chain.flares.values()))
 
 
-def _correction(runs, stage: str, own: float) -> float:
+def _correction(runs, stage: str, expected: float) -> float:
     """Return what the stored run nearest in its lens's estimate took over that estimate; 1 without
     any.
     """
-    found: dict[str, tuple[float, float]] = {}
+    nearest: dict[str, tuple[float, float]] = {}
     for attributes in runs:
-        then = attributes.get(IMAGING)
+        stored_estimate = attributes.get(IMAGING)
         for row in attributes["ledger"]:
-            if then and row["stage"] == stage and not row.get("reused"):
-                _nearer(found, {**row, "seconds": row["seconds"] / own}, own / then)
-    return found.get(stage, (0.0, 1.0))[1]
+            if stored_estimate and row["stage"] == stage and not row.get("reused"):
+                _nearer(
+                    nearest,
+                    {**row, "seconds": row["seconds"] / expected},
+                    expected / stored_estimate,
+                )
+    return nearest.get(stage, (0.0, 1.0))[1]
 
 
-def stages(parts, config: dict, missing) -> list[str]:
+def stages(chain, config: dict, missing) -> list[str]:
     """Return the names of the stages that a run will have, in their order."""
     rendered = (
         [f"scene {config['scene']['name']}"]
-        if missing is not None or parts.renderer is None
+        if missing is not None or chain.renderer is None
         else []
     )
     rendered += [f"renderer {config['renderer']['name']}"] if missing is not None else []
-    light = ["lighting " + name for name in (config["lighting"]["name"], *parts.versions)] + [
+    light = ["lighting " + name for name in (config["lighting"]["name"], *chain.versions)] + [
         f"lens {config['lens']['name']}"
     ]
     cameras = [
-        [f"sensor {c}", f"isp {c}", f"truth {c}", *(f"metric {m} {c}" for m in parts.metrics)]
-        + [f"draws {c}"] * bool(parts.draws > 1 and parts.metrics)
+        [f"sensor {c}", f"isp {c}", f"truth {c}", *(f"metric {m} {c}" for m in chain.metrics)]
+        + [f"draws {c}"] * bool(chain.draws > 1 and chain.metrics)
         + [f"picture {c}"]
-        for c in parts.cameras
+        for c in chain.cameras
     ]
     return ["plan", *rendered, *light, *(stage for camera in cameras for stage in camera)]
 
@@ -133,25 +137,27 @@ def _positive(value: Any) -> bool:
     return isinstance(value, (int, float)) and 0 < value < math.inf
 
 
-def _rendering(renderer, now: dict, missing, attributes) -> float:
+def _rendering(renderer, settings: dict, missing, attributes) -> float:
     """Return the work of rendering what is `missing` over that of a stored scene: tiles x bands x
     paths of all light groups.
     """
-    bands = (len(missing.wavelength_nm or ()) or _bands(now)) / len(attributes["wavelength_nm"])
-    wanted = missing.groups or attributes["all_groups"]
-    then = {
+    bands = (len(missing.wavelength_nm or ()) or _bands(settings)) / len(
+        attributes["wavelength_nm"]
+    )
+    groups = missing.groups or attributes["all_groups"]
+    stored_paths = {
         group: end - first for group, (first, end) in attributes.get("path_span", {}).items()
     } or dict.fromkeys(attributes["groups"], 1)
-    again = {
+    expected_paths = {
         group: _expected_paths(renderer, paths, attributes.get("noise", {}).get(group))
-        for group, paths in then.items()
+        for group, paths in stored_paths.items()
     }
-    typical = sum(again.values()) / len(again)  # of a group that this store lacks
+    typical = sum(expected_paths.values()) / len(expected_paths)  # of a group that this store lacks
     return (
-        sum(again.get(g, typical) for g in wanted)
-        / sum(then.values())
+        sum(expected_paths.get(g, typical) for g in groups)
+        / sum(stored_paths.values())
         * bands
-        * _tiles(now)
+        * _tiles(settings)
         / _tiles(attributes["renderer"])
     )
 
@@ -163,10 +169,10 @@ def _expected_paths(renderer, paths: int, noise: float | None) -> float:
     return paths
 
 
-def _nearer(found, row, ratio: float) -> None:
+def _nearer(nearest, row, ratio: float) -> None:
     distance = abs(math.log(ratio))
-    if row["stage"] not in found or distance < found[row["stage"]][0]:
-        found[row["stage"]] = distance, ratio * row["seconds"]
+    if row["stage"] not in nearest or distance < nearest[row["stage"]][0]:
+        nearest[row["stage"]] = distance, ratio * row["seconds"]
 
 
 def _newest(kind: str) -> list[dict]:

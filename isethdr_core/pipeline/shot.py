@@ -43,8 +43,8 @@ class Shot:
 
     def realisation(self, draw: int) -> Generator:
         """Return the key of the noise of one realisation; the first is 0."""
-        own = self.generator
-        return own.child(f"{own.scene} draw {draw}") if draw else own
+        key = self.generator
+        return key.child(f"{key.scene} draw {draw}") if draw else key
 
 
 def developed(isp: Any, captures: Any) -> Any:
@@ -122,13 +122,13 @@ class CameraShot:
         """Return where the scores of the first realisation are kept."""
         return Kept(self.shot.reuse, self._scores_name(metric))
 
-    def values_of(self, draw: int, metrics: Any, asked: Callable[[Any, Any], list[Score]]) -> list:
+    def values_of(self, draw: int, metrics: Any, scored: Callable[[Any, Any], list[Score]]) -> list:
         """Return the scores of all metrics in one further realisation; only their values count.
 
         Parameters
         ----------
         draw : number of the realisation, from 1.
-        metrics : of the run. `asked` : function(metric, picture) -> scores of that picture.
+        metrics : of the run. `scored` : function(metric, picture) -> scores of that picture.
         """
         reuse, shot = self.shot.reuse, self.shot
 
@@ -141,11 +141,11 @@ class CameraShot:
             make = lambda: developed(self.isp, reuse.value(name, captures))
             return reuse.value(self._picture_name(draw), make)
 
-        found: list[Score] = []
+        scores: list[Score] = []
         for metric in metrics:
             name = self._scores_name(metric, draw)
-            found += reuse.value(name, lambda m=metric: asked(m, picture()))
-        return found
+            scores += reuse.value(name, lambda m=metric: scored(m, picture()))
+        return scores
 
     def picture_of(self, light: Any) -> Any:
         """Return the picture of other light on the same grid, with the noise of the first

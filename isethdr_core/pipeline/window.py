@@ -45,10 +45,10 @@ def within(centres: npt.NDArray[Any], side: float) -> slice:
     about 0 sees; two at least.
     """
     pitch = (centres[-1] - centres[0]) / max(len(centres) - 1, 1)
-    seen = np.flatnonzero(np.abs(centres) - pitch / 2 < side / 2 - SLIVER * pitch)
-    if len(seen) < 2:  # a tile's size is known from its neighbour
-        seen = np.sort(np.argsort(np.abs(centres), kind="stable")[:2])
-    return slice(int(seen[0]), int(seen[-1]) + 1)
+    inside = np.flatnonzero(np.abs(centres) - pitch / 2 < side / 2 - SLIVER * pitch)
+    if len(inside) < 2:  # a tile's size is known from its neighbour
+        inside = np.sort(np.argsort(np.abs(centres), kind="stable")[:2])
+    return slice(int(inside[0]), int(inside[-1]) + 1)
 
 
 def cut(mixed: xr.DataArray, inside: dict[str, slice]) -> xr.DataArray:

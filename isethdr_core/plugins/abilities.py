@@ -47,16 +47,16 @@ def check(kind: str, name: str, cls: type) -> None:
     PluginError : a required method is missing, a method has the wrong parameters, or a public name
         is nearly that of an ability. The message holds the right name and parameters.
     """
-    who = f"{kind}/{name}"
+    subject = f"{kind}/{name}"
     for protocol in protocols.required_of(kind):
-        _check_required(who, kind, protocol, cls)
+        _check_required(subject, kind, protocol, cls)
     for protocol in protocols.abilities_of(kind):
-        _check_offered(who, protocol, cls)
+        _check_offered(subject, protocol, cls)
     if offers(cls, "accuracy_knobs"):
-        check_knobs(who, kind, _raw(cls, "accuracy_knobs"), _defaults(cls))
+        check_knobs(subject, kind, _raw(cls, "accuracy_knobs"), _defaults(cls))
     if offers(cls, "error_shares"):
-        check_shares(who, kind, _raw(cls, "error_shares"))
-    _check_spelling(who, kind, cls)
+        check_shares(subject, kind, _raw(cls, "error_shares"))
+    _check_spelling(subject, kind, cls)
 
 
 @cache
@@ -93,15 +93,15 @@ def written(name: str, protocol: type) -> str:
     return f"{name}{methods(protocol)[name]}".replace("'", "")
 
 
-def _check_required(who: str, kind: str, protocol: type, cls: type) -> None:
+def _check_required(subject: str, kind: str, protocol: type, cls: type) -> None:
     """Check the methods of a kind. Only a missing call is refused: no run needs the others."""
     for name in methods(protocol):
         called = _called_as(kind, protocol, cls) if name == CALL else protocol
         if offers(cls, name):
-            _check_method(who, called, name, cls)
+            _check_method(subject, called, name, cls)
         elif name == CALL:
             raise PluginError(
-                f"{who}: {cls.__qualname__} cannot be called; expected the method "
+                f"{subject}: {cls.__qualname__} cannot be called; expected the method "
                 f"{written(name, called)} ({called.__name__})"
             )
 
@@ -109,56 +109,56 @@ def _check_required(who: str, kind: str, protocol: type, cls: type) -> None:
 def _called_as(kind: str, protocol: type, cls: type) -> type:
     """Return the Protocol of a class's call: an ability that changes the call, or its kind."""
     for ability in protocols.abilities_of(kind):
-        own = [name for name in methods(ability) if name != CALL]
-        if CALL in methods(ability) and all(offers(cls, name) for name in own):
+        other_methods = [name for name in methods(ability) if name != CALL]
+        if CALL in methods(ability) and all(offers(cls, name) for name in other_methods):
             return ability
     return protocol
 
 
-def _check_offered(who: str, protocol: type, cls: type) -> None:
+def _check_offered(subject: str, protocol: type, cls: type) -> None:
     for name in methods(protocol):
         if name != CALL and offers(cls, name):
-            _check_method(who, protocol, name, cls)
+            _check_method(subject, protocol, name, cls)
     if protocol is protocols.NamesItsEffort and offers(cls, "effort_fields"):
-        _check_effort(who, cls)
+        _check_effort(subject, cls)
 
 
-def _check_effort(who: str, cls: type) -> None:
+def _check_effort(subject: str, cls: type) -> None:
     fields = _fields(cls)
     for name in _raw(cls, "effort_fields") or ():
         if name not in fields:
             raise PluginError(
-                f"{who}: effort_fields names {name!r}, which is no field"
+                f"{subject}: effort_fields names {name!r}, which is no field"
                 f"{did_you_mean(name, fields)}"
             )
 
 
-def _check_method(who: str, protocol: type, name: str, cls: type) -> None:
+def _check_method(subject: str, protocol: type, name: str, cls: type) -> None:
     raw = _raw(cls, name)
     if name in _fields(cls):
-        other = "a field"
+        found_kind = "a field"
     elif isinstance(raw, property | cached_property):
-        other = "a property"
+        found_kind = "a property"
     else:
-        other = "" if _callable(raw) else f"{raw!r}"
-    if other:
+        found_kind = "" if _callable(raw) else f"{raw!r}"
+    if found_kind:
         raise PluginError(
-            f"{who}: {name!r} is {other}; expected the method {written(name, protocol)} "
+            f"{subject}: {name!r} is {found_kind}; expected the method {written(name, protocol)} "
             f"({protocol.__name__})"
         )
     if problem := _problem(raw, protocol, name):
         raise PluginError(
-            f"{who}: method {name}{_own_signature(raw)} cannot be called as "
+            f"{subject}: method {name}{_own_signature(raw)} cannot be called as "
             f"{written(name, protocol)} ({protocol.__name__}): {problem}"
         )
 
 
-def _check_spelling(who: str, kind: str, cls: type) -> None:
+def _check_spelling(subject: str, kind: str, cls: type) -> None:
     words = _vocabulary(kind)
     for name in _public(cls):
         if name not in words.any_kind:
             known = words.callables if _callable(_raw(cls, name)) else words.constants
-            _refuse_near(who, name, cls, known)
+            _refuse_near(subject, name, cls, known)
 
 
 @cache
@@ -171,7 +171,7 @@ def _vocabulary(kind: str) -> Vocabulary:
     )
 
 
-def _refuse_near(who: str, name: str, cls: type, known: dict[str, type]) -> None:
+def _refuse_near(subject: str, name: str, cls: type, known: dict[str, type]) -> None:
     """Refuse a public name that is nearly one of `known` {name: Protocol}.
 
     The name may stay where the class offers the right one, too, and where it is a method that the
@@ -184,12 +184,12 @@ def _refuse_near(who: str, name: str, cls: type, known: dict[str, type]) -> None
     if near in methods(protocol):
         if _problem(raw, protocol, near):
             return
-        right, what = written(near, protocol), "method"
+        right, member = written(near, protocol), "method"
     else:
-        right, what = near, "class attribute"
+        right, member = near, "class attribute"
     raise PluginError(
-        f"{who}: unknown {what} {name!r}; did you mean {right} ({protocol.__name__})? "
-        f"A {what} of your own needs a name that begins with an underscore"
+        f"{subject}: unknown {member} {name!r}; did you mean {right} ({protocol.__name__})? "
+        f"A {member} of your own needs a name that begins with an underscore"
     )
 
 
@@ -270,13 +270,13 @@ def _calls(protocol: type, name: str) -> tuple[Arguments, ...]:
     """Return the ways of a call: all arguments or the required ones, by position or by name."""
     every = tuple(methods(protocol)[name].parameters.values())
     required = tuple(p for p in every if p.default is p.empty)
-    ways = []
+    calls = []
     for some in (every, required):
         plain = [p.name for p in some if p.kind is p.POSITIONAL_OR_KEYWORD]
         first = sum(p.kind is p.POSITIONAL_ONLY for p in some)
         named = tuple(p.name for p in some if p.kind is p.KEYWORD_ONLY)
-        ways += [Arguments(first + len(plain), named), Arguments(first, (*plain, *named))]
-    return tuple(dict.fromkeys(ways))
+        calls += [Arguments(first + len(plain), named), Arguments(first, (*plain, *named))]
+    return tuple(dict.fromkeys(calls))
 
 
 def _without_self(signature: inspect.Signature) -> inspect.Signature:

@@ -99,17 +99,17 @@ class AccuracyKnob:
         """Return the value of the reference."""
         return self.tried()[-1] if self.reference is None else self.reference
 
-    def relative_cost(self, value: Any, other: Any) -> float:
+    def relative_cost(self, value: Any, reference: Any) -> float:
         """Return the cost of a value over that of another, by the declared model.
 
         NaN where that is not known: without a model, and for a `Cost` without a power, which is
         known but for a constant.
         """
-        if self.cost is None or value is None or other is None:
+        if self.cost is None or value is None or reference is None:
             return math.nan
         if isinstance(self.cost, Cost):
-            return float((value / other) ** -self.cost.power) if self.cost.power else math.nan
-        whole = float(self.cost(other))
+            return float((value / reference) ** -self.cost.power) if self.cost.power else math.nan
+        whole = float(self.cost(reference))
         return float(self.cost(value)) / whole if whole > 0 else math.nan
 
 
@@ -146,64 +146,64 @@ def _declared(declared: Any) -> tuple[Any, ...]:
     return tuple(declared or ())  # None: withdrawn by a subclass
 
 
-def check_knobs(who: str, kind: str, declared: object, defaults: Mapping[str, Any]) -> None:
+def check_knobs(subject: str, kind: str, declared: object, defaults: Mapping[str, Any]) -> None:
     """Refuse knobs that no study and no budget could use.
 
     Parameters
     ----------
-    who, kind : of the component. `defaults` : {field: its default}.
+    subject, kind : of the component. `defaults` : {field: its default}.
 
     Raises
     ------
     PluginError : an element is no `AccuracyKnob`, names no field, has fewer than two values, or is
         budgeted where no budget could set it.
     """
-    for knob in _sequence(who, "accuracy_knobs", declared):
+    for knob in _sequence(subject, "accuracy_knobs", declared):
         if not isinstance(knob, AccuracyKnob):
             raise PluginError(
-                f"{who}: accuracy_knobs holds {knob!r}; expected"
+                f"{subject}: accuracy_knobs holds {knob!r}; expected"
                 " isethdr_core.AccuracyKnob(field, values, error_of)"
             )
         for name in (knob.field, *knob.independent):
             if name not in defaults:
                 raise PluginError(
-                    f"{who}: accuracy_knobs names {name!r}, which is no field;"
+                    f"{subject}: accuracy_knobs names {name!r}, which is no field;"
                     f" expected one of: {', '.join(defaults)}"
                 )
-        _check_knob(f"{who}: the knob {knob.field!r}", kind, knob, defaults)
+        _check_knob(f"{subject}: the knob {knob.field!r}", kind, knob, defaults)
 
 
-def _check_knob(which: str, kind: str, knob: AccuracyKnob, defaults: Mapping[str, Any]) -> None:
+def _check_knob(subject: str, kind: str, knob: AccuracyKnob, defaults: Mapping[str, Any]) -> None:
     if len(knob.tried()) < LEAST_VALUES:
         raise PluginError(
-            f"{which} has the values {knob.tried()!r}; expected at least {LEAST_VALUES}, from the"
+            f"{subject} has the values {knob.tried()!r}; expected at least {LEAST_VALUES}, from the"
             " cheapest to the finest"
         )
     if knob.error_of not in tuple(Quantity):
         raise PluginError(
-            f"{which} is an error of {knob.error_of!r}; expected one of"
+            f"{subject} is an error of {knob.error_of!r}; expected one of"
             f" {', '.join(q.value for q in Quantity)}"
         )
     if not knob.budgeted:
         return
     if kind not in BUDGETED_KINDS or knob.error_of not in LIGHT:
         raise PluginError(
-            f"{which} is budgeted; expected an error of {', '.join(q.value for q in LIGHT)} of a"
+            f"{subject} is budgeted; expected an error of {', '.join(q.value for q in LIGHT)} of a"
             f" {', '.join(BUDGETED_KINDS)}: the budget ends at the electrons"
         )
     if defaults[knob.field] is not None:
         raise PluginError(
-            f"{which} is budgeted and its default is {defaults[knob.field]!r}; expected None, so"
+            f"{subject} is budgeted and its default is {defaults[knob.field]!r}; expected None, so"
             " that a value that a user sets can be told from none"
         )
     if not isinstance(knob.cost, Cost) or not (knob.cost.seconds > 0 and knob.cost.power >= 0):
         raise PluginError(
-            f"{which} is budgeted and costs {knob.cost!r}; expected Cost(seconds, power) with"
+            f"{subject} is budgeted and costs {knob.cost!r}; expected Cost(seconds, power) with"
             " seconds above 0 and a power of 0 or more: a smaller error takes longer"
         )
 
 
-def check_shares(who: str, kind: str, declared: object) -> None:
+def check_shares(subject: str, kind: str, declared: object) -> None:
     """Refuse shares that the budget could not divide.
 
     Raises
@@ -211,29 +211,29 @@ def check_shares(who: str, kind: str, declared: object) -> None:
     PluginError : the component is no lens, an element is no `ErrorShare`, or its cost or what it
         reserves is out of range.
     """
-    shares = _sequence(who, "error_shares", declared)
+    shares = _sequence(subject, "error_shares", declared)
     if kind != "lens" and shares:
         raise PluginError(
-            f"{who}: error_shares is for lenses, which are told the error allowed when they are"
+            f"{subject}: error_shares is for lenses, which are told the error allowed when they are"
             " called; expected an AccuracyKnob with budgeted=True"
         )
     for share in shares:
         if not isinstance(share, ErrorShare):
             raise PluginError(
-                f"{who}: error_shares holds {share!r}; expected isethdr_core.ErrorShare(name, cost)"
+                f"{subject}: error_shares holds {share!r}; expected isethdr_core.ErrorShare(name, cost)"
             )
         bought = share.cost is not None and share.cost.seconds > 0 and share.cost.power >= 0
-        taken = share.cost is None and 0 < share.reserved < 1
-        if not (bought or taken):
+        reserves = share.cost is None and 0 < share.reserved < 1
+        if not (bought or reserves):
             raise PluginError(
-                f"{who}: {share!r}; expected Cost(seconds, power) with seconds above 0 and a power"
+                f"{subject}: {share!r}; expected Cost(seconds, power) with seconds above 0 and a power"
                 " of 0 or more, or no cost and a reserved share between 0 and 1"
             )
 
 
-def _sequence(who: str, name: str, declared: object) -> tuple[Any, ...]:
+def _sequence(subject: str, name: str, declared: object) -> tuple[Any, ...]:
     if declared is None:
         return ()
     if isinstance(declared, str | bytes) or not isinstance(declared, Iterable):
-        raise PluginError(f"{who}: {name} is {declared!r}; expected a tuple")
+        raise PluginError(f"{subject}: {name} is {declared!r}; expected a tuple")
     return tuple(declared)

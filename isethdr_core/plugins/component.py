@@ -41,8 +41,8 @@ class Component:
         if not isinstance(self.target, str):
             return self.target
         module, _, name = self.target.partition(":")
-        found: type = getattr(import_module(module), name)
-        return found
+        loaded: type = getattr(import_module(module), name)
+        return loaded
 
     @property
     def class_name(self) -> str:

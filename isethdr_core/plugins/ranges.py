@@ -96,12 +96,12 @@ def field_types(cls: type) -> dict[str, Any]:
     return {f.name: hints[f.name] for f in dataclasses.fields(cls) if f.init}
 
 
-def converted(who: str, cls: type, values: Mapping[str, Any], to_type: str) -> dict[str, Any]:
+def converted(subject: str, cls: type, values: Mapping[str, Any], to_type: str) -> dict[str, Any]:
     """Return values for fields of `cls`, converted to their types.
 
     Parameters
     ----------
-    who : names the component in messages.
+    subject : names the component in messages.
     to_type : what stands before a field's name on the command line, e.g. `lens.`.
 
     Raises
@@ -111,10 +111,10 @@ def converted(who: str, cls: type, values: Mapping[str, Any], to_type: str) -> d
     from pydantic import ValidationError
 
     try:
-        found: dict[str, Any] = _adapter(cls).validate_python(dict(values))
+        values_by_field: dict[str, Any] = _adapter(cls).validate_python(dict(values))
     except ValidationError as err:
-        raise ConfigError(f"{who}: {_complaint(cls, values, err, to_type)}") from None
-    return found
+        raise ConfigError(f"{subject}: {_complaint(cls, values, err, to_type)}") from None
+    return values_by_field
 
 
 def check_ranges(component: Any) -> None:
@@ -211,8 +211,8 @@ def on_command_line(value: Any) -> str:
 
 def range_text(annotation: Any) -> str:
     """Return the declared ranges inside a type as text, empty where there are none."""
-    if found := declared(annotation):
-        return str(found)
+    if declared_range := declared(annotation):
+        return str(declared_range)
     parts = [range_text(part) for part in get_args(annotation)]
     if get_origin(annotation) is dict and any(parts):
         return f"{parts[0] or 'any'}: {parts[1] or 'any'}"

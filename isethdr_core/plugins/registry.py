@@ -50,10 +50,10 @@ def plugin_manager() -> pluggy.PluginManager:
     """Load every installed plugin once; one that fails is reported in one loud line and skipped."""
     pm = pluggy.PluginManager(hookspecs.PROJECT)
     pm.add_hookspecs(hookspecs)
-    wanted = os.environ.get("ISETHDR_PLUGINS", "all")
+    enabled = os.environ.get("ISETHDR_PLUGINS", "all")
     entries = metadata.entry_points(group=hookspecs.PROJECT)
     for entry in sorted(entries, key=lambda e: (e.name, package_of(e))):
-        if wanted != "all" and entry.name not in wanted.split(","):
+        if enabled != "all" and entry.name not in enabled.split(","):
             continue
         # two packages may call their entry point the same; pluggy knows a plugin by one name only
         name = f"{entry.name} of {package_of(entry)}" if pm.has_plugin(entry.name) else entry.name
@@ -91,7 +91,7 @@ def components() -> dict[tuple[str, str], Component]:
     PluginError : two plugins offer the same kind and name; both packages are named.
     """
     pm = plugin_manager()
-    found: dict[tuple[str, str], Component] = {}
+    by_name: dict[tuple[str, str], Component] = {}
     for impl in pm.hook.isethdr_components.get_hookimpls():
         try:
             returned: Any = impl.function()
@@ -113,14 +113,14 @@ def components() -> dict[tuple[str, str], Component]:
             continue
         for comp in offered:
             key = (comp.kind, comp.name)
-            if key in found:
+            if key in by_name:
                 raise PluginError(
-                    f"two plugins offer {comp.kind}/{comp.name}: {package_of_component(found[key])}"
+                    f"two plugins offer {comp.kind}/{comp.name}: {package_of_component(by_name[key])}"
                     f" and {package_of_component(comp)}; rename one, or leave one out with"
                     " ISETHDR_PLUGINS"
                 )
-            found[key] = comp
-    return found
+            by_name[key] = comp
+    return by_name
 
 
 def build(kind: str, name: str, /, **fields: Any) -> Any:
@@ -141,12 +141,12 @@ def build(kind: str, name: str, /, **fields: Any) -> Any:
     for key in fields:
         if key not in allowed:
             raise ConfigError(f"{kind} {name!r} has no field {key!r}{did_you_mean(key, allowed)}")
-    who = f"{kind} {name!r}"
-    values = converted(who, cls, fields, on_command_line_before(kind))
+    subject = f"{kind} {name!r}"
+    values = converted(subject, cls, fields, on_command_line_before(kind))
     try:
         return cls(**values)
     except (ValueError, TypeError, ArithmeticError) as err:  # a plain check in __post_init__
-        raise ConfigError(f"{who}: {err}") from err
+        raise ConfigError(f"{subject}: {err}") from err
 
 
 @cache
@@ -179,10 +179,10 @@ def build_from_config(kind: str, config: Mapping[str, Any] | DictConfig) -> Any:
     from omegaconf import OmegaConf
 
     if OmegaConf.is_config(config):
-        found = OmegaConf.to_container(config, resolve=True)
+        node = OmegaConf.to_container(config, resolve=True)
     else:
-        found = config
-    params = {str(key): value for key, value in found.items()} if isinstance(found, Mapping) else {}
+        node = config
+    params = {str(key): value for key, value in node.items()} if isinstance(node, Mapping) else {}
     if "name" not in params:
         raise ConfigError(f"a {kind} in the config has no name; choose one: {kind}=<name>")
     return build(kind, params.pop("name"), **params)
@@ -243,15 +243,15 @@ def _is_frozen(cls: type) -> bool:
     return bool(dataclass_type.__dataclass_params__.frozen)
 
 
-def _refuse_newer(asked: object) -> None:
+def _refuse_newer(version: object) -> None:
     """Refuse a plugin that was written for a newer core: what it relies on may not be there."""
-    if isinstance(asked, bool) or not isinstance(asked, int) or asked < 1:
+    if isinstance(version, bool) or not isinstance(version, int) or version < 1:
         raise PluginError(
-            f"{API_ASKED} is {asked!r}; expected a whole number from 1 to {PLUGIN_API}"
+            f"{API_ASKED} is {version!r}; expected a whole number from 1 to {PLUGIN_API}"
         )
-    if asked > PLUGIN_API:
+    if version > PLUGIN_API:
         raise PluginError(
-            f"it needs plugin API {asked}, this isethdr has {PLUGIN_API}; "
+            f"it needs plugin API {version}, this isethdr has {PLUGIN_API}; "
             "install a newer isethdr, or an older version of the plugin"
         )
 

@@ -96,20 +96,24 @@ def _acquired(folder: Path, name: str, tell, rhythm: Rhythm) -> tuple[_Claim, bo
     waited = False
     watch = _Watch(rhythm)
     while True:
-        before = _claims(folder, name)
-        if before and not watch.is_dead(before[-1]):
+        earlier_claims = _claims(folder, name)
+        if earlier_claims and not watch.is_dead(earlier_claims[-1]):
             if watch.is_new():
-                tell(f"waiting for {name}: {_described(before[-1])} computes it")
+                tell(f"waiting for {name}: {_described(earlier_claims[-1])} computes it")
             waited = True
             time.sleep(rhythm.look_s)
             continue
-        number = _number(before[-1]) + 1 if before else 0
+        number = _number(earlier_claims[-1]) + 1 if earlier_claims else 0
         claim = _created(folder / f".{name}.claim-{number}", rhythm)
         if claim is None:  # another process was faster
             continue
-        after = _claims(folder, name)
+        later_claims = _claims(folder, name)
         # where the dead claim has gone meanwhile, another process took it over and has finished
-        if after and after[-1] == claim.path and (not before or before[-1] in after):
+        if (
+            later_claims
+            and later_claims[-1] == claim.path
+            and (not earlier_claims or earlier_claims[-1] in later_claims)
+        ):
             return claim, waited
         claim.release()
         time.sleep(rhythm.look_s * random.random())
@@ -130,11 +134,11 @@ class _Watch:
             with open(
                 path, "rb"
             ) as file:  # opened, because a network file system then asks the server
-                found = os.fstat(file.fileno())
+                status = os.fstat(file.fileno())
                 owner = _owner(file.read())
         except FileNotFoundError:
             return False
-        state = (str(path), found.st_ino, found.st_mtime_ns, owner.get("process"))
+        state = (str(path), status.st_ino, status.st_mtime_ns, owner.get("process"))
         if state != self.state:
             self.state, self.since_s = state, time.monotonic()
         return _gone(owner) or time.monotonic() - self.since_s > self.rhythm.dead_after_s

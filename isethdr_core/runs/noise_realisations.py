@@ -32,12 +32,12 @@ def over_draws(
     """
     renderer = renderer or {}
     tables = [{key_of(score): score.value for score in scores} for scores in draws]
-    out = []
+    means = []
     for score in draws[0]:
         key = key_of(score)
         values = [table.get(key, math.nan) for table in tables]
-        out.append(_mean(score, values, renderer.get(key)))
-    return out
+        means.append(_mean(score, values, renderer.get(key)))
+    return means
 
 
 def _mean(score: Score, values: list[float], renderer: RendererError | None) -> Score:

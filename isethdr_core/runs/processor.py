@@ -25,11 +25,11 @@ CPUINFO = ("vendor_id", "cpu family", "model", "model name", "CPU implementer", 
 
 def kernels(*components: object) -> dict[str, str]:
     """Return the processor family, and what each library picked for it, by the library's name."""
-    found = _of_process() | _linear_algebra()
+    names = _of_process() | _linear_algebra()
     for component in components:
         if isinstance(component, ChoosesKernels):
-            found |= component.kernels()
-    return found
+            names |= component.kernels()
+    return names
 
 
 @cache

@@ -70,18 +70,18 @@ def have_source(*components: object) -> bool:
 
 def libraries(*components: object, frame: bool = False) -> dict[str, str]:
     """Return the version of each library that the code of components imports, by distribution."""
-    found: dict[str, str] = {}
+    versions: dict[str, str] = {}
     for code in _codes(components, frame).values():
-        found |= code.libraries
-    return dict(sorted(found.items()))
+        versions |= code.libraries
+    return dict(sorted(versions.items()))
 
 
 def _codes(components: tuple[object, ...], frame: bool) -> dict[str, Code]:
-    found = {identity(c): code_of(c) for c in components if c is not None}
+    codes = {identity(c): code_of(c) for c in components if c is not None}
     if frame:
-        found[CORE] = frame_code()
+        codes[CORE] = frame_code()
     keep()
-    return dict(sorted(found.items()))
+    return dict(sorted(codes.items()))
 
 
 def versions() -> dict[str, str]:
@@ -91,13 +91,13 @@ def versions() -> dict[str, str]:
 
 @cache
 def _versions() -> dict[str, str]:
-    found = {}
+    versions = {}
     for name in LIBRARIES:
         try:
-            found[name] = metadata.version(name)
+            versions[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
             continue
-    return found
+    return versions
 
 
 def input_digests(*components) -> dict[str, str]:
@@ -105,10 +105,10 @@ def input_digests(*components) -> dict[str, str]:
 
     A file that is not there is left to the component, which says what it expected.
     """
-    found = {}
+    digests = {}
     for component in components:
         named = component.input_files() if isinstance(component, ReadsFiles) else ()
         for path in filter(os.path.isfile, named):
             with open(path, "rb") as file:
-                found[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()[:16]
-    return found
+                digests[str(path)] = hashlib.file_digest(file, "sha256").hexdigest()[:16]
+    return digests

@@ -40,23 +40,23 @@ ROUNDING = "store rounding"  # key of the rounding of stored radiance
 NOISE = "accumulated noise"  # key of the noise of several renderings together; part: light group
 
 
-def recipe_hash(parts: Chain) -> str:
+def recipe_hash(chain: Chain) -> str:
     """Return the name of the radiance that the scene and the renderer describe together.
 
     An earlier name of the same radiance is returned where only that one is stored.
     """
     name = store.content_hash(
         {
-            "scene": described(parts.scene),
-            "renderer": described(parts.renderer, without=effort(parts)),
-            "code": fingerprint(parts.scene, parts.renderer),
-            "versions": libraries(parts.scene, parts.renderer),
+            "scene": described(chain.scene),
+            "renderer": described(chain.renderer, without=effort(chain)),
+            "code": fingerprint(chain.scene, chain.renderer),
+            "versions": libraries(chain.scene, chain.renderer),
         }
     )
     folder = store.home() / "scenes"
     if _is_stored(folder, name):
         return name
-    earlier = radiance_names(parts.scene, parts.renderer, effort(parts))
+    earlier = radiance_names(chain.scene, chain.renderer, effort(chain))
     return next((n for n in earlier if _is_stored(folder, n)), name)
 
 
@@ -64,57 +64,57 @@ def _is_stored(folder: Path, recipe: str) -> bool:
     return any(folder.glob(f"{recipe}-*.zarr"))
 
 
-def effort(parts: Chain) -> tuple[str, ...]:
+def effort(chain: Chain) -> tuple[str, ...]:
     """Return the renderer's fields that buy accuracy only."""
-    renderer = parts.renderer
+    renderer = chain.renderer
     return tuple(renderer.effort_fields) if isinstance(renderer, NamesItsEffort) else ()
 
 
-def scene_radiance(parts: Chain, demand: Demand, rows: Ledger, config):
+def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config):
     """Return (scene radiance, store ids): read where it is stored, rendered and stored where it is
     not.
 
     A scene that knows its radiance (a chart, a file) needs no renderer and is not stored.
     """
-    if parts.renderer is None:
+    if chain.renderer is None:
         return (
             of_demand(
                 _known(
-                    parts,
-                    stage(rows, "scene", config.scene.name, parts.scene, lambda: made(parts.scene)),
+                    chain,
+                    stage(rows, "scene", config.scene.name, chain.scene, lambda: made(chain.scene)),
                 ),
                 demand,
             ),
             [],
         )
-    recipe, spent, folder = recipe_hash(parts), effort_spent(parts), store.home() / "scenes"
-    held, missing = held_and_missing(parts, demand)
-    before = [s["id"] for s in held]
+    recipe, effort, folder = recipe_hash(chain), effort_spent(chain), store.home() / "scenes"
+    serving, missing = held_and_missing(chain, demand)
+    earlier_ids = [s["id"] for s in serving]
     if missing:
         description = stage(
-            rows, "scene", config.scene.name, parts.scene, lambda: made(parts.scene)
+            rows, "scene", config.scene.name, chain.scene, lambda: made(chain.scene)
         )
         if not isinstance(description, SceneDescription):
-            return _known(parts, description), []
+            return _known(chain, description), []
         # before the rendering, which takes longest
-        check_lightings(description.light_groups(), parts.lighting, tuple(parts.versions.values()))
+        check_lightings(description.light_groups(), chain.lighting, tuple(chain.versions.values()))
         with _rendering_alone(folder, recipe):
-            held, missing = held_and_missing(parts, demand)  # another process may have stored it
-            before = [s["id"] for s in held]
+            serving, missing = held_and_missing(chain, demand)  # another process may have stored it
+            earlier_ids = [s["id"] for s in serving]
             for path in folder.glob(f"{recipe}-*.zarr"):
                 store.read_attrs(
                     path
                 )  # a damaged one is named now, not when the new one cannot take its place
             if missing:
-                so_far = known_of(parts, held, missing, description.light_groups())
-                held.append(
+                so_far = known_of(chain, serving, missing, description.light_groups())
+                serving.append(
                     _render(
-                        parts, description, missing, so_far, rows, config, folder, recipe, spent
+                        chain, description, missing, so_far, rows, config, folder, recipe, effort
                     )
                 )
-    return stage(rows, "radiance", "", None, lambda: opened(folder, held, demand, rows, before)), [
-        s["id"] for s in held
-    ]
+    return stage(
+        rows, "radiance", "", None, lambda: opened(folder, serving, demand, rows, earlier_ids)
+    ), [s["id"] for s in serving]
 
 
 @contextmanager
@@ -134,54 +134,54 @@ def _rendering_alone(folder: Path, recipe: str) -> Iterator[None]:
         yield
 
 
-def effort_spent(parts: Chain) -> dict:
+def effort_spent(chain: Chain) -> dict:
     """Return the values of the renderer's fields that buy accuracy only."""
-    return {f: getattr(parts.renderer, f) for f in effort(parts)}
+    return {f: getattr(chain.renderer, f) for f in effort(chain)}
 
 
-def held_and_missing(parts: Chain, demand: Demand) -> tuple[list[dict], Demand | None]:
+def held_and_missing(chain: Chain, demand: Demand) -> tuple[list[dict], Demand | None]:
     """Return the attributes of the stores that serve `demand`, and the demand for what none of them
     holds, None where that is nothing.
     """
-    if parts.renderer is None:
+    if chain.renderer is None:
         return [], None
-    found = [
+    candidates = [
         s
-        for s in stored(store.home() / "scenes", recipe_hash(parts))
-        if serves(s, demand, {} if goes_on(parts) else effort_spent(parts))
+        for s in stored(store.home() / "scenes", recipe_hash(chain))
+        if serves(s, demand, {} if goes_on(chain) else effort_spent(chain))
     ]
     wide = demand.margin or any(
-        s.get("margin", True) for s in found
+        s.get("margin", True) for s in candidates
     )  # all of one grid: what has a margin serves whoever needs none
-    held = [s for s in found if s.get("margin", True) == wide]
-    wanted = replace(demand, margin=wide)
-    return held, what_is_missing(held, wanted, goes_on(parts), limit_share(parts, demand))
+    serving = [s for s in candidates if s.get("margin", True) == wide]
+    on_grid = replace(demand, margin=wide)
+    return serving, what_is_missing(serving, on_grid, goes_on(chain), limit_share(chain, demand))
 
 
-def goes_on(parts: Chain):
+def goes_on(chain: Chain):
     """Return the renderer's method `enough`; None where it cannot go on from what is stored."""
-    return parts.renderer.enough if isinstance(parts.renderer, AccumulatesSamples) else None
+    return chain.renderer.enough if isinstance(chain.renderer, AccumulatesSamples) else None
 
 
-def limit_share(parts: Chain, demand: Demand) -> float | None:
+def limit_share(chain: Chain, demand: Demand) -> float | None:
     """Return the share of the cameras' noise that the renderer goes by; None where it goes by
     something else.
     """
-    if demand.noise_limit is None or not isinstance(parts.renderer, MeetsNoiseLimit):
+    if demand.noise_limit is None or not isinstance(chain.renderer, MeetsNoiseLimit):
         return None
-    return parts.renderer.limit_share()
+    return chain.renderer.limit_share()
 
 
-def known_of(parts: Chain, held: list[dict], missing: Demand, groups) -> dict[str, Known] | None:
+def known_of(chain: Chain, stores: list[dict], missing: Demand, groups) -> dict[str, Known] | None:
     """Return what is stored of each light group at the bands that are missing; None where the
     renderer cannot go on from it.
     """
-    if goes_on(parts) is None:
+    if goes_on(chain) is None:
         return None
     bands = ALL_BANDS if missing.wavelength_nm is None else missing.wavelength_nm
-    found = {group: known(held, group, bands) for group in missing.groups or groups}
+    stored = {group: known(stores, group, bands) for group in missing.groups or groups}
     return {
-        group: k if k.paths > 1 else Known(next=k.next) for group, k in found.items()
+        group: k if k.paths > 1 else Known(next=k.next) for group, k in stored.items()
     }  # one path alone is not pooled
 
 
@@ -195,33 +195,33 @@ def made(scene):
     return result
 
 
-def opened(folder, held: list[dict], demand: Demand, rows: Ledger, before=()):
-    """Return the stores `held` as one lazy Dataset; restate the errors of those that were rendered
-    in an earlier run.
+def opened(folder, stores: list[dict], demand: Demand, rows: Ledger, earlier_ids=()):
+    """Return the radiance of all `stores` as one lazy Dataset. Restate the errors of those that an
+    earlier run rendered.
 
-    `before` : names of those that this run did not render, whose paths it did not have to follow.
+    `earlier_ids` : names of the stores that an earlier run rendered.
     """
-    scenes = [store.open_store(folder / f"{s['id']}.zarr") for s in held]
+    scenes = [store.open_store(folder / f"{s['id']}.zarr") for s in stores]
     kept_bits = [s["radiance"].attrs.get("keepbits") for s in scenes]
     largest = max(map(rounding, kept_bits))
     record(rounding_term(largest))
-    said = [term for row in rows for term in row.errors]
+    stated = [term for row in rows for term in row.errors]
     terms = [
         term
-        for s in held
+        for s in stores
         for row in Ledger.from_records(s["ledger"])
         if row.kind == "renderer"
         for term in row.errors
     ]
     whole = join_scenes(scenes, demand.groups)
     pooled = "paths" in whole.attrs  # then their noise together is stated
-    record(*(t for t in terms if t not in said and not (pooled and t.how == "statistical")))
-    _record_pooled(whole, held, before, said)
+    record(*(t for t in terms if t not in stated and not (pooled and t.how == "statistical")))
+    _record_pooled(whole, stores, earlier_ids, stated)
     joined = of_demand(whole, demand)
     return joined.assign_attrs(
         rendered_s=sum(
             row["seconds"]
-            for s in held
+            for s in stores
             for row in s["ledger"]
             if row["stage"].startswith("renderer")
         )
@@ -237,22 +237,24 @@ def rounding_term(largest: float) -> ErrorTerm:
     return ErrorTerm(source, Quantity.RADIANCE, None, largest, RELATIVE, "bound", label)
 
 
-def _record_pooled(joined, held, before, said) -> None:
+def _record_pooled(joined, stores, earlier_ids, terms) -> None:
     """State the noise of each light group of pooled stores, and how many of their paths were there
     before this run.
     """
     # a renderer states the noise of each light group as that of a part of the radiance
-    stated = {t.part for t in said if t.source.kind == "renderer" and t.how == "statistical"}
+    stated_groups = {
+        t.part for t in terms if t.source.kind == "renderer" and t.how == "statistical"
+    }
     for group, paths in joined.attrs.get("paths", {}).items():
         noise = joined.attrs["noise"].get(group)
-        if noise is not None and group not in stated:
+        if noise is not None and group not in stated_groups:
             label = f"{paths} samples per tile: median over tiles, light group {group}"
             source = Source("renderer", key=NOISE)
             record(
                 ErrorTerm(source, Quantity.RADIANCE, group, noise, RELATIVE, "statistical", label)
             )
         if reused := known(
-            [s for s in held if s["id"] in before], group, joined.wavelength.values
+            [s for s in stores if s["id"] in earlier_ids], group, joined.wavelength.values
         ).paths:
             left_out(
                 f"{reused} of {paths} samples per tile of light group {group}",
@@ -263,7 +265,7 @@ def _record_pooled(joined, held, before, said) -> None:
 
 
 def what_is_missing(
-    held: list[dict], demand: Demand, enough=None, share: float | None = None
+    stores: list[dict], demand: Demand, enough=None, share: float | None = None
 ) -> Demand | None:
     """Return the demand for the groups and bands that no store holds, None where all are held.
 
@@ -271,14 +273,15 @@ def what_is_missing(
     `enough(paths, noise)` : whether stores that hold a group know it well enough; None: whatever is
         held is. `share` : of the cameras' noise, where the renderer goes by that.
     """
-    if demand.groups is None and not held:
+    if demand.groups is None and not stores:
         return demand
-    wanted = demand.groups if demand.groups is not None else held[0]["all_groups"]
+    groups_asked = demand.groups if demand.groups is not None else stores[0]["all_groups"]
     bands = ALL_BANDS if demand.wavelength_nm is None else demand.wavelength_nm
     lacking = {
-        group: [b for b in bands if not _held(held, group, b, enough, share)] for group in wanted
+        group: [b for b in bands if not _held(stores, group, b, enough, share)]
+        for group in groups_asked
     }
-    groups = tuple(g for g in wanted if lacking[g])
+    groups = tuple(g for g in groups_asked if lacking[g])
     if not groups:
         return None
     return replace(
@@ -289,17 +292,17 @@ def what_is_missing(
     )
 
 
-def _held(held, group, band, enough, share) -> bool:
-    mine = [s for s in held if holds(s, group, band)]
-    if enough is None or not mine or any(group in s["absent_groups"] for s in mine):
-        return bool(mine)
+def _held(stores, group, band, enough, share) -> bool:
+    holding = [s for s in stores if holds(s, group, band)]
+    if enough is None or not holding or any(group in s["absent_groups"] for s in holding):
+        return bool(holding)
     if share is not None:
-        return any((s.get("limit_share") or float("inf")) <= share for s in mine)
-    of = known(mine, group, (band,))
-    return enough(of.paths, of.noise)
+        return any((s.get("limit_share") or float("inf")) <= share for s in holding)
+    known_now = known(holding, group, (band,))
+    return enough(known_now.paths, known_now.noise)
 
 
-def _known(parts, scene):
+def _known(chain, scene):
     if isinstance(scene, SceneDescription):
         raise ConfigError(
             f"scene {scene.name!r} is geometry and needs a renderer; type for example"
@@ -310,36 +313,36 @@ def _known(parts, scene):
 
 def stored(folder, recipe: str) -> list[dict]:
     """Return the root attributes of every complete store of a recipe; damaged ones are skipped."""
-    found = []
+    attributes = []
     for path in sorted(folder.glob(f"{recipe}-*.zarr")):
         try:
-            found.append({**store.read_attrs(path), "id": path.stem})
+            attributes.append({**store.read_attrs(path), "id": path.stem})
         except CatalogError:
             continue
-    return found
+    return attributes
 
 
-def serves(attributes: dict, demand: Demand, spent: dict) -> bool:
+def serves(attributes: dict, demand: Demand, effort_asked: dict) -> bool:
     """Return whether a store holds the labels asked for and spent at least the effort asked for."""
     return set(demand.labels) <= set(attributes["labels"]) and all(
-        attributes["effort"].get(key, 0) >= value for key, value in spent.items()
+        attributes["effort"].get(key, 0) >= value for key, value in effort_asked.items()
     )
 
 
-def _render(parts, description, demand, so_far, rows, config, folder, recipe, spent) -> dict:
+def _render(chain, description, demand, so_far, rows, config, folder, recipe, effort_asked) -> dict:
     asked_of = (description, demand) if so_far is None else (description, demand, so_far)
     radiance = stage(
-        rows, "renderer", config.renderer.name, parts.renderer, lambda: parts.renderer(*asked_of)
+        rows, "renderer", config.renderer.name, chain.renderer, lambda: chain.renderer(*asked_of)
     )
     groups = [str(g) for g in radiance.light_group.values]
-    asked = demand.groups if demand.groups is not None else description.light_groups()
+    groups_asked = demand.groups if demand.groups is not None else description.light_groups()
     content = [
         sorted(groups),
-        sorted(asked),
+        sorted(groups_asked),
         sorted(demand.labels),
         demand.wavelength_nm,
         demand.margin,
-        spent,
+        effort_asked,
         so_far,
     ]
     name = f"{recipe}-{store.content_hash(content)[:8]}"
@@ -349,22 +352,22 @@ def _render(parts, description, demand, so_far, rows, config, folder, recipe, sp
         "name": description.name,
         "groups": groups,
         "all_groups": list(description.light_groups()),
-        "absent_groups": [g for g in asked if g not in groups],
+        "absent_groups": [g for g in groups_asked if g not in groups],
         "bands_asked": demand.wavelength_nm,
         "margin": demand.margin,
         "wavelength_nm": [float(w) for w in radiance.wavelength.values],
         "labels": [v for v in radiance.data_vars if v != "radiance"],
-        "effort": spent,
-        "scene": described(parts.scene),
-        "renderer": described(parts.renderer),
+        "effort": effort_asked,
+        "scene": described(chain.scene),
+        "renderer": described(chain.renderer),
         "objects": radiance.attrs.get("objects", []),
         "lamps": radiance.attrs.get("lamps", []),
         "noise": radiance.attrs.get("noise", {}),
         "path_span": radiance.attrs.get("path_span", {}),
         "limit_share": radiance.attrs.get("limit_share"),
-        "versions": versions() | libraries(parts.scene, parts.renderer),
-        "code": fingerprint(parts.scene, parts.renderer),
-        "kernels": kernels(parts.scene, parts.renderer),
+        "versions": versions() | libraries(chain.scene, chain.renderer),
+        "code": fingerprint(chain.scene, chain.renderer),
+        "kernels": kernels(chain.scene, chain.renderer),
         "ledger": rows.as_records(),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
     }

@@ -24,18 +24,18 @@ from .provenance import CORE, described, fingerprint, have_source, input_digests
 STEP_NM = 1.0  # at which the answer of a sensor is part of the name of its light
 
 
-def named(what: str, *made_of: Any) -> str | None:
+def named(result: str, *made_of: Any) -> str | None:
     """Return the name of a result; None where something that made it has none.
 
     Parameters
     ----------
-    what : kind of the result. `made_of` : names and plain data.
+    result : kind of the result. `made_of` : names and plain data.
     """
     if any(part is None for part in made_of):
         return None
     frame = fingerprint(frame=True)[CORE], libraries(frame=True)
     try:
-        return content_hash({"result": what, "frame": frame, "of": made_of})
+        return content_hash({"result": result, "frame": frame, "of": made_of})
     except TypeError:  # a field of a plugin's component that is no plain value
         return None
 
@@ -58,8 +58,8 @@ def of_radiance(scene: object, store_ids: list[str], demand: Demand) -> str | No
     store_ids : names of the stores that it is read from; none of radiance that the scene itself
         makes.
     """
-    asked = [demand.groups, demand.wavelength_nm, demand.labels, demand.margin]
-    return named("radiance", store_ids or record(scene), asked)
+    demanded = [demand.groups, demand.wavelength_nm, demand.labels, demand.margin]
+    return named("radiance", store_ids or record(scene), demanded)
 
 
 def of_mixed(radiance: str | None, lighting: object) -> str | None:
@@ -67,32 +67,32 @@ def of_mixed(radiance: str | None, lighting: object) -> str | None:
     return named("mixed", radiance, record(lighting))
 
 
-def of_light(name: str | None, parts: Any, demand: Demand, mixed: Any) -> str | None:
+def of_light(name: str | None, chain: Any, demand: Demand, mixed: Any) -> str | None:
     """Return the name of the light on the sensor plane.
 
     Parameters
     ----------
     name : of the mixed radiance. `mixed` : it itself, for its bands.
-    parts : the chain. Of its sensors only what they ask of the light counts.
+    chain : the chain. Of its sensors only what they ask of the light counts.
     """
     if name is None:
         return None
-    sensors, wavelength_nm = parts.cameras.values(), mixed.wavelength.values
-    flares = _all(map(record, parts.flares.values()))
-    asked = [
-        parts.leave_out,
+    sensors, wavelength_nm = chain.cameras.values(), mixed.wavelength.values
+    flares = _all(map(record, chain.flares.values()))
+    demanded = [
+        chain.leave_out,
         demand.error_allowed,
         demand.window_m,
         _answer(demand.response, wavelength_nm),
         bands.sensed_nm(sensors, wavelength_nm),
         sorted({digest for sensor in sensors for digest in fingerprint(sensor).values()}),
     ]
-    return named("light", name, record(parts.lens), flares, asked)
+    return named("light", name, record(chain.lens), flares, demanded)
 
 
 def _all(records: Iterable[Any]) -> list[Any] | None:
-    found = list(records)
-    return None if any(one is None for one in found) else found
+    names = list(records)
+    return None if any(name is None for name in names) else names
 
 
 def _answer(response: Response | None, wavelength_nm: np.ndarray) -> list[Any]:

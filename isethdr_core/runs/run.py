@@ -102,35 +102,35 @@ def run(config: DictConfig) -> Result:
     """
     config = checked_config(config)
     reuse = Reuse.below(cache_bytes(config))
-    parts, settings = chain(config), plain(config)
-    key = run_key(settings, parts)
+    run_chain, settings = chain(config), plain(config)
+    key = run_key(settings, run_chain)
     folder = store.home() / "runs"
-    path = find_run(config, parts)
+    path = find_run(config, run_chain)
     if path is not None:
-        return announced(Result(path, store.read_attrs(path), computed=False), parts)
+        return announced(Result(path, store.read_attrs(path), computed=False), run_chain)
     check_writable(folder)
     failed = store.home() / "failed" / f"{key}.txt"
     try:
         with threadpool_limits(
             1, "blas"
         ):  # its own threads would spin beside those of the stages, and longer than they work
-            path = _compute(config, parts, key, reuse)
+            path = _compute(config, run_chain, key, reuse)
     except Exception as err:
         with suppress(OSError):  # a full disk must not hide the error that it caused
             failed.parent.mkdir(parents=True, exist_ok=True)
             failed.write_text(traceback.format_exc())
             err.add_note(f"traceback in {failed}")
-        plugin_manager().hook.isethdr_on_stage_error(stage=Stage("run", key, parts, error=err))
+        plugin_manager().hook.isethdr_on_stage_error(stage=Stage("run", key, run_chain, error=err))
         raise
     failed.unlink(missing_ok=True)
-    return announced(Result(path, store.read_attrs(path), computed=True), parts)
+    return announced(Result(path, store.read_attrs(path), computed=True), run_chain)
 
 
-def announced(result: Result, parts: Chain) -> Result:
+def announced(result: Result, chain: Chain) -> Result:
     """Tell the plugins of a finished run, also of one that was stored before: a report that is
     missing is then made.
     """
-    plugin_manager().hook.isethdr_after_stage(stage=Stage("run", result.key, parts, result=result))
+    plugin_manager().hook.isethdr_after_stage(stage=Stage("run", result.key, chain, result=result))
     return result
 
 
@@ -149,13 +149,13 @@ def check_writable(folder: Path) -> None:
         ) from err
 
 
-def run_key(config: Mapping[str, Any] | DictConfig, parts: Chain) -> str:
+def run_key(config: Mapping[str, Any] | DictConfig, chain: Chain) -> str:
     """Return the hash of all that can change the result.
 
     That is the resolved config (or its `plain` data), the code of the components and of the core,
     the versions of the libraries that they import, and the input files.
     """
-    components = parts.components()
+    components = chain.components()
     return store.content_hash(
         {
             "config": plain(config),
@@ -166,7 +166,7 @@ def run_key(config: Mapping[str, Any] | DictConfig, parts: Chain) -> str:
     )
 
 
-def find_run(config: Mapping[str, Any] | DictConfig, parts: Chain) -> Path | None:
+def find_run(config: Mapping[str, Any] | DictConfig, chain: Chain) -> Path | None:
     """Return the complete store of a run, under its name or an earlier one, or None.
 
     Raises
@@ -174,14 +174,14 @@ def find_run(config: Mapping[str, Any] | DictConfig, parts: Chain) -> Path | Non
     CatalogError : the store is damaged.
     """
     folder = store.home() / "runs"
-    if path := store.find_complete(folder, run_key(config, parts)):
+    if path := store.find_complete(folder, run_key(config, chain)):
         return path
-    components = parts.components()
+    components = chain.components()
     if not folder.is_dir():
         return None
     earlier = run_names(whole(config), components, input_digests(*components))
-    found = (store.find_complete(folder, name) for name in earlier)
-    return next(filter(None, found), None)
+    stored = (store.find_complete(folder, name) for name in earlier)
+    return next(filter(None, stored), None)
 
 
 def plain(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
@@ -189,36 +189,38 @@ def plain(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
 
     The table of cameras is left out where a sensor is named, which takes its place.
     """
-    data = whole(config)
-    if data.get("sensor"):
-        data.pop("cameras", None)
-    elif isinstance(cameras := data.get("cameras"), dict):
-        data["cameras"] = {name: node for name, node in cameras.items() if node}
-    return data
+    settings = whole(config)
+    if settings.get("sensor"):
+        settings.pop("cameras", None)
+    elif isinstance(cameras := settings.get("cameras"), dict):
+        settings["cameras"] = {name: node for name, node in cameras.items() if node}
+    return settings
 
 
 def whole(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
     """Return all of a composed config that is not about how a run is carried out."""
-    data = OmegaConf.to_container(config, resolve=True) if OmegaConf.is_config(config) else config
-    assert isinstance(data, Mapping)
-    return {str(k): v for k, v in data.items() if k not in BESIDE}
+    settings = (
+        OmegaConf.to_container(config, resolve=True) if OmegaConf.is_config(config) else config
+    )
+    assert isinstance(settings, Mapping)
+    return {str(k): v for k, v in settings.items() if k not in BESIDE}
 
 
-def _compute(config: DictConfig, parts: Chain, key: str, reuse: Reuse) -> Path:
+def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
     rows, settings = Ledger(), plain(config)
-    demand = plan(parts, rows)
-    frame = frame_of(parts, demand)
-    expected = expected_s(parts, settings, held_and_missing(parts, demand)[1], frame)
-    own_s = imaging_s(parts, frame)  # with what is at hand now
-    scene, ids = scene_radiance(parts, demand, rows, config)
-    radiance = of_radiance(parts.scene, ids, demand) if reuse.is_on else None
-    of_main = of_mixed(radiance, parts.lighting)
+    demand = plan(chain, rows)
+    frame = frame_of(chain, demand)
+    expected = expected_s(chain, settings, held_and_missing(chain, demand)[1], frame)
+    own_s = imaging_s(chain, frame)  # with what is at hand now
+    scene, ids = scene_radiance(chain, demand, rows, config)
+    radiance = of_radiance(chain.scene, ids, demand) if reuse.is_on else None
+    of_main = of_mixed(radiance, chain.lighting)
     mixed = stage(
         rows,
         "lighting",
         config.lighting.name,
-        parts.lighting,
-        lambda: parts.lighting(scene),
+        chain.lighting,
+        lambda: chain.lighting(scene),
         Kept(reuse, of_main),
     )
     versions_mixed = {
@@ -230,46 +232,48 @@ def _compute(config: DictConfig, parts: Chain, key: str, reuse: Reuse) -> Path:
             lambda part=light: part(scene),
             Kept(reuse, of_mixed(radiance, light)),
         )
-        for name, light in parts.versions.items()
+        for name, light in chain.versions.items()
         if scene.sizes["light_group"] > 1
     }
-    names = LightNames(radiance, of_main, of_light(of_main, parts, demand, mixed))
-    imaged = imaging(parts, mixed, demand)
+    names = LightNames(radiance, of_main, of_light(of_main, chain, demand, mixed))
+    imaged = imaging(chain, mixed, demand)
     light = stage(
-        rows, "lens", config.lens.name, parts.lens, imaged.light, Kept(reuse, names.light)
+        rows, "lens", config.lens.name, chain.lens, imaged.light, Kept(reuse, names.light)
     )
     # the recipe, not the store: which groups were rendered when must not change the noise
     random = generator(
         config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name
     )
     shot = Shot(light, mixed, scene, random, imaged, reuse, names)
-    cameras = {name: through_camera(parts, rows, name, shot) for name in parts.cameras}
+    cameras = {name: through_camera(chain, rows, name, shot) for name in chain.cameras}
     for row in rows:
         row.light_parts.clear()  # as large as the light; nobody reads it any more
     attributes = _record(
-        config, settings, parts, key, ids, scene, mixed, list(versions_mixed), cameras, rows
+        config, settings, chain, key, ids, scene, mixed, list(versions_mixed), cameras, rows
     ) | {"expected_s": expected, IMAGING: own_s}
     return store.write_store(
         store.home() / "runs",
         key,
-        _groups(cameras, {SHOWN: mixed, **versions_mixed} if parts.looked_at else {}),
+        _groups(cameras, {SHOWN: mixed, **versions_mixed} if chain.looked_at else {}),
         attributes,
     )
 
 
-def _groups(cameras: dict[str, Camera], shown: Mapping[str, xr.DataArray]) -> dict[str, Any]:
-    groups = {f"versions/{name}": tristimulus(m) for name, m in shown.items()}
-    for name, seen in cameras.items():
+def _groups(cameras: dict[str, Camera], radiance_of: Mapping[str, xr.DataArray]) -> dict[str, Any]:
+    groups = {f"versions/{name}": tristimulus(m) for name, m in radiance_of.items()}
+    for name, camera in cameras.items():
         # normals lie along a dimension `xyz`, and a picture has a variable of that name
         labels = (
-            seen.labels.rename_dims(xyz="direction") if "xyz" in seen.labels.dims else seen.labels
+            camera.labels.rename_dims(xyz="direction")
+            if "xyz" in camera.labels.dims
+            else camera.labels
         )
-        truth = seen.truth.assign({v: labels[v] for v in labels.data_vars}).assign_attrs(
+        truth = camera.truth.assign({v: labels[v] for v in labels.data_vars}).assign_attrs(
             labels.attrs
         )
         groups |= {
-            f"captures/{name}": seen.captures,
-            f"picture/{name}": seen.picture,
+            f"captures/{name}": camera.captures,
+            f"picture/{name}": camera.picture,
             f"truth/{name}": truth,
         }
     return groups
@@ -278,12 +282,12 @@ def _groups(cameras: dict[str, Camera], shown: Mapping[str, xr.DataArray]) -> di
 def _record(
     config: DictConfig,
     settings: dict[str, Any],
-    parts: Chain,
+    chain: Chain,
     key: str,
     ids: list[str],
     scene: xr.Dataset,
     mixed: xr.DataArray,
-    shown: list[str],
+    versions_shown: list[str],
     cameras: dict[str, Camera],
     rows: Ledger,
 ) -> dict[str, Any]:
@@ -294,34 +298,34 @@ def _record(
         "config": settings,
         "scene_id": ids[0] if ids else "",
         "scene_ids": ids,
-        "scene": described(parts.scene),
+        "scene": described(chain.scene),
         "choices": choices,
         "lighting": choices.get("lighting", config.lighting.name),
         "lens": choices.get("lens", config.lens.name),
         "weights": mixed.attrs["weights"],
-        "versions_shown": shown,
+        "versions_shown": versions_shown,
         "cameras": list(cameras),
         "lighting_notes": {
             k: v
             for k, v in mixed.attrs.items()
             if k in ("infeasible", "targets", "modulation") and v
         },
-        "sensors": {name: type(parts.cameras[name]).__name__ for name in cameras},
+        "sensors": {name: type(chain.cameras[name]).__name__ for name in cameras},
         "objects": scene.attrs.get("objects", []),
         "lamps": scene.attrs.get("lamps", []),
         "scores": [
             {"camera": name, **asdict(score)}
-            for name, seen in cameras.items()
-            for score in seen.scores
+            for name, camera in cameras.items()
+            for score in camera.scores
         ],
         "warnings": [
             asdict(warning)
-            for name, seen in cameras.items()
-            for warning in warnings_of(name, seen.picture, seen.truth, seen.labels)
+            for name, camera in cameras.items()
+            for warning in warnings_of(name, camera.picture, camera.truth, camera.labels)
         ],
         "ledger": rows.as_records(),
-        "versions": versions() | libraries(*parts.components(), frame=True),
-        "kernels": kernels(*parts.components()),
-        "code": fingerprint(*parts.components(), frame=True),
+        "versions": versions() | libraries(*chain.components(), frame=True),
+        "kernels": kernels(*chain.components()),
+        "code": fingerprint(*chain.components(), frame=True),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
     }

@@ -41,14 +41,14 @@ def warnings_of(
     picture, truth : picture and reference picture on one grid.
     labels : labels on that grid; without `instance` there are no objects.
     """
-    found = []
+    warnings = []
     share = saturated_share_outside_lamps(picture, truth, labels)
     if share > SATURATED_SHARE_LIMIT:
-        found.append(RunWarning(SATURATED_FRAME, camera, share, SATURATED_SHARE_LIMIT, ""))
+        warnings.append(RunWarning(SATURATED_FRAME, camera, share, SATURATED_SHARE_LIMIT, ""))
     snr_db = median_object_snr_db(picture, labels)
     if snr_db < OBJECT_SNR_LIMIT_DB:
-        found.append(RunWarning(LOW_OBJECT_SNR, camera, snr_db, OBJECT_SNR_LIMIT_DB, "dB"))
-    return found
+        warnings.append(RunWarning(LOW_OBJECT_SNR, camera, snr_db, OBJECT_SNR_LIMIT_DB, "dB"))
+    return warnings
 
 
 def sentence(warning: dict) -> str:
@@ -73,8 +73,8 @@ def saturated_share_outside_lamps(picture, truth, labels) -> float:
     """
     from ..data.saturation import saturated
 
-    rest = ~lamp_pixels(truth, labels)
-    return float(saturated(picture)[rest].mean()) if rest.any() else 0.0
+    outside_lamps = ~lamp_pixels(truth, labels)
+    return float(saturated(picture)[outside_lamps].mean()) if outside_lamps.any() else 0.0
 
 
 def lamp_pixels(truth: xr.Dataset, labels: xr.Dataset) -> np.ndarray:

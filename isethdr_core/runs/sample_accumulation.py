@@ -37,11 +37,11 @@ def pooled(spans) -> list[int]:
     known = [k for k in known if spans[k][1] - spans[k][0] > 1] or known[:1]
     best: list[tuple[int, list[int]]] = [(0, [])]  # of the spans up to each, by their ends
     order = sorted(known, key=lambda k: (spans[k][1], k))
-    for place, k in enumerate(order):
+    for position, k in enumerate(order):
         first, end = spans[k]
-        before = sum(spans[j][1] <= first for j in order[:place])
-        taken = best[before][0] + end - first, [*best[before][1], k]
-        best.append(max(best[-1], taken, key=lambda found: found[0]))
+        without_overlap = sum(spans[j][1] <= first for j in order[:position])
+        candidate = best[without_overlap][0] + end - first, [*best[without_overlap][1], k]
+        best.append(max(best[-1], candidate, key=lambda choice: choice[0]))
     return sorted(best[-1][1])
 
 
@@ -51,11 +51,11 @@ def pooled_noise(paths, noises) -> float | None:
 
     One in which no light was found counts as noisy as the noisiest other.
     """
-    found = [n for n in noises if n is not None]
-    if not found:
+    lit_noises = [n for n in noises if n is not None]
+    if not lit_noises:
         return None
     return math.hypot(
-        *(p * (max(found) if n is None else n) for p, n in zip(paths, noises, strict=True))
+        *(p * (max(lit_noises) if n is None else n) for p, n in zip(paths, noises, strict=True))
     ) / sum(paths)
 
 
@@ -69,7 +69,7 @@ def holds(attributes: dict, group: str, band) -> bool:
     )
 
 
-def known(held: list[dict], group: str, bands) -> Known:
+def known(stores: list[dict], group: str, bands) -> Known:
     """Return what stores know of a light group at all of `bands`: of the band that is known worst.
 
     Where a band is not known at all, its first paths are the next: all bands share their paths, so
@@ -77,16 +77,20 @@ def known(held: list[dict], group: str, bands) -> Known:
 
     Parameters
     ----------
-    held : root attributes of stores. `bands` : nm, or `ALL_BANDS`.
+    stores : root attributes of stores. `bands` : nm, or `ALL_BANDS`.
     """
-    worst, beyond = None, 0
+    worst, last_end = None, 0
     for band in bands:
-        mine = [s for s in held if holds(s, group, band) and (s.get("path_span") or {}).get(group)]
-        spans = [s["path_span"][group] for s in mine]
-        beyond = max([beyond, *(end for _, end in spans)])
-        kept = pooled(spans) if spans else []
-        paths = [spans[k][1] - spans[k][0] for k in kept]
-        noise = pooled_noise(paths, [(mine[k].get("noise") or {}).get(group) for k in kept])
+        holding = [
+            s for s in stores if holds(s, group, band) and (s.get("path_span") or {}).get(group)
+        ]
+        spans = [s["path_span"][group] for s in holding]
+        last_end = max([last_end, *(end for _, end in spans)])
+        pooled_stores = pooled(spans) if spans else []
+        paths = [spans[k][1] - spans[k][0] for k in pooled_stores]
+        noise = pooled_noise(
+            paths, [(holding[k].get("noise") or {}).get(group) for k in pooled_stores]
+        )
         if worst is None or (sum(paths), -(noise or 0.0)) < (worst.paths, -(worst.noise or 0.0)):
             worst = Known(sum(paths), noise)
-    return Known(worst.paths, worst.noise, beyond) if worst and worst.paths else Known()
+    return Known(worst.paths, worst.noise, last_end) if worst and worst.paths else Known()

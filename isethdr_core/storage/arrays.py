@@ -70,9 +70,11 @@ def write_dataset(root: Path, key: str, ds) -> dict[str, FileRecord]:
     for name in ds.variables:
         check_path(str(name), single=True)
     # as CF has it: which variables are coordinates although no dimension is called so
-    beside = sorted(str(name) for name in ds.coords if name not in ds.dims)
+    other_coordinates = sorted(str(name) for name in ds.coords if name not in ds.dims)
     written = write_group(
-        root, key, {**ds.attrs, **({"coordinates": " ".join(beside)} if beside else {})}
+        root,
+        key,
+        {**ds.attrs, **({"coordinates": " ".join(other_coordinates)} if other_coordinates else {})},
     )
     with ThreadPoolExecutor() as pool:
         for name, variable in ds.variables.items():
@@ -126,13 +128,13 @@ def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileReco
         attributes=variable.attrs,
         dimension_names=variable.dims,
     )
-    for place, part in _parts(values, shard):
-        file = folder.joinpath("c", *map(str, place))
+    for position, part in _parts(values, shard):
+        file = folder.joinpath("c", *map(str, position))
         file.parent.mkdir(parents=True, exist_ok=True)
-        pieces = encoded(part)
-        with file.open("wb") as out:
-            out.writelines(pieces)
-        written[file.relative_to(root).as_posix()] = file_record(pieces, sharded)
+        buffers = encoded(part)
+        with file.open("wb") as stream:
+            stream.writelines(buffers)
+        written[file.relative_to(root).as_posix()] = file_record(buffers, sharded)
     return written
 
 
@@ -140,16 +142,16 @@ def _parts(values, shape):
     """Yield (place, part) of a regular grid of parts of `shape`, in the order of the format; those
     at the end may be smaller.
     """
-    for place in np.ndindex(
+    for position in np.ndindex(
         *(-(-size // part) for size, part in zip(values.shape, shape, strict=True))
     ):
         yield (
-            place,
+            position,
             values[
                 (
                     *(
                         slice(k * part, (k + 1) * part)
-                        for k, part in zip(place, shape, strict=True)
+                        for k, part in zip(position, shape, strict=True)
                     ),
                     ...,
                 )
@@ -187,25 +189,25 @@ def _sharded(chunk, encoded, pool):
     how long it is.
     """
 
-    def one(found) -> list[bytes]:
-        _, part = found
+    def one(positioned) -> list[bytes]:
+        _, part = positioned
         short = [(0, whole - size) for whole, size in zip(chunk, part.shape, strict=True)]
         return encoded(np.pad(part, short) if np.any(short) else part)
 
     def shard(values) -> list[bytes]:
-        found = list(pool.map(one, _parts(values, chunk)))
-        lengths = np.array([sum(map(len, data)) for data in found], "<u8")
-        return [piece for data in found for piece in data] + _checked(
+        chunks = list(pool.map(one, _parts(values, chunk)))
+        lengths = np.array([sum(map(len, chunk_bytes)) for chunk_bytes in chunks], "<u8")
+        return [buffer for chunk_bytes in chunks for buffer in chunk_bytes] + _checked(
             np.stack([np.cumsum(lengths) - lengths, lengths], 1).tobytes()
         )
 
     return shard
 
 
-def _checked(data: bytes) -> list[bytes]:
+def _checked(content: bytes) -> list[bytes]:
     import google_crc32c
 
-    return [data, _size(google_crc32c.value(data))]
+    return [content, _size(google_crc32c.value(content))]
 
 
 def _size(number: int) -> bytes:
@@ -215,6 +217,6 @@ def _size(number: int) -> bytes:
 def _write_metadata(root: Path, folder: Path, node_type: str, **content) -> dict[str, FileRecord]:
     file = folder / METADATA
     content = {"zarr_format": 3, "node_type": node_type, **content}
-    data = json.dumps(content, allow_nan=False).encode()
-    file.write_bytes(data)
-    return {file.relative_to(root).as_posix(): file_record([data])}
+    encoded_json = json.dumps(content, allow_nan=False).encode()
+    file.write_bytes(encoded_json)
+    return {file.relative_to(root).as_posix(): file_record([encoded_json])}

@@ -33,8 +33,8 @@ def remove_leftovers(folder) -> list[Path]:
     """Remove what killed writers of this machine left in `folder`, and return what was removed."""
     removed = []
     for path in Path(folder).glob(".*.tmp"):
-        owner, _, rest = path.name.removesuffix(".tmp").partition(f".{socket.gethostname()}-")
-        pid = rest.partition("-")[0]
+        owner, _, suffix = path.name.removesuffix(".tmp").partition(f".{socket.gethostname()}-")
+        pid = suffix.partition("-")[0]
         if (
             owner and pid.isdigit() and not _alive(int(pid))
         ):  # a writer on another machine cannot be asked

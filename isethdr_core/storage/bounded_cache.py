@@ -62,16 +62,16 @@ class BoundedCache:
         path = self._path(name)
         try:
             with open(path, "rb") as file:
-                data = np.empty(os.fstat(file.fileno()).st_size, np.uint8)
-                whole = file.readinto(data.data) == data.size
+                content = np.empty(os.fstat(file.fileno()).st_size, np.uint8)
+                whole = file.readinto(content.data) == content.size
         except OSError:
             return None
-        if not (whole and _is_intact(data, name)):
+        if not (whole and _is_intact(content, name)):
             path.unlink(missing_ok=True)
             return None
         with suppress(OSError):  # a folder that may only be read, or just removed
             os.utime(path)
-        return self.types.decoded(data[BEGINS:-DIGEST])
+        return self.types.decoded(content[BEGINS:-DIGEST])
 
     def put(self, name: str, value: Any, worth_bytes: float = float("inf")) -> bool:
         """Keep a result, and return whether it is kept.
@@ -84,21 +84,21 @@ class BoundedCache:
         than a fourth of the cache, and where the folder cannot be written.
         """
         try:
-            pieces = [FORMAT.ljust(BEGINS - len(name)) + name.encode(), *self.types.encoded(value)]
+            buffers = [FORMAT.ljust(BEGINS - len(name)) + name.encode(), *self.types.encoded(value)]
         except NotExact:
             return False
-        size = sum(map(len, pieces)) + DIGEST
+        size = sum(map(len, buffers)) + DIGEST
         if size > min(worth_bytes, self.most_bytes / 4):
             return False
         digest = hashlib.sha256()
-        for piece in pieces:
-            digest.update(piece)
+        for buffer in buffers:
+            digest.update(buffer)
         temporary = temporary_path(self.folder, name)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             self._make_room(size)
             with open(temporary, "wb") as file:
-                file.writelines([*pieces, digest.digest()])
+                file.writelines([*buffers, digest.digest()])
             os.replace(temporary, self._path(name))
         except OSError:  # a full disk, or no permission: the run goes on without
             return False
@@ -124,13 +124,13 @@ class BoundedCache:
 
 def entries(folder: Path) -> Iterator[Entry]:
     """Yield the files of a cache; nothing where there is no such folder."""
-    with suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder) as found:
-        for one in found:
-            if not one.name.endswith(SUFFIX):
+    with suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder) as directory:
+        for file in directory:
+            if not file.name.endswith(SUFFIX):
                 continue
             with suppress(FileNotFoundError):  # removed by another process just now
-                state = one.stat()
-                yield Entry(Path(one.path), state.st_mtime_ns, 512 * state.st_blocks)
+                state = file.stat()
+                yield Entry(Path(file.path), state.st_mtime_ns, 512 * state.st_blocks)
 
 
 def trim(folder: Path, most_bytes: int) -> list[Entry]:
@@ -141,21 +141,21 @@ def trim(folder: Path, most_bytes: int) -> list[Entry]:
     What was removed.
     """
     known = sorted(entries(folder), key=lambda entry: entry.used_ns)
-    taken, removed = sum(entry.size for entry in known), []
+    total_bytes, removed = sum(entry.size for entry in known), []
     for entry in known:
-        if taken <= most_bytes:
+        if total_bytes <= most_bytes:
             break
         entry.path.unlink(missing_ok=True)
-        taken -= entry.size
+        total_bytes -= entry.size
         removed.append(entry)
     return removed
 
 
-def _is_intact(data: np.ndarray, name: str) -> bool:
+def _is_intact(content: np.ndarray, name: str) -> bool:
     """Return whether a file is of this format and name, and as it was written."""
-    if data.size < BEGINS + DIGEST:
+    if content.size < BEGINS + DIGEST:
         return False
-    head = data[:BEGINS].tobytes()
+    head = content[:BEGINS].tobytes()
     if not (head.startswith(FORMAT + b" ") and head.endswith(b" " + name.encode())):
         return False
-    return hashlib.sha256(data[:-DIGEST].data).digest() == data[-DIGEST:].tobytes()
+    return hashlib.sha256(content[:-DIGEST].data).digest() == content[-DIGEST:].tobytes()

@@ -42,7 +42,7 @@ class Types:
     @classmethod
     def of(cls, classes: Iterable[type]) -> Types:
         """Return the table of some classes, whose names differ."""
-        return cls({one.__name__: one for one in classes})
+        return cls({known_class.__name__: known_class for known_class in classes})
 
     def encoded(self, value: Any) -> list[memoryview | bytes]:
         """Return the bytes of a value, in pieces.
@@ -54,24 +54,24 @@ class Types:
         writing = _Writing(self)
         content = writing.json(value)
         text = json.dumps({"value": content, "places": writing.places}).encode()
-        pieces: list[memoryview | bytes] = [len(text).to_bytes(HEAD, "little"), text]
-        pieces.append(bytes(-(HEAD + len(text)) % ALIGNED))
+        buffers: list[memoryview | bytes] = [len(text).to_bytes(HEAD, "little"), text]
+        buffers.append(bytes(-(HEAD + len(text)) % ALIGNED))
         for array in writing.arrays:
-            pieces += [array.data, bytes(-array.nbytes % ALIGNED)]
-        return pieces
+            buffers += [array.data, bytes(-array.nbytes % ALIGNED)]
+        return buffers
 
-    def decoded(self, data: np.ndarray) -> Any:
+    def decoded(self, content: np.ndarray) -> Any:
         """Return the value that `encoded` was called with.
 
         Parameters
         ----------
-        data : bytes (uint8) of all pieces; arrays of the result are views of it.
+        content : bytes (uint8) of all pieces; arrays of the result are views of it.
         """
-        end = HEAD + int.from_bytes(data[:HEAD].tobytes(), "little")
-        found = json.loads(data[HEAD:end].tobytes())
-        arrays = data[_aligned(end) :]
-        parts = [arrays[first : first + size] for first, size in found["places"]]
-        return _Reading(self, parts).value(found["value"])
+        end = HEAD + int.from_bytes(content[:HEAD].tobytes(), "little")
+        header = json.loads(content[HEAD:end].tobytes())
+        arrays = content[_aligned(end) :]
+        buffers = [arrays[first : first + size] for first, size in header["places"]]
+        return _Reading(self, buffers).value(header["value"])
 
 
 def _aligned(size: int) -> int:
@@ -130,8 +130,8 @@ class _Writing:
         if issubclass(cls, Enum):
             return {TAG: "enum", "of": cls.__name__, "v": self.json(value.value)}
         if is_dataclass(cls):
-            parts = [[f.name, self.json(getattr(value, f.name))] for f in fields(cls)]
-            return {TAG: "fields", "of": cls.__name__, "v": parts}
+            field_pairs = [[f.name, self.json(getattr(value, f.name))] for f in fields(cls)]
+            return {TAG: "fields", "of": cls.__name__, "v": field_pairs}
         return {TAG: "named", "of": cls.__name__, "v": [self.json(v) for v in value]}
 
     def array(self, values: np.ndarray) -> dict[str, Any]:
@@ -163,7 +163,7 @@ class _Writing:
         return {
             TAG: "dataset",
             "coords": self.coordinates(data),
-            "v": [self.variable(name, one.variable) for name, one in data.data_vars.items()],
+            "v": [self.variable(name, array.variable) for name, array in data.data_vars.items()],
             "attrs": self.json(dict(data.attrs)),
         }
 
@@ -182,11 +182,11 @@ class _Reading:
         self.types = types
         self.arrays = arrays
 
-    def value(self, found: Any) -> Any:
-        if isinstance(found, list):
-            return [self.value(v) for v in found]
-        if not isinstance(found, dict):
-            return found
+    def value(self, node: Any) -> Any:
+        if isinstance(node, list):
+            return [self.value(v) for v in node]
+        if not isinstance(node, dict):
+            return node
         readers = {
             "tuple": self._tuple,
             "dict": self._dict,
@@ -199,48 +199,48 @@ class _Reading:
             "dataset": self._dataset,
             "data_array": self._data_array,
         }
-        return readers[found[TAG]](found)
+        return readers[node[TAG]](node)
 
-    def _tuple(self, found: dict[str, Any]) -> tuple[Any, ...]:
-        return tuple(self.value(v) for v in found["v"])
+    def _tuple(self, node: dict[str, Any]) -> tuple[Any, ...]:
+        return tuple(self.value(v) for v in node["v"])
 
-    def _dict(self, found: dict[str, Any]) -> dict[Any, Any]:
-        return {self.value(k): self.value(v) for k, v in found["v"]}
+    def _dict(self, node: dict[str, Any]) -> dict[Any, Any]:
+        return {self.value(k): self.value(v) for k, v in node["v"]}
 
-    def _number(self, found: dict[str, Any]) -> np.generic:
-        return np.frombuffer(bytes.fromhex(found["v"]), found["dtype"])[0]
+    def _number(self, node: dict[str, Any]) -> np.generic:
+        return np.frombuffer(bytes.fromhex(node["v"]), node["dtype"])[0]
 
-    def _texts(self, found: dict[str, Any]) -> np.ndarray:
-        values = np.empty(len(found["v"]), object)
-        values[:] = found["v"]
-        return values.reshape(found["shape"])
+    def _texts(self, node: dict[str, Any]) -> np.ndarray:
+        values = np.empty(len(node["v"]), object)
+        values[:] = node["v"]
+        return values.reshape(node["shape"])
 
-    def _array(self, found: dict[str, Any]) -> np.ndarray:
-        memory, dtype = self.arrays[found["v"]], np.dtype(found["dtype"])
+    def _array(self, node: dict[str, Any]) -> np.ndarray:
+        memory, dtype = self.arrays[node["v"]], np.dtype(node["dtype"])
         if not memory.size:
-            return np.empty(found["shape"], dtype)
-        return np.ndarray(found["shape"], dtype, memory.data, strides=found["strides"])
+            return np.empty(node["shape"], dtype)
+        return np.ndarray(node["shape"], dtype, memory.data, strides=node["strides"])
 
-    def _enum(self, found: dict[str, Any]) -> Any:
-        return self.types.known[found["of"]](self.value(found["v"]))
+    def _enum(self, node: dict[str, Any]) -> Any:
+        return self.types.known[node["of"]](self.value(node["v"]))
 
-    def _fields(self, found: dict[str, Any]) -> Any:
-        return self.types.known[found["of"]](**{k: self.value(v) for k, v in found["v"]})
+    def _fields(self, node: dict[str, Any]) -> Any:
+        return self.types.known[node["of"]](**{k: self.value(v) for k, v in node["v"]})
 
-    def _named(self, found: dict[str, Any]) -> Any:
-        return self.types.known[found["of"]](*(self.value(v) for v in found["v"]))
+    def _named(self, node: dict[str, Any]) -> Any:
+        return self.types.known[node["of"]](*(self.value(v) for v in node["v"]))
 
-    def _variable(self, found: list[Any]) -> tuple[Any, xr.Variable]:
-        name, dims, values, attrs = (self.value(part) for part in found)
+    def _variable(self, node: list[Any]) -> tuple[Any, xr.Variable]:
+        name, dims, values, attrs = (self.value(part) for part in node)
         return name, xr.Variable(dims, values, attrs)
 
-    def _dataset(self, found: dict[str, Any]) -> xr.Dataset:
-        coords = dict(map(self._variable, found["coords"]))
-        return xr.Dataset(dict(map(self._variable, found["v"])), coords, self.value(found["attrs"]))
+    def _dataset(self, node: dict[str, Any]) -> xr.Dataset:
+        coords = dict(map(self._variable, node["coords"]))
+        return xr.Dataset(dict(map(self._variable, node["v"])), coords, self.value(node["attrs"]))
 
-    def _data_array(self, found: dict[str, Any]) -> xr.DataArray:
-        name, variable = self._variable(found["v"])
-        coords = dict(map(self._variable, found["coords"]))
+    def _data_array(self, node: dict[str, Any]) -> xr.DataArray:
+        name, variable = self._variable(node["v"])
+        coords = dict(map(self._variable, node["coords"]))
         return xr.DataArray(
             variable.values, coords, variable.dims, name, attrs=dict(variable.attrs)
         )

@@ -82,19 +82,21 @@ class Manifest:
     files: dict[str, FileRecord]
 
 
-def file_record(pieces: list[bytes], sharded: bool = False) -> FileRecord:
-    """Describe a file that consists of `pieces`.
+def file_record(buffers: list[bytes], sharded: bool = False) -> FileRecord:
+    """Describe a file that consists of `buffers`.
 
     Parameters
     ----------
-    pieces : in the order of the file. Of a shard: data, CRC-32C, data, CRC-32C, ...
+    buffers : in the order of the file. Of a shard: data, CRC-32C, data, CRC-32C, ...
     """
     digest = hashlib.sha256()
-    for piece in pieces:
-        digest.update(piece)
-    pairs = zip(pieces[::2], pieces[1::2], strict=True) if sharded else ()
-    parts = tuple(Part(len(data) + CRC_BYTES, int.from_bytes(crc, "little")) for data, crc in pairs)
-    return FileRecord(sum(map(len, pieces)), digest.hexdigest(), parts)
+    for buffer in buffers:
+        digest.update(buffer)
+    pairs = zip(buffers[::2], buffers[1::2], strict=True) if sharded else ()
+    parts = tuple(
+        Part(len(chunk) + CRC_BYTES, int.from_bytes(crc, "little")) for chunk, crc in pairs
+    )
+    return FileRecord(sum(map(len, buffers)), digest.hexdigest(), parts)
 
 
 def serialized(manifest: Manifest) -> bytes:
@@ -130,12 +132,12 @@ def read_manifest(root: Path) -> Manifest | None:
         name.
     """
     try:
-        found = os.stat(root / MANIFEST_FILE)
+        status = os.stat(root / MANIFEST_FILE)
     except (FileNotFoundError, NotADirectoryError):
         return None
     except OSError as error:
         raise damaged(root, MANIFEST_FILE, f"cannot be read ({error})") from None
-    manifest = _parsed(root, found.st_ino, found.st_mtime_ns, found.st_size)
+    manifest = _parsed(root, status.st_ino, status.st_mtime_ns, status.st_size)
     if manifest.store not in (root.stem, root.resolve().stem):
         raise CatalogError(
             f"the store {root} holds the data of {manifest.store!r}: it was renamed or exchanged; "
@@ -176,15 +178,15 @@ def check_metadata(root: Path, manifest: Manifest, group: str) -> None:
         folder, _, name = key.rpartition("/")
         if name == METADATA and group in (folder, folder.rpartition("/")[0]):
             try:
-                data = (root / key).read_bytes()
+                content = (root / key).read_bytes()
             except OSError as error:
                 raise damaged(root, key, f"cannot be read ({error.strerror})") from None
-            check_whole(root, key, record, data)
+            check_whole(root, key, record, content)
 
 
 def problems(root: Path, manifest: Manifest) -> list[str]:
     """Read every file of a store and return what is wrong, one line per file."""
-    found = []
+    lines = []
     for key, record in manifest.files.items():
         problem = _missing(root, key, record)
         if not problem:
@@ -195,9 +197,9 @@ def problems(root: Path, manifest: Manifest) -> list[str]:
             except OSError as error:
                 problem = f"cannot be read ({error})"
         if problem:
-            found.append(f"{key} {problem}")
+            lines.append(f"{key} {problem}")
     extra = set(stored_files(root)) - manifest.files.keys() - {MANIFEST_FILE}
-    return found + [f"{key} is not part of the store" for key in sorted(extra)]
+    return lines + [f"{key} is not part of the store" for key in sorted(extra)]
 
 
 def stored_files(root: Path) -> Iterable[str]:
@@ -207,9 +209,9 @@ def stored_files(root: Path) -> Iterable[str]:
             yield Path(folder, name).relative_to(root).as_posix()
 
 
-def check_whole(root: Path, key: str, record: FileRecord, data) -> None:
-    """Raise CatalogError unless `data`, a buffer, is what was written to the file `key`."""
-    view = memoryview(data)
+def check_whole(root: Path, key: str, record: FileRecord, content) -> None:
+    """Raise CatalogError unless `content`, a buffer, is what was written to the file `key`."""
+    view = memoryview(content)
     if len(view) != record.size:
         raise damaged(root, key, _other_size(len(view), record.size))
     if record.parts:
@@ -218,17 +220,17 @@ def check_whole(root: Path, key: str, record: FileRecord, data) -> None:
         raise damaged(root, key, "holds other bytes than were written")
 
 
-def check_parts(root: Path, key: str, record: FileRecord, start: int, data) -> bool:
+def check_parts(root: Path, key: str, record: FileRecord, start: int, content) -> bool:
     """Compare the CRC-32C of parts of a shard with the manifest.
 
     Parameters
     ----------
-    start : first byte of `data` in the file.
-    data : a buffer that holds a whole number of parts.
+    start : first byte of `content` in the file.
+    content : a buffer that holds a whole number of parts.
 
     Returns
     -------
-    bool : False where `data` does not begin and end with a part, so that nothing was compared.
+    bool : False where `content` does not begin and end with a part, so that nothing was compared.
 
     Raises
     ------
@@ -236,7 +238,7 @@ def check_parts(root: Path, key: str, record: FileRecord, start: int, data) -> b
     """
     import google_crc32c
 
-    view = np.frombuffer(data, np.uint8)
+    view = np.frombuffer(content, np.uint8)
     covered = _covered(record, start, start + len(view))
     if covered is None:
         return False
@@ -259,18 +261,18 @@ def damaged(root: Path, key: str, problem: str) -> CatalogError:
 def _covered(record: FileRecord, start: int, end: int) -> tuple[Part, ...] | None:
     """Return the parts from byte `start` to `end`; None where these are not borders of parts."""
     first, last = bisect_left(record.borders, start), bisect_left(record.borders, end)
-    found = record.borders[first : first + 1] + record.borders[last : last + 1]
-    return record.parts[first:last] if found == [start, end] else None
+    borders = record.borders[first : first + 1] + record.borders[last : last + 1]
+    return record.parts[first:last] if borders == [start, end] else None
 
 
 def _missing(root: Path, key: str, record: FileRecord) -> str:
     try:
-        found = os.stat(root / key)
+        status = os.stat(root / key)
     except OSError as error:
         return f"is missing ({error.strerror})"
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         return "is not a file"
-    return "" if found.st_size == record.size else _other_size(found.st_size, record.size)
+    return "" if status.st_size == record.size else _other_size(status.st_size, record.size)
 
 
 def _other_size(size: int, expected: int) -> str:

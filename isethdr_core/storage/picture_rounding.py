@@ -49,25 +49,25 @@ def rounded_picture(ds) -> dict:
     The largest error is the same, but medians and shares over many pixels are not those of one
     grid. Values that float32 itself resolves less well are only as exact as float32.
     """
-    out = _rounded({n: ds.variables[n] for n in NOTES if n in ds.variables})
-    before = {n: UNDENOISED + n for n in NOTES if UNDENOISED + n in ds.variables}
-    rounded = _rounded({n: ds.variables[long] for n, long in before.items()})
-    return out | {before[n]: variable for n, variable in rounded.items()}
+    rounded_notes = _rounded({n: ds.variables[n] for n in NOTES if n in ds.variables})
+    undenoised_names = {n: UNDENOISED + n for n in NOTES if UNDENOISED + n in ds.variables}
+    rounded = _rounded({n: ds.variables[long] for n, long in undenoised_names.items()})
+    return rounded_notes | {undenoised_names[n]: variable for n, variable in rounded.items()}
 
 
-def _rounded(found: dict) -> dict:
+def _rounded(variables: dict) -> dict:
     """Return the rounded variables of one picture by name, empty where they are none."""
-    if "xyz" not in found or found["xyz"].dims[-1:] != ("xyz_channel",):
+    if "xyz" not in variables or variables["xyz"].dims[-1:] != ("xyz_channel",):
         return {}
-    if any(v.dims != found["xyz"].dims or v.dtype.kind != "f" for v in found.values()):
+    if any(v.dims != variables["xyz"].dims or v.dtype.kind != "f" for v in variables.values()):
         return {}
-    values = {name: variable.values.astype(np.float64) for name, variable in found.items()}
-    out = {}
-    for name, variable in found.items():
-        data = _on_grids(values[name], _quanta(name, values), ROW_SHIFTS[name])
-        out[name] = variable.copy(deep=False, data=data)
-        out[name].attrs = {**variable.attrs, ROUNDING: NOTES[name]}
-    return out
+    values = {name: variable.values.astype(np.float64) for name, variable in variables.items()}
+    rounded = {}
+    for name, variable in variables.items():
+        values_on_grid = _on_grids(values[name], _quanta(name, values), ROW_SHIFTS[name])
+        rounded[name] = variable.copy(deep=False, data=values_on_grid)
+        rounded[name].attrs = {**variable.attrs, ROUNDING: NOTES[name]}
+    return rounded
 
 
 def _quanta(name: str, values: dict) -> np.ndarray:
@@ -103,19 +103,19 @@ def _power_of_two(values) -> np.ndarray:
 
 def _on_grids(values, quanta, row_shifts: int) -> np.ndarray:
     """Return float32 values (y, x, 3) on grids of the spacing `quanta`, shifted by row for Y."""
-    out = np.empty(values.shape, np.float32)
+    on_grid = np.empty(values.shape, np.float32)
     shifts = _shifts(len(values), row_shifts)[:, None]
     for channel in range(values.shape[-1]):
-        one, quantum = values[..., channel], quanta[..., channel]
+        plane, quantum = values[..., channel], quanta[..., channel]
         shift = shifts if channel == 1 else 0.0
-        held = np.isfinite(one)
-        held &= one != 0  # 0 has a meaning of its own: no light, no variance
-        grid = np.where(held, one, 0.0) * (1 / quantum) - shift
+        representable = np.isfinite(plane)
+        representable &= plane != 0  # 0 has a meaning of its own: no light, no variance
+        grid = np.where(representable, plane, 0.0) * (1 / quantum) - shift
         np.rint(grid, out=grid)
         grid += shift
         grid *= quantum
-        out[..., channel] = np.where(held, grid, one)
-    return out
+        on_grid[..., channel] = np.where(representable, grid, plane)
+    return on_grid
 
 
 def _shifts(rows: int, count: int) -> np.ndarray:

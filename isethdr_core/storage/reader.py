@@ -55,8 +55,8 @@ class ManifestStore(LocalStore):
         """Return the same as `get`, without an event loop."""
         if key not in self.manifest.files:
             return None
-        data = super().get_sync(key, prototype=prototype, byte_range=byte_range)
-        return self._checked(key, byte_range, data)
+        content = super().get_sync(key, prototype=prototype, byte_range=byte_range)
+        return self._checked(key, byte_range, content)
 
     async def get_ranges(
         self,
@@ -92,17 +92,17 @@ class ManifestStore(LocalStore):
         """
         start = f"{prefix.rstrip('/')}/" if prefix else ""
         below = (key[len(start) :] for key in self.manifest.files if key.startswith(start))
-        for name in dict.fromkeys(rest.partition("/")[0] for rest in below):
+        for name in dict.fromkeys(path_below.partition("/")[0] for path_below in below):
             yield name
 
-    def _checked(self, key: str, byte_range: ByteRequest | None, data: Buffer | None) -> Buffer:
+    def _checked(self, key: str, byte_range: ByteRequest | None, content: Buffer | None) -> Buffer:
         record = self.manifest.files[key]
-        if data is None:
+        if content is None:
             raise damaged(self.root, key, "is missing")
-        view = data.as_numpy_array()
+        view = content.as_numpy_array()
         if byte_range is None:
             check_whole(self.root, key, record, view)
-            return data
+            return content
         if isinstance(byte_range, RangeByteRequest):
             start, expected = byte_range.start, byte_range.end - byte_range.start
         elif isinstance(byte_range, OffsetByteRequest):
@@ -113,13 +113,13 @@ class ManifestStore(LocalStore):
             raise damaged(self.root, key, "is shorter than it was written")
         if not check_parts(self.root, key, record, start, view):
             self._check_once(key)
-        return data
+        return content
 
     def _check_once(self, key: str) -> None:
         """Compare a whole file with the manifest, again only if the file has changed since."""
         path = self.root / key
-        found = os.stat(path)
-        state = (found.st_ino, found.st_mtime_ns, found.st_size)
+        status = os.stat(path)
+        state = (status.st_ino, status.st_mtime_ns, status.st_size)
         if self._whole.get(key) != state:
             check_whole(self.root, key, self.manifest.files[key], path.read_bytes())
             self._whole[key] = state

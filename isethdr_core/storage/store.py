@@ -349,23 +349,24 @@ def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
     path = Path(path_or_id)
     if path.suffix == ".zarr" or path.is_dir():
         return path
-    folder, wanted = home() / "scenes", str(path_or_id)
-    found = {
+    folder, start_of_name = home() / "scenes", str(path_or_id)
+    matches = {
         p: attrs.get("recipe") or p.name
         for p, attrs in _complete_stores(folder)
-        if p.stem.startswith(wanted) or str(attrs.get("recipe", "")).startswith(wanted)
+        if p.stem.startswith(start_of_name)
+        or str(attrs.get("recipe", "")).startswith(start_of_name)
     }
-    if not found:
+    if not matches:
         raise CatalogError(
-            f"no scene in {folder} is called {wanted!r} or begins so; "
+            f"no scene in {folder} is called {start_of_name!r} or begins so; "
             "`isethdr catalog find kind=scene` lists them; a path ends in .zarr"
         )
-    if len(set(found.values())) > 1:
+    if len(set(matches.values())) > 1:
         raise CatalogError(
-            f"{wanted!r} could be any of {', '.join(sorted(p.stem for p in found))}; give more of"
+            f"{start_of_name!r} could be any of {', '.join(sorted(p.stem for p in matches))}; give more of"
             " the name"
         )
-    return min(found)
+    return min(matches)
 
 
 def _complete_stores(folder: Path) -> list[tuple[Path, dict[str, Any]]]:

@@ -58,8 +58,8 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
     cell = array_period(captures["filter"].values)
     smooth = denoised(merged, cell, with_variance=how.demosaic in FOLLOWS_VARIANCE)
     attrs[VARIANCE_KNOWN] = False
-    out = _developed(smooth, captures, how, matrix, attrs)
-    return with_undenoised(out, picture) if variance_known(picture) else out
+    developed = _developed(smooth, captures, how, matrix, attrs)
+    return with_undenoised(developed, picture) if variance_known(picture) else developed
 
 
 def _developed(merged, captures, how: Development, matrix, attrs: dict):

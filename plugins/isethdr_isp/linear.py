@@ -39,8 +39,8 @@ class LinearIsp(Development):
         it.
         """
         check_captures(captures)
-        one = with_black_level(chosen(captures, self.capture), self.black)
-        balance = illuminant(one, self.balance)
-        [read] = readouts(one, light(balance, one.wavelength.values))
-        merged = fold([read_charge([read], read.sensitivity[one["filter"].values])])
-        return develop(merged, [read], one, self, balance)
+        capture = with_black_level(chosen(captures, self.capture), self.black)
+        balance = illuminant(capture, self.balance)
+        [read] = readouts(capture, light(balance, capture.wavelength.values))
+        merged = fold([read_charge([read], read.sensitivity[capture["filter"].values])])
+        return develop(merged, [read], capture, self, balance)

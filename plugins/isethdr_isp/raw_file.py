@@ -57,18 +57,18 @@ def write_dng(captures, path, capture: str = "") -> Path:
     import tifffile
 
     check_captures(captures)
-    one = chosen(captures, capture)
-    names, raw = [str(name) for name in one["channel"].values], one["raw"].values[0]
-    _check(one, names, raw)
+    single = chosen(captures, capture)
+    names, raw = [str(name) for name in single["channel"].values], single["raw"].values[0]
+    _check(single, names, raw)
     mono = len(names) == 1
     with tifffile.TiffWriter(path, byteorder="<") as file:
         file.write(
             raw.astype(np.uint16),
             photometric=GREY if mono else ARRAY,
-            description=_description(one),
+            description=_description(single),
             software="isethdr",
             metadata=None,
-            extratags=[(code, *rest, True) for code, *rest in sorted(tags(one, names, mono))],
+            extratags=[(code, *entry, True) for code, *entry in sorted(tags(single, names, mono))],
         )
     if mono:
         with tifffile.TiffFile(
@@ -78,18 +78,18 @@ def write_dng(captures, path, capture: str = "") -> Path:
     return Path(path)
 
 
-def tags(one, names, mono: bool) -> list[tuple]:
+def tags(capture, names, mono: bool) -> list[tuple]:
     """Return (code, type, count, value) of every tag of one capture.
 
     Parameters
     ----------
-    one : a captures Dataset with one capture.
+    capture : a captures Dataset with one capture.
     names : name of each channel.
     mono : whether every pixel samples the same channel.
     """
-    [read] = readouts(one, light("daylight", one.wavelength.values))
+    [read] = readouts(capture, light("daylight", capture.wavelength.values))
     get = {
-        name: float(one[name].values[0])
+        name: float(capture[name].values[0])
         for name in ("exposure_s", "gain_dn_per_e", "black_dn", "top_dn")
     }
     full_e = (get["top_dn"] - get["black_dn"]) / get["gain_dn_per_e"]
@@ -97,8 +97,8 @@ def tags(one, names, mono: bool) -> list[tuple]:
     # variance = S x + O for samples x of 0..1; the charge that makes the shot noise includes the
     # dark charge
     noise = [1 / full_e, float(np.median(read.read_var_e2)) / full_e**2] * len(names)
-    ny, nx = one["filter"].shape
-    out = [
+    ny, nx = capture["filter"].shape
+    entries = [
         (50706, "B", 4, bytes([1, 4, 0, 0])),
         (50707, "B", 4, bytes([1, 3, 0, 0])),
         (50708, "s", 0, "isethdr simulated camera"),
@@ -110,47 +110,52 @@ def tags(one, names, mono: bool) -> list[tuple]:
         (50829, "I", 4, (0, 0, ny, nx)),
         (51041, "d", len(noise), tuple(noise)),
         (33434, "2I", 1, _ratio(get["exposure_s"])),
-        (37386, "2I", 1, _ratio(float(one.attrs["focal_length_mm"]))),
+        (37386, "2I", 1, _ratio(float(capture.attrs["focal_length_mm"]))),
     ]
-    if "f_number" in one.attrs:
-        out.append((33437, "2I", 1, _ratio(float(one.attrs["f_number"]))))
-    if "companding_dn" in one:
+    if "f_number" in capture.attrs:
+        entries.append((33437, "2I", 1, _ratio(float(capture.attrs["f_number"]))))
+    if "companding_dn" in capture:
         knees = np.array(
-            [one[name].values[0] for name in ("companding_dn", "companding_linear_dn")], float
+            [capture[name].values[0] for name in ("companding_dn", "companding_linear_dn")], float
         )
         knees = knees[:, np.isfinite(knees).all(0)]
         linear = np.interp(np.arange(int(knees[0, -1]) + 1), *knees)
-        out.append((50712, "H", len(linear), tuple(np.rint(linear).astype(int).tolist())))
+        entries.append((50712, "H", len(linear), tuple(np.rint(linear).astype(int).tolist())))
     if not mono:
-        cell, order = _cell(one), planes_in_order(one)
+        cell, order = _cell(capture), planes_in_order(capture)
         names = [names[k] for k in order]
         response, neutral = read.response[order], neutral[order]
-        letters = np.array(one["channel"].values.tolist())[cell].ravel().tolist()
-        out += [
+        letters = np.array(capture["channel"].values.tolist())[cell].ravel().tolist()
+        entries += [
             (33421, "H", 2, cell.shape),
             (33422, "B", cell.size, bytes(COLOURS[name] for name in letters)),
             (50710, "B", len(names), bytes(COLOURS[name] for name in names)),
             (50711, "H", 1, 1),
             (50778, "H", 1, D65),
-            (50721, "2i", 3 * len(names), _ratios(camera_matrix(response, one.wavelength.values))),
+            (
+                50721,
+                "2i",
+                3 * len(names),
+                _ratios(camera_matrix(response, capture.wavelength.values)),
+            ),
             (50728, "2I", len(names), _ratios(neutral)),
         ]
-    return out
+    return entries
 
 
-def _cell(one):
+def _cell(capture):
     """Return the filters (row, column) of one cell of the array."""
-    filters = one["filter"].values
+    filters = capture["filter"].values
     return filters[tuple(slice(n) for n in array_period(filters))]
 
 
-def planes_in_order(one) -> list[int]:
+def planes_in_order(capture) -> list[int]:
     """Return the channels in the order of the file's planes.
 
     Developers take the second of three planes for green, which a cell holds twice. So the channel
     that is sampled twice comes second; four channels keep their order.
     """
-    count = np.bincount(_cell(one).ravel(), minlength=one.sizes["channel"])
+    count = np.bincount(_cell(capture).ravel(), minlength=capture.sizes["channel"])
     order = list(range(len(count)))
     if len(order) == 3:
         twice = int(np.argmax(count))
@@ -174,9 +179,9 @@ def camera_matrix(response, wavelength_nm) -> np.ndarray:
     return colour_matrix(samples @ weights.T, samples @ camera.T, weights @ white, camera @ white)
 
 
-def _description(one) -> str:
-    kept = {
-        name: float(one[name].values[0])
+def _description(capture) -> str:
+    numbers = {
+        name: float(capture[name].values[0])
         for name in (
             "exposure_s",
             "gain_dn_per_e",
@@ -188,16 +193,16 @@ def _description(one) -> str:
             "area_m2",
         )
     }
-    kept |= {
-        name: float(one.attrs[name])
+    numbers |= {
+        name: float(capture.attrs[name])
         for name in ("throughput_sr", "pitch_um", "focal_length_mm")
-        if name in one.attrs
+        if name in capture.attrs
     }
-    return json.dumps({"capture": str(one["capture"].values[0]), **kept})
+    return json.dumps({"capture": str(capture["capture"].values[0]), **numbers})
 
 
-def _check(one, names, raw) -> None:
-    top = float(one["top_dn"].values[0])
+def _check(capture, names, raw) -> None:
+    top = float(capture["top_dn"].values[0])
     if (
         not np.issubdtype(raw.dtype, np.integer)
         or raw.min() < 0
@@ -209,8 +214,8 @@ def _check(one, names, raw) -> None:
             " DN of 16 bits; set sensor.bits to 16 or less"
         )
     if len(names) > 1:
-        _check_array(one, names)
-    if "response_dn" in one and np.isfinite(one["response_dn"].values[0]).any():
+        _check_array(capture, names)
+    if "response_dn" in capture and np.isfinite(capture["response_dn"].values[0]).any():
         raise UnitError(
             "a DNG cannot hold the response of a pixel that bends; write captures.drop_vars of"
             " response_dn, response_e, response_variance_e2, which describe it, to keep the"
@@ -218,7 +223,7 @@ def _check(one, names, raw) -> None:
         )
 
 
-def _check_array(one, names) -> None:
+def _check_array(capture, names) -> None:
     """Refuse a filter array that a DNG cannot name, or that developers open with other filters than
     it has.
     """
@@ -228,7 +233,7 @@ def _check_array(one, names) -> None:
             f"a DNG has no name for filter {', '.join(unknown)}; expected some of"
             f" {', '.join(COLOURS)}"
         )
-    rows, columns = _cell(one).shape
+    rows, columns = _cell(capture).shape
     if (rows, columns) != (2, 2) or len({COLOURS[name] for name in names}) not in (3, 4):
         raise UnitError(
             f"the filter array repeats after {rows} x {columns} pixels and holds"

@@ -35,14 +35,14 @@ def illuminant(captures, balance: str) -> Illuminant:
     means = channel_means(reads, captures["filter"].values, captures.sizes["channel"])
     if means is None:
         return REFERENCE
-    found, distance = nearest_mixture(means, reads[0], wavelength_nm)
+    mixture, distance = nearest_mixture(means, reads[0], wavelength_nm)
     ledger.error(
         distance,
         "relative",
         "measured",
-        f"channel ratios of the frame against those of {found}, automatic white balance",
+        f"channel ratios of the frame against those of {mixture}, automatic white balance",
     )
-    return found
+    return mixture
 
 
 def channel_means(reads: list[Readout], filters, channels: int) -> np.ndarray | None:
@@ -73,8 +73,10 @@ def channel_means(reads: list[Readout], filters, channels: int) -> np.ndarray | 
         return None
     limit = LAMP_MULTIPLE * max(float(np.percentile(bright[known], LAMP_PERCENTILE)), 0.0)
     grey = cells[known & (np.nan_to_num(bright) <= limit)].mean(0)
-    place = filters[:rows, :columns]
-    means = np.array([grey[place == c].mean() for c in range(channels) if np.any(place == c)])
+    channel_of = filters[:rows, :columns]
+    means = np.array(
+        [grey[channel_of == c].mean() for c in range(channels) if np.any(channel_of == c)]
+    )
     return means if len(means) == channels and np.all(means > 0) else None
 
 
@@ -93,8 +95,8 @@ def nearest_mixture(means, read: Readout, wavelength_nm) -> tuple[Mixture, float
     share = np.linspace(0.0, 1.0, STEPS + 1)[:, None]
     best, least = Mixture(REFERENCE, REFERENCE, 0.0), np.inf
     for a, b in combinations(range(len(LIGHTS)), 2):
-        apart = np.log((1 - share) * white[a] + share * white[b]) - np.log(means)
-        rms = apart.std(axis=1)  # the level is free
+        log_ratios = np.log((1 - share) * white[a] + share * white[b]) - np.log(means)
+        rms = log_ratios.std(axis=1)  # the level is free
         k = int(rms.argmin())
         if rms[k] < least:
             best, least = Mixture(LIGHTS[a], LIGHTS[b], float(share[k, 0])), float(rms[k])

@@ -67,8 +67,8 @@ def reflectances(wavelength_nm) -> np.ndarray:
     """
     w = np.asarray(wavelength_nm, float)
     out = [np.full(len(w), 0.5)]
-    for place in range(440, 641, 25):
-        edge, band = 1 / (1 + np.exp(-(w - place) / 20)), _bell(w, place, 30)
+    for centre_nm in range(440, 641, 25):
+        edge, band = 1 / (1 + np.exp(-(w - centre_nm) / 20)), _bell(w, centre_nm, 30)
         for shape in (edge, 1 - edge, band, 1 - band):
             out += [0.03 + 0.77 * shape, 0.2 + 0.4 * shape]
     return np.array(out)

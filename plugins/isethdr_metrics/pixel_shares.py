@@ -31,7 +31,7 @@ class PixelShares:
         _, _, valid = luminances(picture, truth)
         shares, scores = (("valid_share", valid), ("saturated_share", saturated(picture))), []
         for region in regions_of(valid.shape, labels):
-            for score, held in shares:
-                share = float(np.mean(region.of(held)))
+            for score, flags in shares:
+                share = float(np.mean(region.of(flags)))
                 scores.append(Score(score, share, "", region.name, share, share))
         return scores

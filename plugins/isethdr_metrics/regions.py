@@ -115,19 +115,19 @@ def _regions(shape, labels) -> list[Region]:
         for o in labels.attrs.get("objects", [])
     }
     labelled = np.flatnonzero(instance > 0)  # few: sorting all pixels would take most of the time
-    numbers, place = np.unique(instance.ravel()[labelled], return_inverse=True)
+    numbers, rank = np.unique(instance.ravel()[labelled], return_inverse=True)
     order = np.zeros(instance.size, np.int32)
-    order[labelled] = place + 1
+    order[labelled] = rank + 1
     windows = find_objects(order.reshape(shape))
-    taken: set[str] = set()
-    out = [frame]
+    used_names: set[str] = set()
+    regions = [frame]
     for number, window in zip(numbers.tolist(), windows, strict=True):
         name = known.get(number, str(number))
-        if name in taken:
+        if name in used_names:
             name = f"{name} {number}"
-        taken.add(name)
-        out.append(Region(name, window, instance[window] == number, shape))
-    return out
+        used_names.add(name)
+        regions.append(Region(name, window, instance[window] == number, shape))
+    return regions
 
 
 def median_interval(values, independent: int):
@@ -164,11 +164,11 @@ def mean_of(values, region: Region, use=None):
     values : (y, x), of the frame. `use` : bool (y, x), pixels of the frame that count; None: all.
     """
     mask = region.mask if use is None else region.mask & use[region.window]
-    held = np.where(mask, values[region.window], 0.0)
+    in_region = np.where(mask, values[region.window], 0.0)
     pixels = int(mask.sum())
     if not pixels:
         return NAN, NAN, NAN
-    mean = float(held.sum(dtype=float) / pixels)
+    mean = float(in_region.sum(dtype=float) / pixels)
     if not intervals_wanted():
         return mean, NAN, NAN
     begin = [
@@ -177,7 +177,7 @@ def mean_of(values, region: Region, use=None):
     ]
     count, total = (
         np.add.reduceat(np.add.reduceat(v, begin[1], axis=1, dtype=float), begin[0], axis=0).ravel()
-        for v in (mask, held)
+        for v in (mask, in_region)
     )
     some = count > 0
     if some.sum() < FEWEST_BLOCKS:

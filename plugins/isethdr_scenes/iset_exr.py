@@ -66,10 +66,10 @@ class IsetExr:
         ------
         CatalogError : no file of the scene is there.
         """
-        found = sorted(Path(self.folder).expanduser().glob(f"{self.scene_id}_*.exr"))
-        if not found:
+        files_of_scene = sorted(Path(self.folder).expanduser().glob(f"{self.scene_id}_*.exr"))
+        if not files_of_scene:
             raise self._missing()
-        return tuple(path for path in found if there(path))
+        return tuple(path for path in files_of_scene if there(path))
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the light groups that have a file.
@@ -99,10 +99,10 @@ class IsetExr:
     def _light_files(self) -> dict[str, Path]:
         """Return the files of radiance that are there, by light group."""
         paths = {group: self._path(f"_{name}.exr") for group, name in FILES.items()}
-        found = {group: path for group, path in paths.items() if files.there(path)}
-        if not found:
+        present = {group: path for group, path in paths.items() if files.there(path)}
+        if not present:
             raise self._missing()
-        return found
+        return present
 
     def __call__(self) -> xr.Dataset:
         """Return scene radiance, W m-2 sr-1 nm-1, with the labels `distance` and `instance` where
@@ -114,9 +114,9 @@ class IsetExr:
         UnitError : light in a file is negative or not finite, or two files differ in size or
             wavelengths.
         """
-        found = self._light_files()
+        files_by_group = self._light_files()
         for group in [
-            g for g in FILES if g not in found
+            g for g in FILES if g not in files_by_group
         ]:  # the deposit leaves out groups without a lamp
             missing = self._path(f"_{FILES[group]}.exr")
             ledger.left_out(f"group {group}", f"no file {missing.name}", 0.0, "cd/m2")
@@ -127,10 +127,10 @@ class IsetExr:
             "rounding to float32; how noisy the files are, they do not say",
         )
         bands, cube = None, None
-        for k, path in enumerate(found.values()):
+        for k, path in enumerate(files_by_group.values()):
             nm, light = files.read_radiance(path)
             if cube is None:
-                bands, cube = nm, np.empty((len(found), *light.shape), np.float32)
+                bands, cube = nm, np.empty((len(files_by_group), *light.shape), np.float32)
             if light.shape != cube.shape[1:] or not np.array_equal(nm, bands):
                 raise UnitError(
                     f"{path.name} has {light.shape[2]} x {light.shape[1]} tiles and {len(nm)}"
@@ -142,7 +142,7 @@ class IsetExr:
         field = 2 * math.tan(math.radians(self.horizontal_field_deg) / 2)
         ds = scene_radiance(
             cube,
-            found,
+            files_by_group,
             bands,
             centres(width, field),
             centres(height, field * height / width),

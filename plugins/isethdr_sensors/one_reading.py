@@ -39,11 +39,11 @@ class OneReadingSensor(ImagingSensor):
 
     def diode_terms(self) -> dict:
         """Return the fields of the `Photodiode` but for its name and full well."""
-        own = {
+        terms = {
             name: getattr(self, name)
             for name in ("fill_factor", "dark_e_per_s", "dark_spread", "prnu")
         }
-        return {**super().diode_terms(), **own}
+        return {**super().diode_terms(), **terms}
 
     def gained_reading(self) -> int:
         """Return the number of the reading that automatic gain meters: the first or only one."""

@@ -42,13 +42,13 @@ class StaggeredSensor(SingleSensor):
                 f"sensor.exposure_ratios is {ratios!r}; expected shares of exposure_s from 1"
                 " downwards, e.g. [1, 0.0625]"
             )
-        one = super().model()
+        single = super().model()
         names = [f"T{k}" for k in range(1, len(ratios) + 1)]
         return replace(
-            one,
+            single,
             photodiodes=tuple(
                 replace(
-                    one.photodiodes[0],
+                    single.photodiodes[0],
                     name=name,
                     silicon="pixel",
                     exposure_share=share,
@@ -57,6 +57,6 @@ class StaggeredSensor(SingleSensor):
                 for k, (name, share) in enumerate(zip(names, ratios, strict=True))
             ),
             readings=tuple(
-                replace(one.readings[0], capture=name, diode=k) for k, name in enumerate(names)
+                replace(single.readings[0], capture=name, diode=k) for k, name in enumerate(names)
             ),
         )

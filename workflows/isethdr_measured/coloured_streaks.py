@@ -71,7 +71,7 @@ def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
     single = kernels(fine, (flare,), np.array([wave]), pitch, reach).bands[
         0
     ]  # one wavelength: a band of 1 nm
-    made, truth = (kernels(lens, (flare,), waves, pitch, reach) for lens in (usual, fine))
+    usual_kernels, truth = (kernels(lens, (flare,), waves, pitch, reach) for lens in (usual, fine))
     y, x = np.indices(single.shape) - tiles
     octave = np.log2(np.maximum(np.hypot(y, x), 1)).astype(int)
     errors = {}
@@ -81,9 +81,9 @@ def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
         errors[k] = (
             *(
                 np.abs(v[ring] - truth.bands[1][ring]).sum() / light
-                for v in (single, made.bands[1])
+                for v in (single, usual_kernels.bands[1])
             ),
-            made.speckle[1, k],
+            usual_kernels.speckle[1, k],
         )
     return errors
 
@@ -104,9 +104,9 @@ def write_picture(path: str, lens, flare, tiles: int) -> None:
         [kernels(lens, (flare,), np.array([w]), pitch, reach).bands[0] for w in waves]
     )
     whole = np.stack(kernels(lens, (flare,), waves, pitch, reach).bands)
-    both = [shown(cube, waves) for cube in (single, whole)]
-    gap = np.full((both[0].shape[0], GAP, 3), 255, np.uint8)
-    Image.fromarray(np.concatenate([both[0], gap, both[1]], axis=1)).save(path, quality=88)
+    pictures = [shown(cube, waves) for cube in (single, whole)]
+    gap = np.full((pictures[0].shape[0], GAP, 3), 255, np.uint8)
+    Image.fromarray(np.concatenate([pictures[0], gap, pictures[1]], axis=1)).save(path, quality=88)
 
 
 def shown(cube, waves) -> np.ndarray:

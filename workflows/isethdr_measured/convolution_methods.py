@@ -102,19 +102,19 @@ def lamps_of(image):
 
 def split(image, prepared):
     """Return lamps by float64, the rest by float32."""
-    rest, lamps = lamps_of(image)
-    return transform(lamps, prepared, np.float64) + transform(rest, prepared, np.float32)
+    background, lamps = lamps_of(image)
+    return transform(lamps, prepared, np.float64) + transform(background, prepared, np.float32)
 
 
 def summed(image, prepared):
     """Return lamps by direct sums, the rest by float64."""
-    rest, lamps = lamps_of(image)
-    (ny, nx), out = image.shape, transform(rest, prepared, np.float64)
+    background, lamps = lamps_of(image)
+    (ny, nx), total = image.shape, transform(background, prepared, np.float64)
     for i, j in np.argwhere(lamps):
-        out += (
+        total += (
             lamps[i, j] * prepared["psf"][ny - 1 - i : 2 * ny - 1 - i, nx - 1 - j : 2 * nx - 1 - j]
         )
-    return out
+    return total
 
 
 METHODS = {

@@ -83,9 +83,9 @@ def scored(mixed, shot, method: str) -> dict:
     picture = build("isp", "linear", demosaic=method)(shot)
     true = truth(mixed, picture)
     white, inner = white_cd_m2(true), (slice(BORDER, -BORDER), slice(BORDER, -BORDER))
-    seen, meant = (display(p, white, 0.0).astype(float)[inner] for p in (picture, true))
+    displayed, reference = (display(p, white, 0.0).astype(float)[inner] for p in (picture, true))
     difference = de2000(*(lab(p["xyz"].values[inner], white * D65_XYZ) for p in (true, picture)))
     return {
-        "psnr_db": float(20 * np.log10(255 / np.sqrt(np.mean((seen - meant) ** 2)))),
+        "psnr_db": float(20 * np.log10(255 / np.sqrt(np.mean((displayed - reference) ** 2)))),
         "ciede2000": float(difference.mean()),
     }

@@ -103,8 +103,12 @@ def hard_switch(groups, per_light):
     x = v = None
     for reads, light in zip(groups, per_light):
         c, ratio = read_charge(reads, light), light / per_light[-1]
-        here = (c.t_e - c.dark_e) / ratio, charge_variance(c.t_e, c.read_var_e2) / ratio**2
-        x, v = here if x is None else (np.where(c.good, new, old) for new, old in zip(here, (x, v)))
+        estimate = (c.t_e - c.dark_e) / ratio, charge_variance(c.t_e, c.read_var_e2) / ratio**2
+        x, v = (
+            estimate
+            if x is None
+            else (np.where(c.good, new, old) for new, old in zip(estimate, (x, v)))
+        )
     return Merged(x, v, np.ones(x.shape, bool), np.zeros(x.shape, np.uint8))
 
 
@@ -123,7 +127,7 @@ def shot(model, level_e: float, draws: int, rng):
         charge[k] = np.minimum(count[k], diode.full_well_e)
         controls.append(count[k][0] - mean)
     groups: dict[int, list] = {}
-    for place, r in enumerate(model.readings):
+    for number, r in enumerate(model.readings):
         noise = r.read_noise_e * rng.standard_normal((1, draws))
         controls.append(noise[0])
         highest = 2.0**r.bits - 1 if r.bits else np.inf
@@ -139,7 +143,7 @@ def shot(model, level_e: float, draws: int, rng):
         ends = e >= top - 0.5 / r.gain_dn_per_e
         groups.setdefault(r.diode, []).append(
             Readout(
-                e, ends, var, dark[r.diode], top, top - MARGIN * np.sqrt(var), None, None, place
+                e, ends, var, dark[r.diode], top, top - MARGIN * np.sqrt(var), None, None, number
             )
         )
     order = sorted(groups, key=lambda k: model.photodiodes[k].fill_factor)
@@ -155,12 +159,12 @@ def judged(merged, controls, level_e: float) -> dict:
     scale = np.sqrt((controls**2).mean(0))
     a = np.column_stack([np.ones(len(x)), controls / np.where(scale > 0, scale, 1.0)])
     fit = np.linalg.pinv(a.T @ a, hermitian=True) @ (a.T @ x)
-    rest = x - a @ fit
+    residual = x - a @ fit
     rms, variance = np.sqrt(np.mean((x - level_e) ** 2)), x.var()
     return {
         "snr_db": float(20 * np.log10(level_e / rms)),
         "bias_percent": float(100 * (fit[0] / level_e - 1)),
-        "bias_error_percent": float(100 * rest.std() / np.sqrt(len(x)) / level_e),
+        "bias_error_percent": float(100 * residual.std() / np.sqrt(len(x)) / level_e),
         "reported_over_true": (
             float(merged.variance_e2.mean() / variance) if variance > 0 else float("nan")
         ),
@@ -207,10 +211,12 @@ def asked(rows, model) -> list[dict]:
     where they are unbiased, away from the ends of captures.
     """
     end, sd = max(zip(ends_e(model), ends_sd(model)))
-    held = [r for r in rows if 1 <= r["level_e"] <= end - 4 * sd]
-    ours = {r["level_e"]: r for r in held if r["rule"] == DEFAULT}
-    others = [r for r in held if r["rule"] != DEFAULT]
-    fair = {r["rule"] for r in others} - {r["rule"] for r in others if _bias(r) >= UNBIASED}
+    usual_levels = [r for r in rows if 1 <= r["level_e"] <= end - 4 * sd]
+    ours = {r["level_e"]: r for r in usual_levels if r["rule"] == DEFAULT}
+    other_rules = [r for r in usual_levels if r["rule"] != DEFAULT]
+    fair = {r["rule"] for r in other_rules} - {
+        r["rule"] for r in other_rules if _bias(r) >= UNBIASED
+    }
     if not ours:
         return []
 
@@ -219,7 +225,7 @@ def asked(rows, model) -> list[dict]:
 
     worst = max(ours.values(), key=_bias)
     odd = max(ours.values(), key=lambda r: abs(np.log(r["reported_over_true"])))
-    out = [
+    answers = [
         {
             **worst,
             "asked": (
@@ -236,25 +242,25 @@ def asked(rows, model) -> list[dict]:
         },
     ]
     none = {key: float("nan") for key in worst} | {"rule": "none", "near_top": False}
-    for what, rivals in (
+    for condition, rivals in (
         (
             f"of {len(fair)} other rules unbiased at every level",
-            [r for r in others if r["rule"] in fair],
+            [r for r in other_rules if r["rule"] in fair],
         ),
         (
             "of all rules where they are unbiased, not near a top",
-            [r for r in others if _bias(r) < UNBIASED and not r["near_top"]],
+            [r for r in other_rules if _bias(r) < UNBIASED and not r["near_top"]],
         ),
     ):
         best = max(rivals, key=ahead, default=None)
         beaten = "nobody" if best is None else f"{ahead(best):+.3f} dB"
-        out.append(
+        answers.append(
             {
                 **(best or none),
-                "asked": f"most ahead of the default, {what}: {beaten}; asked: at most 0.1 dB",
+                "asked": f"most ahead of the default, {condition}: {beaten}; asked: at most 0.1 dB",
             }
         )
-    return out
+    return answers
 
 
 def verdict(rows, model) -> dict:

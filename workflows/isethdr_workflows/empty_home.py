@@ -12,7 +12,7 @@ from isethdr_optics.psf import kernels
 @contextmanager
 def empty_home():
     """Yield a temporary home folder; afterwards restore the earlier one and remove the folder."""
-    before = os.environ.get("ISETHDR_HOME")
+    earlier_home = os.environ.get("ISETHDR_HOME")
     with tempfile.TemporaryDirectory() as folder:
         os.environ["ISETHDR_HOME"] = folder
         kernels._cache.clear()
@@ -21,5 +21,5 @@ def empty_home():
         finally:
             kernels._cache.clear()  # some are mapped from files of the folder
             os.environ.pop("ISETHDR_HOME")
-            if before is not None:
-                os.environ["ISETHDR_HOME"] = before
+            if earlier_home is not None:
+                os.environ["ISETHDR_HOME"] = earlier_home

@@ -40,8 +40,8 @@ def ghosts_night(
     all ghosts on the sensor over that of the image), opposite (share of ghost light across the axis
     from the brightest lamp), red_over_blue (of the ghosts over that of the image).
     """
-    parts, radiance = rendered(f"experiment={experiment}", f"renderer={renderer}")
-    return study(parts.lighting(radiance), picture)
+    night_chain, radiance = rendered(f"experiment={experiment}", f"renderer={renderer}")
+    return study(night_chain.lighting(radiance), picture)
 
 
 def study(mixed, picture: str = "") -> list[dict]:
@@ -82,7 +82,7 @@ def study(mixed, picture: str = "") -> list[dict]:
     return rows
 
 
-def figures(clean, added, traced, left) -> dict:
+def figures(clean, added, traced, left_out) -> dict:
     """Return the figures of one coating from the image's irradiance, that of its ghosts, and the
     pairs of surfaces.
     """
@@ -97,7 +97,7 @@ def figures(clean, added, traced, left) -> dict:
     ]
     return {
         "pairs": len(traced),
-        "pairs_left_out": len(left),
+        "pairs_left_out": len(left_out),
         "strongest_pair": traced[0].share,
         "added": ghosts.sum() / total.sum(dtype=float),
         "opposite": float((ghosts * across).sum() / ghosts.sum()),

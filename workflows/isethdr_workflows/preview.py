@@ -52,7 +52,7 @@ def preview(
             f"study preview: denoise is {denoise}; expected 1, or 0 to see the noise; type"
             " denoise=1"
         )
-    parts = chain(
+    built = chain(
         compose(
             [
                 f"experiment={experiment}",
@@ -62,32 +62,32 @@ def preview(
             ]
         )
     )
-    scene = parts.renderer(parts.scene(), Demand(labels=LABELS))
-    weights = {str(g): float(w) for g, w in parts.lighting(scene).attrs["weights"].items()}
+    scene = built.renderer(built.scene(), Demand(labels=LABELS))
+    weights = {str(g): float(w) for g, w in built.lighting(scene).attrs["weights"].items()}
     start = time.process_time()
     looks = denoised(scene) if denoise else tristimulus(scene)
-    spent = time.process_time() - start
+    cpu_s = time.process_time() - start
     whole = np.moveaxis(np.tensordot(list(weights.values()), looks, 1), 0, -1)
     Image.fromarray(display(whole, white_cd_m2(whole))).save(picture)
     rows = []
-    for (group, weight), look, before in zip(weights.items(), looks, tristimulus(scene)):
-        kept = float(look[1].sum() / before[1].sum()) if before[1].any() else 1.0
+    for (group, weight), look, plain in zip(weights.items(), looks, tristimulus(scene)):
+        light_kept = float(look[1].sum() / plain[1].sum()) if plain[1].any() else 1.0
         rows.append(
             {
                 "light_group": group,
                 "weight": weight,
                 "noise": scene.attrs["noise"].get(group, float("nan")),
-                "moved": moved(look[1], before[1]),
-                "light_kept": kept,
-                "cpu_s": spent / len(weights),
+                "moved": moved(look[1], plain[1]),
+                "light_kept": light_kept,
+                "cpu_s": cpu_s / len(weights),
             }
         )
     return rows
 
 
-def moved(now, before) -> float:
+def moved(denoised_y, plain_y) -> float:
     """Return by how much luminance (y, x) changed: the median, relative, of tiles above 1 % of the
     mean; 0 where there is no light.
     """
-    lit = before > 0.01 * before.mean()
-    return float(np.median(np.abs(now[lit] / before[lit] - 1))) if lit.any() else 0.0
+    lit = plain_y > 0.01 * plain_y.mean()
+    return float(np.median(np.abs(denoised_y[lit] / plain_y[lit] - 1))) if lit.any() else 0.0

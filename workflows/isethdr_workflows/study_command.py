@@ -50,8 +50,8 @@ class Studies:
         """Return the rows that a terminal shows."""
         return self._function(self.shown[name])(rows) if name in self.shown else rows
 
-    def _function(self, place: str) -> Callable[..., list[dict]]:
-        module, function = place.split(":")
+    def _function(self, target: str) -> Callable[..., list[dict]]:
+        module, function = target.split(":")
         return getattr(import_module(f".{module}", self.package), function)
 
 

@@ -97,10 +97,10 @@ def _notes(notes: dict) -> list[str]:
 
 def _scene(result: Result) -> list[Figure]:
     """Return the scene before any camera: the lighting in use, then each other version of it."""
-    shown = {result.attributes["lighting"]: "main"}
-    shown |= {name: name for name in result.attributes["versions_shown"]}
+    title_names = {result.attributes["lighting"]: "main"}
+    title_names |= {name: name for name in result.attributes["versions_shown"]}
     figures = []
-    for title, name in shown.items():
+    for title, name in title_names.items():
         version = _inside(result.open(f"versions/{name}"))
         white = pictures.shown_white_cd_m2(version)
         compressed = pictures.compression(version, white)

@@ -129,12 +129,12 @@ def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict
         "chart",
         "building",
     }
-    seen = [
+    boxed = [
         o
         for o in objects
         if o.get("box") and o["category"] not in ground and o["box"][2] * o["box"][3] < 0.5 * area
     ]
-    return sorted(seen, key=lambda o: -o["box"][2] * o["box"][3])[:count]
+    return sorted(boxed, key=lambda o: -o["box"][2] * o["box"][3])[:count]
 
 
 def labelled(xyz, white_cd_m2: float, compressed: float, labels, objects: list[dict]) -> Figure:

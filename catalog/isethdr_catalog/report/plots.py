@@ -114,9 +114,9 @@ def seconds(rows) -> Markup:
 
     def draw(ax):
         ranked = sorted(rows, key=lambda r: -r.seconds)
-        shown, rest = ranked[:9], ranked[9:]
-        names = [legible(r.stage) for r in shown] + ([f"{len(rest)} more"] if rest else [])
-        values = [r.seconds for r in shown] + ([sum(r.seconds for r in rest)] if rest else [])
+        longest, others = ranked[:9], ranked[9:]
+        names = [legible(r.stage) for r in longest] + ([f"{len(others)} more"] if others else [])
+        values = [r.seconds for r in longest] + ([sum(r.seconds for r in others)] if others else [])
         ax.barh(names[::-1], values[::-1], color=CYCLE[1])
         ax.set_xlabel("seconds")
         ax.grid(axis="y", visible=False)
@@ -132,15 +132,17 @@ def snr_curve(
 
     Bins are of true luminance: binned by the noisy estimate, dark bins would hold mostly noise.
     """
-    stated = total_variance(before_denoising(picture))
-    y, variance = truth["xyz"].values[..., 1], stated.values[..., 1]
-    good = picture["valid"].values & (y > 0) & (variance > 0)
-    y, variance = y[good], variance[good]
+    stated_variance = total_variance(before_denoising(picture))
+    y, variance = truth["xyz"].values[..., 1], stated_variance.values[..., 1]
+    usable = picture["valid"].values & (y > 0) & (variance > 0)
+    y, variance = y[usable], variance[usable]
     if not y.size:
         return np.zeros(0), np.zeros(0)
     index = np.floor(np.log10(y) * bins_per_decade).astype(int)
-    kept = [index == i for i in np.unique(index) if (index == i).sum() >= least]
+    groups = [index == i for i in np.unique(index) if (index == i).sum() >= least]
     return (
-        np.array([np.median(y[k]) for k in kept]),
-        np.array([20 * np.log10(np.median(y[k]) / np.sqrt(np.median(variance[k]))) for k in kept]),
+        np.array([np.median(y[k]) for k in groups]),
+        np.array(
+            [20 * np.log10(np.median(y[k]) / np.sqrt(np.median(variance[k]))) for k in groups]
+        ),
     )

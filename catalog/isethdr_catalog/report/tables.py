@@ -101,10 +101,10 @@ def rounded(value: float, width: float) -> str:
     if value is None or not math.isfinite(value):
         return number(None)
     decimals = 1 - math.floor(math.log10(width))
-    shown = round(value, decimals) + 0.0  # no negative zero
-    if decimals > 6 or abs(shown) >= 1e6:
+    rounded_value = round(value, decimals) + 0.0  # no negative zero
+    if decimals > 6 or abs(rounded_value) >= 1e6:
         return f"{value:.4g}"
-    return f"{shown:,.{max(decimals, 0)}f}"
+    return f"{rounded_value:,.{max(decimals, 0)}f}"
 
 
 def ledger(rows: Ledger) -> Markup:

@@ -75,12 +75,14 @@ def viewer(
     """
     finest = finest_look(all_looks)
     pixels = sum(look.picture.valid.size for look in all_looks) + finest.truth.valid.size
-    told = pixels <= MOST_PIXELS
-    entries = [_entry(REFERENCE, finest.truth, told) | _labels(finest.truth, told)]
+    with_values = pixels <= MOST_PIXELS
+    entries = [_entry(REFERENCE, finest.truth, with_values) | _labels(finest.truth, with_values)]
     for look in all_looks:
-        entry = _entry(look.name, look.picture, told)
-        if told:
-            entry |= _labels(look.truth, told) | {"snr": _snr(look.picture)} | _raw(look.captures)
+        entry = _entry(look.name, look.picture, with_values)
+        if with_values:
+            entry |= (
+                _labels(look.truth, with_values) | {"snr": _snr(look.picture)} | _raw(look.captures)
+            )
         entries.append(entry)
     for i, entry in enumerate(entries):
         entry["image"] = f"view-{i}"
@@ -89,8 +91,8 @@ def viewer(
         "entries": entries,
         "lowest_db": LOWEST_DB,
         "step_db": STEP_DB,
-        "false_colours": _false_colours(*scale) if scale and told else None,
-        "told": told,
+        "false_colours": _false_colours(*scale) if scale and with_values else None,
+        "told": with_values,
     }
 
 
@@ -99,7 +101,7 @@ def finest_look(all_looks: list[Look]) -> Look:
     return max(all_looks, key=lambda look: look.picture.valid.size)
 
 
-def _entry(name: str, picture: xr.Dataset, told: bool) -> dict[str, Any]:
+def _entry(name: str, picture: xr.Dataset, with_values: bool) -> dict[str, Any]:
     """Return a picture's size, the rectangle of the image plane that it covers in m, luminance."""
     height, width = picture.valid.shape
     entry = {
@@ -109,7 +111,7 @@ def _entry(name: str, picture: xr.Dataset, told: bool) -> dict[str, Any]:
         "x_m": _edges(picture.x.values),
         "y_m": _edges(picture.y.values),
     }
-    if told:
+    if with_values:
         entry["luminance"] = packed(_upper_half(display_view.luminance(picture)))
     return entry
 
@@ -166,20 +168,20 @@ def _raw(captures: xr.Dataset) -> dict[str, Any]:
     }
 
 
-def _labels(truth: xr.Dataset, told: bool) -> dict[str, Any]:
+def _labels(truth: xr.Dataset, with_values: bool) -> dict[str, Any]:
     """Return the instance of each pixel and what each instance is; nothing without labels."""
-    if not told or "instance" not in truth:
+    if not with_values or "instance" not in truth:
         return {}
     names = {
-        str(thing["instance"]): _described(thing) for thing in truth.attrs.get("objects") or []
+        str(entry["instance"]): _described(entry) for entry in truth.attrs.get("objects") or []
     }
     return {"instance": packed(truth["instance"].values.astype("<u4")), "names": names}
 
 
-def _described(thing: dict[str, Any]) -> str:
+def _described(entry: dict[str, Any]) -> str:
     """Return an object's name and distance in words."""
-    name = thing.get("name") or thing["category"]
-    distance_m = thing.get("distance_m")
+    name = entry.get("name") or entry["category"]
+    distance_m = entry.get("distance_m")
     return f"{name}, {distance_m:.0f} m" if distance_m else str(name)
 
 

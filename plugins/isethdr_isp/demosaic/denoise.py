@@ -46,32 +46,32 @@ def denoised(merged: Merged, cell_shape: tuple[int, int], with_variance: bool = 
     which of it is averaged differs from shot to shot. The weights follow the noise as well, which
     is not in it: see docs/explanation/isp.md.
     """
-    good = merged.valid
-    level = stabilised(merged.signal_e, merged.variance_e2, good).astype(np.float32)
+    valid = merged.valid
+    level = stabilised(merged.signal_e, merged.variance_e2, valid).astype(np.float32)
     noisy = _Samples(
-        np.where(good, merged.signal_e, 0.0).astype(np.float32),
-        np.where(good, merged.variance_e2, 0.0).astype(np.float32),
+        np.where(valid, merged.signal_e, 0.0).astype(np.float32),
+        np.where(valid, merged.variance_e2, 0.0).astype(np.float32),
         level,
-        good,
+        valid,
     )
     change, variance = np.empty_like(level), np.full_like(level, np.nan)
     rows = len(level)
     for first in range(0, rows, STRIP):
         last, halo = min(first + STRIP, rows), REACH + PATCH // 2
-        seen = slice(max(first - halo, 0), min(last + halo, rows))
-        own = slice(first - seen.start, last - seen.start)
-        sums = _sums(noisy.rows(seen), cell_shape, with_variance)
-        change[first:last] = sums.mean[own]
+        with_halo = slice(max(first - halo, 0), min(last + halo, rows))
+        inner = slice(first - with_halo.start, last - with_halo.start)
+        sums = _sums(noisy.rows(with_halo), cell_shape, with_variance)
+        change[first:last] = sums.mean[inner]
         if with_variance:
-            variance[first:last] = sums.variance[own]
+            variance[first:last] = sums.variance[inner]
     ledger.left_out(
         "variance of the denoised picture",
         "the weights follow the noise; the picture states no variance",
         np.nan,
         "",
     )
-    signal = np.where(good, merged.signal_e + change, merged.signal_e)
-    variance = np.where(good, variance, merged.variance_e2)
+    signal = np.where(valid, merged.signal_e + change, merged.signal_e)
+    variance = np.where(valid, variance, merged.variance_e2)
     return replace(merged, signal_e=signal, variance_e2=variance, fixed=SampleNoise())
 
 
@@ -83,9 +83,9 @@ class _Samples(NamedTuple):
     level: np.ndarray  # stabilised
     good: np.ndarray
 
-    def rows(self, which: slice) -> _Samples:
+    def rows(self, rows: slice) -> _Samples:
         """Return some of the rows."""
-        return _Samples(*(values[which] for values in self))
+        return _Samples(*(values[rows] for values in self))
 
 
 class _Averages(NamedTuple):
@@ -96,20 +96,20 @@ class _Averages(NamedTuple):
 
 
 def _sums(samples: _Samples, cell_shape: tuple[int, int], with_variance: bool) -> _Averages:
-    x, spread, level, good = samples
+    x, spread, level, valid = samples
     total, weight = np.zeros_like(x), np.ones_like(x)
     # sums of w^2 Var, of w^2, and of w^2 times the difference and its square
     variance, weight2, first2, second2 = spread.copy(), *np.zeros((3, *x.shape), np.float32)
     weight2 += 1.0
-    all_good = bool(good.all())
+    all_good = bool(valid.all())
     for dy, dx in shifts(cell_shape, x.shape):
-        here, there = pair(x.shape[0], dy), pair(x.shape[1], dx)
-        p, q = (here[0], there[0]), (here[1], there[1])
+        rows, columns = pair(x.shape[0], dy), pair(x.shape[1], dx)
+        p, q = (rows[0], columns[0]), (rows[1], columns[1])
         w = likeness(level[p], level[q])
         if not all_good:
-            w *= good[p] & good[q]
-        apart = x[q] - x[p]
-        weighted = w * apart
+            w *= valid[p] & valid[q]
+        difference = x[q] - x[p]
+        weighted = w * difference
         total[p] += weighted
         total[q] -= weighted
         weight[p] += w
@@ -119,7 +119,7 @@ def _sums(samples: _Samples, cell_shape: tuple[int, int], with_variance: bool) -
         weighted *= w
         first2[p] += weighted
         first2[q] -= weighted
-        weighted *= apart
+        weighted *= difference
         second2[p] += weighted
         second2[q] += weighted
         w *= w
@@ -134,49 +134,51 @@ def _sums(samples: _Samples, cell_shape: tuple[int, int], with_variance: bool) -
     return _Averages(mean, np.maximum(variance, scatter) / weight**2)
 
 
-def stabilised(x, variance, good):
+def stabilised(x, variance, valid):
     """Return values (y, x) with a noise of 1: the integral of dx / sqrt(Var(x) + 3/8).
 
     Parameters
     ----------
     x : electrons (y, x).
     variance : temporal variance of the electrons (y, x), e^2, as the readout states it: Var(x).
-    good : (y, x) bool, the samples that are valid.
+    valid : (y, x) bool, the samples that are valid.
 
     Notes
     -----
     For one capture, Var = x + v, this is the generalised Anscombe transformation 2 sqrt(x + 3/8 +
     v) (Murtagh, Starck, Bijaoui 1995).
     """
-    order = np.argsort(x[good], axis=None)
+    order = np.argsort(x[valid], axis=None)
     if not len(order):
         return np.zeros(x.shape)
     parts = [part for part in np.array_split(order, min(BINS, len(order))) if len(part)]
-    values, spreads = x[good].ravel(), variance[good].ravel()
-    place = np.array([values[part].mean() for part in parts])
+    values, spreads = x[valid].ravel(), variance[valid].ravel()
+    means = np.array([values[part].mean() for part in parts])
     spread = np.array([spreads[part].mean() for part in parts])
     # values below 0 are noise around 0; the variance stated for them is too small
     spread = np.maximum(
-        spread, np.interp(min(0.0, place[-1]), place, spread) if place[0] < 0 else 0.0
+        spread, np.interp(min(0.0, means[-1]), means, spread) if means[0] < 0 else 0.0
     )
     slope = 1 / np.sqrt(spread + 0.375)
-    height = np.concatenate([[0.0], np.cumsum(np.diff(place) * (slope[1:] + slope[:-1]) / 2)])
-    beyond = np.minimum(x - place[0], 0.0) * slope[0] + np.maximum(x - place[-1], 0.0) * slope[-1]
-    return np.interp(x, place, height) + beyond
+    height = np.concatenate([[0.0], np.cumsum(np.diff(means) * (slope[1:] + slope[:-1]) / 2)])
+    outside_table = (
+        np.minimum(x - means[0], 0.0) * slope[0] + np.maximum(x - means[-1], 0.0) * slope[-1]
+    )
+    return np.interp(x, means, height) + outside_table
 
 
-def likeness(one, other):
+def likeness(first, second):
     """Return weights (y, x) in (0, 1] by the mean squared difference of stabilised surroundings; 1
     where noise explains it.
     """
-    difference = one - other
+    difference = first - second
     difference *= difference
     # exp(-max(mean - ALIKE, 0) / SOFTNESS) in place
-    out = _box_sums(difference)
-    out *= -1 / (SOFTNESS * PATCH**2)
-    out += ALIKE / SOFTNESS
-    np.minimum(out, 0.0, out=out)
-    return np.exp(out, out=out)
+    weights = _box_sums(difference)
+    weights *= -1 / (SOFTNESS * PATCH**2)
+    weights += ALIKE / SOFTNESS
+    np.minimum(weights, 0.0, out=weights)
+    return np.exp(weights, out=weights)
 
 
 def _box_sums(values):

@@ -52,23 +52,23 @@ def interpolated(rule: Kernels, mosaic) -> np.ndarray:
     """Return the channels (channel, y, x) that a linear demosaic makes of a mosaic (y, x)."""
     planes = np.zeros((len(rule.kernels[0].weights), *rule.shape))
     for block in (block for kernel in rule.kernels for block in kernel.blocks()):
-        here = block.pixels()
+        pixels = block.pixels()
         for plane, weights in zip(planes, block.weights):
             for offset, weight in zip(block.offsets, weights):
                 if weight:
-                    plane[here] += weight * mosaic[block.samples(offset)]
+                    plane[pixels] += weight * mosaic[block.samples(offset)]
     return planes
 
 
 def using_invalid(rule: Kernels, bad) -> np.ndarray:
     """Return which pixels (y, x) use a sample that is `bad`, (y, x) bool or None for none."""
-    out = np.zeros(rule.shape, bool)
+    using = np.zeros(rule.shape, bool)
     if bad is None or not np.any(bad):
-        return out
+        return using
     for kernel in rule.kernels:
         for offset in kernel.offsets:
-            out[kernel.pixels()] |= bad[kernel.samples(offset)]
-    return out
+            using[kernel.pixels()] |= bad[kernel.samples(offset)]
+    return using
 
 
 def bilinear(filters, channels: int) -> Kernels:
@@ -119,8 +119,8 @@ def folded(row, column, taps, shape, repeat_edge: bool = False) -> Kernel:
     """
     mirrored = _with_edge if repeat_edge else _mirrored
     weights: dict[tuple[int, int], np.ndarray] = {}
-    for channel, own in enumerate(taps):
-        for dy, dx, weight in own:
+    for channel, taps_of_channel in enumerate(taps):
+        for dy, dx, weight in taps_of_channel:
             offset = (
                 mirrored(row[0] + dy, shape[0]) - int(row[0]),
                 mirrored(column[0] + dx, shape[1]) - int(column[0]),
@@ -129,22 +129,22 @@ def folded(row, column, taps, shape, repeat_edge: bool = False) -> Kernel:
     return Kernel(row, column, list(weights), np.stack(list(weights.values()), -1))
 
 
-def _mirrored(place: int, count: int) -> int:
+def _mirrored(index: int, count: int) -> int:
     """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost
     one is not repeated.
     """
-    place = abs(int(place))
-    return place if place < count else 2 * (count - 1) - place
+    index = abs(int(index))
+    return index if index < count else 2 * (count - 1) - index
 
 
-def _with_edge(place: int, count: int) -> int:
+def _with_edge(index: int, count: int) -> int:
     """Return the place within 0..count - 1 that a place beyond the border mirrors; the outermost
     one is repeated.
     """
-    place = int(place)
-    if place < 0:
-        return -1 - place
-    return place if place < count else 2 * count - 1 - place
+    index = int(index)
+    if index < 0:
+        return -1 - index
+    return index if index < count else 2 * count - 1 - index
 
 
 def plane_weights(where) -> list[tuple[int, int, float]]:

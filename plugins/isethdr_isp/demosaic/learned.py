@@ -68,13 +68,13 @@ def _blocks(trained: np.ndarray, kinds: np.ndarray) -> Iterator[tuple]:
     """
     rows, columns = trained.shape[:2]
     for y, x in np.ndindex(rows, columns):
-        here = kinds[y::rows, x::columns]
-        order = np.argsort(here, axis=None, kind="stable")
-        ends = np.searchsorted(here.ravel()[order], np.arange(trained.shape[2] + 1))
+        kinds_of_phase = kinds[y::rows, x::columns]
+        order = np.argsort(kinds_of_phase, axis=None, kind="stable")
+        ends = np.searchsorted(kinds_of_phase.ravel()[order], np.arange(trained.shape[2] + 1))
         for kind, (first, last) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
             for start in range(first, last, AT_ONCE):
                 block = order[start : min(start + AT_ONCE, last)]
-                row, column = np.unravel_index(block, here.shape)
+                row, column = np.unravel_index(block, kinds_of_phase.shape)
                 yield trained[y, x, kind], (row * rows + y, column * columns + x)
 
 
@@ -90,11 +90,11 @@ def _inside(count: int, period: int):
     """Return the places 0..count - 1 that stand for -3..count + 2, each at its own phase of the
     array.
     """
-    place = np.arange(-RADIUS, count + RADIUS)
-    place[place < 0] %= period
-    beyond = place >= count
-    place[beyond] = count - period + (place[beyond] - count) % period
-    return np.clip(place, 0, count - 1)  # for a picture smaller than a cell
+    index = np.arange(-RADIUS, count + RADIUS)
+    index[index < 0] %= period
+    past_end = index >= count
+    index[past_end] = count - period + (index[past_end] - count) % period
+    return np.clip(index, 0, count - 1)  # for a picture smaller than a cell
 
 
 def matching(filters, names, table):
@@ -119,8 +119,8 @@ def matching(filters, names, table):
                 rolled[np.ix_(*(np.arange(n) % k for n, k in zip(letters.shape, tile.shape)))],
                 letters,
             ):
-                own = [channels_of(cell).index(name) for name in names]
-                return np.roll(trained, (-dy, -dx), (0, 1))[:, :, :, own]
+                order = [channels_of(cell).index(name) for name in names]
+                return np.roll(trained, (-dy, -dx), (0, 1))[:, :, :, order]
     raise UnitError(
         f"no learned filters for this filter array; expected one of {', '.join(table)}, shifted or"
         " not; use isp.demosaic=guided"
@@ -129,16 +129,18 @@ def matching(filters, names, table):
 
 def is_shifted(rows: Sequence[str], cell: str) -> bool:
     """Return whether an array that repeats `rows` is the array of `cell`, shifted or not."""
-    tile, own = cell_of(cell), np.array([list(row) for row in rows])
-    size = np.lcm(tile.shape, own.shape)
-    whole, other = (np.tile(t, size // t.shape) for t in (tile, own))
-    return any(np.array_equal(np.roll(whole, s, (0, 1)), other) for s in np.ndindex(tile.shape))
+    tile, rows_of_array = cell_of(cell), np.array([list(row) for row in rows])
+    size = np.lcm(tile.shape, rows_of_array.shape)
+    whole, whole_other = (np.tile(t, size // t.shape) for t in (tile, rows_of_array))
+    return any(
+        np.array_equal(np.roll(whole, s, (0, 1)), whole_other) for s in np.ndindex(tile.shape)
+    )
 
 
 def arrays() -> tuple[str, ...]:
     """Return the filter arrays that the shipped filters are trained for."""
-    with np.load(TABLE) as held:
-        return tuple(cell for cell in held.files if cell != "provenance")
+    with np.load(TABLE) as table:
+        return tuple(cell for cell in table.files if cell != "provenance")
 
 
 def cell_of(cell: str) -> np.ndarray:
@@ -154,13 +156,13 @@ def channels_of(cell: str) -> list[str]:
 def sampled(cell: str) -> np.ndarray:
     """Return which taps (row, column, channel, tap) sample which channel."""
     tile, names = cell_of(cell), channels_of(cell)
-    out = np.empty((*tile.shape, len(names), SIDE * SIDE), bool)
+    is_sampled = np.empty((*tile.shape, len(names), SIDE * SIDE), bool)
     for y, x in np.ndindex(tile.shape):
         window = tile[
             np.ix_(*(np.arange(k - RADIUS, k + RADIUS + 1) % n for k, n in zip((y, x), tile.shape)))
         ]
-        out[y, x] = [(window == name).ravel() for name in names]
-    return out
+        is_sampled[y, x] = [(window == name).ravel() for name in names]
+    return is_sampled
 
 
 def exact(filters, cell: str) -> np.ndarray:
@@ -184,10 +186,10 @@ def load() -> dict[str, np.ndarray]:
     """Return the shipped filters (row, column, class, channel, tap) by array; stored in half
     precision, sums restored.
     """
-    with np.load(TABLE) as held:
+    with np.load(TABLE) as table:
         return {
-            cell: exact(held[cell].astype(float), cell)
-            for cell in held.files
+            cell: exact(table[cell].astype(float), cell)
+            for cell in table.files
             if cell != "provenance"
         }
 
@@ -196,5 +198,5 @@ def provenance() -> dict:
     """Return how the shipped filters were made: the recipe, its hash, and what the pictures
     were.
     """
-    with np.load(TABLE) as held:
-        return json.loads(str(held["provenance"]))
+    with np.load(TABLE) as table:
+        return json.loads(str(table["provenance"]))

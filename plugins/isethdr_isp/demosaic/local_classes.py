@@ -36,8 +36,10 @@ def classes(mosaic, filters, variance) -> np.ndarray:
         _change(mosaic, filters, variance, axis) for axis in (1, 0)
     )
     change_x, change_y = np.maximum(along_x - noise_x, 0.0), np.maximum(along_y - noise_y, 0.0)
-    both = change_x + change_y
-    share = np.divide(change_x, both, out=np.full_like(both, 0.5), where=both > 0)
+    total_change = change_x + change_y
+    share = np.divide(
+        change_x, total_change, out=np.full_like(total_change, 0.5), where=total_change > 0
+    )
     # squares of normal numbers spread by sqrt(2) of their mean
     flat = along_x + along_y <= (noise_x + noise_y) * (
         1 + SIGNIFICANT * np.sqrt(4 / (count_x + count_y))
@@ -52,10 +54,10 @@ def _change(mosaic, filters, variance, axis):
     where they have the same filter; its expectation from noise alone; and the number of
     differences.
     """
-    (a, b), (one, other), (v, w) = (
+    (a, b), (before, after), (v, w) = (
         _neighbours(values, axis) for values in (mosaic, filters, variance)
     )
-    same = one == other
+    same = before == after
     share = np.maximum(local_mean(same.astype(float)), 1e-9)
     change, noise = (
         local_mean(np.where(same, part, 0.0)) / share for part in ((a - b) ** 2, v + w)

@@ -212,8 +212,8 @@ def _guided(mosaic, planes, filters, variance, lead: int):
     """
     filters = np.asarray(filters)
     guide = _along_edges(mosaic, planes[lead], filters == lead, variance)
-    out = planes.copy()
-    out[lead] = guide
+    guided = planes.copy()
+    guided[lead] = guide
     for channel in range(len(planes)):
         if channel == lead:
             continue
@@ -221,8 +221,8 @@ def _guided(mosaic, planes, filters, variance, lead: int):
         slope, offset = _local_line(guide, mosaic, at, variance)
         trend = slope * guide + offset
         residual = demosaic(np.where(at, mosaic - trend, 0.0), filters, len(planes))[0][channel]
-        out[channel] = np.where(at, mosaic, trend + residual)
-    return out
+        guided[channel] = np.where(at, mosaic, trend + residual)
+    return guided
 
 
 def _along_edges(mosaic, plane, at, variance):
@@ -231,21 +231,21 @@ def _along_edges(mosaic, plane, at, variance):
     """
     from scipy.ndimage import uniform_filter
 
-    padded, held = np.pad(mosaic, 1, mode="reflect"), np.pad(at, 1, mode="reflect")
+    padded, sampled = np.pad(mosaic, 1, mode="reflect"), np.pad(at, 1, mode="reflect")
     left, right, up, down = (
         (slice(1, -1), slice(None, -2)),
         (slice(1, -1), slice(2, None)),
         (slice(None, -2), slice(1, -1)),
         (slice(2, None), slice(1, -1)),
     )
-    among = ~at & held[left] & held[right] & held[up] & held[down]
+    among = ~at & sampled[left] & sampled[right] & sampled[up] & sampled[down]
     if not among.any():
         return plane
     means, weights = [], []
-    for one, other in ((left, right), (up, down)):
-        means.append((padded[one] + padded[other]) / 2)
+    for first, second in ((left, right), (up, down)):
+        means.append((padded[first] + padded[second]) / 2)
         change = uniform_filter(
-            np.where(among, (padded[one] - padded[other]) ** 2, 0.0), 5, mode="mirror"
+            np.where(among, (padded[first] - padded[second]) ** 2, 0.0), 5, mode="mirror"
         )
         share = uniform_filter(among.astype(float), 5, mode="mirror")
         # two noisy samples differ by 2 variances on average even where nothing changes

@@ -45,8 +45,8 @@ def with_black_level(captures, source: str):
     )
     black = linear.mean(axis=(1, 2)) - gain * captures["dark_e"].values
     moved = black - captures["black_dn"].values
-    out = captures.assign(black_dn=captures["black_dn"].copy(data=black))
+    corrected = captures.assign(black_dn=captures["black_dn"].copy(data=black))
     if "response_dn" in captures:
         table = captures["response_dn"]
-        out = out.assign(response_dn=table.copy(data=table.values + moved[:, None]))
-    return out
+        corrected = corrected.assign(response_dn=table.copy(data=table.values + moved[:, None]))
+    return corrected

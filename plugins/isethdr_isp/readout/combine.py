@@ -51,10 +51,10 @@ def joined_rows(blocks: list[Merged]) -> Merged:
     for block, start, end in zip(blocks, ends[:-1], ends[1:], strict=True):
         for part in block.fixed.parts:
             # a block without this cause of noise has none of it
-            own = parts.setdefault(
+            joined = parts.setdefault(
                 (part.rows, part.columns), part._replace(variance_e2=np.zeros(signal.shape))
             )
-            own.variance_e2[start:end] = part.variance_e2
+            joined.variance_e2[start:end] = part.variance_e2
     order = sorted(parts, key=CAUSES.index)
     return Merged(signal, variance, valid, source, SampleNoise(tuple(parts[k] for k in order)))
 
@@ -98,7 +98,7 @@ def read_charge(reads: list[Readout], per_light) -> Charge:
     total = np.zeros(widest.charge_e.shape)
     weight, largest = np.zeros_like(total), np.zeros_like(total)
     source = np.full(total.shape, widest.capture, np.uint8)
-    good = np.zeros(total.shape, bool)
+    usable = np.zeros(total.shape, bool)
     inverses = []
     for read in reads:
         # a full well reads as saturated though its read noise may lie below the top
@@ -111,19 +111,19 @@ def read_charge(reads: list[Readout], per_light) -> Charge:
         weight += inverse
         source[inverse > largest] = read.capture
         largest = np.maximum(largest, inverse)
-        good |= use
-    safe = np.where(good, weight, 1.0)
-    t = np.where(good, total / safe, widest.charge_e)
-    variance = np.where(good, 1 / safe, widest.read_var_e2)
+        usable |= use
+    safe = np.where(usable, weight, 1.0)
+    t = np.where(usable, total / safe, widest.charge_e)
+    variance = np.where(usable, 1 / safe, widest.read_var_e2)
     shares = [
-        np.where(good, inverse / safe, float(read is widest)) if len(reads) > 1 else 1.0
+        np.where(usable, inverse / safe, float(read is widest)) if len(reads) > 1 else 1.0
         for read, inverse in zip(reads, inverses)
     ]
     # the shares add to 1, so PRNU and dark spread, which the readings have in common, count once
     weighted = [WeightedRead(read.spread.of_offsets(), share) for read, share in zip(reads, shares)]
     weighted.append(WeightedRead(widest.spread.of_silicon(), 1.0))
     return Charge(
-        t, variance, widest.dark_e, widest.clear_top_e, good, per_light, source, tuple(weighted)
+        t, variance, widest.dark_e, widest.clear_top_e, usable, per_light, source, tuple(weighted)
     )
 
 
@@ -149,8 +149,8 @@ def fold(charges: list[Charge]) -> Merged:
         )
         z_var = g**2 * charge_variance(charge.t_e, charge.read_var_e2) + (1 - g) ** 2 * z_var
         source = np.where(g > 0.5, charge.source, source)
-        rest = (1 - g) / ratio
-        weights = [*(w * rest for w in weights), g]
+        share_of_earlier = (1 - g) / ratio
+        weights = [*(w * share_of_earlier for w in weights), g]
         z, valid, short = signal, valid | charge.good, charge
     reads = [
         WeightedRead(
@@ -182,14 +182,14 @@ def weight(t, charge: Charge, short: Charge, ratio):
     ratio : electrons of `short` per electron of `charge`, a number or (y, x).
     """
     mean = np.maximum(t, 0.0)
-    own = mean + charge.read_var_e2
+    variance_long = mean + charge.read_var_e2
     # what the shorter capture's variance would be at this light, in electrons of the longer one
-    other = mean / ratio + (short.dark_e + short.read_var_e2) / ratio**2
-    both = own + other
-    dark = both <= 0  # no light, no read noise: the limit of the same formula
-    both = np.where(dark, 1.0, both)
-    share = np.where(dark, 1 / (1 + ratio), other / both)
-    slope = np.where(t > 0, (own / ratio - other) / both**2, 0.0)
+    variance_short = mean / ratio + (short.dark_e + short.read_var_e2) / ratio**2
+    total = variance_long + variance_short
+    dark = total <= 0  # no light, no read noise: the limit of the same formula
+    total = np.where(dark, 1.0, total)
+    share = np.where(dark, 1 / (1 + ratio), variance_short / total)
+    slope = np.where(t > 0, (variance_long / ratio - variance_short) / total**2, 0.0)
     width = np.sqrt(max(charge.top_e, 1.0))
     # a sensor without a well has an infinite top: always below the ramp
     s = np.clip((charge.top_e - t) / width, 0.0, 1.0) if np.isfinite(width) else np.ones_like(t)

@@ -91,7 +91,7 @@ def readouts(captures, white_radiance) -> list[Readout]:
     per_photon = captures["quantum_efficiency"].values.astype(float)
     wavelength = captures.wavelength.values
     photons = photons_per_energy(wavelength)
-    out = []
+    reads = []
     for i in range(captures.sizes["capture"]):
         c = {name: float(captures[name].values[i]) for name in PER_CAPTURE}
         response = (
@@ -123,7 +123,7 @@ def readouts(captures, white_radiance) -> list[Readout]:
                 float(bent.electrons_at(bent.dn[-1] - margin * c["gain_dn_per_e"])),
             )
             offset_gain = c["gain_dn_per_e"] * bent.electrons_per_dn(linear)
-        out.append(
+        reads.append(
             Readout(
                 charge_e=charge,
                 saturated=saturated,
@@ -137,7 +137,7 @@ def readouts(captures, white_radiance) -> list[Readout]:
                 spread=device_spread(captures, i, offset_gain),
             )
         )
-    return out
+    return reads
 
 
 def decompanded(captures, i: int):
@@ -160,11 +160,15 @@ def linear_dn(captures, i: int, raw):
     code, linear = (
         captures[name].values[i].astype(float) for name in ("companding_dn", "companding_linear_dn")
     )
-    held = np.isfinite(code) & np.isfinite(linear)
-    code, linear = code[held], linear[held]
+    finite = np.isfinite(code) & np.isfinite(linear)
+    code, linear = code[finite], linear[finite]
     slope = np.diff(linear) / np.diff(code)
-    place = np.clip(np.searchsorted(code, raw, side="right") - 1, 0, len(slope) - 1)
-    return linear[place] + (raw - code[place]) * slope[place], slope[place], float(slope[-1])
+    segment = np.clip(np.searchsorted(code, raw, side="right") - 1, 0, len(slope) - 1)
+    return (
+        linear[segment] + (raw - code[segment]) * slope[segment],
+        slope[segment],
+        float(slope[-1]),
+    )
 
 
 def falloff(captures) -> np.ndarray:
@@ -275,8 +279,12 @@ def _check_companding(captures):
     for code, linear in zip(
         captures["companding_dn"].values, captures["companding_linear_dn"].values
     ):
-        held = np.isfinite(code) & np.isfinite(linear)
-        if held.sum() < 2 or np.any(np.diff(code[held]) <= 0) or np.any(np.diff(linear[held]) <= 0):
+        finite = np.isfinite(code) & np.isfinite(linear)
+        if (
+            finite.sum() < 2
+            or np.any(np.diff(code[finite]) <= 0)
+            or np.any(np.diff(linear[finite]) <= 0)
+        ):
             raise UnitError(
                 "a companding table does not rise from entry to entry; expected at least two rising"
                 " pairs of companding_dn and companding_linear_dn"

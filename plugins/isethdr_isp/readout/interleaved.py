@@ -113,22 +113,22 @@ def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> I
     for long, short in pairs.items():
         short_there[filters == long] = alone[short][filters == long]
     blended, _, _ = demosaic(part + short_there * (1 - g_next), filters, len(names))
-    rest, _, _ = demosaic(1 - g_next, filters, len(names))
-    again, _, _ = demosaic(short_there, filters, len(names))
+    share_short, _, _ = demosaic(1 - g_next, filters, len(names))
+    share_of_short, _, _ = demosaic(short_there, filters, len(names))
     long_var, long_fixed = (
         demosaic(part, filters, len(names), g**2 * np.where(long_here, of_sample, 0.0))[1]
         for of_sample in (single_var, single_fixed)
     )
     planes, variances, fixed = np.empty((3, len(colours), *filters.shape))
-    for place, colour in enumerate(colours):
+    for plane, colour in enumerate(colours):
         k = names.index(colour)
         if k in pairs:
             short = pairs[k]
-            planes[place] = blended[k] + rest[k] * (alone[short] - again[k])
-            variances[place] = long_var[k] + rest[k] ** 2 * alone_var[short]
-            fixed[place] = long_fixed[k] + rest[k] ** 2 * alone_fixed[short]
+            planes[plane] = blended[k] + share_short[k] * (alone[short] - share_of_short[k])
+            variances[plane] = long_var[k] + share_short[k] ** 2 * alone_var[short]
+            fixed[plane] = long_fixed[k] + share_short[k] ** 2 * alone_fixed[short]
         else:
-            planes[place], variances[place], fixed[place] = alone[k], alone_var[k], alone_fixed[k]
+            planes[plane], variances[plane], fixed[plane] = alone[k], alone_var[k], alone_fixed[k]
     return Interleaved(
         planes, variances, fixed, ~invalid, read.response[[names.index(c) for c in colours]], read
     )

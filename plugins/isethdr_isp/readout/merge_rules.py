@@ -65,10 +65,10 @@ def poisson_sum(groups, per_light) -> Merged:
     source = least.source.copy()
     weighted = []
     for reads, own in zip(groups, per_light):
-        good = [_good(read) for read in reads]
-        count = sum(g.astype(float) for g in good)
+        usable = [_good(read) for read in reads]
+        count = sum(g.astype(float) for g in usable)
         light += count * own / per_light[-1]
-        for read, g in zip(reads, good):
+        for read, g in zip(reads, usable):
             electrons += np.where(g, read.charge_e - read.dark_e, 0.0)
             variance += np.where(g, read.read_var_e2 + count * np.maximum(read.charge_e, 0.0), 0.0)
             weighted.append((read, g.astype(float), own / per_light[-1]))
@@ -97,11 +97,11 @@ def _descend(groups, per_light) -> Merged:
     """Return the mean of the good reads of the most sensitive charge that has one; else the widest
     read of the least sensitive charge.
     """
-    out, chosen, parts = None, [], []
+    merged, chosen, parts = None, [], []
     for reads, light in zip(groups, per_light):  # least sensitive first, later ones overwrite
-        good = np.array([_good(read) for read in reads])
-        use = good | (
-            ~good.any(0)
+        usable = np.array([_good(read) for read in reads])
+        use = usable | (
+            ~usable.any(0)
             & np.array([read is max(reads, key=lambda r: r.top_e) for read in reads])[:, None, None]
         )
         count = use.sum(0)
@@ -111,29 +111,32 @@ def _descend(groups, per_light) -> Merged:
         for u, read in zip(use, reads):
             source[u] = read.capture
         ratio = light / per_light[-1]
-        here = (
+        mean_of_charge = (
             (charge - reads[0].dark_e) / ratio,
             charge_variance(charge, read_var) / ratio**2,
-            good.any(0),
+            usable.any(0),
             source,
         )
-        chosen = [mine & ~good.any(0) for mine in chosen] + [
-            np.ones_like(good[0]) if out is None else good.any(0)
+        chosen = [mine & ~usable.any(0) for mine in chosen] + [
+            np.ones_like(usable[0]) if merged is None else usable.any(0)
         ]
         parts.append(
             [WeightedRead(read.spread, u / count / ratio, ratio) for u, read in zip(use, reads)]
         )
-        if out is None:
-            out = here
+        if merged is None:
+            merged = mean_of_charge
         else:
-            out = (
-                *(np.where(good.any(0), new, old) for new, old in zip(here[:2], out[:2])),
-                here[2] | out[2],
-                np.where(good.any(0), source, out[3]),
+            merged = (
+                *(
+                    np.where(usable.any(0), new, old)
+                    for new, old in zip(mean_of_charge[:2], merged[:2])
+                ),
+                mean_of_charge[2] | merged[2],
+                np.where(usable.any(0), source, merged[3]),
             )
     reads = [
         part._replace(weight=part.weight * mine)
         for mine, of_charge in zip(chosen, parts)
         for part in of_charge
     ]
-    return Merged(*out, fixed_pattern(reads, *out[:2]))
+    return Merged(*merged, fixed_pattern(reads, *merged[:2]))

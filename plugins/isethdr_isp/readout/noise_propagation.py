@@ -43,11 +43,11 @@ class NoisePart(NamedTuple):
 
     def groups(self, places: list[tuple[int, int]]) -> list[list[int]]:
         """Return the samples at `places` (row, column) in groups that share a deviation."""
-        found: dict = {}
+        by_deviation: dict = {}
         for number, (row, column) in enumerate(places):
             key = row * (self.rows == "same"), column * (self.columns == "same")
-            found.setdefault(key, []).append(number)
-        return list(found.values())
+            by_deviation.setdefault(key, []).append(number)
+        return list(by_deviation.values())
 
     def weighted(self, weights, groups, near) -> np.ndarray:
         """Return the variance (out, pixel) of weighted sums of samples.
@@ -148,24 +148,24 @@ class Kernels:
         With the composed weight k of a sample, the variance is the sum of k^2 Var over the samples.
         Of samples that share a deviation, the sum of k sd is squared. The result is exact.
         """
-        out = np.zeros((len(matrix), *self.shape))
+        variance = np.zeros((len(matrix), *self.shape))
         for part in noise.parts:
             samples = part.samples()
             for kernel in self.kernels:
                 composed = np.asarray(matrix) @ kernel.weights
                 groups = part.groups(kernel.offsets)
                 if np.ndim(samples) == 0:
-                    out[(slice(None), *kernel.pixels())] += (
+                    variance[(slice(None), *kernel.pixels())] += (
                         part.gain(composed, groups)[:, None, None] * samples**2
                     )
                     continue
                 for block in kernel.blocks():
-                    here = block.pixels()
+                    pixels = block.pixels()
                     near = np.stack(
                         [samples[block.samples(offset)].ravel() for offset in block.offsets]
                     )
-                    shape = (len(out), len(block.rows), len(block.columns))
-                    out[(slice(None), *here)] += part.weighted(composed, groups, near).reshape(
-                        shape
-                    )
-        return out
+                    shape = (len(variance), len(block.rows), len(block.columns))
+                    variance[(slice(None), *pixels)] += part.weighted(
+                        composed, groups, near
+                    ).reshape(shape)
+        return variance

@@ -35,8 +35,8 @@ class BentResponse:
         of the first segment.
         """
         slopes = np.diff(self.electrons) / np.diff(self.dn)
-        place = np.searchsorted(self.dn, dn, side="right") - 1
-        return slopes[np.clip(place, 0, len(slopes) - 1)]
+        segment = np.searchsorted(self.dn, dn, side="right") - 1
+        return slopes[np.clip(segment, 0, len(slopes) - 1)]
 
     def read_variance_e2(self, dn) -> np.ndarray:
         """Return the variance of a reading less the Poisson noise of the light, e^2, 0 or above."""

@@ -33,13 +33,13 @@ def shading(captures, path: str = "") -> np.ndarray:
     if not path:
         return falloff(captures)
     radius_mm, relative = read_shading(path)
-    here = radii_mm(captures)
-    if here.max() > radius_mm[-1] * (1 + 1e-6):
+    radius_of_pixels = radii_mm(captures)
+    if radius_of_pixels.max() > radius_mm[-1] * (1 + 1e-6):
         raise UnitError(
-            f"isp.shading_csv={path!r} ends at {radius_mm[-1]:g} mm; expected up to {here.max():g}"
+            f"isp.shading_csv={path!r} ends at {radius_mm[-1]:g} mm; expected up to {radius_of_pixels.max():g}"
             " mm, the corner of this sensor; measure it on the whole sensor"
         )
-    return np.interp(here, radius_mm, relative)
+    return np.interp(radius_of_pixels, radius_mm, relative)
 
 
 def radii_mm(captures) -> np.ndarray:
@@ -60,24 +60,24 @@ def measured_shading(captures, capture: str = ""):
         border.
     """
     check_captures(captures)
-    one = chosen(captures, capture)
-    [read] = readouts(one, light("daylight", one.wavelength.values))
+    single = chosen(captures, capture)
+    [read] = readouts(single, light("daylight", single.wavelength.values))
     if read.saturated.any():
         raise UnitError(
             f"{read.saturated.mean():.1%} of the flat field is saturated; expected none; expose"
             " less"
         )
-    radius, filters = radii_mm(one), one["filter"].values
+    radius, filters = radii_mm(single), single["filter"].values
     largest = max(float(radius.max()), 1e-12)
     grid = np.linspace(0, 1, ENTRIES)
     basis = np.stack([(radius / largest) ** p for p in POWERS], -1)
     at = np.stack([grid**p for p in POWERS], -1)
     total = variance = weight = 0.0
     for channel in np.unique(filters):
-        here = filters == channel
-        a, e = basis[here], (read.charge_e - read.dark_e)[here]
+        of_channel = filters == channel
+        a, e = basis[of_channel], (read.charge_e - read.dark_e)[of_channel]
         inverse = np.linalg.pinv(a)
-        fit, spread = inverse @ e, (inverse * read.variance_e2()[here]) @ inverse.T
+        fit, spread = inverse @ e, (inverse * read.variance_e2()[of_channel]) @ inverse.T
         if not fit[0] > 0:
             raise UnitError(
                 f"channel {channel} of the flat field is dark on the axis; expected light"

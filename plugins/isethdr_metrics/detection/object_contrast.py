@@ -44,9 +44,9 @@ class ObjectContrast:
         if labels is None or "instance" not in labels:
             ledger.left_out("object_contrast", "the scene has no label 'instance'", NAN, "Weber")
             return []
-        before = before_denoising(picture)
-        variance, scores = luminance_variance(before), []
-        noisy = variance_stated(before, "object_contrast_snr", "")
+        undenoised = before_denoising(picture)
+        variance, scores = luminance_variance(undenoised), []
+        noisy = variance_stated(undenoised, "object_contrast_snr", "")
         for region in regions_of(y.shape, labels)[1:]:
             name = region.name
             ring = once(("ring", self.ring, name), (labels,), lambda r=region: self._ring(r))

@@ -221,9 +221,9 @@ def both_positive(h, k, rho):
     h, k, rho = (np.asarray(v, float) for v in (h, k, rho))
     h, k = (np.where(np.abs(v) < tiny, tiny, v) for v in (h, k))
     root = np.sqrt(np.maximum(1 - rho**2, 1e-24))
-    apart = np.where(h * k < 0, 0.5, 0.0)
+    correction = np.where(h * k < 0, 0.5, 0.0)
     t_h, t_k = owens_t(h, (k / h - rho) / root), owens_t(k, (h / k - rho) / root)
-    return (ndtr(h) + ndtr(k)) / 2 - t_h - t_k - apart
+    return (ndtr(h) + ndtr(k)) / 2 - t_h - t_k - correction
 
 
 def without_noise(mean, total) -> np.ndarray:

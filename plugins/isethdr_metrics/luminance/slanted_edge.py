@@ -169,9 +169,9 @@ def _line(true):
     spread = np.sqrt(np.maximum(strength @ columns**2 / sums - centre**2, 0.0))
     rows = np.arange(len(true))
     slope, offset = np.polyfit(rows, centre, 1)
-    rest = np.sqrt(np.mean((centre - offset - slope * rows) ** 2))
+    residual = np.sqrt(np.mean((centre - offset - slope * rows) ** 2))
     if (
-        rest > STRAIGHT
+        residual > STRAIGHT
         or np.median(spread) > 1.5
         or not 0.01 < abs(slope) < 1
         or len(rows) < FEWEST_ROWS
@@ -188,10 +188,10 @@ def _room(slope, offset, shape) -> int:
 
 def _line_spread(count, across, total):
     """Return the windowed line spread from the sums of one resample of segments."""
-    held = count > 0
+    filled = count > 0
     # samples do not fill a bin evenly, so the bin is placed at their mean position
     profile = np.interp(
-        np.arange(len(total)) + 0.5, across[held] / count[held], total[held] / count[held]
+        np.arange(len(total)) + 0.5, across[filled] / count[filled], total[filled] / count[filled]
     )
     line = np.diff(profile)
     return line * _window(len(line))

@@ -100,10 +100,10 @@ class SnrCurve:
         def bins():
             bin_of = np.floor(np.log10(true[use]) * self.bins_per_decade + 1e-9).astype(int)
             lowest = bin_of.min(initial=0)
-            held = np.bincount(bin_of - lowest)
-            index = (np.cumsum(held > 0) - 1).astype(np.uint16)[bin_of - lowest]
+            counts = np.bincount(bin_of - lowest)
+            index = (np.cumsum(counts > 0) - 1).astype(np.uint16)[bin_of - lowest]
             order = np.argsort(index, kind="stable")  # two bytes: sorted by counting
-            return np.flatnonzero(held) + lowest, held[held > 0], index, order
+            return np.flatnonzero(counts) + lowest, counts[counts > 0], index, order
 
         key = "bins", self.bins_per_decade, valid.tobytes()
         present, count, index, order = once(key, (truth,), bins)

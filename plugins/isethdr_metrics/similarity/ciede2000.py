@@ -56,13 +56,15 @@ class Ciede2000:
         white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
         score, function, unit = self.formula
         white_xyz = white * colour_spaces.D65_XYZ
-        shown = np.where(valid[..., None], picture["xyz"].values, white_xyz)
+        shown_xyz = np.where(valid[..., None], picture["xyz"].values, white_xyz)
         true_lab = once(
             ("lab", float(white)),
             (truth,),
             lambda: colour_spaces.lab(truth["xyz"].values, white_xyz),
         )
-        difference = getattr(colour_spaces, function)(true_lab, colour_spaces.lab(shown, white_xyz))
+        difference = getattr(colour_spaces, function)(
+            true_lab, colour_spaces.lab(shown_xyz, white_xyz)
+        )
         use = true <= white
         share = 1 - use.mean()
         if share > 0:

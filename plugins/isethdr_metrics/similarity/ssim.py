@@ -61,12 +61,12 @@ class Ssim:
             (truth,),
             lambda: display(truth, white, self.compression),
         )
-        shown = true_shown, display(picture, white, self.compression)
+        displayed = true_shown, display(picture, white, self.compression)
         # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the
         # windowed squares 2e-3
         similarities = (
             sum(
-                similarity(*(p[..., k].astype(np.float32) for p in shown), data_range=255.0)
+                similarity(*(p[..., k].astype(np.float32) for p in displayed), data_range=255.0)
                 for k in range(3)
             )
             / 3

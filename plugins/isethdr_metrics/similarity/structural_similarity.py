@@ -65,10 +65,10 @@ def windowed(values) -> np.ndarray:
     """
     for turn in (np.asarray, np.transpose):  # down, then across
         values = turn(values)
-        kept = len(values) - 2 * REACH
-        out = values[REACH : REACH + kept] * values.dtype.type(TAPS[REACH])
+        count = len(values) - 2 * REACH
+        out = values[REACH : REACH + count] * values.dtype.type(TAPS[REACH])
         for k in range(REACH):
-            pair = values[k : k + kept] + values[2 * REACH - k : 2 * REACH - k + kept]
+            pair = values[k : k + count] + values[2 * REACH - k : 2 * REACH - k + count]
             pair *= values.dtype.type(TAPS[k])
             out += pair
         values = turn(out)

@@ -14,19 +14,19 @@ def bloom(charge_e, full_well_e: float, percent: float) -> np.ndarray:
     so that no direction is preferred.
     """
     excess = np.maximum(charge_e - full_well_e, 0.0) * (percent / 100 / 2)
-    held = np.minimum(charge_e, full_well_e)
+    capped_e = np.minimum(charge_e, full_well_e)
     if not excess.any():
-        return held
-    down_first = _run(_run(held, excess, full_well_e)[::-1], excess[::-1], full_well_e)[::-1]
-    up_first = _run(_run(held[::-1], excess[::-1], full_well_e)[::-1], excess, full_well_e)
+        return capped_e
+    down_first = _run(_run(capped_e, excess, full_well_e)[::-1], excess[::-1], full_well_e)[::-1]
+    up_first = _run(_run(capped_e[::-1], excess[::-1], full_well_e)[::-1], excess, full_well_e)
     return (down_first + up_first) / 2
 
 
-def _run(held, excess, full_well_e):
+def _run(capped_e, excess, full_well_e):
     """Return the charge after every row's excess has run to the rows below it."""
-    out, carry = held.copy(), np.zeros(held.shape[1])
-    for y in range(len(out)):
-        taken = np.minimum(carry, full_well_e - out[y])
-        out[y] += taken
-        carry = carry - taken + excess[y]
-    return out
+    charge_e, carry = capped_e.copy(), np.zeros(capped_e.shape[1])
+    for y in range(len(charge_e)):
+        accepted = np.minimum(carry, full_well_e - charge_e[y])
+        charge_e[y] += accepted
+        carry = carry - accepted + excess[y]
+    return charge_e

@@ -20,9 +20,9 @@ from isethdr_core.physics.detector.temporal_modulation import light_s
 MOST_PIECES = 10_000
 
 
-def check(parts, exposure_s: float) -> None:
+def check(components, exposure_s: float) -> None:
     """Refuse lamps that switch too often within one exposure to follow every switch."""
-    modulations = [m for m, _ in parts]
+    modulations = [m for m, _ in components]
     if count(modulations, exposure_s) > MOST_PIECES:
         fastest = max(m.frequency_hz for m in modulations)
         raise ConfigError(
@@ -48,7 +48,7 @@ def worst_spill(charge_e: float, exposure_s: float, soft) -> float:
 
 
 def stays(
-    total_e, parts, start_s, exposure_s: float, soft, limit_e: float, generator, first_row: int
+    total_e, components, start_s, exposure_s: float, soft, limit_e: float, generator, first_row: int
 ) -> np.ndarray:
     """Return the charge that stays in the photodiode, (y, x) of a block of rows; the rest of
     `total_e` spilled.
@@ -56,7 +56,7 @@ def stays(
     Parameters
     ----------
     total_e : (y, x) electrons that arrived: counts, or means without a generator.
-    parts : [(Modulation, (y, x) mean electrons of the exposure at the mean light over time), ...],
+    components : [(Modulation, (y, x) mean electrons of the exposure at the mean light over time), ...],
         dark charge among the constant ones.
     start_s : (y, 1) start of each row's exposure. `limit_e` : arrived electrons up to which nothing
         spills.
@@ -73,11 +73,13 @@ def stays(
     if not len(y):
         return charge
     arrived, begins = charge[y, x], np.asarray(start_s, float).ravel()
-    starts, durations = pieces([m for m, _ in parts], begins, exposure_s)
-    mean = sum(part[y, x] * (light_s(m, begins, exposure_s) / exposure_s)[y] for m, part in parts)
+    starts, durations = pieces([m for m, _ in components], begins, exposure_s)
+    mean = sum(
+        part[y, x] * (light_s(m, begins, exposure_s) / exposure_s)[y] for m, part in components
+    )
     currents = [
         (relative_in_pieces(m, starts, durations), part[y, x] / exposure_s * (arrived / mean))
-        for m, part in parts
+        for m, part in components
     ]
     moments = EMPTY
     for k in range(len(starts)):
@@ -87,21 +89,23 @@ def stays(
             durations[k][y],
             soft,
         )
-    left = moments.charge_e
-    if any(m.depth for m, _ in parts):  # a ripple is not quite even within a piece
+    charge_left = moments.charge_e
+    if any(m.depth for m, _ in components):  # a ripple is not quite even within a piece
         rows = np.unique(y)
-        left = np.zeros(charge.shape)
-        left[rows] = _varying(
+        charge_left = np.zeros(charge.shape)
+        charge_left[rows] = _varying(
             charge[rows],
-            [(m, part[rows]) for m, part in parts],
+            [(m, part[rows]) for m, part in components],
             begins[rows, None],
             exposure_s,
             soft,
         )
-        left = left[y, x]
+        charge_left = charge_left[y, x]
     if generator is not None:
         explained = (moments.charge_var_e2 + moments.covariance_e2) ** 2 / arrived
-        variance = np.clip(moments.charge_var_e2 - explained, 0.0, np.maximum(arrived - left, 0.0))
+        variance = np.clip(
+            moments.charge_var_e2 - explained, 0.0, np.maximum(arrived - charge_left, 0.0)
+        )
         word = words(
             generator.stream("pixel", "spill"),
             first_row,
@@ -109,25 +113,25 @@ def stays(
             0,
             charge.shape[1],
         )[y, x]
-        left = np.maximum(left + variance - poisson(variance, word), 0.0)
-    charge[y, x] = left
+        charge_left = np.maximum(charge_left + variance - poisson(variance, word), 0.0)
+    charge[y, x] = charge_left
     return charge
 
 
-def _varying(total_e, parts, start_s, exposure_s, soft) -> np.ndarray:
+def _varying(total_e, components, start_s, exposure_s, soft) -> np.ndarray:
     """Return the mean charge left of `total_e` by exact quadrature, (y, x); arguments as in
     `stays`.
     """
-    mean = sum(part * (light_s(m, start_s, exposure_s) / exposure_s) for m, part in parts)
+    mean = sum(part * (light_s(m, start_s, exposure_s) / exposure_s) for m, part in components)
     scale = np.divide(total_e, mean, out=np.zeros_like(total_e), where=mean > 0) / exposure_s
-    rates = [(m, part * scale) for m, part in parts]
+    rates = [(m, part * scale) for m, part in components]
 
     def arriving(begin_s, duration_s):
         return sum(rate * light_s(m, begin_s, duration_s) for m, rate in rates)
 
-    left = 0.0
+    charge_left = 0.0
     for begin, duration in zip(
-        *pieces([m for m, _ in parts], start_s, exposure_s, per_period=2), strict=True
+        *pieces([m for m, _ in components], start_s, exposure_s, per_period=2), strict=True
     ):
-        left = flow_varying(left, arriving, begin, duration, soft)[0]
-    return left
+        charge_left = flow_varying(charge_left, arriving, begin, duration, soft)[0]
+    return charge_left

@@ -67,9 +67,9 @@ def take_shot(model, soft, collects, light, generator):
         needless=True,
     )
     raw, saturated = readings(model, soft, collects, light_e, generator, in_time=in_time)
-    out = captures.captures(model, light, grid, raw, saturated, filters, qe)
-    out["top_dn"].values[:] = tops(model, soft, collects)
-    return out
+    shot_captures = captures.captures(model, light, grid, raw, saturated, filters, qe)
+    shot_captures["top_dn"].values[:] = tops(model, soft, collects)
+    return shot_captures
 
 
 def tops(model, soft, collects) -> list[float]:

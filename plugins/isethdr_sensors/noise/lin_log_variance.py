@@ -50,24 +50,24 @@ def scatter_of_readings(
         return off_bend_e2
     lit = electrons[first : last + 1 : every(last - first)]
     at = readings(dn, lit[lit > 0], electrons, width_dn, response, digital)
-    found, seen = np.interp(at, dn, electrons), shares_of_entries(dn, at)
-    mean = np.sum(found * SHARE, axis=(1, 2))
-    true_e2 = np.sum((found - mean[:, None, None]) ** 2 * SHARE, axis=(1, 2))
+    read_e, entry_shares = np.interp(at, dn, electrons), shares_of_entries(dn, at)
+    mean = np.sum(read_e * SHARE, axis=(1, 2))
+    true_e2 = np.sum((read_e - mean[:, None, None]) ** 2 * SHARE, axis=(1, 2))
     bend = slice(first, last)
     rises = np.maximum(
         np.diff(plain_e2[first - 1 : last]) if first else np.diff(plain_e2[:last], prepend=0.0), 0.0
     )
     start = off_bend_e2[first - 1] if first else 0.0
-    rest = (
-        seen[:, :first] @ off_bend_e2[:first]
-        + seen[:, last:] @ off_bend_e2[last:]
-        + start * seen[:, bend].sum(1)
+    other_share = (
+        entry_shares[:, :first] @ off_bend_e2[:first]
+        + entry_shares[:, last:] @ off_bend_e2[last:]
+        + start * entry_shares[:, bend].sum(1)
     )
-    by_rise = np.cumsum(seen[:, bend][:, ::-1], axis=1)[:, ::-1] * rises / true_e2[:, None]
+    by_rise = np.cumsum(entry_shares[:, bend][:, ::-1], axis=1)[:, ::-1] * rises / true_e2[:, None]
     part = np.arange(len(rises)) // every(len(rises))
     by_part = np.add.reduceat(by_rise, np.flatnonzero(np.diff(part, prepend=-1)), axis=1)
-    wanted = (true_e2 - seen @ electrons - rest) / true_e2
-    known = np.isfinite(wanted) & np.isfinite(by_part).all(
+    target = (true_e2 - entry_shares @ electrons - other_share) / true_e2
+    known = np.isfinite(target) & np.isfinite(by_part).all(
         1
     )  # light whose readings all are one code says nothing of their variance
     count = part[-1] + 1
@@ -75,7 +75,7 @@ def scatter_of_readings(
 
     factors, _ = nnls(
         np.vstack([by_part[known], NEAR * np.eye(count)]),
-        np.append(wanted[known], np.full(count, NEAR)),
+        np.append(target[known], np.full(count, NEAR)),
         maxiter=30 * count,
     )
     out = off_bend_e2.copy()
@@ -102,9 +102,9 @@ def shares_of_entries(dn, at) -> np.ndarray:
     """Return the share (level, entry) of each entry in the readings of each level; between entries
     a reading is shared by distance.
     """
-    place = np.clip(np.searchsorted(dn, at, side="right") - 1, 0, len(dn) - 2)
-    part = (at - dn[place]) / (dn[place + 1] - dn[place])
-    row = np.arange(len(at))[:, None, None] * len(dn) + place
+    entry = np.clip(np.searchsorted(dn, at, side="right") - 1, 0, len(dn) - 2)
+    part = (at - dn[entry]) / (dn[entry + 1] - dn[entry])
+    row = np.arange(len(at))[:, None, None] * len(dn) + entry
     out = np.bincount(row.ravel(), (SHARE * (1 - part)).ravel(), len(at) * len(dn))
     out += np.bincount(row.ravel() + 1, (SHARE * part).ravel(), len(at) * len(dn))
     return out.reshape(len(at), len(dn))

@@ -44,8 +44,8 @@ def telegraph_noise(steps, stream: tuple, first_row: int) -> np.ndarray:
     """
     rows, columns = steps.shape
     words = random_words.words(stream, first_row, first_row + rows, 0, columns)
-    before, after = words & 1, (words >> 1) & 1
-    return steps * (before - after).astype(np.float32)
+    first_state, second_state = words & 1, (words >> 1) & 1
+    return steps * (first_state - second_state).astype(np.float32)
 
 
 def rms_e(step_e: float, percent: float) -> float:

@@ -44,7 +44,7 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
     def each(values, units, dtype=float):
         return "capture", np.array(list(values), dtype), {"units": units}
 
-    out = xr.Dataset(
+    dataset = xr.Dataset(
         {
             "raw": (("capture", "y", "x"), raw, {"units": "DN"}),
             "saturated": (("capture", "y", "x"), saturated),
@@ -101,11 +101,11 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
         for name, values in zip(
             ("companding_linear_dn", "companding_dn"), _tables(readings), strict=True
         ):
-            out[name] = ("capture", "entry"), values, {"units": "DN"}
-    out.wavelength.attrs["units"] = "nm"
+            dataset[name] = ("capture", "entry"), values, {"units": "DN"}
+    dataset.wavelength.attrs["units"] = "nm"
     for axis in ("x", "y"):
-        out[axis].attrs["units"] = "m"
-    return out
+        dataset[axis].attrs["units"] = "m"
+    return dataset
 
 
 def with_response(captures: xr.Dataset, table) -> xr.Dataset:

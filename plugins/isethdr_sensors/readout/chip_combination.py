@@ -136,16 +136,16 @@ def combine(model: SensorModel, raw, saturated) -> tuple[np.ndarray, np.ndarray]
     raw, saturated : (capture, y, x) linear DN, and whether a reading measures no light.
     """
     order = sources(model)
-    one = combined_model(model)
-    [code] = one.readings
+    combined = combined_model(model)
+    [code] = combined.readings
     value, lost = None, None
     for source in order:
-        own = _electrons(model.readings[source.number], raw[source.number])
-        light_e = (own - source.dark_e) / source.ratio
+        reading_e = _electrons(model.readings[source.number], raw[source.number])
+        light_e = (reading_e - source.dark_e) / source.ratio
         if value is None:
             value, lost = light_e, saturated[source.number].copy()
             continue
-        share = weight(own, source)
+        share = weight(reading_e, source)
         value = share * light_e + (1 - share) * value
         # a full well may read below its top
         lost = np.where(saturated[source.number], lost, lost & (share < 1))
@@ -187,18 +187,18 @@ def response(model: SensorModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     )
     shares = np.zeros((len(order), len(electrons)))
     for k, source in enumerate(order):
-        own = (electrons - dark_e) * source.ratio + source.dark_e
-        share = weight(own, source) if k else np.ones_like(electrons)
+        charge_e = (electrons - dark_e) * source.ratio + source.dark_e
+        share = weight(charge_e, source) if k else np.ones_like(electrons)
         shares[:k] *= 1 - share
         shares[k] = share
     variance = np.zeros_like(electrons)
     for diode in {source.diode for source in order}:
-        here = [k for k, source in enumerate(order) if source.diode == diode]
-        of = order[here[0]]
-        own = np.maximum((electrons - dark_e) * of.ratio + of.dark_e, 0.0)
-        shot = own * model.noise / of.ratio**2
-        variance += shares[here].sum(0) ** 2 * shot
-        variance += sum(shares[k] ** 2 * order[k].noise_e2 / of.ratio**2 for k in here)
+        positions = [k for k, source in enumerate(order) if source.diode == diode]
+        of = order[positions[0]]
+        charge_e = np.maximum((electrons - dark_e) * of.ratio + of.dark_e, 0.0)
+        shot = charge_e * model.noise / of.ratio**2
+        variance += shares[positions].sum(0) ** 2 * shot
+        variance += sum(shares[k] ** 2 * order[k].noise_e2 / of.ratio**2 for k in positions)
     dn = code.black_dn + code.gain_dn_per_e * electrons
     # codes of the most sensitive reading lie on codes that leave the chip, whose rounding then adds
     # what is wider than its own

@@ -105,8 +105,8 @@ def response(
     )
 
 
-def without_bias(dn, wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rising table (entry,) whose mean over the noise is `wanted` at each entry, and its
+def without_bias(dn, mean_wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rising table (entry,) whose mean over the noise is `mean_wanted` at each entry, and its
     variance over the noise there.
 
     Parameters
@@ -120,28 +120,28 @@ def without_bias(dn, wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.nd
     Van Cittert 1931: what the mean lacks is added, again and again. A shape finer than the noise
     does not come back.
     """
-    out = wanted.copy()
-    for left in reversed(range(ROUNDS)):
+    out = mean_wanted.copy()
+    for rounds_left in reversed(range(ROUNDS)):
         values = over_noise(dn, out, width_dn)
         mean = values @ SHARE
-        better = out + wanted - mean
+        better = out + mean_wanted - mean
         # where noise is wider than the bend the corrections begin to swing: a table that does not
         # rise cannot be read back
-        if not left or np.any(np.diff(better, prepend=lowest) <= 0):
+        if not rounds_left or np.any(np.diff(better, prepend=lowest) <= 0):
             break
         out = better
     return out, (values - mean[:, None]) ** 2 @ SHARE
 
 
-def as_mean(dn, wanted, width_dn) -> np.ndarray:
-    """Return the positive table (entry,) whose mean over the noise is `wanted`, where that is
+def as_mean(dn, mean_wanted, width_dn) -> np.ndarray:
+    """Return the positive table (entry,) whose mean over the noise is `mean_wanted`, where that is
     straight or exponential within the noise.
 
     By ratios (Gold 1964), in which an exponential is right after one round.
     """
-    out = wanted.copy()
+    out = mean_wanted.copy()
     for _ in range(RATIOS):
-        out = out * (wanted / (np.maximum(over_noise(dn, out, width_dn), 0.0) @ SHARE))
+        out = out * (mean_wanted / (np.maximum(over_noise(dn, out, width_dn), 0.0) @ SHARE))
     return out
 
 
@@ -149,10 +149,12 @@ def over_noise(dn, table, width_dn) -> np.ndarray:
     """Return what the table gives to the readings (entry, node) of a normal noise about each
     entry.
     """
-    seen = dn[:, None] + width_dn[:, None] * NODES
-    before, after = np.minimum(seen - dn[0], 0.0), np.maximum(seen - dn[-1], 0.0)
+    noisy_dn = dn[:, None] + width_dn[:, None] * NODES
+    below_table, above_table = np.minimum(noisy_dn - dn[0], 0.0), np.maximum(noisy_dn - dn[-1], 0.0)
     slope_before, growth = (
         (table[1] - table[0]) / (dn[1] - dn[0]),
         np.log(table[-1] / table[-2]) / (dn[-1] - dn[-2]),
     )
-    return (np.interp(seen, dn, table) + slope_before * before) * np.exp(growth * after)
+    return (np.interp(noisy_dn, dn, table) + slope_before * below_table) * np.exp(
+        growth * above_table
+    )

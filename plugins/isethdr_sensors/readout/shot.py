@@ -44,13 +44,13 @@ def take_shot(model: SensorModel, light, generator):
     raw, saturated = readings(
         model, optical_black.with_black_rows(light_e, model.black_rows), generator
     )
-    one = model
+    captured_model = model
     if model.combine_bits:
         raw, saturated = chip_combination.combine(model, raw, saturated)
-        one = chip_combination.combined_model(model)
+        captured_model = chip_combination.combined_model(model)
     raw, black = optical_black.parted(raw, model.black_rows)
     saturated, _ = optical_black.parted(saturated, model.black_rows)
-    out = captures.captures(one, light, grid, raw, saturated, filters, qe)
+    out = captures.captures(captured_model, light, grid, raw, saturated, filters, qe)
     if model.black_rows:
         out = optical_black.with_optical_black(out, black)
     if model.noise and np.isfinite(model.defect_e_per_s):
@@ -147,9 +147,9 @@ def component_electrons(model: SensorModel, light):
     """Return as `light_electrons`, but at last [(Modulation, per photodiode (y, x) electrons at the
     mean light over time), ...].
     """
-    parts = components(light)
-    for _, one in parts:
-        response.check_light(one)
+    planes = components(light)
+    for _, plane in planes:
+        response.check_light(plane)
     grid = pixel_grid(light, model.pitch_um, model.rows, model.columns)
     check_tiles(light, grid)
     filters = filter_map(model.cfa, len(grid.y_m), len(grid.x_m))
@@ -159,7 +159,7 @@ def component_electrons(model: SensorModel, light):
         grid,
         filters,
         crosstalk.mixed_efficiency(qe, model, wavelength_nm),
-        [(m, _mean_electrons(model, one, grid, filters, qe)) for m, one in parts],
+        [(m, _mean_electrons(model, plane, grid, filters, qe)) for m, plane in planes],
     )
 
 
@@ -353,13 +353,13 @@ def defects(model: SensorModel, generator, height: int, width: int) -> np.ndarra
     """Return the device's map of defects, (y, x) bool: pixels in which some photodiode is hot by
     `defect_e_per_s` or more.
     """
-    found = np.zeros((height, width), bool)
+    defective = np.zeros((height, width), bool)
     for diode in model.photodiodes:
         if diode.hot_percent and diode.hot_dark_e_per_s:
             stream = generator.device_stream(diode.silicon or diode.name, "hot")
             hot = fixed_pattern.hot_dark(diode.hot_percent / 100, stream, height, width)
-            found |= (hot > 0) & (hot * diode.hot_dark_e_per_s >= model.defect_e_per_s)
-    return found
+            defective |= (hot > 0) & (hot * diode.hot_dark_e_per_s >= model.defect_e_per_s)
+    return defective
 
 
 def part(values, rows: slice):

@@ -86,20 +86,20 @@ def window_m(pitch_um: float, rows: int, columns: int) -> tuple[float, float] | 
     )
 
 
-def _count(field_m, pitch, wanted, name, direction):
+def _count(field_m, pitch, asked_count, name, direction):
     fits = int(np.floor(field_m / pitch * (1 + ROUNDING)))
     if fits < 1:
         raise ConfigError(
             f"one pixel of {pitch * 1e6:g} um is larger than the field, {field_m * 1e6:g} um"
             f" {direction}; type a smaller sensor.pitch_um or a longer lens.focal_length_mm"
         )
-    if wanted > fits:
+    if asked_count > fits:
         raise ConfigError(
-            f"sensor.{name}={wanted} at {pitch * 1e6:g} um is {wanted * pitch * 1e3:.4g} mm"
+            f"sensor.{name}={asked_count} at {pitch * 1e6:g} um is {asked_count * pitch * 1e3:.4g} mm"
             f" {direction}; the camera's field is {field_m * 1e3:.4g} mm, {fits} pixels; type"
             f" sensor.{name}={fits}, or 0 to fill the field"
         )
-    return wanted or fits
+    return asked_count or fits
 
 
 def check_tiles(light, grid: PixelGrid) -> None:

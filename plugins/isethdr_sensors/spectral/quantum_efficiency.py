@@ -121,11 +121,11 @@ def line_error(model: SensorModel, wavelength_nm) -> float:
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
         return 0.0
-    pieces, at = (
+    part_bands, at = (
         make(w, _breaks_nm(model)) for make in (band_integration.pieces, band_integration.nodes)
     )
-    points_nm = np.concatenate([at.wavelength_nm, pieces.low_nm, pieces.high_nm])
-    band = np.concatenate([at.band, pieces.band, pieces.band])
+    points_nm = np.concatenate([at.wavelength_nm, part_bands.low_nm, part_bands.high_nm])
+    band = np.concatenate([at.band, part_bands.band, part_bands.band])
     mean = quantum_efficiency(model, w) * w
     return float(
         np.max(np.abs(spectral_curve(model, points_nm) * points_nm - mean[:, band])) / np.max(mean)
@@ -140,11 +140,11 @@ def narrow(model: SensorModel, demand):
     if demand.wavelength_nm is None:
         return demand
     strongest = quantum_efficiency(model, demand.wavelength_nm).max(0)
-    seen = np.flatnonzero(strongest > NEGLIGIBLE * strongest.max())
+    sensitive = np.flatnonzero(strongest > NEGLIGIBLE * strongest.max())
     # inner bands stay, and always two: band widths come from the distances between centres
-    first, last = seen[0], max(seen[-1], min(seen[0] + 1, len(strongest) - 1))
-    kept = demand.wavelength_nm[first : last + 1]
-    dropped = [f"{w:g}" for w in demand.wavelength_nm if w not in kept]
+    first, last = sensitive[0], max(sensitive[-1], min(sensitive[0] + 1, len(strongest) - 1))
+    needed_nm = demand.wavelength_nm[first : last + 1]
+    dropped = [f"{w:g}" for w in demand.wavelength_nm if w not in needed_nm]
     if dropped:
         ledger.left_out(
             f"bands {', '.join(dropped)} nm",
@@ -154,7 +154,7 @@ def narrow(model: SensorModel, demand):
             key="bands",
             needless=True,
         )
-    return replace(demand, wavelength_nm=tuple(kept))
+    return replace(demand, wavelength_nm=tuple(needed_nm))
 
 
 def _curve(model, letter, w):
@@ -169,10 +169,10 @@ def _curve(model, letter, w):
                 f"sensor.qe_csv={model.qe_csv!r} has no column for filter"
                 f" {letter!r}{did_you_mean(letter, known)}"
             )
-        seen = table[letter] * (
+        response = table[letter] * (
             spectral_curves.infrared_cut(table["wavelength_nm"]) if model.infrared_cut else 1.0
         )
-        _check_cover(model.qe_csv, letter, table["wavelength_nm"], seen, w)
+        _check_cover(model.qe_csv, letter, table["wavelength_nm"], response, w)
         return np.interp(w, table["wavelength_nm"], table[letter], left=0.0, right=0.0)
     if model.curves == "unit":
         return np.ones_like(w)
@@ -181,11 +181,11 @@ def _curve(model, letter, w):
 
 def _check_cover(path, letter, table_nm, values, w):
     """Refuse a table that ends while the filter still sees and the light goes on."""
-    for end, beyond in (
+    for end, light_goes_on in (
         (0, w.min() < table_nm[0] - BEYOND_NM),
         (-1, w.max() > table_nm[-1] + BEYOND_NM),
     ):
-        if beyond and values[end] > BLIND * values.max():
+        if light_goes_on and values[end] > BLIND * values.max():
             raise ConfigError(
                 f"sensor.qe_csv={path!r}: filter {letter} still has {values[end]:.3g} electrons per"
                 f" photon at {table_nm[end]:g} nm, where the table ends; the light covers"

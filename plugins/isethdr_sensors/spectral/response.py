@@ -92,13 +92,18 @@ def channel_planes(model: SensorModel, light, qe) -> list[np.ndarray]:
             area_integration.electrons_per_m2_s(light.values, wavelength_nm, part)
             for part in crosstalk.parts(qe, model, wavelength_nm)
         ]
-    own, given = _efficiency(model, wavelength_nm), np.asarray(light.attrs["efficiency"])
-    apart = np.abs(own[:, None] - given).max(2)  # other sensors may see the same light
-    row = apart.argmin(1)
-    if np.any(apart[np.arange(len(own)), row] > CLOSE * own.max()):
+    efficiency, efficiency_of_light = (
+        _efficiency(model, wavelength_nm),
+        np.asarray(light.attrs["efficiency"]),
+    )
+    difference = np.abs(efficiency[:, None] - efficiency_of_light).max(
+        2
+    )  # other sensors may see the same light
+    row = difference.argmin(1)
+    if np.any(difference[np.arange(len(efficiency)), row] > CLOSE * efficiency.max()):
         raise UnitError(
             "the photocurrent was made for another sensor: its quantum efficiencies differ; call"
             " lens.photocurrent with the response that this sensor puts into the demand, or"
             " lens(...) for irradiance"
         )
-    return np.split(light.values[row], len(own) // len(qe))
+    return np.split(light.values[row], len(efficiency) // len(qe))

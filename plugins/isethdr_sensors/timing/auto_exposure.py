@@ -65,11 +65,11 @@ def exposed(sensor, light, generator):
     Attribute `exposure_iterations` says in how many steps, `analog_gain_factor` by how much the
     analog gain was raised.
     """
-    found = settle(sensor, light)
-    fixed = sensor.with_gain(found.gain) if found.gain > 1 else sensor
-    out = replace(fixed, exposure_rule="fixed", exposure_s=found.exposure_s)(light, generator)
-    out.attrs["exposure_iterations"] = found.iterations
-    out.attrs["analog_gain_factor"] = found.gain
+    solution = settle(sensor, light)
+    fixed = sensor.with_gain(solution.gain) if solution.gain > 1 else sensor
+    out = replace(fixed, exposure_rule="fixed", exposure_s=solution.exposure_s)(light, generator)
+    out.attrs["exposure_iterations"] = solution.iterations
+    out.attrs["analog_gain_factor"] = solution.gain
     return out
 
 
@@ -108,8 +108,8 @@ def exposed_each(sensor, light, generator):
 
 def solve(sensor, light) -> tuple[float, int]:
     """Return the exposure in seconds and the iterations, as `settle` does."""
-    found = settle(sensor, light)
-    return found.exposure_s, found.iterations
+    solution = settle(sensor, light)
+    return solution.exposure_s, solution.iterations
 
 
 def settle(sensor, light) -> Solved:
@@ -123,19 +123,19 @@ def settle(sensor, light) -> Solved:
     ------
     ConfigError : limits that no exposure meets through the lens of this light.
     """
-    found = once(("automatic exposure", sensor), (light,), lambda: _settled(sensor, light))
-    reached = f"after {found.iterations} iterations"
-    if found.limit:
-        reached = f"at its limit {found.limit}"
-    if found.gain > 1:
-        reached += f", analog gain times {found.gain:.4g}"
+    solution = once(("automatic exposure", sensor), (light,), lambda: _settled(sensor, light))
+    reached = f"after {solution.iterations} iterations"
+    if solution.limit:
+        reached = f"at its limit {solution.limit}"
+    if solution.gain > 1:
+        reached += f", analog gain times {solution.gain:.4g}"
     ledger.error(
-        found.residual,
+        solution.residual,
         "relative",
         "measured",
         f"metered level, {sensor.exposure_rule}, against its target, {reached}",
     )
-    return found
+    return solution
 
 
 def _settled(sensor, light) -> Solved:

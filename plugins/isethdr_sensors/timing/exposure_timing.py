@@ -49,9 +49,13 @@ def together(model: SensorModel, parts, filters) -> list:
     out = None
     for modulation, means in parts:
         shares = [relative(model, diode, modulation, filters) for diode in model.photodiodes]
-        now = [
+        mean_electrons = [
             mean if np.ndim(share) == 0 else mean * share
             for mean, share in zip(means, shares, strict=True)
         ]
-        out = now if out is None else [before + more for before, more in zip(out, now, strict=True)]
+        out = (
+            mean_electrons
+            if out is None
+            else [so_far + more for so_far, more in zip(out, mean_electrons, strict=True)]
+        )
     return out

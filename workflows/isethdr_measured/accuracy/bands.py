@@ -27,8 +27,8 @@ def measured() -> list[Work]:
     }
     truth, points = electrons(render[FINE_NM](scene)), []
     for step in STEPS_NM:
-        [(found, cpu_s, peak_mb)] = of_paths(render[step], scene)
-        mine = electrons(found)
+        [(rendering, cpu_s, peak_mb)] = of_paths(render[step], scene)
+        mine = electrons(rendering)
         lit = truth > 1e-3 * truth.max()
         points.append(
             Point(

@@ -57,14 +57,14 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
         )
 
     for allowed in ALLOWED:
-        asked = replace(response, noise_fraction_allowed=allowed)
+        allowed_response = replace(response, noise_fraction_allowed=allowed)
         with ledger.stage(ledger.Ledger(), "lens") as row:
-            imaged(whole(lens, flares, mixed, asked), mixed)
+            imaged(whole(lens, flares, mixed, allowed_response), mixed)
         counts = [e.label.split(" ")[0] for e in row.errors if e.source.key == FUNCTIONALS]
         name = f"{counts[0]} functionals" if counts else "band by band"
         point(
             f"{allowed:g} allowed: {name}",
-            lambda asked=asked: whole(lens, flares, mixed, asked).image(mixed),
+            lambda asked=allowed_response: whole(lens, flares, mixed, asked).image(mixed),
             "default" if allowed == Allowed.noise_fraction else "",
         )
     point("band by band, exact", lambda: lens(mixed, flares), "peer")
@@ -109,29 +109,33 @@ def direct(mixed, lens, flares, response):
     """Return rows and columns of some tiles, and their electrons (channel, tile): every tile and
     band summed in long double.
     """
-    given, rng = field_optics(lens, mixed, flares), np.random.default_rng(1)
+    field, rng = field_optics(lens, mixed, flares), np.random.default_rng(1)
     height, width = mixed.shape[1:]
     rows, columns = rng.integers(0, height, PIXELS), rng.integers(0, width, PIXELS)
-    light = mixed.values * (1.0 if given.relative is None else given.relative)
-    out = np.zeros((len(mixed), PIXELS), np.longdouble)
-    for b, kernel in enumerate(given.made.bands):
+    light = mixed.values * (1.0 if field.relative is None else field.relative)
+    sums = np.zeros((len(mixed), PIXELS), np.longdouble)
+    for b, kernel in enumerate(field.made.bands):
         flipped = kernel[::-1, ::-1].astype(np.longdouble)
         for k, (y, x) in enumerate(zip(rows, columns)):
             top, left = kernel.shape[0] // 2 - y, kernel.shape[1] // 2 - x
-            out[b, k] = (
+            sums[b, k] = (
                 flipped[top : top + height, left : left + width] * light[b]
-            ).sum() * given.gains[b]
-    return rows, columns, (counting(response) @ out).astype(float)
+            ).sum() * field.gains[b]
+    return rows, columns, (counting(response) @ sums).astype(float)
 
 
 def worst(light, rows, columns, truth, noise, response) -> float:
     """Return the largest error over the noise, at tiles below full scale."""
     at = light.values[:, rows, columns].astype(float)
     if "channel" in light.dims:
-        found = at * response.area_exposure_m2_s
+        electrons = at * response.area_exposure_m2_s
     else:
-        found = counting(response) @ at
+        electrons = counting(response) @ at
     _, first = np.unique(response.efficiency(BANDS_NM), axis=0, return_index=True)
-    kept = truth[np.sort(first)] if len(found) < len(truth) else truth
-    scale = noise[np.sort(first)] if len(found) < len(truth) else noise
-    return float(np.max(np.where(kept < response.full_scale_e, np.abs(found - kept) / scale, 0.0)))
+    reference = truth[np.sort(first)] if len(electrons) < len(truth) else truth
+    scale = noise[np.sort(first)] if len(electrons) < len(truth) else noise
+    return float(
+        np.max(
+            np.where(reference < response.full_scale_e, np.abs(electrons - reference) / scale, 0.0)
+        )
+    )

@@ -8,11 +8,11 @@ from contextlib import contextmanager
 @contextmanager
 def changed(module, **values):
     """Within, the names of a module have these values."""
-    before = {name: getattr(module, name) for name in values}
+    original = {name: getattr(module, name) for name in values}
     try:
         for name, value in values.items():
             setattr(module, name, value)
         yield
     finally:
-        for name, value in before.items():
+        for name, value in original.items():
             setattr(module, name, value)

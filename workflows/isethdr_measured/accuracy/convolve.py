@@ -28,19 +28,19 @@ def measured() -> list[Work]:
     pixels, truth = direct(
         image, psf, METHODS["float64, doubtful pixels summed (product)"](image, prepared)
     )
-    ways = METHODS | {
+    methods = METHODS | {
         "float32, circular": circular(psf, np.float32),
         "float64, circular": circular(psf, np.float64),
     }
-    ways |= {
+    methods |= {
         f"float64, {allowed:g} allowed": lambda image, prepared, allowed=allowed: convolve(
             image, prepared["product"], allowed
         )
         for allowed in ALLOWED
     }
     points = []
-    for name, way in ways.items():
-        result, cpu_s, peak_mb = timed(lambda way=way: way(image, prepared), repeat=3)
+    for name, method in methods.items():
+        result, cpu_s, peak_mb = timed(lambda way=method: way(image, prepared), repeat=3)
         mark = "default" if "product" in name else "peer" if "circular" in name else ""
         points.append(
             Point(

@@ -16,18 +16,18 @@ def measured() -> list[Work]:
     seconds of paths and denoising of all groups.
     """
     long, own_errors, short = rendered()
-    ways = {"plain": tristimulus, "clean": denoised, "peers": common_rule}
-    truth, kept = tristimulus(long)[:, 1], {name: {} for name in ways}
-    for samples, (found, cpu_s, peak_mb) in short.items():
-        for name, way in ways.items() if samples else [("plain", tristimulus)]:
-            looks, more_s, more_mb = timed(lambda found=found, way=way: way(found))
+    filters = {"plain": tristimulus, "clean": denoised, "peers": common_rule}
+    truth, points_of = tristimulus(long)[:, 1], {name: {} for name in filters}
+    for samples, (rendering, cpu_s, peak_mb) in short.items():
+        for name, noise_filter in filters.items() if samples else [("plain", tristimulus)]:
+            looks, more_s, more_mb = timed(lambda found=rendering, way=noise_filter: way(found))
             more_s = 0.0 if name == "plain" else more_s  # that is what every view takes
             for group, look, true, source in zip(own_errors, looks, truth, long.source_seen.values):
-                kept[name].setdefault(group, []).append(
+                points_of[name].setdefault(group, []).append(
                     (
                         samples,
                         median_error(look[1], true, ~source),
-                        cpu_s * found.took[group] + more_s,
+                        cpu_s * rendering.took[group] + more_s,
                         max(peak_mb, more_mb),
                     )
                 )
@@ -37,7 +37,7 @@ def measured() -> list[Work]:
             ERROR_OF,
             f"{LONG} paths per tile, other random numbers",
             own_error,
-            points(*(kept[n][group] for n in ways)),
+            points(*(points_of[n][group] for n in filters)),
         )
         for group, own_error in own_errors.items()
     ]
@@ -47,12 +47,16 @@ def points(plain, clean, peers) -> list[Point]:
     """Return the points of one group; those with denoising say as how many paths without it they
     are; None is no number of paths.
     """
-    out = [Point(setting(n), *rest, "" if n else "default", f"{n or ''}") for n, *rest in plain]
-    out += [
-        Point(f"{n} paths, denoised: as {as_paths(error, plain)}", error, *rest, "view", f"{n}")
-        for n, error, *rest in clean
+    points_all = [
+        Point(setting(n), *costs, "" if n else "default", f"{n or ''}") for n, *costs in plain
     ]
-    return out + [Point(f"{n} paths, common rule", *rest, "peer", f"{n}") for n, *rest in peers]
+    points_all += [
+        Point(f"{n} paths, denoised: as {as_paths(error, plain)}", error, *costs, "view", f"{n}")
+        for n, error, *costs in clean
+    ]
+    return points_all + [
+        Point(f"{n} paths, common rule", *costs, "peer", f"{n}") for n, *costs in peers
+    ]
 
 
 def as_paths(error: float, plain) -> str:
@@ -73,7 +77,7 @@ def common_rule(scene) -> np.ndarray:
     with needed("non-local means", extra="mitsuba"):
         from skimage.restoration import denoise_nl_means
 
-    out = []
+    groups = []
     for xyz in tristimulus(scene):
         black = max(float(xyz[1].mean()), 1e-30) * 1e-3
         log = np.moveaxis(np.log(xyz + black), 0, -1)
@@ -87,5 +91,5 @@ def common_rule(scene) -> np.ndarray:
             if sigma > 0
             else log
         )
-        out.append(np.maximum(np.exp(np.moveaxis(soft, -1, 0)) - black, 0))
-    return np.stack(out)
+        groups.append(np.maximum(np.exp(np.moveaxis(soft, -1, 0)) - black, 0))
+    return np.stack(groups)

@@ -26,11 +26,11 @@ def measured() -> list[Work]:
     """
     well = Well(KNEE_E, THERMAL_E)
     levels = KNEE_E / T_S * TIMES_SATURATION
-    wanted = np.array([charge_e(level, well) for level in levels])
+    closed_form = np.array([charge_e(level, well) for level in levels])
     frame = np.repeat(levels, PIXELS // len(levels))
 
     def point(name, integrate, mark=""):
-        error = np.max(np.abs(integrate(levels) / wanted - 1))
+        error = np.max(np.abs(integrate(levels) / closed_form - 1))
         _, cpu_s, peak_mb = timed(lambda: integrate(frame), repeat=3)
         return Point(name, float(error) if np.isfinite(error) else np.inf, cpu_s, peak_mb, mark)
 
@@ -85,13 +85,13 @@ def charge_e(level_e_per_s: float, well) -> float:
 
     with mp.workdps(60):
         a, end = mp.mpf(level_e_per_s) / well.thermal_e, mp.mpf(T_S)
-        gone = (
+        decayed = (
             mp.mpf(well.knee_e_per_s)
             / well.thermal_e
             * (-mp.expm1(-a * end) / a)
             * mp.exp(a * end - mp.mpf(well.knee_e) / well.thermal_e)
         )
-        return float(well.thermal_e * (a * end - mp.log1p(gone)))
+        return float(well.thermal_e * (a * end - mp.log1p(decayed)))
 
 
 def runge_kutta_steps(light, times, well):

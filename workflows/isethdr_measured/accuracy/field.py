@@ -77,16 +77,18 @@ def one_per_tile(lens, mixed) -> np.ndarray:
     pitch_um, reach = (1e3 * lens.focal_length_mm * PITCH,) * 2, tuple(n - 1 for n in SHAPE)
     known, out = {}, np.zeros(SHAPE)
     for row, column in np.ndindex(*SHAPE):
-        own = grid.Place(
+        position = grid.Place(
             0, float(np.hypot(x[column], y[row])), float(np.arctan2(-y[row], x[column])), 1
         )
-        place, flips = grid.first_quadrant(
-            own
+        quadrant_position, flips = grid.first_quadrant(
+            position
         )  # the lens is its own mirror image: a quarter of the tiles is enough
         key = abs(2 * row - SHAPE[0] + 1), abs(2 * column - SHAPE[1] + 1)
         if key not in known:
             at = node_lens(
-                lens, lens.wavefront_at(float(np.arctan(place.radius))), place.azimuth_rad
+                lens,
+                lens.wavefront_at(float(np.arctan(quadrant_position.radius))),
+                quadrant_position.azimuth_rad,
             )
             kernels._cache.clear()
             known[key] = kernels.kernels(at, (), [BAND_NM], pitch_um, reach).bands[0].astype(float)
@@ -102,15 +104,19 @@ def anew(lens, mixed) -> np.ndarray:
     return lens(mixed).values[0].astype(float)
 
 
-def nearest(place, step: float, x, y) -> np.ndarray:
-    """Return 1 at tiles (y, x) whose nearest place on the polar grid is `place`, else 0: a point
+def nearest(field_point, step: float, x, y) -> np.ndarray:
+    """Return 1 at tiles (y, x) whose nearest place on the polar grid is `field_point`, else 0: a point
     spread per patch of the field.
     """
     u, v = np.asarray(x, float)[None, :], np.asarray(y, float)[:, None]
-    ring = np.rint(np.hypot(u, v) / step) == round(place.radius / step)
-    if place.count == 1:
+    ring = np.rint(np.hypot(u, v) / step) == round(field_point.radius / step)
+    if field_point.count == 1:
         return ring.astype(float)
-    sector = np.rint(np.arctan2(-v, u) / (2 * np.pi) * place.count) % place.count
+    sector = np.rint(np.arctan2(-v, u) / (2 * np.pi) * field_point.count) % field_point.count
     return (
-        ring & (sector == round(place.azimuth_rad / (2 * np.pi) * place.count) % place.count)
+        ring
+        & (
+            sector
+            == round(field_point.azimuth_rad / (2 * np.pi) * field_point.count) % field_point.count
+        )
     ).astype(float)

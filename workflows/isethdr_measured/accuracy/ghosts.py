@@ -50,13 +50,13 @@ def measured() -> list[Work]:
 
     pairs, rays = [], []
     for allowed in (*ALLOWED, flare.error_allowed):
-        one = replace(flare, error_allowed=allowed)
-        kept = len(one.pairs(lens, [BAND_NM], largest(mixed))[0])
+        variant = replace(flare, error_allowed=allowed)
+        pairs_kept = len(variant.pairs(lens, [BAND_NM], largest(mixed))[0])
         pairs.append(
             point(
-                f"{kept} pairs, {allowed:g} allowed",
-                lambda one=one: anew(one, lens, mixed),
-                "default" if one == flare else "",
+                f"{pairs_kept} pairs, {allowed:g} allowed",
+                lambda one=variant: anew(one, lens, mixed),
+                "default" if variant == flare else "",
             )
         )
     pairs.append(point("discs by matrices", lambda: discs(flare, lens, mixed, image_w), "peer"))
@@ -69,15 +69,17 @@ def measured() -> list[Work]:
                     "default" if nodes == trace.NODES else "",
                 )
             )
-    what = (
+    error_name = (
         f"light of ghosts put wrong, L1 in blocks of {BLOCK} tiles, over the light of the lamp's"
         " image"
     )
-    said = f"photons of chance, {BATCHES} x {PHOTONS} a pair, spheres by their centres"
-    own = float(error.sum() / image_w * np.sqrt(2 / np.pi))  # mean of the size of a Gaussian error
+    reference_method = f"photons of chance, {BATCHES} x {PHOTONS} a pair, spheres by their centres"
+    reference_error = float(
+        error.sum() / image_w * np.sqrt(2 / np.pi)
+    )  # mean of the size of a Gaussian error
     return [
-        Work("ghosts pairs", what, said, own, pairs),
-        Work("ghosts rays", what, said, own, rays),
+        Work("ghosts pairs", error_name, reference_method, reference_error, pairs),
+        Work("ghosts rays", error_name, reference_method, reference_error, rays),
     ]
 
 

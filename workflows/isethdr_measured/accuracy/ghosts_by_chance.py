@@ -65,7 +65,7 @@ def landed(lens, n, start, tangent: float, front: int, back: int):
     """
     surfaces, last = lens.surfaces, len(lens.surfaces) - 1
     at = np.stack([*start, np.full(start.shape[1], surfaces[0].z_mm)], axis=1)
-    way = np.tile(np.array([tangent, 0.0, 1.0]) / np.hypot(1.0, tangent), (len(at), 1))
+    direction = np.tile(np.array([tangent, 0.0, 1.0]) / np.hypot(1.0, tangent), (len(at), 1))
     weight = np.ones(len(at))
     forth, back_again, on = range(back + 1), range(back - 1, front - 1, -1), range(front + 1, last)
     for leg, steps in enumerate((forth, back_again, on)):
@@ -74,44 +74,51 @@ def landed(lens, n, start, tangent: float, front: int, back: int):
         )  # the medium that light comes from: before the surface, or behind it
         for k in steps:
             surface, turns = surfaces[k], k == (back, front, -1)[leg]
-            at, normal = met(surface, at, way)
-            kept = (
+            at, normal = met(surface, at, direction)
+            passing = (
                 np.hypot(at[:, 0], at[:, 1]) <= surface.semi_diameter_mm
             )  # a ray that misses is NaN, and not kept
-            at, way, normal, weight = at[kept], way[kept], normal[kept], weight[kept]
-            cosine = (way * normal).sum(axis=1)
+            at, direction, normal, weight = (
+                at[passing],
+                direction[passing],
+                normal[passing],
+                weight[passing],
+            )
+            cosine = (direction * normal).sum(axis=1)
             normal, cosine = normal * np.sign(cosine)[:, None], np.minimum(np.abs(cosine), 1.0)
             n1, n2 = n[k + n_before], n[k + 1 - n_before]
             if n1 == n2:
                 continue
             reflected, bent = fresnel(cosine, n1, n2)
             if turns:
-                weight, way = weight * reflected, way - 2 * cosine[:, None] * normal
+                weight, direction = weight * reflected, direction - 2 * cosine[:, None] * normal
             else:
                 weight = weight * (1 - reflected)
-                way = (way - cosine[:, None] * normal) * (n1 / n2) + bent[:, None] * normal
-                kept = bent > 0
-                at, way, weight = at[kept], way[kept], weight[kept]
-    step = (surfaces[last].z_mm - at[:, 2]) / way[:, 2]
-    return at[:, 0] + step * way[:, 0], at[:, 1] + step * way[:, 1], weight
+                direction = (direction - cosine[:, None] * normal) * (n1 / n2) + bent[
+                    :, None
+                ] * normal
+                passing = bent > 0
+                at, direction, weight = at[passing], direction[passing], weight[passing]
+    step = (surfaces[last].z_mm - at[:, 2]) / direction[:, 2]
+    return at[:, 0] + step * direction[:, 0], at[:, 1] + step * direction[:, 1], weight
 
 
-def met(surface, at, way):
+def met(surface, at, direction):
     """Return where rays meet a sphere or plane, and its normals; NaN where they miss."""
     if surface.curvature_per_mm == 0:
-        step = (surface.z_mm - at[:, 2]) / way[:, 2]
-        return at + step[:, None] * way, np.broadcast_to([0.0, 0.0, 1.0], at.shape)
+        step = (surface.z_mm - at[:, 2]) / direction[:, 2]
+        return at + step[:, None] * direction, np.broadcast_to([0.0, 0.0, 1.0], at.shape)
     centre = np.array([0.0, 0.0, surface.z_mm + 1 / surface.curvature_per_mm])
     to = at - centre
-    along = (to * way).sum(axis=1)
+    along = (to * direction).sum(axis=1)
     with np.errstate(invalid="ignore"):
         root = np.sqrt(along**2 - (to**2).sum(axis=1) + surface.curvature_per_mm**-2)
-    near, far = (at + (sign * root - along)[:, None] * way for sign in (-1, 1))
+    near, far_side = (at + (sign * root - along)[:, None] * direction for sign in (-1, 1))
     first = np.abs(near[:, 2] - surface.z_mm) < np.abs(
-        far[:, 2] - surface.z_mm
+        far_side[:, 2] - surface.z_mm
     )  # of the two, that on the vertex's side
-    out = np.where(first[:, None], near, far)
-    return out, (out - centre) * surface.curvature_per_mm
+    hit = np.where(first[:, None], near, far_side)
+    return hit, (hit - centre) * surface.curvature_per_mm
 
 
 def fresnel(cosine, n_from: float, n_to: float):

@@ -20,23 +20,23 @@ def measured() -> list[Work]:
     default = build("isp", "merge").rule
     levels = [level for level in default_levels(model) if level >= 1 and not near_top(model, level)]
     shots = [(level, *shot(model, level, DRAWS, rng)) for level in levels]
-    seen, cost = {}, {}
+    snr_of, cost = {}, {}
     for name, rule in rules().items():
         merged, cpu_s, peak_mb = timed(
             lambda rule=rule: [rule(groups, per_light) for _, groups, per_light, _ in shots]
         )
-        seen[name] = np.array(
+        snr_of[name] = np.array(
             [
                 judged(m, controls, level)["snr_db"]
                 for m, (level, _, _, controls) in zip(merged, shots)
             ]
         )
         cost[name] = cpu_s, peak_mb
-    best = np.max(list(seen.values()), axis=0)
+    best = np.max(list(snr_of.values()), axis=0)
     mark = {default: "default", "average": "peer", "isetcam": "peer"}
     points = [
         Point(name, float(np.mean(10 ** ((best - snr) / 20) - 1)), *cost[name], mark.get(name, ""))
-        for name, snr in seen.items()
+        for name, snr in snr_of.items()
     ]
     return [
         Work(

@@ -21,26 +21,26 @@ def measured() -> list[Work]:
     """
     default = compose([]).draws
     metrics = {name: build("metric", name) for name in METRICS}
-    one = shooter()
-    many = [scores(metrics, *one(seed)) for seed in range(100, 100 + MANY)]
-    out = []
+    one_shot = shooter()
+    many_scores = [scores(metrics, *one_shot(seed)) for seed in range(100, 100 + MANY)]
+    works = []
     for name, metric in metrics.items():
-        known = np.array([row[name] for row in many])
+        known = np.array([row[name] for row in many_scores])
         scatter, points = float(known.std(ddof=1)), []
         for draws in DRAWS:
             # CPU seconds are those of one group; its error is averaged over all groups of so many
             # draws
             _, cpu_s, peak_mb = timed(
                 lambda draws=draws, metric=metric: [
-                    metric(*one(seed))[0].value for seed in range(draws)
+                    metric(*one_shot(seed))[0].value for seed in range(draws)
                 ],
                 repeat=1,
             )
             groups = known[: MANY // draws * draws].reshape(-1, draws).mean(axis=1)
-            rest = (known.sum() - groups * draws) / (
+            other_mean = (known.sum() - groups * draws) / (
                 MANY - draws
             )  # of the draws that are not in the group
-            error = np.sqrt(np.mean((groups - rest) ** 2)) / scatter if scatter > 0 else 0.0
+            error = np.sqrt(np.mean((groups - other_mean) ** 2)) / scatter if scatter > 0 else 0.0
             points.append(
                 Point(
                     f"{draws} draws",
@@ -50,7 +50,7 @@ def measured() -> list[Work]:
                     "default" if draws == default else "peer" if draws == 1 else "",
                 )
             )
-        out.append(
+        works.append(
             Work(
                 f"metric {name}",
                 "rms difference in standard deviations of one draw",
@@ -59,7 +59,7 @@ def measured() -> list[Work]:
                 points,
             )
         )
-    return out
+    return works
 
 
 def shooter():

@@ -34,9 +34,9 @@ def measured(reference: int = 0) -> list[Work]:
     )
     full, half, quarter = (airy(max(1, points // n)) for n in (1, 2, 4))
     # the error of the midpoint rule goes with the step squared (Richardson 1911)
-    truth, before = (4 * full - half) / 3, (4 * half - quarter) / 3
+    truth, coarser = (4 * full - half) / 3, (4 * half - quarter) / 3
     # after extrapolation it goes with the fourth power: `before`, of twice the step, errs 16 times
-    own_error = float(np.abs(truth - before).sum()) / 15
+    own_error = float(np.abs(truth - coarser).sum()) / 15
     bands, support = [], []
     for count in (*SUB_BANDS, 0):
         kernel, cpu_s, peak_mb = timed(lambda count=count: core(count))
@@ -55,10 +55,22 @@ def measured(reference: int = 0) -> list[Work]:
         wide = np.pad(kernel, TILES - tiles)
         support.append(Point(f"{tiles} tiles", float(np.abs(wide - truth).sum()), cpu_s, peak_mb))
     support.append(bands[-1])
-    said = f"Airy's formula, {points} x {points} points a tile, {WAVES} wavelengths"
+    reference_method = f"Airy's formula, {points} x {points} points a tile, {WAVES} wavelengths"
     return [
-        Work("psf sub-bands", "share of a point's light put wrong, L1", said, own_error, bands),
-        Work("psf support", "share of a point's light put wrong, L1", said, own_error, support),
+        Work(
+            "psf sub-bands",
+            "share of a point's light put wrong, L1",
+            reference_method,
+            own_error,
+            bands,
+        ),
+        Work(
+            "psf support",
+            "share of a point's light put wrong, L1",
+            reference_method,
+            own_error,
+            support,
+        ),
     ]
 
 

@@ -34,14 +34,14 @@ def measured() -> list[Work]:
     """
     long, own_errors, short = rendered()
     truth, points = luminance_of(long), {}
-    for samples, (found, cpu_s, peak_mb) in short.items():
-        for k, (group, light) in enumerate(luminance_of(found).items()):
+    for samples, (rendering, cpu_s, peak_mb) in short.items():
+        for k, (group, light) in enumerate(luminance_of(rendering).items()):
             error = median_error(light, truth[group], ~long.source_seen.values[k])
             points.setdefault(group, []).append(
                 Point(
                     setting(samples),
                     error,
-                    cpu_s * found.took[group],
+                    cpu_s * rendering.took[group],
                     peak_mb,
                     "" if samples else "default",
                 )
@@ -68,8 +68,8 @@ def rendered():
     """Return (long rendering, {group: its own error}, {samples or None: (rendering, CPU s of its
     paths, peak MB)}), with labels; made once.
     """
-    asked = (*SAMPLES, None)
-    runs = [{"samples": LONG, "seed": 97}, *({"samples": n, "seed": 1} for n in asked)]
+    sample_counts = (*SAMPLES, None)
+    runs = [{"samples": LONG, "seed": 97}, *({"samples": n, "seed": 1} for n in sample_counts)]
     (long, _, _), *short = of_paths(
         build("renderer", "mitsuba", **SIZE),
         build("scene", "night_drive")(),
@@ -77,17 +77,17 @@ def rendered():
         LABELS,
         repeat=1,
     )
-    return long, own_errors(long), dict(zip(asked, short))
+    return long, own_errors(long), dict(zip(sample_counts, short))
 
 
 def own_errors(scene) -> dict:
     """Return {group: `median_error` that the noise stated tile by tile makes, were it normal}."""
     normal = 0.6745  # half of all normal deviates are below
-    stated = normal * scene.xyz_noise.isel(xyz_channel=1).values  # of Y
+    stated_sd = normal * scene.xyz_noise.isel(xyz_channel=1).values  # of Y
     return {
         group: median_error(light + noise, light, ~seen)
         for (group, light), noise, seen in zip(
-            luminance_of(scene).items(), stated, scene.source_seen.values
+            luminance_of(scene).items(), stated_sd, scene.source_seen.values
         )
     }
 
@@ -100,42 +100,47 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     paths, is more than 1 % of the light, or, with the label distance, the sky is looked at. The
     first call of each kind compiles kernels, so that seconds are those of the cheapest of `repeat`.
     """
-    plain, kept = frame.estimate, []
+    plain, path_results = frame.estimate, []
 
     def estimate(one_pass, settings, *given, **named):
-        kept.extend(
+        path_results.extend(
             timed(
                 lambda run=run: plain(one_pass, replace(render, **run).decided(), *given, **named),
                 repeat,
             )
             for run in runs
         )
-        return replace(kept[-1][0], radiance=kept[-1][0].radiance.copy())  # lamps are added to it
+        return replace(
+            path_results[-1][0], radiance=path_results[-1][0].radiance.copy()
+        )  # lamps are added to it
 
     with changed(frame, estimate=estimate):
-        found = render(scene, Demand(labels=labels))
-    lamps = found.radiance.values - kept[-1][0].radiance
-    lamps[lamps < 1e-6 * found.radiance.values] = (
+        rendering = render(scene, Demand(labels=labels))
+    lamps = rendering.radiance.values - path_results[-1][0].radiance
+    lamps[lamps < 1e-6 * rendering.radiance.values] = (
         0.0  # the rounding of what is stored, which is no lamp
     )
-    return [(with_paths(found, paths, lamps), cpu_s, peak_mb) for paths, cpu_s, peak_mb in kept]
+    return [
+        (with_paths(rendering, paths, lamps), cpu_s, peak_mb)
+        for paths, cpu_s, peak_mb in path_results
+    ]
 
 
-def with_paths(found, paths, lamps):
+def with_paths(scene, paths, lamps):
     """Return scene radiance with that of other paths, and where its lamps and the sky are seen."""
     light, lamp = paths.radiance + lamps, lamps.sum(axis=1)
-    seen = lamp > 0.01 * light.sum(axis=1)
-    if "distance" in found:
-        seen |= ~np.isfinite(found.distance.values)
-    out = found.assign(
-        radiance=found.radiance.copy(data=light.astype(np.float32)),
-        xyz_noise=found.xyz_noise.copy(data=paths.xyz_noise.astype(np.float32)),
-        source_seen=(("light_group", "y", "x"), seen),
+    source_seen = lamp > 0.01 * light.sum(axis=1)
+    if "distance" in scene:
+        source_seen |= ~np.isfinite(scene.distance.values)
+    with_new_paths = scene.assign(
+        radiance=scene.radiance.copy(data=light.astype(np.float32)),
+        xyz_noise=scene.xyz_noise.copy(data=paths.xyz_noise.astype(np.float32)),
+        source_seen=(("light_group", "y", "x"), source_seen),
     )
-    groups = [str(g) for g in found.light_group.values]
+    groups = [str(g) for g in scene.light_group.values]
     noise = {g: float(n) for g, n in zip(groups, paths.noise) if np.isfinite(n)}
     took = {g: float(s) for g, s in zip(groups, paths.seconds / paths.seconds.max())}
-    return out.assign_attrs(
+    return with_new_paths.assign_attrs(
         noise=noise, took=took
     )  # by share of the seconds: those of the passes that a group was part of
 
@@ -149,14 +154,14 @@ def luminance_of(scene) -> dict:
     }
 
 
-def median_error(found, truth, of=True) -> float:
+def median_error(values, truth, of=True) -> float:
     """Return the relative error below which half of the light lies, over tiles `of` (y, x) above 1
     % of the mean; the renderer's own unit.
     """
-    used = (truth > 0.01 * truth.mean(where=of)) & of
-    if not used.any():
+    bright = (truth > 0.01 * truth.mean(where=of)) & of
+    if not bright.any():
         return 0.0
-    error, weight = np.abs(found[used] / truth[used] - 1), truth[used]
+    error, weight = np.abs(values[bright] / truth[bright] - 1), truth[bright]
     order = np.argsort(error)
     below = np.cumsum(weight[order])
     return float(error[order][np.searchsorted(below, below[-1] / 2)])

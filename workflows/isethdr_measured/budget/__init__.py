@@ -80,45 +80,47 @@ def _by_hand(cases, truths) -> dict:
             # kernels are the same for all scenes: the first run takes the time of making them
             making_s = None
             for name, (bits, way) in product(cases, product(BITS, WAYS)):
-                done = by_hand(
+                result = by_hand(
                     *cases[name], setting := Setting(bits, kernels, way), folder, truths[name]
                 )
-                making_s = done.making_s if making_s is None else making_s
+                making_s = result.making_s if making_s is None else making_s
                 hand[name].append(
-                    (setting, errors(done, truths[name]), done.warm_s, done.warm_s + making_s)
+                    (setting, errors(result, truths[name]), result.warm_s, result.warm_s + making_s)
                 )
     return hand
 
 
-def _row(name, parts, scene, fraction, truth, hand) -> dict:
-    kept = [h for h in hand if np.mean(h[1] <= fraction) >= SHARE]
-    best, best_warm = (min(kept, key=lambda h, k=k: h[k])[0] if kept else None for k in (3, 2))
+def _row(name, chain, scene, fraction, truth, hand) -> dict:
+    within_error = [h for h in hand if np.mean(h[1] <= fraction) >= SHARE]
+    best, best_warm = (
+        min(within_error, key=lambda h, k=k: h[k])[0] if within_error else None for k in (3, 2)
+    )
     with empty_home() as folder:
-        done = planned(parts, scene, fraction, folder, truth)
+        result = planned(chain, scene, fraction, folder, truth)
         pairs = [
             (
-                planned(parts, scene, fraction, folder, truth),
-                best_warm and by_hand(parts, scene, best_warm, folder, truth),
+                planned(chain, scene, fraction, folder, truth),
+                best_warm and by_hand(chain, scene, best_warm, folder, truth),
             )
             for _ in range(AGAIN)
         ]
-    wrong = errors(done, truth)
+    wrong = errors(result, truth)
     ours, theirs = (
         min((p[k].warm_s for p in pairs if p[k]), default=float("nan")) for k in (0, 1)
     )  # in turns: the machine is as busy for both
     cold_s, cold = (
-        ours + done.making_s,
-        theirs + min((h[3] - h[2] for h in kept if h[0] == best), default=float("nan")),
+        ours + result.making_s,
+        theirs + min((h[3] - h[2] for h in within_error if h[0] == best), default=float("nan")),
     )
     return {
         "scene": name,
-        "camera": next(iter(parts.cameras)),
+        "camera": next(iter(chain.cameras)),
         "allowed": fraction,
         "within": float(np.mean(wrong <= fraction)),
         "error_99": float(np.quantile(wrong, SHARE)),
-        "stated_99": done.stated,
+        "stated_99": result.stated,
         "truth_error": truth[-1],
-        "bits": done.bits,
+        "bits": result.bits,
         "cold_cpu_s": cold_s,
         "cold_over_best": cold_s / cold,
         "warm_cpu_s": ours,

@@ -66,33 +66,33 @@ def parts_of(camera: str, lens) -> Chain:
     )
 
 
-def planned(parts: Chain, scene, fraction: float, folder, truth: list) -> Done:
+def planned(chain: Chain, scene, fraction: float, folder, truth: list) -> Done:
     """Return what a run makes of stored radiance when so large a fraction of the noise is
     allowed.
     """
-    (sensor,) = parts.cameras.values()
+    (sensor,) = chain.cameras.values()
     demand = budget.budgeted(
         narrowed(sensor, Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))),
         budget.Allowed(fraction),
     )
     bits = bits_for(budget.stored_error(demand))
-    done = _measured(
-        parts, scene, lambda mixed: on_sensor(parts, mixed, demand), bits, folder, truth
+    result = _measured(
+        chain, scene, lambda mixed: on_sensor(chain, mixed, demand), bits, folder, truth
     )
-    rows, mixed = Ledger(), parts.lighting(scene)
-    made = imaging(parts, mixed, demand)
+    rows, mixed = Ledger(), chain.lighting(scene)
+    imaged = imaging(chain, mixed, demand)
     with ledger.stage(rows, "lens"):
-        light = made.light()
+        light = imaged.light()
     rows.append(Row("radiance", errors=[radiance_cache.rounding_term(rounding(bits))]))
-    return replace(done, stated=_stated(made.plan, rows, mixed, light, scene, truth, fraction))
+    return replace(result, stated=_stated(imaged.plan, rows, mixed, light, scene, truth, fraction))
 
 
-def by_hand(parts: Chain, scene, setting: Setting, folder, truth: list) -> Done:
+def by_hand(chain: Chain, scene, setting: Setting, folder, truth: list) -> Done:
     """Return what settings by hand make of it: nobody looks at the light to choose more."""
-    (sensor,) = parts.cameras.values()
+    (sensor,) = chain.cameras.values()
     lens, flares, response = (
-        replace(parts.lens, speckle_error=setting.kernel_error),
-        tuple(parts.flares.values()),
+        replace(chain.lens, speckle_error=setting.kernel_error),
+        tuple(chain.flares.values()),
         narrowed(sensor, Demand()).response,
     )
 
@@ -103,23 +103,23 @@ def by_hand(parts: Chain, scene, setting: Setting, folder, truth: list) -> Done:
             else lens(mixed, flares, response.error_allowed)
         )
 
-    return _measured(parts, scene, way, setting.bits, folder, truth)
+    return _measured(chain, scene, way, setting.bits, folder, truth)
 
 
-def _measured(parts, scene, way, bits, folder, truth) -> Done:
-    taken = []
-    for again in range(1 + WARM):
+def _measured(chain, scene, image, bits, folder, truth) -> Done:
+    cpu_s = []
+    for attempt in range(1 + WARM):
         start = time.process_time()
         back = store.open_store(
             store.write_store(
-                folder, f"b{time.monotonic_ns()}-{again}", {"": scene}, {}, keepbits=bits
+                folder, f"b{time.monotonic_ns()}-{attempt}", {"": scene}, {}, keepbits=bits
             )
         ).load()
-        mixed = parts.lighting(back)
-        light = way(mixed)
+        mixed = chain.lighting(back)
+        light = image(mixed)
         rates = _electrons(light, mixed, back, truth)
-        taken.append(time.process_time() - start)
-    return Done(rates, min(taken[1:]), max(taken[0] - min(taken[1:]), 0.0), bits)
+        cpu_s.append(time.process_time() - start)
+    return Done(rates, min(cpu_s[1:]), max(cpu_s[0] - min(cpu_s[1:]), 0.0), bits)
 
 
 def _stated(plan, rows, mixed, light, scene, truth, fraction) -> float:
@@ -139,7 +139,7 @@ def _electrons(light, mixed, scene, truth):
     return [shot.total for shot in propagation.electrons(exposure)]
 
 
-def exact(parts: Chain, scene) -> list:
+def exact(chain: Chain, scene) -> list:
     """Return (captures, electrons, noise, unsaturated, own error) of a scene: every band in
     float64, nothing left out, finer kernels.
 
@@ -147,17 +147,17 @@ def exact(parts: Chain, scene) -> list:
     test. Its own error is the standard deviation of 99 % of the pixels that its kernels leave, in
     units of the noise.
     """
-    lens = replace(parts.lens, speckle_error=parts.lens.speckle_error / FINER)
-    flares, mixed = tuple(parts.flares.values()), parts.lighting(scene)
-    given, light = optics(lens, mixed, flares), lens(mixed, flares=flares)
-    factor = 1.0 if given.relative is None else given.relative
+    lens = replace(chain.lens, speckle_error=chain.lens.speckle_error / FINER)
+    flares, mixed = tuple(chain.flares.values()), chain.lighting(scene)
+    field, light = optics(lens, mixed, flares), lens(mixed, flares=flares)
+    factor = 1.0 if field.relative is None else field.relative
     cube = np.stack(
         [
             gain
             * fftconvolve(band * factor, np.asarray(kernel, float))[
                 tuple(slice(k // 2, k // 2 + n) for k, n in zip(kernel.shape, band.shape))
             ]
-            for gain, band, kernel in zip(given.gains, mixed.values.astype(float), given.made.bands)
+            for gain, band, kernel in zip(field.gains, mixed.values.astype(float), field.made.bands)
         ]
     )
     light = quantities.plane(
@@ -167,14 +167,14 @@ def exact(parts: Chain, scene) -> list:
         light.y.values,
         **light.attrs,
     )
-    (sensor,) = parts.cameras.values()
+    (sensor,) = chain.cameras.values()
     captures = sensor(light, generator(seed=0))
     shots = propagation.electrons(
         propagation.Exposure(captures, light, mixed, scene),
         0.0,
         lambda mean, weights: lens.spread_errors(mean, flares, weights),
     )
-    own = max(
+    own_error = max(
         float(np.quantile((s.maps.deviation / s.sigma)[s.unsaturated], propagation.SHARE))
         for s in shots
         if s.unsaturated.any()
@@ -184,11 +184,11 @@ def exact(parts: Chain, scene) -> list:
         [s.total for s in shots],
         [s.sigma for s in shots],
         [s.unsaturated for s in shots],
-        own,
+        own_error,
     ]
 
 
-def errors(done: Done, truth: list) -> np.ndarray:
+def errors(result: Done, truth: list) -> np.ndarray:
     """Return the errors of all unsaturated pixels of all captures, in standard deviations of the
     noise.
     """
@@ -196,6 +196,6 @@ def errors(done: Done, truth: list) -> np.ndarray:
     return np.concatenate(
         [
             (np.abs(a - b) / s)[u]
-            for a, b, s, u in zip(done.electrons, electrons, sigma, unsaturated)
+            for a, b, s, u in zip(result.electrons, electrons, sigma, unsaturated)
         ]
     )

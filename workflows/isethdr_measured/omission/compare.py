@@ -35,16 +35,19 @@ def compared(name: str, case, turns: int | None = None) -> dict:
     """
     config, whole = compose(list(case.overrides)), compose([*case.overrides, "leave_out=false"])
     with empty_home():
-        asked, plan_s = measured(lambda: planned(config))
-    both = [(fresh(config), fresh(whole)) for _ in range(turns or TURNS[case.rendered])]
-    few_s, every_s = (min(spent[way][1] for spent in both) for way in (0, 1))
-    (few, _), (every, _) = both[0]
+        planned_rows, plan_s = measured(lambda: planned(config))
+    runs = [(fresh(config), fresh(whole)) for _ in range(turns or TURNS[case.rendered])]
+    few_s, every_s = (min(results[k][1] for results in runs) for k in (0, 1))
+    (few, _), (every, _) = runs[0]
     difference, bound = largest(few, every)
     return {
         "case": name,
         "left out": "; ".join(
             dict.fromkeys(
-                o.what for row in (*asked, *few["ledger"]) for o in row.left_out if o.needless
+                o.what
+                for row in (*planned_rows, *few["ledger"])
+                for o in row.left_out
+                if o.needless
             )
         ),
         "cpu_s": few_s,
@@ -60,8 +63,8 @@ def compared(name: str, case, turns: int | None = None) -> dict:
 def fresh(config) -> tuple[dict, float]:
     """Return (what is compared of a run in an empty home, CPU seconds of the run)."""
     with empty_home():
-        done, spent_s = measured(lambda: run(config))
-        return readings_of(done), spent_s
+        result, spent_s = measured(lambda: run(config))
+        return readings_of(result), spent_s
 
 
 def measured(work):
@@ -75,32 +78,34 @@ def planned(config):
     """Return the ledger of a plan, made from the config as `isethdr plan` does, with the search for
     what is stored.
     """
-    rows, parts = Ledger(), chain(config)
-    demand = plan(parts, rows)
-    runs.run_key(config, parts)
+    rows, built = Ledger(), chain(config)
+    demand = plan(built, rows)
+    runs.run_key(config, built)
     runtime_estimate.expected_s(
-        parts, runs.plain(config), radiance_cache.held_and_missing(parts, demand)[1]
+        built, runs.plain(config), radiance_cache.held_and_missing(built, demand)[1]
     )
     return rows
 
 
-def readings_of(done) -> dict:
+def readings_of(result) -> dict:
     """Return what is compared of a finished run: captures in electrons, their noise, and the
     ledger.
     """
-    [camera] = done.cameras
-    shot = done.open(f"captures/{camera}").load()
-    gain, black = (shot[name].values[:, None, None] for name in ("gain_dn_per_e", "black_dn"))
-    electrons = (shot["raw"].values.astype(float) - black) / gain
-    whole = np.issubdtype(shot["raw"].dtype, np.integer)
-    noise_e = np.sqrt(shot["read_noise_e"].values[:, None, None] ** 2 + np.maximum(electrons, 0.0))
+    [camera] = result.cameras
+    captures = result.open(f"captures/{camera}").load()
+    gain, black = (captures[name].values[:, None, None] for name in ("gain_dn_per_e", "black_dn"))
+    electrons = (captures["raw"].values.astype(float) - black) / gain
+    whole = np.issubdtype(captures["raw"].dtype, np.integer)
+    noise_e = np.sqrt(
+        captures["read_noise_e"].values[:, None, None] ** 2 + np.maximum(electrons, 0.0)
+    )
     return {
         "electrons": electrons,
         "noise_e": noise_e,
         "step_e": whole / gain,
-        "ledger": done.ledger,
-        "scores": [(s["metric"], s["object"], s["value"]) for s in done.scores],
-        "noisy": bool(shot["read_noise_e"].values.any()),
+        "ledger": result.ledger,
+        "scores": [(s["metric"], s["object"], s["value"]) for s in result.scores],
+        "noisy": bool(captures["read_noise_e"].values.any()),
     }
 
 
@@ -113,7 +118,7 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
     its mean by at most so much, and where light differs at all by one electron and one code more,
     because counts and codes are whole.
     """
-    apart = np.abs(few["electrons"] - every["electrons"])
+    difference = np.abs(few["electrons"] - every["electrons"])
     sd = sum(
         error.value
         for row in few["ledger"]
@@ -128,8 +133,8 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
         + (bands + FLOAT32 * bool(bands or sd)) * np.abs(every["electrons"]).max()
     )
     bound = 2 * light + (light > 0) * (every["step_e"] + every["noisy"])
-    worst = np.unravel_index(np.argmax(apart - bound), apart.shape)
-    return float(apart[worst]), float(bound[worst])
+    worst = np.unravel_index(np.argmax(difference - bound), difference.shape)
+    return float(difference[worst]), float(bound[worst])
 
 
 def warmed(rendered=()) -> None:
@@ -152,13 +157,13 @@ def warmed(rendered=()) -> None:
             )
         )
     for case in rendered:
-        own = [o for o in case.overrides if o not in (*SHARP, *TILES)]
+        settings = [o for o in case.overrides if o not in (*SHARP, *TILES)]
         for more in ([], ["leave_out=false"]):
             with empty_home():
                 run(
                     compose(
                         [
-                            *own,
+                            *settings,
                             *SHARP,
                             "renderer.width=64",
                             "renderer.height=36",

@@ -69,8 +69,8 @@ SHAPE = (4, 6)
 def cases() -> Iterator[tuple]:
     """Yield (case, call, error class)."""
     for kind, name, fields in FIELDS:
-        said = ", ".join(f"{key}={value}" for key, value in fields.items())
-        yield f"{kind} {name}: {said}", partial(built, kind, name, fields), ConfigError
+        listed = ", ".join(f"{key}={value}" for key, value in fields.items())
+        yield f"{kind} {name}: {listed}", partial(built, kind, name, fields), ConfigError
     for unit, scale in (("micrometres", 1e-3), ("metres", 1e-9)):
         yield f"light with wavelengths in {unit}", partial(through_lens, scale), UnitError
         yield f"a point spread at a wavelength in {unit}", partial(spread, scale), ConfigError
@@ -132,10 +132,10 @@ def advised() -> Measured:
 
 def cells() -> np.ndarray:
     """Return a cell array as a MATLAB file has it."""
-    found = np.empty(SHAPE, object)
-    for place in np.ndindex(SHAPE):
-        found[place] = np.array([5.0])
-    return found
+    array = np.empty(SHAPE, object)
+    for index in np.ndindex(SHAPE):
+        array[index] = np.array([5.0])
+    return array
 
 
 def deposit(depth=None, twice: bool = False, dangling: bool = False):

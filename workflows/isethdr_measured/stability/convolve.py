@@ -29,31 +29,31 @@ def cases():
 
 def lamps(level: float, count: int, shape=(32, 40)) -> np.ndarray:
     """Return surroundings of about 1 and `count` tiles of `level`."""
-    out = patchy(shape)
-    out.flat[np.random.default_rng(2).choice(out.size, count, replace=False)] = level
-    return out
+    picture = patchy(shape)
+    picture.flat[np.random.default_rng(2).choice(picture.size, count, replace=False)] = level
+    return picture
 
 
 def alone(ny: int, nx: int) -> np.ndarray:
     """Return a picture that is dark but for one tile."""
-    out = np.zeros((ny, nx))
-    out[ny // 3, nx // 4] = 1.0
-    return out
+    picture = np.zeros((ny, nx))
+    picture[ny // 3, nx // 4] = 1.0
+    return picture
 
 
 def wide(reach: int = 24) -> np.ndarray:
     """Return a point spread function with the tail of a diffraction pattern, r^-3."""
     y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1]
-    out = (1.0 + x**2 + 1.5 * y**2) ** -1.5
-    return out / out.sum()
+    psf = (1.0 + x**2 + 1.5 * y**2) ** -1.5
+    return psf / psf.sum()
 
 
 def direct(image) -> Measured:
     """Compare with the sum of shifted pictures in long double."""
     psf = wide()
-    found, bound = convolve_with_bound(image, psf)
+    convolved, bound = convolve_with_bound(image, psf)
     return Measured(
-        relative(found, summed(image, psf)),
+        relative(convolved, summed(image, psf)),
         bound.relative + bound.absolute,
         "direct sum in long double, relative",
     )

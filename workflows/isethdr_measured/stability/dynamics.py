@@ -50,17 +50,17 @@ def charge(knee: float, thermal: float, rate: float) -> Measured:
     """Compare the charge left; relative to the larger of the charge and the thermal charge, in
     which the well counts.
     """
-    found, _ = _flow(knee, thermal, rate)
+    charge_e, _ = _flow(knee, thermal, rate)
     truth = [[exact(float(i), t, knee, thermal, rate)[0] for t in TIMES] for i in CURRENTS]
-    return Measured(_worst(found, truth, knee), EXACT, "closed form in 80 digits, relative")
+    return Measured(_worst(charge_e, truth, knee), EXACT, "closed form in 80 digits, relative")
 
 
 def spill(knee: float, thermal: float, rate: float) -> Measured:
     """Compare the charge lost; relative to itself, where the arrived charge resolves it."""
-    _, found = _flow(knee, thermal, rate)
+    _, spilled_e = _flow(knee, thermal, rate)
     truth = [[exact(float(i), t, knee, thermal, rate)[1] for t in TIMES] for i in CURRENTS]
     worst = 0.0
-    for row, line in zip(found, truth):
+    for row, line in zip(spilled_e, truth):
         for value, true in zip(row, line):
             if float(true) > 1e-300:
                 # its logarithm is a number of size knee / thermal, kept to 1e-16 of itself
@@ -71,10 +71,10 @@ def spill(knee: float, thermal: float, rate: float) -> Measured:
     return Measured(worst, EXACT, "closed form in 80 digits, relative, per unit of log(spill)")
 
 
-def _worst(found, truth, knee) -> float:
+def _worst(values, truth, knee) -> float:
     return max(
         abs(float((Decimal(float(v)) - t) / t))
-        for row, line in zip(found, truth)
+        for row, line in zip(values, truth)
         for v, t in zip(row, line)
         if t
     )
@@ -99,19 +99,19 @@ def exact(
         high, low = max(log_keep, log_source), min(log_keep, log_source)
         tail = (low - high).exp()
         more = tail - tail**2 / 2 if tail < Decimal("1e-60") else (1 + tail).ln()
-        left = k - th * (high + more)
+        charge = k - th * (high + more)
         if high == log_keep:  # spilled = thermal log(1 + tail): no difference of large numbers
-            return left, th * more
-        return left, arrived - left
+            return charge, th * more
+        return charge, arrived - charge
 
 
 def read_back() -> Measured:
     """Compare arrived charge with what the charge left says, where a full well still tells."""
     well, arrived = Well(7000.0, 240.0, 4.4e5), np.geomspace(1e-3, 1e12, 200)
-    left, _ = flow(0.0, arrived / 0.016, 0.016, well)
-    back = arrived_from_charge(left, 0.016, well)
+    charge_left, _ = flow(0.0, arrived / 0.016, 0.016, well)
+    back = arrived_from_charge(charge_left, 0.016, well)
     # one float64 step of the charge is 1e-16 charge / slope of the arrived charge
-    condition = np.maximum(1.0, left / (arrived * slope(arrived, 0.016, well)))
+    condition = np.maximum(1.0, charge_left / (arrived * slope(arrived, 0.016, well)))
     return Measured(
         float(np.max(np.abs(back / arrived - 1) / condition)),
         1e-14,
@@ -121,8 +121,10 @@ def read_back() -> Measured:
 
 def dark() -> Measured:
     """An empty well in the dark loses what the overflow at charge 0 takes, and no more."""
-    left, lost = flow(0.0, 0.0, 3600.0, Well(7000.0, 240.0, 4.4e5))
+    charge_left, lost = flow(0.0, 0.0, 3600.0, Well(7000.0, 240.0, 4.4e5))
     true = -240.0 * np.log1p(3600.0 * 4.4e5 / 240.0 * np.exp(-7000.0 / 240.0))
     return Measured(
-        max(abs(left / true - 1), abs(lost / -true - 1)), 1e-12, "thermal log(1 + source), relative"
+        max(abs(charge_left / true - 1), abs(lost / -true - 1)),
+        1e-12,
+        "thermal log(1 + source), relative",
     )

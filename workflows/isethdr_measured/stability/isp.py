@@ -77,21 +77,21 @@ def _off(picture, level: float = LEVEL) -> float:
     return relative(picture.xyz.values[..., 1], level)
 
 
-def equal_filters(name: str, apart: float, blind: bool = False, sensor: str = "bayer") -> Measured:
+def equal_filters(name: str, spread: float, blind: bool = False, sensor: str = "bayer") -> Measured:
     """A grey in the light of balance comes back exactly whatever the filters are: the matrix is
     made so.
     """
     shot = _shot(sensor, exposure_s=1e-3).copy(deep=True)
     green = shot.quantum_efficiency.values[:, 1].copy()
-    before = [_of_white(shot, k) for k in range(3)]
+    white_before = [_of_white(shot, k) for k in range(3)]
     for k in (0, 2):
         shot.quantum_efficiency.values[:, k] = green * (
-            1 + apart * np.linspace(-1, 1, len(BANDS)) * (k - 1)
+            1 + spread * np.linspace(-1, 1, len(BANDS)) * (k - 1)
         )
     if blind:
         shot.quantum_efficiency.values[:, 0] = 0.0
     for k in (0, 2):  # the raw values that such filters would have given
-        at, ratio = shot["filter"].values == k, _of_white(shot, k) / before[k]
+        at, ratio = shot["filter"].values == k, _of_white(shot, k) / white_before[k]
         for raw, dark_e in zip(shot.raw.values, shot.dark_e.values):
             raw[at] = (raw[at] - dark_e) * ratio + dark_e
     return Measured(_off(_picture(name, shot)), 1e-5, "100 cd/m2, relative")

@@ -133,12 +133,12 @@ def peak(f_number: float, waves: float) -> Measured:
     uniform in the square of the radius.
     """
     pitch_um = 0.05 * 0.55 * f_number
-    found = float(
+    on_axis = float(
         _defocused(f_number, waves).psf(550.0, pitch_um, 16, integrated=False).values[0, 8, 8]
     )
     clean, turn = math.pi / 4 * (pitch_um / (0.55 * f_number)) ** 2, math.pi * waves
     return Measured(
-        abs(found / (clean * ((math.sin(turn) / turn) ** 2 if waves else 1.0)) - 1),
+        abs(on_axis / (clean * ((math.sin(turn) / turn) ** 2 if waves else 1.0)) - 1),
         WAVEFRONT if waves > 1 else PUPIL,
         "closed form on the axis, relative",
     )
@@ -164,13 +164,15 @@ def high_order(index: int) -> Measured:
     radial = s ** (abs(m) / 2) * eval_jacobi((n - abs(m)) // 2, 0, abs(m), 2 * s - 1)
     phase = 2 * math.pi * rms_um / 0.55 * math.sqrt(n + 1 if m == 0 else 2 * (n + 1)) * radial
     mean = weight / 2 @ (np.exp(1j * phase) if m == 0 else jv(0, phase))
-    found = float(
+    on_axis = float(
         _lens("wavefront", zernike_um={index: rms_um})
         .psf(550.0, pitch_um, 16, integrated=False)
         .values[0, 8, 8]
     )
     truth = math.pi / 4 * (pitch_um / (0.55 * f_number)) ** 2 * abs(mean) ** 2
-    return Measured(abs(found / truth - 1), ORDERS, "squared mean of the pupil function, relative")
+    return Measured(
+        abs(on_axis / truth - 1), ORDERS, "squared mean of the pupil function, relative"
+    )
 
 
 def too_large() -> None:
@@ -186,19 +188,17 @@ def pattern(waves: float) -> Measured:
     Wolf, section 8.8), L1.
     """
     width, count = 8 * 4.0 * waves * 0.55 + 40.0, 48
-    found = _defocused(4.0, waves).psf(550.0, width / count, count, integrated=False).values[0]
+    psf = _defocused(4.0, waves).psf(550.0, width / count, count, integrated=False).values[0]
     at = (np.arange(count) - count // 2) * width / count
-    radius, place = np.unique(np.hypot(at[:, None], at).round(9), return_inverse=True)
+    radius, ring = np.unique(np.hypot(at[:, None], at).round(9), return_inverse=True)
     node, weight = np.polynomial.legendre.leggauss(1200)
     s = (node + 1) / 2  # square of the pupil's radius
     field = j0(np.pi * radius[:, None] / 2.2 * np.sqrt(s)) @ (
         weight / 2 * np.exp(2j * np.pi * waves * s)
     )
-    truth = (
-        (np.abs(field) ** 2)[place].reshape(found.shape) * math.pi / 4 * (width / count / 2.2) ** 2
-    )
+    truth = (np.abs(field) ** 2)[ring].reshape(psf.shape) * math.pi / 4 * (width / count / 2.2) ** 2
     return Measured(
-        float(np.abs(found - truth).sum() / truth.sum()),
+        float(np.abs(psf - truth).sum() / truth.sum()),
         WAVEFRONT if waves > 1 else PUPIL,
         "integral over the pupil's radius, L1",
     )
@@ -209,14 +209,14 @@ def spread(waves: float) -> Measured:
     of a clear stop, at most.
     """
     width = 8 * 4.0 * waves * 0.55
-    found = float(
+    share = float(
         _defocused(4.0, waves).psf(550.0, (width + 400.0) / 256, 256, integrated=True).values.sum()
     )
     # the light that leaves a frame 200 um beyond the blur is diffracted once, at the rim: less than
     # that of a point there
     lost = beyond(200.0, 4.0)
     return Measured(
-        max(found - 1, 1 - lost - found, 0.0),
+        max(share - 1, 1 - lost - share, 0.0),
         PUPIL,
         "1, less what diffraction throws out of the frame",
     )

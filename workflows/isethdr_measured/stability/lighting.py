@@ -22,12 +22,12 @@ def cases():
     yield "weights over 15 decades", lambda: mixing({"a": 1e-9, "b": 1e6, "c": 1.0})
     yield "weights over 60 decades", lambda: mixing({"a": 1e-30, "b": 1e30, "c": 0.0})
     yield "a sum beyond float32", lambda: mixing({"a": 1e38, "b": 1e38, "c": 1e38}), UnitError
-    for apart in (0.0, 1e-6):
-        name = "identical groups" if not apart else "groups that differ by 1e-6"
-        yield f"{name}: luminance targets", lambda e=apart: alike(e, mean_cd_m2=None)
-        yield f"{name}: a mean", lambda e=apart: alike(e, mean_cd_m2=500.0)
-        yield f"{name}: a median", lambda e=apart: alike(e, median_cd_m2=500.0)
-        yield f"{name}: a dynamic range", lambda e=apart: alike(e, dynamic_range=2.0)
+    for relative_gap in (0.0, 1e-6):
+        name = "identical groups" if not relative_gap else "groups that differ by 1e-6"
+        yield f"{name}: luminance targets", lambda e=relative_gap: alike(e, mean_cd_m2=None)
+        yield f"{name}: a mean", lambda e=relative_gap: alike(e, mean_cd_m2=500.0)
+        yield f"{name}: a median", lambda e=relative_gap: alike(e, median_cd_m2=500.0)
+        yield f"{name}: a dynamic range", lambda e=relative_gap: alike(e, dynamic_range=2.0)
     for level in (1e-9, 1e-3, 1e12):
         yield (
             f"a median of {level:g} cd/m2",
@@ -77,29 +77,31 @@ def mixing(weights: dict) -> Measured:
     """
     maps = {g: patchy(SHAPE, seed) for seed, g in enumerate(weights, 3)}
     light = scene(maps)
-    found = _lighting("weights", weights=weights)(light).values
+    mixed = _lighting("weights", weights=weights)(light).values
     truth = sum(
         np.longdouble(w) * light.radiance.sel(light_group=g).values.astype(np.longdouble)
         for g, w in weights.items()
     )
-    return Measured(relative(found, truth), HALF_STEP, "weighted sum in long double, relative")
+    return Measured(relative(mixed, truth), HALF_STEP, "weighted sum in long double, relative")
 
 
-def alike(apart: float, **wanted) -> Measured:
+def alike(relative_gap: float, **targets_of_picture) -> Measured:
     """Two groups that cannot be told apart: what the lighting says it reached is what the picture
     shows.
     """
     first = patchy(SHAPE)
-    maps = {"lamp": first, "sky": first * (1 + apart * patchy(SHAPE, 2))}
+    maps = {"lamp": first, "sky": first * (1 + relative_gap * patchy(SHAPE, 2))}
     targets = {"lamp": {"statistic": "mean", "cd_m2": 100.0}}
-    if wanted.get("mean_cd_m2", 0) is None:
+    if targets_of_picture.get("mean_cd_m2", 0) is None:
         targets["sky"] = {"statistic": "max", "cd_m2": 300.0}
-    return _shown(maps, targets=targets, **{k: v for k, v in wanted.items() if v is not None})
+    return _shown(
+        maps, targets=targets, **{k: v for k, v in targets_of_picture.items() if v is not None}
+    )
 
 
-def reached(maps: dict, **wanted) -> Measured:
+def reached(maps: dict, **targets) -> Measured:
     """A target within reach is met to 1e-6, as the lighting promises, in the picture itself."""
-    mixed = _lighting("targets", **wanted)(scene(maps))
+    mixed = _lighting("targets", **targets)(scene(maps))
     [target] = mixed.attrs["targets"].values()
     return Measured(
         abs(_seen(mixed, next(iter(mixed.attrs["targets"]))) / target["wanted"] - 1),
@@ -108,22 +110,22 @@ def reached(maps: dict, **wanted) -> Measured:
     )
 
 
-def said(maps: dict, **wanted) -> Measured:
+def said(maps: dict, **targets) -> Measured:
     """A target out of reach is named as such, and what was reached is the truth."""
-    return _shown(maps, out_of_reach=True, **wanted)
+    return _shown(maps, out_of_reach=True, **targets)
 
 
 def _shown(maps, out_of_reach: bool = False, **fields) -> Measured:
     mixed = _lighting("targets", **fields)(scene(maps))
     worst = 0.0
     for name, target in mixed.attrs["targets"].items():
-        shown = (
+        displayed = (
             _seen(mixed, name)
             if name in ("dynamic_range", "median_cd_m2", "mean_cd_m2")
             else target["reached"]
         )
-        if not (np.isnan(shown) and np.isnan(target["reached"])):
-            worst = max(worst, relative(target["reached"], shown))
+        if not (np.isnan(displayed) and np.isnan(target["reached"])):
+            worst = max(worst, relative(target["reached"], displayed))
         if name not in ("dynamic_range", "median_cd_m2", "mean_cd_m2") and target["reached"]:
             worst = max(
                 worst,
@@ -141,19 +143,21 @@ def _shown(maps, out_of_reach: bool = False, **fields) -> Measured:
 
 def _of_group(maps, weights, group, fields) -> float:
     """Return the statistic of one group's own luminance after its weight, cd/m2."""
-    own = (
+    luminance_cd_m2 = (
         maps[group].astype(np.float32).astype(float)
         * float(luminance(np.ones(len(BANDS)), BANDS))
         * weights[group]
     )
-    return {"max": np.max, "mean": np.mean}[fields["targets"][group]["statistic"]](own)
+    return {"max": np.max, "mean": np.mean}[fields["targets"][group]["statistic"]](luminance_cd_m2)
 
 
 def _seen(mixed, name: str) -> float:
-    seen = luminance(mixed.values.astype(float), mixed.wavelength.values)
+    luminance_cd_m2 = luminance(mixed.values.astype(float), mixed.wavelength.values)
     if name == "dynamic_range":
-        low, high = np.percentile(seen, [1.0, 100.0], method="hazen")
+        low, high = np.percentile(luminance_cd_m2, [1.0, 100.0], method="hazen")
         return float(high / low) if low else float("nan") if not high else float("inf")
     return float(
-        np.mean(seen) if name == "mean_cd_m2" else np.percentile(seen, 50.0, method="hazen")
+        np.mean(luminance_cd_m2)
+        if name == "mean_cd_m2"
+        else np.percentile(luminance_cd_m2, 50.0, method="hazen")
     )

@@ -49,31 +49,31 @@ def step_to_one(mean: float) -> Measured:
     )  # the next term, m^3 / 6, is below 1e-17 of a word
     near = [w for w in (math.floor(edge) + k for k in range(-3, 4)) if w >= 0]
     # p is float64: 1e-16 of itself moves the step by less than one word up to 2^53
-    found = poisson(np.full(len(near), mean), np.array(near, np.int64))
-    wanted = np.array([1.0 if w < edge else 0.0 for w in near])
-    return Measured(float(np.abs(found - wanted).max()), 0.0, "series in fractions, e")
+    counts = poisson(np.full(len(near), mean), np.array(near, np.int64))
+    expected = np.array([1.0 if w < edge else 0.0 for w in near])
+    return Measured(float(np.abs(counts - expected).max()), 0.0, "series in fractions, e")
 
 
 def quantiles(mean: float) -> Measured:
     """Compare with the distribution, summed in long double to 12 standard deviations on both sides
     of its peak.
     """
-    word, found = _words(), _counts(mean)
+    word, counts = _words(), _counts(mean)
     reach = int(12 * math.sqrt(mean) + 30)
     k = np.arange(max(0, int(mean) - reach), int(mean) + reach + 1)
     steps = np.log(np.longdouble(mean)) - np.log(k[1:].astype(np.longdouble))
     log = np.concatenate([[np.longdouble(0)], np.cumsum(steps)])
     weight = np.exp(log - log.max())
-    beyond = (np.where(word < 0, -1 - word, word).astype(np.longdouble) + 0.5) * np.longdouble(
+    tail = (np.where(word < 0, -1 - word, word).astype(np.longdouble) + 0.5) * np.longdouble(
         2
     ) ** -64
     # each tail from its own end, so that small probabilities keep their digits
     at_most, at_least = np.cumsum(weight) / weight.sum(), np.cumsum(weight[::-1]) / weight.sum()
-    low = np.searchsorted(at_most, beyond)
-    high = len(k) - 1 - np.searchsorted(at_least, beyond)
-    wanted = k[np.where(word < 0, low, high)]
+    low = np.searchsorted(at_most, tail)
+    high = len(k) - 1 - np.searchsorted(at_least, tail)
+    expected = k[np.where(word < 0, low, high)]
     return Measured(
-        float(np.abs(found - wanted).max()),
+        float(np.abs(counts - expected).max()),
         0.0 if mean < 1e6 else 1.0,
         "distribution summed in long double, e",
     )
@@ -93,16 +93,16 @@ def largest() -> Measured:
     """Compare with the Cornish-Fisher expansion, whose own error is below 1e-6 e here. It is
     computed in integers, because float64 has too few digits.
     """
-    word, found = _words(), _counts(1e18)
-    beyond = ((np.where(word < 0, -1 - word, word).astype(float) + 0.5) * 2.0**-64).tolist()
+    word, counts = _words(), _counts(1e18)
+    tail = ((np.where(word < 0, -1 - word, word).astype(float) + 0.5) * 2.0**-64).tolist()
     z = [
         NormalDist().inv_cdf(p) * (-1 if upper else 1)
-        for p, upper in zip(beyond, (word >= 0).tolist())
+        for p, upper in zip(tail, (word >= 0).tolist())
     ]
-    wanted = [10**18 + math.floor(1e9 * v + (v * v + 2) / 6) for v in z]
+    expected = [10**18 + math.floor(1e9 * v + (v * v + 2) / 6) for v in z]
     # 1e9 times the few 1e-16 of float64's normal quantile is below 1e-6 e
     return Measured(
-        float(max(abs(int(f) - w) for f, w in zip(found, wanted))),
+        float(max(abs(int(f) - w) for f, w in zip(counts, expected))),
         128.0,
         "Cornish-Fisher in whole numbers, e",
     )

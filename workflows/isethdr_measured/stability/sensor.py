@@ -71,9 +71,11 @@ def _build(name: str, **fields):
 def mean(level: float, seconds: float) -> Measured:
     """Photons are energy over h c / wavelength."""
     sensor = _build("ideal", cfa="W", curves="unit", exposure_s=seconds)
-    found = sensor.expected(irradiance(np.full((1, 3, 3), level), GREEN)).values
+    expected_e = sensor.expected(irradiance(np.full((1, 3, 3), level), GREEN)).values
     return Measured(
-        relative(found, level * PER_W_M2 * seconds), 1e-12, "energy / (h c / wavelength), relative"
+        relative(expected_e, level * PER_W_M2 * seconds),
+        1e-12,
+        "energy / (h c / wavelength), relative",
     )
 
 
@@ -94,15 +96,15 @@ def counts(seconds: float) -> Measured:
     )
     worst, side = 0.0, 64
     for k in range(-3, 16):
-        wanted = 10.0**k * seconds
-        raw, saturated = readings(sensor.model(), [np.full((side, side), wanted)], generator(5))
+        mean_e = 10.0**k * seconds
+        raw, saturated = readings(sensor.model(), [np.full((side, side), mean_e)], generator(5))
         if not np.all(saturated):  # raw is float32
             worst = max(
                 worst,
-                abs(float(raw.mean(dtype=float)) - wanted)
-                / (5 * math.sqrt(wanted) / side + 5 / side**2 + FLOAT32 * wanted),
+                abs(float(raw.mean(dtype=float)) - mean_e)
+                / (5 * math.sqrt(mean_e) / side + 5 / side**2 + FLOAT32 * mean_e),
             )
-        elif wanted < 1e18:
+        elif mean_e < 1e18:
             worst = math.inf
     return Measured(worst, 1.0, "rate times time, share of 5 standard errors")
 
@@ -113,13 +115,13 @@ def speck() -> Measured:
     """
     cube = np.zeros((1, 1000, 3000))
     cube[0, 500, 999:1001] = 1e6, 3e6
-    found = (
+    collected_e = (
         _build("ideal", cfa="W", curves="unit")
         .expected(irradiance(cube, GREEN, PITCH_UM / 1000))
         .values[0, 0]
     )
     truth = np.array([1e6, 3e6, 0.0]) * PER_W_M2 * 1e-6 * 0.016
-    return Measured(relative(found, truth), 1e-10, "area of the lamp, relative")
+    return Measured(relative(collected_e, truth), 1e-10, "area of the lamp, relative")
 
 
 def frame(rows: int, columns: int, pitch_um: float = PITCH_UM) -> Measured:
@@ -135,9 +137,9 @@ def frame(rows: int, columns: int, pitch_um: float = PITCH_UM) -> Measured:
         dark_e_per_s=0.0,
     )(light, None)
     efficiency = float(shot.quantum_efficiency.values[0, 0, 0])
-    found = shot.raw.values[0]
+    dn = shot.raw.values[0]
     return Measured(
-        relative(found, 1e-3 * PER_W_M2 * efficiency * 0.016) + (found.shape != (rows, columns)),
+        relative(dn, 1e-3 * PER_W_M2 * efficiency * 0.016) + (dn.shape != (rows, columns)),
         FLOAT32,
         "energy / (h c / wavelength), relative",
     )

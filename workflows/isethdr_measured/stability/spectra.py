@@ -54,12 +54,12 @@ def photons(count: int) -> Measured:
     bands = _bands(count)
     sensor = build("sensor", "ideal", cfa="W", curves="unit")
     light = irradiance(np.full((count, 4, 4), 1e-3), bands)
-    found = sensor.expected(light).values
+    expected_e = sensor.expected(light).values
     step = 1.0 if count == 1 else 300.0 / (count - 1)
     truth = (
         math.fsum(1e-3 * step * nm * 1e-9 / PLANCK_LIGHT for nm in bands.tolist()) * 9e-12 * 0.016
     )
-    return Measured(relative(found, truth), 1e-12, "sum of wavelength / (h c), relative")
+    return Measured(relative(expected_e, truth), 1e-12, "sum of wavelength / (h c), relative")
 
 
 def _white(first: float, last: float):
@@ -80,9 +80,9 @@ def chart(count: int) -> Measured:
         step_nm=step,
         spectrum="A",
     )()
-    found = luminance(scene.radiance.values[0].astype(float), scene.wavelength.values)
+    luminance_cd_m2 = luminance(scene.radiance.values[0].astype(float), scene.wavelength.values)
     return Measured(
-        max(relative(found, 100.0), abs(scene.sizes["wavelength"] - count)),
+        max(relative(luminance_cd_m2, 100.0), abs(scene.sizes["wavelength"] - count)),
         2.0**-23,
         "100 cd/m2, relative",
     )
@@ -102,18 +102,18 @@ def camera(count: int) -> Measured:
     light = build("lens", "ideal")(mixed)
     captures = build("sensor", "bayer", noise=False, bits=0)(light, None)
     picture, row = with_ledger(lambda: build("isp", "linear")(captures))
-    stated = max(e.value for e in row.errors if e.unit == "relative")
+    stated_error = max(e.value for e in row.errors if e.unit == "relative")
     return Measured(
         relative(picture.xyz.values[..., 1], truth(mixed, picture).xyz.values[..., 1]),
-        stated,
+        stated_error,
         "true Y, relative; bound: grey in the worst light",
     )
 
 
 def line_energy(nm: float) -> Measured:
     """Band means keep the energy of a line to the steps they are averaged in, 20 a band."""
-    found = band_means(lambda w: (np.abs(w - nm) < 0.5).astype(float), _bands(31)).sum() * 10.0
-    return Measured(abs(found - 1.0), 1e-9, "1 nm of energy, relative")
+    energy = band_means(lambda w: (np.abs(w - nm) < 0.5).astype(float), _bands(31)).sum() * 10.0
+    return Measured(abs(energy - 1.0), 1e-9, "1 nm of energy, relative")
 
 
 def line_photons(nm: float, cfa: str) -> Measured:
@@ -137,10 +137,10 @@ def line_photons(nm: float, cfa: str) -> Measured:
         irradiance(np.full((1, 4, 4), 1e-3), np.array([nm]))
     ).values  # the same energy, 1 nm wide where it is
     miss = float(np.abs(sensor.expected(light).values - truth).max()) / at_peak
-    stated = next(left.bound for left in row.left_out if left.key == PLACE_IN_BAND)
+    stated_bound = next(left.bound for left in row.left_out if left.key == PLACE_IN_BAND)
     return Measured(
         miss,
-        stated,
+        stated_bound,
         "the line where it is, share of what the same energy makes at the filters' peak",
     )
 

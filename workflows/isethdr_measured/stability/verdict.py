@@ -48,12 +48,16 @@ def judged(stage: str, case: Case) -> dict:
     error = bound = float("nan")
     verdict = "WRONG"
     try:
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as raised:
             warnings.simplefilter("always", RuntimeWarning)
-            found = case.measure()
+            measurement = case.measure()
         if case.refused_with is None:
-            error, bound, against = float(found.error), float(found.bound), found.against
-            trouble = [w for w in told if issubclass(w.category, RuntimeWarning)]
+            error, bound, against = (
+                float(measurement.error),
+                float(measurement.bound),
+                measurement.against,
+            )
+            trouble = [w for w in raised if issubclass(w.category, RuntimeWarning)]
             verdict = "right" if error <= bound and not trouble else "WRONG"
             if trouble:
                 against += f"; warned: {trouble[0].message}"
@@ -61,8 +65,10 @@ def judged(stage: str, case: Case) -> dict:
             against = f"no error; expected {case.refused_with.__name__}"
     except IsetHdrError as refusal:
         against = str(refusal)
-        wanted = case.refused_with is not None and isinstance(refusal, case.refused_with)
-        if wanted and len(against) >= SHORTEST_MESSAGE:
+        refused_as_expected = case.refused_with is not None and isinstance(
+            refusal, case.refused_with
+        )
+        if refused_as_expected and len(against) >= SHORTEST_MESSAGE:
             verdict = "refused"
         else:
             against = f"{type(refusal).__name__}: {against}"
@@ -80,16 +86,16 @@ def judged(stage: str, case: Case) -> dict:
     }
 
 
-def relative(found, truth) -> float:
+def relative(values, truth) -> float:
     """Return the largest relative error, in long double; a truth of exactly 0 must be met
     exactly.
     """
-    found, truth = np.asarray(found, np.longdouble), np.asarray(truth, np.longdouble)
+    values, truth = np.asarray(values, np.longdouble), np.asarray(truth, np.longdouble)
     dark = truth == 0
     miss = np.where(
         dark,
-        np.where(found == 0, 0.0, np.inf),
-        np.abs(found - truth) / np.where(dark, 1.0, np.abs(truth)),
+        np.where(values == 0, 0.0, np.inf),
+        np.abs(values - truth) / np.where(dark, 1.0, np.abs(truth)),
     )
     return float(miss.max())
 

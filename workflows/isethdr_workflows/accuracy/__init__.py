@@ -31,7 +31,7 @@ from isethdr_core.pipeline.chain import chain, checked_config
 from isethdr_core.storage import store
 from isethdr_core.uncertainty.error_terms import Quantity
 
-from .configured_knobs import Found, Setting, chosen, find, setting
+from .configured_knobs import ConfiguredKnob, Setting, chosen, configured_knobs, setting
 from .diagram import draw
 from .differences import Noise, difference, noise_of
 from .point import Point, Work
@@ -51,7 +51,7 @@ OF_ELECTRONS = "electrons, in standard deviations of the sensor's noise"
 class Job:
     """One setting of one knob to measure."""
 
-    found: Found
+    configured: ConfiguredKnob
     setting: Setting
     value: Any
     is_reference: bool = False
@@ -69,28 +69,30 @@ class Study:
 
     def measure(self, job: Job) -> dict | None:
         """Return the row of a setting; None for a reference, which is kept."""
-        found, knob = job.found, job.found.knob
-        first, last = span(found.kind, knob.error_of)
-        exact = job.is_reference and found.exact
-        done = measured(job.setting, self.base, first, last, exact)
+        configured, knob = job.configured, job.configured.knob
+        first, last = span(configured.kind, knob.error_of)
+        exact = job.is_reference and configured.exact
+        measurement = measured(job.setting, self.base, first, last, exact)
         if job.is_reference:
-            self.references[found.name] = done.results
+            self.references[configured.name] = measurement.results
             return None
-        off = difference(done.results, self.references[found.name], knob.error_of, self.noise)
+        off = difference(
+            measurement.results, self.references[configured.name], knob.error_of, self.noise
+        )
         row = {
-            "knob": found.name,
+            "knob": configured.name,
             "value": job.value,
-            "now": job.value == found.now,
+            "now": job.value == configured.now,
             "error": off.own,
             "error_of_half": off.half,
             "unit": off.unit,
             "compared": str(off.compared),
             "error_of_noise": off.of_noise,
-            "cpu_s": done.first_s,
-            "cpu_s_again": done.again_s,
-            "relative_cost": knob.relative_cost(job.value, found.values()[0]),
+            "cpu_s": measurement.first_s,
+            "cpu_s_again": measurement.again_s,
+            "relative_cost": knob.relative_cost(job.value, configured.values()[0]),
             "part": knob.part or "",
-            "reference": _written(found),
+            "reference": _written(configured),
             "allowed": self.allowed,
             "noise": "all" if self.noise.known else "shot noise alone",
         }
@@ -124,10 +126,14 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
     """
     config = checked_config(compose(list(overrides)))
     base = Setting(config, chain(config))
-    found = chosen(find(config, base.parts), knob, values)
-    jobs = [job for one in found for job in _jobs(config, one)]  # refused before any work
+    configured = chosen(configured_knobs(config, base.parts), knob, values)
+    jobs = [
+        job for knob_found in configured for job in _jobs(config, knob_found)
+    ]  # refused before any work
     into = _folder(folder, overrides)
-    last = max(SENSOR, *(span(one.kind, one.knob.error_of)[1] for one in found))
+    last = max(
+        SENSOR, *(span(knob_found.kind, knob_found.knob.error_of)[1] for knob_found in configured)
+    )
     with threadpool_limits(1, "blas"):  # as a run
         with shown("the configuration as it is"):
             results = all_stages(base, Results(), 0, last, exact=False)
@@ -149,10 +155,10 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
 
 def works(rows: Sequence[dict]) -> list[Work]:
     """Return one diagram per knob: error in units of the noise against CPU seconds."""
-    found: dict[str, Work] = {}
+    work_of: dict[str, Work] = {}
     for row in rows:
         error_of = OF.get(row["compared"], OF_ELECTRONS)
-        work = found.setdefault(
+        work = work_of.setdefault(
             row["knob"],
             Work(
                 row["knob"],
@@ -168,14 +174,22 @@ def works(rows: Sequence[dict]) -> list[Work]:
         mark = "now" if row["now"] else ""
         text = f"{row['value']:g}" if isinstance(row["value"], float) else str(row["value"])
         work.points.append(Point(text, row["error_of_noise"], row["cpu_s"], mark=mark))
-    return list(found.values())
+    return list(work_of.values())
 
 
-def _jobs(config: Any, one: Found) -> list[Job]:
+def _jobs(config: Any, configured: ConfiguredKnob) -> list[Job]:
     """Return the reference of a knob, and its settings from the cheapest to the finest."""
-    jobs = [Job(one, setting(config, one, one.reference), REFERENCE, is_reference=True)]
+    jobs = [
+        Job(
+            configured,
+            setting(config, configured, configured.reference),
+            REFERENCE,
+            is_reference=True,
+        )
+    ]
     return jobs + [
-        Job(one, setting(config, one, {one.name: value}), value) for value in one.values()
+        Job(configured, setting(config, configured, {configured.name: value}), value)
+        for value in configured.values()
     ]
 
 
@@ -193,16 +207,16 @@ def _measure_all(study: Study, jobs: list[Job], file: Any) -> None:
         file.flush()
 
 
-def _written(one: Found) -> str:
+def _written(configured: ConfiguredKnob) -> str:
     """Return the reference of a knob as the command line takes it."""
-    listed = " ".join(f"{path}={value}" for path, value in one.reference.items())
-    return f"{listed} nothing left out".strip() if one.exact else listed
+    listed = " ".join(f"{path}={value}" for path, value in configured.reference.items())
+    return f"{listed} nothing left out".strip() if configured.exact else listed
 
 
 def _folder(name: str, overrides: Sequence[str]) -> Path:
-    now = datetime.now(UTC).isoformat(timespec="seconds")
-    own = f"accuracy-{store.content_hash([list(overrides), now])[:8]}"
-    folder = Path(name) if name else store.home() / "studies" / own
+    created = datetime.now(UTC).isoformat(timespec="seconds")
+    folder_name = f"accuracy-{store.content_hash([list(overrides), created])[:8]}"
+    folder = Path(name) if name else store.home() / "studies" / folder_name
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / TABLE).touch()

@@ -24,7 +24,7 @@ ALLOWED = AccuracyKnob("noise_fraction_allowed", (0.3, 0.1, 0.03, 0.01), Quantit
 
 
 @dataclass(frozen=True)
-class Found:
+class ConfiguredKnob:
     """A knob of one component of a configuration.
 
     Parameters
@@ -53,13 +53,13 @@ class Found:
         """Return the values to measure, from the cheapest to the finest, the present one among
         them.
         """
-        found = list(self.knob.tried())
-        if self.now is None or self.now in found:
-            return found
-        numbers = all(isinstance(v, int | float) for v in (*found, self.now))
+        values = list(self.knob.tried())
+        if self.now is None or self.now in values:
+            return values
+        numbers = all(isinstance(v, int | float) for v in (*values, self.now))
         if not numbers:
-            return [*found, self.now]
-        return sorted([*found, self.now], reverse=found[0] > found[-1])
+            return [*values, self.now]
+        return sorted([*values, self.now], reverse=values[0] > values[-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,53 +70,53 @@ class Setting:
     parts: Chain
 
 
-def components(config: Any, parts: Chain) -> Iterator[tuple[str, str, Any]]:
+def components(config: Any, chain: Chain) -> Iterator[tuple[str, str, Any]]:
     """Yield (path in the config, kind, component) of a chain."""
     for kind in ("scene", "renderer", "lighting", "lens", "isp"):
-        component = getattr(parts, kind)
+        component = getattr(chain, kind)
         if component is not None:
             yield kind, kind, component
-    for name, component in parts.flares.items():
+    for name, component in chain.flares.items():
         yield f"flare.{name}", "flare", component
-    for name, component in parts.cameras.items():
+    for name, component in chain.cameras.items():
         yield ("sensor" if config.get("sensor") else f"cameras.{name}"), "sensor", component
-    for name, component in parts.metrics.items():
+    for name, component in chain.metrics.items():
         yield f"metric.{name}", "metric", component
 
 
-def find(config: Any, parts: Chain) -> list[Found]:
+def configured_knobs(config: Any, chain: Chain) -> list[ConfiguredKnob]:
     """Return every knob of a configuration that changes something in it.
 
     Raises
     ------
     ConfigError : no component declares one.
     """
-    found, silent = [], []
-    for path, kind, component in components(config, parts):
+    knobs, silent = [], []
+    for path, kind, component in components(config, chain):
         for knob in knobs_of(component):
             if knob.matters is None or knob.matters(component):
                 reference = _below(path, {knob.field: knob.finest(), **knob.independent})
                 now = getattr(component, knob.field)
-                found.append(Found(path, kind, knob, now, reference))
+                knobs.append(ConfiguredKnob(path, kind, knob, now, reference))
         if not knobs_of(component):
             silent.append(f"{path}={type(component).__name__}")
-    if not found:
+    if not knobs:
         raise ConfigError(
             "no component of this configuration declares an accuracy knob that changes anything in"
             f" it ({', '.join(silent)}); expected `accuracy_knobs` on one of them"
             " (docs/how-to/plugins.md); type for example lens=diffraction_limited"
         )
-    told = parts.shares is not None and parts.shares.told
-    if shares_of(parts.lens) or told:
+    told = chain.shares is not None and chain.shares.told
+    if shares_of(chain.lens) or told:
         finest: dict[str, Any] = {}
-        for one in found:
-            finest |= one.reference if one.kind in ("lens", "flare") else {}
-        now = parts.allowed.noise_fraction
-        found.append(Found("accuracy", "lens", ALLOWED, now, finest, exact=True))
-    return found
+        for shared_knob in knobs:
+            finest |= shared_knob.reference if shared_knob.kind in ("lens", "flare") else {}
+        now = chain.allowed.noise_fraction
+        knobs.append(ConfiguredKnob("accuracy", "lens", ALLOWED, now, finest, exact=True))
+    return knobs
 
 
-def chosen(found: Sequence[Found], name: str, values: str) -> list[Found]:
+def chosen(configured: Sequence[ConfiguredKnob], name: str, values: str) -> list[ConfiguredKnob]:
     """Return the knob that a user names, with the values that the user names, or all knobs.
 
     Raises
@@ -126,15 +126,15 @@ def chosen(found: Sequence[Found], name: str, values: str) -> list[Found]:
     if not name:
         if values:
             raise ConfigError(
-                f"study accuracy has values={values} and no knob; type knob={found[0].name}"
+                f"study accuracy has values={values} and no knob; type knob={configured[0].name}"
             )
-        return list(found)
-    names = [one.name for one in found]
+        return list(configured)
+    names = [known.name for known in configured]
     if name not in names:
         raise ConfigError(f"study accuracy has no knob {name!r}{did_you_mean(name, names)}")
-    one = found[names.index(name)]
+    selected = configured[names.index(name)]
     if not values:
-        return [one]
+        return [selected]
     try:
         listed = tuple(OverridesParser.create().parse_override(f"values=[{values}]").value())
     except HydraException:
@@ -142,12 +142,12 @@ def chosen(found: Sequence[Found], name: str, values: str) -> list[Found]:
     if not listed:
         raise ConfigError(
             f"values={values} cannot be read; expected values from the cheapest to the finest; type"
-            f" for example values={','.join(map(str, one.knob.tried()))}"
+            f" for example values={','.join(map(str, selected.knob.tried()))}"
         )
-    return [replace(one, knob=replace(one.knob, values=listed))]
+    return [replace(selected, knob=replace(selected.knob, values=listed))]
 
 
-def setting(config: Any, one: Found, changes: dict[str, Any]) -> Setting:
+def setting(config: Any, configured: ConfiguredKnob, changes: dict[str, Any]) -> Setting:
     """Return the configuration with changed values, its components built and checked.
 
     Raises
@@ -163,8 +163,8 @@ def setting(config: Any, one: Found, changes: dict[str, Any]) -> Setting:
     except ConfigError as err:
         listed = " ".join(f"{path}={value}" for path, value in changes.items())
         raise ConfigError(
-            f"the knob {one.name} cannot be set to {listed}: {err}; type"
-            f" knob={one.name} values=... with values that it takes, from the cheapest to the"
+            f"the knob {configured.name} cannot be set to {listed}: {err}; type"
+            f" knob={configured.name} values=... with values that it takes, from the cheapest to the"
             " finest"
         ) from None
 

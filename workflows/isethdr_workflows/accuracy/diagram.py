@@ -109,15 +109,15 @@ def save(fig, path) -> None:
 
 def panel(ax, work: Work, wide: bool):
     """Draw one diagram; return its [(text, x, y)] still to be placed, and its dots [(x, y)]."""
-    shown = sorted((p for p in work.points if p.error >= 0), key=lambda p: p.cpu_s)
+    visible = sorted((p for p in work.points if p.error >= 0), key=lambda p: p.cpu_s)
     fails = work.fails_at
-    some = [p.error for p in shown if 0 < p.error < fails] or [1e-16]
+    some = [p.error for p in visible if 0 < p.error < fails] or [1e-16]
     floor = min(some) / 10
 
     def height(point):
         return min(max(point.error, floor), fails)
 
-    best = front(shown)
+    best = front(visible)
     ax.plot(
         [p.cpu_s for p in best],
         [height(p) for p in best],
@@ -127,7 +127,7 @@ def panel(ax, work: Work, wide: bool):
         label="front",
     )
     for mark, shape in SHAPES.items():
-        of = [p for p in shown if p.mark == mark]
+        of = [p for p in visible if p.mark == mark]
         if of:
             ax.plot(
                 [p.cpu_s for p in of],
@@ -151,8 +151,8 @@ def panel(ax, work: Work, wide: bool):
     )
     limits(
         ax,
-        [p.cpu_s for p in shown],
-        [height(p) for p in shown]
+        [p.cpu_s for p in visible],
+        [height(p) for p in visible]
         + [work.reference_error] * near
         + [work.allowed] * (work.allowed >= 0),
     )
@@ -160,9 +160,9 @@ def panel(ax, work: Work, wide: bool):
     texts = [
         (p.label or p.setting)
         + (" (fails)" if p.error >= fails else f" ({work.no_error})" if p.error == 0 else "")
-        for p in shown
+        for p in visible
     ]
-    dots = [(p.cpu_s, height(p)) for p in shown]
+    dots = [(p.cpu_s, height(p)) for p in visible]
     return list(zip(texts, *zip(*dots))), dots
 
 
@@ -192,7 +192,7 @@ def label(fig, ax, texts, dots) -> None:
     """
     render = fig.canvas.get_renderer()
     pixels = ax.transData.transform(dots)
-    taken = [(x - 6, y - 6, x + 6, y + 6) for x, y in pixels]
+    occupied = [(x - 6, y - 6, x + 6, y + 6) for x, y in pixels]
     frame = ax.get_window_extent(render).extents
     for members in together(pixels):
         text, (x, y) = "\n".join(dict.fromkeys(texts[m][0] for m in members)), dots[members[-1]]
@@ -210,7 +210,7 @@ def label(fig, ax, texts, dots) -> None:
             box = note.get_window_extent(render).extents
             tried.append(
                 (
-                    sum(overlap(box, other) for other in taken) + 10 * outside(box, frame),
+                    sum(overlap(box, other) for other in occupied) + 10 * outside(box, frame),
                     len(tried),
                     note,
                     box,
@@ -222,7 +222,7 @@ def label(fig, ax, texts, dots) -> None:
         for other in tried:
             if other is not best:
                 other[2].remove()
-        taken.append(best[3])
+        occupied.append(best[3])
 
 
 def together(pixels) -> list[list[int]]:
@@ -239,10 +239,10 @@ def together(pixels) -> list[list[int]]:
     return groups
 
 
-def overlap(one, other) -> float:
+def overlap(first, second) -> float:
     """Return the area that two boxes (left, bottom, right, top) share, pixels."""
-    return max(0.0, min(one[2], other[2]) - max(one[0], other[0])) * max(
-        0.0, min(one[3], other[3]) - max(one[1], other[1])
+    return max(0.0, min(first[2], second[2]) - max(first[0], second[0])) * max(
+        0.0, min(first[3], second[3]) - max(first[1], second[1])
     )
 
 

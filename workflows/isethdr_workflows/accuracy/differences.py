@@ -43,10 +43,10 @@ class Difference(NamedTuple):
     of_noise: float  # standard deviations of the sensor's noise
 
 
-def noise_of(one: Setting, results: Results) -> Noise:
+def noise_of(configuration: Setting, results: Results) -> Noise:
     """Return the noise of every camera for the light of a configuration."""
     sigma, counts, known = {}, {}, True
-    for name, captures in captured(one, results).items():
+    for name, captures in captured(configuration, results).items():
         electrons = results.electrons[name]
         counts[name] = ~captures["saturated"].values if "saturated" in captures else None
         shots = None
@@ -63,8 +63,10 @@ def noise_of(one: Setting, results: Results) -> Noise:
     return Noise(sigma, counts, known)
 
 
-def difference(one: Results, reference: Results, error_of: Quantity, noise: Noise) -> Difference:
-    """Return how wrong `one` is against the reference.
+def difference(
+    measured: Results, reference: Results, error_of: Quantity, noise: Noise
+) -> Difference:
+    """Return how wrong `measured` is against the reference.
 
     Light that lies on another grid, or in other bands, than that of the reference is compared in
     electrons.
@@ -74,62 +76,64 @@ def difference(one: Results, reference: Results, error_of: Quantity, noise: Nois
     error_of : the quantity that is compared; electrons where it is none of the chain's.
     """
     if error_of == Quantity.SCORE:
-        return _of_scores(one, reference)
+        return _of_scores(measured, reference)
     if error_of == Quantity.PICTURE:
-        return _of_pictures(one, reference)
-    of_noise = max(_in_noise(one, reference, noise, name) for name in one.electrons)
+        return _of_pictures(measured, reference)
+    of_noise = max(_in_noise(measured, reference, noise, name) for name in measured.electrons)
     if error_of in LIGHT:
-        a, b = (getattr(results, LIGHT[error_of]) for results in (one, reference))
+        a, b = (getattr(results, LIGHT[error_of]) for results in (measured, reference))
         if _alike(a, b):
             off = _relative(a.values, b.values)
             return Difference(_most(off), _half(off), RELATIVE, a.name or error_of, of_noise)
     off_e = [
-        np.abs(one.electrons[name].values - right.values)[noise.counts[name]]
+        np.abs(measured.electrons[name].values - right.values)[noise.counts[name]]
         for name, right in reference.electrons.items()
     ]
-    own, half = max(map(_most, off_e)), max(map(_half, off_e))
-    return Difference(own, half, "electrons", Quantity.ELECTRONS, of_noise)
+    worst, half = max(map(_most, off_e)), max(map(_half, off_e))
+    return Difference(worst, half, "electrons", Quantity.ELECTRONS, of_noise)
 
 
-def _in_noise(one: Results, reference: Results, noise: Noise, name: str) -> float:
-    off = np.abs(one.electrons[name].values - reference.electrons[name].values)
+def _in_noise(results: Results, reference: Results, noise: Noise, name: str) -> float:
+    off = np.abs(results.electrons[name].values - reference.electrons[name].values)
     shares = (off / noise.sigma_e[name])[noise.counts[name]]
     return _most(shares)
 
 
-def _of_pictures(one: Results, reference: Results) -> Difference:
-    own, of_noise = [], []
+def _of_pictures(results: Results, reference: Results) -> Difference:
+    relative_errors, of_noise = [], []
     for name, right in reference.pictures.items():
-        valid = right["valid"].values & one.pictures[name]["valid"].values
-        y, y_right = (p["xyz"].sel(xyz_channel="Y").values for p in (one.pictures[name], right))
-        own.append(_relative(y[valid], y_right[valid]))
+        valid = right["valid"].values & results.pictures[name]["valid"].values
+        y, y_right = (p["xyz"].sel(xyz_channel="Y").values for p in (results.pictures[name], right))
+        relative_errors.append(_relative(y[valid], y_right[valid]))
         variance = right["variance"]
         if "xyz_channel" in variance.dims:
             variance = variance.sel(xyz_channel="Y")
         with np.errstate(invalid="ignore", divide="ignore"):
             shares = (np.abs(y - y_right) / np.sqrt(variance.values))[valid]
         of_noise.append(_most(shares[np.isfinite(shares)]))
-    most, half = max(map(_most, own)), max(map(_half, own))
+    most, half = max(map(_most, relative_errors)), max(map(_half, relative_errors))
     return Difference(most, half, RELATIVE, Quantity.PICTURE, max(of_noise))
 
 
-def _of_scores(one: Results, reference: Results) -> Difference:
+def _of_scores(results: Results, reference: Results) -> Difference:
     """Return the largest difference of a score: relative, and over half of its interval."""
-    own: list[float] = []
+    relative_errors: list[float] = []
     of_noise: list[float] = []
     for name, scores in reference.scores.items():
-        found = {(s.metric, s.object): s for s in one.scores[name]}
+        by_name = {(s.metric, s.object): s for s in results.scores[name]}
         for right in scores:
-            score = found.get((right.metric, right.object))
+            score = by_name.get((right.metric, right.object))
             if score is None or not math.isfinite(right.value - score.value):
                 continue
             off = abs(score.value - right.value)
-            own.append(off / abs(right.value) if right.value else off)
+            relative_errors.append(off / abs(right.value) if right.value else off)
             if half_interval(right) > 0:
                 of_noise.append(off / half_interval(right))
     in_intervals = max((share for share in of_noise if share >= 0), default=math.nan)
-    half = float(np.median(own)) if own else math.nan
-    return Difference(max(own, default=math.nan), half, RELATIVE, Quantity.SCORE, in_intervals)
+    half = float(np.median(relative_errors)) if relative_errors else math.nan
+    return Difference(
+        max(relative_errors, default=math.nan), half, RELATIVE, Quantity.SCORE, in_intervals
+    )
 
 
 def _alike(a: Any, b: Any) -> bool:

@@ -58,14 +58,14 @@ def timed(call, repeat: int = 2):
         with ledger.stage(ledger.Ledger(), "measured") as row:
             start = time.process_time()
             result = call()
-            spent = time.process_time() - start
-        best, most = min(best, spent), max(most, (row.peak_bytes - idle.peak_bytes) / 1e6)
-        whole, calls = whole + spent, calls + 1
+            cpu_s = time.process_time() - start
+        best, most = min(best, cpu_s), max(most, (row.peak_bytes - idle.peak_bytes) / 1e6)
+        whole, calls = whole + cpu_s, calls + 1
     return result, best, most
 
 
 def refuse_what_does_not_fit(
-    what: str, count: int, needed_bytes, free_bytes: int | None = None
+    title: str, count: int, needed_bytes, free_bytes: int | None = None
 ) -> None:
     """Raise ConfigError where a reference needs more memory than is free: with its size, and the
     largest count that fits.
@@ -74,7 +74,7 @@ def refuse_what_does_not_fit(
     """
     free = free_memory() if free_bytes is None else free_bytes
     if count < 1:
-        raise ConfigError(f"{what}: {count!r}; expected a whole number above 0")
+        raise ConfigError(f"{title}: {count!r}; expected a whole number above 0")
     if needed_bytes(count) <= free:
         return
     low, high = 0, count
@@ -87,7 +87,7 @@ def refuse_what_does_not_fit(
         else "none fits: free memory first"
     )
     raise ConfigError(
-        f"{count} {what} take {needed_bytes(count) / 1e9:.3g} GB, {free / 1e9:.3g} GB are free;"
+        f"{count} {title} take {needed_bytes(count) / 1e9:.3g} GB, {free / 1e9:.3g} GB are free;"
         f" {nearest}"
     )
 
@@ -107,11 +107,11 @@ def free_memory() -> int:
 
 def front(points: list[Point]) -> list[Point]:
     """Return the points that no other is as cheap and as right as, cheapest first."""
-    kept: list[Point] = []
+    best: list[Point] = []
     for point in sorted(points, key=lambda p: (p.cpu_s, p.error)):
-        if point.error == point.error and (not kept or point.error < kept[-1].error):
-            kept.append(point)
-    return kept
+        if point.error == point.error and (not best or point.error < best[-1].error):
+            best.append(point)
+    return best
 
 
 def as_rows(work: Work) -> list[dict]:

@@ -63,83 +63,95 @@ def span(kind: str, error_of: Quantity) -> tuple[int, int]:
     return first, max(first, LAST.get(error_of, SENSOR))
 
 
-def all_stages(one: Setting, before: Results, first: int, last: int, exact: bool) -> Results:
+def all_stages(
+    configuration: Setting, earlier: Results, first: int, last: int, exact: bool
+) -> Results:
     """Run the stages number `first` to `last`, and return the results of all stages so far.
 
     Parameters
     ----------
-    before : the results of the stages before `first`.
+    earlier : the results of the stages before `first`.
     exact : the lens leaves nothing out, and makes irradiance band by band.
     """
-    parts, config, rows = one.parts, one.config, Ledger()
-    demand = plan(parts, rows)
-    out = before
+    chain, config, rows = configuration.parts, configuration.config, Ledger()
+    demand = plan(chain, rows)
+    results = earlier
     if first <= 0:
-        scene = scene_radiance(parts, demand, rows, config)[0].load()
-        out = replace(out, scene=scene)
+        scene = scene_radiance(chain, demand, rows, config)[0].load()
+        results = replace(results, scene=scene)
     if first <= 1 <= last:
         with ledger.stage(rows, "lighting"):
-            out = replace(out, mixed=parts.lighting(out.scene))
+            results = replace(results, mixed=chain.lighting(results.scene))
     if first <= 2 <= last:
         with ledger.stage(rows, "lens"):
-            flares = tuple(parts.flares.values())
-            made = (
-                TrivialPlan(parts.lens, flares) if exact else imaging_plan(parts, out.mixed, demand)
+            flares = tuple(chain.flares.values())
+            plan_of_lens = (
+                TrivialPlan(chain.lens, flares)
+                if exact
+                else imaging_plan(chain, results.mixed, demand)
             )
-            out = replace(out, light=imaged(made, out.mixed))
+            results = replace(results, light=imaged(plan_of_lens, results.mixed))
     if first <= SENSOR <= last:
         with ledger.stage(rows, "sensor"):
-            electrons = {k: s.expected(out.light) for k, s in parts.cameras.items()}
-            out = replace(out, electrons=electrons)
+            electrons = {k: s.expected(results.light) for k, s in chain.cameras.items()}
+            results = replace(results, electrons=electrons)
     if first <= ISP <= last:
-        out = _developed(one, out, rows, sensed=first <= SENSOR)
+        results = _developed(configuration, results, rows, sensed=first <= SENSOR)
     if first <= METRIC <= last:
         with ledger.stage(rows, "metric"):
-            out = replace(out, scores=_scores(one, out))
-    return out
+            results = replace(results, scores=_scores(configuration, results))
+    return results
 
 
-def captured(one: Setting, before: Results) -> dict[str, Any]:
+def captured(configuration: Setting, earlier: Results) -> dict[str, Any]:
     """Return {camera: captures} of the light, with the noise of the configuration."""
-    config = one.config
+    config = configuration.config
     random = generator(config.seed, config.device, config.scene.name)
     with ledger.stage(Ledger(), "sensor"):
-        return {k: sensor(before.light, random) for k, sensor in one.parts.cameras.items()}
+        return {
+            k: sensor(earlier.light, random) for k, sensor in configuration.parts.cameras.items()
+        }
 
 
-def measured(one: Setting, before: Results, first: int, last: int, exact: bool) -> Measured:
+def measured(
+    configuration: Setting, earlier: Results, first: int, last: int, exact: bool
+) -> Measured:
     """Return the results of the stages and their CPU seconds, then of the stages up to the
     electrons, which are not measured.
 
     Parameters
     ----------
-    before, first, last, exact : as `all_stages`.
+    earlier, first, last, exact : as `all_stages`.
     """
-    once = first == 0 and one.parts.renderer is not None  # a second rendering reads the first
+    once = (
+        first == 0 and configuration.parts.renderer is not None
+    )  # a second rendering reads the first
     alone = empty_home() if first in (0, 2) else nullcontext()  # nothing of before is at hand
     with alone:
         start = time.process_time()
-        out = all_stages(one, before, first, last, exact)
+        results = all_stages(configuration, earlier, first, last, exact)
         middle = time.process_time()
         if not once:
-            all_stages(one, before, first, last, exact)
+            all_stages(configuration, earlier, first, last, exact)
         again_s = float("nan") if once else time.process_time() - middle
     if last < SENSOR:
-        out = all_stages(one, out, last + 1, SENSOR, exact)
-    return Measured(out, middle - start, again_s)
+        results = all_stages(configuration, results, last + 1, SENSOR, exact)
+    return Measured(results, middle - start, again_s)
 
 
-def _developed(one: Setting, before: Results, rows: Ledger, sensed: bool) -> Results:
-    captures = captured(one, before) if sensed or not before.captures else before.captures
+def _developed(configuration: Setting, earlier: Results, rows: Ledger, sensed: bool) -> Results:
+    captures = (
+        captured(configuration, earlier) if sensed or not earlier.captures else earlier.captures
+    )
     with ledger.stage(rows, "isp"):
-        pictures = {k: developed(one.parts.isp, c) for k, c in captures.items()}
-    return replace(before, captures=captures, pictures=pictures)
+        pictures = {k: developed(configuration.parts.isp, c) for k, c in captures.items()}
+    return replace(earlier, captures=captures, pictures=pictures)
 
 
-def _scores(one: Setting, out: Results) -> dict[str, list[Score]]:
-    found = {}
-    for name, picture in out.pictures.items():
-        reference, labels = truth(out.mixed, picture), labels_on(out.scene, picture)
-        metrics = one.parts.metrics.values()
-        found[name] = [score for m in metrics for score in m(picture, reference, labels)]
-    return found
+def _scores(configuration: Setting, results: Results) -> dict[str, list[Score]]:
+    scores = {}
+    for name, picture in results.pictures.items():
+        reference, labels = truth(results.mixed, picture), labels_on(results.scene, picture)
+        metrics = configuration.parts.metrics.values()
+        scores[name] = [score for m in metrics for score in m(picture, reference, labels)]
+    return scores

@@ -15,25 +15,25 @@ def by_knob(rows: list[dict]) -> list[dict]:
     ----------
     rows : of the study, as `isethdr_workflows.accuracy.accuracy` returns them.
     """
-    found = []
+    summary = []
     for knob, group in groupby(rows, key=lambda row: row["knob"]):
         settings = list(group)
-        now = next((row for row in settings if row["now"]), None)
+        present = next((row for row in settings if row["now"]), None)
         allowed = settings[0]["allowed"]
         within = [row for row in settings if row["error_of_noise"] <= allowed]
         cheapest = min(within, key=lambda row: row["cpu_s"], default=None)
-        found.append(
+        summary.append(
             {
                 "knob": knob,
-                "now": now["value"] if now else "-",
-                "error / noise": _short(now and now["error_of_noise"]),
-                "CPU s": _short(now and now["cpu_s"]),
+                "now": present["value"] if present else "-",
+                "error / noise": _short(present and present["error_of_noise"]),
+                "CPU s": _short(present and present["cpu_s"]),
                 f"cheapest within {allowed:g}": cheapest["value"] if cheapest else "none",
                 "its CPU s": _short(cheapest and cheapest["cpu_s"]),
                 "tried": len(settings),
             }
         )
-    return found[:MOST_KNOBS]
+    return summary[:MOST_KNOBS]
 
 
 def _short(value: float | None) -> str:

@@ -36,11 +36,11 @@ class DarkSeries:
 
     def stack(self, capture: int, channel: int) -> Stack:
         """Return the stack of one capture's pixels of one channel."""
-        here = self.filters == channel
+        of_channel = self.filters == channel
         return Stack(
-            self.mean_dn[capture][here],
-            float(np.mean(self.temporal_dn2[capture][here])) / self.pictures,
-            int(here.sum()),
+            self.mean_dn[capture][of_channel],
+            float(np.mean(self.temporal_dn2[capture][of_channel])) / self.pictures,
+            int(of_channel.sum()),
             self.pictures,
         )
 

@@ -93,9 +93,9 @@ def gain_and_responsivity(pairs: list[Pair], dark: Pair, digital: bool):
     # rounding hides the dark noise, so its variance cannot be subtracted: the line finds its own
     # floor
     else:
-        apart = mean - np.average(mean, weights=weight)
-        slope = np.sum(weight * apart * variance) / np.sum(weight * apart**2)
-        error = sqrt(1 / np.sum(weight * apart**2))
+        deviation = mean - np.average(mean, weights=weight)
+        slope = np.sum(weight * deviation * variance) / np.sum(weight * deviation**2)
+        error = sqrt(1 / np.sum(weight * deviation**2))
     photons = np.array([p.photons for p in lit])
     mean_error = variance / np.array([p.pixels for p in lit]) / 2
     per_photon = np.sum(photons * mean / mean_error) / np.sum(photons**2 / mean_error)
@@ -126,8 +126,8 @@ def dark_noise_e(dark: Pair, gain: Estimate, digital: bool) -> Estimate:
     variance = dark.variance_dn2 - rounding_dn2(digital)
     # rounding adds 1/12 only on average over fractions of a step; the rest of its series (Widrow
     # 1961) is at most this
-    rest = (4 * variance + 1 / pi**2) * exp(-2 * pi**2 * variance) if digital else 0.0
-    of_variance = sqrt(2 * dark.variance_dn2**2 / dark.pixels + rest**2)
+    rounding = (4 * variance + 1 / pi**2) * exp(-2 * pi**2 * variance) if digital else 0.0
+    of_variance = sqrt(2 * dark.variance_dn2**2 / dark.pixels + rounding**2)
     noise = sqrt(variance) / gain.value
     return Estimate(
         noise, noise * sqrt((of_variance / (2 * variance)) ** 2 + (gain.error / gain.value) ** 2)
@@ -198,19 +198,22 @@ def saturation_photons(
 
 def clipped_variance(t):
     """Return the variance of a standard normal that is clipped at `t` above its mean."""
-    density, beyond = np.exp(-0.5 * t * t) / sqrt(2 * pi), ndtr(-t)
-    mean = t * beyond - density
-    return 1 - beyond - t * density + t * t * beyond - mean**2
+    density, tail = np.exp(-0.5 * t * t) / sqrt(2 * pi), ndtr(-t)
+    mean = t * tail - density
+    return 1 - tail - t * density + t * t * tail - mean**2
 
 
-def spatial(one: Stack) -> Estimate:
+def spatial(stack: Stack) -> Estimate:
     """Return the variance (DN^2) between pixels of a stack, freed of temporal noise (section
     8.2).
     """
-    raw = float(np.var(one.mean_dn, ddof=1))
+    raw = float(np.var(stack.mean_dn, ddof=1))
     return Estimate(
-        raw - one.left_dn2,
-        sqrt(2 * raw**2 / one.pixels + 2 * one.left_dn2**2 / (one.pixels * (one.pictures - 1))),
+        raw - stack.left_dn2,
+        sqrt(
+            2 * raw**2 / stack.pixels
+            + 2 * stack.left_dn2**2 / (stack.pixels * (stack.pictures - 1))
+        ),
     )
 
 

@@ -44,16 +44,18 @@ def general_figures(bench: Bench):
         )
         if share > 1 and not high[0] - low[0] > 0.5:  # the end of the numbers
             return
-        seen = pair(bench, share * full_scale)
+        exposed = pair(bench, share * full_scale)
         label = f"{share:g} of full scale"
         yield (
             f"mean at {label}",
             "DN",
-            Estimate(seen.mean_dn, mean_error_dn(bench, seen, (high[0] - low[0]) / (2 * STEP))),
+            Estimate(
+                exposed.mean_dn, mean_error_dn(bench, exposed, (high[0] - low[0]) / (2 * STEP))
+            ),
             middle[0],
         )
-        of_variance = sqrt(kurtosis_factor(bench)) * seen.variance_dn2 / sqrt(seen.pixels)
-        noise = sqrt(seen.variance_dn2)
+        of_variance = sqrt(kurtosis_factor(bench)) * exposed.variance_dn2 / sqrt(exposed.pixels)
+        noise = sqrt(exposed.variance_dn2)
         yield (
             f"temporal noise at {label}",
             "DN",
@@ -65,7 +67,7 @@ def general_figures(bench: Bench):
                 pair(bench, share * factor * full_scale) for factor in (1 - STEP, 1 + STEP)
             )
             rise = above.mean_dn - below.mean_dn
-            rise_error = sqrt((above.variance_dn2 + below.variance_dn2) / 2 / seen.pixels)
+            rise_error = sqrt((above.variance_dn2 + below.variance_dn2) / 2 / exposed.pixels)
             snr = rise / (2 * STEP * noise)
             error = snr * sqrt((rise_error / rise) ** 2 + (of_variance / (2 * noise**2)) ** 2)
             yield (
@@ -114,11 +116,11 @@ def charge_moments(bench: Bench, arrived_e: float) -> tuple[float, float]:
     all_read = sensor.model().readings[bench.capture].capture == "LCG"
     if all_read or not isinstance(sensor, HasSoftKnee):
         return arrived_e, arrived_e
-    left = flow_moments(EMPTY, arrived_e / sensor.exposure_s, sensor.exposure_s, sensor.well())
-    return float(left.charge_e), float(left.charge_var_e2)
+    moments = flow_moments(EMPTY, arrived_e / sensor.exposure_s, sensor.exposure_s, sensor.well())
+    return float(moments.charge_e), float(moments.charge_var_e2)
 
 
-def mean_error_dn(bench: Bench, seen, slope_dn: float) -> float:
+def mean_error_dn(bench: Bench, exposed, slope_dn: float) -> float:
     """Return the standard error of a channel's mean: temporal noise of two pictures, and the fixed
     patterns of the pixels.
 
@@ -135,8 +137,8 @@ def mean_error_dn(bench: Bench, seen, slope_dn: float) -> float:
         / sqrt(bench.size)
     )
     dark = gain * diode.dark_e_per_s * model.exposure_of(diode) * diode.dark_spread
-    own = sqrt(
-        seen.variance_dn2 / 2
+    temporal = sqrt(
+        exposed.variance_dn2 / 2
         + (slope_dn * diode.prnu) ** 2
         + (gain * reading.dsnu_e) ** 2
         + dark**2
@@ -144,7 +146,7 @@ def mean_error_dn(bench: Bench, seen, slope_dn: float) -> float:
     hot = (
         gain * diode.hot_percent / 100 * diode.hot_dark_e_per_s * model.exposure_of(diode)
     )  # a defect: no part of the truth
-    return sqrt(own**2 / seen.pixels + shared**2) + hot
+    return sqrt(temporal**2 / exposed.pixels + shared**2) + hot
 
 
 def kurtosis_factor(bench: Bench) -> float:

@@ -73,12 +73,12 @@ def measurable_sensors() -> list[str]:
         for f in files("isethdr_sensors.conf").joinpath("sensor").iterdir()
         if f.name.endswith(".yaml")
     ]
-    found: dict[str, object] = {}
+    sensors: dict[str, object] = {}
     for name in sorted([c.name for c in isethdr_components()] + presets):
         sensor = chosen(name)
-        if measurable(sensor) and sensor not in found.values():  # presets may differ on the chip
-            found[name] = sensor
-    return list(found)
+        if measurable(sensor) and sensor not in sensors.values():  # presets may differ on the chip
+            sensors[name] = sensor
+    return list(sensors)
 
 
 def measurable(sensor) -> bool:
@@ -119,8 +119,8 @@ def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
         for k in range(probe.sizes["capture"])
         for c, channel in enumerate(probe.channel.values)
     ]
-    needed = [dark_pictures(bench) for bench in benches if bench.capture in linear]
-    unlit = dark_series(benches[0], max(pictures, *needed)) if needed else None
+    dark_counts = [dark_pictures(bench) for bench in benches if bench.capture in linear]
+    unlit = dark_series(benches[0], max(pictures, *dark_counts)) if dark_counts else None
     for bench in benches:
         found = [
             *(figures(bench, pictures, unlit) if bench.capture in linear else ()),

@@ -131,7 +131,7 @@ def solved(gram, cross, taps, base, ridge: float) -> np.ndarray:
     gram (row, column, class, tap, tap), cross (row, column, class, tap, channel), taps and base
     (row, column, channel, tap).
     """
-    out = np.empty((*gram.shape[:3], *base.shape[2:]))
+    filters = np.empty((*gram.shape[:3], *base.shape[2:]))
     for y, x in np.ndindex(gram.shape[:2]):
         free = np.linalg.svd(taps[y, x].astype(float))[2][
             len(taps[y, x]) :
@@ -140,8 +140,8 @@ def solved(gram, cross, taps, base, ridge: float) -> np.ndarray:
             g = free.T @ gram[y, x, k] @ free
             g += (ridge * np.trace(g) / len(g) + 1e-9) * np.eye(len(g))
             lacking = free.T @ (cross[y, x, k] - gram[y, x, k] @ base[y, x].T)
-            out[y, x, k] = base[y, x] + (free @ np.linalg.solve(g, lacking)).T
-    return out
+            filters[y, x, k] = base[y, x] + (free @ np.linalg.solve(g, lacking)).T
+    return filters
 
 
 def base_filters(cell: str) -> np.ndarray:
@@ -178,10 +178,10 @@ def colours(cell: str, rng) -> np.ndarray:
     """
     response = curves(cell)
     lit = reflectances(WAVELENGTH_NM) * light(LIGHTS[rng.integers(len(LIGHTS))], WAVELENGTH_NM)
-    seen = lit @ response.T
-    grey = seen[:1]  # the first reflectance is a grey
-    pale = rng.uniform(0.0, 1.0, (len(seen), 1)) ** 2  # most things are nearly grey
-    return pale * seen + (1 - pale) * grey * (seen.mean(1, keepdims=True) / grey.mean())
+    electrons = lit @ response.T
+    grey = electrons[:1]  # the first reflectance is a grey
+    pale = rng.uniform(0.0, 1.0, (len(electrons), 1)) ** 2  # most things are nearly grey
+    return pale * electrons + (1 - pale) * grey * (electrons.mean(1, keepdims=True) / grey.mean())
 
 
 WAVELENGTH_NM = np.arange(400.0, 701.0, 10.0)

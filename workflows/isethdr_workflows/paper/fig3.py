@@ -27,15 +27,16 @@ def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
     rows with version, lux_headlight (peak), lux_median, decades between them, and sky_share of the
     light.
     """
-    parts, radiance = rendered(f"experiment={scene}")
+    scene_chain, radiance = rendered(f"experiment={scene}")
     lightings = {
-        "night": parts.lighting,
+        "night": scene_chain.lighting,
         "day": chain(
             compose([f"experiment={scene}", "lighting=day", "lighting.others=1.0"])
         ).lighting,
     }
     light = {
-        name: lux_of(through(parts, radiance, lighting)[1]) for name, lighting in lightings.items()
+        name: lux_of(through(scene_chain, radiance, lighting)[1])
+        for name, lighting in lightings.items()
     }
     row, column = np.unravel_index(np.argmax(light["night"]), light["night"].shape)
     if picture:

@@ -86,20 +86,20 @@ def lights(width: int, height: int):
 def figures(lux) -> dict:
     """Return what one cell shows, from its illuminance (y, x)."""
     height, width = lux.shape
-    seen = 0
+    visible = 0
     for k in range(5):
         x = int((k + 0.5) * width / 5)
         disc = lux[height // 2 - 1 : height // 2 + 2, x - 1 : x + 2].mean()
         ring = np.concatenate(
             [lux[height // 2 - 8 : height // 2 + 8, x + d].ravel() for d in (-8, 8)]
         )
-        seen += bool(disc > 2 * np.median(ring))
+        visible += bool(disc > 2 * np.median(ring))
     peak, dark = float(lux.max()), float(np.median(lux))
     return {
         "lux_peak": peak,
         "lux_median": dark,
         "decades": float(np.log10(peak / dark)),
-        "discs_seen": seen,
+        "discs_seen": visible,
     }
 
 

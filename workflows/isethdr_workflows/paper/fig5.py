@@ -35,26 +35,26 @@ def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
     pixels of people and cyclists), detection (median contrast detection probability of those
     objects).
     """
-    parts, radiance = rendered(f"experiment={scene}", f"sensor={SENSOR}")
-    mixed, light = through(parts, radiance, parts.lighting, **PHONE)
+    scene_chain, radiance = rendered(f"experiment={scene}", f"sensor={SENSOR}")
+    mixed, light = through(scene_chain, radiance, scene_chain.lighting, **PHONE)
     (sensor,), isp, detection = (
-        parts.cameras.values(),
+        scene_chain.cameras.values(),
         build("isp", "linear"),
         build("metric", "contrast_detection"),
     )
     rows, views = [], []
     for exposure_s, white in zip(EXPOSURES_S, WHITE_CD_M2):
-        shot, seen, true, labels = seen_by(
+        shot, seen_picture, true, labels = seen_by(
             replace(sensor, exposure_s=exposure_s), isp, mixed, light, radiance
         )
         rows.append(
             {
                 "exposure_s": exposure_s,
                 "saturated_percent": 100 * float(shot["saturated"].mean()),
-                **people(seen, true, labels, detection),
+                **people(seen_picture, true, labels, detection),
             }
         )
-        views.append(thinned(shown(seen, white)))
+        views.append(thinned(shown(seen_picture, white)))
     if picture:
         names = [
             f"{1e3 * row['exposure_s']:g} ms, {row['saturated_percent']:.2f} % saturated"
@@ -64,13 +64,13 @@ def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
     return rows
 
 
-def people(seen, true, labels, detection) -> dict:
+def people(picture, true, labels, detection) -> dict:
     """Return signal to noise and contrast detection of the people in a picture; NaN where there are
     none.
     """
     scores = [
         s
-        for s in detection(seen, true, labels)
+        for s in detection(picture, true, labels)
         if s.object and any(word in s.object for word in OBJECTS)
     ]
     names = {s.object for s in scores}
@@ -78,9 +78,9 @@ def people(seen, true, labels, detection) -> dict:
         labels["instance"].values,
         [o["instance"] for o in labels.attrs.get("objects", []) if o["name"] in names],
     )
-    y, var = seen["xyz"].values[..., 1][mask], seen["variance"].values[..., 1][mask]
-    found = y.size > 0
+    y, var = picture["xyz"].values[..., 1][mask], picture["variance"].values[..., 1][mask]
+    any_person = y.size > 0
     return {
-        "snr_person": float(np.median(y / np.sqrt(var))) if found else np.nan,
+        "snr_person": float(np.median(y / np.sqrt(var))) if any_person else np.nan,
         "detection": float(np.median([s.value for s in scores])) if scores else np.nan,
     }

@@ -36,9 +36,9 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
     """
     if scene not in SCENES:
         raise ConfigError(f"study paper_fig6_7 has no scene {scene!r}{did_you_mean(scene, SCENES)}")
-    parts, radiance = rendered(f"experiment={SCENES[scene]}", "sensor=split_pixel")
-    mixed, light = through(parts, radiance, parts.lighting)
-    (sensor,) = parts.cameras.values()
+    scene_chain, radiance = rendered(f"experiment={SCENES[scene]}", "sensor=split_pixel")
+    mixed, light = through(scene_chain, radiance, scene_chain.lighting)
+    (sensor,) = scene_chain.cameras.values()
     shot, combined, true, _ = seen_by(sensor, build("isp", "merge"), mixed, light, radiance)
     pictures = {}
     for k, name in enumerate(NAMES):
@@ -63,16 +63,18 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
     return rows
 
 
-def kept(seen, true) -> dict:
+def kept(picture, true) -> dict:
     """Return how many decades of luminance a picture holds and how far it is from the truth."""
     y, sd, want = (
-        seen["xyz"].values[..., 1],
-        np.sqrt(seen["variance"].values[..., 1]),
+        picture["xyz"].values[..., 1],
+        np.sqrt(picture["variance"].values[..., 1]),
         true["xyz"].values[..., 1],
     )
-    valid = np.asarray(seen["valid"].values, bool)
-    good = valid & (y > sd) & (want > 0)
-    decades = float(np.log10(y[good].max() / np.percentile(y[good], 0.1))) if good.any() else 0.0
+    valid = np.asarray(picture["valid"].values, bool)
+    usable = valid & (y > sd) & (want > 0)
+    decades = (
+        float(np.log10(y[usable].max() / np.percentile(y[usable], 0.1))) if usable.any() else 0.0
+    )
     error = np.where(valid, np.abs(np.log10(np.maximum(y, 1e-6) / np.maximum(want, 1e-6))), np.inf)
     return {"decades": decades, "log_error": float(np.median(error))}
 

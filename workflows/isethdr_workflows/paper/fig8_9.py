@@ -79,8 +79,8 @@ def paper_fig8_9_classical(
 
 def driving(scene: str):
     """Return (mixed, irradiance, scene radiance) of a rendered scene by daylight."""
-    parts, radiance = rendered(f"experiment={scene}", "lighting=day")
-    mixed, light = through(replace(parts, flares={}), radiance, parts.lighting, **LENS)
+    scene_chain, radiance = rendered(f"experiment={scene}", "lighting=day")
+    mixed, light = through(replace(scene_chain, flares={}), radiance, scene_chain.lighting, **LENS)
     return mixed, light, radiance
 
 
@@ -102,8 +102,8 @@ def at_noise(isp, sensor, mixed, light, scene, lux: float):
     """Return the isp with its colour matrix solved for the noise at `lux`: clear pixels only help
     where noise counts beside colour.
     """
-    _, seen, _, _ = seen_by(sensor, isp, *at_level(mixed, light, lux), scene)
-    y, variance = seen["xyz"].values[..., 1], seen["variance"].values[..., 1]
+    _, picture, _, _ = seen_by(sensor, isp, *at_level(mixed, light, lux), scene)
+    y, variance = picture["xyz"].values[..., 1], picture["variance"].values[..., 1]
     return replace(isp, design_snr=float(np.clip(np.median(y / np.sqrt(variance)), *DESIGN_SNR)))
 
 
@@ -117,8 +117,8 @@ def scored(metric, sensor, isp, mixed, light, scene, lux: float, draws: int) -> 
     """Return the mean of a score over shots and its standard error."""
     values = []
     for seed in range(draws):
-        _, seen, true, labels = seen_by(sensor, isp, *at_level(mixed, light, lux), scene, seed)
-        values.append(metric(seen, true, labels)[0].value)
+        _, picture, true, labels = seen_by(sensor, isp, *at_level(mixed, light, lux), scene, seed)
+        values.append(metric(picture, true, labels)[0].value)
     return float(np.mean(values)), float(
         np.std(values, ddof=1) / np.sqrt(draws)
     ) if draws > 1 else np.nan
@@ -126,8 +126,8 @@ def scored(metric, sensor, isp, mixed, light, scene, lux: float, draws: int) -> 
 
 def one(sensor, isp, mixed, light, scene, lux: float):
     """Return the displayed picture of one shot; the white is the truth's."""
-    _, seen, true, _ = seen_by(sensor, isp, *at_level(mixed, light, lux), scene)
-    return shown(seen, white_cd_m2(true))
+    _, picture, true, _ = seen_by(sensor, isp, *at_level(mixed, light, lux), scene)
+    return shown(picture, white_cd_m2(true))
 
 
 def curves(axes, rows: list[dict]) -> None:

@@ -22,16 +22,16 @@ def rendered(*overrides):
     it is not there.
     """
     config, rows = compose(list(overrides)), Ledger()
-    parts = chain(config)
-    return parts, scene_radiance(parts, plan(parts, rows), rows, config)[0]
+    built = chain(config)
+    return built, scene_radiance(built, plan(built, rows), rows, config)[0]
 
 
-def through(parts, scene, lighting, **lens):
+def through(built, scene, lighting, **lens):
     """Return (mixed radiance, irradiance) of a scene under `lighting`, through the chain's lens
     with its flares; `lens` changes fields.
     """
     mixed = lighting(scene)
-    return mixed, replace(parts.lens, **lens)(mixed, flares=tuple(parts.flares.values()))
+    return mixed, replace(built.lens, **lens)(mixed, flares=tuple(built.flares.values()))
 
 
 def seen_by(sensor, isp, mixed, light, scene, seed: int = 0):

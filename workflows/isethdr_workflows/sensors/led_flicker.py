@@ -107,9 +107,9 @@ def lamps():
         disc_diameter_deg=1.2,
     )()
     lit = chart.radiance.sel(light_group="headlights")
-    place = np.floor((np.arange(320) + 0.5) / 320 * LAMPS).astype(int)
+    lamp_of_column = np.floor((np.arange(320) + 0.5) / 320 * LAMPS).astype(int)
     groups = {"sky": chart.radiance.sel(light_group="sky")} | {
-        f"lamp {k}": lit * xr.DataArray(place == k, dims="x") for k in range(LAMPS)
+        f"lamp {k}": lit * xr.DataArray(lamp_of_column == k, dims="x") for k in range(LAMPS)
     }
     cube = xr.concat(
         [g.drop_vars("light_group") for g in groups.values()], "light_group"
@@ -137,8 +137,8 @@ def electrons(data, k: int) -> np.ndarray:
     )
 
 
-def lamp_levels(found, steady, grid) -> np.ndarray:
-    """Return the mean over each lamp's middle of `found`, over that of `steady` unless it is
+def lamp_levels(light, steady, grid) -> np.ndarray:
+    """Return the mean over each lamp's middle of `light`, over that of `steady` unless it is
     None.
     """
     height, width = grid.sizes["y"], grid.sizes["x"]
@@ -151,7 +151,7 @@ def lamp_levels(found, steady, grid) -> np.ndarray:
                 else 1.0
                 for x in (int((k + 0.5) * width / LAMPS) for k in range(LAMPS))
             ]
-            for values in (found, steady)
+            for values in (light, steady)
         ]
     )
     return means[0] / means[1]

@@ -77,8 +77,8 @@ def _timeline(ax, name, model):
 
 
 def _show(ax, values, low, high, label):
-    shown = np.log(np.maximum(values, low) / low) / np.log(high / low)
-    ax.imshow(shown, cmap="inferno", vmin=0, vmax=1, interpolation="nearest", aspect="equal")
+    scaled = np.log(np.maximum(values, low) / low) / np.log(high / low)
+    ax.imshow(scaled, cmap="inferno", vmin=0, vmax=1, interpolation="nearest", aspect="equal")
     ax.text(0.01, 0.94, label, transform=ax.transAxes, color="white", fontsize=8, va="top")
     ax.set_xticks([])
     ax.set_yticks([])
@@ -117,12 +117,15 @@ def draw_bands(path: str) -> None:
         2, len(cases), figsize=(12, 4.2), layout="constrained", height_ratios=[1.35, 1]
     )
     for (title, line_time_s, exposure_s, phase), (above, below) in zip(cases, axes.T):
-        seen, steady = bands(line_time_s, exposure_s, phase), bands(0.0, 1e-3) * (exposure_s / 1e-3)
-        above.imshow(np.sqrt(seen / steady.max() * BANDS_DUTY), cmap="gray", vmin=0, vmax=1)
+        pulsed, steady = (
+            bands(line_time_s, exposure_s, phase),
+            bands(0.0, 1e-3) * (exposure_s / 1e-3),
+        )
+        above.imshow(np.sqrt(pulsed / steady.max() * BANDS_DUTY), cmap="gray", vmin=0, vmax=1)
         above.set_title(title, fontsize=9)
         above.set_xticks([])
         above.set_yticks([])
-        below.plot(seen.mean(axis=1) / steady.mean(axis=1), lw=1, color="#2c6fad")
+        below.plot(pulsed.mean(axis=1) / steady.mean(axis=1), lw=1, color="#2c6fad")
         below.set(ylim=(-0.1, 1.1 / BANDS_DUTY), xlabel="row")
         below.axhline(1.0, lw=0.6, color="#999")
         below.tick_params(labelsize=7)

@@ -57,13 +57,13 @@ def level_curves(
         dark, _, valid_dark = see(level * (1 - c) / (1 + c), 2 * k + 1)
         total = bright + dark
         measured = (bright - dark) / np.where(total > 0, total, np.inf)
-        seen = (np.abs(measured - c) <= 0.5 * c) & valid & valid_dark & (total > 0)
+        detected = (np.abs(measured - c) <= 0.5 * c) & valid & valid_dark & (total > 0)
         rms = np.sqrt(np.mean((bright - true) ** 2))
         rows.append(
             {
                 "luminance_cd_m2": float(level),
                 "snr_db": float(20 * np.log10(true / rms)),
-                "detection": float(seen.mean()),
+                "detection": float(detected.mean()),
                 "valid_percent": float(100 * valid.mean()),
             }
         )
@@ -86,12 +86,14 @@ def viewer(sensor: str):
     )
 
     def see(level: float, seed: int):
-        seen = isp(camera(light.copy(data=light.values * np.float32(level)), generator(seed=seed)))
+        picture = isp(
+            camera(light.copy(data=light.values * np.float32(level)), generator(seed=seed))
+        )
         inner = (slice(8, -8), slice(8, -8))
         return (
-            seen["xyz"].values[..., 1][inner].ravel(),
+            picture["xyz"].values[..., 1][inner].ravel(),
             level,
-            np.asarray(seen["valid"].values, bool)[inner].ravel(),
+            np.asarray(picture["valid"].values, bool)[inner].ravel(),
         )
 
     return see

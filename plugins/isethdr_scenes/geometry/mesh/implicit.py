@@ -45,17 +45,17 @@ def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
     phase = rng.uniform(0, 2 * np.pi, 5)
 
     def distance(p):
-        out = fields[0](p)
-        for other in fields[1:]:
-            d = other(p)
-            apart = np.abs(out - d)
-            close = np.flatnonzero(apart < k)
-            near = (k - apart[close]) / k
-            out = np.minimum(out, d)
-            out[close] -= near * near * k / 4
+        distance = fields[0](p)
+        for field in fields[1:]:
+            d = field(p)
+            difference = np.abs(distance - d)
+            close = np.flatnonzero(difference < k)
+            near = (k - difference[close]) / k
+            distance = np.minimum(distance, d)
+            distance[close] -= near * near * k / 4
         if folds:
-            out = out + folds * np.abs(np.sin(p @ waves.T + phase)).mean(1) - folds * 0.5
-        return out
+            distance = distance + folds * np.abs(np.sin(p @ waves.T + phase)).mean(1) - folds * 0.5
+        return distance
 
     distance.lo = np.min([f.lo for f in fields], 0)
     distance.hi = np.max([f.hi for f in fields], 0)

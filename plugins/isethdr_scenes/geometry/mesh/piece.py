@@ -129,11 +129,11 @@ def face_areas(part: Part) -> np.ndarray:
 
 def vertex_normals(vertices, faces) -> np.ndarray:
     """Return area-weighted normals (n, 3); vertices at the same place share one normal."""
-    face, place = _cross(vertices, faces), np.round(vertices * 1e5).astype(np.int64)
-    order = np.lexsort(place.T)
-    ids = np.empty(len(place), np.intp)
+    face, position = _cross(vertices, faces), np.round(vertices * 1e5).astype(np.int64)
+    order = np.lexsort(position.T)
+    ids = np.empty(len(position), np.intp)
     ids[order] = np.cumsum(
-        np.append(False, (place[order[1:]] != place[order[:-1]]).any(1))
+        np.append(False, (position[order[1:]] != position[order[:-1]]).any(1))
     )  # places counted, however far apart
     total = np.stack(
         [
@@ -165,13 +165,13 @@ def flat(piece: Piece) -> Piece:
 
 def compact(piece: Piece) -> Piece:
     """Return the piece without vertices that no face uses."""
-    held = np.zeros(len(piece.vertices), bool)
-    held[piece.faces] = True
-    normals = None if piece.normals is None else piece.normals[held]
+    used = np.zeros(len(piece.vertices), bool)
+    used[piece.faces] = True
+    normals = None if piece.normals is None else piece.normals[used]
     return replace(
         piece,
-        vertices=piece.vertices[held],
-        faces=(np.cumsum(held) - 1)[piece.faces],
+        vertices=piece.vertices[used],
+        faces=(np.cumsum(used) - 1)[piece.faces],
         normals=normals,
     )
 
@@ -179,5 +179,5 @@ def compact(piece: Piece) -> Piece:
 def lit(piece: Piece, kind: str, axis) -> list[Piece]:
     """Return [emitting piece, housing]: only the faces within 60 degrees of `axis` emit."""
     on = unit(face_areas(piece)) @ np.asarray(axis, float) > 0.5
-    front, rest = (compact(replace(piece, faces=piece.faces[k])) for k in (on, ~on))
-    return [replace(front, lamp=lamp(kind, axis)), replace(rest, name=piece.name + ".housing")]
+    front, housing = (compact(replace(piece, faces=piece.faces[k])) for k in (on, ~on))
+    return [replace(front, lamp=lamp(kind, axis)), replace(housing, name=piece.name + ".housing")]

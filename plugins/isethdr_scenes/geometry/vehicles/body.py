@@ -61,11 +61,11 @@ class Body:
         """Cut a thin dark gap along distance(part) = 0 where where(part) < 0; both return one value
         per vertex, m.
         """
-        near, rest, _ = cut(self.paint, distance(self.paint) - half)
+        near, remaining, _ = cut(self.paint, distance(self.paint) - half)
         below, band, _ = cut(near, distance(near) + half)
         hit, miss, _ = cut(band, where(band))
         self.parts.append(hit.named("gap", material))
-        self.paint = join([rest, below, miss], "body")
+        self.paint = join([remaining, below, miss], "body")
 
     def arches(self, gap=0.045, depth=0.30):
         """Open the wheel houses and line them, `gap` wider than the tyres and `depth` deep, m."""

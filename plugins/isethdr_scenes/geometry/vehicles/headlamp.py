@@ -34,9 +34,9 @@ def round_lamp(
 
     name = f"{kind}.front_{tag}"
     if part is None:
-        ring, rest = body.take(f"{name}.bezel", "chrome", beyond(None, radius + bezel)), None
+        ring, remaining = body.take(f"{name}.bezel", "chrome", beyond(None, radius + bezel)), None
     else:
-        ring, rest = body.carve(part, f"{name}.bezel", "chrome", beyond(part, radius + bezel))
+        ring, remaining = body.carve(part, f"{name}.bezel", "chrome", beyond(part, radius + bezel))
     body.parts = [p for p in body.parts if p is not ring]
     ring = subdivide(ring)  # a lens is smaller than the sheet's quads
     lens, _ = body.carve(
@@ -44,7 +44,7 @@ def round_lamp(
     )
     if kind != "reflector":
         body.parts = [p for p in body.parts if p is not lens] + lit(lens, kind, (1.0, 0.0, 0.0))
-    return rest
+    return remaining
 
 
 def own_headlamps(
