@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import struct
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -232,14 +234,21 @@ def write_exr(picture, path, primaries: str = "xyz") -> Path:
     return Path(path)
 
 
+@dataclass(frozen=True)
+class ToneMapping:
+    """How `display` maps luminance to a display; its parameters of the same names."""
+
+    compression: float = COMPRESSION
+    operator: str = "global"
+    white_xyz: Any = None
+
+
 def write_png(
     picture,
     path,
     shown_white_cd_m2: float | None = None,
     transfer: str = "srgb",
-    compression: float = COMPRESSION,
-    operator: str = "global",
-    white_xyz=None,
+    tone_mapping: ToneMapping = ToneMapping(),
 ) -> Path:
     """Write a picture as 16 bit PNG that states its transfer function; return the path.
 
@@ -251,7 +260,7 @@ def write_png(
         `white_cd_m2`.
     transfer : "srgb": `display` in 16 bit. "pq": absolute luminance up to 10 000 cd/m2 (SMPTE ST
         2084), primaries of sRGB; what is brighter or outside the gamut is clipped.
-    compression, operator, white_xyz : as `display` takes them, for "srgb".
+    tone_mapping : for "srgb".
 
     Notes
     -----
@@ -262,10 +271,12 @@ def write_png(
         raise UnitError(f"transfer {transfer!r} is unknown{did_you_mean(transfer, ('srgb', 'pq'))}")
     if transfer == "srgb":
         white = shown_white_cd_m2 or white_cd_m2(picture)
-        how = f"tone a = {compression:g}" if operator == "global" else f"tone {operator}"
-        code = _displayed(picture, white, compression, operator, white_xyz)
+        mapping = tone_mapping
+        is_global = mapping.operator == "global"
+        how = f"tone a = {mapping.compression:g}" if is_global else f"tone {mapping.operator}"
+        code = _displayed(picture, white, mapping.compression, mapping.operator, mapping.white_xyz)
         description = f"sRGB (IEC 61966-2-1), {how}, white {white:g} cd/m2" + (
-            "" if white_xyz is None else ", balanced"
+            "" if mapping.white_xyz is None else ", balanced"
         )
     else:
         code, description = (

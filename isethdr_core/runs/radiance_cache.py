@@ -16,6 +16,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from ..data.scene_description import SceneDescription
 from ..errors import CatalogError, ConfigError
@@ -87,7 +88,7 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config):
             ),
             [],
         )
-    recipe, effort, folder = recipe_hash(chain), effort_spent(chain), store.home() / "scenes"
+    recipe, folder = recipe_hash(chain), store.home() / "scenes"
     serving, missing = held_and_missing(chain, demand)
     earlier_ids = [s["id"] for s in serving]
     if missing:
@@ -107,11 +108,8 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config):
                 )  # a damaged one is named now, not when the new one cannot take its place
             if missing:
                 so_far = known_of(chain, serving, missing, description.light_groups())
-                serving.append(
-                    _render(
-                        chain, description, missing, so_far, rows, config, folder, recipe, effort
-                    )
-                )
+                request = _Request(description, missing, so_far)
+                serving.append(_render(chain, request, recipe, rows, config))
     return stage(
         rows, "radiance", "", None, lambda: opened(folder, serving, demand, rows, earlier_ids)
     ), [s["id"] for s in serving]
@@ -329,11 +327,22 @@ def serves(attributes: dict, demand: Demand, effort_asked: dict) -> bool:
     )
 
 
-def _render(chain, description, demand, so_far, rows, config, folder, recipe, effort_asked) -> dict:
-    asked_of = (description, demand) if so_far is None else (description, demand, so_far)
+class _Request(NamedTuple):
+    """What a renderer is asked for."""
+
+    description: SceneDescription
+    demand: Demand  # groups and bands that are missing
+    known: dict[str, Known] | None  # by light group; None: the renderer cannot go on from it
+
+
+def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) -> dict:
+    """Render what is missing, store it, and return the root attributes of the new store."""
+    description, demand, so_far = request
+    arguments = (description, demand) if so_far is None else request
     radiance = stage(
-        rows, "renderer", config.renderer.name, chain.renderer, lambda: chain.renderer(*asked_of)
+        rows, "renderer", config.renderer.name, chain.renderer, lambda: chain.renderer(*arguments)
     )
+    effort_asked = effort_spent(chain)
     groups = [str(g) for g in radiance.light_group.values]
     groups_asked = demand.groups if demand.groups is not None else description.light_groups()
     content = [
@@ -377,6 +386,6 @@ def _render(chain, description, demand, so_far, rows, config, folder, recipe, ef
         "store",
         "scene",
         None,
-        lambda: store.write_store(folder, name, {"": radiance}, attributes, bits),
+        lambda: store.write_store(store.home() / "scenes", name, {"": radiance}, attributes, bits),
     )
     return {**attributes, "id": name}

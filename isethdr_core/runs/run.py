@@ -248,15 +248,26 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
     cameras = {name: through_camera(chain, rows, name, shot) for name in chain.cameras}
     for row in rows:
         row.light_parts.clear()  # as large as the light; nobody reads it any more
-    attributes = _record(
-        config, settings, chain, key, ids, scene, mixed, list(versions_mixed), cameras, rows
-    ) | {"expected_s": expected, IMAGING: own_s}
+    outcome = _Outcome(scene, ids, mixed, list(versions_mixed), cameras, rows)
+    record = _record(config, chain, key, outcome) | {"expected_s": expected, IMAGING: own_s}
     return store.write_store(
         store.home() / "runs",
         key,
         _groups(cameras, {SHOWN: mixed, **versions_mixed} if chain.looked_at else {}),
-        attributes,
+        record,
     )
+
+
+@dataclass(frozen=True)
+class _Outcome:
+    """What one run has made, to be recorded in its store."""
+
+    scene: xr.Dataset  # scene radiance
+    scene_ids: list[str]  # stores that it was read from
+    mixed: xr.DataArray  # mixed radiance under the lighting of the run
+    versions_shown: list[str]  # further lightings that a report shows
+    cameras: dict[str, Camera]
+    rows: Ledger
 
 
 def _groups(cameras: dict[str, Camera], radiance_of: Mapping[str, xr.DataArray]) -> dict[str, Any]:
@@ -279,23 +290,14 @@ def _groups(cameras: dict[str, Camera], radiance_of: Mapping[str, xr.DataArray])
     return groups
 
 
-def _record(
-    config: DictConfig,
-    settings: dict[str, Any],
-    chain: Chain,
-    key: str,
-    ids: list[str],
-    scene: xr.Dataset,
-    mixed: xr.DataArray,
-    versions_shown: list[str],
-    cameras: dict[str, Camera],
-    rows: Ledger,
-) -> dict[str, Any]:
+def _record(config: DictConfig, chain: Chain, key: str, outcome: _Outcome) -> dict[str, Any]:
+    """Return the root attributes of a run's store."""
     choices = dict(config.get("choices") or {})
+    ids, cameras, mixed = outcome.scene_ids, outcome.cameras, outcome.mixed
     return {
         "kind": "run",
         "key": key,
-        "config": settings,
+        "config": plain(config),
         "scene_id": ids[0] if ids else "",
         "scene_ids": ids,
         "scene": described(chain.scene),
@@ -303,7 +305,7 @@ def _record(
         "lighting": choices.get("lighting", config.lighting.name),
         "lens": choices.get("lens", config.lens.name),
         "weights": mixed.attrs["weights"],
-        "versions_shown": versions_shown,
+        "versions_shown": outcome.versions_shown,
         "cameras": list(cameras),
         "lighting_notes": {
             k: v
@@ -311,8 +313,8 @@ def _record(
             if k in ("infeasible", "targets", "modulation") and v
         },
         "sensors": {name: type(chain.cameras[name]).__name__ for name in cameras},
-        "objects": scene.attrs.get("objects", []),
-        "lamps": scene.attrs.get("lamps", []),
+        "objects": outcome.scene.attrs.get("objects", []),
+        "lamps": outcome.scene.attrs.get("lamps", []),
         "scores": [
             {"camera": name, **asdict(score)}
             for name, camera in cameras.items()
@@ -323,7 +325,7 @@ def _record(
             for name, camera in cameras.items()
             for warning in warnings_of(name, camera.picture, camera.truth, camera.labels)
         ],
-        "ledger": rows.as_records(),
+        "ledger": outcome.rows.as_records(),
         "versions": versions() | libraries(*chain.components(), frame=True),
         "kernels": kernels(*chain.components()),
         "code": fingerprint(*chain.components(), frame=True),

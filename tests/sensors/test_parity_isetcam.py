@@ -10,6 +10,8 @@ import pytest
 from isethdr_sensors import BayerSensor
 from isethdr_sensors.readout.shot import readings
 from isethdr_sensors.sampling.isetcam_parity import (
+    VoltageNoise,
+    VoltageReadout,
     clipped_noise,
     noise_mean_and_variance,
     pixel_rate,
@@ -49,10 +51,12 @@ def test_noise_free_volts(name):
         rate,
         float(data["exp_time_s"]),
         float(data["pd_area_m2"]),
-        float(data["conversion_gain_v_per_e"]),
-        float(data["voltage_swing"]),
-        float(data["analog_gain"]),
-        float(data["analog_offset"]),
+        VoltageReadout(
+            float(data["conversion_gain_v_per_e"]),
+            float(data["voltage_swing"]),
+            float(data["analog_gain"]),
+            float(data["analog_offset"]),
+        ),
     )
     # ISETCam stores the irradiance and the volts as float32
     assert_allclose(found, data["volts"], rtol=0, atol=3e-7 * data["volts"].max())
@@ -64,7 +68,10 @@ def cells(data, flag):
     """
     gain, flag_2 = float(data["conversion_gain_v_per_e"]), float(flag == 2)
     dark_e = flag_2 * float(data["dark_voltage_v_per_s"] * data["exp_time_s"]) / gain
-    noise = (flag_2 * float(data["read_noise_v"]), flag_2 * 0.01, flag_2 * float(data["dsnu_v"]))
+    readout = VoltageReadout(gain, float(data["voltage_swing"]))
+    noise = VoltageNoise(
+        flag_2 * float(data["read_noise_v"]), flag_2 * 0.01, flag_2 * float(data["dsnu_v"])
+    )
     for level, k in np.ndindex(6, 3):
         found = {
             name: float(data[name][k, level, flag])
@@ -75,7 +82,7 @@ def cells(data, flag):
             level,
             k,
             found,
-            clipped_noise(electrons, dark_e, gain, *noise, float(data["voltage_swing"])),
+            clipped_noise(electrons, dark_e, readout, noise),
         )
 
 
@@ -120,8 +127,9 @@ def test_noise_statistics_of_all_cells(flag):
 
 
 def test_clipping_is_left_alone_where_it_does_not_reach():
-    mean, variance = noise_mean_and_variance(1000.0, 2.0, 1e-4, 1e-3, 0.01, 1e-3)
-    found = clipped_noise(1000.0, 2.0, 1e-4, 1e-3, 0.01, 1e-3, 1.0)
+    noise = VoltageNoise(1e-3, 0.01, 1e-3)
+    mean, variance = noise_mean_and_variance(1000.0, 2.0, 1e-4, noise)
+    found = clipped_noise(1000.0, 2.0, VoltageReadout(1e-4, 1.0), noise)
     # 1e-4: rounding the normal count adds 1/12 of an electron squared to 1000
     assert_allclose([found.mean_v, found.variance_v2], [mean, variance], rtol=1.2e-4)
     assert (

@@ -67,7 +67,9 @@ def take_shot(model, soft, collects, light, generator):
         needless=True,
     )
     raw, saturated = readings(model, soft, collects, light_e, generator, in_time=in_time)
-    shot_captures = captures.captures(model, light, grid, raw, saturated, filters, qe)
+    shot_captures = captures.captures(
+        model, light, grid, captures.Mosaic(raw, saturated, filters, qe)
+    )
     shot_captures["top_dn"].values[:] = tops(model, soft, collects)
     return shot_captures
 
@@ -147,15 +149,8 @@ def readings(
         for k, (reading, all_charge) in enumerate(zip(model.readings, collects, strict=True)):
             electrons = np.minimum(total, capacity) if all_charge else charge
             full = total >= capacity
-            dn = shot.read_dn(
-                model,
-                reading,
-                electrons,
-                shot.part(offsets[k], rows),
-                shot.part(widths[k], rows),
-                generator,
-                y,
-            )
+            noise = shot.ReadingNoise(shot.part(offsets[k], rows), shot.part(widths[k], rows))
+            dn = shot.read_dn(model, reading, electrons, noise, generator, y)
             saturated[k, rows] = full | (dn >= limits[k])
             raw[k, rows] = converter.companded(dn, reading)
     return raw, saturated

@@ -8,6 +8,7 @@ offsets add to a reading, hot pixels add dark electrons.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -73,26 +74,30 @@ def hot_dark(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray
     return out
 
 
-def offset_e(
-    dsnu_e: float,
-    column_e: float,
-    dsnu_stream: tuple,
-    column_stream: tuple,
-    rows: int,
-    columns: int,
-    row_e: float = 0.0,
-    row_stream: tuple = (),
-):
-    """Return the persistent offset of a reading, electrons: (y, x), (1, x) or the number 0."""
-    out = np.float32(0.0)
-    if dsnu_e:
-        out = out + np.float32(dsnu_e) * pixel_map(dsnu_stream, rows, columns)
-    if column_e:
-        out = out + np.float32(column_e) * pixel_map(column_stream, 1, columns)
-    if row_e:  # a whole map: a single column would not tell itself from a single row
-        out = (
-            out
-            + np.float32(row_e) * pixel_map(row_stream, rows, 1)
+class OffsetSpread(NamedTuple):
+    """The offsets of pixels, columns or rows of a device: normally distributed."""
+
+    rms_e: float  # standard deviation, electrons; 0: no offsets
+    stream: tuple = ()  # key of their random numbers
+
+
+def offset_e(pixel: OffsetSpread, column: OffsetSpread, row: OffsetSpread, rows: int, columns: int):
+    """Return the persistent offset of a reading, electrons: (y, x), (1, x) or the number 0.
+
+    Parameters
+    ----------
+    pixel, column, row : offsets of single pixels, of whole columns and of whole rows.
+    rows, columns : size of the sensor.
+    """
+    offset = np.float32(0.0)
+    if pixel.rms_e:
+        offset = offset + np.float32(pixel.rms_e) * pixel_map(pixel.stream, rows, columns)
+    if column.rms_e:
+        offset = offset + np.float32(column.rms_e) * pixel_map(column.stream, 1, columns)
+    if row.rms_e:  # a full map, because the shape (y, 1) of one row could also mean one column
+        offset = (
+            offset
+            + np.float32(row.rms_e) * pixel_map(row.stream, rows, 1)
             + np.zeros((rows, columns), np.float32)
         )
-    return out
+    return offset

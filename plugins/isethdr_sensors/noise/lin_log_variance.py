@@ -9,6 +9,9 @@ and over what the charge then scatters, and the rising table whose mean is right
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
 BENDS, LOGARITHMIC = 0.97, 0.002  # slopes of the response between which the table is solved for
@@ -21,22 +24,27 @@ SHARE = np.outer(COUNT_SHARE, np.exp(-(NOISE**2) / 2))
 SHARE /= SHARE.sum()
 
 
-def scatter_of_readings(
-    dn, electrons, width_dn, slopes, plain_e2, off_bend_e2, response, digital: bool
-) -> np.ndarray:
-    """Return what the variance of a reading has beyond the electrons that it reads as, (entry,),
-    e^2; it rises through the bend.
+class ReadBack(NamedTuple):
+    """The table that reads a lin-log pixel back, and the noise of its readings."""
+
+    dn: np.ndarray  # (entry,) rising
+    electrons: np.ndarray  # (entry,) arrived electrons that each reading stands for, rising
+    width_dn: np.ndarray  # (entry,) rms of the readings of these electrons, rounding included
+    response: Callable  # function from arrived electrons to DN
+    digital: bool  # entries are whole codes, one apart, and readings are rounded to them
+
+
+def scatter_of_readings(table: ReadBack, slopes, plain_e2, off_bend_e2) -> np.ndarray:
+    """Return the variance of a reading less the electrons that it stands for, (entry,), e^2. The
+    result rises through the bend.
 
     Parameters
     ----------
-    dn, electrons : the table that reads the pixel back, rising.
-    width_dn : (entry,) rms of the reading of so many electrons, rounding included.
-    slopes : (entry,) of the response, falling.
-    plain_e2 : (entry,) scatter of what is read back from so many electrons: the shape that is kept
-        to where nothing else is asked.
-    off_bend_e2 : (entry,) what is right where the response is straight or a logarithm.
-    response : function from electrons that arrived to DN.
-    digital : entries are whole codes one apart, and readings are rounded to them.
+    table : reads the pixel back.
+    slopes : (entry,) slopes of the response, falling.
+    plain_e2 : (entry,) variance, over the noise of a reading, of the electrons that are read back.
+        The result keeps this shape wherever the levels of light do not decide.
+    off_bend_e2 : (entry,) the exact result where the response is a straight line or a logarithm.
 
     Notes
     -----
@@ -48,8 +56,9 @@ def scatter_of_readings(
         last - first < 2 or not np.isfinite(off_bend_e2).all()
     ):  # no bend between two entries; light beyond all numbers
         return off_bend_e2
+    dn, electrons = table.dn, table.electrons
     lit = electrons[first : last + 1 : every(last - first)]
-    at = readings(dn, lit[lit > 0], electrons, width_dn, response, digital)
+    at = readings(table, lit[lit > 0])
     read_e, entry_shares = np.interp(at, dn, electrons), shares_of_entries(dn, at)
     mean = np.sum(read_e * SHARE, axis=(1, 2))
     true_e2 = np.sum((read_e - mean[:, None, None]) ** 2 * SHARE, axis=(1, 2))
@@ -88,14 +97,15 @@ def every(entries: int) -> int:
     return max(entries // LEVELS, 1)
 
 
-def readings(dn, arrived_e, electrons, width_dn, response, digital: bool) -> np.ndarray:
-    """Return readings (level, count, noise) in DN of each level of light; `SHARE` says how often
-    each occurs.
+def readings(table: ReadBack, arrived_e) -> np.ndarray:
+    """Return the readings (level, count, noise) of mean arrived electrons (level,), DN. `SHARE`
+    holds their probabilities.
     """
     count = np.maximum(arrived_e[:, None] + np.sqrt(arrived_e)[:, None] * COUNTS, 0.0)
-    width = np.sqrt(np.maximum(np.interp(count, electrons, width_dn) ** 2 - digital / 12, 0.0))
-    at = response(count)[:, :, None] + width[:, :, None] * NOISE
-    return np.clip(np.floor(at + 0.5) if digital else at, dn[0], dn[-1])
+    variance_dn2 = np.interp(count, table.electrons, table.width_dn) ** 2 - table.digital / 12
+    width = np.sqrt(np.maximum(variance_dn2, 0.0))
+    at = table.response(count)[:, :, None] + width[:, :, None] * NOISE
+    return np.clip(np.floor(at + 0.5) if table.digital else at, table.dn[0], table.dn[-1])
 
 
 def shares_of_entries(dn, at) -> np.ndarray:

@@ -5,6 +5,7 @@ read it back.
 from __future__ import annotations
 
 from math import hypot
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -20,14 +21,24 @@ from . import companding, converter
 FROM_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", *camera_geometry.CARRIED)
 
 
-def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
+class Mosaic(NamedTuple):
+    """What the pixels of one shot read, and through which filters."""
+
+    raw: np.ndarray  # (capture, y, x) DN
+    saturated: np.ndarray  # (capture, y, x) bool
+    filters: np.ndarray  # (y, x) uint8 index of each pixel's channel
+    qe: np.ndarray  # (channel, wavelength) electrons per photon, the same for all captures
+
+
+def captures(model, light, grid, mosaic: Mosaic) -> xr.Dataset:
     """Return the captures Dataset of docs/reference/contracts.md.
 
     Parameters
     ----------
-    raw, saturated : (capture, y, x), DN and bool.
-    filters : (y, x) uint8 index of each pixel's channel.
-    qe : (channel, wavelength) electrons per photon, the same for all captures.
+    model : what the sensor is made of.
+    light : irradiance on the sensor plane.
+    grid : centres of the pixels and their pitch.
+    mosaic : what the pixels read.
     """
     readings, diodes = model.readings, [model.diode_of(r) for r in model.readings]
     dark = [
@@ -46,9 +57,9 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
 
     dataset = xr.Dataset(
         {
-            "raw": (("capture", "y", "x"), raw, {"units": "DN"}),
-            "saturated": (("capture", "y", "x"), saturated),
-            "filter": (("y", "x"), filters),
+            "raw": (("capture", "y", "x"), mosaic.raw, {"units": "DN"}),
+            "saturated": (("capture", "y", "x"), mosaic.saturated),
+            "filter": (("y", "x"), mosaic.filters),
             "exposure_s": each((model.exposure_of(d) for d in diodes), "s"),
             "gain_dn_per_e": each((r.gain_dn_per_e for r in readings), "DN/e"),
             "black_dn": each((r.black_dn for r in readings), "DN"),
@@ -82,7 +93,7 @@ def captures(model, light, grid, raw, saturated, filters, qe) -> xr.Dataset:
             },
             "quantum_efficiency": (
                 ("capture", "channel", "wavelength"),
-                np.repeat(qe[None], len(readings), 0),
+                np.repeat(mosaic.qe[None], len(readings), 0),
                 {"units": "e/photon"},
             ),
         },

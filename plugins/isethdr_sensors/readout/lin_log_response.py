@@ -15,7 +15,7 @@ from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_mome
 from isethdr_core.physics.detector.noise import LARGEST_MEAN_E
 
 from ..charge.soft_knee_shot import linear_top_dn
-from ..noise.lin_log_variance import scatter_of_readings
+from ..noise.lin_log_variance import ReadBack, scatter_of_readings
 from . import converter
 
 ENTRIES = 1024  # of the bent part, where no code says how fine it has to be
@@ -85,19 +85,13 @@ def response(
         # the mean reading is the count that arrived: its own variance and the scatter of readings
         # about it add up
         off_bend_e2 = np.maximum(as_mean(bent, scatter_e2, width_dn), read_var_e2)
-        variance = electrons + scatter_of_readings(
-            bent,
-            electrons,
-            width_dn,
-            slopes,
-            scatter_e2,
-            off_bend_e2,
-            lambda count: (
-                reading.black_dn
-                + reading.gain_dn_per_e * flow(0.0, count / exposure_s, exposure_s, soft)[0]
-            ),
-            reading.bits > 0,
-        )
+
+        def response_dn(count):
+            charge_e, _ = flow(0.0, count / exposure_s, exposure_s, soft)
+            return reading.black_dn + reading.gain_dn_per_e * charge_e
+
+        table = ReadBack(bent, electrons, width_dn, response_dn, reading.bits > 0)
+        variance = electrons + scatter_of_readings(table, slopes, scatter_e2, off_bend_e2)
     return (
         np.append(start, bent[inside]),
         np.append(line, electrons[inside]),

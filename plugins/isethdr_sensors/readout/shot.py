@@ -4,6 +4,8 @@ converter.
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from isethdr_core import ledger, quantities
@@ -16,6 +18,7 @@ from isethdr_core.uncertainty.error_terms import Quantity
 from ..charge import blooming, crosstalk, full_well
 from ..noise import fixed_pattern, read_noise, row_noise, shot_noise, telegraph_noise
 from ..noise.dark_current import dark_electrons
+from ..noise.fixed_pattern import OffsetSpread
 from ..sampling import area_integration
 from ..sampling.pixel_grid import check_tiles, pixel_grid
 from ..sensor_model import Photodiode, SensorModel
@@ -50,7 +53,9 @@ def take_shot(model: SensorModel, light, generator):
         captured_model = chip_combination.combined_model(model)
     raw, black = optical_black.parted(raw, model.black_rows)
     saturated, _ = optical_black.parted(saturated, model.black_rows)
-    out = captures.captures(captured_model, light, grid, raw, saturated, filters, qe)
+    out = captures.captures(
+        captured_model, light, grid, captures.Mosaic(raw, saturated, filters, qe)
+    )
     if model.black_rows:
         out = optical_black.with_optical_black(out, black)
     if model.noise and np.isfinite(model.defect_e_per_s):
@@ -235,15 +240,8 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
         for k, reading in enumerate(model.readings):
             electrons = charges[reading.diode]
             full = full_well.full(electrons, model.diode_of(reading).full_well_e)
-            dn = read_dn(
-                model,
-                reading,
-                electrons,
-                part(offsets[k], rows),
-                part(widths[k], rows),
-                generator,
-                rows.start,
-            )
+            noise = ReadingNoise(part(offsets[k], rows), part(widths[k], rows))
+            dn = read_dn(model, reading, electrons, noise, generator, rows.start)
             saturated[k, rows] = full | (dn >= converter.top_code(reading))
             raw[k, rows] = converter.companded(dn, reading)
     return raw, saturated
@@ -265,21 +263,28 @@ def _charge(model, diode, mean_e, generator, first_row):
     return mean_e if diode.blooming_percent else full_well.limit_charge(mean_e, diode.full_well_e)
 
 
-def read_dn(model: SensorModel, reading, electrons, offset_e, width_e, generator, first_row: int):
+class ReadingNoise(NamedTuple):
+    """The device's own noise figures of one reading, electrons: numbers or maps (y, x)."""
+
+    offset_e: Any
+    width_e: Any  # rms of the read noise
+
+
+def read_dn(model: SensorModel, reading, electrons, noise: ReadingNoise, generator, first_row: int):
     """Return the linear DN (y, x) of one reading of a block of rows.
 
     Parameters
     ----------
-    electrons : (y, x) charge; `offset_e`, `width_e` : the reading's offset and read noise there,
-        numbers or maps.
+    electrons : (y, x) charge.
+    noise : offset and read noise of the same pixels.
     generator : key of the noise of the reading; not used by a model without noise.
     first_row : the block's first row, counted from the sensor's upper left pixel.
     """
-    if model.noise or np.ndim(offset_e):
-        electrons = electrons + offset_e
-    if model.noise and (np.ndim(width_e) or width_e):
+    if model.noise or np.ndim(noise.offset_e):
+        electrons = electrons + noise.offset_e
+    if model.noise and (np.ndim(noise.width_e) or noise.width_e):
         electrons = electrons + read_noise.read_noise(
-            width_e, generator.stream(reading.capture, "read"), first_row, *electrons.shape
+            noise.width_e, generator.stream(reading.capture, "read"), first_row, *electrons.shape
         )
     if model.noise and reading.telegraph_percent and reading.telegraph_e:
         steps = telegraph_noise.steps_e(
@@ -328,13 +333,10 @@ def device_maps(model: SensorModel, generator, height: int, width: int):
     offsets = [
         level
         + fixed_pattern.offset_e(
-            r.dsnu_e,
-            r.column_e,
-            key(r.capture, "dsnu"),
-            key(r.capture, "column"),
+            OffsetSpread(r.dsnu_e, key(r.capture, "dsnu")),
+            OffsetSpread(r.column_e, key(r.capture, "column")),
+            OffsetSpread(r.row_e, key(r.capture, "rows")),
             *size,
-            r.row_e,
-            key(r.capture, "rows"),
         )
         for level, r in zip(clamp, model.readings, strict=True)
     ]

@@ -7,6 +7,7 @@ clipped at 0. Plain functions on arrays.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import comb
 from typing import NamedTuple
 
@@ -67,43 +68,67 @@ def pixel_rate(photons, spectral_qe, band_nm, sample_um, pixel_um, filters):
     return out
 
 
-def volts(
-    rate, exposure_s, photodiode_m2, conversion_gain_v_per_e, swing_v, analog_gain=1.0, offset_v=0.0
-):
-    """Return noise-free volts (sensorCompute, noise flag 0); `analog_gain` divides, as in
-    ISETCam.
+@dataclass(frozen=True)
+class VoltageReadout:
+    """How ISETCam turns electrons into volts."""
+
+    conversion_gain_v_per_e: float
+    swing_v: float  # volts are clipped to 0..swing
+    analog_gain: float = 1.0  # divides, as in ISETCam
+    offset_v: float = 0.0
+
+
+def volts(rate, exposure_s: float, photodiode_m2: float, readout: VoltageReadout) -> np.ndarray:
+    """Return noise-free volts (y, x) (sensorCompute, noise flag 0).
+
+    Parameters
+    ----------
+    rate : (y, x) electrons per m2 and second, as `pixel_rate` returns them.
+    exposure_s, photodiode_m2 : exposure time and area of the photodiode.
+    readout : gain, offset and clipping.
     """
-    return np.clip(
-        (rate * exposure_s * photodiode_m2 * conversion_gain_v_per_e + offset_v) / analog_gain,
-        0.0,
-        swing_v,
-    )
+    signal_v = rate * exposure_s * photodiode_m2 * readout.conversion_gain_v_per_e
+    return np.clip((signal_v + readout.offset_v) / readout.analog_gain, 0.0, readout.swing_v)
 
 
-def noise_mean_and_variance(electrons, dark_e, conversion_gain_v_per_e, read_noise_v, prnu, dsnu_v):
+@dataclass(frozen=True)
+class VoltageNoise:
+    """The noise that ISETCam adds to the volts, beside shot noise."""
+
+    read_noise_v: float = 0.0
+    prnu: float = 0.0
+    dsnu_v: float = 0.0
+
+
+def noise_mean_and_variance(
+    electrons: float, dark_e: float, conversion_gain_v_per_e: float, noise: VoltageNoise
+) -> tuple[float, float]:
     """Return mean and variance of volts before clipping, fixed pattern redrawn every frame
     (sensorAddNoise, flag 2).
 
     v = (Poisson(electrons + dark) g + read) (1 + prnu n) + dsnu n', n and n' standard normals.
     """
     mean = (electrons + dark_e) * conversion_gain_v_per_e
-    temporal = mean * conversion_gain_v_per_e + read_noise_v**2
-    return mean, temporal * (1 + prnu**2) + (prnu * mean) ** 2 + dsnu_v**2
+    temporal = mean * conversion_gain_v_per_e + noise.read_noise_v**2
+    return mean, temporal * (1 + noise.prnu**2) + (noise.prnu * mean) ** 2 + noise.dsnu_v**2
 
 
 def clipped_noise(
-    electrons, dark_e, conversion_gain_v_per_e, read_noise_v, prnu, dsnu_v, swing_v
+    electrons: float, dark_e: float, readout: VoltageReadout, noise: VoltageNoise
 ) -> ClippedNoise:
-    """Return what the clip to 0..swing leaves of `noise_mean_and_variance`'s volts (sensorCompute),
-    numbers in and out.
+    """Return the moments of `noise_mean_and_variance`'s volts after clipping to 0..swing
+    (sensorCompute).
 
     A sum over whole electron counts; given the count, volts are normal but for read noise times
     PRNU, 1e-2 of the read noise. With read noise, PRNU and DSNU of 0 it is ISETCam's noise flag 1,
     shot noise alone; that flag has no dark charge either.
     """
     count, weight = _counts(electrons + dark_e)
-    middle = count * conversion_gain_v_per_e
-    width = np.sqrt((prnu * middle) ** 2 + read_noise_v**2 * (1 + prnu**2) + dsnu_v**2)
+    swing_v = readout.swing_v
+    middle = count * readout.conversion_gain_v_per_e
+    width = np.sqrt(
+        (noise.prnu * middle) ** 2 + noise.read_noise_v**2 * (1 + noise.prnu**2) + noise.dsnu_v**2
+    )
     inside, low, high = _inside(middle, width, swing_v)
 
     def moment(order, about):

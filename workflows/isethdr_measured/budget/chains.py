@@ -84,7 +84,8 @@ def planned(chain: Chain, scene, fraction: float, folder, truth: list) -> Done:
     with ledger.stage(rows, "lens"):
         light = imaged.light()
     rows.append(Row("radiance", errors=[radiance_cache.rounding_term(rounding(bits))]))
-    return replace(result, stated=_stated(imaged.plan, rows, mixed, light, scene, truth, fraction))
+    exposure = propagation.Exposure(truth[0], light, mixed, scene)
+    return replace(result, stated=_stated(imaged.plan, rows, exposure, fraction))
 
 
 def by_hand(chain: Chain, scene, setting: Setting, folder, truth: list) -> Done:
@@ -122,13 +123,12 @@ def _measured(chain, scene, image, bits, folder, truth) -> Done:
     return Done(rates, min(cpu_s[1:]), max(cpu_s[0] - min(cpu_s[1:]), 0.0), bits)
 
 
-def _stated(plan, rows, mixed, light, scene, truth, fraction) -> float:
+def _stated(plan, rows, exposure: propagation.Exposure, fraction: float) -> float:
     """Return what the last line of a run's ledger says of everything after the renderer, the worst
     capture's.
     """
-    exposure = propagation.Exposure(truth[0], light, mixed, scene)
     shots = propagation.electrons(exposure, 0.0, plan.light_errors)
-    shots = propagation.with_parts(shots, truth[0], rows)
+    shots = propagation.with_parts(shots, exposure.captures, rows)
     with ledger.stage(Ledger(), "picture") as row:
         propagation.record_figures(shots, rows, fraction, propagation.Seconds(0.0, 0.0))
     return max(e.value for e in row.errors if e.source.key == propagation.AFTER_RENDERER)

@@ -5,8 +5,10 @@ classical and learned demosaic.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from isethdr_core.display.display_view import white_cd_m2
 from isethdr_core.plugins.registry import build
@@ -46,9 +48,9 @@ def paper_fig8_9_classical(
         for demosaic in DEMOSAICS:
             isp = build("isp", "linear", demosaic=demosaic)
             for lux in np.geomspace(0.01, 10, levels):
-                suited = at_noise(isp, sensor, *chart, lux)
-                ssim = scored(build("metric", "ssim"), sensor, suited, *street, lux, draws)
-                colour = scored(build("metric", "ciede2000"), sensor, suited, *chart, lux, draws)
+                suited = at_noise(isp, sensor, chart, lux)
+                ssim = scored(build("metric", "ssim"), sensor, suited, street, lux, draws)
+                colour = scored(build("metric", "ciede2000"), sensor, suited, chart, lux, draws)
                 rows.append(
                     {
                         "filters": filters,
@@ -62,7 +64,7 @@ def paper_fig8_9_classical(
                 )
             if picture:
                 pictures = [
-                    one(sensor, at_noise(isp, sensor, *chart, lux), *street, lux)
+                    displayed(sensor, at_noise(isp, sensor, chart, lux), street, lux)
                     for lux in SHOWN_LUX
                 ]
                 views.append(pictures)
@@ -77,15 +79,31 @@ def paper_fig8_9_classical(
     return rows
 
 
-def driving(scene: str):
-    """Return (mixed, irradiance, scene radiance) of a rendered scene by daylight."""
+class LitScene(NamedTuple):
+    """A scene and its light on the sensor plane."""
+
+    mixed: xr.DataArray  # mixed radiance
+    light: xr.DataArray  # irradiance
+    radiance: xr.Dataset  # scene radiance, with its labels
+
+    def at_level(self, lux: float) -> LitScene:
+        """Return the scene with its light scaled to a mean of `lux` on the sensor."""
+        scale = np.float32(lux / lux_of(self.light).mean())
+        return self._replace(
+            mixed=self.mixed.copy(data=self.mixed.values * scale),
+            light=self.light.copy(data=self.light.values * scale),
+        )
+
+
+def driving(scene: str) -> LitScene:
+    """Return a rendered scene by daylight."""
     scene_chain, radiance = rendered(f"experiment={scene}", "lighting=day")
     mixed, light = through(replace(scene_chain, flares={}), radiance, scene_chain.lighting, **LENS)
-    return mixed, light, radiance
+    return LitScene(mixed, light, radiance)
 
 
-def colour_chart():
-    """Return (mixed, irradiance, scene radiance) of the chart with 24 patches."""
+def colour_chart() -> LitScene:
+    """Return the chart with 24 patches."""
     scene = build("scene", "macbeth", width=240, height=160)()
     mixed = build("lighting", "weights", weights={"sky": 1.0})(scene)
     light = build(
@@ -95,38 +113,32 @@ def colour_chart():
         falloff="none",
         **LENS,
     )(mixed)
-    return mixed, light, scene
+    return LitScene(mixed, light, scene)
 
 
-def at_noise(isp, sensor, mixed, light, scene, lux: float):
+def at_noise(isp, sensor, scene: LitScene, lux: float):
     """Return the isp with its colour matrix solved for the noise at `lux`: clear pixels only help
     where noise counts beside colour.
     """
-    _, picture, _, _ = seen_by(sensor, isp, *at_level(mixed, light, lux), scene)
+    _, picture, _, _ = seen_by(sensor, isp, *scene.at_level(lux))
     y, variance = picture["xyz"].values[..., 1], picture["variance"].values[..., 1]
     return replace(isp, design_snr=float(np.clip(np.median(y / np.sqrt(variance)), *DESIGN_SNR)))
 
 
-def at_level(mixed, light, lux: float):
-    """Return both with the light scaled to a mean of `lux` on the sensor."""
-    scale = np.float32(lux / lux_of(light).mean())
-    return mixed.copy(data=mixed.values * scale), light.copy(data=light.values * scale)
-
-
-def scored(metric, sensor, isp, mixed, light, scene, lux: float, draws: int) -> tuple[float, float]:
+def scored(metric, sensor, isp, scene: LitScene, lux: float, draws: int) -> tuple[float, float]:
     """Return the mean of a score over shots and its standard error."""
     values = []
     for seed in range(draws):
-        _, picture, true, labels = seen_by(sensor, isp, *at_level(mixed, light, lux), scene, seed)
+        _, picture, true, labels = seen_by(sensor, isp, *scene.at_level(lux), seed)
         values.append(metric(picture, true, labels)[0].value)
     return float(np.mean(values)), float(
         np.std(values, ddof=1) / np.sqrt(draws)
     ) if draws > 1 else np.nan
 
 
-def one(sensor, isp, mixed, light, scene, lux: float):
+def displayed(sensor, isp, scene: LitScene, lux: float):
     """Return the displayed picture of one shot; the white is the truth's."""
-    _, picture, true, _ = seen_by(sensor, isp, *at_level(mixed, light, lux), scene)
+    _, picture, true, _ = seen_by(sensor, isp, *scene.at_level(lux))
     return shown(picture, white_cd_m2(true))
 
 
