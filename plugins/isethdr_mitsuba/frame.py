@@ -1,4 +1,4 @@
-"""One frame: world, passes, lamps seen directly, labels, and the Dataset made of them."""
+"""One rendered frame: world, passes, directly visible lamps, labels, and the resulting Dataset."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def render_frame(
     ----------
     settings : MitsubaRenderer.
     description : SceneDescription.
-    groups : light groups to render, all of which have an emitter.
+    groups : light groups to render; each has an emitter.
     bands_nm : band centres, nm.
-    demand : what later stages need; its `noise_limit` counts where `settings` name no noise.
-    variant : Mitsuba variant that works here.
-    known : {group: isethdr_core.runs.sample_accumulation.Known}, paths that earlier renderings
-        followed: only others are.
+    demand : what later stages need. Its `noise_limit` counts if `settings` name no noise.
+    variant : Mitsuba variant that works on this machine.
+    known : {group: isethdr_core.runs.sample_accumulation.Known}: paths of earlier renderings, which
+        are not followed again.
     """
     import mitsuba as mi
 
@@ -57,7 +57,7 @@ def render_frame(
     view = wide = view_of(description.camera, settings.width, settings.height, settings.margin)
     if not (
         demand.margin or variant.startswith("scalar")
-    ):  # Mitsuba's own film numbers paths by the size of the frame
+    ):  # the random numbers of Mitsuba's own film depend on the size of the frame
         view = wide.within_field()
     lamps = placed_lamps(description, settings.normalise, groups)
     lamps += disc_lamps(description, "sky" in groups)
@@ -101,11 +101,11 @@ def render_frame(
         )
     found, objects = cut_labels(
         view.cut, *label_tiles(world, wide, description, demand.labels)
-    )  # an object may reach beyond the field
+    )  # an object may extend beyond the field
     ds = cube.dataset(radiance, **found)
     if by_need:
         ds.attrs["limit_share"] = settings.limit_share()
-    # beside the light it belongs to: what of a picture is the renderer's own noise follows from it
+    # stored beside its light, so that the share of renderer noise in a picture can be computed
     ds["xyz_noise"] = (
         ("light_group", "xyz_channel", "y", "x"),
         result.xyz_noise.astype(np.float32),
@@ -140,7 +140,7 @@ def render_frame(
 
 
 class Cube(NamedTuple):
-    """The grid, bands and light groups of scene radiance."""
+    """Grid, bands and light groups of scene radiance."""
 
     groups: list[str]
     bands_nm: np.ndarray
@@ -159,17 +159,18 @@ class Cube(NamedTuple):
             view.projection,
             **labels,
         )
-        # a lone band or tile has no neighbour to take its width from
+        # a single band or tile has no neighbour from which its width follows
         ds.attrs.update(pitch_x=view.pitch_x, pitch_y=view.pitch_y)
         return ds
 
 
 def needed_paths(settings, paths, instance, view, limit_at, known):
-    """Return the estimate of paths where the cameras need them (`paths.need_driven`).
+    """Return the estimate with more paths where the cameras need them (`paths.need_driven`).
 
     Parameters
     ----------
-    instance : (row, column) object of each tile. `limit_at` : function(radiance) -> `NoiseLimit`.
+    instance : (row, column) object of each tile.
+    limit_at : function(radiance) -> `NoiseLimit`.
     """
     from .paths.need_driven import Rounds, render_by_need
     from .paths.need_driven import estimate as estimate_of
@@ -182,7 +183,7 @@ def needed_paths(settings, paths, instance, view, limit_at, known):
 
 
 def follower(description, view, lamps, groups, bands_nm, settings, world, surfaces):
-    """Return the all-in-one integrator over a world (`paths.integrator.Paths`)."""
+    """Return the integrator of all bands and groups over a world (`paths.integrator.Paths`)."""
     from .lamps.lamp_tables import LampTables
     from .paths.integrator import Paths
     from .paths.surface_tables import SurfaceTables
@@ -193,8 +194,8 @@ def follower(description, view, lamps, groups, bands_nm, settings, world, surfac
 
 
 def even_passes(paths):
-    """Return the function of one pass of `paths` through all tiles, as `passes.estimate` wants
-    it.
+    """Return the function that `passes.estimate` calls for each pass. A pass covers all tiles
+    evenly.
     """
     groups, bands = len(paths.lamps.groups), len(paths.wavelength_nm)
 
@@ -208,11 +209,11 @@ def even_passes(paths):
 
 
 def rare_light(samples: int) -> float:
-    """Return how many times as noisy as stated nine of ten tiles are at most: of light that few
-    paths meet, few paths tell little.
+    """Return a factor: for nine of ten tiles, the true noise is at most this factor times the
+    stated noise. Light that only few paths find makes the stated noise too small.
 
-    Measured on a night drive and in a tunnel, the worst light group, against 2400 and more paths;
-    least for more paths than 160.
+    The factor was measured on a night drive and in a tunnel, for the worst light group, against
+    references of at least 2400 paths. It is smallest above 160 paths.
     """
     return float(
         np.interp(np.log2(max(samples, 1)), np.log2([16, 32, 64, 160]), [5.2, 3.8, 2.8, 2.1])
@@ -220,11 +221,15 @@ def rare_light(samples: int) -> float:
 
 
 def state_noise(result, groups, settings):
-    """State each group's noise in the ledger, and say so where it is not what was allowed."""
+    """State the noise of each group in the ledger, with a remark if it exceeds the noise
+    allowed.
+    """
     for group, noise, own, known, seconds in zip(
         groups, result.whole_noise, result.samples, result.known, result.seconds, strict=True
     ):
-        if not np.isfinite(noise):  # one pass alone has no spread, a group without light no noise
+        if not np.isfinite(
+            noise
+        ):  # a single pass has no spread, and a group without light has no noise
             continue
         samples, stored = (
             own + known.paths,

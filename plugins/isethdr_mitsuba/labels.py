@@ -1,4 +1,6 @@
-"""Labels by one ray through each tile's centre: exact, and all from the same hit."""
+"""Labels from one ray through the centre of each tile. All labels of a tile belong to the same hit,
+and are exact.
+"""
 
 from __future__ import annotations
 
@@ -13,18 +15,18 @@ from isethdr_core.physics.optics.projection import depth_m
 from .lamps.visible_lamps import NEAR_M, cut
 from .world.triangle_chords import straightened
 
-PAIRS = 1_000_000  # triangle and tile pairs tested at a time: bounds memory
-# of a tile, by which a side may bend on a grid of angles: boxes are made larger by twice that
+PAIRS = 1_000_000  # pairs of triangle and tile tested at a time; limits memory
+# share of a tile by which an edge may be curved on a grid of angles; boxes grow by twice that
 OFF = 0.25
 
 
 def label_tiles(world, view, description, wanted):
-    """Return the labels asked for, and the table of objects if `instance` is among them.
+    """Return the requested labels, and the table of objects if `instance` is among them.
 
-    depth : m along the optical axis, below 0 behind the camera. distance : m along the ray. Both
-        infinite where there is only sky.
-    instance : uint32, the object's place in the description, from 1; 0 is the sky.
-    category : uint16, number of isethdr_core.data.categories.
+    depth : m along the optical axis, negative behind the camera; distance : m along the ray. Both
+        are infinite where the tile shows only sky.
+    instance : uint32, position of the object in the description, counted from 1; 0 is the sky.
+    category : uint16, a number of isethdr_core.data.categories.
     normal : unit vector of the smoothed surface in world axes, turned towards the camera; 0 for the
         sky.
     """
@@ -58,15 +60,15 @@ def label_tiles(world, view, description, wanted):
 
 
 def instances(world, view) -> np.ndarray:
-    """Return the number (row, column) of the object at each tile's centre, 0 of the sky."""
+    """Return the number (row, column) of the object at the centre of each tile; 0 for the sky."""
     x, y = (a.ravel() for a in np.meshgrid(view.x, view.y))
     found = _first_hits(world, view.origin_m, view.to_world(view.rays(x, y)))
     return found[0].reshape(view.shape)
 
 
 def cut_labels(cut, found: dict, objects):
-    """Return labels and object table without the outermost `cut` (rows, columns): boxes count from
-    the tiles that are left.
+    """Return labels and object table without the outermost `cut` (rows, columns). The boxes of
+    objects are counted from the remaining tiles.
     """
     rows, columns = (slice(c, -c or None) for c in cut)
     moved = objects and [
@@ -76,7 +78,9 @@ def cut_labels(cut, found: dict, objects):
 
 
 def object_table(description, view, found) -> list[dict]:
-    """Return the objects seen on at least one tile, as dictionaries of plain numbers and names."""
+    """Return the objects that are visible in at least one tile, as dictionaries of plain numbers
+    and names.
+    """
     instance = found["instance"]
     out = []
     for number, placed in enumerate(description.objects, 1):
@@ -105,11 +109,12 @@ def object_table(description, view, found) -> list[dict]:
 
 
 def visible_fraction(model, pose, view, seen: int) -> float:
-    """Return tiles seen / tiles covered if nothing stood in front, by filling the object's own
-    triangles.
+    """Return the number of visible tiles of an object divided by the number of tiles that it would
+    cover with nothing in front. The second number comes from rasterising the triangles of the
+    object.
 
-    Tiles beyond the rendered field do not count. At most 1; exact for tile centres, as the labels
-    are.
+    Tiles beyond the rendered field do not count. The result is at most 1, and exact for tile
+    centres, like the labels.
     """
     covered, triangles = np.zeros(view.shape, bool), []
     for part in model.parts:
@@ -127,11 +132,11 @@ def visible_fraction(model, pose, view, seen: int) -> float:
 
 
 def _reach_centres(flat, faces, view):
-    """Say which of `faces` the box around may hold a tile's centre: most triangles of a fine mesh
-    lie between them.
+    """Return which `faces` have a bounding box that may contain the centre of a tile. Most
+    triangles of a fine mesh lie between the centres.
 
-    Told from the centres that its corners lie between, as few bytes as go: a mesh has six times
-    fewer corners than its triangles together.
+    The test compares the positions of the corners between tile centres, stored in as few bytes as
+    possible: a mesh has one sixth as many corners as its triangles have together.
     """
     places = (flat - [view.x[0], view.y[0]]) / [view.pitch_x, view.pitch_y]
     some = np.ones(len(faces), bool)
@@ -150,12 +155,12 @@ def _reach_centres(flat, faces, view):
 
 
 def fill(covered, view, triangles) -> None:
-    """Set `covered` at the tiles whose centre ray meets one of `triangles` (n, 3, 3) in camera
+    """Set `covered` at the tiles whose centre ray meets one of the `triangles` (n, 3, 3), in camera
     axes.
 
-    A centre ray meets a triangle where it lies on the same side of the three planes through the
-    pinhole and an edge; this holds also for triangles that reach behind the camera, as long as the
-    meeting point is in front.
+    A centre ray meets a triangle if it lies on the same side of three planes: each contains the
+    pinhole and one edge. The test also holds for triangles that extend behind the camera, as long
+    as the intersection is in front.
     """
     if view.projection != "tangent":
         triangles, _ = straightened(triangles, view, OFF * min(view.pitch_x, view.pitch_y))
@@ -178,8 +183,8 @@ def fill(covered, view, triangles) -> None:
 
 
 def _tile_boxes(triangles, view):
-    """Return first and last tile (column, row) of the box around each triangle, and which triangles
-    have one.
+    """Return the first and last tile (column, row) of the bounding box of each triangle, and which
+    triangles have one.
     """
     if view.projection == "tangent":
         low, high, useful = _boxes(triangles, view)
@@ -192,8 +197,8 @@ def _tile_boxes(triangles, view):
 
 
 def _tiles_within(low, high, view):
-    """Return first and last tile (column, row) whose centre is within low to high (n, 2), and where
-    there is one.
+    """Return the first and last tile (column, row) whose centre lies within low to high (n, 2), and
+    where such a tile exists.
     """
     first, pitch = np.array([view.x[0], view.y[0]]), np.array([view.pitch_x, view.pitch_y])
     last = np.array([len(view.x), len(view.y)]) - 1
@@ -204,13 +209,13 @@ def _tiles_within(low, high, view):
 
 def _boxes(triangles, view):
     """Return the lowest and highest tangents (n, 2) of each triangle, and which triangles lie in
-    front.
+    front of the camera.
     """
     z = triangles[..., 2]
     useful = (z > NEAR_M).any(1)
     low, high = np.zeros((len(z), 2)), np.zeros((len(z), 2))
     for some in (useful & (z > NEAR_M).all(1), useful & ~(z > NEAR_M).all(1)):
-        # those that reach behind the camera are cut where they pass it: their corners there have no
+        # triangles that extend behind the camera are cut there, because corners behind it have no
         # tangents
         polygon = triangles[some]
         if not (z[some] > NEAR_M).all():
@@ -226,7 +231,7 @@ def _first_hits(world, origin, direction):
         mi.Vector3f(*direction.T.astype(np.float32)),
     )
     si = world.scene.ray_intersect_preliminary(ray, coherent=True).compute_surface_interaction(ray)
-    # inside an instance the shape is the shared part; the instance says which object it is
+    # the shape inside an instance is a shared part; the instance identifies the object
     shape, instance = (
         dr.reinterpret_array(mi.UInt32, si.shape),
         dr.reinterpret_array(mi.UInt32, si.instance),

@@ -1,9 +1,9 @@
-"""Lamps as lookup tables: radiance by shape hit, and the choice of the point that a shadow ray aims
-at.
+"""Lamps as lookup tables: the radiance of a lamp that a ray hits, and the target point of a shadow
+ray.
 
-Tables instead of Mitsuba emitters, because then a hundred lamps cost no more code than one, each
-group can be sampled by itself, and a lamp's group costs one lookup. `beam_lamp.py` is the same lamp
-as a Mitsuba emitter; tests hold the two together.
+Tables replace Mitsuba emitters for three reasons: a hundred lamps need no more code than one, each
+group can be sampled by itself, and the group of a lamp costs one lookup. `beam_lamp.py` is the same
+lamp as a Mitsuba emitter; tests compare the two.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_tabl
 from .sky_dome import DomeTable, sky_rows
 from .spatial_sampling import Chances, areas, light_at_points
 
-# points weighed for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to
+# candidates for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to
 # 0.5-1.0 of itself
 CANDIDATES = 12
-FIRST_CANDIDATES = 4  # from the first surface, where near lamps are looked at one by one
+FIRST_CANDIDATES = 4  # from the first surface, where each near lamp gets a shadow ray of its own
 NOWHERE = 0xFFFF
 
 
 class LampTables:
-    """Device tables of the lamps of a world, for the light groups that are wanted.
+    """Device tables of the lamps of a world, for the requested light groups.
 
-    Group by group, a shadow ray's target is drawn by resampled importance sampling (Talbot 2005,
-    eq. 5): of `CANDIDATES` points on lamps of the group, which are drawn by their chances
-    (`spatial_sampling.py`), one is kept, in proportion to the luminance that it would send here
+    The target of a shadow ray is drawn for each group by resampled importance sampling (Talbot
+    2005, eq. 5): `CANDIDATES` points on lamps of the group are drawn by the probabilities of
+    `spatial_sampling.py`. One of them is kept, in proportion to the luminance that it would send
     without occlusion.
     """
 
@@ -84,8 +84,8 @@ class LampTables:
         )
 
     def aim(self, scene, hits, camera, view, surfaces):
-        """Find out how likely each lamp is to be looked at from each part of the picture; before
-        any `choose` and `density`.
+        """Compute the probability of each lamp for each part of the picture. Call this before any
+        `choose` and `density`.
         """
         known = (
             light_at_points(scene, hits, camera, view, surfaces, self)
@@ -95,19 +95,19 @@ class LampTables:
         strength = (
             np.array([np.sqrt(p.peak_cd_m2 * p.area_m2) for p in self.placed])
             + np.finfo(float).tiny
-        )  # lamps may all be out
+        )  # all lamps may be switched off
         self.chances = Chances(camera, view, self.members, strength, *known)
 
     def has_lamps(self, g: int) -> bool:
-        """Say whether group number `g` holds a lamp; the sky is not one."""
+        """Return whether group number `g` contains a lamp; the sky is not a lamp."""
         return self.targets[g].count > 0
 
     def lamp_at(self, shape, active):
-        """Return the number of the lamp that a shape is; `none` elsewhere."""
+        """Return the number of the lamp that a shape belongs to; `none` for other shapes."""
         return dr.select(active, dr.gather(mi.UInt32, self.lamp_of_shape, shape, active), self.none)
 
     def luminance(self, lamp, direction, active=True):
-        """Return the luminance, cd/m2, that `lamp` sends out along the unit vector `direction`."""
+        """Return the luminance, cd/m2, that `lamp` emits along the unit vector `direction`."""
         take = lambda table: dr.gather(type(table), table, lamp, active)
         axis = take(self.axis)
         inner, outer, floor, peak = map(
@@ -118,8 +118,8 @@ class LampTables:
         return peak * (pattern + floor) / (1 + floor)
 
     def rival(self, lamp, place, tries, distance2, cos_lamp, active=True):
-        """Return the density per solid angle with which all that is looked for from `place` falls
-        on this point of `lamp`: `tries` candidates, or the one point of a near lamp.
+        """Return the density per solid angle with which shadow rays from `place` aim at this point
+        of `lamp`: `tries` candidates, or the one point of a near lamp.
         """
         chance = self.chances.of(lamp, place, active)
         return _density(
@@ -130,11 +130,13 @@ class LampTables:
         )
 
     def near_count(self, g: int, block, active):
-        """Return how many near lamps group number `g` has at blocks of the picture."""
+        """Return the number of near lamps of group number `g` at blocks of the picture."""
         return self.chances.near.length(g, block, active)
 
     def near_point(self, g: int, turn, rng, si, block, active):
-        """Return what `choose` does, of a random point of near lamp number `turn` of the group."""
+        """Return the same as `choose` for a random point of near lamp number `turn` of the
+        group.
+        """
         targets = self.targets[g]
         lamp = self.chances.near.lamp(g, block, turn, active)
         triangle = targets.pick(rng, lamp, active)
@@ -143,9 +145,12 @@ class LampTables:
         return row, point, direction, sent / density, density
 
     def _candidate(self, g, lamp, triangle, rng, si, active):
-        """Return a random point of a triangle of `lamp`, the unit direction to it, the luminance
-        from there, 0 where it cannot light this side, the cosine here, and the point's density per
-        solid angle.
+        """Return a random point of a triangle of `lamp`.
+
+        Returns
+        -------
+        The point, the unit direction to it, the luminance emitted towards here (0 if it cannot
+        light this side), the cosine here, and the density of the point per solid angle.
         """
         corner, edge1, edge2, normal, axis, (inner, outer, floor, peak, per_area) = self.targets[
             g
@@ -155,7 +160,7 @@ class LampTables:
         d = p - si.p
         r2 = dr.maximum(dr.squared_norm(d), 1e-12)
         d *= dr.rsqrt(r2)
-        # light counts on the side the path came from
+        # light counts on the side of the surface from which the path came
         side = si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))
         cos_lamp, cos_here = -dr.dot(d, normal), dr.dot(d, side)
         seen = active & (cos_lamp > 0) & (cos_here > 0)
@@ -166,8 +171,12 @@ class LampTables:
 
     @dr.syntax
     def choose(self, g: int, rng, si, place, tries, active):
-        """Return the row of a lamp's spectrum, a world point of it, its unit direction, luminance
-        from there / density of the choice, and density of all `tries` candidates.
+        """Return the target of a shadow ray.
+
+        Returns
+        -------
+        Row of the spectrum of the lamp, world point, unit direction, luminance from there divided
+        by the density of the choice, and density of all `tries` candidates.
         """
         targets = self.targets[g]
         triangle, point = mi.UInt32(0), mi.Point3f(0)
@@ -215,13 +224,17 @@ def _density(per_area, distance2, cos_lamp):
 
 
 class _Targets:
-    """The triangles of one light group, those of each lamp by their area, and the beam of the lamp
-    that each is of: all that a candidate asks for, side by side.
+    """The triangles of one light group with the data of a candidate. Each triangle is drawn by its
+    area, and has the beam of its lamp.
     """
 
     def __init__(self, count, lamps):
-        """`count` : lamps of all groups. `lamps` : {number: (row of its spectrum, lamp)} of this
-        one.
+        """Make the tables.
+
+        Parameters
+        ----------
+        count : number of lamps of all groups.
+        lamps : {number: (row of its spectrum, lamp)} of this group.
         """
         self.count = len(lamps)
         if not lamps:
@@ -274,16 +287,16 @@ class _Targets:
         )
 
     def at(self, triangle, active):
-        """Return of a triangle corner, both edges from there, normal, axis of its lamp, and the
-        numbers that go with them: see `rows`.
+        """Return a corner of a triangle, both edges from it, the normal, the axis of the lamp, and
+        the other numbers of the triangle (see `rows`).
         """
         rows = [dr.gather(mi.Vector4f, self.rows, 5 * triangle + k, active) for k in range(5)]
         return *(mi.Vector3f(r.x, r.y, r.z) for r in rows), [r.w for r in rows]
 
 
 def alias_table(chance) -> tuple[np.ndarray, np.ndarray]:
-    """Return (threshold, other): number k, drawn evenly, is kept with probability threshold[k], and
-    is other[k] else (Walker 1977, Vose 1991).
+    """Return (threshold, other). Draw k evenly, keep it with probability threshold[k], otherwise
+    use other[k] (Walker 1977, Vose 1991).
     """
     share = np.asarray(chance, float) * len(chance) / np.sum(chance)
     threshold, other = np.ones(len(share)), np.arange(len(share))

@@ -1,8 +1,9 @@
-"""Near lamps: those that light a block of the picture, each with a shadow ray of its own.
+"""Near lamps: the lamps that light a block of the picture. Each of them gets a shadow ray of its
+own.
 
-From the first surface of a path nearly all noise is that of the one shadow ray that a group has:
-it cannot be right for several lamps at once. So the lamps that points of a block saw are looked at
-one by one, and the choice by chance is left with the others. Both together are all lamps, each
+At the first surface of a path, nearly all noise comes from the single shadow ray of a group, which
+cannot serve several lamps at once. The lamps that light points of a block are therefore sampled one
+by one. Only the other lamps are chosen at random. Together, both parts cover each lamp exactly
 once.
 """
 
@@ -16,13 +17,15 @@ import numpy as np
 
 from ..paths.device_memory import aligned
 
-# of each group and block: on the night drive 90 % of the blocks have no more that anything lights
+# for each group and block: on the night drive, 90 % of the blocks have no more lit lamps
 MOST_NEAR = 8
-SEEN = 1.01  # even shares of the chances: a lamp with more of them got a vote
+SEEN = 1.01  # equal shares of the probability: a lamp with a larger share got a vote
 
 
 class NearList(NamedTuple):
-    """Near lamps of one group: their numbers within the group and what is left for chance."""
+    """Near lamps of one group: their numbers within the group, and the lamps that are chosen at
+    random.
+    """
 
     lamps: np.ndarray  # (block, MOST_NEAR), the likeliest first
     length: np.ndarray  # (block,) how many of them there are
@@ -34,8 +37,8 @@ def near_list(known, slots, chance) -> NearList:
 
     Parameters
     ----------
-    known : (block,) whether any of its points saw a lamp: else none is near.
-    slots : (block, slot) numbers of lamps, each slot as likely as any other.
+    known : (block,) whether some lamp lights a point of the block; otherwise no lamp is near.
+    slots : (block, slot) numbers of lamps; all slots are equally likely.
     chance : (block, lamp) share of the slots that a lamp has.
     """
     blocks, count = chance.shape
@@ -50,8 +53,8 @@ def near_list(known, slots, chance) -> NearList:
 
 
 def _without(slots, chance, near):
-    """Return slots (block, slot) in which lamps that are `near` (block, lamp) have none: each other
-    one has at least as many as before, and where there is no other nothing changes.
+    """Return slots (block, slot) without the lamps that are `near` (block, lamp). Each other lamp
+    has at least as many slots as before. A block without other lamps does not change.
     """
     rest = np.where(near, 0.0, chance)
     some = near.any(1) & (rest.sum(1) > 0)
@@ -71,8 +74,13 @@ class NearLamps:
     """Device lists of the near lamps of all groups."""
 
     def __init__(self, lists: list[NearList | None], members, blocks: int):
-        """`lists` : of each group; None of one without lamps. `members` : numbers of each group's
-        lamps.
+        """Copy the lists to the device.
+
+        Parameters
+        ----------
+        lists : list of each group; None for a group without lamps.
+        members : numbers of the lamps of each group.
+        blocks : number of blocks.
         """
         self.lamps, self.lengths = [], []
         for found, mine in zip(lists, map(np.asarray, members), strict=True):
@@ -85,7 +93,7 @@ class NearLamps:
         dr.eval(*self.lamps, *self.lengths)
 
     def length(self, g: int, block, active):
-        """Return how many near lamps group number `g` has at a block."""
+        """Return the number of near lamps of group number `g` at a block."""
         return dr.gather(mi.UInt32, self.lengths[g], block, active)
 
     def lamp(self, g: int, block, turn, active):

@@ -1,12 +1,17 @@
-"""Chances: how likely a lamp is to be looked at from a surface, by what it sends to such places.
+"""Spatial light sampling: the probability with which a shadow ray aims at a lamp, by the light that
+the lamp sends to the surfaces nearby.
 
-A hundred lamps stand in a street at night, and two or three light a tile. So from a few points that
-the camera sees in each block of tiles, and one that each of those sees, all lamps are tried once:
-how much would come from there, and whether anything stands between. Points of a block tell how
-lamps are chosen from the first surface of a path there, points of a cell of the world from further
-ones; each has one vote. A quarter of the chances goes to all lamps alike: none is left out. (Many
-lamps chosen by place: Shirley, Wang, Zimmerman 1996, ACM Trans. Graph. 15, 1; here with what hides
-them.)
+A street at night has a hundred lamps, and two or three of them light a tile. Before rendering, all
+lamps are therefore tested from a few points that the camera sees in each block of tiles, and from
+one further point that each of those sees: how much light would arrive, and whether something blocks
+it. The points of a block decide how paths choose lamps at their first surface in this block. The
+points of a cell of the world decide for all further surfaces in the cell. Each point has one vote.
+A quarter of the probability is shared equally among all lamps, so that none is left out.
+
+References
+----------
+Shirley, Wang, Zimmerman 1996, ACM Trans. Graph. 15, 1 (choice of lamps by place; here occlusion
+counts as well).
 """
 
 from __future__ import annotations
@@ -30,24 +35,30 @@ CLEAR_M = 1e-3  # from a surface on
 
 
 class Chances:
-    """Device tables of the chances of lamps at each place: the blocks of the picture come first,
-    then the cells of the world.
+    """Device tables of the probabilities of lamps at each place. Places are the blocks of the
+    picture, then the cells of the world.
 
-    A group has a list of lamps, `slots` (place, slot), each slot as likely as any other; `chance`
-    (place, lamp) is the share of slots that a lamp has. It is 0 in blocks that a lamp is `near`:
-    there it is looked at without chance.
+    A group has a list of lamps, `slots` (place, slot); all slots are equally likely. `chance`
+    (place, lamp) is the share of slots that a lamp has. It is 0 in blocks where the lamp is `near`:
+    each path there sends it a shadow ray without chance.
     """
 
     def __init__(self, camera, view, members, strength, place, light):
-        """`members` : numbers of each group's lamps. `strength` (lamp,) : what they go by where
-        nothing is known. `light` (point, lamp) : what is, at `place` (point,).
+        """Make the tables.
+
+        Parameters
+        ----------
+        members : numbers of the lamps of each group.
+        strength : (lamp,) weights of the lamps where nothing else is known.
+        place, light : (point,) places of the tested points, and the light (point, lamp) that
+            arrives there.
         """
         side, across, down = blocks_of(view)
         places = across * down + CELLS[0] * CELLS[1]
         chance, self.slots, self.count = np.zeros((places, len(strength))), [], []
         blocks, lists = across * down, []
         for mine in map(np.array, members):
-            slots, near = np.zeros((1, 1), int), None  # of a group without lamps: nothing reads it
+            slots, near = np.zeros((1, 1), int), None  # for a group without lamps; never read
             if len(mine):
                 voted = votes(places, place, light[:, mine])
                 own = slots_of(voted, strength[mine])
@@ -55,8 +66,8 @@ class Chances:
                 near = near_list(known, own[:blocks], shares_of(own[:blocks], len(mine)))
                 own[:blocks] = near.slots
                 share, slots = shares_of(own, len(mine)), mine[own]
-                # where all lamps are near, chance has none left: its slots hold some, which count
-                # for nothing
+                # if all lamps are near, none is left to choose: the slots then hold lamps that
+                # count as 0
                 listed = np.arange(near.lamps.shape[1]) < near.length[:, None]
                 share[np.nonzero(listed)[0], near.lamps[listed]] = 0.0
                 chance[:, mine] = share
@@ -74,7 +85,7 @@ class Chances:
         dr.eval(self.chance, *self.slots)
 
     def block(self, row, column):
-        """Return the place of tiles, by their rows and columns in the whole grid."""
+        """Return the place of tiles, from their rows and columns in the complete grid."""
         return row // self.side * self.across + column // self.side
 
     def cell(self, p):
@@ -82,18 +93,18 @@ class Chances:
         return self.first_cell + cell_of(p - self.origin)
 
     def pick(self, g: int, rng, place, active):
-        """Return the number of a lamp of group number `g`, drawn by its chance at `place`."""
+        """Return the number of a lamp of group number `g`, drawn by its probability at `place`."""
         count = self.count[g]
         slot = dr.minimum(mi.UInt32(rng.next_float32() * mi.Float(count)), count - 1)
         return dr.gather(mi.UInt32, self.slots[g], place * count + slot, active)
 
     def of(self, lamp, place, active):
-        """Return the chance of a lamp at `place`."""
+        """Return the probability of a lamp at `place`."""
         return dr.gather(mi.Float, self.chance, place * self.lamps + lamp, active)
 
 
 def cell_of(away):
-    """Return the number of the cell that lies `away` from the camera, along the ground."""
+    """Return the number of the cell at the horizontal displacement `away` from the camera."""
     around, rings = CELLS
     turn = dr.atan2(away.y, away.x) / (2 * dr.pi) + 0.5
     ring = dr.log(
@@ -105,8 +116,8 @@ def cell_of(away):
 
 
 def votes(places: int, place, light) -> np.ndarray:
-    """Return the sum (place, lamp) of what points at `place` (point,) vote for: shares of their own
-    light (point, lamp), so that a bright one has no more say.
+    """Return the sum of votes (place, lamp) of the points at `place` (point,). A vote is the share
+    of each lamp in the light (point, lamp) of the point, so that bright points do not count more.
     """
     out, whole = np.zeros((places, light.shape[1])), light.sum(1, keepdims=True)
     np.add.at(out, place, np.divide(light, whole, out=np.zeros(light.shape), where=whole > 0))
@@ -114,8 +125,8 @@ def votes(places: int, place, light) -> np.ndarray:
 
 
 def blocks_of(view) -> tuple[int, int, int]:
-    """Return the tiles along the side of a block, and the blocks across and down the whole grid:
-    they are the same whatever is left out of it.
+    """Return the tiles along the side of a block, and the number of blocks across and down the
+    complete grid. They do not depend on which tiles are left out.
     """
     rows, columns = view.whole
     side = max(1, round(columns / ACROSS))
@@ -123,8 +134,8 @@ def blocks_of(view) -> tuple[int, int, int]:
 
 
 def slots_of(light, strength) -> np.ndarray:
-    """Return which lamp each slot holds (place, slot): each lamp has one, and the others in
-    proportion to `light` (place, lamp), where it is dark `strength`.
+    """Return the lamp (place, slot) that each slot holds. Each lamp gets one slot. The other slots
+    are shared in proportion to `light` (place, lamp), or to `strength` at places without light.
     """
     count = light.shape[1]
     ends = np.cumsum(np.where(light.sum(1, keepdims=True) > 0, light, strength), axis=1)
@@ -150,10 +161,13 @@ def shares_of(slots, count: int) -> np.ndarray:
 
 
 def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndarray, np.ndarray]:
-    """Return (place, light): how much each lamp lights points (point, lamp), in one unit for all,
-    and the place of each; what something hides lights nothing.
+    """Return (place, light): the place of each point, and the light of each lamp there (point,
+    lamp), in one unit for all lamps. Occluded lamps give no light.
 
-    `lamps` : LampTables. A lamp is taken for a point in its middle, no nearer than it is large.
+    Parameters
+    ----------
+    lamps : LampTables. A lamp counts as a point at its middle, and its distance as at least its own
+        size.
     """
     side, across, down = blocks_of(view)
     points, placed = across * down * POINTS, lamps.placed
@@ -199,8 +213,8 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
 
 
 def _met(scene, hits, surfaces, ray, active=True):
-    """Return points of surfaces that light can be looked for from, their normals towards where rays
-    come from, and where there are any.
+    """Return the surface points that rays meet, with normals towards the origin of the ray, and
+    where such a point exists.
     """
     si, shape = hits.meet(scene, ray, mi.Bool(active))
     lit = active & si.is_valid()

@@ -1,12 +1,12 @@
-"""The way for machines without a compiler: Mitsuba's own path integrator, group by group, four
-bands at a time.
+"""The renderer for machines without a compiler: Mitsuba's own path integrator, one light group and
+four bands at a time.
 
-All that happens along a path is compiled code: lamps light surfaces as spots (`spots.py`), and only
-a lamp met in a mirror or through a pane calls Python. One scene holds all lamps; a group is
-switched on by the spots' sampling weights. Another holds the sky. A film with exactly four bands of
-equal width gets exactly one wavelength per band and path, and the same seed gives all bands the
-same paths: no noise comes from the choice of wavelength, and colours hold together. A group's paths
-are named after it, so that its light does not depend on which others are asked for.
+A path runs in compiled code. Lamps light surfaces as spots (`spots.py`). Only a lamp seen in a
+mirror or through a pane calls Python. One scene holds all lamps, and the sampling weights of the
+spots switch a group on. Another scene holds the sky. A film with exactly four bands of equal width
+gets exactly one wavelength per band and path. The same seed gives all bands the same paths, so the
+choice of wavelength adds no noise, and colours stay consistent. The seeds of a group depend on its
+name, so its light does not depend on the other groups.
 """
 
 from __future__ import annotations
@@ -31,15 +31,17 @@ from ..world.materials import coloured_surfaces, regular, times
 from ..world.view import check_square
 
 BLOCK = 4
-WITHIN = 20  # wavelengths of a band, over which spectra are averaged
+WITHIN = 20  # number of wavelengths in a band over which spectra are averaged
 MAP = 512, 1024  # rows and columns of an environment map of the sky
 # from the axes of a map of Mitsuba, whose zenith is y, to those of the world
 UPRIGHT = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-LOST_BEADS = 0.5  # of a dry marking's luminance in the own headlamps: R_L 77 instead of 150
+LOST_BEADS = (
+    0.5  # share of the luminance of a dry marking in the own headlamps: R_L 77 instead of 150
+)
 
 
 def film_pass(description, view, lamps, groups, bands_nm, settings):
-    """Return the function of one pass, as `passes.estimate` wants it."""
+    """Return the function that `passes.estimate` calls for each pass."""
     angles = view.projection == "equidistant"
     if not angles:
         check_square(settings.width, settings.height, view.field[0] / view.field[1])
@@ -68,7 +70,7 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
         for s in starts
     ]
     sky = _sky_scenes(description, span, bands_nm, settings.step_nm) if "sky" in groups else []
-    near = [p for p in lamps if p.instance]  # sun and moon belong to the sky's scenes
+    near = [p for p in lamps if p.instance]  # sun and moon belong to the scenes of the sky
     lamp_scene, switch = (
         _lamp_scene(description, view, near, groups, span)
         if any(p.lamp.group in groups for p in near)
@@ -102,15 +104,15 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
 
 
 def _block(bands_nm, start, step_nm):
-    """Return four band centres from number `start` on, made up beyond the last band where there are
-    fewer.
+    """Return four band centres from number `start` on. Missing bands are added beyond the
+    last one.
     """
     block = list(bands_nm[start : start + BLOCK])
     return block + [block[-1] + step_nm * (k + 1) for k in range(BLOCK - len(block))]
 
 
 def _sky_scenes(description, span, bands_nm, step_nm):
-    """Return the scenes that add up to the light of the sky, each with a factor per band."""
+    """Return the scenes whose sum is the light of the sky, each with a factor per band."""
     if description.sky is None:
         return []
     lights = [({"type": "constant", "radiance": regular(description.sky, *span)}, 1.0)]
@@ -131,8 +133,8 @@ def _sky_scenes(description, span, bands_nm, step_nm):
 
 
 def _map(part, bands_nm, step_nm):
-    """Return an environment map of a part's pattern, and the factor from its own spectrum, which a
-    map of Mitsuba has for grey, to the part's.
+    """Return an environment map of the pattern of a sky part. Also return the factor from the
+    spectrum of the map, which Mitsuba gives to grey, to that of the part.
     """
     rows, columns = MAP
     up = 90 - (np.arange(rows) + 0.5) * (180 / rows)
@@ -158,7 +160,7 @@ def _map(part, bands_nm, step_nm):
 
 
 def _far_light(disc, span):
-    """Return sun or moon as light of one direction."""
+    """Return the sun or the moon as a light of one direction."""
     radiance = regular(disc.radiance, *span)
     return {
         "type": "directional",
@@ -168,8 +170,8 @@ def _far_light(disc, span):
 
 
 def _lamp_scene(description, view, lamps, groups, span):
-    """Return the Mitsuba scene of all lamps, and the function that leaves one group of them on and
-    says if there are any.
+    """Return the Mitsuba scene of all lamps, and a function that switches on one group alone and
+    returns whether the group has lamps.
     """
     lights = spots([p if p.lamp.group in groups else replace(p, peak_cd_m2=0.0) for p in lamps])
     pictures = {id(s.picture): _picture(s.picture) for s in lights}  # many spots share one
@@ -227,7 +229,9 @@ def _spot(spot, spectrum, picture):
 
 
 def _shares(scene, view, lights, group_of, groups):
-    """Return each spot's share within its group, and state what is lost with the lamps' extent."""
+    """Return the share of each spot within its group, and state the error of replacing extended
+    lamps by spots.
+    """
     share, points, errors = np.zeros(len(lights)), seen_points(scene, view), []
     for group in groups:
         mine = [k for k, own in enumerate(group_of) if own == group]

@@ -1,13 +1,14 @@
-"""One path, all bands, all light groups: the integrator.
+"""Path integrator: one path computes all bands and all light groups.
 
-A path carries packets of four wavelengths, one per band (`spectra.py`): a value is an unbiased mean
-over its band. Directions are drawn once for all bands and all groups, and every group has random
-numbers of its own for its shadow rays, so that a group's light is bit for bit the same whether the
-other groups are rendered or not. Lamps seen directly are left to `visible_lamps.py`.
+A path carries packets of four wavelengths, one wavelength per band (`spectra.py`). Its result is an
+unbiased estimate of the mean over each band. All bands and groups share the directions of a path.
+The shadow rays of each group have their own random numbers. The light of a group is therefore the
+same, bit for bit, whether other groups are rendered or not. Directly visible lamps are left to
+`visible_lamps.py`.
 
-Compiled code goes through its tiles eight or sixteen at a time. Paths are of very different length:
-where one ends the next begins at once, so that all are busy. Some paths share a camera ray and go
-on from where it fell, each with its own wavelengths and directions.
+Compiled code works on eight or sixteen tiles at a time. Paths differ in length: as soon as one
+ends, its lane starts the next, so that no lane is idle. Several paths may share a camera ray: they
+continue from the same first surface with their own wavelengths and directions.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ from .work_items import MOST_LANES, Work, even_work
 
 
 class Found(NamedTuple):
-    """What a launch found, in sums over paths of W m-2 sr-1 nm-1."""
+    """Results of a launch: sums over paths, W m-2 sr-1 nm-1."""
 
     radiance: np.ndarray  # (group, band, entry) float32; the last band fills up packets of four
     batches: np.ndarray  # (group, 3, item) float32: weighted sums over bands
@@ -43,16 +44,16 @@ class Found(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """The integrator over one world: any list of tiles is one launch of one kernel.
+    """Integrator over one world. Any list of tiles is one launch of the same kernel.
 
     Attributes
     ----------
-    world : scene of ramp surfaces (`materials.ramp_surfaces`).
-    view : tiles.
+    world : scene whose surfaces are ramp surfaces (`materials.ramp_surfaces`).
+    view : tiles of the frame.
     lamps : light groups and lamps.
     surfaces : materials of the world.
     wavelength_nm, step_nm : band centres and their common width, nm.
-    max_depth : longest path, in segments; 2 is direct light only.
+    max_depth : largest number of segments of a path; 2 is direct light only.
     """
 
     world: World
@@ -81,31 +82,31 @@ class Paths:
 
     @cached_property
     def _weights(self):
-        """The weights of X, Y and Z on the device, in packets."""
+        """Return the weights of X, Y and Z on the device, in packets."""
         weights = np.zeros((3, 4 * self._table.packets))
         weights[:, : len(self.wavelength_nm)] = xyz_weights(self.wavelength_nm)
         number = lambda v: dr.opaque(mi.Float, float(v))
         return [[mi.Spectrum(*map(number, part)) for part in row.reshape(-1, 4)] for row in weights]
 
     def all_groups(self) -> int:
-        """Return all light groups, bit by bit."""
+        """Return a bit mask with the bits of all light groups set."""
         return (1 << len(self.lamps.groups)) - 1
 
     def even_pass(self, seed: int, samples: int, wanted=None) -> np.ndarray:
-        """Return radiance (group, band, tile), summed over `samples` paths of each tile: in
-        float32, so at most about 1024. It is 0 of groups that are not `wanted` (numbers; None:
-        all).
+        """Return radiance (group, band, tile), summed over `samples` paths of each tile. The sum is
+        float32, so `samples` should not exceed 1024. Groups not in `wanted` (numbers; None: all)
+        are 0.
         """
         groups = self.all_groups() if wanted is None else sum(1 << int(g) for g in wanted)
         tiles = self.view.shape[0] * self.view.shape[1]
         return self.launch(seed, even_work(tiles, samples, groups)).radiance
 
     def launch(self, seed: int, work: Work) -> Found:
-        """Follow the paths of `work`. Tiles with one seed and stream have the same random numbers,
-        whatever else is in the list.
+        """Follow the paths of `work`. The random numbers of a tile depend on seed and stream only,
+        not on the other tiles in the list.
         """
-        # data, not literals: one kernel for all lists, light groups wanted, and scenes of the same
-        # kinds of surfaces
+        # data instead of literals: one kernel serves all lists, all sets of light groups, and all
+        # scenes with the same kinds of surfaces
         number, table = (lambda v: dr.opaque(mi.UInt32, int(v))), self._table
         spectra = _Spectra(
             table.on_device(np.random.default_rng(seed).random()),
@@ -116,7 +117,7 @@ class Paths:
         )
         column, row = work.tiles % self.view.shape[1], work.tiles // self.view.shape[1]
         row, column = row + self.view.cut[0], column + self.view.cut[1]
-        # a tile's number in the whole grid, nothing left out, which its random numbers go by
+        # number of a tile in the complete grid; its random numbers depend on it
         rows, columns = self.view.whole
         whole = (work.streams * rows + row) * columns + column
         each = lambda values: mi.UInt32(aligned(values, np.uint32))
@@ -143,7 +144,7 @@ class Paths:
 
 
 class _Items(NamedTuple):
-    """`Work` on the device, item by item."""
+    """`Work` on the device: one entry per work item."""
 
     row: mi.UInt32
     column: mi.UInt32
@@ -157,7 +158,7 @@ class _Items(NamedTuple):
 
 
 class _Spectra:
-    """A `BandTable` of a pass on the device."""
+    """The `BandTable` of a pass on the device."""
 
     def __init__(self, values, rows, lights, places, packets):
         self.values, self.rows, self.lights, self.places, self.packets = (
@@ -169,11 +170,11 @@ class _Spectra:
         )
 
     def place(self, along):
-        """Return the place in its bands of `along`, of 2^32."""
+        """Return the index of the wavelength sample at position `along` (of 2^32) in each band."""
         return mi.UInt32(dr.mul_hi(along, self.places))
 
     def at(self, place, row, active):
-        """Return row `row` at `place` as a list of packets."""
+        """Return row `row` at the sample `place`, as a list of packets."""
         return [
             dr.gather(
                 mi.Spectrum, self.values, (place * self.rows + row) * self.packets + k, active
@@ -186,7 +187,7 @@ class _Spectra:
 def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, weights, max_depth):
     row, column, tile, owner, lane, lanes, left, most_shares, wanted = items
     on = [(wanted & (1 << g)) != 0 for g in range(len(lamps.groups))]
-    # where lamps are chosen from, and of how many candidates
+    # place from which lamps are chosen, and the number of candidates
     block, origin = lamps.chances.block(row, column), mi.UInt32(0)
     tries = mi.UInt32(CANDIDATES)
     path_rng = stream(seed, tile * MOST_LANES + lane, "path")
@@ -235,10 +236,10 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
         hit = going & si.is_valid()
         material = surfaces.material_at(shape, hit)
 
-        # light found by chance: the sky always, a lamp only past the first surface
+        # light that a path hits by itself: the sky always, a lamp only after the first surface
         seen = dr.select(
             depth == 0, sky_row + lamps.sky_rows, sky_row
-        )  # all paths of a camera ray see the sky's mean
+        )  # all paths of one camera ray use the mean of the sky
         colour = spectra.at(place, dr.select(hit, material, seen), going)
         if dr.hint(sky >= 0, mode="scalar"):
             level = dr.select(going & ~hit & on[sky], dr.select(depth == 0, mi.Float(shares), 1), 0)
@@ -247,7 +248,7 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
                     total[sky][k] += beta[k] * colour[k] * level
             else:
                 if level > 0:
-                    # a tile sees the sky at its centre: no noise where nothing else is in it
+                    # a tile of pure sky takes the value at its centre, and so has no noise
                     way_out = dr.select(depth == 0, centre, ray.d)
                     shine = lamps.dome.light(spectra, place, seen, way_out, level > 0)
                     for k in range(packets):
@@ -268,8 +269,8 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
                     for k in range(packets):
                         total[g][k] += dr.select((mine == g) & on[g], beta[k] * light[k] * level, 0)
 
-        # a path that ends makes room: for the next one where the camera's ray fell, or for the
-        # camera's next ray
+        # when a path ends, its lane starts the next path at the same first surface, or follows the
+        # next camera ray
         active = hit & (depth + 1 < max_depth)
         begun = going & (depth == 0)
         if begun & active:
@@ -292,7 +293,7 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
             for k in range(packets):
                 colour[k] = dr.lerp(colour[k], other[k], part)
 
-        # light looked for: one shadow ray for each group
+        # direct light: one shadow ray for each group
         smooth = active & surfaces.is_smooth(material, active)
         origin = dr.select(depth == 0, block, lamps.chances.cell(si.p))
         tries = dr.select(depth == 0, mi.UInt32(FIRST_CANDIDATES), mi.UInt32(CANDIDATES))
@@ -312,7 +313,7 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
                         beta[k] * dr.lerp(value[0], value[1], colour[k]) * light[k] * level,
                         0,
                     )
-        # at the first surface also one for each near lamp
+        # at the first surface, one more shadow ray for each near lamp
         for g in lit:
             turn = mi.UInt32(0)
             near = smooth & on[g] & (depth == 0)
@@ -332,7 +333,7 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
                     )
                 turn += 1
 
-        # onwards
+        # continue with the next segment
         strongest = mi.Float(0)
         if active:
             pick, spot = (

@@ -1,8 +1,7 @@
-"""Passes of the integrator, summed in float64 outside Mitsuba, with the spread between passes as
-their noise.
+"""Passes of the integrator: their sum in float64, and its noise from the spread between passes.
 
-Either as many paths as are asked for; or on and on, each light group until its own noise is low
-enough.
+The renderer follows a given number of paths, or adds passes until the noise of each light group is
+low enough.
 """
 
 from __future__ import annotations
@@ -17,19 +16,21 @@ from isethdr_core.cli.progress import track
 from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.runs.sample_accumulation import Known, pooled_noise
 
-LARGEST_PASS = 1024  # paths per tile and pass: float32 sums of more lose 1e-4 and worse
-LEAST_PASSES = 4  # for an estimate of the spread
-PASS_PATHS = 64e6  # paths per pass: each is written down anew, which costs a tenth of a second
-SPLITS = 3  # of the passes into halves: as many as four equal passes have
-ONE_SIDED = 0.9  # by what share of all paths one half may have more
-ROUNDING = 1e-6  # relative: what differs by less between halves has no noise
-NORMAL = 0.6744897501960817  # half of normal noise is within so many standard deviations
+LARGEST_PASS = 1024  # paths per tile and pass: float32 sums of more paths lose 1e-4 or more
+LEAST_PASSES = 4  # needed to estimate the spread
+PASS_PATHS = 64e6  # paths per pass: a new pass costs 0.1 s of set-up
+SPLITS = 3  # ways to split the passes into halves: four equal passes have three
+ONE_SIDED = 0.9  # largest difference between the halves, as a share of all paths
+ROUNDING = 1e-6  # relative: a smaller difference between halves counts as rounding, not as noise
+NORMAL = (
+    0.6744897501960817  # half of a normal distribution lies within this many standard deviations
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Mean radiance (group, wavelength, row, column), float64, of the paths that were followed, how
-    noisy it is, and what it took.
+    """Mean radiance (group, wavelength, row, column), float64, with its noise, number of paths and
+    run time.
     """
 
     radiance: np.ndarray
@@ -58,16 +59,16 @@ def pass_sizes(samples: int, tiles: int) -> list[int]:
 
 
 def largest_pass(tiles: int) -> int:
-    """Return the most paths per tile that one pass may have."""
+    """Return the largest number of paths per tile in one pass."""
     return max(1, min(LARGEST_PASS, int(PASS_PATHS / tiles)))
 
 
 def next_rung(paths: int) -> int:
-    """Return at how many paths a light group's noise is looked at next: 1, 2, 3, 4, 6, 8, 12, 16,
-    24, ... 64, 80, 96, 112, 128, 160, ...
+    """Return the next number of paths at which the noise of a light group is tested: 1, 2, 3, 4, 6,
+    8, 12, 16, 24, ... 64, 80, 96, 112, 128, 160, ...
 
-    One ladder for all groups: those that go on share their passes, and none has other paths because
-    of the others' noise.
+    All groups use the same numbers. Groups that need more paths therefore share their passes, and
+    the paths of one group do not depend on the noise of the others.
     """
     octave = 1 << (paths.bit_length() - 1)
     step = max(octave // (4 if octave >= 64 else 2), 1)
@@ -82,14 +83,15 @@ def estimate(
     Parameters
     ----------
     one_pass : function(seed, samples, wanted group indices) -> iterable of (group index, band
-        index, (rows * columns) radiance); what it gives for one group and band is summed.
+        index, (rows * columns) radiance). Values of the same group and band are added.
     settings : MitsubaRenderer: samples, error_allowed, most_samples and seed.
-    groups, wavelength_nm, shape : what the passes give. `whole` : the shape that sizes the passes,
-        where tiles were left out of it.
-    known : {group: Known}, what earlier renderings found: only the paths that it lacks are
-        followed, and none of its own again.
-    judged : (rows, columns) slices, the tiles whose noise decides; all where None. Those beyond the
-        camera's field should not: with them or without, it is the same number of paths.
+    groups, wavelength_nm, shape : light groups, bands and tiles of the passes.
+    whole : shape of the complete frame, from which the size of a pass follows, where `shape` is a
+        part of it.
+    known : {group: Known}, results of earlier renderings. Only the missing paths are followed; no
+        path is repeated.
+    judged : (rows, columns) slices: the tiles whose noise counts; None: all. Leave out tiles beyond
+        the camera's field: the number of paths must not depend on whether they are rendered.
     """
     known = [(known or {}).get(g, Known()) for g in groups]
     sums, tiles = (
@@ -99,7 +101,7 @@ def estimate(
     for wanted in sums.alike(range(len(groups))):
         stored = known[wanted[0]].paths
         lacking = max(settings.samples - stored, 0)
-        # passes that stand beside others, or are asked for their noise, are enough to know it
+        # where the noise matters, follow enough passes to measure it
         fewest = LEAST_PASSES if lacking and (stored or settings.error_allowed is not None) else 0
         sums.add_all(one_pass, pass_sizes(max(lacking, fewest), tiles), wanted, "passes of paths")
     if settings.error_allowed is not None:
@@ -118,8 +120,8 @@ def estimate(
 
 
 def _refine(one_pass, settings, sums, tiles):
-    """Add passes until each group's noise is allowed; a group that is there is rendered no
-    further.
+    """Add passes until the noise of each group is allowed; a group below the limit gets no more
+    passes.
     """
     while True:
         noise, paths = sums.whole_noise(), sums.whole_paths()
@@ -146,13 +148,13 @@ def _refine(one_pass, settings, sums, tiles):
 
 
 class _Sums:
-    """What the passes so far add up to."""
+    """Sums over the passes so far."""
 
     def __init__(self, known, wavelength_nm, shape, seed, judged):
         self.known, self.seed, self.shape, self.judged = known, seed, shape, judged
         groups, self.tiles = len(known), shape[0] * shape[1]
         self.weights = xyz_weights(wavelength_nm)
-        self.total = np.zeros((groups, len(wavelength_nm), self.tiles))  # of radiance x paths
+        self.total = np.zeros((groups, len(wavelength_nm), self.tiles))  # sum of radiance x paths
         self.squares = np.zeros((groups, 3, self.tiles))  # of X, Y, Z, each squared x paths
         # of one half, less the other: Y x paths, and paths
         self.apart, self.more = np.zeros((groups, SPLITS, self.tiles)), np.zeros((groups, SPLITS))
@@ -163,8 +165,8 @@ class _Sums:
         )
 
     def alike(self, wanted) -> list[list[int]]:
-        """Return `wanted` groups in lots that are at the same path and have as many: they can go on
-        in one pass.
+        """Return the `wanted` groups in lists. The groups of one list have the same number of paths
+        and the same next path, so that one pass serves them all.
         """
         lots: dict[tuple, list[int]] = {}
         for g in wanted:
@@ -179,7 +181,7 @@ class _Sums:
             self.add(one_pass, samples, wanted)
 
     def add(self, one_pass, samples, wanted):
-        # a pass is named by its first path: other paths, other random numbers, whoever follows them
+        # the number of the first path seeds a pass, so that equal paths get equal random numbers
         seed = int(
             np.random.SeedSequence(self.seed, spawn_key=(self._next(wanted[0]),)).generate_state(1)[
                 0
@@ -210,8 +212,8 @@ class _Sums:
         return self.paths + [k.paths for k in self.known]
 
     def whole_noise(self):
-        """Return the noise per group of the mean of these paths and those known before; NaN where
-        there is no light.
+        """Return, per group, the noise of the mean over new and known paths; NaN for a group
+        without light.
         """
         return with_known(self.noise(), self.paths, self.known)
 
@@ -219,16 +221,18 @@ class _Sums:
         return self.total / np.maximum(self.paths, 1)[:, None, None]
 
     def noise(self):
-        """Return per group what the error of half of its light is below, over 0.6745: the standard
-        error where noise is normal.
+        """Return, per group, a robust standard error: half of the light has a smaller error, and
+        this error is divided by 0.6745. For normal noise the result is the standard error.
 
-        Relative, weighted by luminance, over tiles above 1 % of the group's mean, of the tiles
-        judged. Halves of the paths say too little of light that few paths meet, which both may have
-        missed alike, and the standard errors of tiles and their neighbours too much, as rare bright
-        paths are shared out: it is the root mean square of both, or halves alone where they say
-        more. The spread of each tile's own passes would say less than either: most tiles' few
-        passes have met none of it. Tiles that look into the sky have no noise, and say nothing of
-        those that it lights: they are left out, where there are others.
+        The result is relative and weighted by luminance. It counts the judged tiles above 1 % of
+        the group's mean. Two estimates exist, and each alone is too optimistic or too pessimistic:
+        the difference between two halves of the paths is too small for light that few paths find,
+        because both halves may have missed it; the standard errors of a tile and its neighbours are
+        too large, because rare bright paths are shared among them. The result is the root mean
+        square of both estimates, or the first one where it is larger. The spread of the passes of
+        one tile would be smaller than both, because the few passes of most tiles have found none of
+        the rare light. Tiles that show the sky have no noise. They are left out if other tiles
+        remain.
         """
         out = np.full(len(self.total), np.nan)
         for g in range(len(out)):
@@ -245,7 +249,7 @@ class _Sums:
         return out
 
     def _level(self, g):
-        """Return the luminance of the tiles."""
+        """Return the luminance (tile,) of group `g`."""
         return self.weights[1] @ self.total[g] / max(self.paths[g], 1)
 
     def _judged(self, values):
@@ -260,15 +264,15 @@ class _Sums:
         return out
 
     def _standard_errors(self, g, of):
-        """Return the standard errors of X, Y, Z (3, row, column) of the tiles `of` (rows, columns):
-        the spread of a tile and its neighbours, shared out by light.
+        """Return the standard errors of X, Y, Z (3, row, column) of the tiles `of` (rows, columns).
+        They follow from the spread of each tile and its neighbours.
 
-        Light that few paths meet makes a tile bright and its spread wide at once: a tile that met
-        none of it is dark, and its own spread says nothing. So the variance per light is that of 5
-        x 5 tiles, and the light that of the tile and of 3 x 3 around it, half and half; but for
-        tiles without any light, as of lamps the sky, which have no noise. One number for all
-        colours would not do: a red lamp may be all of the noise of red pixels beside little of the
-        luminance.
+        A rare bright path makes a tile bright and its spread wide at once. A tile that such paths
+        missed is dark, and its own spread is too small. The ratio of variance to light is therefore
+        averaged over 5 x 5 tiles, and multiplied by the mean of the light of the tile and the light
+        of the 3 x 3 tiles around it. A tile without light has no noise, for example a tile of sky
+        in a group of lamps. X, Y and Z are treated separately: a red lamp may make all the noise of
+        red pixels and little of the luminance.
         """
         level = (self.weights @ self.total[g]).reshape(3, *self.shape)[:, *of] / self.paths[g]
         variance = np.maximum(
@@ -280,12 +284,13 @@ class _Sums:
         return np.where(level > 0, np.sqrt(per_light * (level + _around(level, 1)) / 2), 0.0)
 
     def half_difference(self):
-        """Return half of what two halves of the paths differ by in luminance (group, row, column),
-        cd/m2.
+        """Return half of the luminance difference (group, row, column) between two halves of the
+        paths, cd/m2.
 
-        It has the variance of the mean itself, and the mean plus or minus it is light that was
-        found, never negative. Where the halves are not of one size, by a share d of all paths, the
-        mean times d is taken off and the rest divided by sqrt(1 - d^2), which keeps the variance.
+        The result has the variance of the mean. The mean plus or minus the result is a measured
+        luminance, so it is never negative. If the halves differ in size by a share d of all paths,
+        d times the mean is subtracted and the rest is divided by sqrt(1 - d^2), which keeps the
+        variance.
         """
         out = np.full((len(self.total), *self.shape), np.nan)
         for g in range(len(out)):
@@ -294,8 +299,8 @@ class _Sums:
         return out
 
     def _half_differences(self, g):
-        """Return half the difference (split, tile) of each split of group `g`; NaN where a half has
-        nearly all of the paths, never the first.
+        """Return half the difference (split, tile) of each split of group `g`. A split is NaN if
+        one half has nearly all paths; the first split is never NaN.
         """
         share = (self.more[g] / self.paths[g])[:, None]
         rest = 1 - share**2
@@ -304,11 +309,12 @@ class _Sums:
 
 
 def group_noise(level, halves, spread) -> float:
-    """Return the noise of a group as `_Sums.noise` states it.
+    """Return the noise of a group, as `_Sums.noise` defines it.
 
     Parameters
     ----------
-    level : (tile,) luminance. `halves` : (split, tile) half of what halves of the paths differ by.
+    level : (tile,) luminance.
+    halves : (split, tile) half of the difference between two halves of the paths.
     spread : (tile,) standard errors.
     """
     found = np.abs(halves) / level

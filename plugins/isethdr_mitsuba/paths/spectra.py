@@ -1,12 +1,12 @@
-"""Spectra on the device: colours of surfaces and of light, band by band, at the wavelengths that
-the paths of one pass carry.
+"""Spectra on the device: the colours of surfaces and light at the wavelengths of one pass, band by
+band.
 
-A path carries one wavelength per band, at the same place of every band: there is no colour noise.
-The places of a pass are steps of half a nanometre, plus u for half of them and plus 1 - u for the
-others, in steps; u is drawn anew for each pass. Tables are linear between whole nanometres, so that
-all places together integrate a band exactly that begins and ends at whole or half ones: sums of (1
-- u) f[j] + u f[j + 1] and of u f[j] + (1 - u) f[j + 1] make the trapezoid rule. Other bands, and
-products of spectra, are right on average over u.
+A path carries one wavelength per band, at the same relative position in every band. Colours
+therefore have no noise of their own. Half of the positions of a pass are u, the others 1 - u, above
+multiples of half a nanometre; each pass draws a new u. Tables are linear between whole nanometres.
+The mean over all positions is the exact integral over a band that begins and ends at multiples of
+half a nanometre: the sum of (1 - u) f[j] + u f[j + 1] and u f[j] + (1 - u) f[j + 1] is the
+trapezoid rule. Other bands, and products of spectra, are exact in the mean over u.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from ..lamps.placed_lamps import SPECTRUM_NM
 
 
 class BandTable:
-    """Rows of spectra (row, nm) on the 1 nm grid SPECTRUM_NM, constant beyond its ends, in bands
-    `step_nm` wide around `wavelength_nm`.
+    """Rows of spectra (row, nm) on the 1 nm grid SPECTRUM_NM, constant beyond its ends, in bands of
+    the width `step_nm` around `wavelength_nm`.
     """
 
     def __init__(self, rows, wavelength_nm, step_nm: float, means: int = 1):
@@ -40,8 +40,8 @@ class BandTable:
         self.places = 2 * steps
 
     def at(self, u: float) -> np.ndarray:
-        """Return the values (place, row + means, band) of a pass whose places stand `u` (0 to 1)
-        and 1 - u above whole steps; last come the means of the last rows.
+        """Return the values (place, row + means, band) at the positions `u` (0 to 1) and 1 - u
+        above whole steps. The means of the last rows follow at the end.
         """
         shift = np.stack(
             [self.starts_nm + u * self.spacing_nm, self.starts_nm + (1 - u) * self.spacing_nm], 1
@@ -59,7 +59,8 @@ class BandTable:
     def on_device(self, u: float):
         """Return `at(u)`, flat.
 
-        It goes through a list, which the renderer copies into aligned memory. It would use a NumPy
-        array where that lies, which is aligned only by chance, and then compiles another kernel.
+        The values pass through a list, because the renderer copies lists into aligned memory. It
+        would use a NumPy array in place. Such an array is aligned only by chance, and another
+        alignment compiles another kernel.
         """
         return mi.Float(self.at(u).astype(np.float32).ravel().tolist())

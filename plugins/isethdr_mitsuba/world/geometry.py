@@ -1,9 +1,8 @@
 """Parts, models and poses as a Mitsuba scene.
 
-A lampless part of a model that stands in several places is stored once (shape group and instances);
-all others are written out at their place. Scenes are always loaded unmerged: Mitsuba's loader would
-else join shapes, which loses labels, breaks emitters written in Python, and makes renders differ
-between two loads.
+A model without lamps that is placed several times is stored once (shape group and instances). All
+other parts are written out at each place. Scenes are always loaded without merging: Mitsuba's
+loader would join shapes, lose labels, break emitters written in Python, and make two loads differ.
 """
 
 from __future__ import annotations
@@ -23,10 +22,12 @@ from ..lamps.sky_discs import disc_mesh, discs_of
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A Mitsuba shape and what it stands for."""
+    """A Mitsuba shape and the object, material or lamp that it represents."""
 
     shape: mi.Shape
-    label: int = 0  # object 1, 2, ...; 0 for the shared parts of a model, whose instances carry it
+    label: int = (
+        0  # object 1, 2, ...; 0 for shared parts of a model: their instances hold the number
+    )
     material: int = 0  # index into the description's materials
     lamp: int | None = None  # index into the lamps
     pose: np.ndarray | None = None  # (4, 4) of an instance: it has no triangles of its own
@@ -35,16 +36,16 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """A loaded scene and its shapes. Keeps all of them alive as long as tables of their numbers are
-    in use.
+    """A loaded scene and its shapes. The shapes stay alive while tables of their numbers are in
+    use.
     """
 
     scene: mi.Scene
     shapes: list[Shape]
 
     def table(self, value_of, default: int = 0) -> np.ndarray:
-        """Return a table from Mitsuba's number of a shape to `value_of(Shape)`; `default` where
-        there is none, as at 0.
+        """Return a table from the number that Mitsuba gives a shape to `value_of(Shape)`; `default`
+        for unused numbers, including 0.
         """
         numbers = _numbers(s.shape for s in self.shapes)
         table = np.full(numbers.max(initial=0) + 1, default, np.uint32)
@@ -52,8 +53,8 @@ class World:
         return table
 
     def instances(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return by Mitsuba's number of an instance its pose (n, 4, 4), unity elsewhere, as at 0;
-        the place of its first part; and all parts' numbers.
+        """Return three tables by the number that Mitsuba gives an instance: its pose (n, 4, 4), the
+        identity for unused numbers; the position of its first part; and the numbers of all parts.
         """
         placed = [s for s in self.shapes if s.pose is not None]
         numbers = _numbers(s.shape for s in placed)
@@ -85,8 +86,8 @@ def build_world(description, surfaces: dict, emitter_of=None, discs: bool = True
     surfaces : Mitsuba BSDF of each material.
     emitter_of : None, or a function from the index of a lamp to a Mitsuba emitter or None. The
         integrator of this plugin needs no emitters: it finds lamps by the shape that a ray hits.
-    discs : whether sun and moon are there, as lamps after all others.
-    extra : more entries of the scene dictionary.
+    discs : whether to add sun and moon, as lamps after all others.
+    extra : further entries of the scene dictionary.
     """
     times = Counter(o.model for o in description.objects)
     order = {name: k for k, name in enumerate(description.materials)}
@@ -139,7 +140,7 @@ def build_world(description, surfaces: dict, emitter_of=None, discs: bool = True
         lamps += 1
         entries[f"sky_{disc.name}"] = mesh
     if not shapes:
-        # compiled code has nothing to choose from without any surface: a speck that no ray meets
+        # compiled code needs at least one surface: add a tiny one that no ray meets
         entries["speck"] = {"type": "sphere", "radius": 1e-9, "center": [0.0, 0.0, -1e7]}
     scene = mi.load_dict(entries, optimize=False)
     return World(
@@ -149,8 +150,8 @@ def build_world(description, surfaces: dict, emitter_of=None, discs: bool = True
 
 
 def _darkest(materials) -> str:
-    """Return the name of the opaque material that reflects least: sun and moon send back next to
-    nothing of what falls on them.
+    """Return the name of the opaque material with the lowest reflectance. Sun and moon use it,
+    because they should reflect next to nothing.
     """
     opaque = [n for n, m in materials.items() if m.kind != "thin_glass" and m.retro is None]
     return min(opaque or materials, key=lambda n: max(materials[n].reflectance.value))
@@ -169,8 +170,8 @@ def _mesh(name, part, pose, surface, emitter=None):
     vertices = np.asarray(part.vertices, float) @ pose[:3, :3].T + pose[:3, 3]
     faces = np.asarray(part.faces)
     if np.linalg.det(pose[:3, :3]) < 0:
-        faces = faces[:, ::-1]  # a mirroring pose turns the winding round
-    # a lamp's pattern follows its real faces, so it gets no smoothed normals
+        faces = faces[:, ::-1]  # a mirroring pose reverses the winding
+    # the pattern of a lamp follows its real faces, so its normals are not smoothed
     smooth = part.normals is not None and not part.lamp
     properties = mi.Properties()
     properties["surface"] = surface

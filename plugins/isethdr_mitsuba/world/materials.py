@@ -1,9 +1,9 @@
 """Materials as Mitsuba surfaces.
 
-Every kind is linear in its reflectance R: value = a + b R. So one evaluation with R = 0 and R = 1
-side by side gives all bands, and materials that differ in colour only share one surface
-(`ramp_surfaces`). Mitsuba's own integrators get the reflectance itself (`coloured_surfaces`), as
-evenly spaced tables, which are looked up without a search.
+Every kind of surface is linear in its reflectance R: value = a + b R. One evaluation with R = 0 and
+R = 1 side by side therefore gives all bands, and materials that differ only in colour share one
+surface (`ramp_surfaces`). Mitsuba's own integrators get the reflectance itself
+(`coloured_surfaces`), as evenly spaced tables, which need no search.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ WORN_MARKING = Granular(
 
 
 def ramp_surfaces(description) -> dict:
-    """Return a BSDF per material whose reflectance is 0 at RAMP_NM[0] and 1 at RAMP_NM[1]; equal
-    ones are shared, between scenes too.
+    """Return a BSDF per material, with reflectance 0 at RAMP_NM[0] and 1 at RAMP_NM[1]. Equal
+    surfaces are shared, also between scenes.
     """
     import mitsuba as mi
 
@@ -45,8 +45,8 @@ def ramp_surfaces(description) -> dict:
 
 @lru_cache(maxsize=256)
 def _ramp_surface(variant, kind, **told):
-    """Return the BSDF of ramp reflectance. Kept: Mitsuba works out tables of each rough plastic,
-    0.05 CPU s. `variant` is whose types it is of.
+    """Return the BSDF with ramp reflectance. It is kept, because Mitsuba computes tables for each
+    rough plastic (0.05 CPU s). `variant` is the Mitsuba variant of its types.
     """
     import mitsuba as mi
 
@@ -65,7 +65,7 @@ def coloured_surfaces(description, first_nm: float, last_nm: float) -> dict:
 
 def regular(spectrum, first_nm: float, last_nm: float, limit: float = np.inf) -> dict:
     """Return `spectrum` as an evenly spaced Mitsuba table that covers first_nm to last_nm."""
-    # one step more on both ends: beyond its ends a regular table is 0, and bands are jittered by
+    # one more step at both ends: a regular table is 0 beyond its ends, and bands are jittered by
     # half their width
     count = int(np.ceil((last_nm - first_nm) / STEP_NM)) + 3
     nm = first_nm - STEP_NM + STEP_NM * np.arange(count)
@@ -85,8 +85,8 @@ def regular(spectrum, first_nm: float, last_nm: float, limit: float = np.inf) ->
 def surface(material, first_nm: float, last_nm: float) -> dict:
     """Return the Mitsuba dictionary of `material` for wavelengths first_nm to last_nm.
 
-    Opaque kinds reflect on both sides, so that the winding of a mesh does not matter; glass passes
-    light both ways.
+    Opaque kinds reflect on both sides, so that the winding of a mesh does not matter. Glass
+    transmits light in both directions.
     """
     table = regular(material.mean_reflectance(), first_nm, last_nm, limit=1.0)
     if material.kind == "thin_glass":
@@ -103,7 +103,7 @@ def surface(material, first_nm: float, last_nm: float) -> dict:
 
 
 def _opaque(material, table: dict) -> dict:
-    """Return the Mitsuba dictionary of an opaque `material` of reflectance `table`."""
+    """Return the Mitsuba dictionary of an opaque `material` with the reflectance `table`."""
     if material.kind == "diffuse":
         return {"type": "diffuse", "reflectance": table}
     if material.kind == "granular":
@@ -132,7 +132,7 @@ def _opaque(material, table: dict) -> dict:
 
 
 def times(table: dict, factor: float) -> dict:
-    """Return a table of `regular` with all its values times `factor`."""
+    """Return a table of `regular` with all values multiplied by `factor`."""
     if table["type"] == "uniform":
         return {"type": "uniform", "value": factor * table["value"]}
     values = [factor * float(v) for v in table["values"].split(",")]
@@ -156,7 +156,7 @@ def _granular(surface: Granular, table: dict) -> dict:
         "roughness": float(surface.roughness),
         "flatness": float(surface.flatness),
         "specular": 0.0,
-        # else directions are drawn for a gloss of strength 0, and density and samples differ
+        # otherwise directions are drawn for a gloss of strength 0, and density and samples differ
         "main_specular_sampling_rate": 0.0,
     }
     facets = {
@@ -174,7 +174,7 @@ def _granular(surface: Granular, table: dict) -> dict:
 
 
 def _facets(facets: Facets) -> dict:
-    """Return microfacets of a dielectric: a conductor of that index that does not absorb."""
+    """Return microfacets of a dielectric, as a conductor of the same index that does not absorb."""
     return {
         "type": "roughconductor",
         "distribution": facets.distribution,
@@ -185,10 +185,11 @@ def _facets(facets: Facets) -> dict:
 
 
 def _with_retro_reflection(material, base: dict, table: dict) -> dict:
-    """Return `base` on its part of the surface, and the retro-reflection on the rest.
+    """Return `base` on its share of the surface, and retro-reflection on the rest.
 
-    Beads on a whole road cost a scalar variant fourteen times the rest, one call of Python for each
-    path: there a marking gets grains alone, which send back as much as a worn marking does.
+    In a scalar variant, beads on a whole road cost fourteen times as much as everything else,
+    because each path calls Python. There a marking consists of grains alone, which return as much
+    light as a worn marking.
     """
     import mitsuba as mi
 
