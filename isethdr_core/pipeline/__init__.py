@@ -1,17 +1,17 @@
-"""Pipeline: the chain of stages, and what can be known of it before anything is computed.
+"""Pipeline: the chain of stages, and everything that is decided before the first computation.
 
-| module             | what                                                              |
+| module             | content                                                           |
 |--------------------|-------------------------------------------------------------------|
-| `bands`            | outer bands that neither a sensor nor the truth sees              |
+| `bands`            | outer bands that neither a sensor nor the truth needs             |
 | `chain`            | scene -> renderer -> lighting -> lens -> sensor -> isp -> metrics |
-| `demand`           | what is still needed, passed from the scores back to the scene    |
-| `early_checks`     | mistakes that components see in each other before any work        |
+| `demand`           | the data still needed, passed from the scores back to the scene   |
+| `early_checks`     | mistakes in combinations of components, found before any work     |
 | `field_check`      | whether the camera's field covers every sensor                    |
-| `imaging_plan`     | how a lens makes the light of one field, decided once             |
-| `memory`           | how much memory a run takes; refused where the machine has less   |
-| `noise_limit`      | how much noise of the light the cameras let through unseen        |
+| `imaging_plan`     | how a lens computes the light of one field, decided once          |
+| `memory`           | memory of a run; refused if the machine has less                  |
+| `noise_limit`      | noise of the light that stays below the noise of the cameras      |
 | `overscan`         | whether tiles beyond the camera's field are needed                |
-| `runtime_estimate` | how long each stage will take, from stored runs                   |
-| `shot`             | what cameras look at, and what each makes of it                   |
-| `window`           | the part of the image plane that sensors see                      |
+| `runtime_estimate` | run time of each stage, from stored runs                          |
+| `shot`             | the light on all cameras, and the results of each camera          |
+| `window`           | the part of the image plane that sensors cover                    |
 """

@@ -1,7 +1,7 @@
-"""Bands that can be left out: outer ones that neither a sensor nor the truth sees.
+"""Bands that can be left out: outer bands that neither a sensor nor the truth needs.
 
-Only outer bands are ever dropped, and two always stay: the width of a band comes from the distance
-to its neighbours.
+Only outer bands are dropped, and at least two bands stay: the width of a band follows from the
+distance to its neighbours.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from ..plugins.ranges import LEAST_NM, MOST_NM
 from ..uncertainty import ledger
 from .demand import Demand
 
-BANDS = "bands"  # key of what is left out of the light by band
+BANDS = "bands"  # key of the ledger entry for bands left out of the light
 UNSEEN = 1e-6  # of the largest colour matching function: beyond, a band adds nothing to the truth
 
 
 def offered_nm(source) -> tuple[float, ...] | None:
-    """Return the band centres, nm, that a scene or renderer would make; None where it does not say
-    beforehand.
+    """Return the band centres, nm, that a scene or renderer would make; None if it does not state
+    them in advance.
 
     Raises
     ------
-    UnitError : a band lies outside the range of wavelengths, as micrometres or metres do.
+    UnitError : a band lies outside the range of wavelengths, for example in micrometres or metres.
     """
     if not isinstance(source, KnowsItsBands):
         return None
@@ -94,7 +94,7 @@ def outer(flags) -> slice:
 
 
 def sensed_nm(sensors, bands) -> tuple[float, ...]:
-    """Return the bands out of `bands` that any of the sensors asks for."""
+    """Return those of `bands` that at least one sensor needs."""
     all_bands = Demand(wavelength_nm=tuple(map(float, bands)))
     needed_nm: set[float] = set()
     for sensor in sensors:

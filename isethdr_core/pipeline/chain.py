@@ -65,7 +65,7 @@ class Chain:
     allowed: budget.Allowed = budget.Allowed()
     leave_out: bool = True  # False: everything is computed, needed or not
     looked_at: bool = True  # a report shows the scene, under all versions
-    unseen: tuple[str, ...] = ()  # versions that were asked for and that nobody looks at
+    unseen: tuple[str, ...] = ()  # configured versions that no report shows
     shares: budget.Division | None = None  # of the error allowed; None: as the components declare
 
     def components(self) -> list:
@@ -89,9 +89,7 @@ class Chain:
 
 @dataclass
 class Camera:
-    """What one camera made of the light: captures, picture, truth on its grid, labels, and
-    scores.
-    """
+    """The results of one camera: captures, picture, truth on the same grid, labels, and scores."""
 
     captures: Any
     picture: Any
@@ -171,11 +169,12 @@ SHOWN = "main"  # the lighting of the run, among the versions that a report show
 
 
 def checked_config(config):
-    """Return a composed config once it is one, and all of it can be resolved.
+    """Return a composed config after checking that it is one, and that all its interpolations
+    resolve.
 
     Raises
     ------
-    ConfigError : overrides or a name were given instead, or an interpolation leads nowhere.
+    ConfigError : the argument is a list of overrides or a name, or an interpolation leads nowhere.
     """
     if not isinstance(config, DictConfig | dict):
         raise ConfigError(
@@ -186,7 +185,7 @@ def checked_config(config):
 
 
 def switch(config, name: str) -> bool:
-    """Return a switch of the config, true where it is not there."""
+    """Return a switch of the config; True if it is absent."""
     value = config.get(name, True)
     if not isinstance(value, bool):
         raise ConfigError(
@@ -196,13 +195,12 @@ def switch(config, name: str) -> bool:
 
 
 def plan(chain: Chain, rows: Ledger) -> Demand:
-    """Return what is needed of the scene, asked backwards from the scores; what that drops goes
-    into `rows`.
+    """Return the demand on the scene, derived backwards from the scores. Everything that is left
+    out is stated in `rows`.
 
     Raises
     ------
-    ConfigError : the memory of this machine does not hold the frame, what the lens holds, or the
-        pixels.
+    ConfigError : this machine has too little memory for the frame, the lens, or the pixels.
     """
     with book.stage(rows, "plan"):
         book.error(
@@ -229,9 +227,7 @@ def plan(chain: Chain, rows: Ledger) -> Demand:
 
 
 def check_memory(chain: Chain, demand: Demand) -> None:
-    """Raise ConfigError where what `demand` asks for does not fit into the memory of this
-    machine.
-    """
+    """Raise ConfigError if the data that `demand` asks for exceed the memory of this machine."""
     memory.check_run(
         chain.renderer or chain.scene,
         chain.scene,
@@ -243,7 +239,9 @@ def check_memory(chain: Chain, demand: Demand) -> None:
 
 
 def frame_of(chain: Chain, demand: Demand) -> memory.Frame | None:
-    """Return the tiles and bands of the light that a run will make; None where nobody tells."""
+    """Return the tiles and bands of the light in a run; None if scene and renderer do not state
+    them.
+    """
     source = chain.renderer or chain.scene
     wavelength_nm = demand.wavelength_nm or bands.offered_nm(source)
     sensed = demand.response is not None
@@ -251,7 +249,9 @@ def frame_of(chain: Chain, demand: Demand) -> memory.Frame | None:
 
 
 def asked_backwards(chain: Chain) -> Demand:
-    """Return what the scores need of the scene; what nobody needs is stated in the ledger."""
+    """Return the demand of the scores on the scene. Everything that no score needs is stated in the
+    ledger.
+    """
     if not chain.looked_at:
         book.left_out(
             "display view of the scene",
@@ -289,12 +289,12 @@ def asked_backwards(chain: Chain) -> Demand:
 
 
 def imaging_outline(chain: Chain, demand: Demand, offered_nm) -> ImagingOutline:
-    """Return what the plan of the lens will need of the light that `demand` asks for.
+    """Return the outline of the lens's plan for the light that `demand` asks for.
 
     Parameters
     ----------
-    demand : of the sensors, narrowed by flares and lens.
-    offered_nm : all bands of the light; None where they are not known beforehand.
+    demand : demand of the sensors, narrowed by flares and lens.
+    offered_nm : all bands of the light; None if they are not known in advance.
     """
     size = chain.scene.camera_field() if isinstance(chain.scene, KnowsItsField) else None
     budgeted = LightBudget(demand.error_allowed, demand.window_m, demand.wavelength_nm)
@@ -303,8 +303,8 @@ def imaging_outline(chain: Chain, demand: Demand, offered_nm) -> ImagingOutline:
 
 
 def asked_of_sensors(chain: Chain, demand: Demand) -> Demand:
-    """Return what the sensors need of `demand` together, and how right light has to be for them:
-    also as it is stored, whatever is left out.
+    """Return the union of the sensors' demands, with the accuracy that the light needs. The
+    accuracy also applies to stored light, and even if nothing is left out.
     """
     return budget.budgeted(
         union([narrowed(sensor, demand) for sensor in chain.cameras.values()]),
@@ -407,8 +407,8 @@ def stage(rows: Ledger, kind: str, name: str, component, call, kept: Kept = NOT_
 
 
 def imaging_plan(chain: Chain, mixed, demand: Demand) -> ImagingPlan:
-    """Return how the light on the sensor plane is made of mixed radiance: as the lens plans it,
-    else with nothing left out.
+    """Return the plan by which the lens computes light on the sensor plane; without a plan of its
+    own, or if nothing may be left out, a trivial plan.
     """
     flares = tuple(chain.flares.values())
     if not chain.leave_out:
@@ -421,19 +421,19 @@ def imaging_plan(chain: Chain, mixed, demand: Demand) -> ImagingPlan:
 
 
 def imaging(chain: Chain, mixed, demand: Demand) -> Imaging:
-    """Return how the light on the sensor plane is made of mixed radiance: planned once, when its
-    plan is first asked for.
-    """
+    """Return the imaging of mixed radiance. Its plan is made once, on first use."""
     return Imaging(mixed, lambda: imaging_plan(chain, mixed, demand))
 
 
 def on_sensor(chain: Chain, mixed, demand: Demand):
-    """Return the light on the sensor plane, for whoever needs its plan no more."""
+    """Return the light on the sensor plane, without its plan."""
     return imaging(chain, mixed, demand).light()
 
 
 def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
-    """Return what the camera `name` makes of the light, and its scores against truth."""
+    """Return the results of the camera `name` for the light of `shot`, with its scores against the
+    truth.
+    """
     sensor, light = chain.cameras[name], shot.light
     camera_shot = CameraShot(shot, sensor, chain.isp)
     captures = stage(
@@ -497,16 +497,16 @@ def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
 def renderer_errors(
     chain: Chain, rows: Ledger, name: str, camera: Camera, camera_shot: CameraShot
 ) -> dict[ScoreKey, RendererError]:
-    """Return the error that renderer noise leaves in each score, and add the row that says so.
+    """Return the error of each score due to renderer noise, and add the row that states it.
 
     Parameters
     ----------
-    camera : with the scores of its picture.
-    camera_shot : makes pictures of changed light.
+    camera : results of the camera, with the scores of its picture.
+    camera_shot : computes pictures of changed light.
 
     Returns
     -------
-    The error of each score; empty where the scene states no renderer noise and where scores have no
+    The error of each score. Empty if the scene states no renderer noise, or the scores have no
     interval.
     """
     if not chain.metrics:
@@ -549,8 +549,8 @@ def renderer_errors(
 def state_picture(
     chain: Chain, rows: Ledger, name: str, camera: Camera, camera_shot: CameraShot
 ) -> None:
-    """Add the row that says how wrong the picture is, in units of the sensor's noise, and what that
-    took.
+    """Add the row that states the error of the picture, in units of the sensor's noise, and the
+    time spent.
     """
     shot = camera_shot.shot
     with book.stage(rows, f"picture {name}"):
@@ -587,8 +587,8 @@ def state_picture(
 
 
 def varies(chain: Chain, sensor) -> bool:
-    """Return whether another draw of the noise makes another picture; a sensor without noise says
-    so in its field `noise`.
+    """Return whether another noise realisation changes the picture. A sensor without noise declares
+    this in its field `noise`.
     """
     noisy = not isinstance(sensor, DeclaresNoise) or sensor.noise
     if not chain.leave_out or noisy:

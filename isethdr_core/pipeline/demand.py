@@ -1,8 +1,7 @@
-"""Demand: what is still needed, passed from the scores back to the scene before anything is
-computed.
+"""Demand: the data still needed, passed from the scores back to the scene before any computation.
 
-Any component may have a method `narrow(demand) -> Demand` that returns a smaller demand and says
-with `ledger.left_out` what it dropped, why, and what dropping it can change.
+Any component may have a method `narrow(demand) -> Demand` that returns a smaller demand. It calls
+`ledger.left_out` to state the dropped part, the reason, and a bound on the effect.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """What sensors need to know of light: their answers per channel, and how finely they can tell
-    light from noise.
+    """The response of sensors to light, per channel, and the noise that limits how precisely they
+    measure it.
     """
 
     channels: tuple[str, ...]
@@ -62,15 +61,15 @@ class Response:
 
 @dataclass(frozen=True, eq=False)
 class NoiseLimit:
-    """At which noise of the scene's light a camera's own noise is as large.
+    """The noise of the scene's light that equals the noise of a camera.
 
     Attributes
     ----------
-    weights : {light group: its weight} in the light that cameras see.
-    xyz : (3, y, x) standard deviations of X, Y and Z of that light, cd/m2; infinite where no camera
-        looks, or where all are saturated.
-    exposures : what automatic cameras chose, in any unit.
-    steady : whether cameras would choose the same for light that is a little different.
+    weights : {light group: its weight} in the light on the cameras.
+    xyz : (3, y, x) standard deviations of X, Y and Z of that light, cd/m2; infinite outside the
+        field of all cameras, and where all are saturated.
+    exposures : settings chosen by automatic exposure, in any unit.
+    steady : whether automatic exposure would choose the same settings for slightly different light.
     """
 
     weights: Mapping[str, float]
@@ -81,25 +80,23 @@ class NoiseLimit:
 
 @dataclass(frozen=True)
 class Demand:
-    """What the stages to the right still need of the stages to the left. None means all there
-    is.
-    """
+    """The data that the later stages need from the earlier ones. None means all."""
 
     groups: tuple[str, ...] | None = None  # light groups
     wavelength_nm: tuple[float, ...] | None = None  # band centres
     labels: frozenset[str] = frozenset()  # depth, distance, instance, category, normal
-    error_allowed: float = 0.0  # relative; 0 asks for the exact way
+    error_allowed: float = 0.0  # relative; 0: exact computation
     response: Response | None = (
         None  # of the sensors; None: light is needed wavelength by wavelength
     )
     margin: bool = True  # tiles beyond the camera's field
     window_m: tuple[float, float] | None = (
-        # (width, height) of the image plane about the axis that sensors see, inf: all along an axis
+        # (width, height) of the part of the image plane that sensors cover, around the axis; inf: all
         None
     )
     stored_error_allowed: float = 0.0  # relative, of the rounding of stored radiance
     # function(scene radiance that is nearly right): a renderer need be no better than the cameras;
-    # None: nothing is known of them
+    # None: not known
     noise_limit: Callable[[xr.Dataset], NoiseLimit] | None = field(default=None, compare=False)
 
     def with_groups(self, groups: Iterable[str]) -> Demand:
@@ -108,5 +105,5 @@ class Demand:
         return replace(self, groups=remaining)
 
     def with_labels(self, *labels: str) -> Demand:
-        """Return the demand that also asks for `labels`."""
+        """Return the demand with `labels` added."""
         return replace(self, labels=self.labels | set(labels))

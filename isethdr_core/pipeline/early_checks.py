@@ -1,7 +1,7 @@
-"""Early checks: mistakes in a configuration that components can see in each other before any work.
+"""Early checks: mistakes in the combination of components, found before any work.
 
-Components may tell what they will make, or check what others will make (`protocols`). Where a
-component does not, its result is checked when it arrives.
+Components may declare properties of their results in advance, or check those of others
+(`protocols`). The results of other components are checked when they arrive.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..plugins.protocols import (
 
 
 class ShotForm(NamedTuple):
-    """What the captures of a sensor will be."""
+    """Properties of a sensor's captures, known in advance."""
 
     captures: tuple[str, ...]  # names, in their order
     filters: tuple[str, ...]  # rows of the filter array's repeated cell, one letter per pixel
@@ -27,15 +27,15 @@ class ShotForm(NamedTuple):
 
 
 def check_scene(scene: Any, lighting: Any, versions: Sequence[Any]) -> None:
-    """Refuse files of a scene that are not right, and lightings that name a group it lacks.
+    """Refuse a scene with damaged files, and lightings that name a missing light group.
 
     Parameters
     ----------
-    lighting, versions : the lighting of the run, and those that only the report shows.
+    lighting, versions : the lighting of the run, and further lightings that only the report shows.
 
     Raises
     ------
-    IsetHdrError : as the components raise it.
+    IsetHdrError : raised by the components.
     """
     if isinstance(scene, ChecksFiles):
         scene.check_files()
@@ -44,9 +44,10 @@ def check_scene(scene: Any, lighting: Any, versions: Sequence[Any]) -> None:
 
 
 def check_lightings(groups: Sequence[str], lighting: Any, versions: Sequence[Any]) -> None:
-    """Raise ConfigError where a lighting names a light group that is not among `groups`.
+    """Raise ConfigError if a lighting names a light group that is not among `groups`.
 
-    A scene of one group is shown under its own lighting alone; then `versions` are not checked.
+    A scene with a single group is shown only under the lighting of the run, so its `versions` are
+    not checked.
     """
     for light in (lighting, *(versions if len(groups) > 1 else ())):
         if isinstance(light, ChecksGroups):

@@ -1,9 +1,8 @@
-"""Field of view: whether the camera's field covers every sensor, found out before anything is
-computed.
+"""Field of view: whether the camera's field covers every sensor, checked before any computation.
 
-A scene, a lens and a sensor tell together: `KnowsItsField`, `KnowsImageSize` and `ChecksImageSize`.
-Where one of them does not, the sensor finds out when the light arrives. A lens may state in the
-ledger what becomes of light at the border (`StatesFieldBorder`).
+The check needs the abilities `KnowsItsField`, `KnowsImageSize` and `ChecksImageSize` of scene, lens
+and sensor. If one is missing, the sensor makes the check when the light arrives. A lens may state
+in the ledger how it treats light at the border (`StatesFieldBorder`).
 """
 
 from __future__ import annotations
@@ -40,8 +39,8 @@ PARAXIAL_FIELD = 1e-6  # tangent of a field so narrow that no lens distorts it
 
 
 def check_fields(scene, lens, sensors) -> None:
-    """Raise ConfigError where a sensor is larger than the image of the camera's field, or set to
-    what the lens does not allow; silent where that is not known yet.
+    """Raise ConfigError if a sensor is larger than the image of the camera's field, or its settings
+    do not fit the lens. Nothing is checked if the field is not known in advance.
     """
     if not (isinstance(scene, KnowsItsField) and isinstance(lens, KnowsImageSize)):
         return
@@ -61,6 +60,6 @@ def check_rendered(scene, renderer) -> None:
 
 
 def state_field(scene, lens) -> None:
-    """Let a lens say in the ledger what becomes of light at the border of the camera's field."""
+    """Let a lens state in the ledger how it treats light at the border of the camera's field."""
     if isinstance(scene, KnowsItsField) and isinstance(lens, StatesFieldBorder):
         lens.state_field(*scene.camera_field())

@@ -1,10 +1,10 @@
-"""Imaging plan: how a lens makes the light of one field, decided once, with what that leaves out
-and its errors.
+"""Imaging plan: how a lens computes the light of one field, with the omissions and errors, decided
+once.
 
-A lens with a method `plan` (`PlansImaging`) decides what of the field, and of its own effects,
-sensors can tell. It may tell beforehand what its plan will need (`OutlinesImaging`), so that no
-light is rendered in vain. Any other lens gets a `TrivialPlan`, which leaves nothing out, and an
-outline that says the same.
+A lens with a method `plan` (`PlansImaging`) decides which parts of the field, and of its own
+effects, are measurable by the sensors. It may outline its plan before rendering
+(`OutlinesImaging`), so that no unused light is rendered. Any other lens gets a `TrivialPlan`, which
+leaves nothing out.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LightBudget:
-    """What of the light on the image plane is needed, and how wrong it may be."""
+    """The part of the light on the image plane that is needed, and the error allowed."""
 
-    error_allowed: float = 0.0  # relative, of every tile; 0 asks for the exact way
-    window_m: tuple[float, float] | None = None  # (width, height) that sensors see; None: all
-    sensed_nm: tuple[float, ...] | None = None  # bands that sensors see; None: all
+    error_allowed: float = 0.0  # relative, of every tile; 0: exact computation
+    window_m: tuple[float, float] | None = None  # (width, height) that sensors cover; None: all
+    sensed_nm: tuple[float, ...] | None = None  # bands to which sensors respond; None: all
 
 
 @dataclass(frozen=True)
 class FieldAhead:
-    """What is known of a field before there is any light of it; None: not known."""
+    """Properties of a field before its light is computed; None: not known."""
 
     size: tuple[float, float, str] | None = None  # (width, height, projection) of the camera's
     bands_nm: tuple[float, ...] | None = None  # centres of all bands that the light will have
@@ -53,24 +53,24 @@ class FieldAhead:
 
 @dataclass(frozen=True)
 class ImagingOutline:
-    """What a plan will need and leave out, known before there is any light."""
+    """The inputs and omissions of a plan, known before any light is computed."""
 
     margin: bool = True  # light of tiles beyond the camera's field, which may get into it
     left_out: tuple[LeftOut, ...] = ()
 
 
 def plans_imaging(lens: Any) -> TypeGuard[PlansImaging]:
-    """Return whether a lens makes plans of its own light.
+    """Return whether a lens plans the light that it makes.
 
-    A subclass that overrides how light is made (`__call__`, `photocurrent` or `spread_errors`), but
-    not `plan`, makes other light than the plan that it inherits.
+    A subclass that overrides the computation of light (`__call__`, `photocurrent` or
+    `spread_errors`), but not `plan`, inherits a plan that describes different light.
     """
     return isinstance(lens, PlansImaging) and _tells_of_its_own_light(lens, "plan")
 
 
 def _tells_of_its_own_light(lens: Any, method: str) -> bool:
-    """Return whether a method of a lens knows the light that the lens makes: no subclass of the
-    class that defines it makes other light.
+    """Return whether a method of a lens describes the light that the lens makes: no subclass of the
+    class that defines the method computes the light differently.
     """
     classes = type(lens).__mro__
 
@@ -93,7 +93,7 @@ class TrivialPlan:
     left_out: tuple[LeftOut, ...] = ()
 
     def image(self, mixed: xr.DataArray) -> xr.DataArray:
-        """Return what the lens makes of mixed radiance."""
+        """Return the light that the lens makes of mixed radiance."""
         if self.response is not None and isinstance(self.lens, MakesPhotocurrent):
             return self.lens.photocurrent(mixed, self.flares, self.response)
         known = {}
@@ -103,7 +103,7 @@ class TrivialPlan:
         return light
 
     def light_errors(self, mixed: xr.DataArray, weights: np.ndarray) -> ErrorMaps | None:
-        """Return what the lens knows of its errors; None where it does not say."""
+        """Return the errors of the light that the lens states; None if it states none."""
         if not isinstance(self.lens, StatesErrors):
             return None
         return maps_of(self.lens.spread_errors(mixed, self.flares, weights, self.response))
@@ -112,8 +112,8 @@ class TrivialPlan:
 def outlined(
     lens: Any, flares: Sequence[Any], ahead: FieldAhead, budget: LightBudget
 ) -> ImagingOutline:
-    """Return what the plan of a lens will need, as the lens says; everything where it says
-    nothing.
+    """Return the outline of a lens's plan; an outline that needs everything if the lens
+    has none.
     """
     if plans_imaging(lens) and isinstance(lens, OutlinesImaging):
         return lens.outline(flares, ahead, budget)
@@ -126,9 +126,7 @@ def outlined(
 
 
 def imaged(plan: ImagingPlan, mixed: xr.DataArray) -> xr.DataArray:
-    """Return the light that a plan makes; what the plan leaves out, and its errors, are stated in
-    the ledger.
-    """
+    """Return the light of a plan, and state its omissions and errors in the ledger."""
     ledger.record(*plan.terms)
     ledger.record_left_out(*plan.left_out)
     return plan.image(mixed)
@@ -136,8 +134,8 @@ def imaged(plan: ImagingPlan, mixed: xr.DataArray) -> xr.DataArray:
 
 @dataclass(eq=False)
 class Imaging:
-    """How the light on the sensor plane is made of mixed radiance: planned once, when the plan is
-    first asked for.
+    """Computes the light on the sensor plane from mixed radiance. The plan is made once, on first
+    use.
     """
 
     mixed: xr.DataArray
@@ -145,11 +143,11 @@ class Imaging:
 
     @cached_property
     def plan(self) -> ImagingPlan:
-        """The plan of the lens: it makes the light, and knows the errors of it."""
+        """The plan of the lens. It computes the light and its errors."""
         return self.make_plan()
 
     def light(self) -> xr.DataArray:
-        """Return the light on the sensor plane: photocurrent where all sensors ask for it and the
-        lens can, else irradiance.
+        """Return the light on the sensor plane: photocurrent if all sensors accept it and the lens
+        can compute it, otherwise irradiance.
         """
         return imaged(self.plan, self.mixed)

@@ -1,7 +1,7 @@
-"""Memory: what a run will hold, refused while it is planned where the machine has less.
+"""Memory: the arrays of a run, compared with the memory of the machine before the run starts.
 
-Scenes and renderers, lenses and sensors may say what they will hold (`protocols`). Memory of
-components that do not is not counted.
+Scenes, renderers, lenses and sensors may state how much memory they will use (`protocols`). Other
+components count as 0.
 """
 
 from __future__ import annotations
@@ -42,12 +42,14 @@ class Frame:
     columns: int
     pitch: tuple[float, float]  # (y, x) of a tile, in the projection's unit
     wavelength_nm: tuple[float, ...]  # band centres
-    # whether sensors say how much they can tell, so that a lens may leave out the rest
+    # whether sensors state their noise, so that a lens may leave out light below it
     sensed: bool
 
 
 class Need(NamedTuple):
-    """An array or several that will be held: what, how many bytes, and what to type for less."""
+    """One or more arrays of a run: a description, the number of bytes, and a setting that needs
+    less.
+    """
 
     what: str
     size_bytes: float
@@ -62,16 +64,16 @@ def check_run(
     sensors: Sequence[Any],
     frame: Frame | None,
 ) -> None:
-    """Refuse a run whose frame, lens or pixels the machine's memory cannot hold.
+    """Refuse a run if its frame, lens or pixels exceed the memory of the machine.
 
     Parameters
     ----------
-    source : what makes the radiance: the renderer, or the scene itself.
-    frame : the tiles and bands that are needed; None where they are not known beforehand.
+    source : the source of the radiance: the renderer, or the scene itself.
+    frame : the tiles and bands that are needed; None if they are not known in advance.
 
     Raises
     ------
-    ConfigError : with the bytes needed, the bytes there are, and what to type.
+    ConfigError : with the bytes needed, the bytes available, and what to type.
     """
     light = _light_needs(source, lens, flares, frame) if frame is not None else []
     check_fits(light)
@@ -85,7 +87,7 @@ def check_run(
 def frame_of(
     source: Any, scene: Any, wavelength_nm: Sequence[float] | None, margin: bool, sensed: bool
 ) -> Frame | None:
-    """Return the frame that a renderer or scene will make; None where it does not say."""
+    """Return the frame that a renderer or scene will make; None if it does not state one."""
     if wavelength_nm is None or not (
         isinstance(source, CountsTiles) and isinstance(scene, KnowsItsField)
     ):
@@ -111,14 +113,14 @@ def check_fits(needs: Sequence[Need]) -> None:
     )
     raise ConfigError(
         f"{worst.what} would take {worst.size_bytes:.3g} bytes ({worst.size_bytes / 2**30:.3g}"
-        f" GiB){other_arrays}; expected at most the {most:.3g} bytes ({most / 2**30:.3g} GiB) of this"
-        f" machine; {worst.advice}"
+        f" GiB){other_arrays}; expected at most the {most:.3g} bytes ({most / 2**30:.3g} GiB) of"
+        f" this machine; {worst.advice}"
     )
 
 
 def machine_bytes() -> float:
-    """Return the memory that this process may use: of the machine, of its control group, of its own
-    limit; inf where none is known.
+    """Return the memory that this process may use: the least of the machine's memory, the limit of
+    its control group, and its own limit; inf if none is known.
     """
     limits = [math.inf]
     with suppress(AttributeError, ValueError, OSError):  # no such figure on this system
@@ -136,7 +138,7 @@ def machine_bytes() -> float:
 
 
 def _light_needs(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: Frame) -> list[Need]:
-    """Return what a frame's light takes, and what its lens holds beside it."""
+    """Return the memory of a frame's light, and of the arrays that the lens holds in addition."""
     bands = len(frame.wavelength_nm)
     tiles = f"{frame.rows} x {frame.columns} tiles"
     cubes = _cube_bytes(frame)
@@ -158,7 +160,9 @@ def _cube_bytes(frame: Frame) -> float:
 
 
 def _held_bytes(lens: Any, flares: Sequence[Any], frame: Frame) -> Mapping[str, float]:
-    """Return {what: bytes} that a lens holds beside the light; nothing where it does not say."""
+    """Return {description: bytes} of the arrays that a lens holds in addition to the light; empty
+    if it states none.
+    """
     if isinstance(lens, CountsMemory):
         return lens.held_bytes(frame, flares)
     if isinstance(lens, CountsKernels):
@@ -173,8 +177,8 @@ def _held_bytes(lens: Any, flares: Sequence[Any], frame: Frame) -> Mapping[str, 
 
 
 def _smaller(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: Frame) -> str:
-    """Return how to ask for a frame of the same field that fits, found by trial: not all of a
-    lens's memory grows with the frame.
+    """Return the settings of a smaller frame of the same field that fits. It is found by trial,
+    because part of a lens's memory does not grow with the frame.
     """
     kind = "scene" if isinstance(source, KnowsItsField) else "renderer"
     nominal, most, scale = source.tile_counts(margin=False), machine_bytes(), 1.0

@@ -1,8 +1,8 @@
-"""Noise limit: how much noise of the scene's light the cameras of a run let through unseen.
+"""Noise limit: the noise of the scene's light that stays below the noise of every camera.
 
-A renderer needs to be no better than the camera that looks. What a camera makes of light that is
-nearly right, its automatic exposure included, tells its shot, read and quantisation noise in each
-tile. The noise of the light that is as large as that is the limit there.
+A renderer need not be more precise than the cameras. Approximate light, exposed with the camera's
+automatic exposure, gives the shot, read and quantisation noise in each tile. Noise of the light is
+limited to the same size.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .demand import NoiseLimit
 if TYPE_CHECKING:
     import xarray as xr
 
-REACH = 1  # tiles around each whose light counts too, where what is known of the light is noisy
+REACH = 1  # radius, in tiles, of the mean that replaces light which is still noisy
 SATURATED = (
     0.05  # share of a capture's saturated pixels that had less light than it is taken to end
 )
@@ -51,10 +51,10 @@ class CameraNoise:
     generator: Any
 
     def __call__(self, scene: xr.Dataset) -> NoiseLimit:
-        """Return at which noise of the light of `scene` some camera's own noise is as large.
+        """Return the noise of the light of `scene` that equals the noise of the least noisy camera.
 
-        Nothing that the components state becomes part of the ledger: they state it of the light
-        that is used in the end.
+        The errors that the components state here do not enter the ledger. They will state them
+        again for the final light.
         """
         return ledger.collected(lambda: self._limit(scene)).result
 
@@ -67,7 +67,7 @@ class CameraNoise:
         steady = True
         for sensor in self.cameras.values():
             captures = sensor(light, self.generator)
-            if propagation.missing(captures):  # of an outside sensor: nothing is known of its noise
+            if propagation.missing(captures):  # a sensor of a plugin whose noise is not known
                 continue
             limits.append(limit_of(captures, light, mixed))
             exposures.append(_exposures(captures))
@@ -85,10 +85,11 @@ class CameraNoise:
 
 def sharp_light(lens: Any, mixed: xr.DataArray) -> xr.DataArray | None:
     """Return the irradiance on the sensor plane without blur and flare, on the tiles of `mixed`;
-    None where the lens distorts.
+    None if the lens distorts.
 
-    The lens images a few tiles on its axis, which tells its throughput: no kernel of the whole
-    field is made. Flare would add noise, so that without it the limit is too low and not too high.
+    The lens images a few tiles on its axis, which is enough to measure its throughput without a
+    kernel of the whole field. Flare would add shot noise, so without flare the limit is too low
+    rather than too high.
     """
     inside = window.tiles(mixed, [tile_pitch(mixed, d) for d in ("x", "y")])
     few = lens(window.cut(mixed, inside), flares=())
@@ -108,22 +109,24 @@ def sharp_light(lens: Any, mixed: xr.DataArray) -> xr.DataArray | None:
 
 
 def _exposures(captures: xr.Dataset) -> np.ndarray:
-    """Return what the noise of the captures hangs on beside light: exposure (s) and read noise
-    (e), one after the other.
+    """Return the numbers that determine the noise of the captures for given light: exposure times
+    (s) and read noise (e), in one array.
     """
     return np.concatenate([captures[v].values.ravel() for v in ("exposure_s", "read_noise_e")])
 
 
 def limit_of(captures: xr.Dataset, light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
-    """Return the standard deviations (3, y, x) of X, Y and Z of the tiles of `mixed`, cd/m2, that
-    make as much noise as the least noisy capture has that looks there unsaturated.
+    """Return the noise limit of one camera: standard deviations (3, y, x) of X, Y and Z of the
+    tiles of `mixed`, cd/m2.
 
-    Infinite where none does. A channel limits that one of X, Y and Z that it is most like.
+    The limit is the noise of the least noisy unsaturated capture at each tile, and infinite where
+    all captures are saturated. Each channel limits the one of X, Y and Z that its response
+    resembles most.
 
     Parameters
     ----------
-    captures : of one camera.
-    light : on its sensor plane, constant over time, made of `mixed`.
+    captures : captures of the camera.
+    light : light on its sensor plane, constant over time, computed from `mixed`.
     """
     wavelength_nm = mixed.wavelength.values
     f_m = light.attrs["focal_length_mm"] * 1e-3

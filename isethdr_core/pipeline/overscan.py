@@ -1,7 +1,8 @@
-"""Margin: tiles beyond the camera's field, rendered so that a lens can spread their light into it.
+"""Overscan: tiles beyond the camera's field, rendered so that the lens can spread their light into
+the field.
 
-The margin is left out where the lens's plan needs none of it (`ImagingOutline.margin`) and every
-lighting looks at nothing beyond the field (`LooksWithinField`).
+These tiles are left out if the plan of the lens needs none of them (`ImagingOutline.margin`) and
+every lighting depends on the field only (`LooksWithinField`).
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Forecast: how long each stage of a run will take, from the ledgers of runs that are stored
-already.
+"""Run time estimate: the time of each stage, from the ledgers of stored runs.
 
-The seconds of the same stage of the stored run nearest in size, times the ratio of the sizes. A
-stage that no stored run had is not guessed. A lens may know better what its light takes
-(`EstimatesImaging`): its own estimate is then corrected by what stored runs took over theirs.
+The estimate is the time of the same stage in the stored run of the most similar size, times the
+ratio of the sizes. A stage without a stored run gets no estimate. A lens may estimate its own time
+(`EstimatesImaging`): this estimate is corrected by the ratio of measured to estimated time in
+stored runs.
 """
 
 from __future__ import annotations
@@ -20,21 +20,22 @@ from ..storage import store
 from .imaging_plan import plans_imaging
 from .memory import Frame
 
-NEWEST = 32  # runs, and stores of scenes, that are looked at: reading one takes a millisecond
+NEWEST = 32  # number of stored runs, and of stored scenes, that are read: each takes a millisecond
 RENDERING = ("scene", "renderer", "store")  # stages that a run lacks where its radiance is stored
-IMAGING = "imaging_s"  # attribute of a run: what its lens expected
-IN_BANDS = ("renderer", "lighting", "lens")  # stages that look at every band
+IMAGING = "imaging_s"  # attribute of a run: the time that its lens estimated
+IN_BANDS = ("renderer", "lighting", "lens")  # stages whose work grows with the number of bands
 
 
 def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict[str, float]:
-    """Return {stage: seconds} of those stages that a stored run had, or that a lens estimates.
+    """Return {stage: seconds} for the stages with a stored run or an estimate of the lens.
 
     Parameters
     ----------
-    chain : the chain. `config` : as plain data, what it was built from.
-    missing : the demand for what has to be rendered; None where all radiance is stored, or known
+    chain : the chain.
+    config : plain data from which the chain was built.
+    missing : the demand for radiance that has to be rendered; None if all is stored, or known
         without a renderer.
-    frame : of the light that the run will make; None where it is not known.
+    frame : frame of the light in the run; None if it is not known.
     """
     nearest: dict[str, tuple[float, float]] = {}  # stage: (distance in size, seconds)
     runs = _newest("runs")
@@ -77,8 +78,8 @@ def imaging_s(chain, frame: Frame | None) -> float | None:
 
 
 def _correction(runs, stage: str, expected: float) -> float:
-    """Return what the stored run nearest in its lens's estimate took over that estimate; 1 without
-    any.
+    """Return the ratio of measured to estimated time in the stored run with the most similar
+    estimate; 1 without a stored run.
     """
     nearest: dict[str, tuple[float, float]] = {}
     for attributes in runs:
@@ -114,8 +115,8 @@ def stages(chain, config: dict, missing) -> list[str]:
 
 
 def size(config: dict, kind: str) -> float:
-    """Return what the work of a stage grows with: tiles, times bands where the stage looks at each
-    of them.
+    """Return the quantity that the work of a stage is proportional to: tiles, or tiles
+    times bands.
     """
     source = config.get("renderer") or config["scene"]
     return _tiles(source) * (_bands(source) if kind in IN_BANDS else 1)
@@ -127,7 +128,7 @@ def _tiles(source) -> float:
 
 
 def _bands(source) -> float:
-    """Return the number of bands, 1 where the fields of another plugin do not tell it."""
+    """Return the number of bands; 1 if the fields of a plugin's component do not give it."""
     first, last, step = (source.get(key) for key in ("first_nm", "last_nm", "step_nm"))
     known = all(map(_positive, (first, last, step))) and last >= first
     return 1 + (last - first) / step if known else 1.0
@@ -138,8 +139,8 @@ def _positive(value: Any) -> bool:
 
 
 def _rendering(renderer, settings: dict, missing, attributes) -> float:
-    """Return the work of rendering what is `missing` over that of a stored scene: tiles x bands x
-    paths of all light groups.
+    """Return the work of rendering the `missing` radiance, relative to that of a stored scene:
+    tiles x bands x paths of all light groups.
     """
     bands = (len(missing.wavelength_nm or ()) or _bands(settings)) / len(
         attributes["wavelength_nm"]
@@ -163,7 +164,9 @@ def _rendering(renderer, settings: dict, missing, attributes) -> float:
 
 
 def _expected_paths(renderer, paths: int, noise: float | None) -> float:
-    """Return the samples per tile that a light group will take: as before if nobody can tell."""
+    """Return the expected samples per tile of a light group; the stored number if the renderer
+    gives no estimate.
+    """
     if isinstance(renderer, EstimatesSamples):
         return renderer.expected_paths(paths, noise)
     return paths

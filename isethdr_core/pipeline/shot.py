@@ -1,6 +1,7 @@
-"""Shot: what every camera of a run looks at, and what one camera makes of it in each realisation.
+"""Shot: the light on all cameras of a run, and the results of one camera for each noise
+realisation.
 
-Captures, pictures and scores are taken from the cache where an earlier run has left them there.
+Captures, pictures and scores come from the cache if an earlier run has kept them there.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from .imaging_plan import Imaging
 
 
 class LightNames(NamedTuple):
-    """What scene radiance, mixed radiance and light are called; None has no name."""
+    """Names of scene radiance, mixed radiance and light in the cache; None: not cached."""
 
     scene: str | None = None
     mixed: str | None = None
@@ -31,7 +32,7 @@ class LightNames(NamedTuple):
 
 @dataclass(frozen=True)
 class Shot:
-    """What every camera of a run looks at, and the key of its noise."""
+    """The light on all cameras of a run, and the key of its noise."""
 
     light: Any  # irradiance or photocurrent on the sensor plane
     mixed: Any  # mixed radiance that the light was made of
@@ -54,10 +55,10 @@ def developed(isp: Any, captures: Any) -> Any:
 
 @dataclass(frozen=True)
 class CameraShot:
-    """What one camera makes of a shot.
+    """The results of one camera for a shot.
 
-    The captures, picture and scores of the first realisation are stages of the run (`kept_...` say
-    where their results are). Those of the others are values, which state nothing.
+    The captures, picture and scores of the first realisation are stages of the run (`kept_...`
+    returns where they are cached). Further realisations are plain values without a ledger row.
     """
 
     shot: Shot
@@ -66,7 +67,7 @@ class CameraShot:
 
     @property
     def _light(self) -> str | None:
-        """The name of the light; None where nothing is looked up."""
+        """The name of the light; None if results are not cached."""
         return self.shot.names.light if self.shot.reuse.is_on else None
 
     @cached_property
@@ -98,7 +99,9 @@ class CameraShot:
         return result_names.named("scores", picture, names.mixed, names.scene, record)
 
     def score_errors_name(self, metric: Any) -> str | None:
-        """Return the name of what renderer noise leaves in the scores of the first picture."""
+        """Return the name of the errors that renderer noise causes in the scores of the first
+        picture.
+        """
         scores = self._scores_name(metric)
         return scores and result_names.named("score errors", scores)
 

@@ -1,7 +1,8 @@
-"""Window: what sensors see of the image plane.
+"""Window: the part of the image plane that sensors cover.
 
-A sensor smaller than the field states its window in the demand, centred on the axis; one that says
-nothing sees everything. What need not go through the lens is decided in its plan (`imaging_plan`).
+A sensor smaller than the field states its window, centred on the axis, in the demand. Without a
+statement the window is everything. The plan of the lens (`imaging_plan`) decides which light
+outside the window can be left out.
 """
 
 from __future__ import annotations
@@ -19,9 +20,7 @@ if TYPE_CHECKING:
 
 Size: TypeAlias = tuple[float, float]  # (width, height)
 
-SLIVER = (
-    1e-10  # of a tile: rounding of coordinates; the area that a sensor sees of such a tile is none
-)
+SLIVER = 1e-10  # of a tile: a smaller overlap is a rounding error of coordinates
 
 
 def wider(first: Size | None, second: Size | None) -> Size | None:
@@ -34,15 +33,15 @@ def wider(first: Size | None, second: Size | None) -> Size | None:
 
 
 def tiles(data: xr.DataArray, window: Sequence[float]) -> dict[str, slice]:
-    """Return the slices {y, x} of the tiles of `data` that a centred window (width, height) in its
-    unit sees, two at least along an axis.
+    """Return the slices {y, x} of the tiles of `data` that overlap a centred window (width,
+    height), at least two along each axis. The window has the unit of the coordinates.
     """
     return {d: within(data[d].values, side) for d, side in zip(("x", "y"), window)}
 
 
 def within(centres: npt.NDArray[Any], side: float) -> slice:
-    """Return the slice of evenly spaced tiles, by their centres, that an interval of length `side`
-    about 0 sees; two at least.
+    """Return the slice of evenly spaced tiles (given by their centres) that overlap an interval of
+    length `side` about 0; at least two.
     """
     pitch = (centres[-1] - centres[0]) / max(len(centres) - 1, 1)
     inside = np.flatnonzero(np.abs(centres) - pitch / 2 < side / 2 - SLIVER * pitch)
@@ -52,8 +51,8 @@ def within(centres: npt.NDArray[Any], side: float) -> slice:
 
 
 def cut(mixed: xr.DataArray, inside: dict[str, slice]) -> xr.DataArray:
-    """Return those tiles of mixed radiance, or all of them where that is what they are; the
-    camera's field stays what it was.
+    """Return the tiles `inside` of mixed radiance; the camera's field in the attributes does not
+    change.
     """
     if all(mixed.sizes[d] == len(range(mixed.sizes[d])[s]) for d, s in inside.items()):
         return mixed

@@ -1,16 +1,13 @@
-"""Claims: of several processes that want the same scene, one renders it and the others wait.
+"""Claims: if several processes need the same scene, one renders it and the others wait.
 
 A claim is a hidden file beside the stores, `.<name>.claim-<number>`, which only one process can
-create. Its holder
-changes the file's time every few seconds: the heartbeat. A claim is dead when its process on this
-machine is gone,
-or when its time has not changed for a while by the waiting process's own clock. Times of two
-machines are never
-compared, so clocks may differ.
+create. The process that holds it changes the time of the file every few seconds: the heartbeat. A
+claim is dead if its process on this machine has ended, or if the time has not changed for a while
+by the clock of the waiting process. Times of two machines are never compared, so their clocks may
+differ.
 
 A dead claim is taken over by creating the next number, which again only one process can do. The
-holder is the
-process with the highest number.
+process with the highest number holds the claim.
 """
 
 from __future__ import annotations
@@ -30,7 +27,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Rhythm:
-    """How often a holder shows that it lives, and how often others look."""
+    """Intervals of the heartbeat, and of the checks by waiting processes."""
 
     beat_s: float = 5.0
     dead_after_s: float = 60.0  # a process that is merely slow must not lose its claim
@@ -66,8 +63,8 @@ class _Claim:
 def claimed(
     folder: Path, name: str, tell: Callable[[str], None], rhythm: Rhythm = Rhythm()
 ) -> Iterator[bool]:
-    """Hold the claim `name` in `folder` while the block runs; wait for it first where another
-    process holds it.
+    """Hold the claim `name` in `folder` while the block runs. Wait first if another process holds
+    it.
 
     Yields
     ------
@@ -75,7 +72,7 @@ def claimed(
 
     Parameters
     ----------
-    tell : called with one line for people whenever this process begins to wait for another one.
+    tell : called with one line of text whenever this process begins to wait for another one.
 
     Raises
     ------
@@ -108,7 +105,7 @@ def _acquired(folder: Path, name: str, tell, rhythm: Rhythm) -> tuple[_Claim, bo
         if claim is None:  # another process was faster
             continue
         later_claims = _claims(folder, name)
-        # where the dead claim has gone meanwhile, another process took it over and has finished
+        # if the dead claim has disappeared, another process took it over and has finished
         if (
             later_claims
             and later_claims[-1] == claim.path
@@ -120,7 +117,9 @@ def _acquired(folder: Path, name: str, tell, rhythm: Rhythm) -> tuple[_Claim, bo
 
 
 class _Watch:
-    """Judges whether the holder of a claim lives, from what a waiting process sees of it."""
+    """Decides whether the process that holds a claim is alive, from what a waiting process can
+    read.
+    """
 
     def __init__(self, rhythm: Rhythm) -> None:
         self.rhythm = rhythm
@@ -129,11 +128,11 @@ class _Watch:
         self.told: tuple = ()
 
     def is_dead(self, path: Path) -> bool:
-        """Return whether a claim's process is gone, or its heartbeat has stopped."""
+        """Return whether the process of a claim has ended, or its heartbeat has stopped."""
         try:
             with open(
                 path, "rb"
-            ) as file:  # opened, because a network file system then asks the server
+            ) as file:  # opening the file makes a network file system ask its server
                 status = os.fstat(file.fileno())
                 owner = _owner(file.read())
         except FileNotFoundError:
@@ -144,7 +143,7 @@ class _Watch:
         return _gone(owner) or time.monotonic() - self.since_s > self.rhythm.dead_after_s
 
     def is_new(self) -> bool:
-        """Return, once for each holder, that it was not told of."""
+        """Return True on the first call for each holder, otherwise False."""
         holder = (*self.state[:2], *self.state[3:])
         new = holder != self.told
         self.told = holder
@@ -210,7 +209,9 @@ def _described(path: Path) -> str:
 
 
 def _machine() -> dict[str, str]:
-    """Return what two processes have in common where they can see each other's numbers."""
+    """Return a name of the machine. Processes with the same name can check each other by process
+    number.
+    """
     try:
         namespace = os.readlink(
             "/proc/self/ns/pid"
@@ -221,16 +222,17 @@ def _machine() -> dict[str, str]:
 
 
 def _gone(owner: dict) -> bool:
-    """Return whether the process of a claim ran on this machine and is gone."""
+    """Return whether the process of a claim ran on this machine and has ended."""
     if not owner or any(owner.get(key) != value for key, value in _machine().items()):
         return False
     return _started(owner["process"]) != owner["started"]
 
 
 def _started(process: int) -> str | None:
-    """Return when a process was started, in the machine's own ticks; None where it is gone.
+    """Return the start time of a process in ticks of the machine; None if it has ended.
 
-    The number of a process may be given to another one; the pair of both may not.
+    The number of an ended process may be given to a new one, but the pair of number and start time
+    is unique.
     """
     try:
         text = Path(f"/proc/{process}/stat").read_text()
@@ -245,6 +247,6 @@ def _answers(process: int) -> bool:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
-    except PermissionError:  # it lives, and belongs to somebody else
+    except PermissionError:  # the process is alive and belongs to another user
         return True
     return True

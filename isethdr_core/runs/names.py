@@ -18,15 +18,17 @@ EXPECTED = "expected letters, digits, '_', '-' and '.', for example front_left"
 
 
 def check_names(kind: str, names: Iterable[object]) -> None:
-    """Refuse names of cameras, versions, flares or metrics that could not be folders of a store.
+    """Refuse names of cameras, versions, flares or metrics that cannot be folders of a store.
 
     Parameters
     ----------
-    kind : what the names are of, for the message.
+    kind : kind of the names, for the message.
+    names : the names to check.
 
     Raises
     ------
-    ConfigError : a name is empty, too long, reserved, or holds a character that no folder may have.
+    ConfigError : a name is empty, too long, reserved, or contains a character that is not allowed
+        in a folder.
     """
     for name in names:
         if reason := _problem(str(name)):

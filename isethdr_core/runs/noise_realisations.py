@@ -16,19 +16,21 @@ from ..uncertainty.score_intervals import UNKNOWN, RendererError, ScoreKey, inte
 def over_draws(
     draws: list[list[Score]], renderer: Mapping[ScoreKey, RendererError] | None = None
 ) -> list[Score]:
-    """Return the scores of the first draw as means over all draws, with the interval of that mean.
+    """Return the scores of the first draw, replaced by means over all draws with the interval of
+    that mean.
 
     Parameters
     ----------
-    draws : the scores of each draw, at least one. A score that some draw lacks, or whose value is
-        not finite in one, keeps its value of the first draw and has no interval.
-    renderer : the error that renderer noise leaves in each score; a score that it lacks has none.
+    draws : the scores of each draw, at least one. A score that is missing or not finite in some
+        draw keeps its value of the first draw and has no interval.
+    renderer : the error of each score due to renderer noise; a score that is missing here has none.
 
     Notes
     -----
-    The interval covers shot, read and reset noise, and the renderer's where it is known
+    The interval covers shot, read and reset noise, and renderer noise if it is known
     (`score_intervals`). The device's fixed pattern is the same in all draws. The interval that a
-    metric gives for one picture is replaced: it answers another question.
+    metric gives for one picture is replaced, because it describes the variation over the pixels of
+    that picture.
     """
     renderer = renderer or {}
     tables = [{key_of(score): score.value for score in scores} for scores in draws]

@@ -1,10 +1,9 @@
-"""Kernels: which processor computed a result, and what the libraries chose for it.
+"""Kernels: the processor that computed a result, and the code that libraries selected for it.
 
-NumPy, BLAS and just-in-time compilers pick instructions by processor. Sums are then rounded in
-another order, and
-the last bits of a result may differ between two machines under one key. This is recorded beside
-each result. It is
-no part of the key, because such results are equally right.
+NumPy, BLAS and just-in-time compilers select instructions by processor. Sums are then rounded in
+another order, and the last bits of a result may differ between two machines under one key. The
+selection is recorded beside each result. It is not part of the key, because all such results are
+equally valid.
 """
 
 from __future__ import annotations
@@ -24,7 +23,9 @@ CPUINFO = ("vendor_id", "cpu family", "model", "model name", "CPU implementer", 
 
 
 def kernels(*components: object) -> dict[str, str]:
-    """Return the processor family, and what each library picked for it, by the library's name."""
+    """Return the processor family, and the instructions that each library selected, by name of the
+    library.
+    """
     names = _of_process() | _linear_algebra()
     for component in components:
         if isinstance(component, ChoosesKernels):
@@ -38,7 +39,9 @@ def _of_process() -> dict[str, str]:
 
 
 def _processor() -> str:
-    """Return the architecture, and the family and model of the processor where the system tells."""
+    """Return the architecture, and the family and model of the processor if the system
+    states them.
+    """
     known = {}
     try:
         text = Path("/proc/cpuinfo").read_text()

@@ -1,4 +1,4 @@
-"""What made a result: the code of the components that took part, library versions, input files."""
+"""Provenance: the code of the components of a run, library versions, and input files."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def fingerprint(*components: object, frame: bool = False) -> dict[str, str]:
 
 
 def have_source(*components: object) -> bool:
-    """Return whether the code of all components can be told in another process."""
+    """Return whether the code of all components can be identified in another process."""
     return all(code_of(component).has_source for component in components)
 
 
@@ -103,7 +103,7 @@ def _versions() -> dict[str, str]:
 def input_digests(*components) -> dict[str, str]:
     """Return a digest of every file that a component names in its method `input_files()`, by path.
 
-    A file that is not there is left to the component, which says what it expected.
+    A missing file is skipped here: the component itself raises an error that says what it expected.
     """
     digests = {}
     for component in components:

@@ -1,10 +1,10 @@
-"""Scene radiance by recipe: use what is stored, render only what is missing.
+"""Scene radiance by recipe: read stored radiance, and render only the missing part.
 
-A recipe is the scene, the renderer and their code; it holds no demand and no weights. A renderer
-names the fields that buy accuracy but do not change the answer in `effort_fields` (for example
-`samples`): a store that spent at least as much serves a run that asks for less. A renderer with a
-method `enough(paths, noise)` goes on from what is stored instead: its stores are pooled
-(`sample_accumulation`), and it is called with what is known of each light group, `{group: Known}`.
+A recipe is the scene, the renderer and their code, without demand and weights. A renderer lists in
+`effort_fields` the fields that only buy accuracy (for example `samples`): a store made with at
+least the requested effort serves a run. A renderer with a method `enough(paths, noise)` continues
+from stored radiance instead. Its stores are pooled (`sample_accumulation`), and the renderer
+receives `{group: Known}` with the stored paths of each light group.
 """
 
 from __future__ import annotations
@@ -72,10 +72,10 @@ def effort(chain: Chain) -> tuple[str, ...]:
 
 
 def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config):
-    """Return (scene radiance, store ids): read where it is stored, rendered and stored where it is
-    not.
+    """Return (scene radiance, store ids). Stored radiance is read; missing radiance is rendered and
+    stored.
 
-    A scene that knows its radiance (a chart, a file) needs no renderer and is not stored.
+    A scene that provides its own radiance (a chart, a file) needs no renderer and is not stored.
     """
     if chain.renderer is None:
         return (
@@ -117,7 +117,7 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config):
 
 @contextmanager
 def _rendering_alone(folder: Path, recipe: str) -> Iterator[None]:
-    """Let one process at a time render a recipe; the others wait and say so."""
+    """Let one process at a time render a recipe. The others print a message and wait."""
     with ExitStack() as stack:
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -138,8 +138,8 @@ def effort_spent(chain: Chain) -> dict:
 
 
 def held_and_missing(chain: Chain, demand: Demand) -> tuple[list[dict], Demand | None]:
-    """Return the attributes of the stores that serve `demand`, and the demand for what none of them
-    holds, None where that is nothing.
+    """Return the attributes of the stores that serve `demand`, and the demand for the missing part;
+    None if nothing is missing.
     """
     if chain.renderer is None:
         return [], None
@@ -150,20 +150,20 @@ def held_and_missing(chain: Chain, demand: Demand) -> tuple[list[dict], Demand |
     ]
     wide = demand.margin or any(
         s.get("margin", True) for s in candidates
-    )  # all of one grid: what has a margin serves whoever needs none
+    )  # all stores on one grid: radiance with overscan also serves runs without it
     serving = [s for s in candidates if s.get("margin", True) == wide]
     on_grid = replace(demand, margin=wide)
     return serving, what_is_missing(serving, on_grid, goes_on(chain), limit_share(chain, demand))
 
 
 def goes_on(chain: Chain):
-    """Return the renderer's method `enough`; None where it cannot go on from what is stored."""
+    """Return the renderer's method `enough`; None if it cannot continue from stored radiance."""
     return chain.renderer.enough if isinstance(chain.renderer, AccumulatesSamples) else None
 
 
 def limit_share(chain: Chain, demand: Demand) -> float | None:
-    """Return the share of the cameras' noise that the renderer goes by; None where it goes by
-    something else.
+    """Return the share of the cameras' noise at which the renderer stops; None if another setting
+    decides.
     """
     if demand.noise_limit is None or not isinstance(chain.renderer, MeetsNoiseLimit):
         return None
@@ -171,8 +171,8 @@ def limit_share(chain: Chain, demand: Demand) -> float | None:
 
 
 def known_of(chain: Chain, stores: list[dict], missing: Demand, groups) -> dict[str, Known] | None:
-    """Return what is stored of each light group at the bands that are missing; None where the
-    renderer cannot go on from it.
+    """Return the stored paths of each light group at the missing bands; None if the renderer cannot
+    continue from them.
     """
     if goes_on(chain) is None:
         return None
@@ -184,8 +184,8 @@ def known_of(chain: Chain, stores: list[dict], missing: Demand, groups) -> dict[
 
 
 def made(scene):
-    """Return what the scene plugin makes; a description is what is rendered by definition, so
-    nothing in it can be wrong.
+    """Return the result of a scene plugin. A scene description defines the scene, so its error is
+    0.
     """
     result = scene()
     if isinstance(result, SceneDescription):
@@ -265,11 +265,17 @@ def _record_pooled(joined, stores, earlier_ids, terms) -> None:
 def what_is_missing(
     stores: list[dict], demand: Demand, enough=None, share: float | None = None
 ) -> Demand | None:
-    """Return the demand for the groups and bands that no store holds, None where all are held.
+    """Return the demand for groups and bands that no store holds; None if all are stored.
 
     Groups that lack different bands are rendered at all bands that any of them lacks.
-    `enough(paths, noise)` : whether stores that hold a group know it well enough; None: whatever is
-        held is. `share` : of the cameras' noise, where the renderer goes by that.
+
+    Parameters
+    ----------
+    stores : root attributes of the stores.
+    demand : of the run.
+    enough : function(paths, noise) -> whether stored paths of a group suffice; None: they always
+        do.
+    share : share of the cameras' noise at which the renderer stops; None: another setting decides.
     """
     if demand.groups is None and not stores:
         return demand
@@ -321,22 +327,26 @@ def stored(folder, recipe: str) -> list[dict]:
 
 
 def serves(attributes: dict, demand: Demand, effort_asked: dict) -> bool:
-    """Return whether a store holds the labels asked for and spent at least the effort asked for."""
+    """Return whether a store has the requested labels, and was made with at least the requested
+    effort.
+    """
     return set(demand.labels) <= set(attributes["labels"]) and all(
         attributes["effort"].get(key, 0) >= value for key, value in effort_asked.items()
     )
 
 
 class _Request(NamedTuple):
-    """What a renderer is asked for."""
+    """Arguments of a call of the renderer."""
 
     description: SceneDescription
     demand: Demand  # groups and bands that are missing
-    known: dict[str, Known] | None  # by light group; None: the renderer cannot go on from it
+    known: (
+        dict[str, Known] | None
+    )  # by light group; None: the renderer cannot continue from stored paths
 
 
 def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) -> dict:
-    """Render what is missing, store it, and return the root attributes of the new store."""
+    """Render the missing radiance, store it, and return the root attributes of the new store."""
     description, demand, so_far = request
     arguments = (description, demand) if so_far is None else request
     radiance = stage(

@@ -1,12 +1,12 @@
-"""Result names: what the intermediate results of a run are called, by what made them.
+"""Result names: names of the intermediate results of a run, derived from their inputs.
 
 A name is the hash of the components with their fields, code, libraries and input files, of the part
-of the core that runs the chain, and of the names of the results that went in. It holds no name that
-a user chose for a camera, flare or metric, and nothing that the result does not depend on: light
-does not depend on how it is developed, captures do not depend on other cameras.
+of the core that runs the chain, and of the names of the input results. It contains no name that a
+user chose for a camera, flare or metric, and nothing without influence on the result: light does
+not depend on how it is developed, and captures do not depend on other cameras.
 
-A component whose source nobody can read has no name that holds in another process. Its results have
-none either, nor has what follows from them (None).
+If the source of a component cannot be read, its results have no name that holds in another process
+(None). The same is true for all results computed from them.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ def named(result: str, *made_of: Any) -> str | None:
 
 
 def record(component: object) -> dict[str, Any] | None:
-    """Return all that a component's results depend on beside its input; None where nobody can
-    tell.
+    """Return everything that a component's results depend on beside its input; None if it cannot be
+    identified.
     """
     if not have_source(component):
         return None
@@ -55,8 +55,10 @@ def of_radiance(scene: object, store_ids: list[str], demand: Demand) -> str | No
 
     Parameters
     ----------
-    store_ids : names of the stores that it is read from; none of radiance that the scene itself
+    scene : the scene component.
+    store_ids : names of the stores that hold the radiance; empty for radiance that the scene itself
         makes.
+    demand : of the run.
     """
     demanded = [demand.groups, demand.wavelength_nm, demand.labels, demand.margin]
     return named("radiance", store_ids or record(scene), demanded)
@@ -72,8 +74,10 @@ def of_light(name: str | None, chain: Any, demand: Demand, mixed: Any) -> str | 
 
     Parameters
     ----------
-    name : of the mixed radiance. `mixed` : it itself, for its bands.
-    chain : the chain. Of its sensors only what they ask of the light counts.
+    name : name of the mixed radiance.
+    chain : the chain. Only the demands of its sensors count.
+    demand : of the run.
+    mixed : mixed radiance, for its bands.
     """
     if name is None:
         return None
@@ -96,7 +100,7 @@ def _all(records: Iterable[Any]) -> list[Any] | None:
 
 
 def _answer(response: Response | None, wavelength_nm: np.ndarray) -> list[Any]:
-    """Return what sensors answer to light as plain data: nothing where they need irradiance."""
+    """Return the response of sensors as plain data; None if they need irradiance."""
     if response is None:
         return []
     every_nm = np.arange(wavelength_nm[0], wavelength_nm[-1], STEP_NM)

@@ -1,4 +1,6 @@
-"""One run: named by the hash of what made it, computed at most once, stored whole or not at all."""
+"""One run: named by the hash of its inputs, computed at most once, and stored completely or not at
+all.
+"""
 
 from __future__ import annotations
 
@@ -113,7 +115,7 @@ def run(config: DictConfig) -> Result:
     try:
         with threadpool_limits(
             1, "blas"
-        ):  # its own threads would spin beside those of the stages, and longer than they work
+        ):  # threads of its own would spin beside those of the stages, longer than they work
             path = _compute(config, run_chain, key, reuse)
     except Exception as err:
         with suppress(OSError):  # a full disk must not hide the error that it caused
@@ -127,8 +129,8 @@ def run(config: DictConfig) -> Result:
 
 
 def announced(result: Result, chain: Chain) -> Result:
-    """Tell the plugins of a finished run, also of one that was stored before: a report that is
-    missing is then made.
+    """Tell the plugins of a finished run. A run that was already stored is announced too, so that a
+    missing report is made.
     """
     plugin_manager().hook.isethdr_after_stage(stage=Stage("run", result.key, chain, result=result))
     return result
@@ -185,9 +187,9 @@ def find_run(config: Mapping[str, Any] | DictConfig, chain: Chain) -> Path | Non
 
 
 def plain(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
-    """Return a composed config as plain data: what the run is made of, without Hydra's own node.
+    """Return a composed config as plain data, without Hydra's own node.
 
-    The table of cameras is left out where a sensor is named, which takes its place.
+    The table of cameras is left out if a single sensor is named, because the sensor replaces it.
     """
     settings = whole(config)
     if settings.get("sensor"):
@@ -211,7 +213,7 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
     demand = plan(chain, rows)
     frame = frame_of(chain, demand)
     expected = expected_s(chain, settings, held_and_missing(chain, demand)[1], frame)
-    own_s = imaging_s(chain, frame)  # with what is at hand now
+    own_s = imaging_s(chain, frame)  # with the kernels that are kept now
     scene, ids = scene_radiance(chain, demand, rows, config)
     radiance = of_radiance(chain.scene, ids, demand) if reuse.is_on else None
     of_main = of_mixed(radiance, chain.lighting)
@@ -247,7 +249,7 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
     shot = Shot(light, mixed, scene, random, imaged, reuse, names)
     cameras = {name: through_camera(chain, rows, name, shot) for name in chain.cameras}
     for row in rows:
-        row.light_parts.clear()  # as large as the light; nobody reads it any more
+        row.light_parts.clear()  # as large as the light, and not needed any more
     outcome = _Outcome(scene, ids, mixed, list(versions_mixed), cameras, rows)
     record = _record(config, chain, key, outcome) | {"expected_s": expected, IMAGING: own_s}
     return store.write_store(
@@ -260,7 +262,7 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What one run has made, to be recorded in its store."""
+    """Results of one run, recorded in its store."""
 
     scene: xr.Dataset  # scene radiance
     scene_ids: list[str]  # stores that it was read from

@@ -1,4 +1,4 @@
-"""Run warnings: exposures that make the scores of a camera say little, found by numbers and
+"""Run warnings: exposures at which the scores of a camera are of little use, found by numerical
 limits.
 """
 
@@ -21,7 +21,7 @@ OBJECT_SNR_LIMIT_DB = 0.0
 
 @dataclass(frozen=True)
 class RunWarning:
-    """One warning about one camera: what was measured, and the limit that it is beyond."""
+    """One warning about one camera: the measured value and the limit that it exceeds."""
 
     key: str
     camera: str
@@ -97,12 +97,13 @@ def lamp_pixels(truth: xr.Dataset, labels: xr.Dataset) -> np.ndarray:
 
 
 def median_object_snr_db(picture: xr.Dataset, labels: xr.Dataset) -> float:
-    """Return the median over the objects of mean luminance over the noise of a pixel, in dB.
+    """Return the median, over the objects, of mean luminance divided by the noise of a pixel, in
+    dB.
 
     Returns
     -------
-    Infinite without noise, minus infinite where the median object shows no light. NaN where the
-    picture states no variance or no object has a valid pixel: nothing is known then.
+    Infinite without noise; minus infinite if the median object is dark. NaN if the picture states
+    no variance, or no object has a valid pixel.
     """
     from ..data.reference_picture import before_denoising, total_variance, variance_known
 

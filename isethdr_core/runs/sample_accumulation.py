@@ -1,10 +1,9 @@
-"""Pooling: what several renderings of the same light know together.
+"""Sample accumulation: several renderings of the same light are pooled.
 
-A renderer that can go on from what is stored says of each light group which paths of an endless
-sequence it followed: the attribute `path_span` {group: [first, end]} of scene radiance. Renderings
-of different paths are independent; their mean, each with the weight of its paths, is as good as one
-rendering of all of them. Nothing that is stored is ever changed: stores are pooled as they are
-read.
+A renderer that continues from stored radiance numbers its paths. For each light group it states the
+range of paths that it followed: the attribute `path_span` {group: [first, end]} of scene radiance.
+Renderings with different paths are independent. Their mean, weighted by the number of paths, is as
+good as one rendering of all paths. Stores never change: they are pooled when they are read.
 """
 
 from __future__ import annotations
@@ -12,12 +11,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-ALL_BANDS = (None,)  # a demand that names no band asks for all that the renderer makes
+ALL_BANDS = (None,)  # a demand without bands asks for all bands of the renderer
 
 
 @dataclass(frozen=True)
 class Known:
-    """What is stored of one light group."""
+    """The stored paths of one light group."""
 
     paths: int = 0  # per tile, that can be pooled
     noise: float | None = None  # relative, of their mean; None where no light was found
@@ -25,11 +24,11 @@ class Known:
 
 
 def pooled(spans) -> list[int]:
-    """Return which of `spans`, (first, end) or None, are pooled: those without overlap that hold
-    most paths together.
+    """Return which of `spans`, (first, end) or None, are pooled: the spans without overlap that
+    contain the most paths together.
 
-    One path alone knows no noise, so that it counts only where there is nothing else. Where no span
-    is stated, the first stands alone.
+    A single path has no known noise, so it counts only if there are no other paths. If no span is
+    stated, the first store is used alone.
     """
     known = [k for k, span in enumerate(spans) if span]
     if not known:
@@ -60,7 +59,7 @@ def pooled_noise(paths, noises) -> float | None:
 
 
 def holds(attributes: dict, group: str, band) -> bool:
-    """Return whether a store holds one light group, or knows that it is dark, at a band in nm or at
+    """Return whether a store holds one light group, or records it as dark, at a band in nm or at
     `ALL_BANDS`.
     """
     whole = attributes.get("bands_asked") is None
@@ -70,14 +69,17 @@ def holds(attributes: dict, group: str, band) -> bool:
 
 
 def known(stores: list[dict], group: str, bands) -> Known:
-    """Return what stores know of a light group at all of `bands`: of the band that is known worst.
+    """Return the stored paths of a light group that hold at all of `bands`: those of the band with
+    the fewest paths.
 
-    Where a band is not known at all, its first paths are the next: all bands share their paths, so
-    that colours hold together.
+    If one band has no stored paths, all bands start again from the first path: they share their
+    paths, so that colours stay consistent.
 
     Parameters
     ----------
-    stores : root attributes of stores. `bands` : nm, or `ALL_BANDS`.
+    stores : root attributes of stores.
+    group : name of the light group.
+    bands : nm, or `ALL_BANDS`.
     """
     worst, last_end = None, 0
     for band in bands:

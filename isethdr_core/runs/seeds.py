@@ -1,8 +1,9 @@
-"""Random numbers keyed by what they are for, so that order, chunks and processes never change them.
+"""Random numbers with keys. Order of computation, chunks and number of processes do not change
+them.
 
-A `Generator` is an immutable key. It draws nothing itself: `generator.stream(...)` names one
-stream, and `isethdr_core.physics.detector.noise` turns a stream and a pixel's position into one
-64-bit word.
+A `Generator` is an immutable key and has no state. `generator.stream(...)` names one stream, and
+`isethdr_core.physics.detector.noise` turns a stream and the position of a pixel into one 64-bit
+word.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def generator(seed: int = 0, device: str = "A", scene: str = "") -> Generator:
 
 
 def checked_seed(seed: int) -> int:
-    """Return the seed as an int, or raise ConfigError where it is no seed."""
+    """Return the seed as an int; raise ConfigError if it is not a valid seed."""
     whole = isinstance(seed, Integral) and not isinstance(seed, bool)
     if not (whole and 0 <= seed <= LARGEST_SEED):
         raise ConfigError(

@@ -1,16 +1,16 @@
-"""Storage: zarr stores that are either whole or not there, and that name their damage.
+"""Storage: zarr stores that are either complete or absent, with checks against damage.
 
-| module             | what                                                                     |
+| module             | content                                                                  |
 |--------------------|--------------------------------------------------------------------------|
 | `arrays`           | datasets as files of zarr v3, written without an event loop              |
-| `atomic_write`     | temporary names, renamed when whole; stale ones are removed              |
+| `atomic_write`     | temporary names, renamed when complete; stale ones are removed           |
 | `bounded_cache`    | files of results, the least recently used removed first                  |
 | `encoding`         | chunks, shards, codecs and rounding of stored arrays                     |
 | `exact_encoding`   | results as bytes and back, without any loss                              |
-| `home_folder`      | the folder of all that is stored                                         |
-| `join`             | stores of one scene joined along light group and wavelength, unread      |
-| `manifest`         | size and checksum of every file: damage is named and never read as data  |
+| `home_folder`      | the folder of all stores                                                 |
+| `join`             | stores of one scene joined lazily along light group and wavelength       |
+| `manifest`         | size and checksum of every file, so that damage is an error              |
 | `picture_rounding` | pictures in float32, rounded by their own noise                          |
 | `reader`           | reads compared with the manifest: a difference is an error               |
-| `store`            | zarr v3 stores that are either whole or not there                        |
+| `store`            | zarr v3 stores that are either complete or absent                        |
 """

@@ -1,7 +1,8 @@
-"""Temporary names: what is being written, and what killed writers left behind.
+"""Temporary names of files that are being written, and removal of those that interrupted writers
+left.
 
-A store or a file is written under a hidden name that says who writes it, then renamed. Names of
-writers that live no more are removed by the next writer in that folder.
+A store or a file is written under a hidden name that identifies its writer, and then renamed. The
+next writer in a folder removes the temporary files of writers that have ended.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pathlib import Path
 
 
 def temporary_path(folder: Path, name: str) -> Path:
-    """Return the path under which this process writes `name` into `folder` before it is whole."""
+    """Return the path under which this process writes `name` into `folder` until it is complete."""
     return folder / f".{name}.{socket.gethostname()}-{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp"
 
 
@@ -30,14 +31,16 @@ def write_text(path: Path, text: str) -> None:
 
 
 def remove_leftovers(folder) -> list[Path]:
-    """Remove what killed writers of this machine left in `folder`, and return what was removed."""
+    """Remove the temporary files of ended writers of this machine from `folder`, and return their
+    paths.
+    """
     removed = []
     for path in Path(folder).glob(".*.tmp"):
         owner, _, suffix = path.name.removesuffix(".tmp").partition(f".{socket.gethostname()}-")
         pid = suffix.partition("-")[0]
         if (
             owner and pid.isdigit() and not _alive(int(pid))
-        ):  # a writer on another machine cannot be asked
+        ):  # whether a writer on another machine is alive cannot be checked
             if path.is_dir():
                 shutil.rmtree(path, ignore_errors=True)
             else:
@@ -51,6 +54,6 @@ def _alive(pid: int) -> bool:
         os.kill(pid, 0)
     except ProcessLookupError:
         return False
-    except PermissionError:  # it lives, and belongs to somebody else
+    except PermissionError:  # the process is alive and belongs to another user
         pass
     return True

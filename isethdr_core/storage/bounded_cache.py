@@ -1,9 +1,9 @@
 """Bounded cache: files of results that may be removed at any time, the least recently used first.
 
-A result is one file below `<home>/intermediate`, called by the hash of what made it, and written
-under a temporary name first. It ends with a SHA-256 of all before it. What does not agree with
-that, what cannot be read, and what is not there are all the same: the result is computed again.
-Nothing waits for the disk: after a power cut a file may be damaged, which its SHA-256 tells.
+A result is one file below `<home>/intermediate`. Its name is the hash of the inputs of the result,
+and it is written under a temporary name first. It ends with a SHA-256 of its content. A file that
+is missing, unreadable, or different from its SHA-256 counts as absent: the result is computed
+again. Writes do not wait for the disk: a power cut may damage a file, and the SHA-256 detects this.
 
 Any number of processes may use one folder. Each of them keeps the folder below its own bound.
 """
@@ -27,8 +27,8 @@ SUFFIX = ".result"
 FORMAT = b"isethdr result 1"  # first in every file; raised when the encoding changes
 BEGINS = 64  # bytes before the encoded value: the format, then the name
 DIGEST = 32  # bytes of a SHA-256, the last of every file
-BLOCK = 4096  # bytes: what a small file takes on disk
-# of the bound: what may be written before the folder is looked through again
+BLOCK = 4096  # bytes that a small file takes on disk
+# share of the bound that may be written before the folder is measured again
 BETWEEN_LOOKS = 0.02
 
 
@@ -46,19 +46,19 @@ class BoundedCache:
 
     Parameters
     ----------
-    folder : of the files; made when something is written.
-    most_bytes : that the files may take together, on disk.
-    types : the classes that results are made of.
+    folder : folder of the files; made on the first write.
+    most_bytes : largest total size of the files on disk.
+    types : the classes of which results consist.
     """
 
     folder: Path
     most_bytes: int
     types: Types = field(default_factory=Types)
-    # bytes written since the folder was looked through; None: it has not been
+    # bytes written since the folder was measured; None: not measured yet
     _since: int | None = field(default=None, init=False)
 
     def get(self, name: str) -> Any:
-        """Return the result `name`; None where it is not kept, or damaged."""
+        """Return the result `name`; None if it is absent or damaged."""
         path = self._path(name)
         try:
             with open(path, "rb") as file:
@@ -74,14 +74,18 @@ class BoundedCache:
         return self.types.decoded(content[BEGINS:-DIGEST])
 
     def put(self, name: str, value: Any, worth_bytes: float = float("inf")) -> bool:
-        """Keep a result, and return whether it is kept.
+        """Keep a result, and return whether it was kept.
 
         Parameters
         ----------
-        worth_bytes : a larger result is not worth its space.
+        name : name of the result.
+        value : the result.
+        worth_bytes : a larger result is not kept.
 
-        It is not kept either where it would not come back exactly as it is, where it takes more
-        than a fourth of the cache, and where the folder cannot be written.
+        Notes
+        -----
+        A result is not kept either if it could not be restored exactly, if it would take more than
+        a fourth of the cache, or if the folder cannot be written.
         """
         try:
             buffers = [FORMAT.ljust(BEGINS - len(name)) + name.encode(), *self.types.encoded(value)]
@@ -100,7 +104,7 @@ class BoundedCache:
             with open(temporary, "wb") as file:
                 file.writelines([*buffers, digest.digest()])
             os.replace(temporary, self._path(name))
-        except OSError:  # a full disk, or no permission: the run goes on without
+        except OSError:  # a full disk, or no permission: the run continues without the cache
             return False
         finally:
             with suppress(OSError):
@@ -108,7 +112,7 @@ class BoundedCache:
         return True
 
     def _make_room(self, size: int) -> None:
-        """Remove what was used longest ago, so that `size` bytes more stay within the bound."""
+        """Remove the least recently used files, so that `size` more bytes stay within the bound."""
         block_size = -(-size // BLOCK) * BLOCK
         step = int(BETWEEN_LOOKS * self.most_bytes)
         if self._since is not None and self._since + block_size <= step:
@@ -123,7 +127,7 @@ class BoundedCache:
 
 
 def entries(folder: Path) -> Iterator[Entry]:
-    """Yield the files of a cache; nothing where there is no such folder."""
+    """Yield the files of a cache; none if the folder does not exist."""
     with suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder) as directory:
         for file in directory:
             if not file.name.endswith(SUFFIX):
@@ -134,11 +138,11 @@ def entries(folder: Path) -> Iterator[Entry]:
 
 
 def trim(folder: Path, most_bytes: int) -> list[Entry]:
-    """Remove the files used longest ago until the rest takes `most_bytes` at most.
+    """Remove the least recently used files until the rest has at most `most_bytes`.
 
     Returns
     -------
-    What was removed.
+    The removed files.
     """
     known = sorted(entries(folder), key=lambda entry: entry.used_ns)
     total_bytes, removed = sum(entry.size for entry in known), []

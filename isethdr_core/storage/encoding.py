@@ -28,7 +28,7 @@ MANTISSA_BITS = 23  # of float32
 LIGHT = (
     "radiance",
     "irradiance",
-)  # what is rounded: absolute light, noisier than half a part per thousand
+)  # rounded quantities: absolute light, with noise above half a part per thousand
 TILE = {"wavelength": 8, "y": 135, "x": 240}
 PLANE = {
     "y": 540,
@@ -197,8 +197,8 @@ _NOT_FINITE = {"NaN": float("nan"), "Infinity": float("inf"), "-Infinity": float
 
 
 def restored(value):
-    """Return what `jsonable` was given, as far as JSON can hold it: NaN and infinities are numbers
-    again.
+    """Return the original of a `jsonable` value, as far as JSON can hold it: NaN and infinities
+    become numbers again.
     """
     if isinstance(value, dict):
         return {k: restored(v) for k, v in value.items()}

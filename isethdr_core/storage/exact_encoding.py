@@ -1,8 +1,8 @@
 """Exact encoding: results as bytes and back, without any loss.
 
-What is read equals what was written in every bit: types, order of entries, and how arrays lie in
-memory, by which NumPy chooses the order of a sum. A value that cannot be kept so is refused
-(`NotExact`). Reading runs no code of the data, unlike pickle.
+The decoded value equals the original in every bit: types, order of entries, and memory layout of
+arrays, which decides the order in which NumPy adds. A value that cannot be restored exactly is
+refused (`NotExact`). Unlike pickle, decoding runs no code from the data.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TAG = "is"  # of a JSON object: the type that it stands for
 
 
 class NotExact(Exception):
-    """A value that would not come back as it is; it is not kept."""
+    """A value that cannot be restored exactly."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Types:
 
         Raises
         ------
-        NotExact : some part of the value would not come back as it is.
+        NotExact : a part of the value cannot be restored exactly.
         """
         writing = _Writing(self)
         content = writing.json(value)
@@ -61,7 +61,7 @@ class Types:
         return buffers
 
     def decoded(self, content: np.ndarray) -> Any:
-        """Return the value that `encoded` was called with.
+        """Return the value that was encoded.
 
         Parameters
         ----------

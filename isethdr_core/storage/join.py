@@ -1,9 +1,9 @@
-"""Join the stores of one scene along light group and wavelength without reading them, and pool
-those that hold the same light.
+"""Join the stores of one scene lazily along light group and wavelength, and pool stores that hold
+the same light.
 
-xarray's own concat reads every array unless dask is installed; the small lazy array here reads only
-what is asked for, each part from the stores that have it: the first one, or the mean of all that
-followed paths of their own (`sample_accumulation`).
+xarray's own concat reads every array unless dask is installed. The small lazy array of this module
+reads only the requested parts from the stores that hold them: from the first store, or the mean
+over all stores with different paths (`sample_accumulation`).
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ Plane = tuple[
 
 
 def join_scenes(scenes: list[xr.Dataset], groups_asked=None) -> xr.Dataset:
-    """Return the first scene, extended by the groups, bands and labels that the others add, and by
-    their paths.
+    """Return the first scene, extended by the groups, bands, labels and paths of the other scenes.
 
     Parameters
     ----------
-    scenes : scene radiance Datasets of one recipe. Where two hold the same, they are pooled if both
-        state other paths in `path_span`, else the first wins. One on another grid adds nothing.
-    groups_asked : names of the light groups that decide about the bands; None: those known at all bands
-        of the first scene.
+    scenes : scene radiance Datasets of one recipe. Scenes that hold the same light are pooled if
+        both state different paths in `path_span`; otherwise the first one is used. A scene on
+        another grid adds nothing.
+    groups_asked : names of the light groups that decide which bands are returned; None: the groups
+        that have all bands of the first scene.
 
     Returns
     -------
-    Dataset : lazy where the inputs are. Its bands, nm, are those that some store has for each of
-        the `groups_asked` groups; its groups are all that have all these bands. `groups`, `noise` and,
-        where paths are stated, `paths` in the attributes cover them.
+    Dataset : lazy if the inputs are. Its bands, nm, are those stored for all of `groups_asked`. Its
+        groups are all groups that have these bands. The attributes `groups`, `noise` and, if paths
+        are stated, `paths` describe them.
     """
     base, scenes = (
         scenes[0],
@@ -100,7 +100,7 @@ def join_scenes(scenes: list[xr.Dataset], groups_asked=None) -> xr.Dataset:
 
 
 def _held(scenes) -> dict[str, dict[float, list[Plane]]]:
-    """Return {group: {band in nm: the planes whose weighted sum it is}}."""
+    """Return {group: {band in nm: the planes whose weighted sum is the light}}."""
     every: dict[str, dict] = {}
     for k, scene in enumerate(scenes):
         for i, group in enumerate(map(str, scene.light_group.values)):
@@ -157,8 +157,8 @@ def _noise(scenes, combinations, group):
 def _noise_planes(scenes, combinations) -> np.ndarray:
     """Return the standard errors (xyz_channel, y, x) of X, Y and Z of a group.
 
-    Stores of one way are independent: squares add up. Bands that were put together in different
-    ways may share their paths, and are taken as if they did: an upper bound.
+    Stores combined in the same way are independent, so their squares add up. Bands combined in
+    different ways may share paths. They are treated as fully dependent, which gives an upper bound.
     """
     squares = lambda way: sum(
         (weight * scenes[k]["xyz_noise"].variable[i].values.astype(float)) ** 2
@@ -168,8 +168,8 @@ def _noise_planes(scenes, combinations) -> np.ndarray:
 
 
 def _half_planes(scenes, combinations) -> np.ndarray:
-    """Return what halves of a group's paths differ by (y, x): a mean, as the light itself, and
-    summed over bands that were put together in different ways.
+    """Return the differences (y, x) between the two halves of a group's paths: averaged over stores
+    like the light itself, and summed over bands that are combined in different ways.
     """
     mean = lambda way: sum(
         weight * scenes[k]["half_difference"].variable[i].values.astype(float)
@@ -179,8 +179,8 @@ def _half_planes(scenes, combinations) -> np.ndarray:
 
 
 class _Joined(BackendArray):
-    """Radiance (light_group, wavelength, y, x) put together from several variables:
-    `planes[group][wavelength]` says of which.
+    """Radiance (light_group, wavelength, y, x) combined from several variables.
+    `planes[group][wavelength]` lists them.
     """
 
     def __init__(self, variables: list[xr.Variable], planes: list[list[list[Plane]]]):
@@ -196,7 +196,7 @@ class _Joined(BackendArray):
     def _read(self, key):
         indices = [np.arange(n)[k] for n, k in zip(self.shape, key, strict=True)]
         groups, bands, *inside = (np.atleast_1d(w) for w in indices)
-        # a mean is summed in float64, what comes from one store is passed on bit for bit
+        # a mean is summed in float64; light from a single store is returned bit for bit
         several = any(len(self.planes[g][b]) > 1 for g in groups for b in bands)
         values_read = np.zeros(
             (len(groups), len(bands), *map(len, inside)), float if several else self.dtype

@@ -1,27 +1,23 @@
-"""Manifest of a store: size and checksum of every file, so that damage is named and never read as
-data.
+"""Manifest of a store: size and checksum of every file, so that damage is an error and never read
+as data.
 
-zarr returns the fill value where a chunk file is missing: 0, False or NaN, which are plausible
-data.
-The manifest lists what was written. It is an empty zarr group, `manifest/zarr.json`, whose
-attributes hold
+zarr returns the fill value if a chunk file is missing: 0, False or NaN, which are plausible data.
+The manifest therefore lists all files that were written. It is an empty zarr group,
+`manifest/zarr.json`, with the attributes
 
-    store    name of the store: two stores that were exchanged are noticed
-    files    {path: {size, sha256, parts}} of every other file, the root attributes included
+    store    name of the store, so that exchanged stores are detected
+    files    {path: {size, sha256, parts}} of every other file, including the root attributes
     digest   SHA-256 of `store` and `files`
 
 A changed file contradicts the manifest, a changed manifest contradicts its digest, and a store of
-this format
-without a manifest is refused. So an edit of any single file is noticed. Whoever rewrites a file and
-the
-manifest consistently is not: checksums protect against damage, not against forgery.
+this format without a manifest is refused. An edit of any single file is therefore detected. A
+consistent change of both a file and the manifest is not: checksums protect against damage, not
+against forgery.
 
-`parts` serves reads of single chunks of a shard: the manifest repeats the CRC-32C with which each
-chunk, and the
-index behind the last one, ends. A damaged chunk is noticed without reading the rest of the shard. A
-CRC-32C over a whole file would be useless: behind data that end
-with their own CRC the register is the same for all data of one length (Koopman, 32-bit cyclic
-redundancy codes
+`parts` serves reads of single chunks of a shard. Each chunk, and the index behind the last one,
+ends with a CRC-32C, which the manifest repeats. A damaged chunk is detected without reading the
+rest of the shard. A CRC-32C over a whole file would be useless: after data that end with their own
+CRC, the register is the same for all data of one length (Koopman, 32-bit cyclic redundancy codes
 for Internet applications, 2002). Whole files therefore have a SHA-256.
 """
 
@@ -62,7 +58,7 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True)
 class FileRecord:
-    """What the manifest knows of one file; `parts` is empty where the file is read as a whole."""
+    """Entry of the manifest for one file; `parts` is empty if the file is read as a whole."""
 
     size: int
     sha256: str
@@ -148,7 +144,7 @@ def read_manifest(root: Path) -> Manifest | None:
 
 @lru_cache(maxsize=64)
 def _parsed(root: Path, *_state: int) -> Manifest:
-    """Read a manifest once per process as long as the file stays as it is."""
+    """Read a manifest, once per process as long as the file does not change."""
     try:
         text = (root / MANIFEST_FILE).read_bytes()
         attributes = json.loads(text)["attributes"]
@@ -173,7 +169,7 @@ def check_files(root: Path, manifest: Manifest) -> None:
 
 
 def check_metadata(root: Path, manifest: Manifest, group: str) -> None:
-    """Raise CatalogError unless the metadata of a group and of its arrays are what was written."""
+    """Raise CatalogError if the metadata of a group or of its arrays differ from the manifest."""
     for key, record in manifest.files.items():
         folder, _, name = key.rpartition("/")
         if name == METADATA and group in (folder, folder.rpartition("/")[0]):
@@ -185,7 +181,7 @@ def check_metadata(root: Path, manifest: Manifest, group: str) -> None:
 
 
 def problems(root: Path, manifest: Manifest) -> list[str]:
-    """Read every file of a store and return what is wrong, one line per file."""
+    """Read every file of a store and return its problems, one line per file."""
     lines = []
     for key, record in manifest.files.items():
         problem = _missing(root, key, record)
@@ -210,7 +206,9 @@ def stored_files(root: Path) -> Iterable[str]:
 
 
 def check_whole(root: Path, key: str, record: FileRecord, content) -> None:
-    """Raise CatalogError unless `content`, a buffer, is what was written to the file `key`."""
+    """Raise CatalogError if `content`, a buffer, differs from the content that was written to the
+    file `key`.
+    """
     view = memoryview(content)
     if len(view) != record.size:
         raise damaged(root, key, _other_size(len(view), record.size))
@@ -230,11 +228,11 @@ def check_parts(root: Path, key: str, record: FileRecord, start: int, content) -
 
     Returns
     -------
-    bool : False where `content` does not begin and end with a part, so that nothing was compared.
+    bool : False if `content` does not begin and end with a part, so that nothing was compared.
 
     Raises
     ------
-    CatalogError : a part is not what was written.
+    CatalogError : a part differs from the written one.
     """
     import google_crc32c
 

@@ -1,8 +1,8 @@
-"""Picture rounding: pictures in float32, with no more bits than their own noise leaves meaning.
+"""Picture rounding: pictures in float32 with no more bits than their noise justifies.
 
-Bits below the noise of a pixel cannot be compressed and tell nothing. Each value is rounded to a
-multiple of a power of two that follows from its own variance. The rest of its mantissa is then the
-same in a whole row, and compresses to nearly nothing.
+Bits below the noise of a pixel contain no information and cannot be compressed. Each value is
+rounded to a multiple of a power of two that follows from its own variance. The rest of its mantissa
+is then the same along a whole row and compresses to almost nothing.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _rounded(variables: dict) -> dict:
 
 
 def _quanta(name: str, values: dict) -> np.ndarray:
-    """Return the spacing of the grid that each value of the variable `name` is rounded to."""
+    """Return the spacing of the grid to which each value of the variable `name` is rounded."""
     xyz, variance = values["xyz"], values.get("variance")
     if name == "xyz":
         quanta = _relative(xyz, EXACT_BITS)
@@ -109,7 +109,7 @@ def _on_grids(values, quanta, row_shifts: int) -> np.ndarray:
         plane, quantum = values[..., channel], quanta[..., channel]
         shift = shifts if channel == 1 else 0.0
         representable = np.isfinite(plane)
-        representable &= plane != 0  # 0 has a meaning of its own: no light, no variance
+        representable &= plane != 0  # 0 is kept exactly: it means no light, or no variance
         grid = np.where(representable, plane, 0.0) * (1 / quantum) - shift
         np.rint(grid, out=grid)
         grid += shift

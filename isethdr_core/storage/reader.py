@@ -1,5 +1,5 @@
-"""Reading zarr files that a manifest vouches for: what differs from the manifest is an error, never
-a fill value.
+"""Reader of zarr files with a manifest: a difference from the manifest is an error, never a fill
+value.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class ManifestStore(LocalStore):
         self._whole: dict[str, tuple[int, ...]] = {}  # shards read as a whole: state of the file
 
     def with_read_only(self, read_only: bool = True) -> ManifestStore:
-        """Return the same store: it is never written."""
+        """Return the same store, which is always read-only."""
         return type(self)(self.root, self.manifest)
 
     async def get(
@@ -38,8 +38,8 @@ class ManifestStore(LocalStore):
         prototype: BufferPrototype | None = None,
         byte_range: ByteRequest | None = None,
     ) -> Buffer | None:
-        """Return the bytes of a file, or of a range of it, None where the manifest has no such
-        file.
+        """Return the bytes of a file, or of a range of it; None if the manifest has no
+        such file.
         """
         if key not in self.manifest.files:
             return None
@@ -87,9 +87,7 @@ class ManifestStore(LocalStore):
         ]
 
     async def list_dir(self, prefix: str) -> AsyncIterator[str]:
-        """Yield the names of the files and folders directly below `prefix`, as the manifest knows
-        them.
-        """
+        """Yield the names of the files and folders directly below `prefix`, from the manifest."""
         start = f"{prefix.rstrip('/')}/" if prefix else ""
         below = (key[len(start) :] for key in self.manifest.files if key.startswith(start))
         for name in dict.fromkeys(path_below.partition("/")[0] for path_below in below):

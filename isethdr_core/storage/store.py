@@ -1,7 +1,7 @@
-"""Zarr v3 stores that are either whole or not there.
+"""Zarr v3 stores that are either complete or absent.
 
-A store is written by one process under a temporary name in its final folder, read back, and
-renamed; whatever has its final name is complete and never changes again. Killed writers leave only
+One process writes a store under a temporary name in its final folder, reads it back, and renames
+it. A store with its final name is complete and never changes. Interrupted writers leave only
 temporary names, which the next writer in that folder removes.
 
     <ISETHDR_HOME or ./runs>/scenes/<name>.zarr    one scene's radiance and labels
@@ -138,15 +138,15 @@ def write_store(
     attrs: dict[str, Any],
     keepbits: int | None = KEEPBITS,
 ) -> Path:
-    """Write a store as a whole, or nothing; keep the one that is there already.
+    """Write a complete store, or nothing. An existing store of the same name is kept.
 
     Parameters
     ----------
-    folder : where the store goes; made if missing.
-    name : name without `.zarr`, usually holding a `content_hash` of all that made it.
+    folder : folder of the store; made if missing.
+    name : name without `.zarr`, usually with a `content_hash` of all inputs.
     datasets : {group: Dataset}; "" is the root, "captures/bayer" a nested group.
     attrs : root attributes, by which the catalog finds the store.
-    keepbits : mantissa bits kept of radiance and irradiance; None keeps all.
+    keepbits : mantissa bits of radiance and irradiance to keep; None keeps all.
 
     Returns
     -------
@@ -228,8 +228,8 @@ def _check_written(path: Path, key: str, ds: xr.Dataset) -> None:
 
 
 def holes(array: Any) -> str:
-    """Return where a zarr array of floats holds NaN, the value of what was never written; "" where
-    nowhere.
+    """Return the position of a NaN, the value of a missing chunk, in a zarr array of floats; "" if
+    there is none.
     """
     for i in range(array.shape[0] if array.ndim else 0):  # one shard at a time bounds the memory
         if np.isnan(array[i]).any():
@@ -238,8 +238,8 @@ def holes(array: Any) -> str:
 
 
 def _to_disk(path: Path) -> None:
-    """Ask the disk for every file before the rename, so that a power cut cannot leave a renamed,
-    empty store.
+    """Flush every file to disk before the rename, so that a power cut cannot leave a renamed, empty
+    store.
     """
     for folder, _, files in os.walk(path):
         for file in files:
@@ -266,11 +266,11 @@ def _cannot_write(final: Path, error: OSError) -> CatalogError:
 
 
 def open_store(path: str | os.PathLike[str], group: str = "") -> xr.Dataset:
-    """Return one group of a complete store; arrays are read when their values are asked for.
+    """Return one group of a complete store. Arrays are read when their values are used.
 
     Raises
     ------
-    CatalogError : as `read_attrs`; or no such group.
+    CatalogError : as `read_attrs`; or the group does not exist.
     """
     path = Path(path)
     root, manifest = _opened(path)
@@ -363,8 +363,8 @@ def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
         )
     if len(set(matches.values())) > 1:
         raise CatalogError(
-            f"{start_of_name!r} could be any of {', '.join(sorted(p.stem for p in matches))}; give more of"
-            " the name"
+            f"{start_of_name!r} could be any of {', '.join(sorted(p.stem for p in matches))}; give more"
+            " of the name"
         )
     return min(matches)
 
