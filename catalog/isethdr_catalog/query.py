@@ -101,7 +101,8 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
         if ordered:
             direction = "DESC" if order_by.startswith("-") else "ASC"
             order = (
-                f"try_cast({_text(ordered)} AS DOUBLE) {direction} NULLS LAST, {_text(ordered)} {direction}"
+                f"try_cast({_text(ordered)} AS DOUBLE) {direction} NULLS LAST, {_text(ordered)}"
+                f" {direction}"
                 " NULLS LAST, id"
             )
         rows = base.execute(

@@ -201,7 +201,8 @@ def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False
         count = len(users.readers) + len(users.unknown)
         verb = "has read" if users.readers else "is damaged and may have read"
         raise CatalogError(
-            f"{path.stem} is radiance that {count} run{'s' * (count > 1)} {verb}: {runs}; with other"
+            f"{path.stem} is radiance that {count} run{'s' * (count > 1)} {verb}: {runs}; with"
+            " other"
             " settings such a run would render it again; type --force to remove it all the same"
         )
     page = path.with_suffix(REPORT)

@@ -1,4 +1,6 @@
-"""Where Hydra finds the config group entry of each component: made when it is chosen."""
+"""The source from which Hydra reads the config group entry of each component. An entry is made when
+it is chosen.
+"""
 
 from __future__ import annotations
 

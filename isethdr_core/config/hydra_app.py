@@ -1,8 +1,8 @@
-"""Where Hydra meets a run: single runs, sweeps (`-m`) and launchers; a failure is one line, and its
-exit code says which kind.
+"""Hydra application: single runs, sweeps (`-m`) and launchers. A failure is one line with an exit
+code for its kind.
 
-A config is composed without xarray and SciPy, so that a mistake in it is answered soon. What a run
-needs (`job`) and what tries a sweep (`sweeps`) are imported when it is there.
+A config is composed without xarray and SciPy, so that a mistake is reported quickly. The modules of
+a run (`job`) and of a sweep (`sweeps`) are imported later.
 """
 
 from __future__ import annotations
@@ -33,11 +33,13 @@ MISTAKE, CRASH, INTERRUPTED = (
 
 
 class JobsFailed(Exception):
-    """A job of a sweep failed and said why; Hydra raises it again once the other jobs have run."""
+    """A job of a sweep failed and printed its reason. Hydra raises this error after the
+    other jobs.
+    """
 
 
 def run_with_hydra(arguments: list[str]) -> None:
-    """Run once, or sweep with `-m`; Hydra reads the arguments as if they were the command line."""
+    """Run once, or sweep with `-m`. Hydra reads `arguments` as its command line."""
     register_with_hydra()
     with user_mistakes():
         check_arguments(arguments)
@@ -74,7 +76,7 @@ def _start_hydra() -> None:
 def task(config) -> None:
     """Compute one run of a composed config and print its summary; a failure is one line.
 
-    In a sweep the other jobs go on; `JobsFailed` comes back once they have run.
+    In a sweep the other jobs continue, and `JobsFailed` is raised after them.
     """
     end_with_parent()
     hydra_config = HydraConfig.get()

@@ -1,6 +1,6 @@
-"""Main config: what `config.yaml` chooses and sets, read without composing it.
+"""Main config: choices and settings of `config.yaml`, read without composing it.
 
-The command line shows it in `isethdr run --help`, and completes the names of settings.
+`isethdr run --help` prints them, and the command line completes names from them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import yaml
 from ..plugins.ranges import on_command_line
 
 FILE = Path(__file__).parent / "conf" / "config.yaml"
-OF_HYDRA = "hydra"  # the last table of the file: how Hydra works, not what a run is
+OF_HYDRA = "hydra"  # the last table of the file: settings of Hydra, not of a run
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Setting:
 
 @cache
 def default_choices() -> dict[str, str]:
-    """Return what the main config chooses, by group and key: `sensor@cameras.rgbw` for example."""
+    """Return the choices of the main config by group and key, for example `sensor@cameras.rgbw`."""
     found = {}
     for entry in yaml.safe_load(FILE.read_text())["defaults"]:
         if isinstance(entry, dict):

@@ -18,11 +18,12 @@ from .composition import compose
 
 
 def prepared(arguments: list[str]) -> list[str]:
-    """Return the arguments of a sweep as Hydra wants them, after every value of it has been tried.
+    """Return the arguments of a sweep in the form that Hydra needs, after trying each of its
+    values.
 
-    Hydra composes once without the swept kinds, where `sensor.exposure_s=0.008` of
-    `sensor=bayer,rgbw` has no owner yet: such a field becomes a sweep of one choice. Each swept
-    value is composed and built once, not each combination.
+    Hydra composes once without the swept kinds. At that point `sensor.exposure_s=0.008` of
+    `sensor=bayer,rgbw` belongs to no component, so such a field becomes a sweep with one value.
+    Each swept value is composed and built once, not each combination.
 
     Raises
     ------
@@ -63,7 +64,7 @@ def _tried(arguments: list[str]) -> list[str]:
 
 @contextmanager
 def _named(choices: list[str]) -> Iterator[None]:
-    """Say in a mistake which job of a sweep has it; `choices` are the overrides that vary."""
+    """Add the overrides `choices` of a job to the message of its error."""
     try:
         yield
     except IsetHdrError as err:

@@ -1,12 +1,10 @@
-"""Trust: which folders a config file may come from, checked before Hydra opens any.
+"""Trust: the folders from which config files are accepted, checked before Hydra opens a file.
 
-A config file is code: Hydra imports and calls what it names under `hydra.callbacks` or as
-`_target_`. So an
-experiment that somebody sent could do anything its reader may do. Files of installed packages run,
-for
-installing them was a decision; so do those in `conf` of the working folder, which is the user's
-own. Any
-other folder has to be named in the variable ISETHDR_TRUST.
+A config file is code: Hydra imports and calls the names under `hydra.callbacks` and in `_target_`.
+An experiment from somebody else can therefore do everything that its reader may do. Files of
+installed packages are accepted, because the user decided to install them. The folder `conf` of the
+working folder is accepted, because it is the user's own. Any other folder has to be named in the
+variable ISETHDR_TRUST.
 """
 
 from __future__ import annotations
@@ -38,11 +36,11 @@ def trusted_folders() -> list[Path]:
 
 
 def check_folder(folder: str | Path) -> None:
-    """Refuse a folder of config files that nobody declared to be trusted.
+    """Refuse a folder of config files that is not trusted.
 
     Raises
     ------
-    ConfigError : the folder is neither `conf` of the working folder nor within one that
+    ConfigError : the folder is neither `conf` of the working folder nor within a folder that
         ISETHDR_TRUST names.
     """
     path = Path(folder).resolve()

@@ -1,5 +1,5 @@
-"""Counting: what a sensor's captures state, against electrons and noise computed from it by another
-way than the sensor's own.
+"""Counting: the electrons and noise that captures state, compared with an independent
+computation.
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ DEVICE = {"device": "K", "scene": "kit"}
 def check_electrons(
     subject: str, sensor: Sensor, light: xr.DataArray, captures: xr.Dataset
 ) -> None:
-    """Check that expected electrons are those that quantum efficiency, photodiode area and exposure
-    of the captures make of light.
+    """Check that the expected electrons follow from quantum efficiency, photodiode area and
+    exposure of the captures.
 
-    The light is even over the field and rises towards red, so that no two filters see alike.
+    The light is uniform over the field and increases towards red, so that every filter collects a
+    different signal.
     """
     for name in OF_LIGHT:
         promise = f"captures carry {name!r} of the light unchanged"
@@ -67,8 +68,8 @@ def check_electrons(
 
 
 def check_filters(subject: str, captures: xr.Dataset) -> None:
-    """Check that `filter` is the pattern that the attribute `cfa` states, repeated from the upper
-    left pixel; nothing without `cfa`.
+    """Check that `filter` repeats the pattern of the attribute `cfa` from the upper left pixel.
+    Without `cfa` nothing is checked.
     """
     pattern = captures.attrs.get("cfa")
     if pattern is None:
@@ -102,7 +103,7 @@ def check_filters(subject: str, captures: xr.Dataset) -> None:
 
 
 def _rows(pattern: str) -> list[str]:
-    """Return the rows of a pattern, none where it is no rectangle."""
+    """Return the rows of a pattern; none if it is not a rectangle."""
     rows = pattern.split("/")
     if len(rows) == 1:
         side = isqrt(len(pattern))
@@ -157,17 +158,15 @@ def check_scatter(
                 subject,
                 promise,
                 abs(found_e2 - stated_e2) <= allowed,
-                f"variance in {name} of {capture} {found_e2:.4g} e2, stated {stated_e2:.4g} e2, allowed"
+                f"variance in {name} of {capture} {found_e2:.4g} e2, stated {stated_e2:.4g} e2,"
+                " allowed"
                 f" {allowed:.2g} e2",
             )
 
 
 def _half_mean_square(difference: np.ndarray, use: np.ndarray) -> tuple[float, float]:
-    """Return half the mean square of the differences `difference` (y, x) where `use` is true, and its
-    standard error.
-
-    Noise that pixels of a row or a column share makes their squares alike: the error is that of
-    means over rows or over columns.
+    """Return half the mean square of `difference` (y, x) where `use` is true, and its standard
+    error.
     """
     squares = np.where(use, difference, 0.0) ** 2 / 2
     errors = []

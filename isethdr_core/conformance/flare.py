@@ -1,5 +1,5 @@
-"""What a flare promises: an aperture takes light away, scatter is a probability, added light is
-linear in the scene.
+"""Promises of a flare: an aperture removes light, scatter is a probability, added light is linear
+in the scene.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def check_pupil(subject: str, flare: TransmitsPupil) -> None:
 
 
 def check_scatter(subject: str, flare: ScattersLight) -> None:
-    """Check that scatter, per steradian, holds no more than all the energy."""
+    """Check that scatter, per steradian, integrates to at most all the energy."""
     edges = np.concatenate([[0.0], np.geomspace(1e-7, np.pi / 2, 4001)])
     angle = (edges[1:] + edges[:-1]) / 2
     with keeps(subject, "scatter(wavelength_nm, angle_rad) returns 1/sr"):

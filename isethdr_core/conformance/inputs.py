@@ -145,8 +145,8 @@ def in_components(light: xr.DataArray, **modulation: float) -> xr.DataArray:
 
 
 def damaged_planes(valid: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
-    """Yield (what is wrong, data) for every way in which mixed radiance or irradiance can be wrong;
-    what its form tells is sealed.
+    """Yield (mistake, data) for each possible mistake in mixed radiance or irradiance. Values are
+    sealed if the form of the data already shows the mistake.
     """
     for fault, value in (
         ("NaN light", np.nan),
@@ -173,8 +173,8 @@ def damaged_planes(valid: xr.DataArray) -> Iterator[tuple[str, xr.DataArray]]:
 
 
 def damaged_scenes(valid: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield (what is wrong, data) for every way in which scene radiance can be wrong; what its form
-    tells is sealed.
+    """Yield (mistake, data) for each possible mistake in scene radiance. Values are sealed if the
+    form of the data already shows the mistake.
     """
     for fault, value in (
         ("NaN light", np.nan),
@@ -203,8 +203,8 @@ def damaged_scenes(valid: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
 
 
 def some(kind: str, *preferred: str) -> Any:
-    """Return an installed component of `kind`, the first of `preferred` that there is, to test
-    another kind with.
+    """Return an installed component of `kind`, the first available of `preferred`, for tests of
+    another kind.
     """
     known: dict[str, Component] = {n: c for (k, n), c in components().items() if k == kind}
     for name in (*preferred, *sorted(known)):

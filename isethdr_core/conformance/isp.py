@@ -1,5 +1,5 @@
-"""What an isp promises: absolute luminance from captures alone, estimates that are not clipped, and
-honest validity.
+"""Promises of an isp: absolute luminance from captures alone, estimates without clipping, and
+correct validity.
 """
 
 from __future__ import annotations
@@ -136,8 +136,8 @@ def captures(
 
 
 def damaged_captures(valid: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield (what is wrong, captures) for the ways in which captures can be wrong; what their form
-    tells is sealed.
+    """Yield (mistake, captures) for the possible mistakes in captures. Values are sealed if the
+    form of the data already shows the mistake.
     """
     yield "raw that holds NaN", valid.assign(raw=valid["raw"].astype(float).where(valid["x"] > 0))
     valid = sealed(valid, "raw", "saturated")

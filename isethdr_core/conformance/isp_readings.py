@@ -1,5 +1,5 @@
-"""Readings: whether an isp reads captures as they say, keeps places and colours, and states the
-variance that its pictures have.
+"""Readings: whether an isp interprets captures as they state, keeps places and colours, and states
+the variance of its pictures.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ INNER = slice(2, -2)  # pixels: demosaic has fewer neighbours at the border
 
 
 class MakesCaptures(Protocol):
-    """Captures of light of a spectrum (31,), any scale, by filters that see as XYZ do."""
+    """Captures of light of a spectrum (31,), any scale, through filters with the responses of X, Y
+    and Z.
+    """
 
     def __call__(self, layout: str, *, spectrum: npt.ArrayLike) -> xr.Dataset: ...
 
@@ -69,7 +71,7 @@ def check_readings(subject: str, isp: Isp, grey: xr.Dataset, luminance_cd_m2: np
 
 
 def check_place(subject: str, isp: Isp, grey: xr.Dataset) -> None:
-    """Check that light in one quarter of the captures is in that quarter of the picture: nothing
+    """Check that light in one quarter of the captures is in the same quarter of the picture, not
     mirrored, turned or shifted.
     """
     black = float(grey["black_dn"][0])
@@ -92,8 +94,8 @@ def check_place(subject: str, isp: Isp, grey: xr.Dataset) -> None:
 
 
 def check_colour(subject: str, isp: Isp, layout: str, make: MakesCaptures) -> None:
-    """Check X and Z of reddish and of bluish light; `make(layout, spectrum=...)` returns captures
-    of filters that see as XYZ do.
+    """Check X and Z of reddish and of bluish light. `make(layout, spectrum=...)` returns captures
+    through filters with the responses of X, Y and Z.
     """
     nm = bands_nm(31)
     for name, slope in (("reddish", 0.8), ("bluish", -0.8)):
@@ -129,7 +131,7 @@ def check_variance(subject: str, isp: Isp, grey: xr.Dataset) -> None:
         stated_variance.append(picture["variance"].values[INNER, INNER].mean(axis=(0, 1)))
     if np.isnan(
         stated_variance
-    ).all():  # a method that follows the noise may state that it does not know
+    ).all():  # a method that depends on the noise may state an unknown variance
         return
     sample_variance = np.var(pictures, axis=0, ddof=1).mean(axis=(0, 1))
     ratio = np.mean(stated_variance, axis=0) / np.maximum(sample_variance, np.finfo(float).tiny)

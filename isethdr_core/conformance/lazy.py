@@ -1,4 +1,4 @@
-"""Arrays that are not in memory: sealed ones, which nobody may read, and those of a store, which
+"""Arrays outside memory: sealed arrays, whose values must not be read, and arrays of a store, which
 are read piece by piece.
 """
 
@@ -20,7 +20,7 @@ ARRAY = "radiance"  # the name under which a DataArray is stored
 
 
 class ReadTooEarly(Exception):
-    """The values of a sealed array were asked for."""
+    """The values of a sealed array were read."""
 
 
 class _Sealed(BackendArray):
@@ -44,7 +44,7 @@ def sealed(data: Data, *names: str) -> Data:
 
 
 def same_from_store(subject: str, call: Callable[[Data], object], data: Data, want: object) -> None:
-    """Raise AssertionError unless `call(data)` gives the bits of `want` where `data` is read lazily
+    """Raise AssertionError if `call(data)` differs from `want` in a bit when `data` is read lazily
     from a store.
     """
     promise = "data opened from a store gives the same bits as data in memory"

@@ -1,5 +1,5 @@
-"""What a lens promises: linear, bands apart, no light made, right way up, and the ideal lens on a
-uniform field.
+"""Promises of a lens: linear, independent bands, no gain of light, upright image, and the ideal
+lens on a uniform field.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def check(subject: str, lens: Lens) -> None:
         kept_nm = lens.narrow(Demand(wavelength_nm=bands)).wavelength_nm
         dropped = set() if kept_nm is None else set(bands) - set(kept_nm)
         dark = light.sel(wavelength=[w for w in light.wavelength.values if w in dropped])
-        # 1e-6: what no sensor sees beside the rest
+        # 1e-6: below the noise of every sensor
         holds(
             subject,
             "passes no light in a band that its narrow drops",
@@ -96,8 +96,8 @@ def _check_components(subject: str, lens: Lens, scene: xr.DataArray, light: xr.D
 def _check_photocurrent(
     subject: str, lens: MakesPhotocurrent, scene: xr.DataArray, irradiance: xr.DataArray
 ) -> None:
-    """Light asked for as photocurrent makes the electrons that irradiance does, as far as the
-    sensor that asks can tell.
+    """Check that light requested as photocurrent makes the same electrons as irradiance, within the
+    requested error.
     """
 
     def efficiency(wavelength_nm: npt.ArrayLike) -> np.ndarray:
@@ -117,7 +117,7 @@ def _check_photocurrent(
         "photocurrent makes the electrons that its irradiance makes, within the error allowed (in"
         " units of the noise)"
     )
-    # five: what is allowed holds for 99 % of the pixels
+    # factor five: the error allowed holds for 99 % of the pixels
     close(
         subject,
         promise,
@@ -129,8 +129,8 @@ def _check_photocurrent(
 
 
 def _check_window(subject: str, lens: MakesPhotocurrent, scene: xr.DataArray) -> None:
-    """Light asked for in a window is that asked for everywhere, as far as the sensor that asks can
-    tell.
+    """Check that light requested in a window equals the light requested for the whole sensor plane,
+    within the requested error.
     """
     response = Response(
         ("W",), lambda w: np.full((1, np.size(w)), 0.5), AREA_EXPOSURE_M2_S, 1.0, 1e5
@@ -153,7 +153,7 @@ def _check_window(subject: str, lens: MakesPhotocurrent, scene: xr.DataArray) ->
             lens.photocurrent(scene, (), replace(response, window_m=window_m)), window_m
         )
     whole = electrons(every, window_m)
-    # twice: either answer may be wrong by what is allowed
+    # factor two: each of the two results may have the error allowed
     close(
         subject,
         "in the window that a response states light is as without one, within the error allowed",
@@ -249,8 +249,8 @@ def _check_orientation(subject: str, lens: Lens) -> None:
 def _check_place(
     subject: str, lens: Lens, point: xr.DataArray, source: xr.DataArray, peak: tuple[int, int]
 ) -> None:
-    """Check that a lamp's image lies where focal length and distortion of the light say, to a
-    tile.
+    """Check that the image of a lamp lies at the position that focal length and distortion state,
+    to one tile.
     """
     light = lens(source)
     f_m = 1e-3 * light.attrs["focal_length_mm"]
@@ -280,8 +280,8 @@ def _relative(light: xr.DataArray) -> np.ndarray:
 
 
 def _passed_sr(lens: Lens, source: xr.DataArray) -> float:
-    """Return what the attributes say goes through the pupil from the brightest tile: throughput,
-    relative illumination, image size.
+    """Return the solid angle of light from the brightest tile that passes the pupil, from the
+    attributes: throughput, relative illumination, image size.
     """
     image = lens(mixed(0.01))
     row, column = np.unravel_index(int(source.values.sum(axis=0).argmax()), source.shape[1:])

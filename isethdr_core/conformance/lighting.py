@@ -1,6 +1,4 @@
-"""What a lighting promises: the mix is the weighted sum of the groups, with the weights it
-states.
-"""
+"""Promises of a lighting: the mix is the weighted sum of the groups, with the stated weights."""
 
 from __future__ import annotations
 
@@ -85,5 +83,5 @@ def check(subject: str, lighting: Lighting) -> None:
     same_from_store(subject, lighting, radiance, lighting(radiance))
     for fault, damaged in damaged_scenes(radiance):
         if fault.endswith("light") and not any(weights.values()):
-            continue  # all lights are off: nothing is read, so nothing can be found
+            continue  # all lights are off: no value is read, so no mistake can be detected
         refuses(subject, fault, partial(lighting, damaged))

@@ -1,5 +1,5 @@
-"""What a metric promises: scores from the labels it asked for, finite where the picture is good,
-the same every time.
+"""Promises of a metric: scores from the requested labels, finite for a good picture, the same on
+every call.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SIZE = (48, 72)
 
 
 class Pictures(NamedTuple):
-    """What a metric is called with."""
+    """The arguments of a metric's call."""
 
     noisy: xr.Dataset
     reference: xr.Dataset
@@ -104,9 +104,7 @@ def true_picture() -> xr.Dataset:
 
 
 def labels_asked_for(metric: Metric) -> xr.Dataset | None:
-    """Return labels with those alone that the metric's `narrow` asks for, as a run would render
-    them.
-    """
+    """Return only the labels that the metric's `narrow` asks for, as in a run."""
     names = metric.narrow(Demand()).labels if isinstance(metric, NarrowsDemand) else frozenset()
     everything = scene()
     return labels_on(
@@ -162,7 +160,7 @@ def _check_depends(subject: str, metric: Metric, pictures: Pictures, scores: lis
 
 
 def edge_picture(reference: xr.Dataset, width_pixels: float) -> xr.Dataset:
-    """Return a noise-free picture of a slanted edge, 20 and 100 cd/m2, that rises over so many
+    """Return a noise-free picture of a slanted edge, from 20 to 100 cd/m2 over `width_pixels`
     pixels.
     """
     y, x = np.indices(SIZE)
@@ -181,7 +179,9 @@ def edge_picture(reference: xr.Dataset, width_pixels: float) -> xr.Dataset:
 
 
 def _check_bad_input(subject: str, metric: Metric, pictures: Pictures, scores: list[Score]) -> None:
-    """A damaged picture is refused, unless what is damaged is nothing that the metric reads."""
+    """Check that a damaged picture is refused, unless the metric does not read the damaged
+    variable.
+    """
     noisy, reference, labels = pictures
 
     def refused_or_unread(fault: str, call: Callable[[], list[Score]]) -> None:
@@ -191,7 +191,8 @@ def _check_bad_input(subject: str, metric: Metric, pictures: Pictures, scores: l
             return
         except Exception as err:
             raise AssertionError(
-                f"{subject} breaks the promise 'refuses {fault} with an error of isethdr_core.errors': "
+                f"{subject} breaks the promise 'refuses {fault} with an error of"
+                " isethdr_core.errors': "
                 f"raised {type(err).__name__}: {err}"
             ) from err
         holds(
@@ -214,9 +215,7 @@ def same_scores(first: Sequence[Score], second: Sequence[Score]) -> bool:
 
 
 def damaged_pictures(valid: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield (what is wrong, picture) for the ways in which a picture can be wrong; its light is
-    sealed.
-    """
+    """Yield (mistake, picture) for the possible mistakes in a picture. Its light is sealed."""
     valid = sealed(valid, "xyz", "variance")
     yield "an empty Dataset", xr.Dataset()
     for name in ("xyz", "variance", "valid"):

@@ -77,8 +77,8 @@ def close(
     relative: float,
     absolute: float = 0.0,
 ) -> None:
-    """Raise AssertionError unless |got - want| <= relative |want| + absolute everywhere; says where
-    it is worst.
+    """Raise AssertionError unless |value - want| <= relative |want| + absolute everywhere. The
+    message holds the worst position.
     """
     values, want = np.broadcast_arrays(np.asarray(values, float), np.asarray(want, float))
     excess = np.abs(values - want) - relative * np.abs(want) - absolute
@@ -98,8 +98,8 @@ def close(
 
 
 def refuses(subject: str, fault: str, call: Callable[[], object]) -> None:
-    """Raise AssertionError unless `call()` raises one of our own errors, whose message names what
-    was expected.
+    """Raise AssertionError unless `call()` raises an error of isethdr_core.errors whose message
+    states the expected value.
     """
     promise = f"refuses {fault} with an error of isethdr_core.errors"
     try:
@@ -152,10 +152,10 @@ def repeatable(
 
 
 def alike(subject: str, promise: str, values: object, want: object) -> None:
-    """Raise AssertionError unless two results agree but for the rounding of sums in another order.
+    """Raise AssertionError unless two results agree up to the rounding of sums in another order.
 
-    1e-5 of the largest value: sums in float32. Whole numbers may differ by 1, where such a sum
-    decides a count.
+    The tolerance is 1e-5 of the largest value, for sums in float32. Whole numbers may differ by 1,
+    if such a sum decides a count.
     """
     a, b = arrays(values), arrays(want)
     holds(subject, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
@@ -191,8 +191,8 @@ def arrays(result: object) -> dict[str, np.ndarray]:
 def check_component(
     subject: str, kind: str, name: str, component: Any, fields: Mapping[str, Any]
 ) -> None:
-    """Check what every component promises: documented, typed, comparable, storable, honest about
-    its needs.
+    """Check the promises of every component: documented, typed, comparable, storable, and correct
+    demands.
     """
     docstring = type(component).__doc__ or ""
     holds(
@@ -263,7 +263,7 @@ def _check_narrow(subject: str, component: NarrowsDemand) -> None:
 
 
 def _plain(demand: Demand) -> object:
-    """Return a demand as values that compare, a sensor's response by what it answers."""
+    """Return a demand as comparable values, the sensor's response as its numbers."""
     if demand.response is None:
         return demand
     return (

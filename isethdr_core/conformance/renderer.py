@@ -1,5 +1,5 @@
-"""Promises of a renderer: it returns what the demand asks for, a uniform sky, lamps of the stated
-candela, and light linear in the lamps.
+"""Promises of a renderer: the requested data, a uniform sky, lamps of the stated candela, and light
+linear in the lamps.
 
 Pass fields that make it quick, for example `check("renderer", "mitsuba", width=32, height=18,
 samples=16)`.
@@ -96,7 +96,7 @@ def _check_empty_world(subject: str, renderer: Renderer) -> None:
     with keeps(subject, "renders a world of nothing but sky"):
         sky = renderer(world(road=False, lamp=False), Demand())
         check_scene(sky)
-    # 1e-3: a path tracer adds no noise to a sky that it sees directly; rounding of film sums only
+    # 1e-3: a directly visible sky has no path noise, only the rounding of sums
     close(
         subject,
         "a uniform sky has the stated radiance everywhere",

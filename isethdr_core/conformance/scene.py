@@ -1,6 +1,4 @@
-"""What a scene promises: a description that a renderer can use, or scene radiance that is already
-known.
-"""
+"""Promises of a scene: a description that a renderer can use, or scene radiance."""
 
 from __future__ import annotations
 
@@ -18,7 +16,7 @@ SAME_SEED = "the same seed gives the same scene"
 
 
 def check(subject: str, scene: Scene) -> None:
-    """Check one scene; it is made twice."""
+    """Check one scene. The scene is made twice."""
     with keeps(subject, "makes a scene"):
         first = scene()
         second = stated(subject, scene) if isinstance(first, xr.Dataset) else scene()

@@ -1,5 +1,5 @@
-"""What a sensor promises: expected electrons linear in light, noise keyed by pixel, captures that
-say how to read them.
+"""Promises of a sensor: expected electrons linear in light, noise with a key for each pixel, and
+captures that describe how to read them.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SPREADS = (
     "column_e",
     "row_e",
     "silicon",
-)  # optional: what differs between devices
+)  # optional: differences between devices
 ORDER = ("capture", "y", "x")
 KEY = generator(seed=7, device="K", scene="kit")
 SIGNAL_E = (
@@ -153,9 +153,7 @@ def dim_light(subject: str, sensor: Sensor) -> xr.DataArray:
 
 
 def _check_narrow(subject: str, sensor: Sensor, light: xr.DataArray, mean: xr.DataArray) -> None:
-    """What `narrow` drops must not matter: without those bands, and those tiles, the expected
-    electrons are the same.
-    """
+    """Check that the bands and tiles that `narrow` drops do not change the expected electrons."""
     _check_window(subject, sensor, light)
     bands = tuple(light.wavelength.values.tolist())
     kept_nm = (
@@ -167,7 +165,7 @@ def _check_narrow(subject: str, sensor: Sensor, light: xr.DataArray, mean: xr.Da
         return
     with keeps(subject, "needs no band that its narrow drops"):
         part = sensor.expected(light.sel(wavelength=list(kept_nm)))
-        # 1e-4: a band is dropped where the quantum efficiency is next to nothing
+        # 1e-4: dropped bands have almost no quantum efficiency
         close(subject, "needs no band that its narrow drops", part.values, mean.values, 1e-4)
 
 
@@ -282,7 +280,7 @@ def _check_noise(subject: str, sensor: Sensor, light: xr.DataArray, shot: xr.Dat
 
 
 def _check_quiet(subject: str, sensor: Sensor, light: xr.DataArray) -> None:
-    """A sensor that can be told `noise=False` then is its own mean, but for the steps of its
+    """Check that a sensor with `noise=False` returns its own mean, up to the steps of its
     converter.
     """
     if not (isinstance(sensor, DeclaresNoise) and isinstance(sensor.noise, bool)):

@@ -1,9 +1,10 @@
-"""Geometry: where a sensor looks, as the attributes of irradiance, captures and pictures state it.
+"""Camera geometry: the lines of sight of pixels, from the attributes of irradiance, captures and
+pictures.
 
-`distortion` {model: ..., its numbers} and `projection` are absent where a lens keeps the grid of
-tangents; `falloff` is cos4, none or table, then with `falloff_table` {angle_deg: [...], relative:
-[...]}. Positions on the sensor are in focal lengths, so that a lens without distortion lands light
-at its own field coordinates.
+The attributes `distortion` {model: ..., its numbers} and `projection` are absent if the lens keeps
+the grid of tangents. `falloff` is cos4, none or table; a table has `falloff_table` {angle_deg:
+[...], relative: [...]}. Positions on the sensor are in focal lengths, so that a lens without
+distortion images light at its own field coordinates.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from .quantities import tile_pitch
 PLACES = (
     "projection",
     "distortion",
-)  # attributes that say where pixels look: sensor and isp hand them on
+)  # attributes of the lines of sight of pixels: sensor and isp pass them on
 CARRIED = (
     *PLACES,
     "falloff",
@@ -60,7 +61,8 @@ def projection_of(data) -> str:
     projection = data.attrs.get("projection", "tangent")
     if projection not in projections.PROJECTIONS:
         raise UnitError(
-            f"projection {projection!r} is unknown{did_you_mean(str(projection), projections.PROJECTIONS)}"
+            f"projection {projection!r} is"
+            f" unknown{did_you_mean(str(projection), projections.PROJECTIONS)}"
         )
     return projection
 
@@ -165,8 +167,8 @@ def table_values(table, angle_deg) -> np.ndarray:
 
 
 def field_areas(lens, x_in, y_in, x_out, y_out):
-    """Return the (sensor tile, field tile) matrix of shared areas, in field coordinates; the last
-    two are kept in the process.
+    """Return the (sensor tile, field tile) matrix of shared areas, in field coordinates. The last
+    two results are kept in the process.
 
     Parameters
     ----------
@@ -176,7 +178,7 @@ def field_areas(lens, x_in, y_in, x_out, y_out):
 
     Raises
     ------
-    ValueError : where a sensor tile looks beyond the field; nothing is known of the light there.
+    ValueError : a sensor tile covers field outside the given tiles, where the light is not known.
     """
     return _areas(lens, *(np.asarray(b, float).tobytes() for b in (x_in, y_in, x_out, y_out)))
 
@@ -189,18 +191,21 @@ def _areas(lens, *grids):
 
 
 def mean_seen(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> np.ndarray:
-    """Return the mean (..., y, x) of constant tiles over the quadrilaterals of the field that
-    pixels look at.
+    """Return the mean (..., y, x) of constant tiles over the part of the field that each pixel
+    covers, a quadrilateral.
 
     Parameters
     ----------
     tiles : (..., y, x) values on the grid of `field`.
+    field : the scene's grid, with its projection.
+    lens : a map, as `distortion_map` returns it.
     x, y, pitch : centres and side of the pixels in focal lengths, evenly spaced by `pitch`.
-    beyond : pixels may look beyond the field; there tiles are taken to be like those at its border.
+    beyond : whether pixels may cover field outside the tiles; the tiles at the border are then
+        extended.
 
     Raises
     ------
-    ValueError : pixels that look beyond the field and may not, or that do not lie side by side.
+    ValueError : pixels cover field outside the tiles without `beyond`, or are not evenly spaced.
     """
     for centres in (x, y):
         if len(centres) > 1 and np.abs(np.diff(centres) - pitch).max() > 1e-6 * pitch:

@@ -1,8 +1,10 @@
-"""Derived once: what follows from light, reference picture and labels alone, for all realisations.
+"""Derived once: results that depend only on light, reference picture and labels, kept for all noise
+realisations.
 
-A run asks sensor and metrics again and again: in every noise realisation, and after changes of the
-scene. Light, reference picture and labels mostly stay the same objects. Within `shared(...)` what
-depends on these alone is computed once. Outside of it, everything is computed on each call.
+A run calls sensor and metrics many times: for every noise realisation, and after changes of the
+scene. Light, reference picture and labels mostly stay the same objects. Within `shared(...)`,
+results that depend on them alone are computed once. Outside such a block, everything is computed on
+each call.
 """
 
 from __future__ import annotations
@@ -30,12 +32,12 @@ _values_only: ContextVar[bool] = ContextVar("isethdr_values_only", default=False
 
 @contextmanager
 def shared(*sources: Any) -> Iterator[None]:
-    """Keep what `once` derives from these objects until the end of the block.
+    """Keep the results of `once` for these objects until the end of the block.
 
     Parameters
     ----------
-    sources : objects that nobody changes within the block, such as a reference picture. A block
-        within another knows the objects and results of that one too.
+    sources : objects that do not change within the block, such as a reference picture. A nested
+        block also uses the objects and results of the outer one.
     """
     around = _scope.get() or _Scope(())
     token = _scope.set(_Scope((*around.sources, *sources), dict(around.results)))
@@ -46,14 +48,14 @@ def shared(*sources: Any) -> Iterator[None]:
 
 
 def once(key: Hashable, sources: tuple[Any, ...], compute: Callable[[], T]) -> T:
-    """Return `compute()`, or what it returned before for the same key and the same objects.
+    """Return `compute()`, or its earlier result for the same key and the same objects.
 
     Parameters
     ----------
-    key : names the computation and all its parameters. One without a hash is never found again.
-    sources : the objects that the result depends on, compared by identity; None depends on nothing.
-    compute : function without arguments that states nothing in the ledger. Nobody may change what
-        it returns.
+    key : names the computation and all its parameters. Without a hash, nothing is kept.
+    sources : the objects that the result depends on, compared by identity; an empty list: none.
+    compute : function without arguments that states nothing in the ledger. Its result must not be
+        changed.
     """
     scope = _scope.get()
     if scope is None:
@@ -63,7 +65,7 @@ def once(key: Hashable, sources: tuple[Any, ...], compute: Callable[[], T]) -> T
     whole = key, tuple(map(id, sources))
     try:
         hash(whole)
-    except TypeError:  # a parameter that cannot be compared, such as an array
+    except TypeError:  # a parameter without a hash, such as an array
         return compute()
     if whole not in scope.results:
         scope.results[whole] = compute()
@@ -72,7 +74,7 @@ def once(key: Hashable, sources: tuple[Any, ...], compute: Callable[[], T]) -> T
 
 @contextmanager
 def values_only() -> Iterator[None]:
-    """Tell metrics that nobody reads the intervals of their scores within the block."""
+    """Tell metrics that the intervals of their scores are not used within the block."""
     token = _values_only.set(True)
     try:
         yield
@@ -81,5 +83,5 @@ def values_only() -> Iterator[None]:
 
 
 def intervals_wanted() -> bool:
-    """Return whether anybody reads the intervals of a metric's scores; else they may be NaN."""
+    """Return whether the intervals of a metric's scores are used; otherwise they may be NaN."""
     return not _values_only.get()

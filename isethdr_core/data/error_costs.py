@@ -1,4 +1,6 @@
-"""Error costs: what a smaller error costs, and the division of an error at the least cost."""
+"""Error costs: the CPU time that a smaller error takes, and the division of an error budget at the
+least cost.
+"""
 
 from __future__ import annotations
 
@@ -12,21 +14,21 @@ Key = TypeVar("Key")
 
 @dataclass(frozen=True)
 class Cost:
-    """Seconds as a power law: seconds x value^-power; where `power` is 0, so many seconds for every
-    factor e that the value is less.
+    """CPU seconds as a power law: seconds x value^-power. With `power` 0: `seconds` for every
+    factor e by which the value is smaller.
 
     Parameters
     ----------
-    seconds : CPU seconds of the value 1, for a million values (tiles x bands). Knobs that no budget
-        divides are only compared with themselves: 1.0 serves.
-    power : above 0 where small values are dear (an error), below 0 where large ones are (samples).
+    seconds : CPU seconds at the value 1, for a million values (tiles x bands). For a knob outside
+        the budget only ratios count, so 1.0 is enough.
+    power : above 0 if small values are expensive (an error), below 0 if large values are (samples).
     """
 
     seconds: float
     power: float = 0.0
 
     def of(self, value: float) -> float:
-        """Return the seconds of a value above 0; without a power, but for a constant."""
+        """Return the seconds of a value above 0; for `power` 0, up to an additive constant."""
         return self.seconds * (value**-self.power if self.power else -math.log(value))
 
 

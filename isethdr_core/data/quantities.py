@@ -1,7 +1,7 @@
-"""What crosses the borders between stages: dims, units, attributes, and the checks on them.
+"""The quantities that stages exchange: dims, units, attributes, and checks.
 
-Every stage sets `units` on its output with one of the makers below and checks its input with one of
-the `check_*` functions; attributes that xarray carried along by itself are never trusted.
+Every stage sets `units` on its output with one of the functions below, and checks its input with
+one of the `check_*` functions. Attributes that xarray propagated by itself are never trusted.
 """
 
 from __future__ import annotations
@@ -143,8 +143,8 @@ def photocurrent(
 ) -> xr.DataArray:
     """Return a (channel, y, x) DataArray of photocurrent on the sensor plane.
 
-    `efficiency` (channel, wavelength), electrons per photon, and the bands `wavelength_nm` say
-    which sensor it was made for.
+    `efficiency` (channel, wavelength), electrons per photon, and the bands `wavelength_nm` identify
+    the sensor that it was computed for.
     """
     return xr.DataArray(
         values,
@@ -160,7 +160,9 @@ def photocurrent(
 
 
 def bands_nm(light: xr.DataArray) -> np.ndarray:
-    """Return the band centres of irradiance, or of the light that a photocurrent was made from."""
+    """Return the band centres of irradiance, or of the light from which a photocurrent was
+    computed.
+    """
     return np.asarray(
         light.wavelength.values if "wavelength" in light.dims else light.attrs["wavelength_nm"],
         float,
@@ -285,7 +287,8 @@ def _check_units(data: xr.DataArray, units: str, title: str) -> None:
     units_of_data = data.attrs.get("units")
     if units_of_data != units:
         raise UnitError(
-            f"{title} has units {units_of_data!r}; expected {units!r}; convert it and set .attrs['units']"
+            f"{title} has units {units_of_data!r}; expected {units!r}; convert it and set"
+            " .attrs['units']"
         )
 
 
@@ -357,9 +360,10 @@ def _check_light(data: xr.DataArray, title: str) -> None:
 
 
 def _plain_light(values: np.ndarray) -> bool:
-    """Return True where one look at the bits shows that all is finite light; False says nothing.
+    """Return True if one comparison of bits shows that all values are finite and not negative.
+    False means that the slower checks must decide.
 
-    As unsigned integers floats grow from 0 to infinity, and what follows is no number or negative.
+    Read as unsigned integers, floats increase from 0 to infinity; NaN and negative numbers follow.
     """
     bits = (
         {4: np.uint32, 8: np.uint64}.get(values.dtype.itemsize)

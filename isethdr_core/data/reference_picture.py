@@ -76,7 +76,7 @@ def total_variance(picture: xr.Dataset) -> xr.DataArray:
     """Return the variance (y, x, xyz_channel) of a pixel of an unknown device, (cd/m2)^2.
 
     It is the sum of the temporal variance and the fixed-pattern variance. A picture without
-    `fixed_pattern_variance` counts as one without a fixed pattern.
+    `fixed_pattern_variance` counts as free of fixed pattern.
     """
     variance = picture["variance"]
     if FIXED_PATTERN not in picture:
@@ -98,7 +98,7 @@ def with_undenoised(picture: xr.Dataset, undenoised: xr.Dataset) -> xr.Dataset:
 
 
 def before_denoising(picture: xr.Dataset) -> xr.Dataset:
-    """Return the picture before denoising, or `picture` itself where it holds no such variables."""
+    """Return the picture before denoising, or `picture` itself if it holds no such variables."""
     names = [name for name in picture.data_vars if str(name).startswith(UNDENOISED)]
     if not names:
         return picture
@@ -213,13 +213,12 @@ def seen(tiles: np.ndarray, field: xr.DataArray | xr.Dataset, picture: xr.Datase
 
 
 def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
-    """Return the scene's labels at the pixel centres of `picture`: those of the tile that holds
-    each centre.
+    """Return the scene's labels at the pixel centres of `picture`: the labels of the tile that
+    contains each centre.
 
-    Labels are names and distances, not light: they are looked up, never averaged. The attribute
-    `objects` is the scene's table with `box` in pixels of the picture; parts of a box beyond the
-    frame are cut, `in_frame` says which share of its area is left. Objects wholly outside are
-    dropped.
+    Labels are names and distances, so they are looked up and never averaged. The attribute
+    `objects` is the scene's table with `box` in pixels of the picture. A box is cut at the frame,
+    and `in_frame` is the remaining share of its area. Objects outside the frame are dropped.
     """
     f_m = _focal_length_m(picture)
     x, y = picture.x.values / f_m, picture.y.values / f_m
@@ -312,7 +311,7 @@ def _nearest(scene: xr.DataArray | xr.Dataset, dim: str, tangents: np.ndarray) -
             f" tiles end at {np.abs(centres).max():.4g}; crop the sensor or widen the camera's"
             " field"
         )
-    # a centre on a border between two tiles goes to the later one, whatever the last digit says
+    # a centre on a border between two tiles belongs to the later one, despite rounding
     return np.clip(np.floor(index + TIE).astype(int), 0, len(centres) - 1)
 
 

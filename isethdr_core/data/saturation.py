@@ -13,10 +13,11 @@ if TYPE_CHECKING:
 
 
 def with_saturation(picture: xr.Dataset, captures: xr.Dataset) -> xr.Dataset:
-    """Return the picture with the variable `saturated` (y, x), True where every capture is.
+    """Return the picture with the variable `saturated` (y, x): True where every capture is
+    saturated.
 
-    A picture whose image processing states `saturated` itself, or whose grid is not that of the
-    captures, is returned as it is.
+    A picture that already has `saturated`, or whose grid differs from that of the captures, is
+    returned unchanged.
     """
     if "saturated" in picture or "saturated" not in captures:
         return picture

@@ -1,8 +1,8 @@
 """Scene description: geometry, materials, lamps, camera and sky, in metres, candela and spectra.
 
-A `scene` plugin makes one, a `renderer` plugin turns it into scene radiance. World axes: x forward,
-y left, z up; metres. A model stands at its own origin and is placed by a 4x4 matrix.
-Spectra are tabulated against wavelength in nm; nothing here is an RGB number.
+A `scene` plugin makes a description, and a `renderer` plugin turns it into scene radiance. World
+axes: x forward, y left, z up; metres. A model has its own origin and is placed by a 4x4 matrix.
+Spectra are tables over wavelength in nm; no value is an RGB number.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def flat(value: float) -> Spectrum:
 
 @dataclass(frozen=True)
 class Facets:
-    """Rough facets of a dielectric, which reflect as by Fresnel's equations and absorb nothing."""
+    """Rough facets of a dielectric. They reflect by Fresnel's equations and absorb nothing."""
 
     roughness: float  # alpha of the distribution of slopes
     index: float  # of refraction
@@ -49,8 +49,8 @@ class Granular:
     """A surface of grains, such as a road: matt grains that shade each other, and facets.
 
     BSDF = (1 - gloss) x reflectance x grains + gloss x ((1 - narrow_share) x wide + narrow_share x
-    narrow). The grains are the diffuse part of Burley (2015): `flatness` 1 goes as 1 / (cos_i +
-    cos_o), the law of Lommel and Seeliger, `flatness` 0 is nearly Lambertian.
+    narrow). The grains are the diffuse part of Burley (2015): `flatness` 1 is proportional to 1 /
+    (cos_i + cos_o), the law of Lommel and Seeliger; `flatness` 0 is nearly Lambertian.
     """
 
     gloss: float
@@ -63,13 +63,13 @@ class Granular:
 
 @dataclass(frozen=True)
 class RetroReflection:
-    """Light that is sent back to where it came from, on a share of a surface.
+    """Light reflected back towards its source, on a share of a surface.
 
-    The rest of the surface, 1 - `share`, reflects as its kind says. With t = 1 - cos(observation
-    angle), h the entrance angle of the half vector, and R the reflectance, f = R peak
-    (1 + t / width)^-falloff times exp(-(tan h / entrance)^power) / (cos_i cos_o) for a sheet, or
-    times 1 / (cos_i + cos_o) for beads. So R_A of a sheet is f cos_i cos_o, cd lx-1 m-2, and R_L of
-    beads hardly depends on distance.
+    The rest of the surface, 1 - `share`, reflects by the kind of the material. With t = 1 -
+    cos(observation angle), h the entrance angle of the half vector, and R the reflectance, f = R
+    peak (1 + t / width)^-falloff times exp(-(tan h / entrance)^power) / (cos_i cos_o) for a sheet,
+    or times 1 / (cos_i + cos_o) for beads. R_A of a sheet is therefore f cos_i cos_o, cd lx-1 m-2,
+    and R_L of beads hardly depends on distance.
     """
 
     peak: float  # 1/sr, at reflectance 1
@@ -78,7 +78,7 @@ class RetroReflection:
     entrance: float = 1.0  # tangent
     power: float = 2.0
     form: Literal["sheet", "beads"] = "sheet"
-    share: float = 0.25  # `peak` is that of the whole surface, whatever the share
+    share: float = 0.25  # `peak` refers to the whole surface, not to `share`
 
 
 @dataclass(frozen=True)
@@ -161,15 +161,15 @@ def _cell(nodes: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class Lamp:
-    """What an emitting part sends out, as built: a lighting weight of 1 means exactly this.
+    """An emitting part as built: a lighting weight of 1 gives exactly this emission.
 
-    The radiance is constant over the part and within `inner_deg` of the axis, falls as a smoothstep
-    of the cosine to zero at `outer_deg`, and keeps `lambertian_share` of the total flux as a
-    Lambertian floor, so that the lamp never turns black off its axis. `outer_deg` 90 and
+    The radiance is constant over the part. Within `inner_deg` of the axis it is constant; to
+    `outer_deg` it falls to zero as a smoothstep of the cosine. `lambertian_share` of the total flux
+    is a Lambertian floor, so that the lamp is never black off its axis. `outer_deg` 90 and
     `inner_deg` 90: Lambertian.
 
     With a `table` the cone does not count: the whole part has `intensity_cd` times the table in
-    each direction, and its radiance is that over the area that its faces show there.
+    each direction. Its radiance is this intensity divided by the projected area of its faces.
     """
 
     kind: str  # low_beam, drl, tail, brake, indicator, street, window, ...
@@ -221,7 +221,7 @@ class Placed:
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole: where it stands, where it looks, and the full horizontal and vertical field."""
+    """A pinhole camera: position, line of sight, and the full horizontal and vertical field."""
 
     position_m: tuple[float, float, float]
     target_m: tuple[float, float, float]

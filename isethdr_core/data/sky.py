@@ -18,10 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SkyPart:
-    """One spectrum and how strong it is in each direction.
+    """One spectrum, and its strength in each direction.
 
-    Rows of `pattern` lie at the elevations `sky_elevations_deg(rows)`, columns at azimuths of 360 /
-    columns degrees from 0 on; it is linear between them in the variable of the rows and in azimuth.
+    Rows of `pattern` lie at the elevations `sky_elevations_deg(rows)`, columns at azimuths of
+    multiples of 360 / columns degrees. Between them it is linear in azimuth and in the variable of
+    the rows.
     """
 
     spectrum: Spectrum  # radiance in a direction where `pattern` is 1, W m-2 sr-1 nm-1
@@ -51,7 +52,7 @@ class SkyDisc:
 class SkyDome:
     """A sky with a gradient: the sum of `parts`, whose patterns have one shape, and `discs`.
 
-    `at` makes it a uniform sky for what knows no directions.
+    `at` returns the spectrum of the equivalent uniform sky, for code without directions.
     """
 
     parts: tuple[SkyPart, ...]

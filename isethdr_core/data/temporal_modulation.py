@@ -1,7 +1,7 @@
-"""Light that varies in time: components of mixed radiance and irradiance, each with one modulation.
+"""Temporal modulation: components of mixed radiance and irradiance, each with one modulation.
 
-Light without the dim `component` is constant. With it, each component holds the mean over time of
-its light, and the coordinates `frequency_hz`, `duty`, `depth` and `phase` say how that varies
+Light without the dim `component` is constant. Otherwise each component holds the mean of its light
+over time, and the coordinates `frequency_hz`, `duty`, `depth` and `phase` describe its modulation
 (`physics.modulation.Modulation`).
 """
 
@@ -84,7 +84,7 @@ def components(light: xr.DataArray) -> list[tuple[Modulation, xr.DataArray]]:
 
 
 def wrong(modulation: Modulation) -> str:
-    """Return what is wrong with a modulation and what was expected; "" where nothing is."""
+    """Return the error in a modulation and the expected value; "" if it is valid."""
     frequency_hz, duty, depth, phase = modulation
     if not 0 <= frequency_hz < np.inf:
         return f"frequency_hz is {frequency_hz:g}; expected a finite number of Hz, 0 or more"
@@ -103,8 +103,8 @@ def wrong(modulation: Modulation) -> str:
 
 
 def time_mean(light: xr.DataArray) -> xr.DataArray:
-    """Return the mean over time: the sum of all components in float64, rounded once; constant light
-    comes back as it is.
+    """Return the mean over time: the sum of all components in float64, rounded once. Constant light
+    is returned unchanged.
     """
     planes = [plane for _, plane in components(light)]
     if len(planes) == 1:

@@ -1,9 +1,9 @@
-"""Display: how a linear picture or a rendering is looked at. Never a stage.
+"""Display: views of a linear picture or a rendering. These modules are never part of a stage.
 
-| module          | what                                                                 |
+| module          | content                                                              |
 |-----------------|----------------------------------------------------------------------|
-| `display_view`  | what a linear picture looks like on a display                        |
-| `preview`       | scene radiance denoised light group by light group, for eyes only    |
+| `display_view`  | a linear picture as a display would show it                          |
+| `preview`       | scene radiance denoised group by group, for views only               |
 | `tone_mapping`  | displayed luminance that depends on a pixel's surroundings           |
 | `white_balance` | colours as seen by an eye that has adapted to the light of the scene |
 """

@@ -1,10 +1,10 @@
-"""View: what a linear picture looks like on a display. Only for eyes and for scores that judge
-looks; never a stage.
+"""Display views of a linear picture, for people and for scores of displayed pictures. Never part of
+a stage.
 
-Two renderings. `display` gives 8 bit sRGB; a picture and its truth share one white, which is stated
-beside any score made from it. `false_colour` gives luminance on a logarithmic scale in cd/m2.
-`write_exr` and `write_png` leave files that other programs read: absolute float, or 16 bit with the
-transfer function stated inside.
+`display` gives 8 bit sRGB. A picture and its truth share one white, which is stated beside each
+score made from it. `false_colour` gives luminance on a logarithmic scale in cd/m2. `write_exr` and
+`write_png` write files for other programs: float values in cd/m2, or 16 bit with a stated transfer
+function.
 """
 
 from __future__ import annotations
@@ -118,15 +118,15 @@ def display(
 ) -> np.ndarray:
     """Return the picture as a display would show it: uint8 sRGB (y, x, 3).
 
-    Luminance goes through `tone`; X and Z keep their ratio to Y, so hue stays. What lies outside
-    the display's gamut or range is clipped here, in the view only. Pixels that are not valid, every
-    capture being saturated, show as white: their true colour is unknown, but it is bright.
+    Luminance is mapped by `tone`. X and Z keep their ratio to Y, so the hue is kept. Values outside
+    the display's gamut or range are clipped, in the view only. Invalid pixels (saturated in every
+    capture) are white: their colour is unknown, but they are bright.
 
     Parameters
     ----------
     picture : picture Dataset or xyz (y, x, 3), cd/m2.
-    white_cd_m2 : luminance shown as white; use the truth's `white_cd_m2` for picture and truth
-        alike.
+    white_cd_m2 : luminance shown as white; use the truth's `white_cd_m2` for both picture and
+        truth.
     compression : a of `tone`, for "global".
     operator : "global" (`tone`), or by the surroundings: "exposure_fusion", "local_laplacian"
         (`local_tone`).
@@ -250,7 +250,7 @@ def write_png(
     transfer: str = "srgb",
     tone_mapping: ToneMapping = ToneMapping(),
 ) -> Path:
-    """Write a picture as 16 bit PNG that states its transfer function; return the path.
+    """Write a picture as 16 bit PNG with a stated transfer function; return the path.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def write_png(
     shown_white_cd_m2 : for "srgb", the luminance shown as white; None takes the picture's own
         `white_cd_m2`.
     transfer : "srgb": `display` in 16 bit. "pq": absolute luminance up to 10 000 cd/m2 (SMPTE ST
-        2084), primaries of sRGB; what is brighter or outside the gamut is clipped.
+        2084), primaries of sRGB; brighter values and colours outside the gamut are clipped.
     tone_mapping : for "srgb".
 
     Notes

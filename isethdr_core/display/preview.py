@@ -1,13 +1,11 @@
-"""Preview: scene radiance as a noise-free look at it, light group by light group. Only for eyes;
-never a stage.
+"""Preview: scene radiance denoised for viewing, light group by light group. Never part of a stage.
 
-A rendering of few paths is averaged over tiles that look alike, as non-local means do (Buades,
-Coll, Morel 2005). How alike two tiles are is judged by the noise that the renderer states of them
-(Rousselle, Knaus, Zwicker 2012), and only tiles of one object, with nearly the same normal and
-distance, are averaged at all. What comes out is no radiance but X, Y and Z of each light group,
-which weights may still mix: no lens and no sensor takes it, and no store keeps it as light. Where
-light comes from rare paths, most of it is in few tiles, and averaging by likeness keeps less of it
-than there is (docs/explanation/accuracy.md).
+A rendering with few paths is averaged over similar tiles, as in non-local means (Buades, Coll,
+Morel 2005). Similarity is judged by the stated noise of the tiles (Rousselle, Knaus, Zwicker 2012).
+Only tiles of one object with nearly the same normal and distance are averaged. The result is X, Y
+and Z of each light group, which weights may still mix. It is no radiance: lenses, sensors and
+stores do not accept it. If light comes from rare paths, most of it is in few tiles, and the
+averaging loses part of it (docs/explanation/accuracy.md).
 """
 
 from __future__ import annotations
@@ -18,7 +16,7 @@ from ..data.quantities import check_scene_form
 from ..errors import UnitError
 from ..physics.photometry import xyz
 
-REACH = 5  # tiles to each side in which like ones are looked for
+REACH = 5  # tiles to each side that are searched for similar ones
 PATCH = 3  # tiles, side of the surroundings that are compared
 # length of the difference of two unit normals at which a weight has fallen to 1 / e: 6 degrees
 NORMAL = 0.1
@@ -62,8 +60,8 @@ def denoised(scene) -> np.ndarray:
 
 
 def guides(scene):
-    """Return a function of two windows of the frame (slices): how far tiles may be averaged for
-    what their labels say, 0 to 1.
+    """Return a function of two windows of the frame (slices): the weight, 0 to 1, with which their
+    labels allow tiles to be averaged.
     """
     known = {
         name: scene[name].values for name in ("instance", "normal", "distance") if name in scene
@@ -93,8 +91,7 @@ def guides(scene):
 
 
 def averaged(xyz, noise, similarity) -> np.ndarray:
-    """Return X, Y, Z (3, y, x) of one light group, each tile averaged with those around it that
-    look alike.
+    """Return X, Y, Z (3, y, x) of one light group, each tile averaged with similar tiles around it.
 
     Parameters
     ----------
@@ -103,11 +100,11 @@ def averaged(xyz, noise, similarity) -> np.ndarray:
 
     Notes
     -----
-    A tile with the error s is averaged with another of error t by exp(-max(0, d)), d = ((x - y)^2 -
-    v) / v, v = s^2 + min(s, t)^2, mean over the surroundings and X, Y, Z (the distance of Rousselle
-    et al. 2012 with k = 1): a noisy bright tile may take from quiet dark ones, but they not from
-    it. A tile that few paths found dark knows its own error badly: it counts as noisy as the tiles
-    around it.
+    A tile with the error s is averaged with another of error t with the weight exp(-max(0, d)), d =
+    ((x - y)^2 - v) / v, v = s^2 + min(s, t)^2, mean over the surroundings and X, Y, Z (the distance
+    of Rousselle et al. 2012 with k = 1). A noisy bright tile may use quiet dark ones, but not the
+    reverse. The error of a tile that few paths found dark is poorly known: it is set to that of the
+    tiles around it.
     """
     from scipy.ndimage import median_filter, uniform_filter
 

@@ -1,9 +1,9 @@
-"""Local tone: displayed luminance that depends on a pixel's surroundings, so that both a tunnel and
-its exit can be seen.
+"""Local tone mapping: displayed luminance that depends on a pixel's surroundings, so that both a
+tunnel and its exit are visible.
 
-Everything is relative to a stated white; no step looks at the picture's own largest value. Pyramids
-have a fixed depth, so that what lies farther than `REACH_PX` cannot change a pixel: a lamp at one
-end does not darken the other.
+All values are relative to a stated white; no step uses the largest value of the picture. Pyramids
+have a fixed depth, so pixels farther away than `REACH_PX` have no influence: a lamp at one end does
+not darken the other.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ STOPS = tuple(
 WELL, SPREAD = (
     0.5,
     0.2,
-)  # code value that is exposed best, and how far from it is still well (Mertens et al. 2009)
+)  # best exposed code value, and the standard deviation of its weight (Mertens et al. 2009)
 FAINT = 1e-12  # weight of a sample that no exposure shows well
 # local Laplacian
 SIGMA = np.log(2.5)  # natural logarithm: contrasts up to this are detail and stay
@@ -111,7 +111,7 @@ def _gaussian(image) -> list:
 
 
 def _laplacian(image) -> list:
-    """Return what each blur takes away, finest first, and the rest."""
+    """Return the differences between successive blurs, finest first, and the coarsest blur."""
     steps = _gaussian(image)
     return [fine - _enlarged(coarse, fine.shape) for fine, coarse in zip(steps[:-1], steps[1:])] + [
         steps[-1]

@@ -1,8 +1,8 @@
-"""White balance: colours as seen by an eye that has adapted to the light of the scene. For views,
-never a stage.
+"""White balance: colours as seen by an eye that has adapted to the light of the scene. For views
+only, never part of a stage.
 
-A picture holds the light itself: a wall in sodium light is orange. `balanced` turns it into what
-would be seen in daylight.
+A picture holds the light itself: a wall in sodium light is orange. `balanced` converts it to its
+appearance in daylight.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ def balanced(xyz, white_xyz) -> np.ndarray:
 
 
 def grey_world(picture, lamps=None) -> np.ndarray:
-    """Return XYZ with Y = 1 of the scene's light, taken to be the mean of what it falls on
-    (Buchsbaum 1980).
+    """Return XYZ with Y = 1 of the scene's light, estimated as the mean over the picture (Buchsbaum
+    1980).
 
-    Every valid pixel counts alike whatever its brightness is worth; lamps, brighter than 100 times
-    the 95th percentile, do not.
+    Every valid pixel has the same weight, whatever its brightness. Lamps (brighter than 100 times
+    the 95th percentile) do not count.
 
     Parameters
     ----------

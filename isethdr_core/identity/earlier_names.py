@@ -150,11 +150,14 @@ def _default(added: Field[Any]) -> Any:
 
 
 def _same(edition: Edition, name: str, digest_of_edition: str, values: Mapping[str, Any]) -> None:
-    """Raise Different unless the code behind `name` makes what it made in the edition.
+    """Raise Different unless the code behind `name` makes the same result as in the edition.
 
     Parameters
     ----------
-    digest_of_edition : digest in the edition. `values` : fields of the component, or settings of the run.
+    edition : the edition.
+    name : registered name of the component, or of the frame.
+    digest_of_edition : digest of its code in the edition.
+    values : fields of the component, or settings of the run.
     """
     digest_now = _digest_now(name)
     if digest_now == digest_of_edition:

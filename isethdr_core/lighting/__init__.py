@@ -1,15 +1,15 @@
-"""Lighting: how much of each light group is in the picture.
+"""Lighting: the weight of each light group in the picture.
 
-| module       | what                                                             |
+| module       | content                                                          |
 |--------------|------------------------------------------------------------------|
 | `iset_rules` | the ISETHDR paper's rules for weights                            |
 | `limits`     | ranges of the fields of lightings                                |
 | `mix`        | the weighted sum of light groups, and their luminance maps       |
-| `modulation` | how light groups vary in time: the config's table, checked       |
+| `modulation` | variation of light groups in time: the config's table, checked   |
 | `solver`     | weights from luminance maps, one unknown at a time               |
 | `target`     | one photometric target: a statistic of a group and its luminance |
 | `targets`    | lighting whose weights are solved from photometric targets       |
-| `weights`    | lighting whose weights are known beforehand                      |
+| `weights`    | lighting with given weights                                      |
 """
 
 from __future__ import annotations

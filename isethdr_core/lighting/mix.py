@@ -152,7 +152,7 @@ def luminance_map(ds, group: str) -> np.ndarray:
     """Return the luminance of one group at weight 1 within the camera's field, (y, x) float64,
     cd/m2.
 
-    Tiles in the margin beyond the field are left out: targets speak of what the camera sees.
+    Tiles beyond the field are left out, because targets refer to the camera's picture.
     """
     weights = photometry.xyz_weights(ds.wavelength.values)[1]
     width, height = field_size(ds)
@@ -181,7 +181,7 @@ def _blocks(count: int):
 
 
 def _read(ds, group: str, bands: slice) -> np.ndarray:
-    """Return one block of one group in float64 after checking that it is light."""
+    """Return one block of one group in float64, checked to be finite and not negative."""
     position = [str(g) for g in ds.light_group.values].index(group)
     block = ds["radiance"].isel(light_group=position, wavelength=bands).values.astype(np.float64)
     low, high = block.min(), block.max()  # NaN makes both NaN, and every comparison below false

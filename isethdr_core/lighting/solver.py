@@ -99,7 +99,9 @@ def _log_miss(reached: float, wanted: float) -> float:
 
 
 def _root(function, low: float, high: float) -> float:
-    """Return the root between two brackets to the last bits of float64, however small it is."""
+    """Return the root between two brackets to the precision of float64, even if it is very
+    small.
+    """
     if function(low) == 0:
         return low
     from scipy.optimize import brentq  # slow to import

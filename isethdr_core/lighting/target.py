@@ -68,7 +68,7 @@ def draw(targets: tuple[Target, ...], seed: int) -> dict[str, float]:
 
 
 def uniform(seed: int, name: str) -> float:
-    """Return a number in [0, 1) that depends on nothing but `seed` and `name`."""
+    """Return a number in [0, 1) that depends on `seed` and `name` only."""
     word = hashlib.blake2b(f"lighting/{int(seed)}/{name}".encode(), digest_size=8).digest()
     return (int.from_bytes(word, "little") >> 11) * 2.0**-53
 

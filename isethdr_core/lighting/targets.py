@@ -54,7 +54,7 @@ class TargetsLighting:
     # temporal modulation {group: {frequency_hz, duty or depth, phase}}
     modulation: dict[str, Any] = field(default_factory=dict)
     seed: Seed = 0  # seed of targets and phases that are ranges
-    WITHIN_FIELD: ClassVar[bool] = True  # the margin's light decides nothing
+    WITHIN_FIELD: ClassVar[bool] = True  # tiles beyond the field do not change the weights
 
     def __post_init__(self):
         check_ranges(self)
@@ -95,9 +95,11 @@ class TargetsLighting:
         with_target = [g for g in moves if self.targets.get(g) is not None]
         if self._moving() and with_target:
             raise ConfigError(
-                f"group {with_target[0]!r} has a target of its own, and lighting.moves lets it move to"
+                f"group {with_target[0]!r} has a target of its own, and lighting.moves lets it move"
+                " to"
                 " reach the picture's dynamic range or level; type"
-                f" ~lighting.targets.{with_target[0]} to let it move, or name other groups, for example"
+                f" ~lighting.targets.{with_target[0]} to let it move, or name other groups, for"
+                " example"
                 " 'lighting.moves=[headlights,streetlights,other]'"
             )
 
@@ -149,7 +151,7 @@ class TargetsLighting:
         return without_dark_groups(demand, self._known(), self.others)
 
     def _known(self):
-        """Return weights that are 0 where it is known beforehand that they are."""
+        """Return the weights that are known in advance to be 0."""
         known = {**self.weights, **{t.group: t.high for t in target.parse(self.targets)}}
         if self._moving():
             known |= {g: known.get(g, self.others) or 1.0 for g in self._moves()}
@@ -194,8 +196,8 @@ class TargetsLighting:
         return weights, {**lamps, **picture}
 
     def _move(self, start, weights, map_of):
-        """Return the weights after the groups of `start`, then all, moved to the picture's
-        targets; and what was reached.
+        """Return the weights after moving those of the groups `start`, then of all groups, to the
+        picture's targets. Also return the values reached.
         """
         level, ambient = self._level(), sum(w * map_of(g) for g, w in start.items())
         still = {g: w for g, w in weights.items() if g not in start and w}
@@ -219,7 +221,7 @@ class TargetsLighting:
             reached = solver.statistic(whole, level[0], level[1])
             if (
                 self.dynamic_range and reached > 0
-            ):  # what may move is spent: all groups move together
+            ):  # the weights of the movable groups are used up: all groups move together
                 scale = level[2] / reached
                 weights = {g: scale * w for g, w in weights.items()}
                 reached *= scale
@@ -255,8 +257,8 @@ def _lamp_axis(radiance, t: target.Target) -> float:
 
 
 def _report(targets) -> str:
-    """State the largest residual in the ledger; return what was not reached, and by how much, as
-    one text.
+    """State the largest residual in the ledger. Return the targets that were not reached, with
+    their residuals, as one text.
     """
     missed, worst = [], 0.0
     for name, value in targets.items():

@@ -31,7 +31,7 @@ class WeightsLighting:
     # temporal modulation {group: {frequency_hz, duty or depth, phase}}
     modulation: dict[str, Any] = field(default_factory=dict)
     seed: Seed = 0  # seed of phases that are ranges
-    WITHIN_FIELD: ClassVar[bool] = True  # the margin's light decides nothing
+    WITHIN_FIELD: ClassVar[bool] = True  # tiles beyond the field do not change the weights
 
     def __post_init__(self):
         check_ranges(self)
@@ -88,9 +88,9 @@ class IdealLighting:
 
 
 def without_dark_groups(demand: Demand, weights, others: float) -> Demand:
-    """Return the demand without the groups whose weight is 0, and note each in the ledger.
+    """Return the demand without the groups of weight 0, and state each in the ledger.
 
-    Where neither the demand nor the weights list all groups, what the scene holds is unknown:
+    If neither the demand nor the weights list all groups, the groups of the scene are unknown, and
     nothing is dropped.
     """
     if demand.groups is None and others != 0:

@@ -91,7 +91,7 @@ class Demand:
     )
     margin: bool = True  # tiles beyond the camera's field
     window_m: tuple[float, float] | None = (
-        # (width, height) of the part of the image plane that sensors cover, around the axis; inf: all
+        # (width, height) of the image plane that sensors cover, around the axis; inf: all
         None
     )
     stored_error_allowed: float = 0.0  # relative, of the rounding of stored radiance

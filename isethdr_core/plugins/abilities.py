@@ -21,7 +21,9 @@ CALL = "__call__"
 
 
 class Arguments(NamedTuple):
-    """One way in which the core passes its arguments: so many by position, these by name."""
+    """One way in which the core passes arguments: a number of them by position, and these
+    by name.
+    """
 
     by_position: int
     by_name: tuple[str, ...]
@@ -36,16 +38,18 @@ class Vocabulary(NamedTuple):
 
 
 def check(kind: str, name: str, cls: type) -> None:
-    """Refuse a class that lacks what its kind must have, or offers an ability that cannot be used.
+    """Refuse a class that lacks a required method of its kind, or has an ability that cannot be
+    used.
 
     Parameters
     ----------
-    kind, name : under which the class is offered.
+    kind, name : name under which the class is offered.
+    cls : the class.
 
     Raises
     ------
     PluginError : a required method is missing, a method has the wrong parameters, or a public name
-        is nearly that of an ability. The message holds the right name and parameters.
+        resembles that of an ability. The message holds the right name and parameters.
     """
     subject = f"{kind}/{name}"
     for protocol in protocols.required_of(kind):
@@ -89,7 +93,7 @@ def names(kind: str) -> frozenset[str]:
 
 
 def written(name: str, protocol: type) -> str:
-    """Return a Protocol's method as it is written: its name, parameters and types."""
+    """Return the signature of a Protocol's method as text: its name, parameters and types."""
     return f"{name}{methods(protocol)[name]}".replace("'", "")
 
 
@@ -172,10 +176,10 @@ def _vocabulary(kind: str) -> Vocabulary:
 
 
 def _refuse_near(subject: str, name: str, cls: type, known: dict[str, type]) -> None:
-    """Refuse a public name that is nearly one of `known` {name: Protocol}.
+    """Refuse a public name that resembles one of `known` {name: Protocol}.
 
-    The name may stay where the class offers the right one, too, and where it is a method that the
-    core could not call in place of the right one.
+    The name is accepted if the class also has the correctly spelt member, or if the name belongs to
+    a method that the core could not call in its place.
     """
     near = _nearest(name, tuple(known))
     if near is None or offers(cls, near):
@@ -217,7 +221,7 @@ def _defaults(cls: type) -> dict[str, Any]:
 
 @cache
 def _members(cls: type) -> dict[str, Any]:
-    """Return {name: what a class or its bases hold under it}, without calling any descriptor."""
+    """Return {name: attribute} of a class and its bases, without calling any descriptor."""
     return {name: raw for base in reversed(cls.__mro__) for name, raw in vars(base).items()}
 
 
@@ -243,7 +247,7 @@ def _own_signature(raw: Any) -> str:
 
 
 def _problem(raw: Any, protocol: type, name: str) -> str:
-    """Return why a method cannot be called as a Protocol says; empty where it can."""
+    """Return the reason why a method cannot be called as its Protocol requires; empty if it can."""
     if inspect.isfunction(raw):
         return _problem_of(raw, True, protocol, name)
     return _problem_of.__wrapped__(_function(raw), isinstance(raw, classmethod), protocol, name)
@@ -254,7 +258,7 @@ def _problem_of(function: Any, bound: bool, protocol: type, name: str) -> str:
     """Return the same of a function, which gets the component or its class first if `bound`."""
     try:
         signature = inspect.signature(function)
-    except (ValueError, TypeError):  # a compiled function that does not tell
+    except (ValueError, TypeError):  # a compiled function without a readable signature
         return ""
     for arguments in _calls(protocol, name):
         by_position = [None] * (bound + arguments.by_position)

@@ -1,5 +1,5 @@
-"""Accuracy knobs: the fields of a component that trade accuracy for time, as the component declares
-them; and what it spends of the error allowed.
+"""Accuracy knobs: declared fields of a component that trade accuracy for time; and error shares,
+the declared uses of the error allowed.
 
     accuracy_knobs: ClassVar = (
         AccuracyKnob("rays", (16, 64, 256), Quantity.IRRADIANCE, Cost(1.0, -1.0)),
@@ -67,17 +67,18 @@ class AccuracyKnob:
 
     Parameters
     ----------
-    field : the name of the field.
-    values : what a study tries, from the cheapest to the finest.
-    error_of : the quantity that the knob makes wrong; the study compares that quantity.
-    cost : of a value: a `Cost`, or a function(value) -> seconds. None: not known. A budget adds up
-        the seconds of its knobs; of others only ratios count, so that any unit serves.
-    part : the part of that quantity that is wrong, by the name that its maker declared; None: all.
-    reference : a value finer than `values`, for the study's reference alone; None: the finest.
-    independent : {field: value} that the reference has besides, so that it does not share the
-        errors of what is compared with it: another seed, for example.
-    budgeted : the field is the relative error that the component may make, None by default. Where
-        it is None the budget puts the component's share into it.
+    field : name of the field.
+    values : values for a study, from the cheapest to the finest.
+    error_of : the quantity in which the knob causes an error; the study compares this quantity.
+    cost : cost of a value: a `Cost`, or a function(value) -> seconds. None: not known. A budget
+        adds up the seconds of its knobs. For other knobs only ratios count, so that any unit
+        serves.
+    part : the part of that quantity with the error, by its declared name; None: all.
+    reference : a value finer than `values`, for the reference of the study only; None: the finest.
+    independent : {field: value} of further fields of the reference, so that it does not share the
+        errors of the compared values; for example another seed.
+    budgeted : the field is the relative error that the component may cause, None by default. If it
+        is None, the budget sets it to the component's share.
     matters : function(component) -> whether the field changes anything; None: it always does.
     """
 
@@ -100,10 +101,10 @@ class AccuracyKnob:
         return self.tried()[-1] if self.reference is None else self.reference
 
     def relative_cost(self, value: Any, reference: Any) -> float:
-        """Return the cost of a value over that of another, by the declared model.
+        """Return the cost of a value divided by that of another value, by the declared model.
 
-        NaN where that is not known: without a model, and for a `Cost` without a power, which is
-        known but for a constant.
+        NaN if it is not known: without a model, and for a `Cost` with `power` 0, which is known
+        only up to a constant.
         """
         if self.cost is None or value is None or reference is None:
             return math.nan
@@ -115,16 +116,16 @@ class AccuracyKnob:
 
 @dataclass(frozen=True)
 class ErrorShare:
-    """What a component spends the error allowed on, where it sees to that itself.
+    """A part of the error allowed that a component itself uses for one purpose.
 
     A lens gets the sum of its shares in `Response.noise_fraction_allowed`.
 
     Parameters
     ----------
-    name : of what the error is spent on.
-    cost : of an error of that size, in standard deviations of the sensor's noise; None: `reserved`
-        says how much is taken.
-    reserved : share of the error allowed that is taken at no cost, in place of a cost.
+    name : name of the purpose.
+    cost : cost of an error of that size, in standard deviations of the sensor's noise; None: the
+        share is `reserved`.
+    reserved : share of the error allowed that is used without cost, in place of `cost`.
     """
 
     name: str
@@ -138,7 +139,7 @@ def knobs_of(component: object) -> tuple[AccuracyKnob, ...]:
 
 
 def shares_of(component: object) -> tuple[ErrorShare, ...]:
-    """Return what a component spends the error allowed on by itself."""
+    """Return the error shares that a component declares."""
     return _declared(component.error_shares) if isinstance(component, DividesErrorAllowed) else ()
 
 
@@ -208,8 +209,8 @@ def check_shares(subject: str, kind: str, declared: object) -> None:
 
     Raises
     ------
-    PluginError : the component is no lens, an element is no `ErrorShare`, or its cost or what it
-        reserves is out of range.
+    PluginError : the component is no lens, an element is no `ErrorShare`, or its cost or reserved
+        share is out of range.
     """
     shares = _sequence(subject, "error_shares", declared)
     if kind != "lens" and shares:
@@ -220,13 +221,15 @@ def check_shares(subject: str, kind: str, declared: object) -> None:
     for share in shares:
         if not isinstance(share, ErrorShare):
             raise PluginError(
-                f"{subject}: error_shares holds {share!r}; expected isethdr_core.ErrorShare(name, cost)"
+                f"{subject}: error_shares holds {share!r}; expected isethdr_core.ErrorShare(name,"
+                " cost)"
             )
         bought = share.cost is not None and share.cost.seconds > 0 and share.cost.power >= 0
         reserves = share.cost is None and 0 < share.reserved < 1
         if not (bought or reserves):
             raise PluginError(
-                f"{subject}: {share!r}; expected Cost(seconds, power) with seconds above 0 and a power"
+                f"{subject}: {share!r}; expected Cost(seconds, power) with seconds above 0 and a"
+                " power"
                 " of 0 or more, or no cost and a reserved share between 0 and 1"
             )
 

@@ -1,4 +1,4 @@
-"""Component: what a plugin offers under `kind/name`. Stage: one component at work in a run."""
+"""Component: a class that a plugin offers under `kind/name`. Stage: one component in a run."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Component:
     Parameters
     ----------
     kind : one of `KINDS`.
-    name : what users type, as in `lens=wavefront`.
-    cls : the class, or where it is, as `"package.module:Class"`. Such a class is imported on first
+    name : the name that users type, as in `lens=wavefront`.
+    cls : the class, or its location as `"package.module:Class"`. Such a class is imported on first
         use, so that its module may import heavy libraries.
     """
 
@@ -53,7 +53,7 @@ class Component:
 
     @property
     def package(self) -> str:
-        """The import package that the class is in."""
+        """The import package of the class."""
         where = self.target if isinstance(self.target, str) else self.target.__module__
         return where.partition(":")[0].partition(".")[0]
 

@@ -29,7 +29,7 @@ CORE = "isethdr_core"
 
 @dataclass(frozen=True)
 class Description:
-    """What is printed of one component."""
+    """The description of one component that `isethdr plugins` prints."""
 
     summary: str  # first paragraph of the docstring of its class
     fields: list[FieldRow]
@@ -51,8 +51,8 @@ def described(comp: Component) -> Description:
 def descriptions(
     members: Iterable[Component],
 ) -> tuple[dict[Component, Description], list[BrokenPlugin]]:
-    """Return the description of each component, kept ones where they serve, and what did not
-    load.
+    """Return the description of each component, from the cache if it is current, and the components
+    that did not load.
     """
     found: dict[Component, Description] = {}
     broken: list[BrokenPlugin] = []
@@ -105,7 +105,7 @@ def _state(package: str) -> str:
 
 
 def _read(path: Path) -> dict[str, Description]:
-    """Return what is kept; nothing where the file is missing or damaged."""
+    """Return the cached descriptions; empty if the file is missing or damaged."""
     with suppress(OSError, ValueError, TypeError, AttributeError):
         kept = json.loads(path.read_text("utf-8"))
         return {k: _description(**v) for k, v in kept.items()}
@@ -118,8 +118,8 @@ def _description(summary: str, fields: list[dict[str, Any]], paragraphs: list[st
 
 
 def _write(path: Path, kept: dict[str, Description]) -> None:
-    """Keep the descriptions of the files as they are now; where nothing can be written, go
-    without.
+    """Cache the descriptions that belong to the current files. A folder without write permission is
+    ignored.
     """
     now = {k: asdict(v) for k, v in kept.items() if k.endswith(_state(CORE))}
     with suppress(OSError):

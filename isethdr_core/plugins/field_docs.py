@@ -49,7 +49,7 @@ UNITS = {
 
 @dataclasses.dataclass(frozen=True)
 class FieldRow:
-    """What is known of one field of a component."""
+    """The documentation of one field of a component."""
 
     name: str
     meaning: str  # "" where the field has no comment

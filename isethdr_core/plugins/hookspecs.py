@@ -64,9 +64,7 @@ def isethdr_before_stage(stage: Stage) -> None:
 
 @hookspec
 def isethdr_after_stage(stage: Stage) -> None:
-    """Called after a stage has run; `stage.result` is what it returned, `stage.row` its ledger
-    row.
-    """
+    """Called after a stage has run; `stage.result` is its result, `stage.row` its ledger row."""
 
 
 @hookspec

@@ -23,7 +23,9 @@ EXPERIMENT = "experiment"  # the group of presets of whole runs
 
 @dataclass(frozen=True)
 class Preset:
-    """One preset: what it is based on, what it says of itself, and the fields that it sets."""
+    """One preset: the component that it is based on, its description, and the fields that
+    it sets.
+    """
 
     group: str  # a kind, or `experiment`
     name: str
@@ -82,7 +84,7 @@ def _read(group: str, path: Path) -> Preset:
     text = path.read_text(encoding="utf-8")
     try:
         content = yaml.safe_load(text)
-    except yaml.YAMLError:  # Hydra says what is wrong with it once it is chosen
+    except yaml.YAMLError:  # Hydra reports the mistake when the preset is chosen
         content = None
     values = content if isinstance(content, Mapping) else {}
     based_on = next((d for d in values.get("defaults") or [] if isinstance(d, str)), "")

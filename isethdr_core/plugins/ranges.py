@@ -26,7 +26,10 @@ SHORT = Repr()
 SHORT.maxstring = SHORT.maxother = 80
 TOO_SHORT = "missing"  # pydantic error type of a tuple that lacks an element
 NUMBERS = (int, float)
-LEAST_NM, MOST_NM = 100.0, 3000.0  # light that silicon sees, and beyond on both sides
+LEAST_NM, MOST_NM = (
+    100.0,
+    3000.0,
+)  # the range in which silicon is sensitive, with a margin at both ends
 LARGEST_SEED = 2**63 - 1  # a signed 64-bit number, as stores keep it
 
 
@@ -101,8 +104,10 @@ def converted(subject: str, cls: type, values: Mapping[str, Any], to_type: str) 
 
     Parameters
     ----------
-    subject : names the component in messages.
-    to_type : what stands before a field's name on the command line, e.g. `lens.`.
+    subject : name of the component in messages.
+    cls : class of the component.
+    values : {field: value}.
+    to_type : prefix of a field's name on the command line, e.g. `lens.`.
 
     Raises
     ------
@@ -118,9 +123,9 @@ def converted(subject: str, cls: type, values: Mapping[str, Any], to_type: str) 
 
 
 def check_ranges(component: Any) -> None:
-    """Refuse a component whose fields are not what they are declared to be.
+    """Refuse a component with a field that does not fit its declaration.
 
-    Call it first in `__post_init__`: then objects made directly in Python are checked as well.
+    Call it first in `__post_init__`: objects made directly in Python are then checked too.
 
     Raises
     ------
@@ -133,7 +138,9 @@ def check_ranges(component: Any) -> None:
 
 @cache
 def _adapter(cls: type) -> Any:
-    """Return what checks the fields of a class; cached because making it is slow."""
+    """Return the pydantic adapter that checks the fields of a class; cached because making it is
+    slow.
+    """
     from pydantic import ConfigDict, TypeAdapter, with_config
 
     name = f"{cls.__name__}Fields"
@@ -143,7 +150,9 @@ def _adapter(cls: type) -> Any:
 
 
 def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> str:
-    """Return what was wrong with the first bad field, what was expected, and what to type."""
+    """Return a message about the first bad field: the mistake, the expected values, and what to
+    type.
+    """
     every = err.errors()
     name = every[0]["loc"][0]
     problems = [p for p in every if p["loc"][0] == name]
@@ -163,9 +172,7 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
 
 
 def _entry(whole: Any, problem: Mapping[str, Any]) -> str:
-    """Return the bad entry of a table with an allowed number, "" where that is not what is
-    wrong.
-    """
+    """Return the bad entry of a table with an allowed number; "" if the mistake is another one."""
     if not isinstance(whole, dict) or problem["type"] != OUTSIDE:
         return ""
     key = next((k for k, value in whole.items() if value is problem["input"]), None)
@@ -173,9 +180,7 @@ def _entry(whole: Any, problem: Mapping[str, Any]) -> str:
 
 
 def _nearest_choice(annotation: Any, value: Any) -> str:
-    """Return the name among those that a `Literal` allows that is most like `value`; "" for
-    none.
-    """
+    """Return the value of a `Literal` that resembles `value` most; "" if none does."""
     if get_origin(annotation) is not Literal or not isinstance(value, str):
         return ""
     names = [choice for choice in get_args(annotation) if isinstance(choice, str)]
@@ -183,7 +188,7 @@ def _nearest_choice(annotation: Any, value: Any) -> str:
 
 
 def _expectation(problem: Mapping[str, Any]) -> str:
-    """Return what pydantic expected, as the end of a sentence."""
+    """Return the value that pydantic expected, as the end of a sentence."""
     if problem["type"] == TOO_SHORT:
         return "one more element"
     text = str(problem["msg"]).removeprefix("Input should be ")

@@ -55,7 +55,7 @@ def plugin_manager() -> pluggy.PluginManager:
     for entry in sorted(entries, key=lambda e: (e.name, package_of(e))):
         if enabled != "all" and entry.name not in enabled.split(","):
             continue
-        # two packages may call their entry point the same; pluggy knows a plugin by one name only
+        # entry points of two packages may share a name, but pluggy needs unique names
         name = f"{entry.name} of {package_of(entry)}" if pm.has_plugin(entry.name) else entry.name
         try:
             plugin = entry.load()
@@ -115,7 +115,8 @@ def components() -> dict[tuple[str, str], Component]:
             key = (comp.kind, comp.name)
             if key in by_name:
                 raise PluginError(
-                    f"two plugins offer {comp.kind}/{comp.name}: {package_of_component(by_name[key])}"
+                    f"two plugins offer {comp.kind}/{comp.name}:"
+                    f" {package_of_component(by_name[key])}"
                     f" and {package_of_component(comp)}; rename one, or leave one out with"
                     " ISETHDR_PLUGINS"
                 )
@@ -151,7 +152,7 @@ def build(kind: str, name: str, /, **fields: Any) -> Any:
 
 @cache
 def class_of(comp: Component) -> type:
-    """Return the class of a component, imported if need be, once it is known to keep its contract.
+    """Return the class of a component, imported if necessary, after checking its contract.
 
     Raises
     ------
@@ -170,7 +171,7 @@ def class_of(comp: Component) -> type:
 
 
 def on_command_line_before(kind: str) -> str:
-    """Return what stands before a field's name on the command line."""
+    """Return the prefix of a field's name on the command line."""
     return f"{kind}.NAME." if kind in KEYED else f"{kind}."
 
 
@@ -189,12 +190,12 @@ def build_from_config(kind: str, config: Mapping[str, Any] | DictConfig) -> Any:
 
 
 def package_of(entry: metadata.EntryPoint) -> str:
-    """Return the distribution an entry point came from."""
+    """Return the distribution of an entry point."""
     return entry.dist.name if entry.dist else entry.value
 
 
 def package_of_component(comp: Component) -> str:
-    """Return the import package a component came from."""
+    """Return the import package of a component."""
     return comp.package
 
 
@@ -244,7 +245,7 @@ def _is_frozen(cls: type) -> bool:
 
 
 def _refuse_newer(version: object) -> None:
-    """Refuse a plugin that was written for a newer core: what it relies on may not be there."""
+    """Refuse a plugin that needs a newer core than this one."""
     if isinstance(version, bool) or not isinstance(version, int) or version < 1:
         raise PluginError(
             f"{API_ASKED} is {version!r}; expected a whole number from 1 to {PLUGIN_API}"
@@ -257,9 +258,10 @@ def _refuse_newer(version: object) -> None:
 
 
 def _newer_by_source(entry: metadata.EntryPoint) -> str:
-    """Return that a plugin was written for a newer core, if its source says so; else nothing.
+    """Return a message if the source of a plugin declares that it needs a newer core; otherwise
+    None.
 
-    Such a plugin often fails while it imports what is not there yet, before its number can be read.
+    Such a plugin often fails on a missing import before its declaration can be read.
     """
     try:
         spec = util.find_spec(entry.module)

@@ -363,7 +363,8 @@ def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
         )
     if len(set(matches.values())) > 1:
         raise CatalogError(
-            f"{start_of_name!r} could be any of {', '.join(sorted(p.stem for p in matches))}; give more"
+            f"{start_of_name!r} could be any of {', '.join(sorted(p.stem for p in matches))}; give"
+            " more"
             " of the name"
         )
     return min(matches)

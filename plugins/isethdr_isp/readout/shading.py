@@ -36,7 +36,8 @@ def shading(captures, path: str = "") -> np.ndarray:
     radius_of_pixels = radii_mm(captures)
     if radius_of_pixels.max() > radius_mm[-1] * (1 + 1e-6):
         raise UnitError(
-            f"isp.shading_csv={path!r} ends at {radius_mm[-1]:g} mm; expected up to {radius_of_pixels.max():g}"
+            f"isp.shading_csv={path!r} ends at {radius_mm[-1]:g} mm; expected up to"
+            f" {radius_of_pixels.max():g}"
             " mm, the corner of this sensor; measure it on the whole sensor"
         )
     return np.interp(radius_of_pixels, radius_mm, relative)

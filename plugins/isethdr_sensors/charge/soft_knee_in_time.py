@@ -51,22 +51,24 @@ def stays(
     total_e, components, start_s, exposure_s: float, soft, limit_e: float, generator, first_row: int
 ) -> np.ndarray:
     """Return the charge that stays in the photodiode, (y, x) of a block of rows; the rest of
-    `total_e` spilled.
+    `total_e` has spilled.
 
     Parameters
     ----------
     total_e : (y, x) electrons that arrived: counts, or means without a generator.
-    components : [(Modulation, (y, x) mean electrons of the exposure at the mean light over time), ...],
-        dark charge among the constant ones.
-    start_s : (y, 1) start of each row's exposure. `limit_e` : arrived electrons up to which nothing
-        spills.
-    generator, first_row : key of the noise and the block's first row; None for the mean.
+    components : [(Modulation, (y, x) mean electrons of the exposure at the mean light over time),
+        ...], with dark charge among the constant ones.
+    start_s : (y, 1) start of each row's exposure.
+    exposure_s : exposure time.
+    soft : `charge_dynamics.Well` of the photodiode.
+    limit_e : arrived electrons up to which nothing spills.
+    generator, first_row : key of the noise, and first row of the block; None for the mean.
 
     Notes
     -----
-    Given the count, its shape in time is that of the mean. Which pulse the electrons came in, and
-    which of them left, make a variance that is what `flow_moments` finds less the part that the
-    count explains.
+    Given the count, its shape in time is that of the mean. Two effects add variance: the pulse in
+    which each electron arrived, and the choice of the electrons that spill. Their variance is that
+    of `flow_moments` less the part that the count explains.
     """
     charge = np.array(total_e, float)
     y, x = np.nonzero(charge > limit_e)

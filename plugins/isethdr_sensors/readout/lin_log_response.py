@@ -100,19 +100,8 @@ def response(
 
 
 def without_bias(dn, mean_wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rising table (entry,) whose mean over the noise is `mean_wanted` at each entry, and its
-    variance over the noise there.
-
-    Parameters
-    ----------
-    dn, wanted : positive, straight before the first entry, exponential after the last.
-    width_dn : rms of the normal noise at each entry.
-    lowest : what the table starts above.
-
-    Notes
-    -----
-    Van Cittert 1931: what the mean lacks is added, again and again. A shape finer than the noise
-    does not come back.
+    """Return the rising table (entry,) whose mean over the noise is `mean_wanted` at each entry,
+    and its variance over the noise there.
     """
     out = mean_wanted.copy()
     for rounds_left in reversed(range(ROUNDS)):

@@ -95,7 +95,8 @@ def _count(field_m, pitch, asked_count, name, direction):
         )
     if asked_count > fits:
         raise ConfigError(
-            f"sensor.{name}={asked_count} at {pitch * 1e6:g} um is {asked_count * pitch * 1e3:.4g} mm"
+            f"sensor.{name}={asked_count} at {pitch * 1e6:g} um is {asked_count * pitch * 1e3:.4g}"
+            " mm"
             f" {direction}; the camera's field is {field_m * 1e3:.4g} mm, {fits} pixels; type"
             f" sensor.{name}={fits}, or 0 to fill the field"
         )

@@ -105,9 +105,7 @@ def anew(lens, mixed) -> np.ndarray:
 
 
 def nearest(field_point, step: float, x, y) -> np.ndarray:
-    """Return 1 at tiles (y, x) whose nearest place on the polar grid is `field_point`, else 0: a point
-    spread per patch of the field.
-    """
+    """Return 1 at tiles (y, x) whose nearest point of the polar grid is `field_point`, else 0."""
     u, v = np.asarray(x, float)[None, :], np.asarray(y, float)[:, None]
     ring = np.rint(np.hypot(u, v) / step) == round(field_point.radius / step)
     if field_point.count == 1:

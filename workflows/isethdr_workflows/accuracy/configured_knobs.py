@@ -164,7 +164,8 @@ def setting(config: Any, configured: ConfiguredKnob, changes: dict[str, Any]) ->
         listed = " ".join(f"{path}={value}" for path, value in changes.items())
         raise ConfigError(
             f"the knob {configured.name} cannot be set to {listed}: {err}; type"
-            f" knob={configured.name} values=... with values that it takes, from the cheapest to the"
+            f" knob={configured.name} values=... with values that it takes, from the cheapest to"
+            " the"
             " finest"
         ) from None
 
