@@ -161,7 +161,7 @@ def _displayed(
     y = luminance(xyz) / white_cd_m2
     tone_mapped = tone(y, compression) if operator == "global" else OPERATORS[operator](y)
     # where no light was found there is no hue either: noise around 0 shows as black
-    gain = np.divide(shown, y, out=np.zeros_like(y), where=y > 0)
+    gain = np.divide(tone_mapped, y, out=np.zeros_like(y), where=y > 0)
     linear = linear_srgb(xyz / white_cd_m2 * gain[..., None])
     if natural_colour and operator == "global":
         grey = (y * gain)[..., None]
