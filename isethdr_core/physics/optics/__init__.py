@@ -1,21 +1,22 @@
 """Optics: pupils, wavefronts, diffraction, glasses, and exact and paraxial rays.
 
-| module               | what                                                                    |
-|----------------------|-------------------------------------------------------------------------|
-| `diffraction`        | the point spread function of any complex pupil                          |
-| `distortion`         | maps between field coordinates and distorted ones                       |
-| `exact_tiles`        | light from tile to tile near the axis, from one sampled pattern         |
-| `glass`              | refractive index against wavelength, from published dispersion formulas |
-| `half_plane_pattern` | the diffraction pattern of a pupil without phase, sampled once          |
-| `lattice`            | the diffraction pattern of a pupil over a whole frame                   |
-| `paraxial`           | paraxial matrices (height, angle) of any path through surfaces          |
-| `pattern_columns`    | light from tile to tile in a few columns, from chords of the pupil      |
-| `projection`         | how field coordinates stand for directions                              |
-| `pupil`              | blades, dust and scratches of an aperture, averaged over cells          |
-| `ray_sums`           | means of a scaling pattern over tiles and bands, along rays             |
-| `ray_trace`          | exact rays through a list of surfaces                                   |
-| `surfaces`           | surfaces of revolution: where a ray meets them, and their normals       |
-| `thin_film`          | what a stack of layers between two media reflects and transmits         |
-| `tile_weights`       | exact integrals of a band-limited function over tiles                   |
-| `zernike`            | wavefronts from OSA/ANSI Zernike coefficients                           |
+| module                | what                                                                    |
+|-----------------------|-------------------------------------------------------------------------|
+| `diffraction`         | the point spread function of any complex pupil                          |
+| `distortion`          | maps between field coordinates and distorted ones                       |
+| `exact_tiles`         | light from tile to tile near the axis, from one sampled pattern         |
+| `glass`               | refractive index against wavelength, from published dispersion formulas |
+| `half_plane_pattern`  | the diffraction pattern of a pupil without phase, sampled once          |
+| `lattice`             | the diffraction pattern of a pupil over a whole frame                   |
+| `paraxial`            | paraxial matrices (height, angle) of any path through surfaces          |
+| `pattern_columns`     | light from tile to tile in a few columns, from chords of the pupil      |
+| `projection`          | how field coordinates stand for directions                              |
+| `pupil`               | blades, dust and scratches of an aperture, averaged over cells          |
+| `ray_sums`            | means of a scaling pattern over tiles and bands, along rays             |
+| `ray_trace`           | exact rays through a list of surfaces                                   |
+| `surfaces`            | surfaces of revolution: where a ray meets them, and their normals       |
+| `thin_film`           | what a stack of layers between two media reflects and transmits         |
+| `tile_weights`        | exact integrals of a band-limited function over tiles                   |
+| `whole_plane_pattern` | the diffraction pattern of a pupil with phase, at few wavenumbers       |
+| `zernike`             | wavefronts from OSA/ANSI Zernike coefficients                           |
 """

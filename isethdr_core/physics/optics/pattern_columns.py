@@ -3,21 +3,24 @@ pupil's chords.
 
 Along x every chord of the pupil is integrated in closed form, so columns may lie anywhere; along y
 it is transformed in smooth cells. No lattice, ray or running sum takes part: what comes out tells
-how wrong kernels are that were made with them.
+how wrong kernels are that were made with them. Of a pupil with phase the cells are smooth along
+both axes, finer than those of the kernels, and no other wavelength takes part.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.fft as sf
 from scipy.sparse import csc_array, csr_array
 
 from ..convolution import fourier
-from .half_plane_pattern import Chords, RealPupil, chords
+from .half_plane_pattern import Chords, RealPupil, chords, half_lattice
 from .lattice import ORDER, spline_response, spline_taps
+from .whole_plane_pattern import Turns, densities, drawn_pupil
 
 STEP = 0.42  # of wavelength x f-number; 0.5 holds all of the pattern
 PERIOD = 3.0  # of the field along y, in reaches
@@ -48,22 +51,67 @@ def columns(pupil: RealPupil, place: Place) -> np.ndarray:
     """Return the band's mean light from one tile to another, (y = -reach .. reach, column), as a
     fraction of the pupil's energy.
     """
+    grid = _grid(pupil, place)
+    across = grid.step_um * grid.columns
+    return _means(place, grid, _density(pupil, place, across, grid.far, grid.step_um))
+
+
+def columns_with_phase(
+    pupil: RealPupil, place: Place, turns: Turns, cleared: float, apply: Callable = map
+) -> np.ndarray:
+    """Return `columns` of a pupil whose phase is the same for all of the band.
+
+    Parameters
+    ----------
+    turns : phase at places of the pupil, as `whole_plane_pattern.Turns`.
+    cleared : of the field's period along either axis, um at least: it keeps the cells of the pupil
+        so small that its phase is all but straight over them.
+    apply : `map`, or the `map` of a pool of threads.
+    """
+    grid = _grid(pupil, place)
+    extent = (grid.far * grid.step_um, grid.columns[-1] * grid.step_um)
+    period = max(place.period, *(cleared / e for e in extent))
+    lattice = half_lattice(extent, grid.step_um, period, place.strips)
+    lattice = replace(lattice, far=(grid.far, lattice.far[1]))
+    drawn = drawn_pupil(pupil, place.band_nm[0], lattice)
+    return _means(place, grid, densities(drawn, turns, grid.columns, apply))
+
+
+class _Grid(NamedTuple):
+    """Samples of the pattern at a band's short end that its columns of tiles are weighted from."""
+
+    columns: np.ndarray  # steps from the axis
+    far: int  # steps from the axis to both ends of the columns
+    step_um: float
+
+
+def _grid(pupil, place) -> _Grid:
     short, long = place.band_nm
     pitch_y, pitch_x = place.pitch_um
     step = place.step * short * 1e-3 * pupil.distance_mm / (2 * pupil.radius_mm)
     far = int(np.ceil((place.reach + 2) * pitch_y / step)) + 1
-    last = place.first + place.count
     near = int((place.first - 1) * pitch_x * short / long / step) - 1
-    across = step * np.arange(near, int(np.ceil(last * pitch_x / step)) + 2)
-    density = _density(pupil, place, across, far, step)
+    last = int(np.ceil((place.first + place.count) * pitch_x / step)) + 2
+    return _Grid(np.arange(near, last), far, step)
+
+
+def _means(place, grid, density) -> np.ndarray:
+    """Return the means over tiles and band of a pattern (column, y) that only scales within the
+    band.
+    """
+    short, long = place.band_nm
+    pitch_y, pitch_x = place.pitch_um
+    far, last = grid.far, place.first + place.count
     outer = np.hypot(last * pitch_x, place.reach * pitch_y) / min(pitch_x, pitch_y)
     count = int(np.ceil(max(6, outer * (long - short) / short / place.moves)))
     total = 0.0
     for wave in short + (np.arange(count) + 0.5) / count * (long - short):
         u = short / wave
-        right = _triangles(np.arange(place.first, last), u * pitch_x, across)
+        right = _triangles(np.arange(place.first, last), u * pitch_x, grid.step_um * grid.columns)
         down = _triangles(
-            np.arange(-place.reach, place.reach + 1), u * pitch_y, step * np.arange(-far, far + 1)
+            np.arange(-place.reach, place.reach + 1),
+            u * pitch_y,
+            grid.step_um * np.arange(-far, far + 1),
         )
         total = total + u**2 * (down @ (right @ density).T)
     area = pitch_x * pitch_y

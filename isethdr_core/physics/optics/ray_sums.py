@@ -9,11 +9,14 @@ the density u^2 P(u s, t u s). Its mean over a band from a to b is
 One running sum along a ray therefore serves all bands, whatever their width: each border of a band
 is one read. A tile's width across the ray is an interval of slopes, the same for all wavelengths:
 one sparse matrix serves all bands.
+
+Where a phase changes the pattern with the wavelength, each band's is a weighted sum of a few
+patterns on the same lattice; their sums are added before they are averaged over tiles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -44,6 +47,7 @@ class Sector:
     edges_nm: np.ndarray  # (band, 2)
     # whether samples make up beforehand for what lines between them will take from fine detail
     sharpened: bool = False
+    share: np.ndarray | None = None  # (band,) of the pattern in every band's; None: all of it
 
 
 class Ring(NamedTuple):
@@ -73,7 +77,7 @@ def rings(low: int, high: int) -> list[tuple[int, int]]:
 
 
 def band_means(
-    sector: Sector,
+    sectors: Sequence[Sector],
     ring: Ring,
     rays_per_tile: float,
     places: int,
@@ -85,14 +89,16 @@ def band_means(
 
     Parameters
     ----------
+    sectors : of patterns whose weighted sum is that of a band; they differ in samples and `share`
+        only.
     rays_per_tile : at the ring's outermost tiles; it has more farther in.
     places : along the major axis, that stand for the triangle which two tiles make of a point.
     write : takes blocks of results.
     apply : how to call a function for every block: `map`, or the `map` of a pool of threads.
     """
-    rays = _rays(sector, ring, rays_per_tile)
-    sums = _running_sums(sector, rays, apply)
-    reader = _Reader(sector, ring, rays, sums, places)
+    rays = _rays(sectors[0], ring, rays_per_tile)
+    sums = [_running_sums(sector, rays, apply) for sector in sectors]
+    reader = _Reader(sectors, ring, rays, sums, places)
     starts = range(ring.low + 1, ring.high + 1, TILES)
     for _ in apply(lambda j: write(reader.columns(j, min(j + TILES, ring.high + 1))), starts):
         pass
@@ -172,8 +178,10 @@ def _lines(sector, first, last) -> np.ndarray:
 class _Reader:
     """Reads running sums at the borders of all bands and averages them over tiles."""
 
-    def __init__(self, sector, ring, rays, sums, places):
-        self.sector, self.ring, self.rays, self.sums = sector, ring, rays, sums
+    def __init__(self, sectors, ring, rays, sums, places):
+        sector = sectors[0]
+        self.sector, self.ring, self.rays = sector, ring, rays
+        self.sums = [(one, of.share) for one, of in zip(sums, sectors)]
         edges = sector.edges_nm
         self.u, where = np.unique(sector.wavelength_nm / edges, return_inverse=True)
         self.where = where.reshape(edges.shape)
@@ -226,7 +234,7 @@ class _Reader:
             for inside, weight in zip(self.inside, self.weights):
                 x = j + inside
                 rows, matrix = self._borders(x, weight)
-                changes.append(self.sums[rows, cut].T @ matrix)
+                changes.append(self._changes(rows, cut, matrix))
                 at, half = i / (x * self.rays.pace) + reach, self.narrow / (x * self.rays.pace)
                 lean = self.lean * np.abs(i) / (j * x * self.rays.pace)
                 ray, share = _triangles(at, half, 2 * reach + 1, lean)
@@ -238,6 +246,15 @@ class _Reader:
         ray, share = (np.concatenate([w[k].ravel() for w in weights]) for k in (0, 1))
         ends = np.concatenate([[0], np.cumsum(np.concatenate(ends))]).astype(np.int32)
         return csr_array((share, ray, ends), (len(ends) - 1, total)) @ np.concatenate(changes)
+
+    def _changes(self, rows, cut, matrix) -> np.ndarray:
+        """Return the (ray, band) means along rays of all patterns together."""
+        total = None
+        for sums, share in self.sums:
+            weights = matrix if share is None else matrix * share.astype(np.float32)
+            part = sums[rows, cut].T @ weights
+            total = part if total is None else np.add(total, part, out=total)
+        return total
 
     def _borders(self, x, weight):
         """Return rows of the sums and (row, band) weights that make band means of them; reads lie
@@ -287,11 +304,25 @@ def _triangles(at, half: float, size: int, lean) -> tuple[np.ndarray, np.ndarray
     return ray, weight.astype(np.float32)
 
 
-def sectors(pattern, pitch_um, edges_nm, sharpened: bool = False) -> Iterator[Sector]:
-    """Yield the sectors |y| <= x and |x| < y of a `half_plane_pattern.HalfPattern`; `pitch_um` is
-    (y, x), `sharpened` as `Sector`.
+def sectors(
+    pattern,
+    pitch_um,
+    edges_nm,
+    sharpened: bool = False,
+    other: np.ndarray | None = None,
+    share: np.ndarray | None = None,
+) -> Iterator[Sector]:
+    """Yield the sectors |y| <= x and |x| < y of a `half_plane_pattern.HalfPattern`.
+
+    Parameters
+    ----------
+    pitch_um : (y, x) of tiles. `edges_nm` : (band, 2).
+    sharpened, share : as `Sector`.
+    other : density of the half plane x <= 0, turned by 180 degrees about the axis; None: the same,
+        as that of a pupil without phase is.
     """
     middle, density = pattern.middle, pattern.density
+    other = density if other is None else other
     wide = min(len(density) - 1, int(1.1 * middle) + 8)  # |x| < y, and a little beyond
 
     def columns(first, last):
@@ -299,10 +330,10 @@ def sectors(pattern, pitch_um, edges_nm, sharpened: bool = False) -> Iterator[Se
 
     def rows(first, last):
         right = density[: wide + 1, middle + first : middle + last].T
-        left = density[1 : wide + 1, middle - last + 1 : middle - first + 1].T[::-1, ::-1]
+        left = other[1 : wide + 1, middle - last + 1 : middle - first + 1].T[::-1, ::-1]
         return np.concatenate([left, right], axis=1)
 
     edges = np.asarray(edges_nm, float)
     for lines, zero, pitch in ((columns, middle, pitch_um[::-1]), (rows, wide, pitch_um)):
         made = lines, zero, pattern.step_um, tuple(pitch), pattern.wavelength_nm, edges
-        yield Sector(*made, sharpened)
+        yield Sector(*made, sharpened, share)

@@ -11,6 +11,7 @@
 | `kernel_store`              | kernels and their transforms kept on disk between processes      |
 | `kernels`                   | how much of a tile's light reaches every other tile              |
 | `memory`                    | the memory that kernels take; refused where the machine has less |
+| `phase_patterns`            | kernels of all bands of a lens with a wavefront                  |
 | `scaled_pattern`            | kernels of all bands of a pupil without phase                    |
 | `scatter`                   | energy-conserving scatter mixed into a kernel                    |
 | `wings`                     | kernels beyond the exact core, from lattices of the pattern      |

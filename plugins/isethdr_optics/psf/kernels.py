@@ -37,6 +37,7 @@ from . import (
     kernel_spectra,
     kernel_store,
     memory,
+    phase_patterns,
     scaled_pattern,
     scatter,
     wings,
@@ -373,6 +374,20 @@ def _frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None):
     """Return the `scaled_pattern.Frame` of bands and tiles, or None where one pattern does not
     serve them.
     """
+    frame = _rings_frame(lens, wavelength_nm, pitch_um, reach, width_nm)
+    return frame if frame is not None and scaled_pattern.serves(lens, flares, frame) else None
+
+
+def _phase_frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None):
+    """Return the `scaled_pattern.Frame` of bands and tiles, or None where patterns at a few
+    wavenumbers do not serve them.
+    """
+    frame = _rings_frame(lens, wavelength_nm, pitch_um, reach, width_nm)
+    return frame if frame is not None and phase_patterns.serves(lens, flares, frame) else None
+
+
+def _rings_frame(lens, wavelength_nm, pitch_um, reach, width_nm=None):
+    """Return the `scaled_pattern.Frame` of bands and tiles; None where exact cores cover all."""
     width_nm = band_widths_nm(wavelength_nm) if width_nm is None else width_nm
     edges = np.stack([wavelength_nm - width_nm / 2, wavelength_nm + width_nm / 2], axis=1)
     if edges.min() <= 0:
@@ -385,8 +400,7 @@ def _frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None):
     half = tuple(min(max(h, scaled_pattern.LEAST_CORE), r) for h, r in zip(half, reach))
     if all(r <= WIDER * h for r, h in zip(reach, half)):
         half = tuple(reach)  # a little more of the exact core costs less than rings
-    frame = scaled_pattern.Frame(edges, tuple(pitch_um), tuple(reach), tuple(half))
-    return frame if scaled_pattern.serves(lens, flares, frame) else None
+    return scaled_pattern.Frame(edges, tuple(pitch_um), tuple(reach), tuple(half))
 
 
 def _scaled(lens, flares, frame) -> Kernels:
@@ -411,6 +425,41 @@ def _scaled(lens, flares, frame) -> Kernels:
     )
 
 
+def _interpolated(lens, flares, frame) -> Kernels:
+    """Return kernels of all bands from patterns at a few wavenumbers."""
+    count, sides = len(frame.edges_nm), [2 * r + 1 for r in frame.reach]
+    middles, widths = frame.edges_nm.mean(axis=1), np.diff(frame.edges_nm)[:, 0]
+    core = tuple(slice(r - c, r + c + 1) for r, c in zip(frame.reach, frame.core))
+    read = scaled_pattern.finer_rings(lens, frame)
+    bands = np.empty((count, *sides), np.float32)
+
+    def exact(band):
+        plan = _Plan(
+            lens, flares, middles[band], widths[band], frame.pitch_um, frame.core, 1, [], None
+        )
+        return plan.band(middles[band], widths[band])[0]
+
+    with executor(min(cpus(), MOST_THREADS)) as pool:
+        phase_patterns.wings(lens, flares, frame, read, bands, pool.map)
+        found = phase_patterns.errors(lens, flares, frame, bands, read, pool.map)
+        for kernel, inner in zip(bands, pool.map(exact, range(count))):
+            kernel[core] = inner
+    for kernel, wave in zip(bands, middles):
+        if scatter.active(flares, wave):
+            kernel[...] = scatter.mix(kernel, flares, wave, frame.pitch_um, lens.focal_length_mm)
+    energy = sampled_pupil.open_energy_mm2(lens, flares, frame.shortest_nm)
+    return Kernels(
+        list(bands),
+        np.array([1 - float(b.sum(dtype=float)) for b in bands]),
+        np.tile(found.relative, (count, 1)),
+        np.full(count, energy / sampled_pupil.stop_mm2(lens)),
+        max(found.mean, scaled_pattern.WRAP),
+        np.tile(found.deviation, (count, 1)),
+        np.full(count, float(min(frame.core))),
+        (lens, flares),
+    )
+
+
 def _scatter(halves, lens, flares, frame) -> None:
     """Mix the scatter of flares into halves of kernels."""
     waves = frame.edges_nm.mean(axis=1)
@@ -427,6 +476,9 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
     frame = _frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm)
     if frame is not None:
         return _scaled(lens, flares, frame)
+    frame = _phase_frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm)
+    if frame is not None:
+        return _interpolated(lens, flares, frame)
     lattices = _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach)
     mirrored, shared = not sampled_pupil.has_phase(lens, flares), interpolation_wavelengths.Knots()
 
@@ -574,6 +626,9 @@ def held_bytes(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     frame = _frame(lens, flares, wavelength_nm, pitch_um, reach)
     if frame is not None:
         return scaled_pattern.memory_bytes(lens, frame)
+    frame = _phase_frame(lens, flares, wavelength_nm, pitch_um, reach)
+    if frame is not None:
+        return phase_patterns.memory_bytes(lens, flares, frame)
     return held + wings.lattice_bytes(lens, shortest, fine_tiles(lens, shortest, pitch_um, reach))
 
 

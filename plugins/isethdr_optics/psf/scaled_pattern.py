@@ -147,16 +147,22 @@ class Frame:
 def serves(lens, flares, frame: Frame) -> bool:
     """Return whether kernels of a frame can be made from one pattern: no phase, and lattices that
     memory and patience allow.
+    """
+    if sampled_pupil.has_phase(lens, flares) or lens.uneven:
+        return False
+    return lattices_fit(lens, frame)
+
+
+def lattices_fit(lens, frame: Frame) -> bool:
+    """Return whether memory and patience allow the lattices of a frame.
 
     Tiles finer than the finest detail need lattices finer than theirs.
     """
-    if min(frame.core) < LEAST_CORE:
+    if min(frame.core) < LEAST_CORE or _width(lens, frame) > WIDEST_TILE:
         return False
-    if sampled_pupil.has_phase(lens, flares) or lens.uneven or _width(lens, frame) > WIDEST_TILE:
-        return False
-    lattice = _lattices(lens, frame, usual_rings(lens, frame))[-1]
-    across = lattice.step_um * max(lattice.period) / sampled_pupil.blur_um(lens, frame.shortest_nm)
-    coarse = lattice.step_um > min(frame.pitch_um) / FEWEST
+    made = _lattices(lens, frame, usual_rings(lens, frame))[-1]
+    across = made.step_um * max(made.period) / sampled_pupil.blur_um(lens, frame.shortest_nm)
+    coarse = made.step_um > min(frame.pitch_um) / FEWEST
     return frame.narrowest >= NARROWEST and across <= MOST_ACROSS and not coarse
 
 
@@ -165,7 +171,7 @@ def memory_bytes(lens, frame: Frame, read: Rings | None = None) -> float:
     rows, columns = frame.reach
     read = read or usual_rings(lens, frame)
     held = 4.0 * len(frame.edges_nm) * (rows + 1) * (2.0 * columns + 1)
-    return held + max(lattice.bytes for lattice in _lattices(lens, frame, read))
+    return held + max(made.bytes for made in _lattices(lens, frame, read))
 
 
 def wide_tiles(lens, frame: Frame) -> bool:
@@ -191,6 +197,11 @@ def usual_rings(lens, frame: Frame) -> Rings:
 def fine_rings(lens, frame: Frame) -> Rings:
     """Return how rings of a frame are read beside very bright lamps."""
     return usual_rings(lens, frame).finer(WIDE_FINE) if wide_tiles(lens, frame) else FINE
+
+
+def finer_rings(lens, frame: Frame) -> Rings:
+    """Return how rings of a frame are read for the error that the lens allows."""
+    return usual_rings(lens, frame).finer(min(FINEST, max(1.0, USUAL_ERROR / lens.speckle_error)))
 
 
 def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.ndarray, Errors]:
@@ -237,27 +248,28 @@ def halves(
     inner, pupil = min(frame.core), pupil_of(lens, flares, frame.shortest_nm)
     wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
     edges = np.vectorize(lambda w: sampled_pupil.scaled_nm(lens, w))(frame.edges_nm)
-    for level, outer in _reaches(frame, read):
+    for level, outer in reaches(frame, read):
         if max(outer) <= inner:
             continue
-        lattice = _lattice(lens, frame, level, outer, read)
-        pattern = patterns.half_pattern(pupil, wave, lattice, apply)
+        pattern = patterns.half_pattern(
+            pupil, wave, lattice(lens, frame, level, outer, read), apply
+        )
         across, along = ray_sums.sectors(pattern, frame.pitch_um, edges, read.sharpened)
-        rays = _rays(lens, frame, level)
+        rays = rays_per_tile(lens, frame, level)
         for low, high in ray_sums.rings(inner, outer[1]):
             ring = ray_sums.Ring(low, high, outer[0], 0)
-            places, write = _places(frame, low, level), _columns(out, frame)
-            ray_sums.band_means(across, ring, rays, places, write, apply)
+            many, write = places(frame, low, level), _columns(out, frame)
+            ray_sums.band_means([across], ring, rays, many, write, apply)
         for low, high in ray_sums.rings(inner, outer[0]):
             ring = ray_sums.Ring(low, high, outer[1], 1)
-            places, write = _places(frame, low, level), _rows(out, frame)
-            ray_sums.band_means(along, ring, rays, places, write, apply)
+            many, write = places(frame, low, level), _rows(out, frame)
+            ray_sums.band_means([along], ring, rays, many, write, apply)
         inner = max(outer)
     out[:, : core_y + 1, columns - core_x : columns + core_x + 1] = core
     return out
 
 
-def _reaches(frame, read=USUAL):
+def reaches(frame: Frame, read: Rings = USUAL):
     """Yield levels and the (y, x) tiles from the axis to the border of each."""
     for level in read.levels if frame.core != frame.reach else ():
         border = level.moves / frame.narrowest
@@ -266,11 +278,14 @@ def _reaches(frame, read=USUAL):
 
 def _lattices(lens, frame, read=USUAL):
     """Return the lattices of all levels, the largest last; those of a frame within its core too."""
-    levels = list(_reaches(frame, read)) or [(read.levels[-1], frame.reach)]
-    return [_lattice(lens, frame, level, outer, read) for level, outer in levels]
+    levels = list(reaches(frame, read)) or [(read.levels[-1], frame.reach)]
+    return [lattice(lens, frame, level, outer, read) for level, outer in levels]
 
 
-def _lattice(lens, frame, level, outer, read=USUAL):
+def lattice(lens, frame: Frame, level: Level, outer, read: Rings = USUAL):
+    """Return the `half_plane_pattern.HalfLattice` of a level that ends `outer` (y, x) tiles from
+    the axis.
+    """
     pitch, blur = min(frame.pitch_um), sampled_pupil.blur_um(lens, frame.shortest_nm)
     step = min(level.step * blur, pitch / level.per_tile)
     extent = [(r + 2) * p for r, p in zip(outer, frame.pitch_um)]
@@ -286,8 +301,8 @@ def wrap(lens, frame: Frame, read: Rings) -> float:
     `WRAP` was measured with the usual period; light from beyond a longer one is held back by more
     (`lattice.spline_response`), in amplitude.
     """
-    level, outer = list(_reaches(frame, read))[-1]
-    made = _lattice(lens, frame, level, outer, read)
+    level, outer = list(reaches(frame, read))[-1]
+    made = lattice(lens, frame, level, outer, read)
     period = min(p / f for p, f in zip(made.period, made.far))
     held, usual = (
         float(spline_response(1 - 1 / p) / spline_response(1 / p))
@@ -296,13 +311,14 @@ def wrap(lens, frame: Frame, read: Rings) -> float:
     return WRAP * min(1.0, held / usual)
 
 
-def _rays(lens, frame, level) -> float:
+def rays_per_tile(lens, frame: Frame, level: Level) -> float:
     """Return the rays per tile at a ring's outermost: as close as in a tile of usual width."""
     blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
     return level.rays * max(1.0, max(frame.pitch_um) / (USUAL_TILE * blur))
 
 
-def _places(frame, low, level) -> int:
+def places(frame: Frame, low: int, level: Level) -> int:
+    """Return the places that stand for the triangle of two tiles in a ring from `low` tiles on."""
     wanted = np.ceil(level.places / (low * frame.narrowest) - 0.05)
     return int(np.clip(wanted, 1, MOST_PLACES))
 
@@ -429,7 +445,7 @@ def errors(
     if frame.core == frame.reach:
         return Errors(*np.zeros((2, kernel_sampling_error.OCTAVES)), 0.0)
     reach, order = frame.reach[1], np.argsort(frame.edges_nm[:, 0])
-    last = max(2, reach + 1 - _together(lens, frame))
+    last = max(2, reach + 1 - columns_together(lens, frame))
     near = min(frame.core[1] + 1, last)
     far = min(max(near, int(0.75 * reach)), last)
     middle = int(np.sqrt(near * far))
@@ -444,11 +460,16 @@ def errors(
         return found.relative(), found.deviation(), np.abs(found.mean())
 
     relative, deviation, mean = (np.max(part, axis=0) for part in zip(*apply(one, sorted(asked))))
+    return of_whole_kernels(relative, deviation, float(mean.max()))
+
+
+def of_whole_kernels(relative, deviation, mean: float) -> Errors:
+    """Return the errors of kernels from the largest, per octave, of a few columns of tiles."""
     # of a small frame, corners lie in an octave that no column crosses: as wrong as the one before
     outermost = int(np.flatnonzero(relative).max(initial=0))
     for found in (relative, deviation):
         found[outermost + 1 :] = found[outermost]
-    return Errors(relative, ELSEWHERE * deviation, float(mean.max()))
+    return Errors(relative, ELSEWHERE * deviation, mean)
 
 
 class Core(NamedTuple):
@@ -468,7 +489,7 @@ def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) ->
     reach = wider_reach(frame, tiles)
     made = exact_halves(lens, flares, frame, reach, apply, wide=True)
     order = np.argsort(frame.edges_nm[:, 0])
-    last, wide = max(2, reach[1] + 1 - _together(lens, frame)), wide_tiles(lens, frame)
+    last, wide = max(2, reach[1] + 1 - columns_together(lens, frame)), wide_tiles(lens, frame)
     inside = replace(frame, reach=reach, core=(NEAREST, NEAREST))
     asked = {(min(f, last), b) for f in (NEAREST, last) for b in (order[0], order[-1])}
 
@@ -525,7 +546,7 @@ def exact_sums(lens, frame: Frame, reach: tuple[int, int]) -> float:
     return waves * (reach[1] + 1.0) * (wide * rows + (2 * reach[0] + 1) * tall)
 
 
-def _together(lens, frame) -> int:
+def columns_together(lens, frame: Frame) -> int:
     """Return how many columns of tiles are looked at together."""
     return WIDE_COLUMNS if wide_tiles(lens, frame) else COLUMNS
 
@@ -534,7 +555,7 @@ def _wrong(lens, flares, frame, half, first, band, **fine):
     """Return the error and the light, (y, column), of columns from `first` on; `fine` as the
     fields of a `pattern_columns.Place`.
     """
-    count = min(_together(lens, frame), frame.reach[1] + 1 - first)
+    count = min(columns_together(lens, frame), frame.reach[1] + 1 - first)
     edges = tuple(float(sampled_pupil.scaled_nm(lens, w)) for w in frame.edges_nm[band])
     place = pattern_columns.Place(first, count, frame.reach[0], frame.pitch_um, edges, **fine)
     light = pattern_columns.columns(pupil_of(lens, flares, frame.shortest_nm), place)

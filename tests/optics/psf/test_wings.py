@@ -5,7 +5,7 @@ phases, the period's border.
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
-from isethdr_optics.psf import kernel_sampling_error, wings
+from isethdr_optics.psf import kernel_sampling_error, phase_patterns, wings
 from isethdr_optics.psf.kernels import _lattices, _made, _Plan
 from isethdr_optics.pupil.sampled_pupil import amplitude, axis_mm, open_energy_mm2, with_wavefront
 
@@ -197,6 +197,7 @@ def test_where_memory_ends_finer_rings_take_the_place_of_coarse_ones_as_far_out_
         (4.0, 4.0),
         (90, 96),
     )
+    monkeypatch.setattr(phase_patterns, "serves", lambda *given: False)
     finer, reaches, ring = _made(*args), [], wings.ring
     monkeypatch.setattr(wings, "OWN_SAMPLES", 5e5)
     monkeypatch.setattr(

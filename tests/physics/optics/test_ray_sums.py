@@ -46,7 +46,7 @@ def test_rays_give_the_means_of_every_band():
     for less, sector in enumerate((across, along)):
         for ring in ray_sums.rings(low, REACH):
             ring = ray_sums.Ring(*ring, REACH, less)
-            ray_sums.band_means(sector, ring, 3.0, 4, lambda b, s=less: blocks.append((s, b)))
+            ray_sums.band_means([sector], ring, 3.0, 4, lambda b, s=less: blocks.append((s, b)))
     for number, band in enumerate(edges):
         want, wrong, light = airy(band, 12), 0.0, 0.0
         for less, block in blocks:

@@ -1,0 +1,256 @@
+"""Whole-plane pattern: the diffraction pattern of a pupil with phase, sampled on a square lattice.
+
+The open pupil and its dirt are drawn once in cells smoothed by B-splines (`half_plane_pattern`),
+and turned by the phase at the middle of each cell. To turn and then to smooth is not the same: with
+b the smoothing, a the pupil and the phase straight over a cell,
+
+    b * (a exp(i phi)) = exp(i phi) (b * a - i phi' (t b) * a + ...),
+
+t the distance. The first moment (t b) * a is taken from differences between cells (`MOMENT`), and
+what is left is of second order in the change of phase from cell to cell, `MOST_TURNS` at most.
+
+Drawn to the scale of one wavelength, the pattern is a smooth function of the wavenumber k: a
+polynomial through the patterns of a few wavenumbers (`interpolation_wavenumbers`) gives all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import factorial
+from typing import NamedTuple
+
+import numpy as np
+
+from ..convolution import fourier
+from . import half_plane_pattern as half
+from .half_plane_pattern import HalfLattice, HalfPattern, RealPupil
+from .lattice import ORDER, lattice_pitch_mm, spline_response
+
+# of a change of phase, rms over the pupil, that a polynomial has to follow: measured 0.8 to 1.36,
+# with coma and defocus of 0.14 to 2.8 rad over the range of wavenumbers
+FOLLOWED = 1.4
+
+PERIOD = 3.0  # of the field, in reaches
+# differences over 2, 4 and 6 cells that give the first moment of a B-spline of order 7, times -1:
+# 7 / (2 pi) (1 / u - pi cot(pi u)) of u cycles per cell, by least squares up to 1 / `PERIOD`; they
+# are right to 0.06, of 1.3 at most
+MOMENT = (0.53853, -0.18845, 0.0531)
+SPARE = 3  # cells beside those that are lit
+MOST_TURNS = 1 / 64  # of phase from cell to cell: leaves 2 % of light at the border at most
+
+# (x_mm, y_mm), evenly spaced -> wavelengths of optical path, (y, x) float
+Turns = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+class DrawnPupil(NamedTuple):
+    """A pupil without its phase in smooth cells, and the lattice that it is drawn for."""
+
+    cells: np.ndarray  # (y, x) float32
+    cell_mm: tuple[float, float]
+    lattice: HalfLattice
+    scale: float  # of the squared field, to a fraction of the energy per um2
+    wavelength_nm: float  # of the scale
+
+
+class WholePattern(NamedTuple):
+    """Both halves of a pattern; `left` is turned by 180 degrees about the axis."""
+
+    right: HalfPattern
+    left: HalfPattern
+
+
+def fits(pupil: RealPupil, wavelength_nm: float, lattice: HalfLattice) -> bool:
+    """Return whether all of a pupil lies within one period of cells, as `drawn_pupil` asks."""
+    cells = _cell_mm(pupil, wavelength_nm, lattice)
+    return all(_count(pupil, c) <= p for c, p in zip(cells, lattice.period))
+
+
+def drawn_pupil(pupil: RealPupil, wavelength_nm: float, lattice: HalfLattice) -> DrawnPupil:
+    """Return a pupil drawn for a lattice at the scale of one wavelength.
+
+    Raises
+    ------
+    ValueError : the pupil is wider than a period of its cells (`fits`).
+    """
+    cell = _cell_mm(pupil, wavelength_nm, lattice)
+    if not fits(pupil, wavelength_nm, lattice):
+        raise ValueError("the pupil is wider than a period; expected finer steps of the lattice")
+    scale = (cell[0] * cell[1]) ** 2 * 1e-6
+    scale /= (wavelength_nm * 1e-6 * pupil.distance_mm) ** 2 * pupil.energy_mm2
+    cells = half.draw(pupil, cell, lattice.period, lattice.strips)
+    return DrawnPupil(cells, cell, lattice, scale, wavelength_nm)
+
+
+def whole_pattern(drawn: DrawnPupil, turns: Turns, apply: Callable = map) -> WholePattern:
+    """Return the pattern of a pupil with a phase, over the whole plane.
+
+    Parameters
+    ----------
+    apply : `map`, or the `map` of a pool of threads.
+    """
+    far_y, far_x = drawn.lattice.far
+    density = densities(drawn, turns, np.arange(-far_x, far_x + 1), apply)
+    sides = density[far_x:], density[far_x::-1, ::-1]
+    step = drawn.lattice.step_um
+    return WholePattern(*(HalfPattern(side, step, far_y, drawn.wavelength_nm) for side in sides))
+
+
+def densities(
+    drawn: DrawnPupil, turns: Turns, columns: np.ndarray, apply: Callable = map
+) -> np.ndarray:
+    """Return the fraction of the energy per um2, (column, y = -far .. far), float32.
+
+    Parameters
+    ----------
+    columns : of the image, in steps from the axis.
+
+    Notes
+    -----
+    Intensity |F|^2 / (wavelength distance)^2 / energy with F the transform of the amplitude
+    (Goodman 2005, eq. 5-14).
+    """
+    far = drawn.lattice.far[0]
+    period_y, period_x = drawn.lattice.period
+    lines, rows = _along_x(drawn, turns, columns, apply), len(drawn.cells)
+    y = np.arange(-far, far + 1)
+    gain_y = (drawn.scale * spline_response(y / period_y) ** -2).astype(np.float32)
+    gain_x = (spline_response(columns / period_x) ** -2).astype(np.float32)
+    out = np.empty((len(columns), 2 * far + 1), np.float32)
+
+    def along_y(start):
+        cut = slice(start, min(start + half.BLOCK, len(columns)))
+        padded = np.zeros((cut.stop - cut.start, period_y), np.complex64)
+        padded[:, :rows] = lines[cut]
+        field = fourier.fft_rows(padded)
+        for into, part in (
+            (out[cut, far:], field[:, : far + 1]),
+            (out[cut, :far], field[:, period_y - far :]),
+        ):
+            np.square(part.real, out=into)
+            into += np.square(part.imag)
+        out[cut] *= gain_y
+        out[cut] *= gain_x[cut, None]
+
+    _each(apply, along_y, len(columns))
+    return out
+
+
+def interpolation_wavenumbers(first: float, last: float, change_rad: float, error: float):
+    """Return wavenumbers through which a polynomial gives the patterns of all between `first` and
+    `last`, Chebyshev's.
+
+    Parameters
+    ----------
+    change_rad : of the phase from first to last, rms over the pupil.
+    error : relative, of light, L1.
+
+    Notes
+    -----
+    Every pair of points of the pupil adds a wave in k to the pattern. A polynomial through n of
+    Chebyshev's places leaves R^n / (2^(n - 1) n!) of exp(i R t), t from -1 to 1 (Trefethen 2013,
+    Approximation Theory and Approximation Practice, chapter 7, for entire functions); R is
+    `FOLLOWED` times the change.
+    """
+    count = 1
+    while left_by(count, change_rad) > error:
+        count += 1
+    at = np.cos((np.arange(count) + 0.5) * np.pi / count)
+    return (first + last) / 2 + (last - first) / 2 * at
+
+
+def left_by(count: int, change_rad: float) -> float:
+    """Return the relative error, L1, that a polynomial through so many wavenumbers leaves of light;
+    arguments as `interpolation_wavenumbers`.
+    """
+    return (FOLLOWED * change_rad) ** count / (2.0 ** (count - 1) * factorial(count))
+
+
+def shares(wavenumbers: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return the weight (wavenumber, place) of every pattern in the polynomial's value `at` places
+    (Lagrange).
+    """
+    out = np.ones((len(wavenumbers), len(at)))
+    for n, own in enumerate(wavenumbers):
+        for m, other in enumerate(wavenumbers):
+            if m != n:
+                out[n] *= (at - other) / (own - other)
+    return out
+
+
+def _cell_mm(pupil, wavelength_nm, lattice):
+    return lattice_pitch_mm(
+        wavelength_nm, lattice.period, pupil.distance_mm, (lattice.step_um,) * 2
+    )
+
+
+def _count(pupil, cell_mm):
+    """Return the cells across a pupil, as `half_plane_pattern.draw` has them."""
+    return 2 * (int(np.ceil(pupil.radius_mm / cell_mm)) + (ORDER + 1) // 2)
+
+
+def _along_x(drawn, turns, columns, apply):
+    """Return the transforms along x of the pupil's rows, (column of the image, row)."""
+    (rows, across), period = drawn.cells.shape, drawn.lattice.period[1]
+    y_mm, x_mm = ((np.arange(n) + 0.5 - n / 2) * c for n, c in zip((rows, across), drawn.cell_mm))
+    lines = np.empty((len(columns), rows), np.complex64)
+    at = columns % period
+
+    def block(start):
+        cut = slice(start, min(start + half.BLOCK, rows))
+        lit = np.flatnonzero(drawn.cells[cut].any(axis=0))
+        padded = np.zeros((cut.stop - start, period), np.complex64)
+        if len(lit):
+            inside = slice(max(lit[0] - SPARE, 0), min(lit[-1] + 1 + SPARE, across))
+            padded[:, inside] = _turned(drawn.cells, cut, inside, turns(x_mm[inside], y_mm[cut]))
+            padded = fourier.fft_rows(padded)
+        lines[:, cut] = padded[:, at].T
+
+    _each(apply, block, rows)
+    return lines
+
+
+def _turned(cells, rows, columns, turns) -> np.ndarray:
+    """Return a block of smooth cells with their phase: turned before they were smoothed."""
+    own = cells[rows, columns]
+    slope_x = np.gradient(turns, axis=1)
+    slope_y = np.gradient(turns, axis=0) if len(turns) > 1 else np.zeros_like(turns)
+    turns = turns - np.rint(turns)  # whole turns dropped in float64: float32 then keeps 1e-7
+    angle = (2 * np.pi * turns).astype(np.float32)
+    out = np.empty(own.shape, np.complex64)
+    out.real = own
+    out.imag = _moment(cells, rows, columns, 1) * (2 * np.pi * slope_x).astype(np.float32)
+    out.imag += _moment(cells, rows, columns, 0) * (2 * np.pi * slope_y).astype(np.float32)
+    phase = np.empty(own.shape, np.complex64)
+    np.cos(angle, out=phase.real)
+    np.sin(angle, out=phase.imag)
+    out *= phase
+    return out
+
+
+def _moment(cells, rows, columns, axis) -> np.ndarray:
+    """Return the first moment of the smoothing times the pupil, times -1, of a block of cells."""
+    total = np.float32(0.0)
+    for apart, weight in enumerate(MOMENT, 1):
+        ends = []
+        for sign in (1, -1):
+            shift = [sign * apart if a == axis else 0 for a in (0, 1)]
+            ends.append(_shifted(cells, rows, columns, shift))
+        total = total + np.float32(weight) * (ends[0] - ends[1])
+    return total
+
+
+def _shifted(cells, rows, columns, shift) -> np.ndarray:
+    """Return a block of cells, moved; 0 beyond the border."""
+    out = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32)
+    into, of = [], []
+    for cut, move, count in zip((rows, columns), shift, cells.shape):
+        low, high = max(cut.start + move, 0), min(cut.stop + move, count)
+        of.append(slice(low, max(high, low)))
+        into.append(slice(low - move - cut.start, max(high, low) - move - cut.start))
+    out[tuple(into)] = cells[tuple(of)]
+    return out
+
+
+def _each(apply, function, count):
+    for _ in apply(function, range(0, count, half.BLOCK)):
+        pass

@@ -1,0 +1,250 @@
+"""Phase patterns: the kernels of all bands of a lens with a wavefront, from its patterns at a few
+wavenumbers.
+
+A wavefront that is the same length at all wavelengths is a phase in proportion to the wavenumber.
+Drawn to one scale, the pattern is then a smooth function of the wavenumber, and a polynomial
+through a few patterns gives that of every band (`whole_plane_pattern`). Means over tiles and bands
+are read from running sums along rays, as those of `scaled_pattern`, which also says how finely. The
+exact core is made band by band (`exact_core`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from isethdr_core.physics.optics import half_plane_pattern as patterns
+from isethdr_core.physics.optics import pattern_columns, ray_sums
+from isethdr_core.physics.optics import whole_plane_pattern as whole
+from isethdr_core.physics.optics.zernike import wavefront_um
+
+from ..pupil import sampled_pupil
+from ..pupil.wavefronts import coefficients_um
+from . import kernel_sampling_error
+from . import scaled_pattern as scaled
+from .scaled_pattern import Errors, Frame, Rings
+from .wings import PHASE_CHANGE
+
+INTERPOLATED = 0.005  # relative, of light: what the polynomial leaves at most
+MOST_WAVENUMBERS = 9  # each takes as long as all kernels of a lens without phase
+CHECKED_STEP = 0.5  # of direct sums, wavelengths x f-number: holds all of the pattern
+CHECKED_PERIOD = 4.0  # of direct sums, in reaches
+CHECKED_TURNS = 1 / 128  # of direct sums, from cell to cell
+
+
+def serves(lens, flares, frame: Frame) -> bool:
+    """Return whether patterns at a few wavenumbers give the kernels of a frame: a phase in
+    proportion to the wavenumber, and lattices that memory allows.
+    """
+    if not lens.zernike_um or lens.focal_shift_um or lens.traced is not None or lens.uneven:
+        return False
+    if not sampled_pupil.all_shapes(flares) or sampled_pupil.delays_um(lens, flares):
+        return False
+    if lens.pupil_matrix is not None or frame.core == frame.reach:
+        return False
+    if scaled.wide_tiles(lens, frame):  # many speckles each: coarse lattices cost less
+        return False
+    if whole.left_by(MOST_WAVENUMBERS, _change(lens, flares, frame)) > INTERPOLATED:
+        return False
+    within = (sampled_pupil.phase_change(lens, flares, *band) for band in frame.edges_nm)
+    if max(within) > PHASE_CHANGE or not scaled.lattices_fit(lens, frame):
+        return False
+    wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
+    outline = patterns.RealPupil(
+        [], sampled_pupil.reach_mm(lens), sampled_pupil.distance_mm(lens), 1.0
+    )
+    return all(
+        whole.fits(outline, wave, lattice)
+        and _steepest_turns(lens, frame, lattice) <= 1.01 * whole.MOST_TURNS
+        for _, _, lattice in _lattices(lens, frame, scaled.usual_rings(lens, frame))
+    )
+
+
+def memory_bytes(lens, flares, frame: Frame) -> float:
+    """Return the bytes of the kernels of a frame, and of the patterns of the largest lattice while
+    the last is made.
+    """
+    held = 4.0 * len(frame.edges_nm) * np.prod([2.0 * r + 1 for r in frame.reach])
+    *_, (_, _, lattice) = _lattices(lens, frame, scaled.usual_rings(lens, frame))
+    pattern = 4.0 * np.prod([2.0 * n + 1 for n in lattice.far])
+    count = len(wavenumbers(lens, flares, frame))
+    return float(held + count * pattern + 4.0 * np.prod(lattice.period, dtype=float))
+
+
+def wavenumbers(lens, flares, frame: Frame) -> np.ndarray:
+    """Return the wavenumbers, 1 / nm, at which patterns are made."""
+    ends = 1 / frame.edges_nm.max(), 1 / frame.edges_nm.min()
+    return whole.interpolation_wavenumbers(*ends, _change(lens, flares, frame), INTERPOLATED)
+
+
+def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Callable = map) -> None:
+    """Write the kernels beyond the exact core into `out`, (band, y, x) float32.
+
+    Parameters
+    ----------
+    read : how finely rings are read. `apply` : `map`, or the `map` of a pool of threads.
+    """
+    pupil = scaled.pupil_of(lens, flares, frame.shortest_nm)
+    wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
+    edges = np.vectorize(lambda w: sampled_pupil.scaled_nm(lens, w))(frame.edges_nm)
+    numbers = wavenumbers(lens, flares, frame)
+    share = whole.shares(numbers, (1 / frame.edges_nm).mean(axis=1))
+    inner = min(frame.core)
+    for level, outer, lattice in _lattices(lens, frame, read):
+        if max(outer) <= inner:
+            continue
+        drawn = whole.drawn_pupil(pupil, wave, lattice)
+        made = [whole.whole_pattern(drawn, _turns(lens, 1 / k), apply) for k in numbers]
+        del drawn
+        rays = scaled.rays_per_tile(lens, frame, level)
+        views = out, out[:, ::-1, ::-1]  # of the right half plane, and of the left
+        # columns write tiles beyond the diagonal too, on either side: rows come last
+        for axis, writer in ((1, _columns), (0, _rows)):
+            for side, into in enumerate(views):
+                sectors = [
+                    tuple(
+                        ray_sums.sectors(
+                            one[side],
+                            frame.pitch_um,
+                            edges,
+                            read.sharpened,
+                            one[1 - side].density,
+                            part,
+                        )
+                    )[1 - axis]
+                    for one, part in zip(made, share)
+                ]
+                for low, high in ray_sums.rings(inner, outer[axis]):
+                    ring = ray_sums.Ring(low, high, outer[1 - axis], 1 - axis)
+                    many, write = scaled.places(frame, low, level), writer(into, frame)
+                    ray_sums.band_means(sectors, ring, rays, many, write, apply)
+        inner = max(outer)
+
+
+def errors(
+    lens, flares, frame: Frame, made: np.ndarray, read: Rings, apply: Callable = map
+) -> Errors:
+    """Return what direct sums over the pupil say of kernels, as `scaled_pattern.errors`; beside the
+    core on one side of the axis, far from it on the other.
+    """
+    reach, order = frame.reach[1], np.argsort(frame.edges_nm[:, 0])
+    last = max(2, reach + 1 - scaled.columns_together(lens, frame))
+    near = min(frame.core[1] + 1, last)
+    far = min(max(near, int(0.75 * reach)), last)
+    short, long = order[0], order[-1]
+    relative, deviation, means = [], [], []
+    for first, band, turned in ((near, short, False), (near, long, True), (far, short, True)):
+        kernel = made[band][::-1, ::-1] if turned else made[band]
+        wrong, light = _wrong(lens, flares, frame, kernel, (first, band, turned), apply)
+        found = kernel_sampling_error.ColumnErrors()
+        found.add(wrong, light, first, frame.core)
+        relative.append(found.relative())
+        deviation.append(found.deviation())
+        means.append(float(np.abs(found.mean()).max()))
+    return scaled.of_whole_kernels(np.max(relative, axis=0), np.max(deviation, axis=0), max(means))
+
+
+def _wrong(lens, flares, frame, kernel, place, apply):
+    """Return the error and the light, (y, column), of a few columns of a kernel."""
+    first, band, turned = place
+    count = min(scaled.columns_together(lens, frame), frame.reach[1] + 1 - first)
+    edges = tuple(float(sampled_pupil.scaled_nm(lens, w)) for w in frame.edges_nm[band])
+    asked = pattern_columns.Place(
+        first,
+        count,
+        frame.reach[0],
+        frame.pitch_um,
+        edges,
+        step=CHECKED_STEP,
+        period=CHECKED_PERIOD,
+    )
+    wave = 1 / float((1 / frame.edges_nm[band]).mean())
+    light = pattern_columns.columns_with_phase(
+        scaled.pupil_of(lens, flares, wave),
+        asked,
+        _turns(lens, wave, turned),
+        _displacement_um(lens, frame) / CHECKED_TURNS,
+        apply,
+    )
+    middle = frame.reach[1]
+    return kernel[:, middle + first : middle + first + count] - light, light
+
+
+def _turns(lens, wavelength_nm: float, turned: bool = False) -> whole.Turns:
+    """Return the phase of the lens, in wavelengths, at places of the pupil; `turned` : conjugate,
+    whose pattern is turned by 180 degrees.
+    """
+    radius, wavefront = sampled_pupil.radius_mm(lens), coefficients_um(lens, wavelength_nm)
+    scale = (-1 if turned else 1) / (wavelength_nm * 1e-3)
+
+    def turns(x_mm, y_mm):
+        # OSA's y points up. Smooth cells end a little beyond the rim: so does the polynomial
+        return scale * wavefront_um(wavefront, x_mm / radius, -y_mm / radius)
+
+    return turns
+
+
+def _change(lens, flares, frame) -> float:
+    """Return the change of phase from the first wavelength of all bands to the last, rad rms."""
+    return sampled_pupil.phase_change(
+        lens, flares, float(frame.edges_nm.min()), float(frame.edges_nm.max())
+    )
+
+
+def _displacement_um(lens, frame) -> float:
+    """Return how far the steepest slope of the wavefront moves light in the image, um."""
+    slope = sampled_pupil.steepest_um(lens, frame.shortest_nm)
+    return slope / sampled_pupil.radius_mm(lens) * sampled_pupil.distance_mm(lens)
+
+
+def _period(lens, frame, reach_um: float, turns: float) -> float:
+    """Return the period of the field, in reaches, at which the phase changes by so many turns from
+    one cell of the pupil to the next.
+    """
+    return max(whole.PERIOD, _displacement_um(lens, frame) / (turns * reach_um))
+
+
+def _lattices(lens, frame, read):
+    """Yield (level, (y, x) tiles to its border, lattice): periods as long as the slope of the phase
+    asks for.
+    """
+    for level, outer in scaled.reaches(frame, read):
+        reach_um = min(r * p for r, p in zip(outer, frame.pitch_um))
+        period = max(read.period, _period(lens, frame, reach_um, whole.MOST_TURNS))
+        yield level, outer, scaled.lattice(lens, frame, level, outer, replace(read, period=period))
+
+
+def _steepest_turns(lens, frame, lattice) -> float:
+    """Return the largest change of phase from one cell of a lattice's pupil to the next."""
+    return _displacement_um(lens, frame) / (min(lattice.period) * lattice.step_um)
+
+
+def _columns(out, frame):
+    """Return what writes blocks of columns x > 0, |y| <= x; tiles beyond the diagonal are written
+    again by rows.
+    """
+    rows, middle = frame.reach
+
+    def write(block):
+        _, count, size = block.values.shape
+        half, first = size // 2, middle + block.first
+        into = out[:, rows - half : rows + half + 1, first : first + count]
+        into[...] = block.values.transpose(0, 2, 1)
+
+    return write
+
+
+def _rows(out, frame):
+    """Return what writes blocks of rows y > 0, |x| < y."""
+    rows, middle = frame.reach
+
+    def write(block):
+        half = block.values.shape[2] // 2
+        for k in range(block.values.shape[1]):
+            own = min(block.first + k - 1, half)
+            into = slice(middle - own, middle + own + 1)
+            out[:, rows + block.first + k, into] = block.values[:, k, half - own : half + own + 1]
+
+    return write

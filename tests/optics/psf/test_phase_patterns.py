@@ -1,0 +1,83 @@
+"""Kernels of a lens with a wavefront from patterns at a few wavenumbers: against direct sums at the
+bands' own wavelengths, and against kernels of lattices of their own.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
+from isethdr_optics.psf import kernels, phase_patterns, scaled_pattern
+
+COMA = WavefrontLens(focal_length_mm=6.0, zernike_um={7: 0.05})
+DIRT = (ApertureFlare(),)
+BANDS = np.array([420.0, 430.0])
+PITCH, REACH = (3.0, 3.0), (88, 104)
+
+
+def frame_of(lens, bands=BANDS, reach=REACH):
+    return kernels._phase_frame(lens, DIRT, bands, PITCH, reach)
+
+
+@pytest.fixture(scope="module")
+def made():
+    return kernels._made(COMA, DIRT, BANDS, PITCH, REACH)
+
+
+def test_they_agree_with_direct_sums(made):
+    """Right and left of the axis: what is stated is what columns show that nobody looked at."""
+    frame = frame_of(COMA)
+    assert made.speckle.max() < 0.03 and made.core[0] == min(frame.core)
+    for turned in (False, True):
+        kernel = made.bands[1][::-1, ::-1] if turned else made.bands[1]
+        place = 80, 1, turned
+        wrong, light = phase_patterns._wrong(COMA, DIRT, frame, kernel, place, map)
+        # two bands of 10 nm; columns differ among themselves by half
+        assert np.abs(wrong).sum() < 1.5 * made.speckle.max() * light.sum()
+        assert abs(wrong.sum()) < 0.003 * light.sum()
+
+
+@pytest.mark.slow
+def test_they_agree_with_kernels_of_lattices_of_their_own(made, monkeypatch):
+    monkeypatch.setattr(phase_patterns, "serves", lambda *given: False)
+    other = kernels._made(COMA, DIRT, BANDS, PITCH, REACH)
+    for own, theirs, core in zip(made.bands, other.bands, made.core.astype(int)):
+        y, x = (np.abs(np.arange(n) - n // 2) for n in own.shape)
+        beyond = np.maximum(y[:, None], x) > core
+        assert np.array_equal(own[~beyond], theirs[~beyond])
+        # the lattices' own error is 0.02
+        assert np.abs(own - theirs)[beyond].sum() < 0.025 * theirs[beyond].sum()
+        assert own[beyond].sum() == pytest.approx(theirs[beyond].sum(), rel=2e-3)
+        turned = theirs[::-1, ::-1]
+        assert np.abs(own - turned)[beyond].sum() > 0.2 * theirs[beyond].sum()
+
+
+def test_a_wavefront_of_nothing_gives_the_kernels_without_phase():
+    """Patterns at one wavenumber: the same lattices, rays and tiles, over the whole plane."""
+    flat = replace(COMA, zernike_um={7: 1e-9})
+    plain = DiffractionLimitedLens(focal_length_mm=6.0)
+    frame = frame_of(flat)
+    assert len(phase_patterns.wavenumbers(flat, DIRT, frame)) == 1
+    whole = np.zeros((2, 2 * REACH[0] + 1, 2 * REACH[1] + 1), np.float32)
+    read = replace(scaled_pattern.USUAL, period=3.0)
+    phase_patterns.wings(flat, DIRT, frame, read, whole)
+    core = np.zeros((2, frame.core[0] + 1, 2 * frame.core[1] + 1), np.float32)
+    half = scaled_pattern.halves(plain, DIRT, frame, core, read)
+    for own, theirs in zip(whole, half):
+        lit = theirs > 0
+        np.testing.assert_allclose(own[REACH[0] :][lit], theirs[lit], rtol=2e-3, atol=1e-12)
+        np.testing.assert_allclose(
+            own[REACH[0] :: -1, ::-1][lit], theirs[lit], rtol=2e-3, atol=1e-12
+        )
+
+
+def test_which_lenses_they_serve():
+    assert frame_of(COMA) is not None
+    assert frame_of(DiffractionLimitedLens(focal_length_mm=6.0)) is None
+    assert frame_of(replace(COMA, focal_shift_um={380.0: 0.0, 780.0: 5.0})) is None
+    assert frame_of(replace(COMA, zernike_um={7: 30.0})) is None  # too many wavenumbers
+    assert (
+        kernels._phase_frame(COMA, (ApertureFlare(dust_delay_um=0.2),), BANDS, PITCH, REACH) is None
+    )
+    bands = np.arange(400.0, 701.0, 10.0)
+    assert len(phase_patterns.wavenumbers(COMA, DIRT, frame_of(COMA, bands))) == 3
