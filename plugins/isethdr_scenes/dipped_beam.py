@@ -70,11 +70,6 @@ def beam_table(levels: BeamLevels) -> tuple[IntensityTable, float]:
     return IntensityTable(left, up, value / value.max()), float(value.max())
 
 
-def dipped_beam() -> IntensityTable:
-    """Return the beam of class B as a table relative to its largest intensity, `PEAK_CD`."""
-    return beam_table(R112_B)[0]
-
-
 def nodes_deg() -> tuple[np.ndarray, np.ndarray]:
     """Return the nodes (left, up) of the table, degrees: fine about the cut-off."""
     aside = np.r_[np.arange(0, 8, 0.25), np.arange(8, 20, 1.0), np.arange(20, EDGE + 1, 3.0)]
@@ -82,6 +77,3 @@ def nodes_deg() -> tuple[np.ndarray, np.ndarray]:
     above = np.r_[np.arange(3.0, 6, 0.25), np.arange(6, EDGE + 1, 4.0)]
     up = np.r_[-down[::-1], np.arange(-1.95, 2.96, 0.05), above]
     return np.r_[-aside[:0:-1], aside], up
-
-
-PEAK_CD = beam_table(R112_B)[1]

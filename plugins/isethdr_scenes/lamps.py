@@ -1,11 +1,8 @@
-"""Lamps: intensity in candela, beam angles and spectrum of each kind of lamp.
+"""Lamps: intensity in candela, directions and spectrum of each kind of lamp.
 
-Intensities are typical values. The comments beside them give the limits (minimum and maximum on the
-reference axis) of a UN regulation. Regulations give limits, not beam shapes, so the angles are
-models.
-
-A dipped beam is a table over two angles that fulfils all of UN R112, class B: `dipped_beam`. All
-other lamps are round.
+The lamps of vehicles and bicycles are tables of candela over two angles, from the families of
+`photometry.families`, each within the limits of its UN regulation (`photometry/rules.csv`). Other
+lamps are round beams: their intensities are typical values, their angles are models.
 """
 
 from __future__ import annotations
@@ -17,48 +14,53 @@ import numpy as np
 
 from isethdr_core.scene import Lamp
 
-from .dipped_beam import PEAK_CD, dipped_beam
 from .lamp_spectra import spectrum_of
+from .photometry.families import family
+
+HEADLAMP_GLOW = 4e-3  # share of a lamp's flux with which its lens glows towards all sides
+LENS_GLOW = 0.02  # of coloured and diffusing lenses
 
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of lamp, as built."""
+    """One kind of lamp, as built: a table of `family`, or without one a round beam."""
 
     group: str
-    intensity_cd: float
     spectrum: str
+    intensity_cd: float
     inner_deg: float = 90.0
     outer_deg: float = 90.0
     lambertian_share: float = 1e-3
+    family: str = ""
+
+
+def _table(group: str, spectrum: str, name: str, glow: float = LENS_GLOW) -> Kind:
+    """Return a kind with the table and the intensity of a family."""
+    return Kind(group, spectrum, family(name).intensity_cd, lambertian_share=glow, family=name)
 
 
 KINDS = {
     # vehicle headlamps
-    # dipped beam: a table of candela, `dipped_beam`; a little glow of the lens towards all sides
-    "low_beam": Kind("headlights", PEAK_CD, "led_white", lambertian_share=4e-3),
-    "position": Kind(
-        "headlights", 40, "led_white", 20, 80, 0.05
-    ),  # UN R7: 4-140 cd; daytime lamps are dimmed to it
-    # street
-    "street": Kind(
-        "streetlights", 4_000, "sodium", 55, 80, 0.02
-    ),  # about 12 klm downwards, as of a 150 W lamp
-    # everything else
-    "tail": Kind("other", 8, "red", 20, 80, 0.05),  # UN R7: 4-17 cd
-    "brake": Kind("other", 80, "red", 15, 60, 0.05),  # UN R7 (S1): 60-260 cd
-    "indicator": Kind("other", 200, "amber", 15, 60, 0.05),  # UN R6: 175-1000 cd
-    "marker": Kind("other", 4, "amber", 30, 80, 0.05),  # UN R91: side marker 0.6-25 cd
-    "reverse": Kind("other", 150, "led_white", 20, 60, 0.05),  # UN R23: 80-600 cd
-    "bike_front": Kind(
-        "other", 50, "led_white", 4, 25, 0.05
-    ),  # StVZO/ISO 6742: 10 lx at 10 m and more
-    "bike_tail": Kind("other", 5, "red", 20, 80, 0.05),  # ISO 6742-1: 2.5 cd at least
-    "sign": Kind("other", 25, "amber", 30, 80, 0.05),  # amber destination sign, some 100 cd/m2
-    "window": Kind("other", 12, "led_warm"),  # lit room: some 10 cd/m2 over 1.2 m2
-    "tunnel": Kind(
-        "streetlights", 1_500, "led_white", 60, 85, 0.02
-    ),  # tunnel luminaire, some 4 klm
+    "low_beam": _table("headlights", "led_white", "dipped_r112_b", HEADLAMP_GLOW),
+    "position": _table("headlights", "led_white", "front_position"),
+    # signal lamps
+    "tail": _table("other", "red", "rear_position"),
+    "brake": _table("other", "red", "stop"),
+    "brake_high": _table("other", "red", "stop_high"),
+    "indicator_front": _table("other", "amber", "indicator_front"),
+    "indicator_rear": _table("other", "amber", "indicator_rear"),
+    "marker": _table("other", "amber", "side_marker"),
+    "reverse": _table("other", "led_white", "reversing"),
+    "bike_front": _table("other", "led_white", "bicycle_front"),
+    "bike_tail": _table("other", "red", "bicycle_rear"),
+    # street: about 12 klm downwards, as of a 150 W lamp
+    "street": Kind("streetlights", "sodium", 4_000, 55, 80, 0.02),
+    # amber destination sign, some 100 cd/m2
+    "sign": Kind("other", "amber", 25, 30, 80, 0.05),
+    # lit room: some 10 cd/m2 over 1.2 m2
+    "window": Kind("other", "led_warm", 12),
+    # tunnel luminaire, some 4 klm
+    "tunnel": Kind("streetlights", "led_white", 1_500, 60, 85, 0.02),
 }
 
 
@@ -82,5 +84,5 @@ def lamp(kind: str, axis) -> Lamp:
         k.inner_deg,
         k.outer_deg,
         k.lambertian_share,
-        dipped_beam() if kind == "low_beam" else None,
+        family(k.family).table if k.family else None,
     )

@@ -38,7 +38,8 @@ DRIVING = (
     "marker",
     "sign",
 )
-PARKED = ("position", "tail", "marker", "indicator")
+BRAKING = ("brake", "brake_high")
+PARKED = ("position", "tail", "marker", "indicator_front", "indicator_rear")
 PLANTS = {
     "oak": (0.20, 13.0),
     "birch": (0.12, 13.0),
@@ -105,7 +106,7 @@ def traffic(drive, ground: Ground, s: dict, rng) -> list[Spot]:
     count = rng.integers(drive.vehicles[0], drive.vehicles[1] + 1)
     paints = rng.permutation(["blue", "silver", "red", "green", "grey", "sand"])
     gaps = rng.uniform([18, 17, 17], [26, 24, 25])
-    ahead = (*DRIVING, "brake") if drive.braking else DRIVING
+    ahead = (*DRIVING, *BRAKING) if drive.braking else DRIVING
     spots = [
         Spot(
             "car oncoming",

@@ -6,7 +6,7 @@ import numpy as np
 
 from .geometry.surroundings.ground import Ground
 from .geometry.surroundings.tube import LUMINAIRE_M, LUMINAIRE_Z_M, WALKWAY_M
-from .placement import DRIVING, OWN_LAMPS, OWN_LANE_M, PLANTS, Spot
+from .placement import BRAKING, DRIVING, OWN_LAMPS, OWN_LANE_M, PLANTS, Spot
 
 CLOSED_M = -80.0  # the dark end behind the camera
 OUTSIDE_M = 220.0  # land beyond the exit
@@ -25,7 +25,7 @@ def plan(tunnel) -> tuple[Ground, list[Spot]]:
     paints = rng.permutation(["blue", "silver", "red", "green", "grey", "sand"])
     look, phase = int(rng.integers(0, 3)), round(float(rng.uniform(0, 1)), 2)
     ground = Ground(0.0, tunnel.seed)
-    ahead = (*DRIVING, "brake") if tunnel.braking else DRIVING
+    ahead = (*DRIVING, *BRAKING) if tunnel.braking else DRIVING
     spots = [
         Spot(
             "car ahead",

@@ -5,17 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from isethdr_scenes.lamps import KINDS, lamp
+from isethdr_scenes.photometry.families import family
 
 from isethdr_core.scene import IntensityTable
 
-LIMITS_CD = {  # least and most on the reference axis
-    "position": (4, 140),
-    "tail": (4, 17),
-    "brake": (60, 260),
-    "indicator": (175, 1200),
-    "marker": (0.6, 25),
-    "reverse": (80, 600),
-}
+# lamps that are no table: street lamps, a destination sign, a window, a tunnel luminaire
+ROUND = {"street", "sign", "window", "tunnel"}
 
 
 RECEIVER_DEG = 0.149  # 65 mm at 25 m
@@ -84,10 +79,13 @@ def test_a_table_is_linear_between_its_nodes_and_ends_at_them():
     assert not table.at([-10.1, 30.1, 0, 0], [0, 0, -5.1, 5.1]).any()
 
 
-@pytest.mark.parametrize("kind", sorted(LIMITS_CD))
-def test_signal_lamps_are_within_their_regulation(kind):
-    least, most = LIMITS_CD[kind]
-    assert least <= KINDS[kind].intensity_cd <= most
+@pytest.mark.parametrize("kind", sorted(set(KINDS) - ROUND))
+def test_lamps_of_vehicles_are_tables_of_their_family(kind):
+    """Each family keeps its rules: see `test_photometry`."""
+    pattern, one = family(KINDS[kind].family), lamp(kind, (1.0, 0.0, 0.0))
+    assert one.table is pattern.table and one.intensity_cd == pattern.intensity_cd
+    # bicycles: no rules of theirs were opened
+    assert pattern.rules or kind.startswith("bike")
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))

@@ -128,7 +128,7 @@ def test_vehicle_has_glass_wheels_plates_and_a_lamp_of_each_kind_on_both_sides(m
         "position",
         "tail",
         "brake",
-        "indicator",
+        "indicator_rear",
         "reverse",
     } <= kinds
     for kind in ("low_beam", "position", "tail"):

@@ -190,7 +190,7 @@ def test_lights_are_switched_and_coloured_as_asked(built):
     assert (
         "brake" not in kinds
         and "reverse" not in kinds
-        and {"indicator", "tail", "low_beam"} <= kinds
+        and {"indicator_rear", "tail", "low_beam"} <= kinds
     )
     halogen = NightDrive(
         vehicles=(2, 2),

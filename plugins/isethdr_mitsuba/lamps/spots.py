@@ -20,8 +20,9 @@ PIECE_M = 0.3  # larger lamps become several spots
 # spots stand this far in front of the foremost point of their piece, out of its own shadow
 CLEAR_M = 2e-3
 WIDEST_DEG = 88.0  # of a spot: a Lambertian lamp loses 0.12 % of its flux beyond
-# cone of a lamp with a table, beyond which its light is lost, and texels: 0.1 degrees each
-TABLE_DEG, OF_TABLE = 40.0, 1024
+# cones of a lamp with a table, beyond which its light is lost: the first that keeps all but
+# LOST_LIGHT of it. Texels are 0.1 and 0.6 degrees wide on the axis.
+TABLE_DEG, OF_TABLE, LOST_LIGHT = (40.0, 80.0), 1024, 0.03
 NARROW, WIDE = (
     128,
     512,
@@ -88,30 +89,40 @@ def _with_table(number, lamp):
     """The table itself, from each piece as much as it shows of the area towards the axis."""
     axis = lamp.grid.axis
     frame = np.stack([lamp.grid.left, lamp.grid.up, axis], 1)
+    cone = cone_deg(lamp.lamp.table)
     peak, picture = _table_picture(lamp.lamp.table)
     pieces = list(_pieces(lamp.triangles, lambda areas: np.zeros((len(areas), 3))))
     shown = np.array([np.maximum(area @ axis, 0).sum() for area, _, _ in pieces])
     for (_, centre, corners), share in zip(pieces, shown / shown.sum()):
         candela = float(share * lamp.lamp.intensity_cd * peak)
-        yield from _spot(number, centre, corners, frame, TABLE_DEG, candela, picture)
+        yield from _spot(number, centre, corners, frame, cone, candela, picture)
 
 
 @cache
-def lost_beyond(table) -> float:
-    """Return the share of a table's light outside the square picture of its spot."""
+def cone_deg(table) -> float:
+    """Return the cone of a table's spot: the narrowest that keeps its light."""
+    enough = (cone for cone in TABLE_DEG if lost_beyond(table, cone) <= LOST_LIGHT)
+    return next(enough, TABLE_DEG[-1])
+
+
+@cache
+def lost_beyond(table, cone: float) -> float:
+    """Return the share of a table's light outside the square picture of a spot of that cone,
+    degrees.
+    """
     left, up = np.meshgrid(np.arange(-89.5, 90), np.arange(-89.5, 90))
     a, b = np.radians([left, up])
     light = table.at(left, up) * np.cos(b)
     ahead = np.cos(b) * np.cos(a)
     widest = np.maximum(np.abs(np.cos(b) * np.sin(a)), np.abs(np.sin(b)))
-    outside = widest > ahead * np.tan(np.radians(TABLE_DEG))
+    outside = widest > ahead * np.tan(np.radians(cone))
     return float(light[outside].sum() / max(light.sum(), 1e-300))
 
 
 @cache
 def _table_picture(table):
     """Return the largest value of a table and its picture, shared by all lamps that have it."""
-    x, y, z = np.moveaxis(_directions(TABLE_DEG, OF_TABLE), -1, 0)
+    x, y, z = np.moveaxis(_directions(cone_deg(table), OF_TABLE), -1, 0)
     return _scaled(table.at(np.degrees(np.arctan2(x, z)), np.degrees(np.arcsin(y))))
 
 

@@ -24,7 +24,7 @@ from isethdr_core.data.sky import SkyDome, pattern_at, sky_direction
 from ..lamps.beam_lamp import beam_lamp, film, sensor
 from ..lamps.placed_lamps import SPECTRUM_NM, emission_table
 from ..lamps.spot_shares import extent_error, illuminance, seen_points, shares
-from ..lamps.spots import TABLE_DEG, lost_beyond, spots
+from ..lamps.spots import cone_deg, lost_beyond, spots
 from ..world.angle_sensor import angle_sensor
 from ..world.geometry import build_world
 from ..world.materials import coloured_surfaces, regular, times
@@ -51,9 +51,10 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
     if any(m.texture for m in description.materials.values()):
         why = "Mitsuba's own integrator gets the mean reflectance of each material"
         ledger.left_out("textures", why, 1.0, "relative", key="textures")
-    wide = max((lost_beyond(p.lamp.table) for p in lamps if p.grid is not None), default=0.0)
+    tables = {p.lamp.table for p in lamps if p.grid is not None}
+    wide, cone = max(((lost_beyond(t, cone_deg(t)), cone_deg(t)) for t in tables), default=(0, 0))
     if wide > 0:
-        why = f"spots in place of lamps with a table end {TABLE_DEG:g} degrees off their axis"
+        why = f"spots in place of lamps with a table end {cone:g} degrees off their axis"
         ledger.left_out("light far off a lamp's axis", why, wide, "relative", key="wide light")
     rows, columns = view.shape
     span = bands_nm[0] - settings.step_nm / 2, bands_nm[-1] + settings.step_nm / 2

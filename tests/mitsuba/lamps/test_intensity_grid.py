@@ -6,7 +6,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
-from isethdr_mitsuba.lamps.spots import lost_beyond, spots
+from isethdr_mitsuba.lamps.spots import cone_deg, lost_beyond, spots
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.scene import IntensityTable, Lamp
@@ -121,8 +121,9 @@ def test_the_light_beyond_a_spot_is_stated():
     even = IntensityTable(np.array([-90.0, 90]), np.array([-90.0, 90]), np.ones((2, 2)))
     # even light: all of the front half but the square of tangents 0.84, 4 asin(sin^2 of 40 degrees)
     square = 4 * np.arcsin(np.sin(np.radians(40.0)) ** 2)
-    assert lost_beyond(even) == pytest.approx(1 - square / (2 * np.pi), abs=0.01)
-    assert lost_beyond(TABLE) < 0.01
+    assert lost_beyond(even, 40.0) == pytest.approx(1 - square / (2 * np.pi), abs=0.01)
+    assert lost_beyond(TABLE, 40.0) < 0.01
+    assert cone_deg(TABLE) == 40 and cone_deg(even) == 80  # the narrowest that keeps the light
 
 
 def test_a_table_that_looks_straight_up_is_refused(make):

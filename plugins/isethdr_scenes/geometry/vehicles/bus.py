@@ -130,13 +130,13 @@ def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0
         for kind, y0, z0, r, mat in (
             ("low_beam", 0.93, 0.70, 0.085, "lamp_white"),
             ("position", 0.74, 0.70, 0.06, "lamp_white"),
-            ("indicator", 1.09, 0.72, 0.045, "lamp_amber"),
+            ("indicator_front", 1.09, 0.72, 0.045, "lamp_amber"),
         ):
             round_lamp(b, None, kind, tag, (s * y0, z0), r, 0.02, mat)
         for kind, z0, mat in (
             ("tail", 0.80, "lamp_red"),
             ("brake", 0.98, "lamp_red"),
-            ("indicator", 1.16, "lamp_amber"),
+            ("indicator_rear", 1.16, "lamp_amber"),
             ("reverse", 0.63, "lamp_white"),
         ):
             u, ay, z, y = b.at()

@@ -62,7 +62,7 @@ def front(b: Body, c: Car):
         for kind, material, yc, zc, r in (
             ("low_beam", "lamp_white", 0.70, mid + 0.012, 0.047),
             ("reflector", "chrome", 0.585, mid + 0.012, 0.043),
-            ("indicator", "lamp_amber", half - 0.085, mid + 0.035, 0.034),
+            ("indicator_front", "lamp_amber", half - 0.085, mid + 0.035, 0.034),
         ):
             house = round_lamp(b, house, kind, tag, (s * yc, zc), r, material=material)
         u, ay, z, y = b.at(house)

@@ -34,7 +34,7 @@ def rear(b: Body, c: Car):
         for kind, material, f0, f1 in (
             ("tail", "lamp_red", 0.06, 0.52),
             ("brake", "lamp_red", 0.56, 0.72),
-            ("indicator", "lamp_amber", 0.76, 0.88),
+            ("indicator_rear", "lamp_amber", 0.76, 0.88),
             ("reverse", "lamp_white", 0.91, 1.0),
         ):
             u, ay, z, y = b.at(lens)
@@ -87,6 +87,6 @@ def rear(b: Body, c: Car):
             "lamp_red",
             0.006,
         ),
-        "brake",
+        "brake_high",
         back,
     )

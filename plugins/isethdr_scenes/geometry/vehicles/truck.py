@@ -88,7 +88,7 @@ def truck(
         for kind, y0, r, mat, z0 in (
             ("low_beam", 0.86, 0.075, "lamp_white", 0.64),
             ("position", 1.02, 0.055, "lamp_white", 0.64),
-            ("indicator", 1.12, 0.036, "lamp_amber", 0.74),
+            ("indicator_front", 1.12, 0.036, "lamp_amber", 0.74),
         ):
             bumper = round_lamp(b, bumper, kind, tag, (s * y0, z0), r, 0.02, mat)
     side = lambda p: np.max(
@@ -202,7 +202,7 @@ def truck(
             )
         for k, (kind, mat) in enumerate(
             (
-                ("indicator", "lamp_amber"),
+                ("indicator_rear", "lamp_amber"),
                 ("brake", "lamp_red"),
                 ("tail", "lamp_red"),
                 ("reverse", "lamp_white"),
