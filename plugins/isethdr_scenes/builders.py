@@ -11,13 +11,14 @@ from isethdr_core.scene import Camera, Model, Placed, SceneDescription
 
 from .geometry.mesh import piece
 from .geometry.road_users import cyclist, deer, person
-from .geometry.surroundings import house, plants, road, roadside, tube
+from .geometry.surroundings import house, plants, road, roadside, signs, tube
 from .geometry.vehicles import bus, car, car_shapes, headlamp, truck
 from .lamp_spectra import spectrum_of
 from .materials import used
 from .photometry.families import family
 from .placement import Spot, eye
 from .sky.choice import sky_of_scene
+from .variation import varied
 
 PLANTS = {
     "oak": lambda: plants.broadleaf("oak", 9.5, seed=1),
@@ -65,6 +66,8 @@ RECIPES = {
     "house": house.house,
     "street_lamp": roadside.street_lamp,
     "marker_post": roadside.marker_post,
+    "sign": signs.sign,
+    "shrub": lambda: plants.bush("shrub", 1.0, 2500, 4),
     "tunnel": tube.tunnel,
     "luminaire": tube.luminaire,
 }
@@ -78,6 +81,8 @@ def describe(
     surface) whose camera looks at `target`.
     """
     models, objects = place(spots, ground, light, scene.headlamp_beam)
+    known = used(models, scene.road_surface, scene.seed)
+    models, materials = varied(models, known, scene.seed)
     position = eye(ground, scene.camera_height_m)
     camera = Camera(
         tuple(position.tolist()),
@@ -90,7 +95,7 @@ def describe(
         name,
         models,
         objects,
-        used(models, scene.road_surface, scene.seed),
+        materials,
         camera,
         sky_of_scene(scene),
     )

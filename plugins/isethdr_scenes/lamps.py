@@ -53,8 +53,8 @@ KINDS = {
     "reverse": _table("other", "led_white", "reversing"),
     "bike_front": _table("other", "led_white", "bicycle_front"),
     "bike_tail": _table("other", "red", "bicycle_rear"),
-    # street: about 12 klm downwards, as of a 150 W lamp
-    "street": Kind("streetlights", "sodium", 4_000, 55, 80, 0.02),
+    # street: some 8 klm downwards, as of a 100 W lamp
+    "street": Kind("streetlights", "sodium", 2_500, 55, 80, 0.02),
     # amber destination sign, some 100 cd/m2
     "sign": Kind("other", "amber", 25, 30, 80, 0.05),
     # lit room: some 10 cd/m2 over 1.2 m2

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from isethdr_core.scene import Material, Spectrum, flat
 
-from .retro_reflectors import AMBER_OVER_RED, retro_reflection
+from .retro_reflectors import AMBER_OVER_RED, RED_OVER_WHITE, luminous_mean, retro_reflection
 from .road_surfaces import DEFAULT, RoadSurfaceName, road_materials
 from .textures import textured
 
@@ -67,10 +67,16 @@ COATED = {  # name: (reflectance of the base, roughness of the coat)
     "window_dark": (0.02, 0.03),
     "box_white": (0.70, 0.15),
 }
+SHEETING_BASE = 0.60  # of white sheeting
+# coloured sheeting of the class: its shape, and R_A relative to that of the white one
+SHEETING = {
+    "sheeting_red": ([(400, 0.02), (580, 0.03), (610, 0.45), (700, 0.60)], RED_OVER_WHITE),
+}
 # name: (reflectance of the base, roughness of its coat, retro-reflector, times its R_A)
 RETRO = {
     "plate_white": (0.70, 0.2, "ra1", 1.0),
     "post_reflector": (0.60, 0.2, "ra2", 1.0),
+    "sheeting_white": (SHEETING_BASE, 0.2, "ra2", 1.0),
     "reflective_band": (0.35, 0.3, "clothing", 1.0),
     "reflector_red": (
         [(400, 0.015), (590, 0.03), (620, 0.5), (700, 0.55)],
@@ -167,6 +173,17 @@ def _retro(name: str, value: Nodes, roughness: float, kind: str, times: float) -
     return Material(name, "plastic", colour, roughness, retro=retro)
 
 
+def _sheeting(name: str, shape: Nodes, share: float) -> Material:
+    """Return coloured sheeting with `share` of the R_A of the white one: its reflectance is scaled
+    to it, so that both have one surface.
+    """
+    white = flat(SHEETING_BASE)
+    scale = share * SHEETING_BASE / luminous_mean(_spectrum(shape))
+    return Material(
+        name, "plastic", _spectrum(shape, scale), 0.2, retro=retro_reflection("ra2", white)
+    )
+
+
 MATERIALS: dict[str, Material] = (
     {f"paint_{n}": Material(f"paint_{n}", "plastic", _spectrum(v), 0.06) for n, v in PAINT.items()}
     | {n: Material(n, "plastic", _spectrum(v), a) for n, (v, a) in COATED.items()}
@@ -174,6 +191,7 @@ MATERIALS: dict[str, Material] = (
     | {n: Material(n, "conductor", _spectrum(v), a) for n, (v, a) in METAL.items()}
     | {n: Material(n, "thin_glass", _spectrum(v)) for n, v in GLASS.items()}
     | {n: _retro(n, *told) for n, told in RETRO.items()}
+    | {n: _sheeting(n, *told) for n, told in SHEETING.items()}
     | road_materials(DEFAULT)
 )
 

@@ -25,9 +25,14 @@ CAR_LAMP = (
     0.70,
 )  # headlamps of a car: ahead of its middle, to either side, above the road
 RAIL_Y_M, RAIL_M = 5.6, (26.0, 150.0)
-LAMP_POST_Y_M, LAMP_POST_FIRST_M, LAMP_POST_STEP_M = 6.4, 16.0, 30.0
-MARKER_POSTS_M = (22.0, 47.0, 97.0, 147.0)
+LAMP_POST_Y_M, LAMP_POST_FIRST_M, LAMP_POST_STEP_M = 6.4, 62.0, 30.0
+MARKER_POSTS_M = (22.0, 47.0, 72.0, 97.0, 122.0, 147.0)
+MARKER_POST_Y_M = 5.1
+# signs: kind, metres along the road and to its left
+SIGNS = (("deer", 19.5, -5.4), ("limit", 44.0, 5.4))
+SHRUBS, SHRUB_M, SHRUB_Y_M = 40, (18.0, 130.0), (7.0, 10.0)
 HOUSE = (96.0, -26.0)
+HOUSE_TURN_DEG = 225.0  # its lit windows face the road and who comes along it
 FAR_STEP_M = 0.09  # coarser sections for vehicles beyond 40 m
 SIDE_WALK_Y_M = EDGE_M - 0.25  # pedestrians walk on the paved shoulder
 
@@ -201,7 +206,7 @@ def living(drive, ground: Ground, s: dict, rng) -> list[Spot]:
         ),
     ]
     deer = [
-        Spot("stag", ("deer", True, 1.0), "deer", s["deer"], -8.8, 62 + turn),
+        Spot("stag", ("deer", True, 1.0), "deer", s["deer"], -8.8, 118 + turn),
         Spot("hind", ("deer", False, 0.05), "deer", s["deer"] + 8, -11.2, 130 + turn),
         Spot("second hind", ("deer", False, 0.05), "deer", s["deer"] + 22, -13.0, 40 - turn),
     ]
@@ -251,7 +256,7 @@ def furniture(drive, ground: Ground, rng) -> list[Spot]:
             OWN_LANE_M,
             lamps=DRIVING,
         ),
-        Spot("house", ("house",), "building", *HOUSE, 180, lamps=("window",)),
+        Spot("house", ("house",), "building", *HOUSE, HOUSE_TURN_DEG, lamps=("window",)),
         *(
             Spot(
                 f"street lamp {k}",
@@ -265,10 +270,26 @@ def furniture(drive, ground: Ground, rng) -> list[Spot]:
             for k, s in enumerate(posts)
         ),
         *(
-            Spot(f"marker post {k}", ("marker_post",), "post", s, -5.1)
+            Spot(f"marker post {k} {side}", ("marker_post",), "post", s, y)
             for k, s in enumerate(MARKER_POSTS_M)
+            for side, y in (("left", MARKER_POST_Y_M), ("right", -MARKER_POST_Y_M))
         ),
+        *(Spot(f"sign {kind}", ("sign", kind), "sign", s, y) for kind, s, y in SIGNS),
     ]
+
+
+def shrubs(drive, s: dict) -> list[Spot]:
+    """Return shrubs on both verges, in groups, none where deer stand or before them."""
+    rng = np.random.default_rng([drive.seed, SHRUBS])
+    spots = []
+    for k in range(min(SHRUBS, drive.trees[0])):
+        at, y = rng.uniform(*SHRUB_M), rng.choice([-1.0, 1.0]) * rng.uniform(*SHRUB_Y_M)
+        turn, scale = rng.uniform(0, 360), rng.uniform(0.5, 1.1)
+        by_deer = y < 0 and at < s["deer"] + 26
+        in_lay_by = y < 0 and abs(at - s["truck"]) < 16
+        if not (by_deer or in_lay_by):
+            spots.append(Spot(f"shrub {k}", ("shrub",), "vegetation", at, y, turn, scale))
+    return spots
 
 
 def plan(drive) -> tuple[Ground, list[Spot]]:
@@ -289,4 +310,4 @@ def plan(drive) -> tuple[Ground, list[Spot]]:
     s["pedestrian"] = walk_beside(ground, SIDE_WALK_Y_M, lamp_bearing + beside, seen_from)
     return ground, traffic(drive, ground, s, rng) + living(drive, ground, s, rng) + furniture(
         drive, ground, rng
-    ) + plants(drive, rng)
+    ) + plants(drive, rng) + shrubs(drive, s)

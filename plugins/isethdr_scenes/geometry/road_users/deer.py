@@ -100,14 +100,16 @@ def deer(name="deer", height=1.0, antlers=True, head_up=1.0, step=0.16, turn=0.0
             "fur_dark",
         )
     )
+    ahead = d[:2] / np.linalg.norm(d[:2])
+    side = np.array([-ahead[1], ahead[0], 0.0])  # left of the head
     for s in (1, -1):
         e = top + [-0.03, s * 0.05, 0.05]
         tip = e + np.array([-0.05, s * 0.13, 0.07])
         m.add(
             tube([e, 0.5 * (e + tip), tip], [0.022, 0.040, 0.006], "ear", "fur", 8),
             ball(
-                top + d * 0.36 + [0, s * 0.052, 0.022],
-                (0.014, 0.010, 0.013),
+                top + d * 0.36 + side * s * 0.054 + [0, 0, 0.022],
+                (0.016, 0.014, 0.016),
                 "eye",
                 "eye_deer",
                 6,

@@ -7,5 +7,6 @@
 | `plants`   | trees, bushes and grass                                 |
 | `road`     | the road and the land beside it; where grass grows      |
 | `roadside` | guard rail, marker post and street lamp                 |
+| `signs`    | road signs of retro-reflective sheeting                 |
 | `tube`     | a road tunnel with its luminaires                       |
 """

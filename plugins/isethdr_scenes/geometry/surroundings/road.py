@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..mesh.piece import Assembly
-from ..mesh.primitives import grid
+from ..mesh.piece import Assembly, Piece
+from ..mesh.primitives import box, grid
 from .ground import EDGE_M, LANE_M, Ground
 
 LINE_WIDTH_M, DASH_M, DASH_PERIOD_M = 0.12, 3.0, 9.0
+STUD_M = (0.10, 0.10, 0.018)  # along and across the road, and height
+STUD_FACE_M = (0.085, 0.014)  # of the reflector, 12 cm2
 CRACKS = 14  # sealed cracks on the whole road
 
 
@@ -34,6 +36,7 @@ def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assemb
     for first in np.arange(start_m, end_m - 4, DASH_PERIOD_M):
         dash = np.arange(first, first + DASH_M + 0.01, 0.5)
         m.add(_strip(ground, dash, np.array([-half, half]), "centre_line", "road_paint", 0.004))
+        m.add(*_stud(ground, first + (DASH_M + DASH_PERIOD_M) / 2))  # between two dashes
     if ground.lay_by_m:
         paved = np.arange(ground.lay_by_m[0] + 5, ground.lay_by_m[1] - 4.9, 1.0)
         m.add(_strip(ground, paved, np.linspace(-7.6, -EDGE_M, 9), "lay_by", "asphalt", 0.012))
@@ -45,6 +48,17 @@ def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assemb
         edges = [ground.on(along, across + w, 0.003) for w in (-0.022, 0.022)]
         m.add(grid(np.stack(edges, 1), "crack", "gap"))
     return m
+
+
+def _stud(ground: Ground, s_m: float) -> list[Piece]:
+    """Return a road stud on the centre line, whose reflector faces -x."""
+    length, width, height = STUD_M
+    body = box((0, 0, height / 2), STUD_M, "stud", "alloy")
+    face = box(
+        (-length / 2 - 0.001, 0, height / 2), (0.002, *STUD_FACE_M), "stud.face", "sheeting_white"
+    )
+    at = ground.place(s_m, 0.0)
+    return [body.moved(at), face.moved(at)]
 
 
 def field(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assembly:

@@ -1,0 +1,88 @@
+"""Variation: paints, cloths, skins and furs differ from object to object, and vehicles are dirty.
+
+Every model gets materials of its own for what varies: a level and a tilt of the spectrum, drawn by
+the seed, the model and the material. Dirt is a film of dust in patches, which mixes the spectrum of
+dust into that of the paint. Sizes of both are a model. Retro-reflectors, lamps and glass do not
+vary: their values are those of their class.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from zlib import crc32
+
+import numpy as np
+
+from isethdr_core.scene import Material, Model, Spectrum, Texture
+
+from .textures import textured
+
+LEVEL = 0.12  # standard deviation of the logarithm of the reflectance
+TILT = 0.04  # standard deviation of the relative change per 100 nm
+BRIGHTEST = 0.92  # no surface of a street reflects more
+VARIED = ("paint_", "cloth_", "skin", "hair_", "fur", "denim", "box_white")
+DIRTY = ("paint_", "box_white")
+DUST_NM, DUST = (400.0, 500.0, 600.0, 700.0), (0.12, 0.17, 0.22, 0.26)  # dry soil
+MOST_DUST = 0.45  # share of the paint that the dirtiest vehicle hides, on average
+DUST_PATCH_M, DUST_GRAIN_M, DUST_GRAIN = 0.8, 0.03, 0.25
+STEP_NM = 20.0
+
+
+def varied(
+    models: dict[str, Model], materials: dict[str, Material], seed: int
+) -> tuple[dict[str, Model], dict[str, Material]]:
+    """Return models and materials with a material `name@model` for each one that varies.
+
+    Parameters
+    ----------
+    models, materials : of a scene, by name.
+    seed : of the scene.
+    """
+    out: dict[str, Material] = {}
+    changed = {}
+    for key, model in models.items():
+        parts = []
+        for part in model.parts:
+            name = part.material
+            if name.startswith(VARIED):
+                name = f"{part.material}@{key}"
+                out[name] = _of_model(materials[part.material], key, seed)
+            else:
+                out[name] = materials[name]
+            parts.append(replace(part, material=name))
+        changed[key] = Model(model.name, tuple(parts))
+    return changed, out
+
+
+def _of_model(material: Material, model: str, seed: int) -> Material:
+    """Return the material that one model has."""
+    rng = np.random.default_rng([seed, crc32(f"{material.name}@{model}".encode())])
+    level, tilt = np.exp(LEVEL * rng.normal()), TILT * rng.normal()
+    own = replace(material, reflectance=_changed(material.reflectance, level, tilt))
+    if material.name.startswith(DIRTY):
+        own = _dirty(own, MOST_DUST * rng.uniform(), int(rng.integers(2**32)))
+    else:
+        own = textured(own, seed)
+    return replace(own, name=f"{material.name}@{model}")
+
+
+def _changed(spectrum: Spectrum, level: float, tilt: float) -> Spectrum:
+    nm = _nodes(spectrum)
+    value = level * spectrum.at(nm) * (1 + tilt * (nm - 550.0) / 100.0)
+    return Spectrum(tuple(nm.tolist()), tuple(np.clip(value, 0, BRIGHTEST).tolist()))
+
+
+def _dirty(material: Material, dust: float, seed: int) -> Material:
+    """Return a material under dust, which hides `dust` of it on average, from none to twice that
+    from place to place.
+    """
+    nm = _nodes(material.reflectance)
+    clean = material.reflectance.at(nm)
+    dirty = clean + 2 * dust * (np.interp(nm, DUST_NM, DUST) - clean)
+    other = Spectrum(tuple(nm.tolist()), tuple(dirty.tolist()))
+    texture = Texture(other, seed, DUST_PATCH_M, 1 - DUST_GRAIN, DUST_GRAIN_M, DUST_GRAIN)
+    return replace(material, texture=texture)
+
+
+def _nodes(spectrum: Spectrum) -> np.ndarray:
+    return np.unique(np.r_[spectrum.wavelength_nm, np.arange(380.0, 781.0, STEP_NM)])
