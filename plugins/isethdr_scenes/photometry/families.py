@@ -1,7 +1,8 @@
 """Families of vehicle lamps as tables of candela over two angles, within their regulations.
 
 Models for right-hand traffic, designed by hand, not measured. `rules.csv` holds the limits that
-each is checked against. A bicycle's lamps have no rules there: no text of them was opened.
+each is checked against. A bicycle's lamps have no rules there: no text of StVZO or ISO 6742 was
+opened, and no figure of them is quoted. Their intensities are typical values.
 """
 
 from __future__ import annotations

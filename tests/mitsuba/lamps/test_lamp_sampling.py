@@ -1,0 +1,125 @@
+"""Points of lamps are drawn as their density says: chi-square tests of all choices by chance."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+pytest.importorskip("mitsuba")
+
+import drjit as dr
+import mitsuba as mi
+from isethdr_mitsuba.lamps.lamp_tables import LampTables
+from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
+from isethdr_mitsuba.lamps.spatial_sampling import SLOTS, Chances
+from isethdr_scenes.lamps import lamp
+
+DRAWN = 200_000
+HERE = np.array([-12.0, 3.0, -1.5])  # where light is looked for
+LEAST_P = 1e-4  # by chance: the seeds are fixed
+
+
+@pytest.fixture(autouse=True)
+def llvm():
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("llvm"))
+
+
+def p_value(found, share):
+    expected = share * found.sum()
+    assert expected.min() > 20
+    return float(chi2.sf(((found - expected) ** 2 / expected).sum(), len(found) - 1))
+
+
+def two_lamps(make):
+    """A tail lamp of triangles from 1 to 50 cm2, bent around a corner, and a flat brake lamp."""
+    y = np.array([0.0, 0.02, 0.07, 0.2, 0.26])
+    x = np.array([-0.02, -0.01, 0.0, 0.0, 0.05])
+    v = np.array([[a, b, h] for a, b in zip(x, y) for h in (0.0, 0.1)])
+    f = np.array([t for k in range(0, 8, 2) for t in ([k, k + 1, k + 3], [k, k + 3, k + 2])])
+    back = (-1.0, 0.0, 0.0)
+    tail = make.part((v, f), "black", lamp("tail", back))
+    brake = make.part((make.quad(0.1, 0.05)[0], make.quad(0.1, 0.05)[1][:, ::-1]), "black")
+    brake = make.part((brake.vertices, brake.faces), "black", lamp("brake", back))
+    objects = [("tail", "car", (tail,), make.pose()), ("brake", "car", (brake,), make.pose(0, -1))]
+    return placed_lamps(make.describe(objects))
+
+
+def surface_at(point):
+    """A surface that faces the lamps, seen from their side."""
+    si = dr.zeros(mi.SurfaceInteraction3f, DRAWN)
+    si.p, si.n = mi.Point3f(*map(float, point)), mi.Normal3f(1, 0, 0)
+    si.sh_frame, si.wi = mi.Frame3f(si.n), mi.Vector3f(0, 0, 1)
+    return si
+
+
+def test_points_are_spread_evenly_over_a_lamp_and_their_density_is_that(make):
+    lamps = two_lamps(make)
+    world = SimpleNamespace(table=lambda value_of, default=0: np.zeros(1, np.uint32))
+    tables, si = LampTables(world, lamps, ["other"]), surface_at(HERE)
+    for number, placed in enumerate(lamps):
+        rng = mi.PCG32(size=DRAWN, initstate=3 + number)
+        one, every = mi.UInt32(np.full(DRAWN, number).tolist()), mi.Bool(True)
+        chosen = tables.targets[0].pick(rng, one, every)
+        p, d, sent, cosine, density = tables._candidate(0, one, chosen, rng, si, every)
+        first = int(tables.targets[0].first[number])
+        k, at = np.array(chosen) - first, np.array(p).T.astype(float)
+        corner, a, b = (placed.triangles[k, n] for n in range(3))
+        # the place in its triangle, as one of the four between the middles of its sides
+        share = np.stack([_along(at, corner, a, b), _along(at, corner, b, a)], 1)
+        assert share.min() > -1e-3 and share.sum(1).max() < 1 + 1e-3
+        quarter = np.select([share[:, 0] > 0.5, share[:, 1] > 0.5, share.sum(1) < 0.5], [1, 2, 3])
+        found = np.bincount(4 * k + quarter, minlength=4 * len(placed.triangles))
+        vectors = np.cross(*np.moveaxis(np.diff(placed.triangles, axis=1), 1, 0)) / 2
+        area = np.linalg.norm(vectors, axis=1)
+        assert p_value(found, np.repeat(area / area.sum() / 4, 4)) > LEAST_P
+        # density per solid angle, from the points themselves
+        way = at - HERE
+        far = np.linalg.norm(way, axis=1)
+        tilt = -np.einsum("nk,nk->n", way / far[:, None], (vectors / area[:, None])[k])
+        seen = np.array(sent) > 0
+        expected = far**2 / np.maximum(tilt, 1e-12) / area.sum()
+        # float32 places and normals; faces seen at a grazing angle lose digits
+        sure = seen & (tilt > 0.05)
+        np.testing.assert_allclose(np.array(density)[sure], expected[sure], rtol=2e-3)
+        assert (tilt[seen] > 0).all() and seen.mean() > 0.5
+        # what is sent is the candela of the table over the area that the lamp shows there
+        shown = np.maximum(-(way / far[:, None]) @ vectors.T, 0).sum(1)
+        candela = np.array(sent) * shown
+        out = -way / far[:, None]
+        left = np.degrees(np.arctan2(-out[:, 1], -out[:, 0]))
+        table = placed.lamp.table.at(left, np.degrees(np.arcsin(out[:, 2])))
+        np.testing.assert_allclose(
+            candela[seen], placed.lamp.intensity_cd * table[seen], rtol=0.03
+        )  # glow of the lens, and the grid
+
+
+def _along(at, corner, to, other):
+    """The coordinate along one side of a triangle of points of its plane."""
+    e, f, w = to - corner, other - corner, at - corner
+    dot = lambda p, q: np.einsum("nk,nk->n", p, q)
+    return (dot(w, e) * dot(f, f) - dot(w, f) * dot(e, f)) / (
+        dot(e, e) * dot(f, f) - dot(e, f) ** 2
+    )
+
+
+def test_lamps_are_drawn_by_their_chances():
+    """In a cell of the world, where nothing is near: uneven light of nine lamps."""
+    count, place = 9, 64 * 36 + 5
+    light = np.random.default_rng(2).lognormal(0, 2, (1, count))
+    view = SimpleNamespace(whole=(36, 64))
+    camera = SimpleNamespace(origin=mi.Point3f(0))
+    chances = Chances(camera, view, [list(range(count))], np.ones(count), np.array([place]), light)
+    rng = mi.PCG32(size=DRAWN, initstate=11)
+    drawn = np.array(chances.pick(0, rng, mi.UInt32(np.full(DRAWN, place).tolist()), mi.Bool(True)))
+    each = mi.UInt32(list(range(count)))
+    share = np.array(chances.of(each, mi.UInt32([place] * count), mi.Bool(True)))
+    assert share.sum() == pytest.approx(1.0, rel=1e-6) and share.min() > 0.9 / count / SLOTS
+    assert p_value(np.bincount(drawn, minlength=count), share.astype(float)) > LEAST_P
+    # by light, to a slot
+    by_light = 1 / SLOTS / count + (1 - 1 / SLOTS) * light[0] / light.sum()
+    np.testing.assert_allclose(share, by_light, atol=1.01 / count / SLOTS)

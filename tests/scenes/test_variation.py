@@ -1,0 +1,86 @@
+"""Materials that differ from object to object, dust on vehicles, and signs of a night road."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_scenes.builders import RECIPES
+from isethdr_scenes.geometry.mesh.piece import face_areas
+from isethdr_scenes.materials import MATERIALS
+from isethdr_scenes.retro_reflectors import RED_OVER_WHITE, luminous_mean
+from isethdr_scenes.variation import MOST_DUST, varied
+
+from isethdr_core.scene import Model, Part
+
+NM = np.arange(400.0, 701.0, 10)
+
+
+def models(count, material):
+    corner = np.eye(3)
+    part = Part("p", corner, np.array([[0, 1, 2]]), material)
+    return {f"car{k}": Model("car", (part,)) for k in range(count)}
+
+
+def own(count, material, seed=0):
+    """The materials that models of one material get."""
+    changed, materials = varied(models(count, material), MATERIALS, seed)
+    assert {p.material for m in changed.values() for p in m.parts} == set(materials)
+    return [materials[changed[f"car{k}"].parts[0].material] for k in range(count)]
+
+
+@pytest.mark.parametrize("name", ["cloth_white", "fur", "skin", "paint_silver"])
+def test_the_mean_of_many_objects_is_the_spectrum_of_the_class(name):
+    clean = [m.reflectance if "paint" in name else m.mean_reflectance() for m in own(300, name)]
+    values = np.array([spectrum.at(NM) for spectrum in clean])
+    assert values.std(0).min() / values.mean(0).max() > 0.02 and (values <= 0.92).all()
+    base = MATERIALS[name].reflectance.at(NM)
+    # 12 % of each over the root of 300 is 0.7 %; the mean of a lognormal is 0.7 % higher
+    np.testing.assert_allclose(values.mean(0), base, rtol=0.06)
+
+
+def test_the_same_seed_gives_the_same_materials_and_another_others():
+    first, again, other = own(3, "paint_red"), own(3, "paint_red"), own(3, "paint_red", seed=1)
+    assert first == again
+    assert first[0].reflectance != first[1].reflectance != other[1].reflectance
+
+
+def test_dust_hides_paint_by_its_share_and_never_reflects_more_than_either():
+    dust = []
+    for m in own(200, "paint_black"):
+        clean, dirty = m.reflectance.at(NM), m.texture.other.at(NM)
+        assert (dirty >= clean - 1e-12).all() and (dirty < 0.3).all()  # soil is brighter than black
+        dust.append(((m.mean_reflectance().at(NM) - clean) / (np.interp(NM, *SOIL) - clean)).mean())
+    assert 0 <= min(dust) and max(dust) <= MOST_DUST + 1e-9
+    assert np.mean(dust) == pytest.approx(MOST_DUST / 2, abs=0.03)
+
+
+SOIL = (400.0, 500.0, 600.0, 700.0), (0.12, 0.17, 0.22, 0.26)
+
+
+def test_what_is_measured_by_class_does_not_vary():
+    for name in ("plate_white", "sheeting_white", "glass", "lamp_red", "reflective_band"):
+        assert own(1, name)[0] is MATERIALS[name]
+
+
+def test_red_sheeting_sends_back_its_share_of_the_white_one():
+    white, red = MATERIALS["sheeting_white"], MATERIALS["sheeting_red"]
+    assert red.retro == white.retro  # one surface, two colours
+    share = luminous_mean(red.reflectance) / luminous_mean(white.reflectance)
+    assert share == pytest.approx(RED_OVER_WHITE, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["deer", "limit"])
+def test_a_sign_faces_who_comes_and_stands_on_the_ground(name):
+    parts = RECIPES["sign"](name).model().parts
+    faces = {p.material: p for p in parts if p.material.startswith(("sheeting", "plate"))}
+    assert set(faces) == {"sheeting_red", "sheeting_white", "plate_ink"}
+    for part in faces.values():
+        assert (face_areas(part)[:, 0] < 0).all() and np.ptp(part.vertices[:, 1]) > 0.1
+    front = {k: p.vertices[:, 0].min() for k, p in faces.items()}
+    assert front["plate_ink"] < front["sheeting_white"] < front["sheeting_red"]
+    assert (
+        min(p.vertices[:, 2].min() for p in parts)
+        < 0
+        < 2
+        <= faces["sheeting_red"].vertices[:, 2].min() + 1e-9
+    )
