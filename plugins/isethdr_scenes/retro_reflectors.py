@@ -8,7 +8,7 @@ much.
 | name | what | R_A at observation / entrance, degrees | source |
 |---|---|---|---|
 | ra1 | number plates | 0.2/5: 70; 0.33/5: 50; 2/5: 5; 0.33/40: 9 | EN 12899-1 RA1 (1) |
-| ra2 | signs, marker posts, road studs | 0.2/5: 250; 0.33/5: 180; 2/5: 5; 0.33/40: 95 | EN 12899-1 RA2 (1) |
+| ra2 | signs, posts, studs | 0.2/5: 250; 0.33/5: 180; 2/5: 5; 0.33/40: 95 | EN 12899-1 RA2 (1) |
 | clothing | stripes of vests | 0.2/5: 330; 0.33/5: 250; 1/5: 25; 1.5/5: 10 | EN ISO 20471 (1) |
 | vehicle_red | red, on vehicles | 0.33/0: 100; 1.5/0: 1.7; 0.33/20: 33 | UN R3 class IA (2) |
 | animal_eye | deer | 0.33: 60; 1: 33; 2: 9 | a model (3) |
