@@ -11,6 +11,7 @@
 | measured_spectra | tables of colour-science, kept on disk after their first use |
 | road_surfaces | asphalt, dry to wet, and markings, by numbers fitted to r-tables |
 | textures | surfaces that vary between two spectra |
+| variation | materials that differ from object to object, and dust |
 | retro_reflectors | sheeting, reflectors and animal eyes |
 | road_photometry | Q0, S1, S2 and R_L of any surface |
 | geometry | meshes computed from parameters |
