@@ -109,10 +109,15 @@ def test_the_viewer_holds_what_the_store_says_of_each_pixel(result):
             np.testing.assert_array_equal(unpacked(entry["raw"][k], 4), plane.ravel())
         mosaic = unpacked(entry["filter"], 1)
         np.testing.assert_array_equal(mosaic, captures["filter"].values.ravel())
-        sd = np.sqrt(total_variance(picture).values[..., 1].ravel())
+        plain = before_denoising(picture)
+        assert entry["snr_name"] == "SNR before denoising"
+        y, sd = (
+            values[..., 1].ravel().astype(float)
+            for values in (plain["xyz"].values, np.sqrt(total_variance(plain).values))
+        )
         steps = unpacked(entry["snr"], 1).astype(float)
         known = (y > 0) & picture.valid.values.ravel() & (sd > 0)
-        assert not steps[~known].any(), "0 stands for unknown"
+        assert known.any() and not steps[~known].any(), "0 stands for unknown"
         snr_db = 20 * np.log10(y[known] / sd[known])
         low, high = data["lowest_db"] + data["step_db"], data["lowest_db"] + 255 * data["step_db"]
         told = data["lowest_db"] + data["step_db"] * steps[known]

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from isethdr_core.display import display_view
-from isethdr_core.truth import total_variance, variance_known
+from isethdr_core.truth import before_denoising, total_variance, variance_known
 
 from . import pictures
 
@@ -80,9 +80,8 @@ def viewer(
     for look in all_looks:
         entry = _entry(look.name, look.picture, with_values)
         if with_values:
-            entry |= (
-                _labels(look.truth, with_values) | {"snr": _snr(look.picture)} | _raw(look.captures)
-            )
+            snr = {"snr": _snr(look.picture), "snr_name": _snr_name(look.picture)}
+            entry |= _labels(look.truth, with_values) | snr | _raw(look.captures)
         entries.append(entry)
     for i, entry in enumerate(entries):
         entry["image"] = f"view-{i}"
@@ -145,8 +144,10 @@ def packed(plane: np.ndarray) -> str:
 def _snr(picture: xr.Dataset) -> str:
     """Return the signal-to-noise ratio of each pixel's luminance in steps of half a decibel.
 
-    0 stands for unknown: a pixel that is not valid, an estimate at or below 0, no stated variance.
+    Of a denoised picture it is that before denoising, whose variance is known. 0 stands for
+    unknown: a pixel that is not valid, an estimate at or below 0, no stated variance.
     """
+    picture = before_denoising(picture)
     y = display_view.luminance(picture)
     variance = total_variance(picture).values[..., 1].astype(float)
     known = picture.valid.values & (y > 0) & (variance > 0)
@@ -155,6 +156,11 @@ def _snr(picture: xr.Dataset) -> str:
     ratio = np.where(known, y, 1.0) / np.sqrt(np.where(known, variance, 1.0))
     steps = np.rint((20 * np.log10(ratio) - LOWEST_DB) / STEP_DB)
     return packed(np.where(known, np.clip(steps, 1, 255), 0).astype(np.uint8))
+
+
+def _snr_name(picture: xr.Dataset) -> str:
+    """Return what the readout calls the signal-to-noise ratio of this picture."""
+    return "SNR" if before_denoising(picture) is picture else "SNR before denoising"
 
 
 def _raw(captures: xr.Dataset) -> dict[str, Any]:

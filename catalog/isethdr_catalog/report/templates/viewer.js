@@ -135,7 +135,8 @@
     parts.push(`${digits(entry.cd_m2[i])} cd/m\u00b2`);
     if (entry.snrs) {
       const step = entry.snrs[i];
-      parts.push(step ? `SNR ${(data.lowest_db + step * data.step_db).toFixed(1)} dB` : "SNR unknown");
+      const snr = step ? `${(data.lowest_db + step * data.step_db).toFixed(1)} dB` : "unknown";
+      parts.push(`${entry.snr_name} ${snr}`);
     }
     if (entry.raws) {
       const values = entry.raws.map((plane, k) => {
