@@ -7,6 +7,7 @@
 | `field/`        | point spread functions and colours that change over the field              |
 | `flare/`        | dirty apertures, haze and ghosts                                           |
 | `imaging/`      | mixed radiance to irradiance or photocurrent on the sensor plane           |
+| `lens_files/`   | lens files of other programs as prescriptions                              |
 | `lenses/`       | the components, their fields and their ranges                              |
 | `plan/`         | what of a field is needed, decided once, and applied to light              |
 | `prescription/` | a real lens from its surfaces, glasses, coatings and stop                  |
@@ -18,6 +19,8 @@ from __future__ import annotations
 
 from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
+
+from .lens_files.command import lens_app
 
 COMPONENTS = [
     Component("lens", "ideal", "isethdr_optics.lenses.thin_lens:IdealLens"),
@@ -38,6 +41,12 @@ __getattr__ = class_getter(__name__, COMPONENTS)
 def isethdr_components():
     """Return the bundled lenses and flares."""
     return COMPONENTS
+
+
+@hookimpl
+def isethdr_commands(app):
+    """Add `isethdr lens`."""
+    app.add_typer(lens_app, name="lens")
 
 
 @hookimpl

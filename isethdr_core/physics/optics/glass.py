@@ -74,6 +74,7 @@ SELLMEIER = {
         (200, 7000),
     ),
 }
+D_LINE_NM = 587.56
 MODEL_RANGE_NM = (380.0, 780.0)  # where two numbers, nd and Abbe's, can stand for a glass
 
 
@@ -84,7 +85,9 @@ def index(glass, wavelength_nm):
     ----------
     glass : a name of `SELLMEIER`, "air", a number (the same index everywhere), or "nd/Vd"
         ("1.6204/60.3"): Cauchy's n = A + B / L^2 through nd at 587.56 nm and Abbe's number between
-        486.13 and 656.27 nm.
+        486.13 and 656.27 nm; or a formula with its coefficients and range in nm,
+        "sellmeier:B1,C1,B2,C2,B3,C3@310-2500", "schott:a0,...,a5@...", "conrady:n0,a,b@..."
+        (`FORMULAS`).
     wavelength_nm : one or more wavelengths, nm.
 
     Raises
@@ -100,6 +103,8 @@ def index(glass, wavelength_nm):
         if not 1 <= number < 5:
             raise ValueError(f"refractive index {number:g}; expected 1 to 5")
         return np.full_like(wave, number)
+    if ":" in str(glass):
+        return _formula(str(glass), wave)
     if "/" in str(glass):
         return _cauchy(str(glass), wave)
     if glass not in SELLMEIER:
@@ -113,6 +118,40 @@ def index(glass, wavelength_nm):
     _check_range(glass, wave, limits)
     square = (wave * 1e-3) ** 2
     return np.sqrt(1 + sum(b * square / (square - c) for b, c in zip(strengths, resonances)))
+
+
+def _formula(glass, wave):
+    kind, _, rest = glass.partition(":")
+    numbers, _, limits = rest.partition("@")
+    try:
+        values = [float(v) for v in numbers.split(",")]
+        low, high = (float(v) for v in limits.split("-"))
+    except ValueError:
+        raise ValueError(f"glass {glass!r}; expected <formula>:<coefficients>@<nm>-<nm>") from None
+    if kind not in FORMULAS:
+        raise ValueError(f"glass {glass!r}: expected one of the formulas {', '.join(FORMULAS)}")
+    _check_range(glass, wave, (low, high))
+    return FORMULAS[kind](values, wave * 1e-3)
+
+
+def _sellmeier(values, um):
+    """n^2 - 1 = sum of B L^2 / (L^2 - C), the coefficients B1, C1, B2, C2, ..."""
+    terms = (b * um**2 / (um**2 - c) for b, c in zip(values[::2], values[1::2]))
+    return np.sqrt(1 + sum(terms))
+
+
+def _schott(values, um):
+    """n^2 = a0 + a1 L^2 + a2 L^-2 + a3 L^-4 + ... (Schott, before 1992)."""
+    square = values[0] + values[1] * um**2
+    return np.sqrt(square + sum(a * um ** (-2.0 * k) for k, a in enumerate(values[2:], 1)))
+
+
+def _conrady(values, um):
+    """n = n0 + a / L + b / L^3.5 (Conrady 1929)."""
+    return values[0] + values[1] / um + values[2] * um**-3.5
+
+
+FORMULAS = {"sellmeier": _sellmeier, "schott": _schott, "conrady": _conrady}
 
 
 def _number(glass):
@@ -133,7 +172,7 @@ def _cauchy(glass, wave):
         )
     _check_range(glass, wave, MODEL_RANGE_NM)
     slope = (nd - 1) / abbe / (486.13**-2 - 656.27**-2)
-    return nd + slope * (wave**-2 - 587.56**-2)
+    return nd + slope * (wave**-2 - D_LINE_NM**-2)
 
 
 def _check_range(glass, wave, limits):

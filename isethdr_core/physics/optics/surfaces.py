@@ -14,7 +14,7 @@ NEWTON_MM = 1e-11  # residual of an aspheric intersection
 
 @dataclass(frozen=True)
 class Surface:
-    """One interface: z = c r^2 / (1 + sqrt(1 - (1 + k) c^2 r^2)) + a4 r^4 + a6 r^6 + ..., from its
+    """One interface: z = c r^2 / (1 + sqrt(1 - (1 + k) c^2 r^2)) + a3 r^3 + a4 r^4 + ..., from its
     vertex.
     """
 
@@ -24,6 +24,7 @@ class Surface:
     aspheric: tuple[float, ...] = ()  # a4, a6, ... in mm^-3, mm^-5, ...
     semi_diameter_mm: float = np.inf  # light outside is blocked
     is_stop: bool = False
+    odd: tuple[float, ...] = ()  # a3, a5, ... in mm^-2, mm^-4, ...
 
 
 def sag_mm(surface: Surface, radius_squared_mm2):
@@ -33,6 +34,8 @@ def sag_mm(surface: Surface, radius_squared_mm2):
         sag = c * r2 / (1 + np.sqrt(1 - (1 + surface.conic) * c**2 * r2))
     for power, a in enumerate(surface.aspheric, start=2):
         sag = sag + a * r2**power
+    for power, a in enumerate(surface.odd, start=1):
+        sag = sag + a * r2 ** (power + 0.5)
     return sag
 
 
@@ -43,6 +46,8 @@ def slope(surface: Surface, radius_squared_mm2):
         out = c / 2 / np.sqrt(1 - (1 + surface.conic) * c**2 * r2)
     for power, a in enumerate(surface.aspheric, start=2):
         out = out + power * a * r2 ** (power - 1)
+    for power, a in enumerate(surface.odd, start=1):
+        out = out + (power + 0.5) * a * r2 ** (power - 0.5)
     return out
 
 
@@ -75,7 +80,7 @@ def intersect(surface: Surface, position, direction):
             t = np.where(
                 1 - q * c * t * dz > 0, t, np.nan
             )  # the far side of the sphere is not the surface
-    if surface.aspheric:
+    if surface.aspheric or surface.odd:
         t = _newton(surface, x, y, direction, t)
     return np.stack([x + t * dx, y + t * dy, surface.z_mm + t * dz])
 

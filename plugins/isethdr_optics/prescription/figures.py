@@ -159,6 +159,7 @@ def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> f
             z_mm=sensor - s.z_mm,
             curvature_per_mm=-s.curvature_per_mm,
             aspheric=tuple(-a for a in s.aspheric),
+            odd=tuple(-a for a in s.odd),
         )
         for s in lens.surfaces[-2::-1]
     ]

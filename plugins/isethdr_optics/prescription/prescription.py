@@ -4,12 +4,12 @@ stopped down, focused.
 A prescription is a list of rows from front to back; a row holds the surface and what lies behind
 it:
 
-    {radius_mm, thickness_mm, glass, conic, aspheric, semi_diameter_mm, coating, role}
+    {radius_mm, thickness_mm, glass, conic, aspheric, odd_aspheric, semi_diameter_mm, coating, role}
     {stop: true, thickness_mm, semi_diameter_mm}
 
-`radius_mm` .inf (the default) is a plane, `glass` air, `aspheric` [a4, a6, ...]. The sensor lies
-`thickness_mm` behind the last row, or, without it, in the paraxial focus at `reference_nm`. Rows
-with `role` infrared_filter or cover_glass are the plates of a camera.
+`radius_mm` .inf (the default) is a plane, `glass` air, `aspheric` [a4, a6, ...], `odd_aspheric`
+[a3, a5, ...]. The sensor lies `thickness_mm` behind the last row, or, without it, in the paraxial
+focus at `reference_nm`. Rows with `role` infrared_filter or cover_glass are the plates of a camera.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ ROW = (
     "glass",
     "conic",
     "aspheric",
+    "odd_aspheric",
     "semi_diameter_mm",
     "coating",
     "role",
@@ -88,6 +89,7 @@ class Prescription:
                     aspheric=tuple(
                         a * s ** (1 - power) for power, a in zip(range(4, 99, 2), t.aspheric)
                     ),
+                    odd=tuple(a * s ** (1 - power) for power, a in zip(range(3, 99, 2), t.odd)),
                 )
                 for t in self.surfaces
             ),
@@ -251,6 +253,7 @@ def _surface(where, row, z):
         tuple(map(float, row.get("aspheric", ()))),
         semi,
         bool(row.get("stop", False)),
+        tuple(map(float, row.get("odd_aspheric", ()))),
     )
 
 

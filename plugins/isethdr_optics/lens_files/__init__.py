@@ -1,0 +1,12 @@
+"""Lens files of other programs: Zemax .zmx, CODE V .seq and PBRT .dat as lens prescriptions.
+
+| module | holds |
+|---|---|
+| command | `isethdr lens import` |
+| importing | from a lens file to a prescription, its figures, and its YAML |
+| lens_data | what every lens file says, in millimetres |
+| glasses | glass names, catalogue files .agf, codes of six digits |
+| zemax | reads .zmx |
+| code_v | reads .seq |
+| pbrt | reads .dat |
+"""

@@ -1,0 +1,120 @@
+"""Glasses of lens files: by name, by catalogue file, by code, or by index.
+
+Catalogue files .agf are the text files that Zemax and the makers of glass use: a line NM with name
+and number of the formula, CD with coefficients, LD with the range in micrometres.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.physics.optics import glass
+
+from .lens_data import Problems
+
+SCHOTT, SELLMEIER, CONRADY, LONG_SELLMEIER = 1, 2, 5, 6  # numbers of formulas in .agf
+CODE = re.compile(r"(\d{3})(\d{3})|(0?\.?\d{3,6})\.(\d{3,6})")
+
+
+def read_catalogue(path: Path) -> dict[str, str]:
+    """Return {name: what `physics.optics.glass.index` takes} of a .agf file.
+
+    Glasses of other formulas than Schott, Sellmeier 1 and 3, and Conrady are left out.
+
+    Raises
+    ------
+    CatalogError : the file cannot be read, or holds no glass.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as err:
+        raise CatalogError(f"{path} cannot be read: {err.strerror}") from None
+    text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "latin-1")
+    found: dict[str, str] = {}
+    name, formula, numbers = "", 0, ""
+    try:
+        for line in text.splitlines():
+            words = line.split()
+            if line.startswith("NM ") and len(words) > 2:
+                name, formula, numbers = words[1], int(float(words[2])), ""
+            elif line.startswith("CD ") and name:
+                numbers = _coefficients(formula, [float(w) for w in words[1:]])
+            elif line.startswith("LD ") and numbers:
+                low, high = (1e3 * float(w) for w in words[1:3])
+                found[name] = f"{numbers}@{low:g}-{high:g}"
+    except ValueError:
+        raise CatalogError(
+            f"{path}: glass {name!r} has a line that is no list of numbers"
+        ) from None
+    if not found:
+        raise CatalogError(f"{path} holds no glass; expected a catalogue with lines NM, CD and LD")
+    return found
+
+
+def _coefficients(formula: int, values: list[float]) -> str:
+    names = {SCHOTT: "schott", SELLMEIER: "sellmeier", LONG_SELLMEIER: "sellmeier"}
+    counts = {SCHOTT: 6, SELLMEIER: 6, CONRADY: 3, LONG_SELLMEIER: 8}
+    if formula not in counts:
+        return ""
+    kept = values[: counts[formula]]
+    return f"{names.get(formula, 'conrady')}:{','.join(repr(v) for v in kept)}"
+
+
+def stated(options: Sequence[str]) -> dict[str, str]:
+    """Return the glasses of the command line: catalogue files, NAME=nd/Vd and NAME=index.
+
+    Raises
+    ------
+    ConfigError, CatalogError : one cannot be read.
+    """
+    found: dict[str, str] = {}
+    for option in options:
+        name, equals, value = option.partition("=")
+        if not equals:
+            found |= read_catalogue(Path(option).expanduser())
+            continue
+        try:
+            glass.index(value, glass.D_LINE_NM)
+        except ValueError as err:
+            raise ConfigError(f"--glass {option}: {err}") from None
+        found[name] = value
+    return found
+
+
+def resolve(name: str, known: Mapping[str, str], label: str, problems: Problems) -> str:
+    """Return what `physics.optics.glass.index` takes for a glass of a file.
+
+    Names are compared without hyphens, case and the maker's name after an underscore. An unknown
+    one is noted.
+    """
+    if name in known:
+        return known[name]
+    wanted = _plain(name)
+    for offered, value in known.items():
+        if _plain(offered) == wanted:
+            return value
+    for offered in glass.SELLMEIER:
+        if _plain(offered) == wanted:
+            return offered
+    match = CODE.fullmatch(name)
+    if match and match[1]:  # 517642: nd 1.517, Abbe's number 64.2
+        return f"{1 + int(match[1]) / 1000:g}/{int(match[2]) / 10:g}"
+    if match:  # 517000.642000: nd 1.517000, Abbe's number 64.2000
+        digits = match[3].replace(".", "").lstrip("0") or "0"
+        return f"{1 + float('0.' + digits):.9g}/{float(match[4][:2] + '.' + match[4][2:]):.9g}"
+    near = get_close_matches(name, [*known, *glass.SELLMEIER], 1)
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    problems.add(
+        label,
+        f"glass {name!r} is unknown{hint}; type --glass <catalogue>.agf, or --glass"
+        f" {name}=<nd>/<Vd>",
+    )
+    return "1.5"
+
+
+def _plain(name: str) -> str:
+    return name.split("_")[0].replace("-", "").upper()

@@ -1,0 +1,210 @@
+"""From a lens file to a prescription: its surfaces, its figures, and its YAML."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import yaml
+
+from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
+from isethdr_core.physics.optics import paraxial
+from isethdr_core.storage.atomic_write import write_text
+
+from ..prescription.figures import spot_radius_mm
+from ..prescription.prescription import Prescription, parse
+from . import code_v, glasses, pbrt, zemax
+from .lens_data import LensData, Problems, Row
+
+Reader: TypeAlias = Callable[[Path, Problems], LensData]
+READERS: dict[str, Reader] = {".zmx": zemax.read, ".seq": code_v.read, ".dat": pbrt.read}
+LOWEST, HIGHEST = 3, 30  # powers of r of an asphere; a4 and a6 begin the list of even ones
+CLEARANCE = 1.01  # times a semi-diameter that the program computed: rounding then cuts no ray
+SPOT_RAYS = 401  # across 1.5 pupils: the rms spot is right to 3e-4
+FIELDS = (0.0, 0.7, 1.0)  # of the half field, at which spots are given
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Figures of a lens at its reference wavelength.
+
+    Parameters
+    ----------
+    spots : ((field angle deg, rms spot radius um), ...), from the centroid, on the sensor.
+    """
+
+    focal_length_mm: float
+    back_focus_mm: float
+    f_number: float
+    reference_nm: float
+    spots: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A lens file as a prescription."""
+
+    table: dict[str, Any]  # what the YAML holds
+    lens: Prescription
+    notes: tuple[str, ...]  # what was changed
+
+
+def imported(path: Path, glass: Sequence[str] = ()) -> Imported:
+    """Return the prescription of a lens file.
+
+    Parameters
+    ----------
+    glass : catalogue files .agf, NAME=nd/Vd, or NAME=index.
+
+    Raises
+    ------
+    ConfigError : an unknown format or glass, a surface that is not supported, or no image.
+    CatalogError : a file is not there, or holds no lens.
+    """
+    if path.suffix.lower() not in READERS:
+        raise ConfigError(
+            f"{path} ends in {path.suffix!r}{did_you_mean(path.suffix, READERS)}; expected a lens"
+            " file of one of these programs"
+        )
+    if not path.is_file():
+        raise CatalogError(f"{path} is not a file; type isethdr lens import <file>")
+    problems = Problems()
+    data = READERS[path.suffix.lower()](path, problems)
+    known = glasses.stated(glass) | data.glasses
+    notes: list[str] = []
+    rows = _with_stop(data.rows, problems, notes)
+    table = {
+        "name": data.name or path.stem,
+        "source": data.source,
+        "f_number": 1.0,
+        "half_field_deg": float(data.half_field_deg),
+        "reference_nm": float(data.reference_nm),
+        "surfaces": [_table_row(row, known, problems) for row in rows],
+    }
+    problems.refuse(path)
+    if not data.far_object:
+        table["surfaces"][-1].pop("thickness_mm", None)
+        notes.append("the file focuses on a near object; here the sensor is in the far focus")
+    elif rows[-1].thickness_mm <= 0:
+        table["surfaces"][-1].pop("thickness_mm", None)
+    _open_stop(table, data)
+    return Imported(table, parse(table), tuple(notes))
+
+
+def figures(lens: Prescription) -> Figures:
+    """Return the figures of a lens."""
+    optics, indices = lens.surfaces[:-1], lens.indices(lens.reference_nm)
+    spots = [
+        (
+            part * lens.half_field_deg,
+            1e3
+            * spot_radius_mm(lens, np.tan(np.radians(part * lens.half_field_deg)), grid=SPOT_RAYS),
+        )
+        for part in FIELDS
+    ]
+    pupil = paraxial.entrance_pupil(optics, indices)[1]
+    focal = paraxial.focal_length_mm(optics, indices)
+    back = paraxial.back_focus_mm(optics, indices)
+    return Figures(focal, back, focal / (2 * pupil), lens.reference_nm, tuple(spots))
+
+
+def run(file: str, glass: Sequence[str], out: str) -> None:
+    """Import a lens file, write its YAML, and print its figures."""
+    path = Path(file).expanduser()
+    target = Path(out).expanduser() if out else Path(f"{path.stem}.yaml")
+    if target.suffix not in (".yaml", ".yml"):
+        raise ConfigError(f"--out is {out!r}; expected a .yaml file; type --out {path.stem}.yaml")
+    found = imported(path, glass)
+    values = figures(found.lens)
+    write_text(target, yaml.safe_dump(found.table, sort_keys=False, default_flow_style=None))
+    print(f"{found.lens.name}: {len(found.lens.surfaces) - 1} surfaces")
+    print(f"effective focal length  {values.focal_length_mm:.5g} mm at {values.reference_nm:g} nm")
+    print(f"back focus              {values.back_focus_mm:.5g} mm")
+    print(f"f-number                {values.f_number:.4g}")
+    for angle, spot in values.spots:
+        print(f"rms spot radius         {spot:.4g} um at {angle:.3g} degrees")
+    for note in found.notes:
+        print(f"note: {note}")
+    print("prescription:")
+    print(target)
+    print("run:")
+    print(
+        f"isethdr run lens=prescription lens.prescription={target}"
+        f" lens.focal_length_mm={values.focal_length_mm:.4g}"
+        f" lens.f_number={np.ceil(1e3 * values.f_number) / 1e3:g}"
+    )
+
+
+def _with_stop(rows: list[Row], problems: Problems, notes: list[str]) -> list[Row]:
+    """Return rows in which the stop is a plane of its own, in air."""
+    stops = [k for k, row in enumerate(rows) if row.is_stop]
+    if len(stops) != 1:
+        problems.add("of the stop", f"the file names {len(stops)} stops")
+        return rows
+    at = stops[0]
+    row = rows[at]
+    before = rows[at - 1].glass if at else ""
+    if np.isinf(row.radius_mm) and row.glass == before and not row.terms:
+        if before:
+            problems.add(row.label, f"the stop lies inside {before}")
+        return rows
+    if before and row.glass:
+        problems.add(row.label, "the stop lies between two glasses")
+        return rows
+    plane = Row(row.label, semi_diameter_mm=row.semi_diameter_mm, is_stop=True)
+    plain = replace(row, is_stop=False)
+    notes.append(f"the stop is a plane through the vertex of surface {row.label}")
+    if not before:
+        return [*rows[:at], plane, plain, *rows[at + 1 :]]
+    plane.thickness_mm, plain.thickness_mm = row.thickness_mm, 0.0
+    return [*rows[:at], plain, plane, *rows[at + 1 :]]
+
+
+def _table_row(row: Row, known: dict[str, str], problems: Problems) -> dict[str, Any]:
+    if row.is_stop:
+        return {"stop": True, "thickness_mm": float(row.thickness_mm), "semi_diameter_mm": 1.0}
+    table: dict[str, Any] = {"radius_mm": float(row.radius_mm)}
+    table["thickness_mm"] = float(row.thickness_mm)
+    if row.glass:
+        table["glass"] = glasses.resolve(row.glass, known, row.label, problems)
+    if row.conic:
+        table["conic"] = float(row.conic)
+    for power in row.terms:
+        if not LOWEST <= power <= HIGHEST:
+            problems.add(row.label, f"a term in r^{power} of the asphere")
+    for key, first in (("odd_aspheric", 3), ("aspheric", 4)):
+        mine = [p for p, a in row.terms.items() if a and p >= first and (p - first) % 2 == 0]
+        if mine:
+            powers = range(first, max(mine) + 1, 2)
+            table[key] = [float(row.terms.get(power, 0.0)) for power in powers]
+    if np.isfinite(row.semi_diameter_mm):
+        table["semi_diameter_mm"] = row.semi_diameter_mm * (CLEARANCE if row.automatic else 1.0)
+    if not 0 <= row.thickness_mm < np.inf:
+        problems.add(row.label, f"a thickness of {row.thickness_mm:g} mm")
+    return table
+
+
+def _open_stop(table: dict[str, Any], data: LensData) -> None:
+    """Set the stop's semi-diameter and the f-number from what the file says of the aperture."""
+    lens = parse(table)
+    optics, indices = lens.surfaces[:-1], lens.indices(lens.reference_nm)
+    focal = paraxial.focal_length_mm(optics, indices)
+    per_stop = paraxial.entrance_pupil(optics, indices)[1]  # of a stop of 1 mm
+    stop = next(row for row in table["surfaces"] if row.get("stop"))
+    own = next(row.semi_diameter_mm for row in data.rows if row.is_stop)
+    if data.f_number is not None:
+        diameter = focal / data.f_number
+    elif data.entrance_pupil_mm is not None:
+        diameter = data.entrance_pupil_mm
+    elif np.isfinite(own):
+        diameter = 2 * per_stop * own
+    else:
+        raise ConfigError(
+            f"{table['name']!r} states neither an entrance pupil, nor an f-number, nor the size of"
+            " its stop; expected one of them in the file"
+        )
+    stop["semi_diameter_mm"] = float(diameter / 2 / per_stop)
+    table["f_number"] = float(focal / diameter)

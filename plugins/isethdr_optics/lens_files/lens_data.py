@@ -1,0 +1,93 @@
+"""What a lens file says, in millimetres, whatever program wrote it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+REFERENCE_NM = 587.56
+POWERS = {power: f"a{power}" for power in range(1, 31)}
+
+
+@dataclass
+class Row:
+    """A surface and what lies behind it.
+
+    Parameters
+    ----------
+    label : the number of the surface in its file, for messages.
+    terms : {power of r: coefficient, mm^(1 - power)} of the asphere.
+    glass : as the file names it; "" for air.
+    automatic : the semi-diameter was computed by the program for its fields, not chosen.
+    """
+
+    label: str
+    radius_mm: float = np.inf
+    thickness_mm: float = 0.0
+    glass: str = ""
+    conic: float = 0.0
+    terms: dict[int, float] = field(default_factory=dict)
+    semi_diameter_mm: float = np.inf
+    automatic: bool = False
+    is_stop: bool = False
+
+
+@dataclass
+class LensData:
+    """Surfaces from front to back, without object and image, and how they are used.
+
+    Parameters
+    ----------
+    entrance_pupil_mm, f_number : the aperture: its diameter, or the f-number, or neither; then the
+        stop's semi-diameter says it.
+    far_object : whether the image distance is that of an object far away.
+    glasses : {name: what `physics.optics.glass.index` takes} that the file states itself.
+    """
+
+    name: str
+    source: str
+    rows: list[Row]
+    reference_nm: float = REFERENCE_NM
+    half_field_deg: float = 20.0
+    entrance_pupil_mm: float | None = None
+    f_number: float | None = None
+    far_object: bool = True
+    glasses: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass
+class Problems:
+    """What of a file cannot be imported, all of it named in one error."""
+
+    found: list[str] = field(default_factory=list)
+
+    def add(self, label: str, what: str) -> None:
+        """Note that a surface cannot be imported."""
+        self.found.append(f"surface {label}: {what}")
+
+    def refuse(self, path: object) -> None:
+        """Raise ConfigError if anything was noted."""
+        if self.found:
+            raise ConfigError(
+                f"{path} cannot be imported: {'; '.join(self.found)}; expected centred spheres,"
+                " conics and aspheres of r^3 to r^30 that refract"
+            )
+
+
+def number(text: str, where: str) -> float:
+    """Return a number of a file.
+
+    Raises
+    ------
+    ConfigError : it is none.
+    """
+    try:
+        found = float(text)
+    except ValueError:
+        raise ConfigError(f"{where} has {text!r}; expected a number") from None
+    if np.isnan(found):
+        raise ConfigError(f"{where} has {text!r}; expected a number")
+    return found

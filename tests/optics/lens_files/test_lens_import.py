@@ -1,0 +1,283 @@
+"""Lens files of other programs: the same figures as closed forms and independent traces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_optics.lens_files.importing import figures, imported, run
+from isethdr_optics.prescription import prescription
+from isethdr_optics.prescription.figures import spot_radius_mm
+
+import isethdr_core as hdr
+from isethdr_core.errors import CatalogError, ConfigError, IsetHdrError
+from isethdr_core.physics.optics import glass
+
+WITHIN = 1e-3  # of focal length, back focus and spots, as the import promises
+
+SINGLET = """
+RDM; LEN
+TITLE 'equi-convex singlet'
+EPD 25
+DIM M
+WL 656.27 587.56 486.13
+REF 2
+YAN 0 5
+SO 0 1e13
+S 0 0 ! the stop
+STO
+S 102.5 5 {glass}
+{more}
+S -102.5 98.3
+SI 0 0
+"""
+
+# The 50 mm f/5 triplet that comes as `cooke_triplet`; here its stop is a surface of glass.
+TRIPLET = """VERS 140124
+NAME triplet
+UNIT {unit} X W X CM MR CPMM
+ENPD {pupil}
+FTYP 0 0 2 1 0 0 0
+YFLN 0 {field}
+WAVM 1 0.58756 1
+PWAV 1
+SURF 0
+  TYPE STANDARD
+  CURV 0
+  DISZ INFINITY
+{surfaces}
+SURF 7
+  TYPE STANDARD
+  CURV 0
+  DISZ 0
+"""
+# radius, distance, glass of the triplet that programs ship as their example
+ROWS = [
+    (22.01359, 3.25896, "SK16"),
+    (-435.76044, 6.00755, ""),
+    (-22.21328, 0.99997, "F2"),
+    (20.29192, 4.75041, ""),
+    (79.6836, 2.95208, "SK16"),
+    (-18.39533, 42.20778, ""),
+]
+
+
+def zmx(path, scale=1.0, unit="MM", more="", stop=4, field=20):
+    """Write the triplet as a Zemax file; lengths divided by `scale`."""
+    blocks = []
+    for number, (radius, distance, name) in enumerate(ROWS, 1):
+        lines = [f"SURF {number}"] + ["  STOP"] * (number == stop) + ["  TYPE STANDARD"]
+        lines += [f"  CURV {scale / radius:.15g} 0 0 0 0", f"  DISZ {distance / scale:.15g}"]
+        lines += [f"  GLAS {name} 0 0 1.5 40 0 0"] * bool(name)
+        blocks.append("\n".join(lines + [more] * (number == 3)))
+    text = TRIPLET.format(unit=unit, pupil=10 / scale, surfaces="\n".join(blocks), field=field)
+    path.write_bytes(text.encode("utf-16"))
+    return path
+
+
+def seq(path, name="NBK7_SCHOTT", more=""):
+    path.write_text(SINGLET.format(glass=name, more=more))
+    return path
+
+
+GLASS = ["SK16=1.62041/60.32", "F2=1.62004/36.37"]
+
+
+def meridional(rows, heights_mm):
+    """Return the heights on the sensor of rays parallel to the axis, by angles and sines alone.
+
+    Welford (1986), Aberrations of Optical Systems, 4.3: the perpendicular Q from the vertex, the
+    angle U with the axis and the angles of incidence, surface by surface.
+
+    Parameters
+    ----------
+    rows : (radius, thickness, index behind) from front to sensor.
+    """
+    angle, q, index = 0.0 * heights_mm, 1.0 * heights_mm, 1.0
+    for radius, distance, behind in rows:
+        incidence = np.arcsin(q / radius + np.sin(angle))
+        refracted = np.arcsin(index / behind * np.sin(incidence))
+        angle, index = angle + refracted - incidence, behind
+        q = radius * (np.sin(refracted) - np.sin(angle)) + distance * np.sin(angle)
+    return q / np.cos(angle)
+
+
+def test_a_singlet_has_the_figures_of_the_thick_lens_formula(tmp_path):
+    lens = imported(seq(tmp_path / "a.seq")).lens
+    found = figures(lens)
+    n, r, d = float(glass.index("N-BK7", 587.56)), 102.5, 5.0
+    power = (n - 1) * (2 / r - (n - 1) * d / (n * r * r))  # lensmaker's equation
+    assert found.focal_length_mm == pytest.approx(1 / power, rel=1e-9)
+    assert found.back_focus_mm == pytest.approx((1 - (n - 1) * d / (n * r)) / power, rel=1e-9)
+    assert found.f_number == pytest.approx(1 / power / 25, rel=1e-9)
+    assert lens.half_field_deg == 5.0
+
+
+def test_spots_on_the_axis_agree_with_a_trace_by_other_formulas(tmp_path):
+    lens = imported(seq(tmp_path / "a.seq")).lens
+    n = float(glass.index("N-BK7", 587.56))
+    rho = (np.arange(2000) + 0.5) / 2000
+    # the stop lies at the front vertex, so that heights are those in the stop
+    y = meridional([(102.5, 5.0, n), (-102.5, 98.3, 1.0)], 12.5 * rho)
+    wanted = 1e3 * np.sqrt(np.mean(y**2 * 2 * rho))
+    assert figures(lens).spots[0][1] == pytest.approx(wanted, rel=WITHIN)
+
+
+def test_three_formats_and_units_give_one_lens(tmp_path):
+    own = prescription.load("cooke_triplet")
+    lens = imported(zmx(tmp_path / "a.zmx"), ["SK16=1.62041/60.32", "F2=F2"]).lens
+    assert len(lens.surfaces) == len(own.surfaces)
+    found = figures(lens)
+    assert found.f_number == pytest.approx(found.focal_length_mm / 10, rel=1e-9)
+    # 1e-4: nd/Vd of SK16 against the formula of N-SK16
+    assert found.focal_length_mm == pytest.approx(own.focal_length_mm(587.56), rel=1e-4)
+    inches = imported(zmx(tmp_path / "b.zmx", 25.4, "IN"), ["SK16=1.62041/60.32", "F2=F2"]).lens
+    for one, other in zip(inches.surfaces, lens.surfaces, strict=True):
+        assert one.z_mm == pytest.approx(other.z_mm, abs=1e-9)
+        assert one.semi_diameter_mm == pytest.approx(other.semi_diameter_mm, rel=1e-9)
+    n = [glass.index(v, 587.56) for v in ("1.62041/60.32", "F2", "1.62041/60.32")]
+    indices = iter(n)
+    table = [f"{r} {d} {next(indices) if name else 1.0} 20 # {name}" for r, d, name in ROWS[:3]] + [
+        "20.29192 0 1 20",
+        "0 4.75041 1 8.2",
+    ]
+    table += [f"{r} {d} {next(indices) if name else 0.0} 20" for r, d, name in ROWS[4:]]
+    (tmp_path / "c.dat").write_text("# a comment\n" + "\n".join(table))
+    film = figures(imported(tmp_path / "c.dat").lens)
+    assert film.focal_length_mm == pytest.approx(found.focal_length_mm, rel=1e-7)
+    assert film.back_focus_mm == pytest.approx(found.back_focus_mm, rel=1e-7)
+
+
+def hyperbolic(path, shape, n=1.5, radius=20.0):
+    """Write a plano-hyperbolic lens, which brings light from far away to a perfect point."""
+    path.write_text(
+        f"RDM; LEN; EPD 16; DIM M; WL 587.56; SO 0 1e13\nS 0 4 {n - 1:.3f}000.999000\nSTO\n"
+        f"S {-radius} {radius / (n - 1)}\n{shape}\nSI 0 0\n"
+    )
+    return path
+
+
+def test_a_hyperboloid_focuses_to_a_point(tmp_path):
+    # Descartes: conic constant -n^2. 500000.999000 is n = 1.5 at d with almost no dispersion
+    [conic] = [f"CON; K {-(1.5**2)}"]
+    lens = imported(hyperbolic(tmp_path / "a.seq", conic), ["500000.999000=1.5"]).lens
+    assert figures(lens).spots[0][1] < 1e-6  # um; a sphere leaves 100
+    sphere = imported(hyperbolic(tmp_path / "b.seq", ""), ["500000.999000=1.5"]).lens
+    assert figures(sphere).spots[0][1] > 50
+    # the difference of hyperboloid and sphere in powers of r: the same focus from an even asphere
+    c, x = -1 / 20, np.linspace(0, 1.2, 60)
+
+    def sag(k):
+        return c * (8 * x) ** 2 / (1 + np.sqrt(1 - (1 + k) * c**2 * (8 * x) ** 2))
+
+    powers = range(4, 21, 2)
+    fit = np.linalg.lstsq(np.stack([x**p for p in powers], 1), sag(-2.25) - sag(0), rcond=None)[0]
+    terms = "; ".join(
+        f"{letter} {a / 8.0**p:.17g}" for letter, a, p in zip("ABCDEFGHJ", fit, powers)
+    )
+    even = imported(hyperbolic(tmp_path / "c.seq", "ASP; " + terms), ["500000.999000=1.5"]).lens
+    assert figures(even).spots[0][1] < 1e-2  # um; the fit leaves some of the 100
+
+
+def test_an_odd_asphere_bends_rays_as_snells_law_says(tmp_path):
+    odd = "  TYPE ODDASPHE\n  PARM 3 {}\n  PARM 5 {}"
+    text = TRIPLET.format(unit="MM", pupil=10, field=0, surfaces="{}")
+    a3, a5, n = -2e-4, 1e-7, 1.5
+    blocks = ["SURF 1\n  STOP\n  CURV 0.01\n  DISZ 0\n  GLAS A 0 0 1.5 40"]
+    blocks = [
+        "SURF 1\n  STOP\n  CURV 0\n  DISZ 5",
+        "SURF 2\n  CURV 0\n  DISZ 4\n  GLAS A 0 0 1.5 40",
+        f"SURF 3\n{odd.format(a3, a5)}\n  CURV -0.02\n  DISZ 60",
+    ]
+    (tmp_path / "a.zmx").write_text(text.format("\n".join(blocks)))
+    lens = imported(tmp_path / "a.zmx", ["A=1.5"]).lens
+    assert lens.surfaces[2].odd == (a3, a5)
+    rho = (np.arange(4000) + 0.5) / 4000
+    r = 5 * rho
+    z = -0.02 * r**2 / (1 + np.sqrt(1 - 0.0004 * r**2)) + a3 * r**3 + a5 * r**5
+    slope = -0.02 * r / np.sqrt(1 - 0.0004 * r**2) + 3 * a3 * r**2 + 5 * a5 * r**4
+    tilt = np.arctan(slope)  # of the normal; light in the glass runs along the axis
+    out = np.arcsin(n * np.sin(tilt)) - tilt
+    y = r + (60 - z) * np.tan(out)
+    assert figures(lens).spots[0][1] == pytest.approx(
+        1e3 * np.sqrt(np.mean(y**2 * 2 * rho)), rel=WITHIN
+    )
+    bigger = lens.scaled(2 * lens.focal_length_mm())
+    assert spot_radius_mm(bigger, 0.0) == pytest.approx(2 * spot_radius_mm(lens, 0.0), rel=1e-9)
+
+
+CATALOGUE = """! a comment
+NM MY-BK7 2 0 1.5168 64.17 0 1
+CD 1.03961212 6.00069867E-3 2.31792344E-1 2.00179144E-2 1.01046945 1.03560653E+2
+LD 0.3 2.5
+NM OLD 1 0 1.5168 64.17 0 1
+CD 2.2718929 -1.0108077E-2 1.0592509E-2 2.0816965E-4 -7.6472538E-6 4.9240991E-7
+LD 0.365 1.014
+NM HERZ 3 0 1.5 60 0 1
+CD 1 2 3
+LD 0.3 2.5
+"""
+
+
+def test_glasses_come_from_a_catalogue_file(tmp_path):
+    (tmp_path / "own.agf").write_text(CATALOGUE)
+    lens = imported(seq(tmp_path / "a.seq", "MYBK7_OWN"), [str(tmp_path / "own.agf")]).lens
+    bk7 = glass.index("N-BK7", [450.0, 650.0])
+    np.testing.assert_allclose(lens.indices([450.0, 650.0])[2], bk7, rtol=1e-12)
+    old = imported(seq(tmp_path / "a.seq", "OLD"), [str(tmp_path / "own.agf")]).lens
+    # 2e-5: Schott's formula of BK7 against that of N-BK7, a remake of the glass
+    np.testing.assert_allclose(old.indices([450.0, 650.0])[2], bk7, atol=2e-5)
+    code = imported(seq(tmp_path / "a.seq", "516800.641700")).lens
+    assert code.media[2] == "1.5168/64.17"
+    with pytest.raises(ConfigError, match="glass 'HERZ' is unknown"):
+        imported(seq(tmp_path / "a.seq", "HERZ"), [str(tmp_path / "own.agf")])
+
+
+BAD = [
+    (lambda p: seq(p / "a.seq", "LAK99"), "surface 2: glass 'LAK99' is unknown"),
+    (lambda p: seq(p / "a.seq", more="ADE 3"), "surface 2: ADE 3 .tilted or decentred"),
+    (lambda p: seq(p / "a.seq", "REFL"), "surface 2: a mirror"),
+    (lambda p: seq(p / "a.seq", more="SPS XYP"), "surface 2: shape SPS XYP"),
+    (lambda p: seq(p / "a.seq", more="STO"), "the file names 2 stops"),
+    (lambda p: zmx(p / "a.zmx", more="  TYPE COORDBRK"), "surface 3: a coordinate break"),
+    (lambda p: zmx(p / "a.zmx", more="  TYPE BICONICX"), "surface 3: type BICONICX"),
+    (lambda p: zmx(p / "a.zmx", more="  TYPE EVENASPH\n  PARM 1 0.1"), "a term in r.2 "),
+    (lambda p: zmx(p / "a.zmx", more="  DISZ -4"), "surface 3: a thickness of -4 mm"),
+    (lambda p: zmx(p / "a.zmx", stop=9), "the file names 0 stops"),
+    (lambda p: zmx(p / "a.zmx", more="  CURV x"), "has 'x'; expected a number"),
+    (lambda p: p / "none.zmx", "none.zmx is not a file"),
+    (lambda p: p / "lens.len", "lens.len ends in '.len'"),
+]
+
+
+@pytest.mark.parametrize("write, message", BAD)
+def test_what_cannot_be_imported_is_named(tmp_path, write, message):
+    with pytest.raises(IsetHdrError, match=message) as caught:
+        imported(write(tmp_path), GLASS)
+    assert "\n" not in str(caught.value)
+
+
+def test_every_unsupported_surface_is_named_in_one_error(tmp_path):
+    path = zmx(tmp_path / "a.zmx", more="  TYPE TOROIDAL")
+    with pytest.raises(ConfigError, match="surface 3: type TOR.*surface 1: glass.*surface 5: gl"):
+        imported(path)
+    for name in ("a.seq", "b.dat", "c.zmx"):
+        (tmp_path / name).write_text("1 2\n")
+        with pytest.raises(CatalogError, match=name):
+            imported(tmp_path / name)
+
+
+def test_the_written_prescription_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run(str(zmx(tmp_path / "own.zmx")), GLASS, "")
+    text = capsys.readouterr().out
+    assert "effective focal length  50.0" in text and "note: the stop is a plane" in text
+    typed = dict(word.split("=") for word in text.splitlines()[-1].split()[3:])
+    lens = hdr.build(
+        "lens",
+        "prescription",
+        prescription="own.yaml",
+        focal_length_mm=float(typed["lens.focal_length_mm"]),
+        f_number=float(typed["lens.f_number"]),
+    )
+    assert lens.real().stop == 4  # behind the glass of surface 3
+    assert lens.wavefront_at(0.1)
