@@ -13,6 +13,7 @@ from isethdr_scenes.geometry.surroundings.ground import Ground
 from isethdr_scenes.geometry.surroundings.road import field, road
 from isethdr_scenes.geometry.vehicles import bus, car, car_shapes, truck
 from isethdr_scenes.materials import MATERIALS
+from scipy.spatial import cKDTree
 
 MAKERS = {
     **{name: (lambda shape=shape: car.build(shape)) for name, shape in car_shapes.CARS.items()},
@@ -178,3 +179,14 @@ def _hits(corner, origin, direction):
     q = np.cross(t, e1)
     v, distance = (q @ d) * inv, (e2 * q).sum(1) * inv
     return int((ok & (u >= 0) & (v >= 0) & (u + v < 1) & (distance > 0)).sum())
+
+
+@pytest.mark.parametrize("head_up", [1.0, 0.05])
+def test_eyes_of_a_deer_look_out_of_its_head(head_up):
+    """Eyes shine in headlamps only where they lie outside the skin."""
+    parts = {p.material: p for p in deer.deer(head_up=head_up, turn=0.5 * head_up).model().parts}
+    skin, eyes = parts["fur"], parts["eye_deer"]
+    _, nearest = cKDTree(skin.vertices).query(eyes.vertices)
+    out = np.einsum("nk,nk->n", eyes.vertices - skin.vertices[nearest], skin.normals[nearest])
+    # a part of each ball; vertices of the skin are 14 mm apart
+    assert (out > 0).mean() > 0.25 and 0.006 < out.max() < 0.03

@@ -6,8 +6,21 @@ import numpy as np
 
 from ..mesh.cutting import cut
 from ..mesh.implicit import blend, cone, skin_of
-from ..mesh.piece import Assembly, pose
+from ..mesh.piece import Assembly, pose, unit
 from ..mesh.primitives import ball, tube
+
+EYE_M = (0.016, 0.015, 0.016)  # half axes; a third of the ball lies in the head
+
+
+def _on_skin(skin, inside, direction) -> np.ndarray:
+    """Return where a ray from a point inside the head leaves it, less a third of an eye: the mean
+    of the skin's vertices about that direction.
+    """
+    way = skin - inside
+    far = np.linalg.norm(way, axis=1)
+    towards = unit(np.asarray(direction, float))
+    close = (far < 0.15) & (way @ towards > 0.97 * far)
+    return inside + (far[close].mean() - EYE_M[0] / 3) * towards
 
 
 def deer(name="deer", height=1.0, antlers=True, head_up=1.0, step=0.16, turn=0.0, seed=0):
@@ -66,7 +79,7 @@ def deer(name="deer", height=1.0, antlers=True, head_up=1.0, step=0.16, turn=0.0
             )
         )
     coat = skin_of(blend(trunk + head + legs, 0.055, 0.004, seed), 0.014, "coat", "fur")
-    v = coat.vertices
+    skin = v = coat.vertices
     belly, coat, _ = cut(
         coat,
         np.max(
@@ -108,11 +121,7 @@ def deer(name="deer", height=1.0, antlers=True, head_up=1.0, step=0.16, turn=0.0
         m.add(
             tube([e, 0.5 * (e + tip), tip], [0.022, 0.040, 0.006], "ear", "fur", 8),
             ball(
-                top + d * 0.36 + side * s * 0.054 + [0, 0, 0.022],
-                (0.016, 0.014, 0.016),
-                "eye",
-                "eye_deer",
-                6,
+                _on_skin(skin, top + d * 0.36, side * s + [0, 0, 0.4]), EYE_M, "eye", "eye_deer", 6
             ),
         )
         if antlers:
