@@ -29,6 +29,7 @@
 | `plugins/`     | what a plugin offers, how it is found, and which values its fields may hold   |
 | `runs/`        | one stored run, the stored radiance it reads, its noise, and what made it     |
 | `storage/`     | zarr stores that are either whole or not there, and that name their damage    |
+| `sweeps/`      | what became of the jobs of a sweep, and one table of their scores             |
 | `uncertainty/` | stated errors, their share of a budget, and what they do to pixels and scores |
 """
 

@@ -17,8 +17,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-MOST_LISTED = 100  # names in a message
-ALIKE = 8  # of more names, so many that are most like the wrong one
+MOST_LISTED = 10  # names in a message; of more names, those that are most like the wrong one
 
 
 class IsetHdrError(Exception):
@@ -50,6 +49,6 @@ def did_you_mean(name: str, known: Iterable[object]) -> str:
     near = difflib.get_close_matches(str(name), names, 1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     if len(names) > MOST_LISTED:
-        nearest = difflib.get_close_matches(str(name), names, ALIKE, 0.0)
+        nearest = difflib.get_close_matches(str(name), names, MOST_LISTED, 0.0)
         return f"{hint} ({len(names)} names are known, among them {', '.join(nearest)})"
     return f"{hint} (one of: {', '.join(names) or 'none'})"

@@ -5,12 +5,14 @@
 | `record`        | what is known of one store, from its root attributes alone |
 | `index`         | `refresh`: rebuild index.parquet, a cache of all records   |
 | `query`         | `find`, `sql`, `show`                                      |
+| `compare`       | what differs between two runs, and by more than intervals  |
+| `comparison_summary` | what `isethdr catalog compare` prints                 |
 | `stored_scores` | what a metric says of the pictures of a stored run         |
 | `space`         | what takes how much of the disk, and its removal           |
 | `verify`        | read every file and name what is damaged                   |
 | `adopt`         | give stores of format 1 a manifest                         |
-| `commands`      | `isethdr catalog find|sql|show|score|verify|adopt|refresh|du|gc|rm` |
-| `report`        | one self-contained page per run                            |
+| `commands`      | `isethdr catalog find|sql|show|score|compare|verify|adopt|refresh|du|gc|rm` |
+| `report`        | one self-contained page per run, and per sweep             |
 """
 
 from __future__ import annotations
@@ -19,6 +21,8 @@ import logging
 from importlib.util import find_spec
 
 from isethdr_core.hookspecs import hookimpl
+
+from .report import write_report, write_sweep_page
 
 log = logging.getLogger(__name__)
 
@@ -34,9 +38,11 @@ def isethdr_commands(app) -> None:
 @hookimpl
 def isethdr_after_stage(stage):
     """Write the report beside the store once a whole run is done, if it is asked for; one that is
-    there already stays.
+    there already stays. Write the page of a sweep once all of its jobs are done.
     """
-    if (
+    if stage.kind == "sweep":
+        write_sweep_page(stage.result)
+    elif (
         stage.kind == "run"
         and stage.result.attributes.get("config", {}).get("report", True)
         and not stage.result.path.with_suffix(".html").exists()
@@ -47,6 +53,4 @@ def isethdr_after_stage(stage):
                 "type pip install 'isethdr[report]', or report=false to run without"
             )
             return
-        from .report import write_report
-
         write_report(stage.result)

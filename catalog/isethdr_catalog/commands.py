@@ -1,10 +1,8 @@
-"""Commands: `isethdr catalog find|sql|show|score|verify|adopt|refresh|du|gc|rm`, on the folder
-ISETHDR_HOME or ./runs.
+"""Commands: `isethdr catalog find|sql|show|score|compare|verify|adopt|refresh|du|gc|rm`, on the
+folder ISETHDR_HOME or ./runs.
 """
 
 from __future__ import annotations
-
-import json
 
 import typer
 
@@ -12,7 +10,7 @@ from isethdr_core.cli.terminal import print_path, print_table
 from isethdr_core.data.scores import UNLIKE_SHARES, are_unlike
 from isethdr_core.errors import CatalogError
 from isethdr_core.plugins.registry import build
-from isethdr_core.storage.home_folder import home
+from isethdr_core.storage.home_folder import existing_home as home
 
 catalog = typer.Typer(
     no_args_is_help=True, help="Find, query, check and index stored scenes and runs."
@@ -83,11 +81,9 @@ def sql(text: str) -> None:
 )
 def show(name: str) -> None:
     """Print the root attributes as JSON."""
-    from isethdr_core.storage.encoding import jsonable
+    from .query import shown
 
-    from .query import show as query
-
-    print(json.dumps(jsonable(query(home(), name)), indent=2))
+    print(shown(home(), name))
 
 
 @catalog.command(
@@ -116,6 +112,22 @@ def score(
     rows = scores_of(query(home(), name)["path"], metric)
     columns = ("camera", "metric", "object", "value", "unit", "low", "high")
     print_table(columns, [[row[column] for column in columns] for row in rows])
+
+
+@catalog.command(
+    name="compare",
+    short_help="Compare two runs: settings, scores, pictures.",
+    help=(
+        "Compare two runs: isethdr catalog compare A B, by their names or first digits. Shows the"
+        " settings that differ and whether scores differ by more than their intervals, and writes a"
+        " page with the pictures side by side."
+    ),
+)
+def compare_runs(a: str, b: str) -> None:
+    """Print what differs, and the path of the page."""
+    from .comparison_summary import print_comparison
+
+    print_comparison(home(), a, b)
 
 
 @catalog.command(

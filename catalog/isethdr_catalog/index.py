@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 from isethdr_core.errors import CatalogError
 from isethdr_core.extras import needed
+from isethdr_core.runs.labels import SUFFIX as LABELS
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 
 from .record import COLUMNS, SCHEMA, records
@@ -86,16 +87,26 @@ def stores(folder) -> list[Path]:
 
 
 def stamps(folder: Path) -> dict[str, str]:
-    """Return the state of each store's root metadata file, by the store's path below `folder`."""
-    by_path = {}
+    """Return the state of each store's root metadata file, and of the file with its labels, by the
+    store's path below `folder`.
+    """
+    found = {}
     for part in FOLDERS:
         with suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder / part) as entries:
             named = sorted(
-                (entry.name, entry.path) for entry in entries if entry.name.endswith(".zarr")
+                (entry.name, entry.path)
+                for entry in entries
+                if entry.name.endswith((".zarr", LABELS))
             )
+            labelled = {name for name, _ in named if name.endswith(LABELS)}
             for name, path in named:
-                by_path[f"{part}/{name}"] = _stamp(f"{path}/zarr.json")
-    return by_path
+                if not name.endswith(".zarr"):
+                    continue
+                labels = name.removesuffix(".zarr") + LABELS
+                found[f"{part}/{name}"] = _stamp(f"{path}/zarr.json") + (
+                    f" {_stamp(f'{folder / part / labels}')}" if labels in labelled else ""
+                )
+    return found
 
 
 def refresh(folder) -> Refreshed:

@@ -11,8 +11,10 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from isethdr_core.errors import CatalogError, did_you_mean
+from isethdr_core.errors import MOST_LISTED, CatalogError, did_you_mean
 from isethdr_core.extras import needed
+from isethdr_core.runs.labels import read_labels
+from isethdr_core.storage.encoding import jsonable
 from isethdr_core.store import read_attrs
 
 from .index import load, stores
@@ -45,11 +47,13 @@ CREATE VIEW objects AS SELECT id, kind, lighting, (o->>'instance')::BIGINT AS in
   FROM (SELECT id, kind, any_value(properties->>'lighting') AS lighting,
     unnest(from_json(any_value(objects), '["JSON"]')) AS o
         FROM shots GROUP BY id, kind);
-CREATE VIEW scores AS SELECT id, camera, sensor, lighting, s->>'metric' AS metric,
+CREATE VIEW all_scores AS SELECT id, camera, sensor, lighting, s->>'metric' AS metric,
   s->>'object' AS object, (s->>'value')::DOUBLE AS value,
   s->>'unit' AS unit, (s->>'low')::DOUBLE AS low, (s->>'high')::DOUBLE AS high
   FROM (SELECT id, camera, properties->>'sensor' AS sensor, properties->>'lighting' AS lighting,
         unnest(from_json(scores, '["JSON"]')) AS s FROM shots);
+CREATE VIEW scores AS SELECT * FROM all_scores WHERE object = '';
+CREATE VIEW object_scores AS SELECT * FROM all_scores WHERE object <> '';
 """
 
 
@@ -121,7 +125,8 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
 
 
 def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
-    """Run a DuckDB query over the views `stores`, `shots`, `objects` and `scores`.
+    """Run a DuckDB query over the views `stores`, `shots`, `objects`, `scores` (of the whole
+    picture) and `object_scores`.
 
     The query sees records in memory only. It cannot read, write or attach a file, load an
     extension, reach a network or change the configuration (see `SANDBOX`).
@@ -142,31 +147,44 @@ def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
             if not base.extract_statements(text):
                 raise CatalogError(
                     "the query is empty; expected SQL over the views stores, shots, objects,"
-                    ' scores, for example: isethdr catalog sql "SELECT * FROM scores LIMIT 5"'
+                    " scores, object_scores, for example: isethdr catalog sql"
+                    ' "SELECT * FROM scores LIMIT 5"'
                 )
             rows = base.execute(text)
             return [d[0] for d in rows.description or []], rows.fetchall()
         except (duckdb.Error, ValueError, OverflowError) as error:  # values that Python cannot hold
             raise CatalogError(
-                f"the query does not run: {error}; views: stores, shots, objects, scores; "
-                "`DESCRIBE scores` lists the columns"
+                f"the query does not run: {error}; views: stores, shots, objects, scores,"
+                " object_scores; `DESCRIBE scores` lists the columns"
             ) from error
 
 
 def show(folder, name: str) -> dict:
-    """Return the root attributes of the store that is called `name` or begins so, with its
-    `path`.
+    """Return the root attributes of the store whose key begins with `name`, or of the run that is
+    called so, with its `path`.
+
+    Raises
+    ------
+    CatalogError : no store is called so, or several are.
     """
-    matches = [p for p in stores(folder) if p.stem.startswith(str(name).removesuffix(".zarr"))]
-    exact = [p for p in matches if p.stem == name] or matches
+    found = [p for p in stores(folder) if p.stem.startswith(str(name).removesuffix(".zarr"))]
+    found = found or [p for p in stores(folder) if read_labels(p).name == name]
+    exact = [p for p in found if p.stem == name] or found
     if len(exact) != 1:
+        some = ", ".join(p.stem for p in exact[:MOST_LISTED])
+        more = f" and {len(exact) - MOST_LISTED} more" if len(exact) > MOST_LISTED else ""
         problem = (
-            f"could be any of {', '.join(p.stem for p in exact)}"
+            f"could be any of {some}{more}"
             if exact
             else "names no store" + did_you_mean(name, [p.stem for p in stores(folder)])
         )
         raise CatalogError(f"{name!r} {problem}; looked in {folder}")
     return {"path": str(exact[0]), **read_attrs(exact[0])}
+
+
+def shown(folder: Path | str, name: str) -> str:
+    """Return what `show` returns as indented JSON."""
+    return json.dumps(jsonable(show(folder, name)), indent=2)
 
 
 def _connect(folder: Path | str, details: bool = True) -> duckdb.DuckDBPyConnection:

@@ -3,16 +3,17 @@
 A scene store gives one record; a run gives one per camera, so that `sensor=rgbw` and a score belong
 together. The properties are flat: `scene.seed`, `weights.sky`, `ledger.seconds`,
 `person.distance_m` (the nearest object of a category), `ssim` (a score of the whole picture),
-`scores` (their names), `warnings` (their keys).
+`scores` (their names), `warnings` (their keys), `tags` and `sweeps` (labels beside the store).
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from isethdr_core.runs.labels import read_labels
 from isethdr_core.store import read_attrs
 
-SCHEMA = 2
+SCHEMA = 3
 COLUMNS = {
     "id": "VARCHAR",
     "kind": "VARCHAR",
@@ -68,6 +69,9 @@ def records(path, folder) -> list[dict]:
     properties = flat(attrs) | nearest(objects)
     if kind != "run":
         return [common | {"camera": None, "scores": [], "properties": properties}]
+    labels = read_labels(path)
+    common["name"] = labels.name or common["name"]
+    properties |= {"tags": list(labels.tags), "sweeps": list(labels.sweeps)}
     shots = []
     for camera in attrs.get("cameras") or [""]:
         whole_picture_scores = whole_picture(scores, camera)

@@ -15,24 +15,27 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from isethdr_core.errors import CatalogError, did_you_mean
+from isethdr_core.runs.labels import SUFFIX as LABELS
 from isethdr_core.runs.reuse import FOLDER as INTERMEDIATE
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 from isethdr_core.store import read_attrs
 
 from .index import stores
 
+COMPARISONS = "comparisons"
 PARTS = {  # of a home folder
     "scenes": "rendered radiance",
-    "runs": "runs, with their reports",
+    "runs": "runs, with their reports and labels",
     "studies": "tables of studies",
     INTERMEDIATE: "results that later runs may reuse: made again",
     "kernels": "point spread functions: made again",
     "spectra": "measured spectra of lamps: looked up again",
-    "sweeps": "folders of sweeps",
+    "sweeps": "pages and tables of sweeps",
+    COMPARISONS: "pages of comparisons: made again",
     "failed": "tracebacks of runs that failed",
     "index.parquet": "index of the catalog: made again",
 }
-MADE_AGAIN = (INTERMEDIATE, "kernels")  # that `collect` empties
+MADE_AGAIN = (INTERMEDIATE, "kernels", COMPARISONS)  # that `collect` empties
 OTHER = "other files"
 REPORT = ".html"
 # seconds: a store that was written so lately may belong to a run that is at work
@@ -110,9 +113,11 @@ def removable(folder: str | os.PathLike[str], scenes: bool = False) -> list[Remo
         for part in MADE_AGAIN
         for path in _visible(root / part)
     ]
-    for page in sorted((root / "runs").glob(f"*{REPORT}")):
-        if not page.with_suffix(".zarr").exists():
-            candidates.append(Removable(page, "report of a run that is not there", size_of(page)))
+    for end, what in ((REPORT, "report"), (LABELS, "labels")):
+        for page in sorted((root / "runs").glob(f"*{end}")):
+            if not page.with_name(page.name.removesuffix(end) + ".zarr").exists():
+                why = f"{what} of a run that is not there"
+                candidates.append(Removable(page, why, size_of(page)))
     return candidates + (unread_scenes(root) if scenes else [])
 
 
@@ -209,6 +214,7 @@ def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False
     free = size_of(path) + (size_of(page) if page.exists() else 0)
     _remove(path)
     _remove(page)
+    _remove(path.with_suffix(LABELS))
     return free
 
 

@@ -184,7 +184,7 @@ def _keys_of(schema_name: str) -> list[str]:
     for comp in components().values():
         if comp.class_name + "Config" == schema_name:
             return [f.name for f in fields(class_of(comp)) if f.init]
-    return [*KINDS, "cameras", "versions", "seed", "device", "experiment"]
+    return [*KINDS, "cameras", "versions", "seed", "device", "experiment", "name", "tags"]
 
 
 @cache

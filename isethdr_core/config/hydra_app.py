@@ -7,15 +7,20 @@ a run (`job`) and of a sweep (`sweeps`) are imported later.
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
+import time
+from pathlib import Path
 
 import hydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
+from omegaconf import DictConfig
 
 from ..errors import IsetHdrError
 from ..runs.parent_watch import end_with_parent, exit_on_sigterm
+from ..sweeps.record import Job, begin, write_job
 from .composition import (
     CONFIG_MODULE,
     check_choices,
@@ -31,6 +36,8 @@ MISTAKE, CRASH, INTERRUPTED = (
     130,
 )  # exit codes: the user's to fix, a component's, Ctrl-C (128 + SIGINT)
 
+OF_HYDRA = ("hydra", "hydra_plugins")  # loggers that announce each job
+
 
 class JobsFailed(Exception):
     """A job of a sweep failed and printed its reason. Hydra raises this error after the
@@ -41,39 +48,60 @@ class JobsFailed(Exception):
 def run_with_hydra(arguments: list[str]) -> None:
     """Run once, or sweep with `-m`. Hydra reads `arguments` as its command line."""
     register_with_hydra()
+    arguments = with_list_of_tags(arguments)
     with user_mistakes():
         check_arguments(arguments)
         if not any(a.startswith("-") for a in arguments):
             check_choices(arguments)
+    sweep = None
     if {"-m", "--multirun"} & set(arguments):
-        from .sweeps import prepared  # as heavy as a run
+        from .sweeps import finish, prepared  # as heavy as a run
 
-        arguments = prepared(arguments)
+        ready = prepared(arguments)
+        arguments, sweep = ready.arguments, ready.sweep
+    if sweep is not None:
+        begin(sweep)
+        for logger in OF_HYDRA:  # each job says in one line what became of it
+            logging.getLogger(logger).setLevel(logging.WARNING)
     sys.argv = ["isethdr run", *arguments]
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises errors as they are, and we explain them
     exit_on_sigterm()
     try:
         with user_mistakes():
-            _start_hydra()
+            code = _start_hydra()
     except KeyboardInterrupt:
         print(
             "interrupted: stored results are complete; type the same command again to continue",
             file=sys.stderr,
         )
         sys.exit(INTERRUPTED)
+    if sweep is not None:
+        finish(sweep)
+    if code:
+        sys.exit(code)
 
 
-def _start_hydra() -> None:
+def with_list_of_tags(arguments: list[str]) -> list[str]:
+    """Return the arguments with `tags=night,wet` as a list, which it is also in a sweep."""
+    return [
+        f"tags=[{a.removeprefix('tags=')}]" if a.startswith("tags=") and "[" not in a else a
+        for a in arguments
+    ]
+
+
+def _start_hydra() -> int:
+    """Let Hydra start the jobs, and return the exit code."""
     try:
         hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(
             task
         )()
     except JobsFailed as failure:
         print(f"error: {failure}", file=sys.stderr)
-        sys.exit(CRASH)
+        return CRASH
+    return 0
 
 
-def task(config) -> None:
+def task(config: DictConfig) -> None:
     """Compute one run of a composed config and print its summary; a failure is one line.
 
     In a sweep the other jobs continue, and `JobsFailed` is raised after them.
@@ -81,16 +109,25 @@ def task(config) -> None:
     end_with_parent()
     hydra_config = HydraConfig.get()
     sweeping = hydra_config.mode == RunMode.MULTIRUN
+    started = time.monotonic()
+    number = hydra_config.job.num if sweeping else 0
+    folder = Path(hydra_config.sweep.dir)
+    overrides = tuple(hydra_config.overrides.task)
     try:
         config = with_choices(config.copy(), hydra_config.runtime.choices)
-        from .job import run_and_print  # the chain with all its libraries
+        from . import job  # the chain with all its libraries
 
-        run_and_print(config)
+        if sweeping:
+            job.run_in_sweep(config, folder, number, overrides)
+        else:
+            job.run_and_print(config)
     except Exception as err:  # a plugin's code: anything may happen
         text, code = complaint(err)
         if sweeping:
+            seconds = time.monotonic() - started
+            write_job(folder, Job(number, overrides, seconds, error=text))
             print(
-                f"error: job {' '.join(hydra_config.overrides.task)}: {text}",
+                f"error: job {' '.join(overrides)}: {text}",
                 file=sys.stderr,
                 flush=True,
             )

@@ -2,12 +2,38 @@
 
 from __future__ import annotations
 
+import time
+from pathlib import Path
+
 from omegaconf import DictConfig
 
 from ..cli.summary_tables import print_result
+from ..cli.sweep_summary import print_job
+from ..runs.labels import Labels, add_labels
 from ..runs.run import run
+from ..sweeps.record import Job, read_sweep, write_job
 
 
 def run_and_print(config: DictConfig) -> None:
     """Compute one run of a composed config and print its summary."""
     print_result(run(config))
+
+
+def run_in_sweep(config: DictConfig, folder: Path, number: int, overrides: tuple[str, ...]) -> None:
+    """Compute one job of a sweep, say so in its folder, and print one line.
+
+    Parameters
+    ----------
+    folder : of the sweep.
+    number : of the job, from 0.
+    overrides : of the job, as typed.
+    """
+    started = time.monotonic()
+    result = run(config)
+    seconds = time.monotonic() - started
+    job = Job(number, overrides, seconds, result.path.stem, result.computed)
+    write_job(folder, job)
+    sweep = read_sweep(folder)
+    if sweep is not None:
+        add_labels(result.path, Labels(sweeps=(sweep.name,)))
+        print_job(sweep, job)

@@ -4,44 +4,78 @@ would refuse.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
 
+from ..cli.sweep_summary import finish as finish
 from ..errors import ConfigError, IsetHdrError
 from ..pipeline.chain import chain
 from ..plugins.component import KINDS
+from ..runs.labels import SETTINGS, checked, labels_of
 from ..runs.run import check_writable
 from ..storage.store import home
+from ..sweeps.record import Sweep, check_free, name_of
 from .composition import compose
 
+NAME = "name"  # setting with the name of a sweep or a run
 
-def prepared(arguments: list[str]) -> list[str]:
-    """Return the arguments of a sweep in the form that Hydra needs, after trying each of its
-    values.
 
-    Hydra composes once without the swept kinds. At that point `sensor.exposure_s=0.008` of
-    `sensor=bayer,rgbw` belongs to no component, so such a field becomes a sweep with one value.
-    Each swept value is composed and built once, not each combination.
+@dataclass(frozen=True)
+class Prepared:
+    """A sweep whose values have all been tried."""
+
+    arguments: list[str]  # as Hydra wants them
+    sweep: Sweep | None  # None where Hydra only shows something, for example with `--cfg job`
+
+
+def prepared(arguments: list[str]) -> Prepared:
+    """Return a sweep as Hydra wants it, after every value of it has been tried.
+
+    Hydra composes once without the swept kinds, where `sensor.exposure_s=0.008` of
+    `sensor=bayer,rgbw` has no owner yet: such a field becomes a sweep of one choice. Each swept
+    value is composed and built once, not each combination. The name of the sweep is taken out of
+    the jobs, which it does not change, and becomes their folder.
 
     Raises
     ------
-    ConfigError : a name, key or value is wrong; no job has started yet.
+    ConfigError : a name, key or value is wrong, or another sweep has this name; no job has started
+        yet.
     CatalogError : no store could be written.
     """
-    tried = _tried(arguments)
-    check_writable(home())  # Hydra makes a folder for the sweep before the first job
-    return tried
-
-
-def _tried(arguments: list[str]) -> list[str]:
     flags = [a for a in arguments if a.startswith("-")]
     if not set(flags) <= {"-m", "--multirun"}:
-        return arguments
-    parsed = OverridesParser.create().parse_overrides(
-        [a for a in arguments if not a.startswith("-")]
+        return Prepared(arguments, None)
+    typed = [a for a in arguments if not a.startswith("-")]
+    overrides = OverridesParser.create().parse_overrides(typed)
+    own = [o for o in overrides if o.get_key_element() != NAME]
+    jobs = [o for o in own if not o.is_hydra_override() and o.get_key_element() not in SETTINGS]
+    asked = tuple(o.input_line for o in jobs)
+    swept = [o for o in jobs if o.is_sweep_override()]
+    name = next((o.value() for o in overrides if o.get_key_element() == NAME), None)
+    sweep = Sweep(
+        checked("name", name or name_of(asked)),
+        asked,
+        tuple(o.get_key_element().lstrip("+") for o in swept),
+        math.prod(len(_values(o)) for o in swept),
     )
+    check_free(sweep)
+    tried = _tried(own)
+    check_writable(home())  # Hydra makes a folder for the sweep before the first job
+    return Prepared([*flags, *tried, f"hydra.sweep.dir={_quoted(sweep.folder)}"], sweep)
+
+
+def _quoted(path: Path) -> str:
+    text = str(path).replace("\\", "\\\\").replace("'", "\\'")
+    return f"'{text}'"
+
+
+def _tried(parsed: list[Override]) -> list[str]:
     swept = {o.get_key_element() for o in parsed if o.is_sweep_override()} & set(KINDS)
     values = [_values(o) for o in parsed]
     first = [v[0] for v in values]
@@ -50,15 +84,12 @@ def _tried(arguments: list[str]) -> list[str]:
             job = [*first[:position], alternative, *first[position + 1 :]]
             choices = [o for o, tried in zip(job, values, strict=True) if len(tried) > 1]
             with _named(choices):
-                chain(compose(job))
+                config = compose(job)
+                labels_of(config)
+                chain(config)
     return [
-        *flags,
-        *(
-            _one_choice(o)
-            if o.get_key_element().lstrip("+").split(".")[0] in swept
-            else o.input_line
-            for o in parsed
-        ),
+        _one_choice(o) if o.get_key_element().lstrip("+").split(".")[0] in swept else o.input_line
+        for o in parsed
     ]
 
 
@@ -73,13 +104,13 @@ def _named(choices: list[str]) -> Iterator[None]:
         raise ConfigError(f"job {' '.join(choices)}: {err}") from None
 
 
-def _values(override) -> list[str]:
+def _values(override: Override) -> list[str]:
     if override.is_sweep_override() and override.is_discrete_sweep():
         return [f"{override.get_key_element()}={v}" for v in override.sweep_string_iterator()]
     return [override.input_line]
 
 
-def _one_choice(override) -> str:
+def _one_choice(override: Override) -> str:
     key = override.get_key_element()
     if "." not in key or override.is_sweep_override() or override.is_delete():
         return override.input_line

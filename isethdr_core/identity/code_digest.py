@@ -55,6 +55,7 @@ WITHOUT_RESULT = (
     "isethdr_core.pipeline.runtime_estimate",
     "isethdr_core.plugins.hookspecs",
     "isethdr_core.runs.claims",
+    "isethdr_core.runs.labels",
     "isethdr_core.runs.names",
     "isethdr_core.runs.parent_watch",
     "isethdr_core.runs.processor",
@@ -67,6 +68,7 @@ WITHOUT_RESULT = (
     "isethdr_core.storage.manifest",
     "isethdr_core.storage.reader",
     "isethdr_core.storage.store",
+    "isethdr_core.sweeps",
 )
 ROUNDS = 3  # a module's references are told apart by what they lead to, so many imports deep
 PRESETS = "conf"  # folders with presets: what was chosen of them is in the config

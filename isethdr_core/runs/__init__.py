@@ -3,6 +3,7 @@
 | module                | what                                                                 |
 |-----------------------|----------------------------------------------------------------------|
 | `claims`              | one process renders a scene, the others wait                         |
+| `labels`              | name, tags and sweeps of a stored run, in a file beside its store    |
 | `names`               | names that become folders of a store, checked                        |
 | `noise_realisations`  | scores over several noise realisations of one shot                   |
 | `parent_watch`        | workers of a sweep end with the process that started them            |

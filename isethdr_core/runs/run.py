@@ -39,6 +39,7 @@ from ..plugins.component import Stage
 from ..plugins.registry import plugin_manager
 from ..storage import store
 from ..uncertainty.ledger import Ledger
+from .labels import SETTINGS, Labels, add_labels, labels_of, read_labels
 from .processor import kernels
 from .provenance import described, fingerprint, input_digests, libraries, versions
 from .radiance_cache import held_and_missing, scene_radiance
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 # of a config: Hydra's own, names of presets, and what changes no result
-BESIDE = ("hydra", "experiment", "choices", "cache_gb")
+BESIDE = ("hydra", "experiment", "choices", "cache_gb", *SETTINGS)
 
 
 @dataclass
@@ -79,6 +80,11 @@ class Result:
         return list(self.attributes["scores"])
 
     @property
+    def labels(self) -> Labels:
+        """Name, tags and sweeps of the run, as they are now."""
+        return read_labels(self.path)
+
+    @property
     def warnings(self) -> list[dict[str, Any]]:
         """One dictionary per warning: key, camera, value, limit and unit (`run_warnings`)."""
         return list(self.attributes.get("warnings", []))
@@ -103,13 +109,14 @@ def run(config: DictConfig) -> Result:
     IsetHdrError : bad input, named before expensive work starts; nothing already stored is lost.
     """
     config = checked_config(config)
+    labels = labels_of(config)
     reuse = Reuse.below(cache_bytes(config))
     run_chain, settings = chain(config), plain(config)
     key = run_key(settings, run_chain)
     folder = store.home() / "runs"
     path = find_run(config, run_chain)
     if path is not None:
-        return announced(Result(path, store.read_attrs(path), computed=False), run_chain)
+        return announced(Result(path, store.read_attrs(path), computed=False), run_chain, labels)
     check_writable(folder)
     failed = store.home() / "failed" / f"{key}.txt"
     try:
@@ -125,13 +132,15 @@ def run(config: DictConfig) -> Result:
         plugin_manager().hook.isethdr_on_stage_error(stage=Stage("run", key, run_chain, error=err))
         raise
     failed.unlink(missing_ok=True)
-    return announced(Result(path, store.read_attrs(path), computed=True), run_chain)
+    return announced(Result(path, store.read_attrs(path), computed=True), run_chain, labels)
 
 
-def announced(result: Result, chain: Chain) -> Result:
-    """Tell the plugins of a finished run. A run that was already stored is announced too, so that a
-    missing report is made.
+def announced(result: Result, chain: Chain, labels: Labels) -> Result:
+    """Label a finished run and tell the plugins of it, also of one that was stored before: a report
+    that is missing is then made.
     """
+    if labels != Labels():
+        add_labels(result.path, labels)
     plugin_manager().hook.isethdr_after_stage(stage=Stage("run", result.key, chain, result=result))
     return result
 

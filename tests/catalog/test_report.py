@@ -10,7 +10,9 @@ import socket
 import numpy as np
 import pytest
 import xarray as xr
+from isethdr_catalog.compare import compare
 from isethdr_catalog.report import page, pictures, plots, tables, templates, viewer, write_report
+from isethdr_catalog.report.compare_page import write_compare_page
 from markupsafe import Markup
 from PIL import Image
 
@@ -224,6 +226,17 @@ class Renamed:
         opened = self.stored.open(group.replace(self.camera, self.stored.cameras[0]))
         objects = opened.attrs.get("objects") or []
         return opened.assign_attrs(objects=[o | {"category": HOSTILE} for o in objects])
+
+
+def test_two_runs_stand_side_by_side(result, home):
+    """The same run twice: all pictures, and nothing that differs."""
+    found = compare(home, result.key[:8], result.key)
+    html = write_compare_page(found, home / "comparisons").read_text()
+    for camera in result.cameras:
+        assert f"<b>A {camera}</b>" in html and f"<b>B {camera}</b>" in html
+    assert html.count("<img") == 1 + 2 * len(result.cameras)
+    assert f'href="../runs/{result.key}.html"' in html and not found.settings
+    assert found.scores and not any(pair.differs for pair in found.scores)
 
 
 @pytest.fixture(scope="module")

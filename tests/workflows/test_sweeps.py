@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from isethdr_core.runs.labels import Labels, read_labels
+
 from .command import (
     LIGHTS,
     error_lines,
@@ -38,11 +40,17 @@ def attributes(home):
 
 
 def test_a_sweep_stores_every_combination_once(isethdr_home, monkeypatch, capsys):
-    code, said = here(monkeypatch, capsys, *SWEEP)
+    code, said = here(monkeypatch, capsys, *SWEEP, "name=pairs", "tags=night,wet")
     assert code == 0, said
     made = stores(isethdr_home)
     found = {(a["choices"]["sensor"], a["config"]["seed"]) for a in attributes(isethdr_home)}
     assert len(made) == 4 and found == {(s, seed) for s in ("bayer", "rgbw") for seed in (1, 2)}
+    sweep = isethdr_home / "sweeps" / "pairs"
+    assert len((sweep / "table.csv").read_text().splitlines()) == 5
+    labels = {read_labels(isethdr_home / "runs" / name) for name in made}
+    assert labels == {Labels(tags=("night", "wet"), sweeps=("pairs",))}
+    code, said = here(monkeypatch, capsys, "run", "-m", *LIGHTS, "seed=1,2", "name=pairs")
+    assert code == 2 and said.startswith("error: the name 'pairs' belongs to another sweep")
 
 
 @pytest.mark.slow
@@ -146,6 +154,8 @@ def test_a_mistake_anywhere_in_a_sweep_is_found_before_its_first_job(
             "seed=1,2",
         ],
         "error: sensor 'rgwb' is not installed": ["sensor=rgwb"],
+        "error: the tag is 'a/b'; .* type for example tags=": ["sensor=ideal", "tags=[a/b]"],
+        "error: the name is 'a/b'; .* type for example name=a_b": ["sensor=ideal", "name=a/b"],
     }
     for message, overrides in mistakes.items():
         code, said = here(monkeypatch, capsys, "run", "-m", *LIGHTS, "lighting=ideal", *overrides)

@@ -1,8 +1,10 @@
-"""The report of a run: one self-contained HTML file beside its store.
+"""The report of a run, and the page of a sweep: one self-contained HTML file beside its store.
 
 | module     | what                                                                  |
 |------------|-----------------------------------------------------------------------|
 | `page`     | what each section of the page shows                                   |
+| `sweep_page` | any score of a sweep against any parameter, the best by each score  |
+| `compare_page` | two runs: settings, scores and pictures side by side              |
 | `templates` | the templates in `templates/`, filled in with every value escaped    |
 | `viewer`   | numbers of every pixel, for the pictures that a reader zooms into     |
 | `pictures` | display views, the false-colour scale and labels as embedded images   |
@@ -25,4 +27,13 @@ def write_report(result) -> Path:
 
     path = result.path.with_suffix(".html")
     write_text(path, page(result))
+    return path
+
+
+def write_sweep_page(table) -> Path:
+    """Write `index.html` into the folder of a sweep and return its path."""
+    from .sweep_page import PAGE, sweep_page
+
+    path = table.sweep.folder / PAGE
+    write_text(path, sweep_page(table))
     return path

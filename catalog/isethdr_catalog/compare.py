@@ -1,0 +1,152 @@
+"""Compare two stored runs: what differs in their configs, and which scores differ by more than
+their intervals.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from isethdr_core.errors import CatalogError
+from isethdr_core.runs.run import Result
+from isethdr_core.sweeps.score_order import differ, most_telling_first
+from isethdr_core.sweeps.table import Scored
+
+from .query import show
+
+ABSENT = "–"  # a setting that one of the configs does not have
+
+
+class Setting(NamedTuple):
+    """A setting that differs, as the command line would write it."""
+
+    name: str
+    a: str
+    b: str
+
+
+@dataclass(frozen=True)
+class ScorePair:
+    """One score of the frame in both runs."""
+
+    score: str
+    unit: str
+    cameras: str  # of A and B; one name where they are called the same
+    a: Scored
+    b: Scored
+
+    @property
+    def difference(self) -> float:
+        """B less A, in the unit of the score."""
+        return self.b.value - self.a.value
+
+    @property
+    def differs(self) -> bool | None:
+        """Whether A and B differ by more than their intervals; None where these are not known."""
+        return differ(self.a, self.b)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two runs side by side."""
+
+    a: Result
+    b: Result
+    settings: list[Setting]
+    versions: list[Setting]  # of libraries, and the code of components
+    scores: list[ScorePair]
+
+
+def compare(folder: Path | str, a: str, b: str) -> Comparison:
+    """Return what differs between two stored runs.
+
+    Parameters
+    ----------
+    folder : the home folder.
+    a, b : the first digits of two runs, or their names.
+
+    Raises
+    ------
+    CatalogError : one of them is no run, or there are several that are called so.
+    """
+    one, other = _run(folder, a), _run(folder, b)
+    return Comparison(
+        one,
+        other,
+        _differing(one.attributes["config"], other.attributes["config"]),
+        _versions(one, other),
+        _pairs(one, other),
+    )
+
+
+def camera_pairs(a: Result, b: Result) -> list[tuple[str, str]]:
+    """Return which camera of A stands beside which of B: those of one name, or the only ones."""
+    if len(a.cameras) == len(b.cameras) == 1:
+        return [(a.cameras[0], b.cameras[0])]
+    return [(name, name) for name in a.cameras if name in b.cameras]
+
+
+def _run(folder: Path | str, name: str) -> Result:
+    attributes = show(folder, name)
+    if attributes.get("kind") != "run":
+        raise CatalogError(
+            f"{name!r} is a {attributes.get('kind', 'store')}; expected a run;"
+            " `isethdr catalog find kind=run` lists them"
+        )
+    return Result(Path(attributes["path"]), attributes, computed=False)
+
+
+def _versions(a: Result, b: Result) -> list[Setting]:
+    """Return the libraries, and the components of both, whose version or code differs."""
+    found = [
+        _differing(a.attributes.get(name, {}), b.attributes.get(name, {}))
+        for name in ("versions", "code")
+    ]
+    return [s for part in found for s in part if ABSENT not in (s.a, s.b)]
+
+
+def _differing(a: dict[str, Any], b: dict[str, Any]) -> list[Setting]:
+    """Return the settings that are not equal, by their dotted names."""
+    flat_a, flat_b = _flat(a), _flat(b)
+    names = [*flat_a, *(name for name in flat_b if name not in flat_a)]
+    return [
+        Setting(name, flat_a.get(name, ABSENT), flat_b.get(name, ABSENT))
+        for name in names
+        if flat_a.get(name) != flat_b.get(name)
+    ]
+
+
+def _flat(table: dict[str, Any], before: str = "") -> dict[str, str]:
+    found: dict[str, str] = {}
+    for key, value in table.items():
+        name = f"{before}{key}"
+        if isinstance(value, dict) and value:
+            found |= _flat(value, f"{name}.")
+        else:
+            found[name] = str(value)
+    return found
+
+
+def _pairs(a: Result, b: Result) -> list[ScorePair]:
+    pairs = []
+    for camera_a, camera_b in camera_pairs(a, b):
+        of_a, of_b = _of_frame(a, camera_a), _of_frame(b, camera_b)
+        cameras = camera_a if camera_a == camera_b else f"{camera_a}, {camera_b}"
+        for score in most_telling_first([name for name in of_a if name in of_b]):
+            unit = of_a[score][1]
+            pairs.append(ScorePair(score, unit, cameras, of_a[score][0], of_b[score][0]))
+    return pairs
+
+
+def _of_frame(run: Result, camera: str) -> dict[str, tuple[Scored, str]]:
+    return {
+        s["metric"]: (Scored(*(_number(s[k]) for k in Scored._fields)), s["unit"])
+        for s in run.scores
+        if s["camera"] == camera and not s["object"]
+    }
+
+
+def _number(value: object) -> float:
+    return float(value) if isinstance(value, int | float) else math.nan

@@ -1,0 +1,54 @@
+"""What `isethdr catalog compare` prints, and where its page is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from isethdr_core.cli.sweep_summary import scored_text
+from isethdr_core.cli.terminal import print_path, print_table, print_text
+
+from .compare import compare
+from .report.compare_page import VERDICT, write_compare_page
+from .space import COMPARISONS
+
+MOST_SETTINGS = 15  # lines; the page has all
+
+
+def print_comparison(folder: Path, a: str, b: str) -> None:
+    """Print the settings and scores of two runs that differ, and write and name the page.
+
+    Raises
+    ------
+    CatalogError : one of them is no run, or there are several that are called so.
+    """
+    found = compare(folder, a, b)
+    for letter, run in (("A", found.a), ("B", found.b)):
+        name = f" ({run.labels.name})" if run.labels.name else ""
+        print(f"{letter}: {run.path.stem}{name}, cameras {', '.join(run.cameras)}")
+    print("\nsettings that differ" if found.settings else "\nno setting differs")
+    for setting in found.settings[:MOST_SETTINGS]:
+        print_text(f"{setting.name}: {setting.a} | {setting.b}", "  ", "      ")
+    if len(found.settings) > MOST_SETTINGS:
+        print(f"  and {len(found.settings) - MOST_SETTINGS} more, on the page")
+    if found.versions:
+        print(f"{len(found.versions)} versions or codes of components differ, on the page")
+    changed = [pair for pair in found.scores if pair.differs is not False]
+    several = len({pair.cameras for pair in found.scores}) > 1
+    print()
+    print_table(
+        ["score", "unit", *(["camera"] if several else []), "A", "B", "differ"],
+        [
+            [
+                pair.score,
+                pair.unit,
+                *([pair.cameras] if several else []),
+                scored_text(pair.a),
+                scored_text(pair.b),
+                VERDICT[pair.differs],
+            ]
+            for pair in changed
+        ],
+    )
+    same = len(found.scores) - len(changed)
+    print(f"{same} scores do not differ by more than their intervals")
+    print_path("page", write_compare_page(found, folder / COMPARISONS))

@@ -1,0 +1,163 @@
+"""What a sweep prints: one line for each job, then one table, and the paths of page and CSV."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Sequence
+
+from rich.table import Table
+
+from ..plugins.component import Stage
+from ..plugins.registry import plugin_manager
+from ..storage.atomic_write import write_text
+from ..sweeps.record import Job, Sweep, read_jobs, seconds_left
+from ..sweeps.table import (
+    PAGE,
+    TABLE,
+    Scored,
+    SweepRow,
+    SweepTable,
+    as_csv,
+    best_rows,
+    short_names,
+    sweep_table,
+)
+from .terminal import console, print_path, print_text, text_width
+
+MOST_ROWS = 20  # of the table on a terminal; page and CSV hold all
+MOST_BEST = 12
+LINES = 2  # between columns
+
+
+def print_job(sweep: Sweep, job: Job) -> None:
+    """Print in one line what became of a job, how many are done, and how long the others take."""
+    jobs = read_jobs(sweep.folder)
+    left = seconds_left(sweep, jobs, time.time())
+    varied = [text for text in job.overrides if text.partition("=")[0].lstrip("+") in sweep.varied]
+    took = duration(job.seconds) if job.computed else "already computed"
+    more = f", about {duration(left)} left" if left and len(jobs) < sweep.total else ""
+    text = f"{len(jobs)} of {sweep.total}: {' '.join(varied) or sweep.name}: {took}{more}"
+    print_text(text, "", "    ")
+    sys.stdout.flush()
+
+
+def finish(sweep: Sweep) -> SweepTable:
+    """Write the CSV of a sweep, let plugins write its page, and print table and paths."""
+    table = sweep_table(sweep)
+    write_text(sweep.folder / TABLE, as_csv(table))
+    plugin_manager().hook.isethdr_after_stage(stage=Stage("sweep", sweep.name, sweep, result=table))
+    print_sweep(table)
+    return table
+
+
+def print_sweep(table: SweepTable) -> None:
+    """Print the jobs with the scores that fit, the best by each score, and where all of it is."""
+    print(f"\n{_title(table)}")
+    if table.rows:
+        score_names = _fitting(table)
+        console().print(_jobs(table, score_names))
+        hidden = len(table.rows) - MOST_ROWS
+        if hidden > 0:
+            print(f"and {hidden} more rows, in page and CSV")
+        left_out = len(table.units) - len(score_names)
+        if left_out > 0:
+            print(f"{left_out} more scores are in page and CSV")
+        print()
+        console().print(_best(table))
+    if (table.sweep.folder / PAGE).exists():
+        print_path("page", table.sweep.folder / PAGE)
+    print_path("table", table.sweep.folder / TABLE)
+
+
+def duration(seconds: float) -> str:
+    """Return a time for people: `2.1 s`, `3 min 20 s`, `1 h 05 min`."""
+    if seconds < 100:
+        return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
+    minutes = round(seconds) // 60
+    if minutes < 60:
+        return f"{minutes} min {round(seconds) % 60:02d} s"
+    return f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def scored_text(score: Scored | None) -> str:
+    """Return a value with half of its 95 % interval, "" for none."""
+    if score is None or math.isnan(score.value):
+        return ""
+    half = (score.high - score.low) / 2
+    return f"{score.value:.4g}" + (f" ± {half:.1g}" if 0 < half < math.inf else "")
+
+
+def _title(table: SweepTable) -> str:
+    jobs, failed = table.jobs, sum(bool(job.error) for job in table.jobs)
+    computed = sum(job.computed for job in jobs)
+    known = len(jobs) - computed - failed
+    parts = [f"{computed} computed"] if computed else []
+    parts += [f"{known} stored before"] if known else []
+    parts += [f"{failed} failed"] if failed else []
+    return f"sweep {table.sweep.name}: {', '.join(parts) or 'no job is done'}"
+
+
+def _lead(table: SweepTable, row: SweepRow) -> list[str]:
+    """Return the cells of a row that say which it is."""
+    cells = [row.parameters[p] for p in table.parameters] or [str(row.job + 1)]
+    return [*cells, row.camera] if table.several_cameras else cells
+
+
+def _heads(table: SweepTable) -> list[str]:
+    names = list(short_names(table.parameters).values()) or ["job"]
+    return [*names, "camera"] if table.several_cameras else names
+
+
+def _width(head: str, cells: Sequence[str]) -> int:
+    return max([len(part) for part in (*head.split("\n"), *cells)]) + LINES
+
+
+def _fitting(table: SweepTable) -> list[str]:
+    """Return the scores, most telling first, whose columns fit the terminal beside the others."""
+    rows = table.rows[:MOST_ROWS]
+    leads = [_lead(table, row) for row in rows]
+    columns = zip(_heads(table), zip(*leads, strict=True), strict=True)
+    left = text_width() - sum(_width(head, cells) for head, cells in columns)
+    shown: list[str] = []
+    for score in table.units:
+        left -= _width(_score_head(table, score), [scored_text(r.scores.get(score)) for r in rows])
+        if left < 0 and shown:
+            break
+        shown.append(score)
+    return shown
+
+
+def _score_head(table: SweepTable, score: str) -> str:
+    unit = table.units[score]
+    return f"{score}\n{unit}" if unit else score
+
+
+def _jobs(table: SweepTable, score_names: Sequence[str]) -> Table:
+    shown = Table(box=None, pad_edge=False, padding=(0, LINES, 0, 0))
+    for head in _heads(table):
+        shown.add_column(head, vertical="bottom")
+    for score in score_names:
+        shown.add_column(_score_head(table, score), justify="right")
+    for row in table.rows[:MOST_ROWS]:
+        shown.add_row(
+            *_lead(table, row), *(scored_text(row.scores.get(score)) for score in score_names)
+        )
+    return shown
+
+
+def _best(table: SweepTable) -> Table:
+    shown = Table(box=None, pad_edge=False, padding=(0, LINES, 0, 0))
+    shown.add_column("best by", vertical="bottom")
+    shown.add_column("", justify="right", vertical="bottom")
+    shown.add_column("job", vertical="bottom")
+    shown.add_column("as good *", justify="right", vertical="bottom")
+    for best in best_rows(table)[:MOST_BEST]:
+        name = best.score if best.is_known else f"{best.score} ({best.end})"
+        unit = table.units[best.score]
+        value = scored_text(best.row.scores[best.score]) + (f" {unit}" if unit else "")
+        shown.add_row(name, value, " ".join(_lead(table, best.row)), str(best.alike or ""))
+    shown.caption = "* other rows that do not differ from the best by more than both intervals"
+    shown.caption_justify = "left"
+    return shown

@@ -1,0 +1,103 @@
+"""Labels: name, tags and sweeps of a stored run, in a file beside its store.
+
+A store never changes, and its name is the hash of what made it. A label says what a person calls a
+run, so it may be added later, and is part of no hash.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import ConfigError
+from ..storage.atomic_write import write_text
+
+SUFFIX = ".labels.json"
+ALLOWED = re.compile(r"[\w.-]+")
+SETTINGS = ("name", "tags")  # of a config
+MOST = 100  # characters; a sweep's name is a folder
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What people call a run."""
+
+    name: str = ""
+    tags: tuple[str, ...] = ()
+    sweeps: tuple[str, ...] = ()  # names of the sweeps that it is a job of
+
+    def __or__(self, other: Labels) -> Labels:
+        """Return the labels of both; the later name counts."""
+        return Labels(
+            other.name or self.name,
+            tuple(dict.fromkeys([*self.tags, *other.tags])),
+            tuple(dict.fromkeys([*self.sweeps, *other.sweeps])),
+        )
+
+
+def labels_of(config: Mapping[str, Any]) -> Labels:
+    """Return the name and the tags that a config asks for.
+
+    Raises
+    ------
+    ConfigError : a name or a tag holds a character that is not allowed.
+    """
+    tags = config.get("tags") or ()
+    if isinstance(tags, str) or not isinstance(tags, Iterable):
+        tags = [tags]
+    return Labels(
+        checked("name", config.get("name") or ""),
+        tuple(checked("tag", tag) for tag in tags),
+    )
+
+
+def checked(kind: str, text: object) -> str:
+    """Return a name or a tag as text; "" for none.
+
+    Parameters
+    ----------
+    kind : `name` or `tag`, for the message.
+
+    Raises
+    ------
+    ConfigError : it holds another character than letters, digits, `_`, `-` and `.`, only dots, or
+        more than 100 characters.
+    """
+    shown = str(text)
+    if shown == "":
+        return ""
+    if not ALLOWED.fullmatch(shown) or set(shown) == {"."} or len(shown) > MOST:
+        example = re.sub(r"[^\w.-]+", "_", shown)[:MOST].strip("._") or "night"
+        typed = f"name={example}" if kind == "name" else f"tags=[{example}]"
+        raise ConfigError(
+            f"the {kind} is {shown[:MOST]!r}; expected at most {MOST} letters, digits, '_', '-'"
+            f" and '.'; type for example {typed}"
+        )
+    return shown
+
+
+def read_labels(store: Path) -> Labels:
+    """Return the labels of the run in `store`; none where there is no file, or a damaged one."""
+    try:
+        found = json.loads(path_of(store).read_text(encoding="utf-8"))
+        return Labels(
+            str(found["name"]), tuple(map(str, found["tags"])), tuple(map(str, found["sweeps"]))
+        )
+    except (OSError, ValueError, KeyError, TypeError):
+        return Labels()
+
+
+def add_labels(store: Path, labels: Labels) -> None:
+    """Add labels to those of a stored run; nothing is written where they are there already."""
+    known = read_labels(store)
+    if known | labels != known:
+        write_text(path_of(store), json.dumps(asdict(known | labels)))
+
+
+def path_of(store: Path) -> Path:
+    """Return the path of the file with the labels of the run in `store`."""
+    return store.with_suffix(SUFFIX)

@@ -1,0 +1,129 @@
+"""Sweep record: the folder `sweeps/<name>` of a sweep, in which each job says what became of it.
+
+Jobs may run in several processes and on several machines, so that each writes a file of its own.
+The command that started the sweep reads them once all jobs are done.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from ..errors import ConfigError
+from ..storage.atomic_write import write_text
+from ..storage.home_folder import home
+
+RECORD = "sweep.json"
+JOBS = "jobs"
+
+
+@dataclass(frozen=True)
+class Job:
+    """What became of one job."""
+
+    number: int  # from 0
+    overrides: tuple[str, ...]  # as typed: `sensor=bayer`
+    seconds: float
+    key: str = ""  # of its run, "" where it failed
+    computed: bool = False  # False: it failed, or its run was stored before
+    error: str = ""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep: its name, what was asked, and which parameters vary."""
+
+    name: str
+    overrides: tuple[str, ...]  # as typed, without name, tags and Hydra's own
+    varied: tuple[str, ...]  # keys with several values: `sensor`, `sensor.exposure_s`
+    total: int  # number of jobs
+    started: float = field(default_factory=time.time)  # seconds since 1970
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the sweep."""
+        return home() / "sweeps" / self.name
+
+
+def name_of(overrides: Sequence[str]) -> str:
+    """Return the name of a sweep without one: the same command has the same name."""
+    digest = hashlib.sha256("\n".join(sorted(overrides)).encode()).hexdigest()
+    return f"sweep-{digest[:8]}"
+
+
+def check_free(sweep: Sweep) -> None:
+    """Refuse the name of another sweep.
+
+    Raises
+    ------
+    ConfigError : a sweep of this name asked for other runs.
+    """
+    known = read_sweep(sweep.folder)
+    if known is not None and sorted(known.overrides) != sorted(sweep.overrides):
+        raise ConfigError(
+            f"the name {sweep.name!r} belongs to another sweep: {' '.join(known.overrides)};"
+            f" expected a name that is free; type for example name={_free_name(sweep)}, or remove"
+            f" the folder {sweep.folder}"
+        )
+
+
+def _free_name(sweep: Sweep) -> str:
+    number = 2
+    while (home() / "sweeps" / f"{sweep.name}_{number}").exists():
+        number += 1
+    return f"{sweep.name}_{number}"
+
+
+def begin(sweep: Sweep) -> None:
+    """Make the folder of a sweep, and forget what jobs of an earlier start of it said."""
+    shutil.rmtree(sweep.folder / JOBS, ignore_errors=True)
+    (sweep.folder / JOBS).mkdir(parents=True)
+    write_text(sweep.folder / RECORD, json.dumps(asdict(sweep), indent=1))
+
+
+def read_sweep(folder: Path) -> Sweep | None:
+    """Return the sweep of a folder; None where there is none, or none that can be read."""
+    try:
+        found = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+        texts = {k: tuple(found[k]) for k in ("overrides", "varied")}
+        return Sweep(str(found["name"]), **texts, total=found["total"], started=found["started"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def write_job(folder: Path, job: Job) -> None:
+    """Say what became of a job."""
+    (folder / JOBS).mkdir(parents=True, exist_ok=True)
+    write_text(folder / JOBS / f"{job.number}.json", json.dumps(asdict(job)))
+
+
+def read_jobs(folder: Path) -> list[Job]:
+    """Return what the jobs of a sweep have said so far, by number."""
+    jobs = []
+    for path in (folder / JOBS).glob("[0-9]*.json"):
+        found = json.loads(path.read_text(encoding="utf-8"))
+        jobs.append(Job(**found | {"overrides": tuple(found["overrides"])}))
+    return sorted(jobs, key=lambda job: job.number)
+
+
+def seconds_left(sweep: Sweep, jobs: Sequence[Job], now: float) -> float | None:
+    """Return how long the jobs still take that are not done; None before the first computed one.
+
+    Parameters
+    ----------
+    now : seconds since 1970.
+
+    Notes
+    -----
+    The rate is that of the jobs computed since the sweep started, in however many processes. Jobs
+    to come are taken for ones that are not stored yet.
+    """
+    computed = sum(job.computed for job in jobs)
+    if not computed:
+        return None
+    return (now - sweep.started) / computed * max(sweep.total - len(jobs), 0)

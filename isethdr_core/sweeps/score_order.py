@@ -1,0 +1,85 @@
+"""Score order: which end of a score is the better one.
+
+Scores of other people's metrics, and scores that describe a scene, have no entry: both of their
+ends are then shown.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Protocol
+
+# most telling first: a table that has no room for all shows the first ones
+LARGER_IS_BETTER = {
+    "ssim": True,
+    "ssim_pu21": True,
+    "ciede2000": False,
+    "cie94": False,
+    "cie76": False,
+    "contrast_detection": True,
+    "dynamic_range": True,
+    "snr_at_10": True,
+    "log_luminance_error": False,
+    "normalized_flare": False,
+    "line_profile_error": False,
+    "object_contrast_snr": True,
+    "dynamic_range_dark_noise": True,
+    "dynamic_range_snr_10db": True,
+    "dynamic_range_bottom": False,
+    "dynamic_range_dark_noise_bottom": False,
+    "dynamic_range_snr_10db_bottom": False,
+    "dynamic_range_top": True,
+    "valid_share": True,
+    "saturated_share": False,
+}
+SNR = "snr_at_"  # followed by a luminance
+
+
+def larger_is_better(score: str) -> bool | None:
+    """Return whether larger values of a score are better; None where that is not known."""
+    return True if score.startswith(SNR) else LARGER_IS_BETTER.get(score)
+
+
+def most_telling_first(scores: Sequence[str]) -> list[str]:
+    """Return the names of scores, those first by which cameras are commonly compared."""
+    order = {name: k for k, name in enumerate(LARGER_IS_BETTER)}
+    signals = order[f"{SNR}10"]
+    return sorted(
+        scores,
+        key=lambda name: signals if name.startswith(SNR) else order.get(name, len(order)),
+    )
+
+
+class Interval(Protocol):
+    """A value with the ends of its 95 % interval; NaN for ends that are not known."""
+
+    @property
+    def value(self) -> float:
+        """The value."""
+
+    @property
+    def low(self) -> float:
+        """The lower end."""
+
+    @property
+    def high(self) -> float:
+        """The upper end."""
+
+
+def differ(one: Interval, other: Interval) -> bool | None:
+    """Return whether two scores differ by more than their intervals; None where an interval is not
+    known and the values are not equal.
+
+    Notes
+    -----
+    The 95 % interval of the difference of two independent values has the half width
+    sqrt(h1^2 + h2^2). Runs of one rendering share its noise, which is then counted twice: such runs
+    may differ where this says no.
+    """
+    if one.value == other.value:
+        return False
+    halves = math.hypot((one.high - one.low) / 2, (other.high - other.low) / 2)
+    if math.isnan(halves) or math.isnan(one.value - other.value):
+        return None
+    return abs(one.value - other.value) > halves

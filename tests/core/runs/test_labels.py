@@ -1,0 +1,52 @@
+"""Names and tags of runs: checked where they are typed, kept beside the store, part of no hash."""
+
+from __future__ import annotations
+
+import pytest
+
+from isethdr_core.config.composition import compose
+from isethdr_core.config.hydra_app import with_list_of_tags
+from isethdr_core.errors import ConfigError
+from isethdr_core.runs.labels import SUFFIX, Labels, add_labels, labels_of, read_labels
+from isethdr_core.runs.run import plain
+
+
+@pytest.mark.parametrize("text", ["a/b", "..", "a b", "x" * 101, "a:b", "\n", "a,b"])
+def test_a_name_or_tag_that_cannot_be_one_says_what_to_type(text):
+    with pytest.raises(ConfigError, match=r"the tag is .*; type for example tags=\[\w+\]"):
+        labels_of({"tags": [text]})
+    with pytest.raises(ConfigError, match=r"the name is .*; type for example name=\w+"):
+        labels_of({"name": text})
+
+
+def test_labels_of_a_config():
+    assert labels_of(compose(["name=first", "tags=[night,1.5]"])) == Labels(
+        "first", ("night", "1.5")
+    )
+    assert labels_of({"tags": "night"}) == Labels(tags=("night",)) and labels_of({}) == Labels()
+
+
+def test_labels_change_no_hash():
+    assert plain(compose(["name=first", "tags=[night]"])) == plain(compose())
+
+
+def test_labels_of_a_store_grow(tmp_path):
+    store = tmp_path / "1f3a.zarr"
+    assert read_labels(store) == Labels()
+    add_labels(store, Labels("first", ("night",)))
+    add_labels(store, Labels(tags=("wet", "night"), sweeps=("s",)))
+    assert read_labels(store) == Labels("first", ("night", "wet"), ("s",))
+    before = (tmp_path / f"1f3a{SUFFIX}").stat()
+    add_labels(store, Labels(tags=("wet",)))
+    assert (tmp_path / f"1f3a{SUFFIX}").stat().st_mtime_ns == before.st_mtime_ns
+    for damaged in ("{", "[]", "{}"):
+        (tmp_path / f"1f3a{SUFFIX}").write_text(damaged)
+        assert read_labels(store) == Labels()
+
+
+def test_tags_may_be_typed_with_commas():
+    assert with_list_of_tags(["tags=a,b", "tags=[c]", "sensor=a,b"]) == [
+        "tags=[a,b]",
+        "tags=[c]",
+        "sensor=a,b",
+    ]
