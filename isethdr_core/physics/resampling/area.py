@@ -71,9 +71,22 @@ def integrate_tiles(
     for band in np.ndindex(
         values.shape[:-2]
     ):  # one band at a time: no float64 copy of the whole cube
-        rows = along_y @ values[band].astype(np.float64, copy=False)
-        out[band] = (along_x @ rows.T).T
+        rows = _product(along_y, values[band].astype(np.float64, copy=False))
+        out[band] = _product(along_x, rows.T).T
     return out
+
+
+def _product(lengths: csr_array, values: np.ndarray) -> np.ndarray:
+    """Return `lengths @ values`, with the same bits.
+
+    Where every interval lies within one tile, as where pixels are tiles, rows are only chosen and
+    scaled, in a third of the time.
+    """
+    if lengths.nnz == lengths.shape[0] and (np.diff(lengths.indptr) == 1).all():
+        chosen = values.take(lengths.indices, axis=0)
+        chosen *= lengths.data[:, None]
+        return chosen
+    return lengths @ values
 
 
 def detail_error(

@@ -124,3 +124,14 @@ def test_detail_within_tiles_moves_a_rectangle_s_mean_by_no_more_than_stated():
         deviation, grid(8, 1.0), grid(6, 1.0), grid(4, 2.0), grid(6, 1.0), 2.0, 1.0
     )
     np.testing.assert_array_equal(aligned, 0.0)
+
+
+def test_one_tile_for_each_rectangle_has_the_bits_of_the_matrix_product():
+    rng = np.random.default_rng(5)
+    values, x, y = rng.random((2, 9, 12)), np.arange(12) * 3e-6, np.arange(9) * 3e-6
+    x_out, y_out, side = x[1::2], y[::2], 1e-6
+    along_x, along_y = overlaps(x, x_out, side), overlaps(y, y_out, side)
+    assert along_x.nnz == len(x_out) and along_y.nnz == len(y_out)
+    product = [(along_x @ (along_y @ plane).T).T for plane in values]
+    found = integrate_tiles(values, x, y, x_out, y_out, side, side)
+    np.testing.assert_array_equal(found, product)
