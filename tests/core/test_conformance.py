@@ -23,7 +23,9 @@ DEAR = {
 }  # what it promises of light, bands and places has tests of its own
 NEEDS = {("renderer", "mitsuba"): "mitsuba"}
 NOT_HERE = {
-    ("scene", "iset_exr"): "reads a folder of EXR files, of which none is part of this project"
+    ("scene", "iset_exr"): "reads a folder of EXR files, of which none is part of this project",
+    ("scene", "file"): "reads a user's file; tests/scenes/test_picture_file.py checks it with one",
+    ("scene", "array"): "the same class as scene file",
 }
 
 
