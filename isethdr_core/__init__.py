@@ -1,6 +1,6 @@
 """isethdr: simulate a camera looking at a high dynamic range driving scene, in physical units.
 
-| module         | what                                                                          |
+| module         | content                                                                       |
 |----------------|-------------------------------------------------------------------------------|
 | `component`    | public path of `plugins.component`                                            |
 | `demand`       | public path of `pipeline.demand`                                              |

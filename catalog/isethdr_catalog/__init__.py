@@ -1,6 +1,6 @@
 """Catalog: find, query, check and index what is stored.
 
-| module          | what                                                       |
+| module          | content                                                    |
 |-----------------|------------------------------------------------------------|
 | `record`        | what is known of one store, from its root attributes alone |
 | `index`         | `refresh`: rebuild index.parquet, a cache of all records   |

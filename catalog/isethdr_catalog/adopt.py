@@ -1,8 +1,7 @@
 """Adopt: give stores of format 1 a manifest, without computing anything.
 
-Each store is first decoded as a whole. What is damaged, incomplete, or lacks a file that may have
-been deleted is
-not adopted: a manifest must not vouch for it.
+Each store is first decoded as a whole. A store that is damaged, incomplete, or lacks a file that
+may have been deleted is not adopted, because a manifest certifies the content.
 """
 
 from __future__ import annotations
@@ -32,15 +31,15 @@ from .verify import verify_store
 
 @dataclass(frozen=True)
 class Adoption:
-    """What became of one store: `reason` says why it was not adopted, "" where it was."""
+    """Result for one store: `reason` tells why it was not adopted, "" if it was."""
 
     path: Path
     reason: str
 
 
 def adopt(folder) -> list[Adoption]:
-    """Give every store of format 1 in a home folder a manifest; those that have one are left
-    out.
+    """Give every store of format 1 in a home folder a manifest. Stores with a manifest are
+    skipped.
     """
     adoptions = []
     for path in stores(folder):

@@ -1,9 +1,9 @@
-"""Index: `index.parquet`, a cache of all records; queries see every store whether or not the index
-knows it.
+"""Index: `index.parquet`, a cache of all records. Queries include every store, whether it is in the
+index or not.
 
-The truth is in the stores. Stores and records are compared by path and by the state of the root
-metadata file (inode, time, size), never by the order of times: a clock that is set back hides
-nothing. No writer touches the index, so there is no lock to fight over; delete it at will.
+The stores are authoritative. Stores and records are compared by path and by the state of the root
+metadata file (inode, time, size), never by the order of times, so a clock that is set back does no
+harm. Writers of stores do not touch the index, so it needs no lock. It can be deleted at any time.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import duckdb
 
 FOLDERS = ("scenes", "runs", "studies")
-DETAILS = ("objects", "scores", "ledger", "assets")  # what `find` does not need
+DETAILS = ("objects", "scores", "ledger", "assets")  # columns that `find` does not need
 STORED_COLUMNS = COLUMNS | {"stamp": "VARCHAR"}
 FROM_BATCH = f"SELECT unnest(from_json(?, '{json.dumps([STORED_COLUMNS])}'), recursive := true)"
 BATCH_BYTES = (

@@ -1,6 +1,6 @@
-"""Record: what the catalog knows of one store, taken from its root attributes alone.
+"""Record: the searchable properties of one store, taken from its root attributes only.
 
-A scene store gives one record; a run gives one per camera, so that `sensor=rgbw` and a score belong
+A scene store gives one record. A run gives one per camera, so that `sensor=rgbw` and a score belong
 together. The properties are flat: `scene.seed`, `weights.sky`, `ledger.seconds`,
 `person.distance_m` (the nearest object of a category), `ssim` (a score of the whole picture),
 `scores` (their names), `warnings` (their keys), `tags` and `sweeps` (labels beside the store).
@@ -42,7 +42,7 @@ NESTED = (
 
 
 def records(path, folder) -> list[dict]:
-    """Return the records of the store `path`; `folder` is what its path is stated relative to.
+    """Return the records of the store `path`, which is stated relative to `folder`.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def records(path, folder) -> list[dict]:
 
 
 def sensor(attrs: dict, camera: str) -> str:
-    """Return the registered name of a camera's sensor, or what the run says its sensor is."""
+    """Return the registered name of a camera's sensor, or the name that the run recorded."""
     config = attrs.get("config") or {}
     chosen = (config.get("cameras") or {}).get(camera) or config.get("sensor") or {}
     named = chosen.get("name") if isinstance(chosen, dict) else chosen
@@ -122,7 +122,7 @@ def nearest(objects: list[dict]) -> dict:
 
 
 def whole_picture(scores: list[dict], camera: str) -> dict:
-    """Return {metric: value} of the scores that are about the whole picture of one camera."""
+    """Return {metric: value} of the scores of the whole picture of one camera."""
     return {
         s["metric"]: s["value"] for s in scores if s.get("camera") == camera and not s.get("object")
     }

@@ -1,8 +1,8 @@
-"""Space: what takes how much of the home folder, and its removal.
+"""Space: the disk space of each part of the home folder, and its removal.
 
-Rendered radiance and runs stay until somebody removes them. What is made again when it is needed
-goes with `collect`. A store that is removed gets a temporary name first, so that no process ever
-sees a part of it.
+Rendered radiance and runs stay until a user removes them. `collect` removes files that are made
+again when they are needed. A store is renamed to a temporary name before it is removed, so that no
+process reads a part of it.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ MAY_BE_IN_USE_S = 3600.0
 
 @dataclass(frozen=True)
 class Usage:
-    """What one part of a home folder takes on disk."""
+    """Disk space of one part of a home folder."""
 
     part: str
     what: str
@@ -63,7 +63,7 @@ class Removable:
 
 @dataclass(frozen=True)
 class Dependents:
-    """What needs a store: runs that read it, and runs that are damaged and cannot tell."""
+    """The runs that depend on a store, and the damaged runs, whose dependence is unknown."""
 
     readers: tuple[str, ...]
     unknown: tuple[str, ...] = ()
@@ -159,9 +159,7 @@ def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:
 
 
 def dependents(folder: str | os.PathLike[str], path: Path) -> Dependents:
-    """Return the stored runs that have read a store; runs, and tables of studies, are read by
-    nobody.
-    """
+    """Return the stored runs that have read a store. Nothing reads runs and tables of studies."""
     if path.parent.name != "scenes":
         return Dependents(())
     read_by = _readers(Path(folder))
@@ -190,15 +188,18 @@ def remove_store(folder: str | os.PathLike[str], path: Path, force: bool = False
 
     Parameters
     ----------
-    force : also where runs have read it. They stay complete; what they lack is rendered again.
+    folder : home folder.
+    path : path of the store.
+    force : also remove radiance that runs have read. The runs stay complete; missing radiance is
+        rendered again.
 
     Returns
     -------
-    Bytes that were set free.
+    Bytes that were freed.
 
     Raises
     ------
-    CatalogError : runs have read the store, or cannot tell whether they have.
+    CatalogError : runs have read the store, or a damaged run may have.
     """
     users = dependents(folder, path)
     if not force and (users.readers or users.unknown):
@@ -254,7 +255,7 @@ def _readers(root: Path) -> dict[str, list[str]]:
 
 
 def _visible(folder: Path) -> Iterator[Path]:
-    """Yield what lies in a folder, but for temporary names, which belong to writers."""
+    """Yield the entries of a folder except temporary names, which belong to writers."""
     if folder.is_dir():
         yield from sorted(p for p in folder.iterdir() if not p.name.startswith("."))
 

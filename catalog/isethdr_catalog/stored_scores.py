@@ -1,4 +1,6 @@
-"""Stored scores: what a metric says of the pictures of a stored run, without running the chain."""
+"""Stored scores: the scores of a metric for the pictures of a stored run, without running the
+chain.
+"""
 
 from __future__ import annotations
 

@@ -74,7 +74,7 @@ def _is_array(metadata: Path) -> bool:
 
 
 def _decoded(path: Path) -> tuple[int, list[str]]:
-    """Decode every chunk of a store; return the number of arrays, and what is wrong."""
+    """Decode every chunk of a store; return the number of arrays, and the problems found."""
     import zarr
 
     count, problems_found = 0, []

@@ -1,6 +1,6 @@
 """Command line: the commands, their tables, and their progress.
 
-| module           | what                                                                         |
+| module           | content                                                                      |
 |------------------|------------------------------------------------------------------------------|
 | `commands`       | the commands `isethdr run`, `plan`, `plugins`, `doctor` and those of plugins |
 | `deferred_libraries` | large libraries that the command line loads when they are first used |

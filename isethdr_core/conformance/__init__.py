@@ -1,6 +1,6 @@
 """Conformance kit: one line in a plugin's tests checks all that the component's kind promises.
 
-| module         | what                                                                    |
+| module         | content                                                                 |
 |----------------|-------------------------------------------------------------------------|
 | `counting`     | a sensor's stated electrons and noise against an independent count      |
 | `flare`        | promises of a flare: an aperture takes light away, scatter keeps energy |

@@ -1,11 +1,11 @@
-"""Identity: what a result is called, from the code, libraries and data that made it.
+"""Identity: the names of results, derived from the code, libraries and data that made them.
 
-| module          | what                                                                       |
+| module          | content                                                                    |
 |-----------------|----------------------------------------------------------------------------|
-| `code_facts`    | what one Python file says, apart from layout, messages and import paths    |
+| `code_facts`    | facts about one Python file, without layout, messages and import paths     |
 | `code_cache`    | facts and digests, kept in the process and between processes               |
-| `code_digest`   | which code makes a component's results, whatever its modules are called    |
-| `earlier_names` | what runs and radiance were called while whole packages named the code     |
+| `code_digest`   | the code that makes a component's results, independent of module paths     |
+| `earlier_names` | names of runs and radiance from the time when whole packages named code    |
 
-`runs.provenance` puts these together for the components of a run.
+`runs.provenance` combines these for the components of a run.
 """

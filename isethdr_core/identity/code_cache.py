@@ -1,8 +1,9 @@
-"""Code cache: facts of files and digests of components, kept in the process and between processes.
+"""Code cache: facts about files and digests of components, kept in the process and between
+processes.
 
-Facts are kept by the content of a file, digests by the state (time of change, size) of every file
-and folder that they rest on. Both files lie in the user's cache folder and may be deleted at any
-time. Where nothing can be written, nothing is kept.
+Facts are cached by the content of a file. Digests are cached by the state (time of change, size) of
+all files and folders that they depend on. Both caches are files in the user's cache folder, and may
+be deleted at any time. In a folder without write permission nothing is cached.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ def stamp_of(path: str) -> Stamp:
 
 
 class KeptTable:
-    """A table of JSON records in one file, read when first asked for and replaced as a whole."""
+    """A table of JSON records in one file. It is read on first use and replaced as a whole."""
 
     def __init__(self, path: Path | None):
         self._path = path
@@ -90,7 +91,9 @@ class CodeCache:
         self._contents: dict[str, tuple[Stamp, str]] = {}
 
     def content(self, path: str) -> str:
-        """Return the digest of a file's bytes; it is read again only when its state changes."""
+        """Return the digest of a file's bytes. The file is read again only if its state has
+        changed.
+        """
         stamp = stamp_of(path)
         known = self._contents.get(path)
         if known is None or known[0] != stamp:
@@ -114,11 +117,13 @@ class CodeCache:
     def digest(
         self, key: str, make: Callable[[], tuple[dict[str, Any], list[str]]]
     ) -> dict[str, Any]:
-        """Return the record of `key`, made again where something that it rests on has changed.
+        """Return the record of `key`; compute it again if a file or folder that it depends on has
+        changed.
 
         Parameters
         ----------
-        make : returns the record, and the paths that it rests on.
+        key : name of the record.
+        make : function that returns the record, and the paths that it depends on.
         """
         entry = self._kept_digests.get(key)
         if entry is not None:
@@ -132,7 +137,7 @@ class CodeCache:
         return record
 
     def save(self) -> None:
-        """Keep what is new for later processes."""
+        """Store new records for later processes."""
         self._kept_facts.save()
         self._kept_digests.save()
 

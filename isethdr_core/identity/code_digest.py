@@ -1,19 +1,19 @@
-"""Code digest: which code makes a component's results, whatever its modules are called.
+"""Code digest: identifies the code that makes a component's results, independent of module paths.
 
-The digest of a component is made of
+The digest of a component covers
 
-- the normal form (`code_facts`) of its module and of every module that static imports reach from
-  there, those inside functions included. An imported name is written as what it resolves to, by
-  content, so neither module paths nor re-exports enter;
+- the normal form (`code_facts`) of its module, and of every module that it reaches by static
+  imports, including imports inside functions. An imported name is replaced by the content that it
+  refers to, so neither module paths nor re-exports count;
 - the bytes of every data file of the package that these modules name, and of compiled modules;
-- of the core, only what lies in `FOLLOWED`: laws and data that components compute with. The rest of
-  the core, the frame (`frame_code`), runs the chain, and enters the name of a run;
+- of the core, only the part in `FOLLOWED`: laws and data that components compute with. The rest of
+  the core, the frame (`frame_code`), runs the chain, and is part of the name of a run;
 - the module of a component that is built by its kind and name;
-- the whole package, where a module imports something that its text does not tell.
+- the whole package, if the text of a module does not show what it imports.
 
-Installed libraries are named by version (`Code.libraries`), not by content. Nothing is imported to
-find all this out. A package that is not installed, but lies on the path, counts as the component's
-own.
+Installed libraries are identified by version (`Code.libraries`), not by content. No module is
+imported to compute a digest. A package that is not installed, but lies on the path, counts as the
+component's own code.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from .code_facts import Facts, Reference, Spec
 
 CORE = "isethdr_core"
 SECOND_SPELLING = "isethdr"  # the same names
-# what components compute with; every other part of the core belongs to the frame
+# modules that components compute with; every other part of the core belongs to the frame
 FOLLOWED = (
     "isethdr_core.physics",
     "isethdr_core.lighting",
@@ -93,7 +93,7 @@ ABSENT = "not installed"
 
 @dataclass(frozen=True)
 class Rules:
-    """Which modules of the core belong to a component, and which to nothing."""
+    """The modules of the core that belong to components, and those that change no result."""
 
     core: str = CORE
     followed: tuple[str, ...] = FOLLOWED
@@ -106,13 +106,13 @@ class Code:
 
     digest: str
     libraries: dict[str, str] = field(default_factory=dict)  # distribution: version
-    modules: tuple[str, ...] = ()  # what was reached, for people
+    modules: tuple[str, ...] = ()  # the modules that were reached, for people
     data: tuple[str, ...] = ()  # data files and compiled modules, below their package
     has_source: bool = True  # False: its digest holds in this process alone
 
 
 class Target(NamedTuple):
-    """What a reference resolves to."""
+    """The target of a reference."""
 
     kind: str  # module: followed; library; outside: neither; unknown: any module of the package
     module: str  # dotted name of a followed module
@@ -132,8 +132,8 @@ class Sources:
 
     Parameters
     ----------
-    folders : where packages are looked for; None: wherever Python looks for them.
-    cache : of what each file says.
+    folders : folders of the packages; None: the search path of Python.
+    cache : cache of the facts about each file.
     """
 
     def __init__(self, folders: Iterable[Path] | None = None, cache: CodeCache | None = None):
@@ -323,7 +323,9 @@ class CodeReader:
         return self._digest([module], [name])
 
     def frame(self) -> Code:
-        """Return the code of the frame: the core beside `FOLLOWED`, and what that reaches of it."""
+        """Return the code of the frame: the core without `FOLLOWED`, and the part of it that the
+        frame reaches.
+        """
         rules = self.rules
         left_out = (*rules.followed, *rules.without_result)
         modules = self.sources.all_modules(rules.core)
@@ -344,7 +346,9 @@ class CodeReader:
         )
 
     def _made(self, roots: list[str], names: list[str]) -> tuple[dict[str, Any], list[str]]:
-        """Return the record of what `roots` reach, and the files and folders that it rests on."""
+        """Return the record of the modules that `roots` reach, and the files and folders that it
+        depends on.
+        """
         reached = self._reached(roots)
         hashes = {name: module.own for name, module in reached.items()}
         for _ in range(ROUNDS):
@@ -375,7 +379,7 @@ class CodeReader:
         return reached
 
     def _module(self, name: str) -> _Module:
-        """Return what a module says and where its references lead."""
+        """Return the facts about a module and the targets of its references."""
         if name not in self._modules:
             self._modules[name] = self._read(name)
         return self._modules[name]
@@ -414,7 +418,7 @@ class CodeReader:
         return self.resolve(module, reference.spec, attributes)
 
     def _registered(self, built: str) -> Target:
-        """Return where the class of the component `kind/name` is; nothing where there is none."""
+        """Return the location of the class of the component `kind/name`; None if there is none."""
         kind, _, name = built.partition("/")
         offered = registry.components().get((kind, name))
         if offered is None:
@@ -470,7 +474,7 @@ class CodeReader:
         )
 
     def resolve(self, module: str, spec: Spec, attributes: tuple[str, ...]) -> Target:
-        """Return what an import of `module` leads to, with the attributes read from it."""
+        """Return the target of an import in `module`, with the attributes read from it."""
         path = [*filter(None, spec.module.split("."))]
         if spec.level:
             importer = module.split(".")
@@ -498,7 +502,7 @@ class CodeReader:
         return self._descend(at, attributes_left, tuple(through), 0)
 
     def _descend(self, at: str, names: list[str], through: tuple[str, ...], depth: int) -> Target:
-        """Follow names from a module to where they are defined, through what passes them on."""
+        """Follow names from a module to their definitions, through modules that re-export them."""
         located = self.sources.locate(at)
         facts = self._facts(located)
         if not names or located is None or facts is None:
@@ -535,7 +539,7 @@ class CodeReader:
         return (module,) if self._is_followed(module) else ()
 
     def _on_the_way(self, package: str) -> tuple[str, ...]:
-        """Return a package whose file does something when what lies below it is imported."""
+        """Return a package whose `__init__.py` runs code when a module below it is imported."""
         located = self.sources.locate(package)
         if located is None or not located.is_package:
             return ()
@@ -570,7 +574,9 @@ class _Module:
         self.files |= set(files)
 
     def with_references(self, hashes: dict[str, str]) -> str:
-        """Return the digest of the module with each reference told by the content it leads to."""
+        """Return the digest of the module, with each reference replaced by the content of its
+        target.
+        """
         lines = [self.own]
         lines += [f"{target.name}@{hashes.get(target.module, '')}" for target in self.targets]
         lines += self.strings
@@ -598,13 +604,13 @@ def _lazy_spec(entry: str, name: str) -> Spec:
 
 
 def digest_empty() -> str:
-    """Return the digest of a module that says nothing."""
+    """Return the digest of an empty module."""
     return "empty"
 
 
 @cache
 def version_of(library: str) -> tuple[str, str]:
-    """Return the distribution and the version of a library by the name that it is imported by."""
+    """Return the distribution and the version of a library by its import name."""
     for name in (INSTALLED_AS.get(library, library), library.replace("_", "-")):
         with suppress(metadata.PackageNotFoundError):
             return name, metadata.version(name)
@@ -621,10 +627,10 @@ def reader() -> CodeReader:
 
 @cache
 def code_of_class(cls: type) -> Code:
-    """Return the code of a component's class, as it is when it is first asked for in a process.
+    """Return the code of a component's class, as it was on first use in this process.
 
-    A class without source text, typed at a prompt for example, has a digest of this process alone:
-    its results are never taken for those of another.
+    A class without source text, for example one typed at a prompt, has a digest that is valid in
+    this process only: its results are never taken for those of another class.
     """
     try:
         return reader().code(cls.__module__, cls.__qualname__)
@@ -645,5 +651,5 @@ def frame_code() -> Code:
 
 
 def keep() -> None:
-    """Keep what has been read for later processes."""
+    """Store the facts of this process for later processes."""
     reader().sources.cache.save()

@@ -1,22 +1,22 @@
-"""Code facts: what one Python file says, apart from layout, messages and import paths.
+"""Code facts: the content of one Python file, without layout, messages and import paths.
 
-A file's facts are its normal form (a digest of its syntax tree), the imported names that it uses,
-the strings that may name data files, and the names that it passes on. They depend on the bytes of
-the file alone, so they are kept by content (`code_cache`).
+The facts are the normal form of the file (a digest of its syntax tree), the imported names that it
+uses, the strings that may name data files, and the names that it re-exports. They depend on the
+bytes of the file only, so they are cached by content (`code_cache`).
 
-What the normal form leaves out, and why no result depends on it:
+The normal form leaves out parts on which no result depends:
 
 - positions, comments, docstrings, `pass`, `__all__`;
-- import statements. Each use of an imported name is written as a reference to what it resolves to
-  (`code_digest`), so neither module paths nor aliases nor the place of an import enter;
-- annotations of functions and variables. Annotations of class fields enter, because they convert
-  values; those of decorated functions enter, because a decorator may read them;
+- import statements. Each use of an imported name is a reference to its target (`code_digest`), so
+  neither module paths nor aliases nor the place of an import count;
+- annotations of functions and variables. Annotations of class fields count, because they convert
+  values; those of decorated functions count, because a decorator may read them;
 - text of errors, warnings and log messages, and the labels of ledger rows: strings in positional
   arguments of a call to an exception class, in the arguments of `add_note`, `warnings.warn`,
-  `print` and a logger, and in the label arguments of the ledger. Local variables that are used
-  nowhere else count as such text. Code decides by types and numbers, never by these texts.
+  `print` and a logger, and in the label arguments of the ledger. A local variable that is used in
+  such text only counts as text. Code decides by types and numbers, never by these texts.
 
-All other strings enter.
+All other strings count.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class Reference(NamedTuple):
 
 @dataclass
 class Facts:
-    """What one file says."""
+    """The facts about one file."""
 
     tree: str  # digest of the normal form, references and strings numbered
     references: list[Reference] = field(default_factory=list)
@@ -103,10 +103,10 @@ class Facts:
     defined: list[str] = field(default_factory=list)  # other names bound at the top
     lazy: dict[str, str] = field(default_factory=dict)  # name: module, of a table for `__getattr__`
     has_getattr: bool = False
-    only_imports: bool = False  # passes names on and does nothing else
+    only_imports: bool = False  # only re-exports names
     has_effects: bool = False  # does more at import than bind names
     builds: list[str] = field(default_factory=list)  # `kind/name` of components that it builds
-    dynamic: bool = False  # imports something that its text does not tell
+    dynamic: bool = False  # has an import whose target its text does not show
 
     @classmethod
     def from_record(cls, record: dict[str, Any]) -> Facts:
@@ -389,7 +389,9 @@ class _NormalForm:
         return str(self._references.setdefault(reference, len(self._references)))
 
     def _import_of(self, name: str) -> Spec | None:
-        """Return the import that binds a name where it is used; None where there is another."""
+        """Return the import that binds a name at the place of its use; None if something else binds
+        it.
+        """
         for depth, scope in enumerate(reversed(self._scopes)):
             if scope.kind == "class" and depth > 0:
                 continue
@@ -428,7 +430,7 @@ class _NormalForm:
             self._dynamic = True
 
     def _called(self, call: ast.Call) -> str:
-        """Return the dotted name of what is called where it is a builtin or from outside."""
+        """Return the dotted name of a called function if it is a builtin or imported."""
         spec, dotted = self._imported_name(call.func), _dotted(call.func)
         if spec is None:
             return dotted
@@ -504,7 +506,7 @@ def _bindings(node: ast.Import | ast.ImportFrom) -> Iterator[tuple[str, Spec]]:
 
 
 def _import_statements(tree: ast.AST) -> list[ast.Import | ast.ImportFrom]:
-    """Return all import statements but those that only type checkers read."""
+    """Return all import statements except those for type checkers only."""
     statements: list[ast.Import | ast.ImportFrom] = []
     waiting: list[ast.AST] = [tree]
     while waiting:

@@ -1,12 +1,12 @@
-"""Earlier names: what runs and radiance were called while whole packages named the code.
+"""Earlier names: names of runs and radiance from the time when whole packages named their code.
 
-Until code was digested by component (`code_digest`), a name held the digests of all bytes of the
-packages that took part, and the module path of each class. Such results are still served as long as
-the code is the same: `earlier_names.json` states, for each commit whose results may be stored, the
-old parts of the names, and the digest that each component has in that commit. A component that has
-the same digest now is unchanged. A component that has another one is unchanged only where the table
-`unchanged` says so for exactly these two digests, with the reason, and for values of its fields
-that were tested. Anything else has no earlier name.
+Before code was identified by component (`code_digest`), a name contained the digests of all bytes
+of the packages in use, and the module path of each class. Such results are still used as long as
+their code is the same. For each commit whose results may be stored, `earlier_names.json` states the
+old parts of the names, and the digest of each component in that commit. A component with the same
+digest now is unchanged. A component with another digest is unchanged only if the table `unchanged`
+lists exactly these two digests, with the reason, and for tested values of its fields. Otherwise
+there is no earlier name.
 
 `scripts/earlier_names.py` writes the file.
 """
@@ -40,7 +40,11 @@ RADIANCE_CORE = (  # parts of the core that named radiance
 CORE_PACKAGE = "isethdr_core"
 # keys of a config that hold one component, and those that hold several, with their kind
 COMPONENTS = {kind: kind for kind in ("scene", "renderer", "lighting", "lens", "sensor", "isp")}
-FREE = ("device", "seed", "draws")  # settings that name noise, or say how much of it
+FREE = (
+    "device",
+    "seed",
+    "draws",
+)  # settings that select the noise, or the number of its realisations
 TABLES = {"versions": "lighting", "flare": "flare", "cameras": "sensor", "metric": "metric"}
 
 
@@ -53,11 +57,11 @@ class Edition:
     packages: dict[str, str]  # digest of the bytes of a package, or of a module of the core
     components: dict[str, dict[str, Any]]  # by identity: class, fields, code
     frame: str  # digest of the part of the core that runs a chain
-    settings: dict[str, Any]  # what a config holds beside components, by default
+    settings: dict[str, Any]  # default settings of a config beside its components
 
 
 class Different(Exception):
-    """A part of the chain is not what it was in the edition, so there is no earlier name."""
+    """A part of the chain differs from the edition, so there is no earlier name."""
 
 
 def radiance_names(scene: object, renderer: object, effort: Sequence[str]) -> Iterator[str]:
@@ -203,10 +207,10 @@ def _versions(edition: Edition) -> dict[str, str]:
 
 
 def _settings(edition: Edition, config: dict[str, Any]) -> dict[str, Any]:
-    """Return a config as plain data as it would have been in the edition.
+    """Return a config as plain data in the form of the edition.
 
-    Fields that components have got since are left out: `_described` has found them at their
-    defaults. Other new keys are left out where they have the value that changes nothing.
+    Fields that components got later are left out: `_described` has found them at their defaults.
+    Other new keys are left out if their value changes nothing.
     """
     settings = {}
     for key, value in config.items():
@@ -249,7 +253,7 @@ def _changes_nothing(path: str, value: Any) -> bool:
 
 
 def flat_settings(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings of a run that choose what is done: those beside components and names."""
+    """Return the settings of a run that select its computation, without components and names."""
     flat: dict[str, Any] = {}
     for key, value in config.items():
         if key in COMPONENTS or key in TABLES or key in FREE:

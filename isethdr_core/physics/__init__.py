@@ -1,7 +1,7 @@
 """Laws: one per function, on plain arrays; numpy, scipy, array-api-compat and, where installed,
 ducc0.
 
-| module         | what                                                                        |
+| module         | content                                                                     |
 |----------------|-----------------------------------------------------------------------------|
 | `area`         | public path of `physics.resampling.area`                                    |
 | `arrays`       | arrays of other libraries than NumPy, those with the Python array API       |

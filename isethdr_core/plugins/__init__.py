@@ -1,6 +1,6 @@
 """Plugins: what a plugin offers, how it is found, and which values its fields may hold.
 
-| module      | what                                                                           |
+| module      | content                                                                        |
 |-------------|--------------------------------------------------------------------------------|
 | `accuracy_knobs` | fields that trade accuracy for time, as a component declares them             |
 | `abilities` | compare a component's class with the Protocols of its kind                     |

@@ -1,6 +1,6 @@
 """Runs: one stored run, the stored radiance it reads, its noise, and what made it.
 
-| module                | what                                                                 |
+| module                | content                                                              |
 |-----------------------|----------------------------------------------------------------------|
 | `claims`              | one process renders a scene, the others wait                         |
 | `labels`              | name, tags and sweeps of a stored run, in a file beside its store    |

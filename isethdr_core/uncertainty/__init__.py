@@ -1,6 +1,6 @@
 """Uncertainty: stated errors, their share of a budget, and what they do to pixels and scores.
 
-| module            | what                                                                       |
+| module            | content                                                                    |
 |-------------------|----------------------------------------------------------------------------|
 | `budget`          | the error allowed, and how the stages share it                             |
 | `changed_scenes`  | pictures of the scene with other renderer noise                            |

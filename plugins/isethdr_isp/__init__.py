@@ -1,6 +1,6 @@
 """Image signal processing: from captures in DN to a picture in cd/m2 with its variance.
 
-| module               | what                                                                 |
+| module               | content                                                              |
 |----------------------|----------------------------------------------------------------------|
 | `develop`            | from a mosaic of electrons to a picture in cd/m2                     |
 | `development_fields` | the fields that every isp with a colour filter array shares          |

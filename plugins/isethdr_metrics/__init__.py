@@ -1,6 +1,6 @@
 """Metrics: scores of a picture against its reference picture, for the frame and every object.
 
-| module         | what                                                           |
+| module         | content                                                        |
 |----------------|----------------------------------------------------------------|
 | `limits`       | ranges of the fields of metrics                                |
 | `pixel_shares` | shares of valid and of saturated pixels                        |

@@ -19,7 +19,7 @@ class PixelShares:
     """
 
     def narrow(self, demand):
-        """Ask for the instance labels."""
+        """Add the instance labels to the demand."""
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):

@@ -16,7 +16,7 @@ from isethdr_core.truth import check_picture, total_variance, variance_known
 # the frame is cut into 12 x 12 blocks; noise and scene are taken as independent between them
 BLOCKS = 12
 RESAMPLES = 400
-FEWEST_BLOCKS = 8  # below this, resampling says nothing: the interval is NaN
+FEWEST_BLOCKS = 8  # with fewer, resampling gives no valid interval: it is NaN
 NAN = float("nan")
 
 

@@ -1,6 +1,6 @@
 """isethdr_mitsuba: turns a scene description into scene radiance with Mitsuba 3.
 
-| module     | what                                                                           |
+| module     | content                                                                        |
 |------------|--------------------------------------------------------------------------------|
 | `bands`    | bands that something has no data for are refused                                |
 | `doctor`   | which Mitsuba variants work on this machine, found out in a child process      |

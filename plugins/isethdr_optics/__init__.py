@@ -1,6 +1,6 @@
 """Lenses and flare: from mixed radiance to irradiance on the sensor plane.
 
-| module          | what                                                                       |
+| module          | content                                                                    |
 |-----------------|----------------------------------------------------------------------------|
 | `abilities`     | what lenses and flares of this package offer each other                    |
 | `conf/`         | presets                                                                    |

@@ -53,8 +53,8 @@ def _looked_up() -> dict[str, np.ndarray]:
 
 
 def _read(path: Path) -> dict[str, np.ndarray] | None:
-    """Return what a file holds: numbers as they were, to the last bit; None where it is missing,
-    damaged or of other tables.
+    """Return the numbers of a file, exact to the last bit; None if it is missing, damaged or holds
+    other tables.
     """
     try:
         held = json.loads(path.read_text())

@@ -1,6 +1,6 @@
 """Image sensors: from irradiance to numbers, through the charge of every pixel.
 
-| module           | what                                                                         |
+| module           | content                                                                      |
 |------------------|------------------------------------------------------------------------------|
 | `bayer`          | one photodiode and one reading per pixel under red, green or blue filters    |
 | `dual_gain`      | two readings of one charge, at high and at low conversion gain               |

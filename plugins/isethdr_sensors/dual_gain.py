@@ -61,7 +61,7 @@ class DualGainSensor(ImagingSensor):
         return replace(self, analog_gain=raised, auto_gain_max=1.0)
 
     def model(self) -> SensorModel:
-        """Return what the sensor is made of."""
+        """Return the photodiodes and readings of the sensor."""
         diode = Photodiode(
             "pixel",
             self.fill_factor,

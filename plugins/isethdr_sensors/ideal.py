@@ -1,4 +1,4 @@
-"""Ideal sensor: what every other sensor becomes when its effects are switched off."""
+"""Ideal sensor: the limit of every other sensor with its effects switched off."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class IdealSensor:
         self.model()
 
     def model(self) -> SensorModel:
-        """Return what the sensor is made of."""
+        """Return the photodiodes and readings of the sensor."""
         return SensorModel(
             self.exposure_s,
             self.pitch_um,
@@ -85,13 +85,13 @@ class IdealSensor:
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def pixel_need(self, width_m: float, height_m: float):
-        """Return what the pixels over an image of this size, in metres, take in memory, as
+        """Return the memory of the pixels over an image of this size, in metres, as
         `isethdr_core.pipeline.memory.Need`.
         """
         return pixel_need(self.model(), width_m, height_m)
 
     def narrow(self, demand):
-        """Return the demand for what the sensor sees: its window, and no outer band in which it is
-        blind.
+        """Return the demand for the sensor's window, without the outer bands in which it
+        is blind.
         """
         return narrow(self.model(), demand)

@@ -1,4 +1,4 @@
-"""The fields and calls that all photodiode sensors share, whatever their readings are."""
+"""The fields and calls that all photodiode sensors share."""
 
 from __future__ import annotations
 
@@ -204,7 +204,7 @@ class ImagingSensor:
         )
 
     def model(self) -> SensorModel:
-        """Return what the sensor is made of."""
+        """Return the photodiodes and readings of the sensor."""
         raise NotImplementedError
 
     def gained_reading(self) -> int:
@@ -264,14 +264,14 @@ class ImagingSensor:
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
     def pixel_need(self, width_m: float, height_m: float):
-        """Return what the pixels over an image of this size, in metres, take in memory, as
+        """Return the memory of the pixels over an image of this size, in metres, as
         `isethdr_core.pipeline.memory.Need`.
         """
         return pixel_need(self.model(), width_m, height_m)
 
     def narrow(self, demand):
-        """Return the demand for what the sensor sees, its window and no outer band in which it is
-        blind, and with its response.
+        """Return the demand for the sensor's window, without the outer bands in which it is blind,
+        and with its response.
         """
         model = self.model()
         if self.exposure_rule == "fixed":

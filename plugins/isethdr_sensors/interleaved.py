@@ -31,7 +31,7 @@ class InterleavedSensor(SingleSensor):
     varies: Literal["exposure", "sensitivity"] = "exposure"
 
     def model(self) -> SensorModel:
-        """Return what the sensor is made of."""
+        """Return the photodiodes and readings of the sensor."""
         letters = self.cfa.replace("/", "")
         if letters.isupper() or letters.islower():
             raise ConfigError(

@@ -41,15 +41,15 @@ class LinLogSensor(OneReadingSensor):
     thermal_e: Charge = 391.0
 
     def model(self) -> SensorModel:
-        """Return what the sensor is made of."""
+        """Return the photodiodes and readings of the sensor."""
         soft_knee.check(self)
         reading = self.reading()
         self.check_bend(reading)
         return self.assemble([Photodiode("pixel", **self.diode_terms())], [reading])
 
     def check_bend(self, reading):
-        """Refuse a sensor whose range ends before it bends, where no code says how fine the table
-        of the bent part has to be.
+        """Refuse a sensor whose range ends below the knee if it has no codes that decide the
+        resolution of the table.
         """
         if reading.bits:
             return
@@ -75,7 +75,7 @@ class LinLogSensor(OneReadingSensor):
         return soft_knee.well(self.knee_e, self.thermal_e, self.knee_e_per_s, self.temperature_c)
 
     def full_scale_e(self) -> list[float]:
-        """Return the knee: the linear part is what an exposure is metered for."""
+        """Return the knee, because exposures are metered for the linear part."""
         return [min(self.knee_e, *super().full_scale_e())]
 
     def take(self, light, generator):

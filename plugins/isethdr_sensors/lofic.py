@@ -1,5 +1,5 @@
 """LOFIC: a photodiode that spills softly into a lateral overflow capacitor, read without and with
-what it spilled.
+the spilled charge.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ class LoficSensor(ImagingSensor):
     """Take two captures of one exposure: the photodiode at high gain, and photodiode plus overflow
     capacitor: LCG, HCG.
 
-    200 uV/e and a full well of 100 000 e are the title of Adachi et al. 2008, the pitch is that of
-    Akahane et al. 2009, both of pixels with a lateral overflow capacitor
-    (docs/explanation/sensors.md). Every other figure is an assumption, of the order that such
-    papers give.
+    200 uV/e and a full well of 100 000 e are from the title of Adachi et al. 2008, the pitch is
+    that of Akahane et al. 2009, both for pixels with a lateral overflow capacitor
+    (docs/explanation/sensors.md). All other figures are assumptions, of the order of magnitude in
+    such papers.
     """
 
     pitch_um: Pitch = 5.6
@@ -81,7 +81,7 @@ class LoficSensor(ImagingSensor):
         return replace(self, analog_gain=raised, auto_gain_max=1.0)
 
     def model(self) -> SensorModel:
-        """Return what the sensor is made of."""
+        """Return the photodiodes and readings of the sensor."""
         soft_knee.check(self)
         diode = Photodiode(
             "pixel",

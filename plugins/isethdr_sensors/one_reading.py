@@ -38,7 +38,7 @@ class OneReadingSensor(ImagingSensor):
     column_e: Noise = 0.1  # rms over columns of the offset; persistent (assumption)
 
     def diode_terms(self) -> dict:
-        """Return the fields of the `Photodiode` but for its name and full well."""
+        """Return all fields of the `Photodiode` except its name and full well."""
         terms = {
             name: getattr(self, name)
             for name in ("fill_factor", "dark_e_per_s", "dark_spread", "prnu")

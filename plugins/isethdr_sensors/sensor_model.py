@@ -1,8 +1,7 @@
-"""What a sensor is made of: photodiodes that collect charge, readings that turn charge into
-numbers.
+"""Sensor model: photodiodes that collect charge, and readings that turn charge into numbers.
 
-Every sensor of this plugin is a set of fields that builds one `SensorModel`; `shot.py` knows
-nothing else.
+Every sensor of this plugin is a set of fields that builds one `SensorModel`, and `shot.py` works
+with this model only.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ class SingleSensor(OneReadingSensor):
     full_well_e: Capacity = 25455.0  # full well capacity: 2.8 V at 110 uV/e
 
     def model(self) -> SensorModel:
-        """Return what the sensor is made of."""
+        """Return the photodiodes and readings of the sensor."""
         return self.assemble(
             [Photodiode("pixel", full_well_e=self.full_well_e, **self.diode_terms())],
             [self.reading()],

@@ -74,7 +74,7 @@ class SplitPixelSensor(ImagingSensor):
         return replace(self, analog_gain=raised, auto_gain_max=1.0)
 
     def model(self) -> SensorModel:
-        """Return what the sensor is made of."""
+        """Return the photodiodes and readings of the sensor."""
         per_reading = (
             "read_noise_e",
             "dsnu_e",

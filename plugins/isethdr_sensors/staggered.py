@@ -15,10 +15,10 @@ from .timing import auto_exposure
 
 @dataclass(frozen=True)
 class StaggeredSensor(SingleSensor):
-    """Take several exposures one after the other: T1 the longest, T2, ... (AR0132AT figures;
-    nothing moves between them).
+    """Take several exposures one after the other: T1 the longest, T2, ... (AR0132AT figures; the
+    scene does not move between them).
 
-    Each exposure of a row starts when the one before it ends.
+    Each exposure of a row starts when the previous one ends.
     """
 
     cfa: str = "RGGB"
@@ -35,7 +35,7 @@ class StaggeredSensor(SingleSensor):
         return super().__call__(light, generator)
 
     def model(self) -> SensorModel:
-        """Return what the sensor is made of."""
+        """Return the photodiodes and readings of the sensor."""
         ratios = self.exposure_ratios
         if not ratios or ratios[0] != 1 or any(b >= a for a, b in pairwise(ratios)):
             raise ConfigError(

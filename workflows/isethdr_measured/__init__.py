@@ -1,7 +1,7 @@
 """Measured: the studies whose tables are pages of `docs/measured`. They run from a checkout, with
 `python -m isethdr_measured NAME key=value ...`; the wheel does not hold them.
 
-| module                | what                                                                     |
+| module                | content                                                                  |
 |-----------------------|--------------------------------------------------------------------------|
 | `__main__`            | the command                                                              |
 | `coloured_streaks`    | streaks of a dusty lens: one wavelength per band, and whole bands        |

@@ -1,6 +1,6 @@
 """Workflows: experiments, `isethdr run experiment=<name>`, and studies, `isethdr study <name>`.
 
-| module          | what                                                                        |
+| module          | content                                                                     |
 |-----------------|-----------------------------------------------------------------------------|
 | `empty_home`    | a study's own folder for stores and kernels                                 |
 | `ghosts_night`  | ghosts of a night drive, bare glass and coated                              |

@@ -1,5 +1,5 @@
-"""A first look at a scene: few paths, denoised light group by light group, no camera. A view;
-nothing of it is stored as light.
+"""Preview of a scene: a rendering with few paths, denoised light group by light group, without a
+camera. The result is a view and is not stored as light.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ def preview(
     denoise: int = 1,
     picture: str = "preview.png",
 ) -> list[dict]:
-    """Render a scene with few paths and write what it looks like under the experiment's lighting;
-    noise and seconds of each group.
+    """Render a scene with few paths, and write a view of it under the experiment's lighting. Return
+    noise and run time of each group.
 
     Parameters
     ----------
-    experiment : whose scene, renderer and lighting are taken.
+    experiment : experiment whose scene, renderer and lighting are used.
     samples, width : paths per tile, tiles across.
-    denoise : 1 averages tiles that look alike, 0 shows the rendering as it is.
+    denoise : 1 averages similar tiles, 0 shows the rendering as it is.
     picture : file to write (png or jpg).
 
     Returns
     -------
-    one row per light group: weight, noise of the rendering, how far denoising moved its luminance
-    (median, relative), how much of its light denoising kept, CPU seconds.
+    one row per light group: weight, noise of the rendering, change of luminance by denoising
+    (median, relative), share of its light that denoising kept, CPU seconds.
 
     Raises
     ------
-    ConfigError : `denoise` is neither 0 nor 1; as the renderer.
-    UnitError : too few paths to know their noise.
+    ConfigError : `denoise` is neither 0 nor 1; or as the renderer.
+    UnitError : too few paths to estimate their noise.
     """
     from PIL import Image
 

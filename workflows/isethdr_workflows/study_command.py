@@ -32,8 +32,8 @@ class Studies:
     Parameters
     ----------
     table : {name: "module:function" in the package}; a function returns rows, list[dict].
-    package : where the modules are.
-    shown : {name: "module:function"} of what a terminal shows in place of all rows.
+    package : package of the modules.
+    shown : {name: "module:function"} of a summary that a terminal shows in place of all rows.
     """
 
     table: Mapping[str, str]

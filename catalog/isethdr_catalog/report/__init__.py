@@ -1,6 +1,6 @@
 """The report of a run, and the page of a sweep: one self-contained HTML file beside its store.
 
-| module     | what                                                                  |
+| module     | content                                                               |
 |------------|-----------------------------------------------------------------------|
 | `page`     | what each section of the page shows                                   |
 | `sweep_page` | any score of a sweep against any parameter, the best by each score  |

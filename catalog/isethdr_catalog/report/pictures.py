@@ -57,7 +57,7 @@ def _address(buffer: io.BytesIO, kind: str) -> str:
 MIDDLE = 0.25
 # luminance shown as white over that of the brightest surfaces: room for lamps and lit signs
 HEADROOM = 2.5
-# luminance shown as white, at least: times the median. Beside its lamps a scene may be one grey.
+# lowest white, as a multiple of the median: a scene without its lamps may be a single grey
 WHITE_OVER_MEDIAN = 4.0
 
 
@@ -108,13 +108,13 @@ def colour_scale(low: float, high: float) -> Scale:
 
 
 def power(exponent: float) -> tuple[str, int | None]:
-    """Return a power of ten as people read it: text, and the exponent where it is shown as one."""
+    """Return a power of ten for people: text, and the exponent where it is shown separately."""
     e = int(exponent)
     return (f"{10.0**e:g}", None) if -2 <= e <= 3 else ("10", e)
 
 
 def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict]:
-    """Return the labelled things with a box, largest first, leaving out what spans the whole
+    """Return the labelled objects with a box, largest first, without those that span the whole
     picture.
     """
     area = np.prod(instance.shape)

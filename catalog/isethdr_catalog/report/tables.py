@@ -60,7 +60,9 @@ def _names(look: Look, dimension: str) -> list[str]:
 
 
 def _each(look: Look, field: str, factor: float = 1.0) -> str:
-    """Return a number of every capture, or one where they agree; a dash where it is not stored."""
+    """Return the number of every capture, or one number if they agree; a dash if it is not
+    stored.
+    """
     if field not in look.captures:
         return number(None)
     values = [number(factor * float(value)) for value in look.captures[field].values]
@@ -132,7 +134,7 @@ def ledger(rows: Ledger) -> Markup:
 
 
 def left_out(rows: Ledger) -> Markup:
-    """Return what was not computed, why, and the largest change that can make."""
+    """Return the omissions with their reasons and the largest change that each can cause."""
     body: list[list[Cell]] = [
         [row.stage, omission.what, omission.why, f"{number(omission.bound)} {omission.unit}"]
         for row in rows

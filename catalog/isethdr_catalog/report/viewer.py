@@ -1,8 +1,8 @@
-"""The viewer of the report: pictures to zoom into and compare, and what each pixel says.
+"""The viewer of the report: pictures to zoom into and compare, with the values of each pixel.
 
-The page holds numbers of every pixel, so that a reader may point at one: luminance,
-signal-to-noise ratio, raw values, filter and label. Each plane is compressed by itself and read by
-the browser when the page opens (`templates/viewer.js`). No network is needed.
+The page holds the values of every pixel for display under the pointer: luminance, signal-to-noise
+ratio, raw values, filter and label. Each plane is compressed separately, and the browser
+decompresses it when the page opens (`templates/viewer.js`). No network is needed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ LEVEL = 1  # of gzip: 6 saves a tenth of the bytes and takes three times as long
 
 @dataclass(frozen=True)
 class Look:
-    """What one camera saw of a scene, and what it should have seen; pictures are (y, x)."""
+    """The picture of one camera with its reference picture; both are (y, x)."""
 
     name: str
     picture: xr.Dataset
@@ -45,7 +45,7 @@ class Look:
 
 
 def looks(result: Result) -> list[Look]:
-    """Return what each camera of a run saw, read from its store."""
+    """Return the pictures of each camera of a run, read from its store."""
     return [
         Look(
             name,
@@ -60,11 +60,11 @@ def looks(result: Result) -> list[Look]:
 def viewer(
     all_looks: list[Look], figures: list[pictures.Figure], scale: tuple[float, float] | None
 ) -> dict[str, Any]:
-    """Return what the viewer shows: one entry for the reference and one for each camera.
+    """Return the content of the viewer: one entry for the reference and one for each camera.
 
     Parameters
     ----------
-    all_looks : what each camera saw; the reference is the truth of the one with most pixels.
+    all_looks : pictures of each camera. The reference is the truth of the camera with most pixels.
     figures : the views, in the order of the entries: reference, then cameras.
     scale : (low, high) of the false colours, cd/m2; None offers none.
 
@@ -132,9 +132,10 @@ def _upper_half(values: np.ndarray) -> np.ndarray:
 
 
 def packed(plane: np.ndarray) -> str:
-    """Return a plane of whole numbers as base64 of gzip; of two bytes all low ones come first.
+    """Return a plane of whole numbers as base64 of gzip. Of two-byte numbers, all low bytes come
+    first.
 
-    High bytes are alike from pixel to pixel and compress well only among themselves.
+    High bytes of neighbouring pixels are similar, and compress well only among themselves.
     """
     plane = np.ascontiguousarray(plane)
     rows = plane.view(np.uint8).reshape(-1, plane.itemsize).T

@@ -1,6 +1,6 @@
 """Colour: colour spaces and differences, and a basis for spectra.
 
-| module           | what                                                           |
+| module           | content                                                        |
 |------------------|----------------------------------------------------------------|
 | `colour_spaces`  | XYZ to linear and encoded sRGB, CIELAB, colour differences     |
 | `spectral_basis` | a few numbers per spectrum that give a sensor's response to it |

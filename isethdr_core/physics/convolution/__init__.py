@@ -1,6 +1,6 @@
 """Convolution: linear, never circular, with a bound on its error.
 
-| module        | what                                                                       |
+| module        | content                                                                    |
 |---------------|----------------------------------------------------------------------------|
 | `direct_sums` | direct sums for dark pixels beside very bright ones                        |
 | `fourier`     | Fourier transforms along one axis by the fastest library at hand           |

@@ -1,6 +1,6 @@
 """Detector: charge of a pixel, exact noise by inversion, and light that varies in time.
 
-| module                  | what                                                                |
+| module                  | content                                                             |
 |-------------------------|---------------------------------------------------------------------|
 | `charge_dynamics`       | dQ/dt = current(t) - overflow(Q), exact, for any light              |
 | `charge_dynamics_noise` | mean, variance and covariance of a softly overflowing charge        |

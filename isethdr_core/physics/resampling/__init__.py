@@ -1,6 +1,6 @@
 """Resampling: exact integrals of constant tiles over other grids.
 
-| module    | what                                                                          |
+| module    | content                                                                       |
 |-----------|-------------------------------------------------------------------------------|
 | `area`    | exact integrals of constant tiles over the rectangles of another regular grid |
 | `overlap` | areas that distorted tiles share with the tiles of a regular grid             |

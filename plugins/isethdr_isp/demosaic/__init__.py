@@ -1,6 +1,6 @@
 """Demosaic: every channel at every pixel, and denoising before it.
 
-| module          | what                                                        |
+| module          | content                                                     |
 |-----------------|-------------------------------------------------------------|
 | `denoise`       | non-local means of a mosaic, before it is demosaiced        |
 | `interpolation` | every channel at every pixel, for any periodic filter array |

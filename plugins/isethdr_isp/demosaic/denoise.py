@@ -18,33 +18,33 @@ from isethdr_core import ledger
 from ..readout.combine import Merged
 from ..readout.noise_propagation import SampleNoise
 
-REACH = 10  # pixels to each side in which like ones are looked for
+REACH = 10  # pixels to each side that are searched for similar ones
 PATCH = 5  # pixels, side of the surroundings
 # mean squared difference of stabilised patches, of which noise makes 2 +- 0.6; below it the weight
 # is 1
 ALIKE = 2.5
-SOFTNESS = 0.6  # beyond it, what costs 1 - 1/e of the weight
+SOFTNESS = 0.6  # beyond this difference, the further difference that costs 1 - 1/e of the weight
 BINS = 512
 STRIP = 160  # rows at a time, with those around them: they stay in the cache of the processor
 
 
 def denoised(merged: Merged, cell_shape: tuple[int, int], with_variance: bool = True) -> Merged:
-    """Return the mosaic averaged over alike pixels, with the temporal variance of every average; no
-    fixed pattern is stated.
+    """Return the mosaic averaged over similar pixels, with the temporal variance of every average;
+    no fixed pattern is stated.
 
     Parameters
     ----------
-    merged : electrons and variance (y, x), samples independent of each other; those that are not
-        valid stay as they are.
+    merged : electrons and variance (y, x), samples independent of each other. Invalid samples do
+        not change.
     cell_shape : rows and columns after which the filter array repeats.
     with_variance : False leaves the variances NaN, in two thirds of the time.
 
     Notes
     -----
-    Var is the larger of sum w^2 Var and sum w^2 (x - mean)^2: what is stated of the samples, and
-    how far they are apart. They are further apart where faint texture was taken for noise, and
-    which of it is averaged differs from shot to shot. The weights follow the noise as well, which
-    is not in it: see docs/explanation/isp.md.
+    Var is the larger of sum w^2 Var, from the stated variance of the samples, and sum w^2 (x -
+    mean)^2, from their differences. The second is larger if faint texture was taken for noise; the
+    part of the texture that is averaged then differs from shot to shot. The weights also depend on
+    the noise, which is not included: see docs/explanation/isp.md.
     """
     valid = merged.valid
     level = stabilised(merged.signal_e, merged.variance_e2, valid).astype(np.float32)
@@ -76,7 +76,7 @@ def denoised(merged: Merged, cell_shape: tuple[int, int], with_variance: bool = 
 
 
 class _Samples(NamedTuple):
-    """Samples of some rows (y, x); those that are not valid are 0."""
+    """Samples of some rows (y, x); invalid samples are 0."""
 
     signal_e: np.ndarray
     variance_e2: np.ndarray

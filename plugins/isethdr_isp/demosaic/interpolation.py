@@ -85,7 +85,9 @@ def bilinear(filters, channels: int) -> Kernels:
 
 @lru_cache(maxsize=8)  # every picture of a run has the same few arrays
 def _rule_of(data: bytes, dtype: str, shape: tuple[int, ...], channels: int) -> Kernels:
-    """Return the bilinear rule of a filter array, from its numbers; nobody may change it."""
+    """Return the bilinear rule of a filter array, from its numbers. The result is cached and must
+    not be changed.
+    """
     filters = np.frombuffer(data, dtype).reshape(shape)
     missing = sorted(set(range(channels)) - set(np.unique(filters).tolist()))
     if missing:

@@ -87,7 +87,7 @@ def neighbourhoods(image, cell_shape):
 
 
 def _inside(count: int, period: int):
-    """Return the places 0..count - 1 that stand for -3..count + 2, each at its own phase of the
+    """Return positions 0..count - 1 that replace -3..count + 2, each at the same phase of the
     array.
     """
     index = np.arange(-RADIUS, count + RADIUS)
@@ -138,7 +138,7 @@ def is_shifted(rows: Sequence[str], cell: str) -> bool:
 
 
 def arrays() -> tuple[str, ...]:
-    """Return the filter arrays that the shipped filters are trained for."""
+    """Return the filter arrays for which the shipped filters are trained."""
     with np.load(TABLE) as table:
         return tuple(cell for cell in table.files if cell != "provenance")
 
@@ -195,8 +195,8 @@ def load() -> dict[str, np.ndarray]:
 
 
 def provenance() -> dict:
-    """Return how the shipped filters were made: the recipe, its hash, and what the pictures
-    were.
+    """Return how the shipped filters were made: the recipe, its hash, and a description of the
+    pictures.
     """
     with np.load(TABLE) as table:
         return json.loads(str(table["provenance"]))

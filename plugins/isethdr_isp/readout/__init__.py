@@ -1,6 +1,6 @@
 """Readout: from DN back to electrons, several captures into one, and the noise of both.
 
-| module               | what                                                                  |
+| module               | content                                                               |
 |----------------------|-----------------------------------------------------------------------|
 | `black_level`        | black level, stated or measured on optical black rows                 |
 | `combine`            | captures of one shot merged into one mosaic of electrons              |

@@ -13,18 +13,19 @@ BLACK = "optical_black"  # variable of the captures, (capture, black_row, x) DN
 
 
 def with_black_level(captures, source: str):
-    """Return captures whose `black_dn` is right for the black level that `source` names.
+    """Return captures with the `black_dn` of the black level that `source` names.
 
     Measured, black level and mean dark charge are the mean linear DN over all optical black pixels
-    of a capture; `dark_e` stays what the sensor states. The ledger has the largest standard error.
+    of a capture; `dark_e` is that of the sensor. The ledger has the largest standard error.
 
     Parameters
     ----------
-    source : "stated", which leaves the captures as they are, or "optical".
+    captures : captures Dataset.
+    source : "stated", which returns the captures unchanged, or "optical".
 
     Raises
     ------
-    UnitError : the black level is to be measured, and the captures hold no optical black pixels.
+    UnitError : `source` is "optical", and the captures hold no optical black pixels.
     """
     if source == "stated":
         return captures

@@ -1,5 +1,5 @@
-"""Electrons: from DN back to electrons with their variance, and the light that one electron of a
-capture stands for.
+"""Electrons: from DN back to electrons with their variance, and the light that corresponds to one
+electron of a capture.
 """
 
 from __future__ import annotations
@@ -85,8 +85,8 @@ def readouts(captures, white_radiance) -> list[Readout]:
 
     Notes
     -----
-    Where the captures hold a response table (`response_dn`), the electrons are those that had to
-    arrive, and a pixel is saturated only where the table ends.
+    If the captures hold a response table (`response_dn`), the electrons are those that arrived at
+    the pixel, and a pixel is saturated only at the end of the table.
     """
     per_photon = captures["quantum_efficiency"].values.astype(float)
     wavelength = captures.wavelength.values

@@ -25,7 +25,7 @@ CAUSES: tuple[tuple[Alike, Alike], ...] = (("same", "same"), ("any", "same"), ("
 
 @dataclass(frozen=True, eq=False)
 class DeviceSpread:
-    """What the captures state of the spread between devices, for one capture; all rms."""
+    """The differences between devices that the captures state, for one capture; all rms."""
 
     prnu: float = 0.0  # over pixels / mean of the light's electrons
     dark_spread_e: float = 0.0  # over pixels, of the dark charge of the exposure

@@ -50,18 +50,18 @@ def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> I
     """Return the capture as electrons of upper case pixels, one channel per colour.
 
     A colour with letters of one case only keeps its channel. Dark charge is subtracted, and
-    electrons are
-    divided by the relative illumination of the lens.
+    electrons are divided by the relative illumination of the lens.
 
     Parameters
     ----------
     captures : a captures Dataset with one capture.
     balance : light whose grey is reproduced exactly.
-    shading_csv : file with measured relative illumination; empty takes what the lens states.
+    shading_csv : file with measured relative illumination; empty: the illumination that the lens
+        states.
 
     Raises
     ------
-    UnitError : several captures, or a filter that passes nothing of `balance`.
+    UnitError : several captures, or a filter that transmits nothing of `balance`.
     """
     if captures.sizes["capture"] != 1:
         raise UnitError(
@@ -99,7 +99,7 @@ def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> I
     g_next, _ = weight(charge.t_e + 1, charge, charge, ratio)
     part = (charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next) / level
 
-    # every sample is silicon of its own; what columns or rows share counts as independent
+    # each sample has its own silicon; deviations shared by columns or rows count as independent
     pattern = fixed_pattern(list(charge.reads), single * scale, single_var * scale**2).scaled(
         1 / scale
     )

@@ -1,8 +1,8 @@
 """Merge rules: the default and published rules for merging a shot, with one signature, for
 comparison.
 
-Each takes the reads of every charge, least sensitive charge first, and the electrons per unit of
-light of each charge's pixels, and returns `Merged` in absolute electrons of the most sensitive
+A rule takes the reads of every charge, least sensitive charge first, and the electrons per unit of
+light of each charge's pixels. It returns `Merged` in absolute electrons of the most sensitive
 charge. A read counts while it is below 95 % of its top, ISETCam's saturated fraction. Each rule
 states its own variance; reads of one charge share their shot noise.
 """
@@ -22,8 +22,8 @@ SHARE = 0.95  # of the top (sensorComputeArray.m)
 def inverse_variance(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
     """Return the merge by inverse variance without bias: the default.
 
-    A block of rows at a time, which changes nothing: what is worked out on the way stays in the
-    processor's cache.
+    It works on blocks of rows, so that intermediate results stay in the processor's cache. The
+    block size does not change the result.
     """
     height, width = per_light[0].shape
     step = max(1, AT_ONCE // width)

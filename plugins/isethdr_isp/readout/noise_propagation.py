@@ -18,10 +18,10 @@ Alike = Literal["same", "any"]
 
 
 class NoisePart(NamedTuple):
-    """One cause of noise: its variance in every sample, and which samples share one deviation.
+    """One cause of noise: its variance in every sample, and the samples that share one deviation.
 
-    `rows` and `columns` tell which samples share it: "same" means only those of one row or column,
-    "any" means all. Their deviations are one normal number times the square root of the variance.
+    `rows` and `columns` define these samples: "same" means only samples of one row or column, "any"
+    means all. Their deviation is one normal number times the square root of the variance.
     """
 
     variance_e2: np.ndarray  # (y, x)

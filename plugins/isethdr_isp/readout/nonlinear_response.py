@@ -31,7 +31,7 @@ class BentResponse:
         return np.interp(dn, self.dn, self.electrons) + slope * np.minimum(dn - self.dn[0], 0.0)
 
     def electrons_per_dn(self, dn) -> np.ndarray:
-        """Return the slope of the table at `dn`, electrons per DN. Below the first entry it is that
+        """Return the slope of the table at `dn`, electrons per DN; below the first entry, the slope
         of the first segment.
         """
         slopes = np.diff(self.electrons) / np.diff(self.dn)

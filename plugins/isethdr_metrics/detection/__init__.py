@@ -1,6 +1,6 @@
 """Detection: whether contrasts and objects can still be told.
 
-| module               | what                                                          |
+| module               | content                                                       |
 |----------------------|---------------------------------------------------------------|
 | `contrast_detection` | probability that a contrast of the scene shows in the picture |
 | `count_sums`         | that probability for two counts with normal noise             |

@@ -1,6 +1,6 @@
 """Luminance: levels, dynamic range, noise, sharpness and flare.
 
-| module                | what                                                               |
+| module                | content                                                            |
 |-----------------------|--------------------------------------------------------------------|
 | `dynamic_range`       | from the lowest detectable luminance to the brightest one measured |
 | `line_profile`        | luminance along one row, which shows flare                         |

@@ -1,6 +1,6 @@
 """Similarity of a picture and its reference picture.
 
-| module                  | what                                                          |
+| module                  | content                                                       |
 |-------------------------|---------------------------------------------------------------|
 | `ciede2000`             | colour difference between a picture and its reference picture |
 | `ssim`                  | structural similarity of the displayed pictures               |

@@ -42,7 +42,7 @@ class Ciede2000:
         check_ranges(self)
 
     def narrow(self, demand):
-        """Ask for the instance labels."""
+        """Add the instance labels to the demand."""
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):

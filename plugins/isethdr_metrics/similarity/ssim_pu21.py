@@ -40,7 +40,7 @@ class SsimPu21:
     )
 
     def narrow(self, demand):
-        """Ask for the instance labels."""
+        """Add the instance labels to the demand."""
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):

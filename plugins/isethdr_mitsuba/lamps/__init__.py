@@ -1,6 +1,6 @@
 """Lamps: from candela to radiance, and which lamp a path looks for.
 
-| module             | what                                               |
+| module             | content                                            |
 |--------------------|----------------------------------------------------|
 | `beam_lamp`        | the beam-limited area light as a Mitsuba emitter   |
 | `device_grids`     | grids of luminance on the device                   |

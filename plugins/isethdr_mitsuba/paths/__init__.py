@@ -1,6 +1,6 @@
 """Paths: the integrator, its passes, and the tables that it reads on the device.
 
-| module           | what                                                        |
+| module           | content                                                     |
 |------------------|-------------------------------------------------------------|
 | `camera_rays`    | how the paths of a tile begin                               |
 | `device_memory`  | NumPy arrays that compiled code reads in whole vectors      |

@@ -1,6 +1,6 @@
 """World: a scene description as Mitsuba objects, and the camera's grid of tiles.
 
-| module            | what                                                                 |
+| module            | content                                                              |
 |-------------------|----------------------------------------------------------------------|
 | `angle_sensor`    | a camera on a grid of angles for Mitsuba's own integrators           |
 | `coat_energy`     | light lost between facets, and what is given back                    |

@@ -1,6 +1,6 @@
 """Field: point spread functions and colours that change over the field.
 
-| module            | what                                                                 |
+| module            | content                                                              |
 |-------------------|----------------------------------------------------------------------|
 | `errors`          | what errors of kernels do where point spreads vary over the field    |
 | `field_point_psf` | kernels of a field point near their axis                             |

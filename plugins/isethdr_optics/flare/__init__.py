@@ -1,6 +1,6 @@
 """Flare: dirty apertures, haze and ghosts.
 
-| module     | what                                                                     |
+| module     | content                                                                  |
 |------------|--------------------------------------------------------------------------|
 | `aperture` | the flares `ideal` and `aperture`: blades, dust and scratches            |
 | `haze`     | a broad veil with a measured-style scatter function, Harvey-Shack or ABg |

@@ -1,6 +1,6 @@
 """Imaging: mixed radiance to irradiance or photocurrent on the sensor plane.
 
-| module              | what                                                                       |
+| module              | content                                                                    |
 |---------------------|----------------------------------------------------------------------------|
 | `accuracy_shares`   | how a lens divides the error allowed over what it spends it on             |
 | `array_backend`     | bands convolved by another array library than NumPy                        |

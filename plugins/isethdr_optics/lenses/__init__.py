@@ -1,6 +1,6 @@
 """Lenses: the components, their fields and their ranges.
 
-| module              | what                                                                      |
+| module              | content                                                                   |
 |---------------------|---------------------------------------------------------------------------|
 | `field_point_lens`  | a lens as light from one field point meets it                             |
 | `isetcam_parity`    | ISETCam's optical image, for comparison only                              |

@@ -2,7 +2,7 @@
 
 Uses imaging, field, psf and flare. Nothing but the lenses uses it.
 
-| module            | what                                                                     |
+| module            | content                                                                  |
 |-------------------|--------------------------------------------------------------------------|
 | `imaging_seconds` | what a lens expects to take for the light of a frame                     |
 | `lens_plan`       | the plan of one lens and one field, applied to light                     |

@@ -1,6 +1,6 @@
 """Prescription: a real lens from its surfaces, glasses, coatings and stop.
 
-| module         | what                                                                          |
+| module         | content                                                                       |
 |----------------|-------------------------------------------------------------------------------|
 | `amplitude`    | amplitude over the exit pupil, as Zernike coefficients                        |
 | `coatings`     | coatings by name, and what every surface reflects                             |

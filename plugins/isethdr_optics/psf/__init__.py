@@ -1,6 +1,6 @@
 """Point spread functions: how much of a tile's light reaches every other tile.
 
-| module                      | what                                                             |
+| module                      | content                                                          |
 |-----------------------------|------------------------------------------------------------------|
 | `band_phase`                | phase that changes too much within a band                        |
 | `error_parts`               | parts of the light and keys that errors of the lens share        |

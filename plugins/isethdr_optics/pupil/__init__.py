@@ -1,6 +1,6 @@
 """Pupil: stop, wavefront, apodization and flares of a lens put together on any grid.
 
-| module          | what                                                                   |
+| module          | content                                                                |
 |-----------------|------------------------------------------------------------------------|
 | `apodization`   | light that does not fill the stop evenly                               |
 | `pupil_map`     | from places in the stop to places in the pupil that the image sees     |

@@ -1,6 +1,6 @@
 """Charts with known answers: scene radiance in closed form, no renderer.
 
-| module           | what                                                              |
+| module           | content                                                           |
 |------------------|-------------------------------------------------------------------|
 | `uniform`        | one radiance everywhere (also the kind's `ideal` member)          |
 | `macbeth`        | 24 patches of a colour checker under a daylight                   |

@@ -1,6 +1,6 @@
 """Procedural geometry: meshes computed from parameters; nothing is loaded.
 
-| module          | what                                                                  |
+| module          | content                                                               |
 |-----------------|-----------------------------------------------------------------------|
 | `mesh/`         | primitives, implicit surfaces, exact cuts, and pieces that are joined |
 | `road_users/`   | people, cyclists and deer                                             |

@@ -1,6 +1,6 @@
-"""What clear air does to light: air mass, transmission, scattering.
+"""Effects of clear air on light: air mass, transmission, scattering.
 
-| what | source |
+| effect | source |
 |---|---|
 | air mass to a light beyond the air | Kasten and Young (1989), Applied Optics 28, equation 3 |
 | optical depth of molecules | Hansen and Travis (1974), Space Science Reviews 16, equation 2.30 |
@@ -42,15 +42,15 @@ def ozone(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 
 
 def transmission(wavelength_nm: npt.ArrayLike, mass: float) -> np.ndarray:
-    """Return the share of a beam that passes so many air masses."""
+    """Return the transmitted share of a beam through `mass` air masses."""
     nm = np.asarray(wavelength_nm, float)
     return np.exp(-mass * (molecules(nm) + haze(nm) + ozone(nm)))
 
 
 def apparent_altitude_deg(altitude_deg: float) -> float:
-    """Return the altitude at which refraction shows what stands at `altitude_deg`.
+    """Return the apparent altitude of an object at `altitude_deg`, with refraction.
 
-    Below -2 degrees, where nothing is seen, the refraction stays that of -2 degrees.
+    Below -2 degrees, where nothing is visible, the refraction at -2 degrees is used.
     """
     true = max(altitude_deg, -2.0)
     return altitude_deg + 1.02 / 60 / np.tan(np.radians(true + 10.3 / (true + 5.11)))

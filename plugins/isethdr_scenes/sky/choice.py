@@ -30,7 +30,7 @@ def check_sky(sky: str, hour: Mapping[str, Any]) -> None:
 
 
 def sky_of_scene(scene: Any) -> Spectrum | SkyDome:
-    """Return the sky that the fields of a scene ask for."""
+    """Return the sky that the fields of a scene select."""
     if scene.sky == "uniform":
         return sky_of(scene.sky_luminance_cd_m2)
     return dome_of(sky_state(scene.sky, scene.hour))

@@ -1,4 +1,4 @@
-"""What a sky is of: sun, moon and site, from a preset, numbers, or a place and a time."""
+"""State of the sky: sun, moon and site, from a preset, numbers, or a place and a time."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ FROM_PLACE = tuple(k for k in STATE_KEYS if k.startswith(("sun_", "moon_")))
 
 
 def sky_state(preset: str, hour: Mapping[str, Any]) -> SkyState:
-    """Return the state of a sky: a preset with what `hour` says otherwise.
+    """Return the state of a sky: a preset, changed by the entries of `hour`.
 
     Raises
     ------
-    ConfigError : a key that is not known, a value that cannot be, half a place, or a place beside
+    ConfigError : an unknown key, an impossible value, an incomplete place, or a place together with
         positions.
     """
     for key in hour:

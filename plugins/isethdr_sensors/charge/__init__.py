@@ -1,6 +1,6 @@
 """Charge: how a photodiode fills, overflows and shares with its neighbours.
 
-| module              | what                                                        |
+| module              | content                                                     |
 |---------------------|-------------------------------------------------------------|
 | `blooming`          | charge beyond the full well runs along the column           |
 | `crosstalk`         | light and electrons that a neighbour collects               |

@@ -6,12 +6,12 @@ import numpy as np
 
 
 def bloom(charge_e, full_well_e: float, percent: float) -> np.ndarray:
-    """Return the charge (y, x) after `percent` of every excess has run along its column; the rest
-    is drained.
+    """Return the charge (y, x) after `percent` of every excess has flowed along its column; the
+    rest is drained.
 
-    Half of it runs down and half up. Each stream fills the wells it meets and goes on with the
-    remainder; what reaches the border is lost. Both orders, down first and up first, are averaged,
-    so that no direction is preferred.
+    Half of the excess flows down and half flows up. Each stream fills the wells that it meets, and
+    the remainder flows on; at the border it is lost. The result is the mean of both orders, down
+    first and up first, so that no direction is preferred.
     """
     excess = np.maximum(charge_e - full_well_e, 0.0) * (percent / 100 / 2)
     capped_e = np.minimum(charge_e, full_well_e)

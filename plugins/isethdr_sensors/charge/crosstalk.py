@@ -1,14 +1,14 @@
-"""Crosstalk: light and electrons that a neighbour collects. It moves means; nothing is gained or
-lost.
+"""Crosstalk: light and electrons that neighbouring pixels collect. The total of the means does not
+change.
 
-A photon or electron that goes astray does so on its own, so the counts of all pixels stay
-independent Poisson counts: crosstalk acts on the mean charge, before the shot noise, and correlates
-no noise.
+Each photon or electron moves independently, so the counts of all pixels stay independent Poisson
+counts. Crosstalk therefore acts on the mean charge, before the shot noise, and causes no correlated
+noise.
 
-Light spreads by diffraction between the microlens and the silicon, the more the longer its wave, so
-the share that goes astray is a power of the wavelength: of 1 where the diffraction angle counts
-(lambda / pitch; Catrysse and Wandell 2002, "Optical efficiency of image sensor pixels"). It carries
-the colour of the filter that it came through.
+Light spreads by diffraction between the microlens and the silicon, more at longer wavelengths. The
+share that reaches a neighbour is a power of the wavelength, with the exponent 1 if the diffraction
+angle dominates (lambda / pitch; Catrysse and Wandell 2002, "Optical efficiency of image sensor
+pixels"). It keeps the colour of the filter that it came through.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..spectral.colour_filter_array import channels, filter_map
 
 OPTICAL = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]]) / 4  # through the side walls: edge neighbours
 STATED_NM = 550.0  # wavelength at which the optical share is stated
-LARGEST_SHARE = 0.8  # with 4 neighbours, as much as leaves a pixel no more than each of them gets
+LARGEST_SHARE = 0.8  # with 4 neighbours: a pixel keeps at least as much as each neighbour gets
 ELECTRICAL = (
     np.array([[1, 4, 1], [4, 0, 4], [1, 4, 1]]) / 20
 )  # diffusion: corners are sqrt(2) away (assumption)
@@ -85,7 +85,7 @@ def spread(parts_e, model: SensorModel) -> np.ndarray:
         wide = np.pad(mean_e, 2, mode="symmetric")
         for dy, dx in np.ndindex(
             around.shape
-        ):  # a plain sum of positive terms: never negative, whatever lies beside a lamp
+        ):  # a plain sum of positive terms is never negative, even beside a lamp
             if around[dy, dx]:
                 out += around[dy, dx] * wide[dy : dy + height, dx : dx + width]
     return out

@@ -1,5 +1,5 @@
-"""Full well: a photodiode holds no more charge than this; what comes later is drained, or runs
-along the column (`blooming`).
+"""Full well: the largest charge of a photodiode. Further charge is drained, or flows along the
+column (`blooming`).
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from isethdr_core.physics.detector.noise import LARGEST_MEAN_E
 
 
 def limit_charge(charge_e, full_well_e: float) -> np.ndarray:
-    """Return the charge that stays, electrons. Clipped after the shot noise: it is electrons that
-    spill, not means.
+    """Return the charge that stays, electrons. The limit applies after the shot noise, because
+    electrons spill and not their mean.
     """
     return np.minimum(charge_e, full_well_e)
 
@@ -29,10 +29,10 @@ def limit_mean(mean_e, full_well_e: float) -> np.ndarray:
 
 
 def full(charge_e, full_well_e: float) -> np.ndarray:
-    """Return where the charge says no more than that there was at least so much: a full well, or
-    more than can be counted.
+    """Return where the charge is only a lower limit: a full well, or more electrons than can be
+    counted.
 
-    Means beyond 1e18 e are drawn as 1e18, at most 1e10 e low; no converter of a real sensor reaches
-    that far.
+    Means beyond 1e18 e are drawn as 1e18, with an error of at most 1e10 e. No converter of a real
+    sensor reaches this range.
     """
     return charge_e >= min(full_well_e, LARGEST_MEAN_E - 1e10)

@@ -16,7 +16,9 @@ REFERENCE_C, REFERENCE_K = 60.0, 333.15  # at which `thermal_e` is given
 
 @runtime_checkable
 class HasSoftKnee(Protocol):
-    """A sensor whose photodiode loses charge before it is full, so that captures bend."""
+    """A sensor whose photodiode loses charge before it is full, so that its response is
+    nonlinear.
+    """
 
     def well(self) -> Well:
         """Return the soft knee of its pixels."""
@@ -31,8 +33,8 @@ def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: fl
 
 
 def check(sensor) -> None:
-    """Refuse fields of `sensor` that describe no knee, and blooming: what overflows here goes
-    through its own path.
+    """Refuse fields of `sensor` that describe no knee. Refuse blooming too, because overflowing
+    charge has its own path here.
     """
     for name, off in (
         ("combine_bits", 0),

@@ -1,5 +1,5 @@
-"""One shot of a pixel with a soft knee: as `shot`, with the photodiode's charge and what spilled
-from it kept apart.
+"""One shot of a pixel with a soft knee: as `shot`, with the photodiode's charge and the spilled
+charge kept apart.
 """
 
 from __future__ import annotations
@@ -86,8 +86,8 @@ def tops(model, soft, collects) -> list[float]:
 
 
 def _state_in_time(model, soft, collects) -> None:
-    """State what light that varies does to readings that were to be linear, and to a table that
-    reads a bent pixel back.
+    """State the effect of varying light on readings that should be linear, and on the table that
+    reads a nonlinear pixel back.
     """
     alone_e = [
         (top - r.black_dn) / r.gain_dn_per_e

@@ -1,8 +1,8 @@
-"""Fixed pattern: what differs from pixel to pixel and stays from shot to shot, keyed by the device
-alone.
+"""Fixed pattern: differences between pixels that stay from shot to shot. Their random numbers
+depend on the device only.
 
 PRNU scales the light's electrons, the dark spread scales the dark electrons, DSNU, column and row
-offsets add to a reading, hot pixels add dark electrons.
+offsets add to a reading, and hot pixels add dark electrons.
 """
 
 from __future__ import annotations
@@ -46,7 +46,9 @@ def below(share: float) -> int:
 
 
 def chosen(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
-    """Return (y, x) bool: pixels of the device picked with probability `share`, each on its own."""
+    """Return (y, x) bool: each pixel of the device is true with probability `share`,
+    independently.
+    """
     out = np.empty((rows, columns), bool)
     block = noise.rows_per_block(columns)
     for y in range(0, rows, block):
@@ -57,11 +59,11 @@ def chosen(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def hot_dark(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
-    """Return (y, x) float32: what each pixel adds to the dark charge, relative to the mean of the
+    """Return (y, x) float32: the additional dark charge of each pixel, relative to the mean of the
     hot pixels.
 
-    0 for a share of 1 - `share` of the pixels, exponentially distributed with mean 1 among the
-    others: published histograms of dark current end in straight lines on a logarithmic axis.
+    It is 0 for a share of 1 - `share` of the pixels, and exponentially distributed with mean 1 for
+    the others: published histograms of dark current end in straight lines on a logarithmic axis.
     """
     hot = chosen(share, stream, rows, columns)
     out = np.zeros((rows, columns), np.float32)

@@ -1,10 +1,11 @@
-"""The variance that a reading of a lin-log pixel states of itself, such that its mean over a shot
-is the variance over that shot.
+"""The variance that a reading of a lin-log pixel states. Its mean over the pixels of a shot equals
+the variance over that shot.
 
-At the bend the variance of what is read back jumps twentyfold within three widths of the noise, and
-one reading does not know on which side it is. What it states is therefore solved for: levels of
-light across the bend, the distribution of their readings by quadrature over what arrives (Poisson)
-and over what the charge then scatters, and the rising table whose mean is right at all of them.
+At the knee, the variance of the electrons read back increases twentyfold within three widths of the
+noise, and a single reading cannot tell on which side of the knee it lies. The table of variances is
+therefore the solution of equations for many levels of light across the knee. The distribution of
+the readings at each level is a quadrature over the arriving electrons (Poisson) and over the noise
+of the charge. The table increases with the reading, and its mean is right at all levels.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ def scatter_of_readings(table: ReadBack, slopes, plain_e2, off_bend_e2) -> np.nd
     target = (true_e2 - entry_shares @ electrons - other_share) / true_e2
     known = np.isfinite(target) & np.isfinite(by_part).all(
         1
-    )  # light whose readings all are one code says nothing of their variance
+    )  # a level whose readings are all one code gives no equation
     count = part[-1] + 1
     from scipy.optimize import nnls  # slow to import
 

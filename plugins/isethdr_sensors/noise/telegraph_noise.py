@@ -1,10 +1,10 @@
-"""Random telegraph noise: a trap in a pixel's source follower that is filled or empty in each of
-the two samples whose difference is read.
+"""Random telegraph noise: a trap in a pixel's source follower is filled or empty in each of two
+samples, and the reading is their difference.
 
-With both states equally likely and the samples independent of each other, the difference is the
-trap's step, minus that step, or nothing, with probabilities 1/4, 1/4 and 1/2: the three peaks of
-published histograms of correlated double sampling. The steps differ from pixel to pixel; they are
-taken as exponentially distributed (assumption).
+If both states are equally likely and the samples independent, the difference is plus the step of
+the trap, minus the step, or 0, with probabilities 1/4, 1/4 and 1/2. These are the three peaks of
+published histograms of correlated double sampling. The steps of the pixels are assumed to be
+exponentially distributed.
 """
 
 from __future__ import annotations
@@ -36,11 +36,13 @@ def steps_e(step_e: float, percent: float, stream: tuple, rows: range, columns: 
 
 
 def telegraph_noise(steps, stream: tuple, first_row: int) -> np.ndarray:
-    """Return what the traps of a block of rows add to one reading, (y, x) electrons.
+    """Return the noise of the traps of a block of rows in one reading, (y, x) electrons.
 
     Parameters
     ----------
     steps : (y, x) step of each pixel's trap, electrons.
+    stream : key of the random numbers of the reading.
+    first_row : first row of the block.
     """
     rows, columns = steps.shape
     words = random_words.words(stream, first_row, first_row + rows, 0, columns)

@@ -1,6 +1,6 @@
 """Readout: one shot, from light through charge and converter to captures.
 
-| module             | what                                                            |
+| module             | content                                                         |
 |--------------------|-----------------------------------------------------------------|
 | `captures`         | the Dataset that leaves the sensor, with all that reads it back |
 | `chip_combination` | all captures of a shot in one linear code of 20 or 24 bits      |

@@ -22,7 +22,7 @@ FROM_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", *camera_geometry.C
 
 
 class Mosaic(NamedTuple):
-    """What the pixels of one shot read, and through which filters."""
+    """The readings of all pixels of one shot, and their filters."""
 
     raw: np.ndarray  # (capture, y, x) DN
     saturated: np.ndarray  # (capture, y, x) bool
@@ -35,10 +35,10 @@ def captures(model, light, grid, mosaic: Mosaic) -> xr.Dataset:
 
     Parameters
     ----------
-    model : what the sensor is made of.
+    model : photodiodes and readings of the sensor.
     light : irradiance on the sensor plane.
     grid : centres of the pixels and their pitch.
-    mosaic : what the pixels read.
+    mosaic : readings of the pixels.
     """
     readings, diodes = model.readings, [model.diode_of(r) for r in model.readings]
     dark = [

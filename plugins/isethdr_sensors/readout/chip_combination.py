@@ -1,12 +1,13 @@
 """Combination on the chip: all captures of a shot become one linear code of 20 or 24 bits.
 
-Every reading is freed of its black level and mean dark charge, and scaled to electrons of the most
-sensitive photodiode. From the least to the most sensitive, each reading takes the place of those
-before it, by a weight that falls linearly from 1 to 0 between two shares of its own full scale. A
-weight that follows the noisy reading t biases the result by Var t / (width of the ramp).
+The black level and mean dark charge are subtracted from every reading, and the reading is scaled to
+electrons of the most sensitive photodiode. From the least to the most sensitive, each reading
+replaces the previous ones, with a weight that falls linearly from 1 to 0 between two shares of its
+own full scale. A weight that depends on the noisy reading t biases the result by Var t / (width of
+the ramp).
 
-What a code means, and how noisy it is, leaves with the capture as its response table: electrons and
-variance of one reading against the linear code, the steps of code and companding included.
+The capture carries its response table: for each linear code, the electrons and the variance of one
+reading, including the steps of code and companding.
 """
 
 from __future__ import annotations
@@ -66,12 +67,12 @@ def sources(model: SensorModel) -> list[Source]:
 
 
 def check(model: SensorModel) -> None:
-    """Refuse a combination of one reading, of readings without a converter, or into knees that do
-    not end at the top code.
+    """Refuse a combination of a single reading, of readings without a converter, or with companding
+    knees that do not end at the top code.
 
     Raises
     ------
-    ConfigError : as said.
+    ConfigError : in each of these cases.
     """
     bits = model.combine_bits
     if len(model.readings) < 2:
@@ -157,7 +158,7 @@ def combine(model: SensorModel, raw, saturated) -> tuple[np.ndarray, np.ndarray]
 
 
 def weight(own_e, source: Source) -> np.ndarray:
-    """Return the share of a reading where it reads `own_e` electrons of its own."""
+    """Return the weight of a reading at `own_e` electrons of its own."""
     begin, end = (share * source.top_e for share in RAMP)
     return np.clip((end - own_e) / (end - begin), 0.0, 1.0)
 

@@ -56,7 +56,7 @@ def converter(
 
 
 def top_code(reading: Reading) -> float:
-    """Return the largest value the converter can give, DN; infinite where nothing limits it."""
+    """Return the largest output value of the converter, DN; infinite without a limit."""
     if reading.bits:
         return float(2**reading.bits - 1)
     return float(reading.black_dn + reading.gain_dn_per_e * reading.swing_e)
@@ -134,7 +134,7 @@ def check_reading(reading: Reading) -> None:
 
 
 def check_codes(reading: Reading, diode: Photodiode) -> None:
-    """Raise ConfigError where a full well is less than one code: nothing would be measured."""
+    """Raise ConfigError if a full well is less than one code, because every reading would be 0."""
     if top_dn(reading, diode) <= reading.black_dn:
         raise ConfigError(
             f"sensor {reading.capture} has a full well of {diode.full_well_e:g} e and codes of"
@@ -144,7 +144,7 @@ def check_codes(reading: Reading, diode: Photodiode) -> None:
 
 
 def state_nonlinearity(reading: Reading) -> None:
-    """State the non-linearity in the ledger: no processor knows it."""
+    """State the nonlinearity in the ledger, because no image processing knows it."""
     if reading.inl_dn:
         ledger.error(
             abs(reading.inl_dn) / reading.gain_dn_per_e,

@@ -13,9 +13,9 @@ from ..spectral.colour_filter_array import channels, filter_map
 def dark_map(model: SensorModel, rows: int, columns: int):
     """Return the (y, x) dark charge of every pixel relative to an upper case one, or the number 1.
 
-    The black clamp puts darkness of both kinds at one level, that of the upper case pixels, as
-    separate reference pixels for each exposure do: what the charge lacks, the reading's offset
-    adds.
+    The black clamp puts darkness of both kinds of pixels at the level of the upper case pixels,
+    like separate reference pixels for each exposure. The offset of the reading makes up for the
+    lower dark charge.
     """
     if model.lower_case_dark == 1.0:
         return 1.0

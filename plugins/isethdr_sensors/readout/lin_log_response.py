@@ -18,37 +18,40 @@ from ..charge.soft_knee_shot import linear_top_dn
 from ..noise.lin_log_variance import ReadBack, scatter_of_readings
 from . import converter
 
-ENTRIES = 1024  # of the bent part, where no code says how fine it has to be
+ENTRIES = 1024  # entries of the nonlinear part, if there are no codes that decide the number
 STRAIGHT_E = 1e-6  # electrons spilled up to which the table is a straight line
 NODES, SHARE = np.polynomial.hermite_e.hermegauss(21)
 SHARE = SHARE / SHARE.sum()
 ROUNDS = 12  # each leaves about a hundredth of the bias
 RATIOS = 3  # of the variance off the bend
-REACH = 10.0  # noise widths by which the table is continued while it is made
-FINITE_E = 1e60  # where it ends while it is made: squares of it are numbers
+REACH = 10.0  # noise widths by which the table is extended while it is computed
+FINITE_E = 1e60  # end of the table while it is computed: its square is still finite
 
 
 def response(
     reading, exposure_s: float, soft, noise: bool = True
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (DN, electrons, e^2): one entry per code beyond the linear part, so that nothing is
-    interpolated there.
+    """Return (DN, electrons, e^2): one entry per code beyond the linear part, so that no
+    interpolation is needed there.
 
-    Light is constant over the exposure. The dark charge is part of the electrons, as it is below
-    the knee. The variance is that of one reading of so many electrons: charge, read noise and
-    rounding, divided by the slope of the response squared; it is Poisson's below the knee. The last
-    entry is the top code, or the code of the most light that a shot may have, and measures no
-    light: it stands for all that is brighter.
+    Light is constant over the exposure. The dark charge is part of the electrons, as below the
+    knee. The variance is that of one reading: charge, read noise and rounding, divided by the
+    square of the slope of the response; below the knee it is Poisson's. The last entry is the top
+    code, or the code of the largest light of a shot. It measures no light: all brighter light gives
+    the same code.
 
     Parameters
     ----------
-    noise : of the sensor; without it the table is the plain inverse of the response.
+    reading : the reading of the photodiode.
+    exposure_s : exposure time.
+    soft : `charge_dynamics.Well` of the photodiode.
+    noise : whether the sensor has noise; without noise the table is the inverse of the response.
 
     Notes
     -----
-    The charge that `n` arriving electrons leave is `flow(n)` plus thermal noise of variance rho(n)
-    that knows nothing of n. A table whose mean over rho, read noise and rounding is n for every n
-    is therefore without bias for any light and any pixel.
+    The charge left by `n` arriving electrons is `flow(n)` plus thermal noise of variance rho(n)
+    that is independent of n. A table whose mean over this noise, read noise and rounding is n for
+    every n has no bias for any light and any pixel.
     """
     knee, top = linear_top_dn(reading, exposure_s, soft, STRAIGHT_E), converter.top_code(reading)
     step = 1.0 if reading.bits else (top - knee) / (ENTRIES - 1)
@@ -129,9 +132,7 @@ def as_mean(dn, mean_wanted, width_dn) -> np.ndarray:
 
 
 def over_noise(dn, table, width_dn) -> np.ndarray:
-    """Return what the table gives to the readings (entry, node) of a normal noise about each
-    entry.
-    """
+    """Return the table at the readings (entry, node) of a normal distribution around each entry."""
     noisy_dn = dn[:, None] + width_dn[:, None] * NODES
     below_table, above_table = np.minimum(noisy_dn - dn[0], 0.0), np.maximum(noisy_dn - dn[-1], 0.0)
     slope_before, growth = (

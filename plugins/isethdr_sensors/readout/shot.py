@@ -34,7 +34,7 @@ def take_shot(model: SensorModel, light, generator):
 
     Parameters
     ----------
-    model : what the sensor is made of.
+    model : photodiodes and readings of the sensor.
     light : irradiance DataArray ([component,] wavelength, y, x), W m-2 nm-1.
     generator : `isethdr_core.seeds.Generator`; its seed and scene key the shot, its device the
         fixed pattern. May be None for a model without noise.
@@ -69,7 +69,7 @@ def take_shot(model: SensorModel, light, generator):
 
 
 def check_generator(model: SensorModel, generator) -> None:
-    """Raise ConfigError where a sensor has noise and nothing to draw it from."""
+    """Raise ConfigError if a sensor with noise has no generator."""
     if model.noise and generator is None:
         raise ConfigError(
             "a sensor with noise got no generator; expected hdr.generator(...), "
@@ -82,10 +82,10 @@ PLACE_IN_BAND = "place in band"  # key of what is left out: where in its bands l
 
 
 def expected_electrons(model: SensorModel, light):
-    """Return the mean electrons of light and dark charge, DataArray (capture, y, x): no noise, full
-    well or converter.
+    """Return the mean electrons of light and dark charge, DataArray (capture, y, x), without noise,
+    full well or converter.
 
-    It is affine in the light; in darkness it is `dark_e` of the captures.
+    The result is affine in the light; in darkness it is `dark_e` of the captures.
     """
     grid, _, _, light_e = light_electrons(model, light)
     if model.combine_bits:
@@ -100,8 +100,8 @@ def expected_electrons(model: SensorModel, light):
 
 
 def state_errors(model: SensorModel, light) -> None:
-    """State in the ledger what every shot of `model` leaves out: light within bands, the
-    converter's bend and its lower end.
+    """State in the ledger what every shot of `model` leaves out: the position of light within
+    bands, and the nonlinearity and the lower end of the converter.
     """
     wavelength_nm = quantities.bands_nm(light)
     if len(wavelength_nm) > 1:

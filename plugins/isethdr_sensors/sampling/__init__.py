@@ -1,6 +1,6 @@
 """Sampling: where the pixels lie, and how much light each photodiode collects.
 
-| module             | what                                                      |
+| module             | content                                                   |
 |--------------------|-----------------------------------------------------------|
 | `area_integration` | irradiance to the electrons per second of each photodiode |
 | `isetcam_parity`   | ISETCam's spatial and voltage rules, for comparison only  |

@@ -73,8 +73,8 @@ def lattices(filters):
 
 
 def _period(filters) -> int:
-    """Return the smallest shift along the first axis that leaves the pattern as it is; all of it
-    where there is none.
+    """Return the smallest shift along the first axis that maps the pattern onto itself; the full
+    length if there is none.
     """
     return next(
         (p for p in range(1, len(filters)) if np.array_equal(filters[p:], filters[:-p])),

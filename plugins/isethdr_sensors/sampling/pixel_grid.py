@@ -33,11 +33,11 @@ class PixelGrid:
 def pixel_grid(light, pitch_um: float, rows: int = 0, columns: int = 0) -> PixelGrid:
     """Return the grid of `rows` x `columns` pixels, centred; 0 fills the camera's nominal field.
 
-    Margin tiles beyond `field_width` and `field_height` of the light are not part of the field.
+    Tiles beyond `field_width` and `field_height` of the light are not part of the field.
 
     Raises
     ------
-    ConfigError : when the sensor is larger than the field, so that its border would see no light.
+    ConfigError : the sensor is larger than the field, so that its border would get no light.
     """
     from isethdr_core.quantities import centres
 
@@ -51,8 +51,8 @@ def pixel_grid(light, pitch_um: float, rows: int = 0, columns: int = 0) -> Pixel
 def pixel_counts(
     field_width_m: float, field_height_m: float, pitch_um: float, rows: int = 0, columns: int = 0
 ) -> tuple[int, int]:
-    """Return (rows, columns), 0 replaced by as many as fit into the field; ConfigError where more
-    are asked for, or none fits.
+    """Return (rows, columns), with 0 replaced by the largest number that fits into the field. Raise
+    ConfigError if more are requested, or none fits.
     """
     pitch = pitch_um * 1e-6
     return _count(field_height_m, pitch, rows, "rows", "high"), _count(
@@ -61,8 +61,8 @@ def pixel_counts(
 
 
 def pixel_need(model: SensorModel, field_width_m: float, field_height_m: float) -> memory.Need:
-    """Return what the pixels of a sensor take from the shot to the scores, and the smallest pitch
-    that the machine's memory holds.
+    """Return the memory of the pixels of a sensor from the shot to the scores, and the smallest
+    pitch that fits into the machine's memory.
     """
     rows, columns = pixel_counts(
         field_width_m, field_height_m, model.pitch_um, model.rows, model.columns
@@ -78,8 +78,8 @@ def pixel_need(model: SensorModel, field_width_m: float, field_height_m: float) 
 
 
 def window_m(pitch_um: float, rows: int, columns: int) -> tuple[float, float] | None:
-    """Return (width, height) that the pixels see of the image plane, inf along an axis that they
-    fill; None where they fill both.
+    """Return (width, height) of the part of the image plane that the pixels cover, inf along an
+    axis that they fill; None if they fill both.
     """
     return (
         tuple(n * pitch_um * 1e-6 or np.inf for n in (columns, rows)) if rows or columns else None
@@ -104,11 +104,11 @@ def _count(field_m, pitch, asked_count, name, direction):
 
 
 def check_tiles(light, grid: PixelGrid) -> None:
-    """Refuse light that does not cover the pixels; state in the ledger when its tiles are coarser
-    than they are.
+    """Refuse light that does not cover the pixels. State in the ledger if its tiles are coarser
+    than the pixels.
 
-    The detail that is missing inside a tile cannot be known; the mean change from tile to tile
-    tells its size.
+    The detail inside a tile is not known; its size is estimated from the mean change from tile to
+    tile.
     """
     if min(light.sizes["x"], light.sizes["y"]) < 2:
         raise UnitError(

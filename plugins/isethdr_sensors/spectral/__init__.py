@@ -1,6 +1,6 @@
 """Spectral: filters, quantum efficiency, and the bands that a sensor asks for.
 
-| module                | what                                                                   |
+| module                | content                                                                |
 |-----------------------|------------------------------------------------------------------------|
 | `band_integration`    | means of spectral curves over the bands of the light                   |
 | `colour_filter_array` | a small text pattern, repeated from the upper left pixel of the sensor |

@@ -1,5 +1,5 @@
-"""Band integration: means of spectral curves over the bands of the light, and what is wrong with
-them for smooth spectra.
+"""Band integration: means of spectral curves over the bands of the light, and their errors for
+smooth spectra.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ def spectral_curve(model: SensorModel, wavelength_nm) -> np.ndarray:
 
 
 def _seen(model, qe, w):
-    """Return the quantum efficiency of the bands; ConfigError where all of it is 0."""
+    """Return the quantum efficiency of the bands; raise ConfigError if all of it is 0."""
     if qe.any():
         return qe
     where = f"sensor.qe_csv={model.qe_csv!r}" if model.qe_csv else f"sensor.cfa={model.cfa!r}"
@@ -94,11 +94,11 @@ def _known(model, at, w):
 
 
 def smooth_spectrum_error(model: SensorModel, wavelength_nm, spectrum=None) -> float:
-    """Return how wrong a channel's electrons are at most, relative, because light is taken for even
-    over each band.
+    """Return a bound on the relative error of a channel's electrons due to the assumption that
+    light is constant over each band.
 
-    `spectrum` : (band,) mean energy per nm of the light; it is tried beside black bodies of 2000 to
-        20000 K.
+    `spectrum` : (band,) mean energy per nm of the light. It is tested together with black bodies of
+        2000 to 20000 K.
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
@@ -111,12 +111,13 @@ def smooth_spectrum_error(model: SensorModel, wavelength_nm, spectrum=None) -> f
 
 
 def line_error(model: SensorModel, wavelength_nm) -> float:
-    """Return a bound on what is wrong for any spectrum, a line at the edge of its band included.
+    """Return a bound on the error for any spectrum, including a line at the edge of its band.
 
-    A band holds the mean of its energy and no more, so light anywhere within it counts with the
-    mean over the band. Electrons per joule differ by no more than wavelength x quantum efficiency
-    from its mean within a band: that difference, relative to the largest mean. Times the electrons
-    that all of the light's energy would make in the most sensitive band it bounds the error.
+    A band holds only the mean of its energy, so light anywhere within it counts with the mean
+    efficiency over the band. The electrons per joule differ from their mean within a band by at
+    most the range of wavelength x quantum efficiency there. The bound is this difference relative
+    to the largest mean. Multiplied by the electrons that all energy of the light would make in the
+    most sensitive band, it bounds the error.
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
@@ -133,8 +134,8 @@ def line_error(model: SensorModel, wavelength_nm) -> float:
 
 
 def narrow(model: SensorModel, demand):
-    """Return the demand for what the sensor sees: its window, and no outer band in which it is
-    blind; states the bound.
+    """Return the demand for the sensor's window, without the outer bands in which it is blind. The
+    effect is bounded in the ledger.
     """
     demand = replace(demand, window_m=window_m(model.pitch_um, model.rows, model.columns))
     if demand.wavelength_nm is None:
@@ -180,7 +181,9 @@ def _curve(model, letter, w):
 
 
 def _check_cover(path, letter, table_nm, values, w):
-    """Refuse a table that ends while the filter still sees and the light goes on."""
+    """Refuse a table that ends at a wavelength where the filter still transmits and the light has
+    energy.
+    """
     for end, light_goes_on in (
         (0, w.min() < table_nm[0] - BEYOND_NM),
         (-1, w.max() > table_nm[-1] + BEYOND_NM),

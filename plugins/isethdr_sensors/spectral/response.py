@@ -1,5 +1,5 @@
-"""Response: what a sensor asks of a lens that can answer in photocurrent, and how it reads either
-kind of light.
+"""Response: the request of a sensor for photocurrent, and its reading of irradiance or
+photocurrent.
 """
 
 from __future__ import annotations
@@ -26,12 +26,11 @@ CLOSE = 1e-12  # relative: two computations of one quantum efficiency
 def ask(
     model: SensorModel, demand: Demand, longest_s: float, quietest: SensorModel | None = None
 ) -> Demand:
-    """Return the demand with the response of a sensor that exposes for `longest_s` at most; without
-    one where there is no noise.
+    """Return the demand with the response of a sensor that exposes for at most `longest_s`; without
+    a response if the sensor has no noise.
 
-    `quietest` is the model at the gain at which it reads with the least noise, if not `model`.
-    Without noise no error can be small beside it, so that light is asked for wavelength by
-    wavelength.
+    `quietest` is the model at the gain with the least read noise, if it is not `model`. Without
+    noise no error is small enough, so the sensor asks for light wavelength by wavelength.
     """
     if not model.noise:
         return demand
@@ -98,7 +97,7 @@ def channel_planes(model: SensorModel, light, qe) -> list[np.ndarray]:
     )
     difference = np.abs(efficiency[:, None] - efficiency_of_light).max(
         2
-    )  # other sensors may see the same light
+    )  # the light may serve other sensors too
     row = difference.argmin(1)
     if np.any(difference[np.arange(len(efficiency)), row] > CLOSE * efficiency.max()):
         raise UnitError(

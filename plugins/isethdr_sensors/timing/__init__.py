@@ -1,9 +1,9 @@
 """Timing: when each row is exposed, and for how long.
 
-| module            | what                                                                       |
+| module            | content                                                                    |
 |-------------------|----------------------------------------------------------------------------|
 | `auto_exposure`   | the time and the gain at which the metered level meets its target          |
 | `exposure_limits` | the exposures that motion and flickering lamps allow                       |
 | `exposure_timing` | when each row of each capture is exposed                                   |
-| `metering`        | which level of the mean electrons an exposure rule looks at                |
+| `metering`        | the level of the mean electrons that an exposure rule measures             |
 """

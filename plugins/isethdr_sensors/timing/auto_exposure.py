@@ -1,10 +1,10 @@
-"""Automatic exposure and gain: the time, then the analog gain, at which the metered level of the
-mean electrons meets its target. Noise does not enter.
+"""Automatic exposure and gain: the exposure time, then the analog gain, at which the metered level
+of the mean electrons meets its target. Noise has no influence.
 
-The exposure goes first, within the limits that motion and flickering lamps set. Where it ends
-below the target, analog gain takes over, up to `auto_gain_max` times. All captures keep their
-shares of the exposure, so several exposures form a bracket around the solved one; or each is
-solved on its own (`exposed_each`).
+The exposure is solved first, within the limits of motion and flickering lamps. If it ends below the
+target, the analog gain is raised, up to `auto_gain_max` times. All captures keep their shares of
+the exposure, so several exposures form a bracket around the solved one. Alternatively each is
+solved separately (`exposed_each`).
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ def check(sensor) -> None:
 def exposed(sensor, light, generator):
     """Return the captures of `sensor` at the exposure and gain solved for this light.
 
-    Attribute `exposure_iterations` says in how many steps, `analog_gain_factor` by how much the
-    analog gain was raised.
+    The attribute `exposure_iterations` is the number of steps, and `analog_gain_factor` the factor
+    by which the analog gain was raised.
     """
     solution = settle(sensor, light)
     fixed = sensor.with_gain(solution.gain) if solution.gain > 1 else sensor

@@ -1,8 +1,8 @@
 """Exposure limits: the shortest and longest exposure that motion and flickering lamps allow.
 
-Motion: an object 5 m beside the lane, 20 m ahead, may move by two pixels at most while the camera
-drives towards it. Flicker: an exposure of whole periods of a lamp counts its mean, whatever its
-phase and the row.
+Motion: while the camera drives towards it, an object 5 m beside the lane, 20 m ahead, may move by
+two pixels at most. Flicker: an exposure over whole periods of a lamp measures its mean, independent
+of phase and row.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from isethdr_core.errors import ConfigError
 ASIDE_M = 5.0  # of the object beside the lane
 AHEAD_M = 20.0  # of the object at the start of the exposure
 PIXELS = 2.0  # that it may move
-ROUNDING = 1e-9  # relative: periods that are whole but for the rounding of a product
+ROUNDING = 1e-9  # relative: tolerance for whole periods, because products are rounded
 
 
 class Limits(NamedTuple):
@@ -28,14 +28,16 @@ class Limits(NamedTuple):
 
 
 def motion_limit_s(speed_m_s: float, focal_length_m: float, pitch_m: float) -> float:
-    """Return the exposure in which the object moves by `PIXELS`, seconds; inf where nothing moves.
+    """Return the exposure in which the object moves by `PIXELS`, seconds; inf without motion.
 
-    A pinhole camera sees a point at (X, Z) at f X / Z. After the distance d = v t it is at
-    f X / (Z - d), so d = Z - 1 / (1 / Z + s / (f X)) moves it by s.
+    A pinhole camera images a point at (X, Z) at f X / Z. After the distance d = v t it is at f X /
+    (Z - d), so it moves by s after d = Z - 1 / (1 / Z + s / (f X)).
 
     Parameters
     ----------
-    speed_m_s : of the camera along its axis. `pitch_m` : distance between pixel centres.
+    speed_m_s : speed of the camera along its axis.
+    focal_length_m : focal length.
+    pitch_m : distance between pixel centres.
     """
     if not speed_m_s:
         return inf
@@ -48,7 +50,9 @@ def exposure_limits(sensor, focal_length_m: float | None) -> Limits:
 
     Parameters
     ----------
-    focal_length_m : of the lens; None where it is not known yet: then motion sets no limit.
+    sensor : the sensor.
+    focal_length_m : focal length of the lens; None if it is not known yet: motion then sets no
+        limit.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""Metering: which level of the mean electrons an exposure rule looks at.
+"""Metering: the level of the mean electrons that an exposure rule measures.
 
 | rule         | metered level, as a share of a capture's full scale                         |
 |--------------|-----------------------------------------------------------------------------|
 | `centre`     | mean over pixels, clipped at 1, under a Gaussian a quarter of the diagonal  |
-| `histogram`  | median over pixels: half of them lie below it, whatever the lamps do        |
+| `histogram`  | median over pixels, which does not depend on lamps                          |
 | `percentile` | a percentile over pixels                                                    |
 | `highlights` | brightest pixel that is no lamp, in the capture that fills last             |
 """
@@ -16,11 +16,11 @@ from typing import NamedTuple
 import numpy as np
 
 RULES = ("fixed", "centre", "histogram", "percentile", "highlights")
-LAMP_PERCENTILE = 95.0  # of the pixels: what is far brighter is taken for a lamp
+LAMP_PERCENTILE = 95.0  # percentile of the pixels; much brighter pixels count as lamps
 
 
 class Metering(NamedTuple):
-    """What is metered."""
+    """The pixels and the level that are metered."""
 
     rule: str
     percentile: float  # of the rule `percentile`

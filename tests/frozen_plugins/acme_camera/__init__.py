@@ -1,6 +1,6 @@
 """Cameras of Acme, for isethdr.
 
-| module   | what                                    |
+| module   | content                                 |
 |----------|-----------------------------------------|
 | `lens`   | `acme_plastic`: a lens without blur     |
 | `sensor` | `acme_nano`: a small sensor             |

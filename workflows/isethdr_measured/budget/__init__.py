@@ -1,7 +1,7 @@
 """Budget: whether the error allowed is kept, and what keeping it costs beside settings chosen by
 hand.
 
-| file     | what                                                          |
+| file     | content                                                       |
 |----------|---------------------------------------------------------------|
 | `scenes` | three small scenes, none of which a cost was measured on      |
 | `chains` | the chain after the renderer, planned and by hand, and truth  |

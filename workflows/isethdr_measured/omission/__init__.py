@@ -1,6 +1,6 @@
 """Omission: runs that leave out what they do not need beside the same runs that compute everything.
 
-| file       | what                                                             |
+| file       | content                                                          |
 |------------|------------------------------------------------------------------|
 | `cases`    | ten scenes and cameras of very different need                    |
 | `compare`  | both runs of a case: work, largest difference, and its bound     |

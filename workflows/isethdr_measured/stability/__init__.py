@@ -1,7 +1,7 @@
 """Stability: every stage and the whole chain through hard cases, each against a closed form or
 wider arithmetic.
 
-| file       | what                                                                       |
+| file       | content                                                                    |
 |------------|----------------------------------------------------------------------------|
 | `verdict`  | a case and its expected outcome, what it measures, and the verdict over it |
 | `inputs`   | small light to feed a stage with                                           |

@@ -1,7 +1,7 @@
 """Accuracy: error against run time of any configuration, by the accuracy knobs that its components
 declare.
 
-| file               | what                                                                     |
+| file               | content                                                                  |
 |--------------------|--------------------------------------------------------------------------|
 | `configured_knobs` | the knobs of a composed configuration, and the settings to measure       |
 | `stage_results`    | the chain stage by stage, with the CPU seconds of the stages             |
@@ -59,7 +59,7 @@ class Job:
 
 @dataclass
 class Study:
-    """What is known while the study goes on."""
+    """The state of a running study."""
 
     base: Results  # of the configuration as it is
     noise: Noise

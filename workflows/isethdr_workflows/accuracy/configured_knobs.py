@@ -1,4 +1,4 @@
-"""Configured knobs: what the components of one composed configuration declare, and the
+"""Configured knobs: the knobs that the components of one composed configuration declare, and the
 configurations that a study measures.
 """
 
@@ -29,11 +29,11 @@ class ConfiguredKnob:
 
     Parameters
     ----------
-    path : of the component in the config, for example `flare.dirt`.
-    kind : of the component, whose stage is measured.
-    knob : as declared, or with the values that a user named.
-    now : the value that the configuration has; None where the component decides by itself.
-    reference : {path in the config: value} of the configuration that the others are judged by.
+    path : path of the component in the config, for example `flare.dirt`.
+    kind : kind of the component; its stage is measured.
+    knob : the knob as declared, or with the values that a user named.
+    now : the value in the configuration; None if the component decides.
+    reference : {path in the config: value} of the reference configuration.
     exact : the reference leaves nothing out.
     """
 
@@ -46,7 +46,7 @@ class ConfiguredKnob:
 
     @property
     def name(self) -> str:
-        """What a user types to set it."""
+        """The text that a user types to set the knob."""
         return f"{self.path}.{self.knob.field}"
 
     def values(self) -> list[Any]:
@@ -117,7 +117,7 @@ def configured_knobs(config: Any, chain: Chain) -> list[ConfiguredKnob]:
 
 
 def chosen(configured: Sequence[ConfiguredKnob], name: str, values: str) -> list[ConfiguredKnob]:
-    """Return the knob that a user names, with the values that the user names, or all knobs.
+    """Return the knob that a user names, with the user's values; without a name, all knobs.
 
     Raises
     ------

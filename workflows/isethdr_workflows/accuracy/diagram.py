@@ -34,7 +34,7 @@ WIDTH_IN, DPI = (
     7.0,
     130,
 )  # 910 pixels: letters of 8 points are 11 pixels high where the picture is shown 700 wide
-TOGETHER = 18  # pixels between dots whose texts could not be told apart
+TOGETHER = 18  # distance in pixels below which dots share one text
 PANEL_IN = 2.9  # height of one panel, and of a picture of a single one 1.3 times that
 PLACES = (
     (5, 4, "left", "bottom"),
@@ -99,7 +99,7 @@ def draw(works: list[Work], path) -> None:
 
 
 def save(fig, path) -> None:
-    """Write a figure with 200 colours: half the bytes, nothing to be seen."""
+    """Write a figure with 200 colours: half the bytes without a visible difference."""
     from PIL import Image
 
     whole = BytesIO()
@@ -138,7 +138,7 @@ def panel(ax, work: Work, wide: bool):
                 ms=5,
                 zorder=ORDER[mark],
             )
-    near = work.reference_error >= floor  # else far below all points, and said in words
+    near = work.reference_error >= floor  # otherwise far below all points: then stated as text
     if near:
         ax.axhline(work.reference_error, ls=":", color="#555", lw=1, label="reference's own error")
     if work.allowed >= 0:
@@ -167,8 +167,8 @@ def panel(ax, work: Work, wide: bool):
 
 
 def limits(ax, x, y) -> None:
-    """Set the axes around the points: most of a decade at least, with room for what is written
-    beside them, and numbers where they fit.
+    """Set the axes around the points: at least most of a decade, with room for their texts, and
+    with numbers where they fit.
     """
     with needed("a diagram", extra="report"):
         from matplotlib.ticker import FuncFormatter, LogLocator
@@ -187,8 +187,8 @@ def limits(ax, x, y) -> None:
 
 
 def label(fig, ax, texts, dots) -> None:
-    """Write beside each dot what it is, where that covers neither a dot nor another text; dots that
-    lie together share one text.
+    """Write a text beside each dot, where it covers neither a dot nor another text. Dots at the
+    same position share one text.
     """
     render = fig.canvas.get_renderer()
     pixels = ax.transData.transform(dots)

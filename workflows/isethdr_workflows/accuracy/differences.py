@@ -30,7 +30,7 @@ class Noise(NamedTuple):
 
     sigma_e: dict[str, np.ndarray]  # (capture, y, x) standard deviation, electrons
     counts: dict[str, np.ndarray]  # (capture, y, x): pixels below saturation
-    known: bool  # False: shot noise alone, because captures do not tell the rest
+    known: bool  # False: shot noise only, because the captures do not state the rest
 
 
 class Difference(NamedTuple):
@@ -66,14 +66,15 @@ def noise_of(configuration: Setting, results: Results) -> Noise:
 def difference(
     measured: Results, reference: Results, error_of: Quantity, noise: Noise
 ) -> Difference:
-    """Return how wrong `measured` is against the reference.
+    """Return the error of `measured` against the reference.
 
-    Light that lies on another grid, or in other bands, than that of the reference is compared in
-    electrons.
+    Light on another grid, or in other bands, than the reference is compared in electrons.
 
     Parameters
     ----------
-    error_of : the quantity that is compared; electrons where it is none of the chain's.
+    measured, reference : results of the two configurations.
+    error_of : the quantity that is compared; electrons if it is no quantity of the chain.
+    noise : noise of the sensors.
     """
     if error_of == Quantity.SCORE:
         return _of_scores(measured, reference)

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 
-SHORT_S, MOST_CALLS = 0.5, 8  # calls are repeated until they took so long together, or were so many
+SHORT_S, MOST_CALLS = 0.5, 8  # calls are repeated up to this total time, or this number
 
 
 @dataclass(frozen=True)
 class Point:
-    """What one setting costs and how wrong it is."""
+    """Run time and error of one setting."""
 
     setting: str
     error: float
@@ -35,21 +35,21 @@ class Work:
     """All settings of one stage against one reference."""
 
     stage: str
-    error_of: str  # what `error` is one of, with its unit
+    error_of: str  # name of the error, with its unit
     reference: str
     reference_error: float  # in the unit of the errors
     points: list[Point] = field(default_factory=list)
-    allowed: float = math.nan  # what a configuration allows, in the unit of the errors
+    allowed: float = math.nan  # error that a configuration allows, in the same unit
     fails_at: float = 100.0  # larger errors are drawn here
-    no_error: str = "exact"  # what a setting without any error is called
+    no_error: str = "exact"  # name of a setting without error
 
 
 def timed(call, repeat: int = 2):
     """Return (result, CPU seconds, peak MB above the start) of the cheapest of `repeat` calls, or
-    of more where they are short.
+    of more calls if they are short.
 
-    CPU time bears a busy machine, but not quite: what others do to its caches shows, least in the
-    cheapest call.
+    CPU time depends little on the load of the machine, but other processes compete for its caches.
+    The cheapest call suffers least.
     """
     best, most, whole, calls, result = float("inf"), 0.0, 0.0, 0, None
     while calls < repeat or (calls < MOST_CALLS and whole < SHORT_S):

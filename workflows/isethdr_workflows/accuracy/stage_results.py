@@ -38,7 +38,9 @@ SENSOR, ISP, METRIC = 3, 4, 5
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """What the stages of one configuration made; None and empty where they were not run."""
+    """The results of the stages of one configuration; None or empty for stages that were
+    not run.
+    """
 
     scene: Any = None  # scene radiance
     mixed: Any = None
@@ -70,8 +72,10 @@ def all_stages(
 
     Parameters
     ----------
+    configuration : the configuration.
     earlier : the results of the stages before `first`.
-    exact : the lens leaves nothing out, and makes irradiance band by band.
+    first, last : numbers of the stages.
+    exact : the lens leaves nothing out, and computes irradiance band by band.
     """
     chain, config, rows = configuration.parts, configuration.config, Ledger()
     demand = plan(chain, rows)

@@ -1,6 +1,6 @@
 """EMVA 1288: simulated cameras measured by the machine vision standard.
 
-| module      | what                                                   |
+| module      | content                                                |
 |-------------|--------------------------------------------------------|
 | `camera`    | a simulated camera on the standard's bench             |
 | `dark`      | the dark series                                        |

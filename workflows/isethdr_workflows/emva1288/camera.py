@@ -98,7 +98,7 @@ def picture_key(bench: Bench, photons: float, number: int):
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """What two pictures of one level say: mean DN, temporal variance DN^2, share of saturated
+    """Statistics of two pictures of one level: mean DN, temporal variance DN^2, share of saturated
     pixels.
     """
 

@@ -1,9 +1,8 @@
-"""The dark series of EMVA 1288: so many pictures without light that what differs from pixel to
-pixel stands out of their noise.
+"""The dark series of EMVA 1288: enough pictures without light to measure the fixed pattern below
+their noise.
 
-The pattern of a low gain is a thousandth of its noise; the mean of n pictures hides it until n is
-in the thousands. All captures and channels are in one and the same pictures, so they are taken once
-for a camera.
+The pattern of a low gain is a thousandth of its noise, so the mean needs thousands of pictures. All
+captures and channels come from the same pictures, so the series is taken once per camera.
 """
 
 from __future__ import annotations
@@ -77,11 +76,11 @@ def black_dn(model) -> np.ndarray:
 
 
 def pictures_needed(noise_dn2: float, pattern_dn2: float, pixels: int) -> int:
-    """Return the pictures after which the variance of a pattern is known to `SHARE` of it, by
-    closed form.
+    """Return the number of pictures after which the relative error of the pattern's variance is
+    `SHARE`, in closed form.
 
-    The variance of the mean's noise, noise / n, is known to sqrt(2 / pixels) of it. It is planned
-    from what a data sheet states, not from what the pictures show, as a series that ends when its
-    result looks certain is biased.
+    The variance of the mean's noise, noise / n, has the relative error sqrt(2 / pixels). The number
+    is planned from the data sheet and not from the pictures: a series that ends when its result
+    looks certain is biased.
     """
     return ceil(sqrt(2 / pixels) * noise_dn2 / (SHARE * pattern_dn2)) if pattern_dn2 > 0 else 0

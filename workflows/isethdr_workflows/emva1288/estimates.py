@@ -1,8 +1,8 @@
 """The estimates of EMVA 1288 (release 4.0, linear model) from pictures alone, each with its
 standard error.
 
-The standard asks for numbers without an error; the standard errors here are ours, from the scatter
-of variances, so that an estimate can be held against what the camera is known to be.
+The standard defines no errors of its estimates. The standard errors here follow from the scatter of
+variances, so that an estimate can be compared with the known camera.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def resolved(dark: Pair, digital: bool) -> bool:
 
 
 def dark_noise_e(dark: Pair, gain: Estimate, digital: bool) -> Estimate:
-    """Return the temporal dark noise, electrons; where rounding hides it, its upper limit 0.40 DN
+    """Return the temporal dark noise, electrons; its upper limit 0.40 DN if rounding hides it
     (section 6.6).
     """
     if not resolved(dark, digital):
@@ -155,17 +155,19 @@ def full_well_e(blinded: Pair, dark: Pair, gain: Estimate, dark_noise: Estimate)
 def saturation_photons(
     pairs: list[Pair], dark: Pair, gain: Estimate, responsivity: Estimate, prnu_percent: float
 ) -> Estimate:
-    """Return the photons whose mean charge reaches the end of the scale, from how clipping takes
-    the temporal noise away.
+    """Return the photons whose mean charge reaches the end of the scale, from the loss of temporal
+    noise by clipping.
 
-    The standard takes the level of largest variance, which is known to a few percent only: below
-    the end the variance is flat. Here the fall itself is fitted: at the end the noise of one pixel
-    is 0.34 of what the transfer line says, whatever the gain.
+    The standard takes the level of largest variance, which is only known to a few percent, because
+    the variance is flat below the end. Here the decrease itself is fitted: at the end, the noise of
+    one pixel is 0.34 of the transfer line, for every gain.
 
     Parameters
     ----------
     pairs : levels, some of them within a few shot noises of the end.
-    prnu_percent : spread of the pixels' response: each meets the end at a light of its own.
+    dark : pair of pictures in darkness.
+    gain, responsivity : of the capture.
+    prnu_percent : spread of the pixels' response: each reaches the end at a different light.
     """
     top = saturation(pairs).photons
     near = [p for p in pairs if p.photons > 0.9 * top]

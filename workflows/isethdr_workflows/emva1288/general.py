@@ -1,10 +1,9 @@
-"""EMVA 1288 for cameras whose numbers are not linear in light: companded codes, soft knees,
-logarithms.
+"""EMVA 1288 for cameras with nonlinear output: companded codes, soft knees, logarithms.
 
-The standard's general model asks nothing of the response. Mean and temporal noise are measured
-level by level from pairs, and the noise is referred to the input by the slope of the measured
-response: no gain, no quantum efficiency. The truth is made without a picture: the distribution of
-the charge in closed form, pushed through the converter's curve by quadrature.
+The standard's general model makes no assumption about the response. Mean and temporal noise are
+measured level by level from pairs of pictures. The slope of the measured response refers the noise
+to the input, without gain and quantum efficiency. The true values come without pictures: the
+distribution of the charge in closed form, mapped through the converter's curve by quadrature.
 """
 
 from __future__ import annotations
@@ -79,8 +78,8 @@ def general_figures(bench: Bench):
 
 
 def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
-    """Return mean and temporal variance of the numbers of a pixel without fixed pattern, DN and
-    DN^2, at so many mean light electrons.
+    """Return mean and temporal variance of the output of a pixel without fixed pattern, DN and
+    DN^2, at `light_e` mean light electrons.
     """
     model = bench.sensor.model()
     reading = model.readings[bench.capture]
@@ -99,8 +98,8 @@ def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
 
 
 def charge_distribution(mean_e: float, variance_e2: float):
-    """Return (charges, their probabilities): Poisson where little is spilled and it is no normal
-    yet, normal beyond.
+    """Return (charges, their probabilities): a Poisson distribution if little is spilled and the
+    charge is small, otherwise a normal distribution.
     """
     if mean_e > NORMAL_FROM_E:
         return mean_e + sqrt(variance_e2) * QUADRATURE, DENSITY
@@ -109,8 +108,8 @@ def charge_distribution(mean_e: float, variance_e2: float):
 
 
 def charge_moments(bench: Bench, arrived_e: float) -> tuple[float, float]:
-    """Return mean (e) and variance (e^2) of the charge that a capture reads: Poisson, or what a
-    soft knee leaves of it.
+    """Return mean (e) and variance (e^2) of the charge that a capture reads: Poisson, or the charge
+    left by a soft knee.
     """
     sensor = bench.sensor
     all_read = sensor.model().readings[bench.capture].capture == "LCG"
@@ -126,7 +125,9 @@ def mean_error_dn(bench: Bench, exposed, slope_dn: float) -> float:
 
     Parameters
     ----------
-    slope_dn : DN per relative change of the light; what the response spreads by PRNU.
+    bench : camera, capture and channel.
+    exposed : the pair of pictures.
+    slope_dn : DN per relative change of the light, by which PRNU spreads the response.
     """
     model = bench.sensor.model()
     reading = model.readings[bench.capture]

@@ -1,9 +1,10 @@
-"""EMVA 1288 on simulated cameras: the standard's procedure must find what the camera was made of.
+"""EMVA 1288 on simulated cameras: the measurement by the standard must find the parameters of the
+simulated camera.
 
 Every linear capture and every channel is measured from its pictures alone: photon transfer, dark
 series, stacks for non-uniformity, linearity. Companded codes and soft knees are measured by the
-general model (`emva1288_general`). What is found is held against the sensor's own fields, in units
-of the estimate's standard error.
+general model (`general`). The results are compared with the sensor's own fields, in units of the
+standard error of the estimate.
 """
 
 from __future__ import annotations
@@ -34,13 +35,15 @@ NEAR_THE_END = np.linspace(-4, 4, 17)  # shot noises from the end of the scale
 def emva1288(
     sensor: str = "bayer", size: int = 128, pictures: int = 32, seed: int = 1
 ) -> list[dict]:
-    """Measure a sensor by the machine vision standard and compare with what it was made of.
+    """Measure a sensor by the machine vision standard and compare the results with its fields.
 
     Parameters
     ----------
-    sensor : name or preset, as in `isethdr run sensor=...`; `all` takes every one that has noise.
-    size : pixels a side. pictures : of a stack; the dark one has as many as the DSNU asks for, for
-        low gains thousands. seed : of the noise.
+    sensor : name or preset, as in `isethdr run sensor=...`; `all` takes every sensor with noise.
+    size : pixels along each side.
+    pictures : number of pictures in a stack. The dark stack has as many as the DSNU needs:
+        thousands for low gains.
+    seed : seed of the noise.
     """
     names = measurable_sensors() if sensor == "all" else [sensor]
     return [
@@ -53,7 +56,8 @@ def emva1288(
 def chosen(name: str):
     """Return the sensor of that name or preset, at its fixed exposure and with all its readings.
 
-    The standard varies the light at one exposure, and tells readings that a chip combines apart.
+    The standard varies the light at one exposure, and measures readings separately even if a chip
+    combines them.
     """
     from omegaconf import OmegaConf
 
@@ -138,8 +142,8 @@ def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
 
 
 def dark_pictures(bench: Bench) -> int:
-    """Return how many dark pictures the DSNU of the bench's capture and channel asks for; 0 where
-    there is none or rounding hides it.
+    """Return the number of dark pictures that the DSNU of the bench's capture and channel needs; 0
+    if there is no DSNU, or rounding hides it.
     """
     truth, digital = made_of(bench), bench.sensor.bits > 0
     noise_dn2 = (truth["gain"] * truth["dark_noise_e"]) ** 2 + find.rounding_dn2(digital)
@@ -221,8 +225,8 @@ def figures(bench: Bench, pictures: int, series: DarkSeries):
 
 
 def made_of(bench: Bench) -> dict:
-    """Return what the sensor's own fields say about the bench's capture and channel, in the
-    standard's terms.
+    """Return the true values of the bench's capture and channel from the sensor's own fields, in
+    the standard's terms.
     """
     model = bench.sensor.model()
     reading = model.readings[bench.capture]

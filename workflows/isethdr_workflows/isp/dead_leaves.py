@@ -1,8 +1,8 @@
-"""Dead leaves: pictures of overlapping shapes of every size, after Lee, Mumford, Huang 2001; their
-statistics are those of scenes.
+"""Dead leaves: pictures of overlapping shapes of every size (Lee, Mumford, Huang 2001). Their
+statistics resemble those of natural scenes.
 
-Shapes are discs and turned rectangles with power-law sizes. Each has one smooth reflectance and one
-brightness; some carry stripes down to the finest a pixel can tell. One light falls on all.
+Shapes are discs and rotated rectangles with power-law sizes. Each has one smooth reflectance and
+one brightness; some have stripes down to the size of a pixel. One light illuminates all shapes.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ def dead_leaves(rows: int, columns: int, colours, rng) -> np.ndarray:
     Parameters
     ----------
     rows, columns : pixels.
-    colours : (surface, channel) what each channel makes of each surface, any scale.
-    rng : NumPy generator; the picture depends on nothing else.
+    colours : (surface, channel) response of each channel to each surface, any scale.
+    rng : NumPy generator, the only source of random numbers.
     """
     height, width = rows * FINE, columns * FINE
     out = np.empty((colours.shape[1], height, width), np.float32)

@@ -1,8 +1,8 @@
-"""Train the learned demosaic: ridge regression of one linear filter per place of the array and
+"""Train the learned demosaic: ridge regression of one linear filter per position of the array and
 local class.
 
-The pictures are `dead_leaves` seen through the sensors' own filter curves, with shot and read noise
-at levels from a few electrons up. No picture from anywhere else goes in.
+The training pictures are `dead_leaves` through the sensors' own filter curves, with shot and read
+noise at levels from a few electrons up. No other pictures are used.
 """
 
 from __future__ import annotations
@@ -145,9 +145,7 @@ def solved(gram, cross, taps, base, ridge: float) -> np.ndarray:
 
 
 def base_filters(cell: str) -> np.ndarray:
-    """Return the bilinear filters (row, column, channel, tap): what is used where nothing was
-    learned.
-    """
+    """Return the bilinear filters (row, column, channel, tap), used where nothing was learned."""
     taps = sampled(cell)
     out = np.zeros(taps.shape)
     for place in np.ndindex(taps.shape[:3]):

@@ -1,6 +1,6 @@
 """Paper: the figures of the ISETHDR paper, computed again.
 
-| module           | what                                                              |
+| module           | content                                                           |
 |------------------|-------------------------------------------------------------------|
 | `fig3`           | one rendering by day and by night, and a line through a headlight |
 | `fig4`           | flare by blades and dirt, five lights each dimmer by ten          |

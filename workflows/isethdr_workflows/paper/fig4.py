@@ -84,7 +84,7 @@ def lights(width: int, height: int):
 
 
 def figures(lux) -> dict:
-    """Return what one cell shows, from its illuminance (y, x)."""
+    """Return the figures of one cell from its illuminance (y, x)."""
     height, width = lux.shape
     visible = 0
     for k in range(5):

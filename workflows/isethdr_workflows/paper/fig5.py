@@ -15,19 +15,19 @@ from .rendered_scene import rendered, seen_by, shown, thinned, through, write_sh
 EXPOSURES_S = (0.005, 0.010, 0.020, 0.040)
 WHITE_CD_M2 = 0.3 / np.array(
     EXPOSURES_S
-)  # what each exposure shows as white falls as it grows: no picture is scaled by itself
+)  # the white of each picture is inversely proportional to its exposure, not to its content
 PHONE = {"f_number": 1.73, "focal_length_mm": 4.38}  # Google Pixel 4a
 SENSOR = "bayer_imx363"
 OBJECTS = ("cyclist", "pedestrian", "person", "bicycle")
 
 
 def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
-    """Return what a phone sensor sees of a night scene at exposures from 5 to 40 ms.
+    """Return the picture quality of a phone sensor in a night scene at exposures from 5 to 40 ms.
 
     Parameters
     ----------
     picture : file for the ladder (png or jpg); empty writes none.
-    scene : experiment whose rendering is used; its stored radiance serves.
+    scene : experiment whose rendering is used; stored radiance is read.
 
     Returns
     -------

@@ -17,7 +17,8 @@ NAMES = ("large, low gain", "large, high gain", "small")
 
 
 def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
-    """Return what each capture of a split-pixel sensor and their combination keep of a scene.
+    """Return the luminance range and the error of each capture of a split-pixel sensor, and of
+    their combination.
 
     Parameters
     ----------
@@ -27,8 +28,8 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
     Returns
     -------
     rows with capture, saturated_percent, decades of luminance between the darkest pixel with a
-    signal to noise of 1 and the brightest that is not saturated, and log_error: median over pixels
-    of |log10 of seen over true luminance|.
+    signal to noise of 1 and the brightest unsaturated pixel, and log_error: median over pixels of
+    |log10 of measured over true luminance|.
 
     Raises
     ------
@@ -64,7 +65,7 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
 
 
 def kept(picture, true) -> dict:
-    """Return how many decades of luminance a picture holds and how far it is from the truth."""
+    """Return the decades of luminance in a picture, and its distance from the truth."""
     y, sd, want = (
         picture["xyz"].values[..., 1],
         np.sqrt(picture["variance"].values[..., 1]),

@@ -1,4 +1,4 @@
-"""What the figures of the paper share: a rendered scene with its lens and dirt, and sheets of
+"""Common parts of the paper's figures: a rendered scene with its lens and dirt, and sheets of
 labelled pictures.
 """
 
@@ -18,8 +18,8 @@ from isethdr_core.truth import labels_on, truth
 
 
 def rendered(*overrides):
-    """Return (chain, scene radiance) of a composed config: read from its store, rendered only where
-    it is not there.
+    """Return (chain, scene radiance) of a composed config. Radiance is read from its store, and
+    rendered only if it is missing.
     """
     config, rows = compose(list(overrides)), Ledger()
     built = chain(config)
@@ -42,8 +42,8 @@ def seen_by(sensor, isp, mixed, light, scene, seed: int = 0):
 
 
 def write_sheet(path: str, rows: list[list], names: list[list[str]], plot=None) -> None:
-    """Write rows of pictures (y, x, 3 bytes) with their names, and below them what `plot(axes)`
-    draws.
+    """Write rows of pictures (y, x, 3 bytes) with their names, and below them the drawing of
+    `plot(axes)`.
     """
     with needed("a drawing", extra="report"):
         import matplotlib
@@ -87,9 +87,7 @@ def lux_of(light):
 
 
 def shown(picture, white_cd_m2: float):
-    """Return a picture in sRGB bytes at a stated white: no picture is ever scaled by its own
-    maximum.
-    """
+    """Return a picture in sRGB bytes at a stated white. No picture is scaled by its own maximum."""
     return display(picture, white_cd_m2)
 
 

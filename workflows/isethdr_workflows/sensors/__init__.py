@@ -1,6 +1,6 @@
 """Sensors: studies of sensors over many decades of light and against published figures.
 
-| module                | what                                                                  |
+| module                | content                                                               |
 |-----------------------|-----------------------------------------------------------------------|
 | `led_flicker`         | LED lamps that short exposures miss                                   |
 | `led_flicker_figures` | its two figures                                                       |

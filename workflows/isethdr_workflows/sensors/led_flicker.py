@@ -1,9 +1,9 @@
-"""LED lamps at night: short exposures that come while a lamp is dark, and a small photodiode that
-keeps all of them.
+"""LED lamps at night: short exposures that miss the lit phase of a lamp, and a small photodiode
+that catches all lamps.
 
-Five lamps of 90 Hz, on for a tenth of the time, each with a phase of its own, seen by staggered
-exposures (the first saturates, the short ones see an instant) and by a split pixel (its small
-photodiode is exposed for as long as the large one).
+Five lamps of 90 Hz, lit for a tenth of the time with different phases, are captured with staggered
+exposures (the first saturates, the short ones cover an instant) and with a split pixel (its small
+photodiode is exposed as long as the large one).
 """
 
 from __future__ import annotations
@@ -138,8 +138,8 @@ def electrons(data, k: int) -> np.ndarray:
 
 
 def lamp_levels(light, steady, grid) -> np.ndarray:
-    """Return the mean over each lamp's middle of `light`, over that of `steady` unless it is
-    None.
+    """Return the mean of `light` over the middle of each lamp, divided by that of `steady` unless
+    it is None.
     """
     height, width = grid.sizes["y"], grid.sizes["x"]
     half = max(2, width // 60)

@@ -17,8 +17,8 @@ BANDS_HZ, BANDS_DUTY = 1000.0, 0.3
 
 
 def draw_lamps(shots: dict, path: str) -> None:
-    """Write when lamps shine and captures are exposed, and what each capture and merged picture
-    shows.
+    """Draw the lit times of the lamps, the exposures of the captures, and the pictures of captures
+    and merge.
     """
     plt = _pyplot()
     longest = max(len(sensor.model().readings) for sensor, *_ in shots.values())
@@ -102,8 +102,8 @@ def bands(line_time_s: float, exposure_s: float, phase: float = 0.0):
 
 
 def draw_bands(path: str) -> None:
-    """Write a chart under a pulsed lamp as global and rolling shutters see it, each over what it is
-    under steady light.
+    """Draw a chart under a pulsed lamp with global and rolling shutters, each divided by the
+    picture under steady light.
     """
     plt = _pyplot()
     cases = [

@@ -1,9 +1,9 @@
-"""Published figures: what data sheets and papers state about sensors and light, and what the model
-makes of it.
+"""Published figures: statements of data sheets and papers about sensors and light, compared with
+the model.
 
-Each row is made by the components themselves (a shot, its captures, the merge), not by the formula
-that the figure came from, unless `how` says closed form. `limit` is the difference up to which a
-row counts as met; an empty limit marks a figure that we only report.
+Each row is computed by the components themselves (a shot, its captures, the merge), not by the
+formula from which the figure came, unless `how` says closed form. `limit` is the largest difference
+of a row that counts as met; a figure with an empty limit is only reported.
 """
 
 from __future__ import annotations
@@ -216,7 +216,7 @@ def irradiance(spectrum, wavelength_nm, pitch_um: float, throughput: float, size
 
 def snr_db(sensor, level_e: float, seed: int, capture: int = 0, size=(128, 128)):
     """Return 20 log10(mean / temporal rms) of one capture at `level_e` mean electrons of its own
-    photodiode; nan where some are saturated.
+    photodiode; nan if some pixels are saturated.
     """
     first, second = (electrons(sensor, level_e, capture, s, size) for s in (seed, seed + 1))
     if first[1] or second[1]:

@@ -73,8 +73,8 @@ def lofic_rows(seed: int):
 
 
 def measured(sensor, capture: int, light_e: float, seed: int) -> dict:
-    """Return what pictures of one capture say: conversion gain, full well, largest SNR, and the
-    electrons they find of `light_e`.
+    """Return the figures measured from pictures of one capture: conversion gain, full well, largest
+    SNR, and the electrons for `light_e`.
     """
     bench, reading = Bench(sensor, capture, 0, 540.0, SIZE, seed), sensor.model().readings[capture]
     photons = 1 / bench.efficiency()  # of an electron

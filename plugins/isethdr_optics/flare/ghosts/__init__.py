@@ -1,6 +1,6 @@
 """Ghosts: light reflected twice between surfaces of a lens prescription.
 
-| module           | what                                                            |
+| module           | content                                                         |
 |------------------|-----------------------------------------------------------------|
 | `draw`           | light sources of the scene, and their ghost rays drawn on grids |
 | `ghost_flare`    | the flare `ghosts`                                              |

@@ -1,6 +1,6 @@
 """Mesh: primitives, implicit surfaces, exact cuts, and pieces that are joined.
 
-| module       | what                                                        |
+| module       | content                                                     |
 |--------------|-------------------------------------------------------------|
 | `cutting`    | split a sheet exactly along the zero line of a scalar field |
 | `implicit`   | smooth unions of tapered capsules, meshed by marching cubes |

@@ -1,6 +1,6 @@
 """Road users: people, cyclists and deer.
 
-| module    | what                                                                 |
+| module    | content                                                              |
 |-----------|----------------------------------------------------------------------|
 | `cyclist` | a bicycle and its rider                                              |
 | `deer`    | implicit body with legs, neck, head, ears, tail and optional antlers |

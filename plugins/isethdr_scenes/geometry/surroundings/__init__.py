@@ -1,6 +1,6 @@
 """Surroundings: ground, road, tunnel, plants, houses and roadside furniture.
 
-| module     | what                                                    |
+| module     | content                                                 |
 |------------|---------------------------------------------------------|
 | `ground`   | where the road runs, and how high the land is beside it |
 | `house`    | a gable house with windows, some of them lit            |

@@ -1,6 +1,6 @@
 """Vehicles: cars, trucks and buses, on lofted shells.
 
-| module       | what                                                                     |
+| module       | content                                                                  |
 |--------------|--------------------------------------------------------------------------|
 | `body`       | the shell, out of which glass, lamps, gaps and wheel houses are cut      |
 | `bus`        | a city bus on the lofted shell                                           |

@@ -1,4 +1,4 @@
-"""What is fitted to a passenger car: mirrors, handles, rails and wipers; seats and dashboard."""
+"""Fittings of a passenger car: mirrors, handles, rails and wipers; seats and dashboard."""
 
 from __future__ import annotations
 
