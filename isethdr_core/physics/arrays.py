@@ -1,5 +1,5 @@
-"""Arrays of other libraries than NumPy, those with the Python array API: on a graphics processor,
-say.
+"""Arrays of other libraries than NumPy with the Python array API, for example on a graphics
+processor.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 
 
 def imported_library(name: str) -> ModuleType:
-    """Import the array library that a user has named, for example "torch".
+    """Import the array library with the name that a user gave, for example "torch".
 
     Raises
     ------
@@ -23,8 +23,8 @@ def imported_library(name: str) -> ModuleType:
 
 
 def namespace(a: Any) -> Any:
-    """Return the array library of `a`, by the names of the Python array API; NumPy for what is no
-    array.
+    """Return the array library of `a` as a namespace of the Python array API; NumPy for other
+    objects.
     """
     if isinstance(a, np.ndarray) or not array_api_compat.is_array_api_obj(a):
         return np
@@ -37,7 +37,7 @@ def device(a: Any) -> Any:
 
 
 def on_host(a: Any) -> np.ndarray:
-    """Return the values of `a` as a NumPy array: `a` itself where it is one, else a copy."""
+    """Return the values of `a` as a NumPy array: `a` itself if it is one, otherwise a copy."""
     if namespace(a) is np:
         return np.asarray(a)
     try:
@@ -47,5 +47,5 @@ def on_host(a: Any) -> np.ndarray:
         RuntimeError,
         TypeError,
         ValueError,
-    ):  # libraries that do not hand over what lies on a device
+    ):  # libraries that do not copy arrays from a device by themselves
         return np.array(np.from_dlpack(array_api_compat.to_device(a, "cpu")))

@@ -1,8 +1,8 @@
-"""Photometry: what a spectrum is in cd/m2, lux and CIE XYZ.
+"""Photometry: spectra in cd/m2, lux and CIE XYZ.
 
 The colour matching functions are those of the CIE 1931 2 degree standard observer (CIE 015:2018, 5
-nm table beside this file; a test compares it with colour-science). Between its nodes they are
-linear.
+nm table beside this file; a test compares it with colour-science). They are linear between the
+nodes of the table.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ def photon_energy_j(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 def photons_from_energy(
     energy: float | np.ndarray, wavelength_nm: npt.ArrayLike, axis: int = 0
 ) -> np.ndarray:
-    """Return photons per second (per whatever `energy` is per) from W; wavelengths in nm run along
-    `axis`.
+    """Return photons per second from W, or from W per any unit, with the same unit. Wavelengths in
+    nm run along `axis`.
     """
     return energy / _along(photon_energy_j(wavelength_nm), np.ndim(energy), axis)
 
@@ -25,8 +25,8 @@ def photons_from_energy(
 def energy_from_photons(
     photons: float | np.ndarray, wavelength_nm: npt.ArrayLike, axis: int = 0
 ) -> np.ndarray:
-    """Return W (per whatever `photons` is per) from photons per second; wavelengths in nm run along
-    `axis`.
+    """Return W from photons per second, or per any unit, with the same unit. Wavelengths in nm run
+    along `axis`.
     """
     return photons * _along(photon_energy_j(wavelength_nm), np.ndim(photons), axis)
 

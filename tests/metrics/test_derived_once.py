@@ -1,4 +1,6 @@
-"""Metrics that share what follows from the reference picture give the scores of each alone."""
+"""Metrics that share intermediate results of one reference picture return the scores of separate
+calls.
+"""
 
 import numpy as np
 import pytest

@@ -1,9 +1,9 @@
 """Colour: XYZ to linear and encoded sRGB, CIELAB, colour differences, and the matrix from a sensor
 to XYZ.
 
-Every function takes the three values on the last axis. XYZ may be of any scale; sRGB expects Y = 1
-for white. What works pixel by pixel goes over pictures in pieces: what is worked out on the way
-then stays in the processor's memory.
+The last axis of every argument holds the three values. XYZ may be of any scale; sRGB expects Y = 1
+for white. Functions that work pixel by pixel process pictures in pieces, so that intermediate
+results stay in the processor's cache.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ def colour_matrix(response, xyz, white_response, white_xyz, noise_covariance=0.0
     s, t = np.asarray(response, float), np.asarray(xyz, float)
     u, v = np.asarray(white_response, float), np.asarray(white_xyz, float)
     noise = np.broadcast_to(noise_covariance, (len(u), len(u)))
-    # channels differ by decades, also in how far noise drowns them: each in units of its own signal
+    # signal and noise of channels differ by decades: each in units of its own signal
     # and noise
     size = np.sqrt(np.sum(s**2, axis=0) + np.diag(noise))
     size = np.where(size > 0, size, 1.0)

@@ -1,11 +1,11 @@
-"""Spectral basis: a few numbers per spectrum from which the sensor's answer to it, blurred
-differently at each wavelength, follows.
+"""Spectral basis: a few numbers per spectrum that determine the sensor's signal, even if each
+wavelength is blurred differently.
 
-W (functional, band) turns a spectrum s into numbers a = W s, G (band, functional) predicts the
-spectrum again: s ~ G a. The first functionals are the sensor's own sensitivities: what they cannot
-predict makes no electrons unless the blur changes with wavelength. The others are those directions
-that the kernels ask for most, in the metric of the spectra at hand (principal components of the
-kernels after a regression on what is known).
+W (functional, band) turns a spectrum s into numbers a = W s, and G (band, functional) predicts the
+spectrum: s ~ G a. The first functionals are the sensor's own sensitivities: the part of the
+spectrum that they do not predict makes no electrons unless the blur changes with wavelength. The
+other functionals are the strongest directions of the kernels, in the metric of the given spectra
+(principal components of the kernels after a regression on the known numbers).
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ def shot_noise_moments(spectra, counts, weight=1.0) -> np.ndarray:
 
 
 def kernel_moments(kernels, weights) -> np.ndarray:
-    """Return the (band, band) second moments of what kernels (point, band) make of light in each
-    channel, Poisson weighted.
+    """Return the (band, band) second moments of the light of kernels (point, band) in each channel,
+    with Poisson weights.
 
     `weights` is the (channel, band) response.
     """

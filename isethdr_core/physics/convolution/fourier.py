@@ -1,8 +1,9 @@
-"""Fourier transforms along one axis, by the fastest library at hand.
+"""Fourier transforms along one axis, by the fastest installed library.
 
-NumPy's arrays go through ducc0 where it is installed (extra `fast`; about half the time of SciPy's,
-whose builds use the narrowest vectors a processor may have), else through SciPy. Both err by some
-1e-16 of the largest value. Arrays of another library with the Python array API stay there.
+NumPy arrays are transformed by ducc0 if it is installed (extra `fast`; about half the time of
+SciPy, whose builds use the narrowest vectors of all processors), otherwise by SciPy. Both have
+errors of about 1e-16 of the largest value. Arrays of another library with the Python array API are
+transformed by that library.
 """
 
 from __future__ import annotations

@@ -18,14 +18,14 @@ from . import direct_sums, transform
 from .direct_sums import SUMMED
 from .mirrored import Mirrored
 
-# of a pixel: what the exact way allows the transform, half of the rounding of a float32 result
+# relative error of a pixel in exact computation: half of the rounding of a float32 result
 RELATIVE = 3e-8
 
 
 @dataclass(frozen=True)
 class Bound:
-    """How wrong a convolution may be: every pixel by `relative` of itself, but for `pixels` of them
-    by `absolute` each.
+    """Bound on the error of a convolution: `relative` of each pixel, except for `pixels` of them,
+    which have the bound `absolute`.
     """
 
     relative: float
@@ -35,8 +35,8 @@ class Bound:
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """A point spread function made ready for images of one shape, with its transform taken once;
-    see `prepare`.
+    """A point spread function prepared for images of one shape; its transform is computed once (see
+    `prepare`).
     """
 
     psf: Any  # (ky, kx), cut to what an image of `shape` can use, its centre at (ky // 2, kx // 2)
@@ -49,15 +49,16 @@ class Kernel:
 
 
 def prepare(psf: Any, shape: Sequence[int]) -> Kernel:
-    """Return a point spread function ready for images of `shape`; it keeps `psf` and as many
-    complex or real float64.
+    """Return a point spread function prepared for images of `shape`. It holds `psf` and as many
+    complex or real float64 numbers.
 
     Parameters
     ----------
-    psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2). Reach beyond the image
-        is not used. An array of another library than NumPy, on a graphics processor say, stays
-        there: images are then expected there too. Of a `Mirrored` one only the half is kept.
-    shape : (y, x) pixels of the images it will be convolved with.
+    psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2). Values beyond the
+        reach of the image are not used. An array of another library than NumPy, for example on a
+        graphics processor, stays there, and images must be there too. Of a `Mirrored` array only
+        the half is kept.
+    shape : (y, x) pixels of the images.
     """
     if isinstance(psf, Mirrored):
         return _prepare_mirrored(psf, shape)
@@ -111,16 +112,16 @@ def convolve(image: Any, psf: Any, error_allowed: float = 0.0) -> Any:
         Python array API.
     psf : (ky, kx) array of any size, its centre at index (ky // 2, kx // 2), or a `Kernel` prepared
         for the image's shape.
-    error_allowed : largest relative error of any output pixel; 0 asks for the exact way. Above 1e-7
-        the pixels whose error may reach it are summed directly, and others are not, so that a
-        larger value only saves time.
+    error_allowed : largest relative error of any output pixel; 0: exact computation. Above 1e-7,
+        pixels whose error may reach this value are summed directly. A larger value therefore only
+        saves time.
 
     Returns
     -------
-    (y, x) float64, of the image's shape. Where `image` and `psf` are not negative, neither is the
-    result, and a pixel is wrong by at most max(error_allowed, 1e-7) of itself. Only where direct
-    summation of all doubtful pixels would take more than `direct_sums.MOST_PRODUCTS` is that
-    not kept: `convolve_with_bound` says what was.
+    (y, x) float64, of the image's shape. If `image` and `psf` are not negative, the result is not
+    negative either, and the error of a pixel is at most max(error_allowed, 1e-7) of its value. This
+    does not hold if direct summation of all doubtful pixels would take more than
+    `direct_sums.MOST_PRODUCTS`: `convolve_with_bound` then returns the bound.
     """
     return convolve_with_bound(image, psf, error_allowed)[0]
 
@@ -143,17 +144,18 @@ def convolve_into(
     gain: float = 1.0,
     apply: Callable[..., Iterable[Any]] = map,
 ) -> Bound:
-    """Write gain x the convolution of image x factor into `out`; return a bound on its error, the
-    rounding to `out`'s dtype left out.
+    """Write gain x the convolution of image x factor into `out`. Return a bound on its error,
+    without the rounding to `out`'s dtype.
 
     Parameters
     ----------
-    out : (y, x) float32 or float64 array; no other array of the image's size is made but the
-        transforms of its rows.
+    out : (y, x) float32 or float64 array. The transforms of its rows are the only other arrays of
+        this size.
     image, kernel, error_allowed : as `convolve`.
-    factor : None, or a (y, x) array not below 0 that the image is multiplied by on its way in.
-    apply : how to call a function for every block of rows or columns: `map`, or the `map` of a pool
-        of threads.
+    factor : None, or a (y, x) array, 0 or more, by which the image is multiplied.
+    gain : factor of the result.
+    apply : function that calls another one for every block of rows or columns: `map`, or the `map`
+        of a pool of threads.
     """
     xp = namespace(image)
     if tuple(image.shape) != kernel.shape:
@@ -192,7 +194,7 @@ def convolve_into(
         return Bound(0.0, absolute * scale * gain * kernel.peak, out.shape[0] * out.shape[1])
     if (
         least * allowed >= absolute
-    ):  # no pixel is darker than `least`: most often far less than what is allowed
+    ):  # no pixel is darker than `least`, so the bound is usually far below the error allowed
         return Bound((absolute / least if least > 0 else 0.0) + SUMMED, 0.0, 0)
 
     def again(rows: slice, values: Any) -> None:

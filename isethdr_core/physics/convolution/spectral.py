@@ -18,8 +18,8 @@ TOGETHER_BYTES = (
 
 
 def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, float]:
-    """Add the channels' convolutions to `out`; return the norms of all planes that went in,
-    together, and of all that came out.
+    """Add the channels' convolutions to `out`. Return the norm of all input planes together, and of
+    all output planes.
 
     Parameters
     ----------
@@ -27,11 +27,11 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     planes : planes(rows) returns those rows of the functionals of the light, (functional, row, x).
     combine : (channel, functional, band): the weight of a band's kernel in the kernel of a channel
         and functional.
-    blocks : (band, block, sy, columns), transforms of the bands' kernels
-        (`transform.spectrum`), whose precision, single or double, is that of the work.
+    blocks : (band, block, sy, columns), transforms of the bands' kernels (`transform.spectrum`).
+        Their precision, single or double, is that of the computation.
     size : (y, x) of the transforms.
-    apply : `map`, or what does the same by several threads. Those of a linear algebra library had
-        better be off meanwhile: they go on spinning beside them.
+    apply : `map`, or the map of a pool of threads. Switch off the threads of a linear algebra
+        library meanwhile, because they would spin beside them.
     """
     (outputs, count, bands), (ny, nx) = combine.shape, out.shape[1:]
     scale = float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit

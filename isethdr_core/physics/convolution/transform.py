@@ -1,9 +1,9 @@
 """Transforms of padded images, in blocks of rows and columns that stay in the processor's cache.
 
-The padded image and its whole spectrum never exist: only the transforms along x of the rows that
-hold light. A spectrum of a point spread function is kept as blocks of columns, (block, sy,
-COLUMNS), in the order in which they are read, so that a mapped file serves. Arrays of any library
-with the Python array API work (`fourier`).
+The padded image and its whole spectrum are never in memory: only the transforms along x of the rows
+with light. The spectrum of a point spread function is stored as blocks of columns, (block, sy,
+COLUMNS), in the order of reading, so that a memory-mapped file can be used. All functions accept
+arrays of any library with the Python array API (`fourier`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ ROWS, COLUMNS = 16, 32  # of a transform at a time
 
 
 def sizes(shape, kernel) -> tuple[int, int]:
-    """Return the (y, x) sizes of a transform for which only cropped pixels wrap."""
+    """Return the (y, x) sizes of a transform for which only cropped pixels wrap around."""
     y, x = (
         next_fast_len(max(n + k - 1 - k // 2, k // 2 + n, k), real=True)
         for n, k in zip(shape, kernel)
@@ -92,15 +92,15 @@ def mirrored_spectrum(half, size, peak: float) -> np.ndarray:
 
 
 def whole(blocks, size):
-    """Return a spectrum of `spectrum` as one (sy, sx // 2 + 1) array."""
+    """Return the blocks of `spectrum` as one (sy, sx // 2 + 1) array."""
     return np.moveaxis(blocks, 0, 1).reshape(size[0], -1)[:, : size[1] // 2 + 1]
 
 
 def rows_of(ny: int, size, like, single=False):
-    """Return an empty array, where `like` is, for the transforms along x of one plane: (block of
-    columns, y, column), as they are worked on.
+    """Return an empty array of the library of `like` for the transforms along x of one plane:
+    (block of columns, y, column).
 
-    Its precision, `single` or double, is that of all that follows.
+    Its precision, `single` or double, is that of the whole computation.
     """
     xp = namespace(like)
     return xp.empty(
@@ -111,13 +111,16 @@ def rows_of(ny: int, size, like, single=False):
 
 
 def forward(read, halves, size, nx: int, apply=map) -> float:
-    """Fill `halves`, one array of `rows_of` per plane, with the transforms along x; return the sum
+    """Fill `halves`, one array of `rows_of` per plane, with the transforms along x. Return the sum
     of squares of all values.
 
     Parameters
     ----------
     read : read(rows, out) writes the rows of every plane into out, (plane, rows, nx).
-    apply : how to call a function for every block: `map`, or that of a pool of threads.
+    halves : one array per plane.
+    size : (y, x) of the transforms.
+    nx : columns of the image.
+    apply : function that calls another one for every block: `map`, or the map of a pool of threads.
     """
     xp = namespace(halves[0])
     count, ny, _ = halves[0].shape
@@ -170,8 +173,8 @@ def columns(halves, multiply, size, apply=map) -> None:
 
 
 def back(half, write, size, nx: int, apply=map) -> list:
-    """Transform the rows of one plane back; write(rows, values) takes each block (rows, nx). Return
-    what it returned, block by block.
+    """Transform the rows of one plane back. write(rows, values) takes each block (rows, nx). Return
+    its results, block by block.
     """
     xp = namespace(half)
     count, ny, _ = half.shape
@@ -198,13 +201,15 @@ def _blocks(size) -> int:
 
 
 def error(product: float, norm: float, size, single=False) -> float:
-    """Return a bound on the error of any pixel of a transform: rounding is white, 10 standard
-    deviations of it.
+    """Return a bound on the error of any pixel of a transform: ten standard deviations of the
+    rounding errors, which are white noise.
 
     Parameters
     ----------
-    product : of the norms (roots of sums of squares) of image and kernel; `norm` : that of the
-        result.
+    product : product of the norms (roots of sums of squares) of image and kernel.
+    norm : norm of the result.
+    size : (y, x) of the transforms.
+    single : whether the transforms are in single precision.
     """
     count = float(np.prod(size))
     return (
@@ -245,8 +250,8 @@ def plain(image, spectrum, size):
 
 
 def _kept(local, name, shape, dtype, like):
-    """Return this thread's scratch array of one name and shape: fresh ones would cost as much as
-    the transforms.
+    """Return this thread's scratch array of one name and shape. A new array for each call would
+    cost as much as the transforms.
     """
     made = local.__dict__.setdefault("arrays", {})
     if (name, shape) not in made:
@@ -260,5 +265,5 @@ def squares(a, xp):
         axes = "abc"[: a.ndim]
         return float(
             np.einsum(f"{axes},{axes}->", a, a)
-        )  # not by BLAS, whose threads go on spinning beside the transforms
+        )  # not by BLAS, because its threads would spin beside the transforms
     return float(xp.sum(a * a))

@@ -1,9 +1,9 @@
-"""Charge of a pixel that overflows softly: dQ/dt = current(t) - overflow(Q), exact, for any light,
+"""Charge of a pixel with soft overflow: dQ/dt = current(t) - overflow(Q), exact for any light,
 without a time step.
 
-The overflow current grows by e for every `thermal_e` electrons (thermionic emission over the
-barrier of the overflow path; Miyauchi et al. 2023, "Light intensity and charge holding time
-dependence of pinned photodiode full well capacity", measure the logarithmic law that follows). With
+The overflow current grows by the factor e for every `thermal_e` electrons (thermionic emission over
+the barrier of the overflow path; Miyauchi et al. 2023, "Light intensity and charge holding time
+dependence of pinned photodiode full well capacity", measure the resulting logarithmic law). With
 
     q = (Q - knee) / thermal,  a = current / thermal,  b = knee current / thermal,  u = exp(-q)
 
@@ -12,10 +12,10 @@ it is linear, u' = b - a u, so that for any light whose arrived electrons A(t) a
     u(T) = u(0) exp(-A(T) / thermal) + b J,   J = integral of exp(-(A(T) - A(t)) / thermal) dt over
     the exposure.
 
-J is a time: how long the pixel remembers. It is T in darkness, thermal / current in a full well,
-elementary under constant light and an integral of a smooth function between 0 and 1 under any
-other. Charges follow from A(T) and J alone, by `settle`, in which nothing overflows. Under constant
-light no Lambert W is needed; with a linear leak it gives the steady state.
+J is a time: the memory of the pixel. It is T in darkness and thermal / current in a full well.
+Under constant light it is elementary; under any other light it is the integral of a smooth function
+between 0 and 1. `settle` computes charges from A(T) and J without overflow of numbers. Constant
+light needs no Lambert W function; with a linear leak it would give the steady state.
 """
 
 from __future__ import annotations
@@ -112,22 +112,23 @@ def flow_pieces(
 def flow_varying(
     charge_e, arriving_e, start_s, duration_s, well: Well
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (charge, spilled charge), electrons, after light that varies smoothly, whatever its
-    strength.
+    """Return (charge, spilled charge), electrons, after light of any strength that varies smoothly.
 
     Parameters
     ----------
+    charge_e : charge at the start.
     arriving_e : function (start_s, duration_s) -> electrons that arrive in that interval, per
         pixel.
-    start_s, duration_s : of the exposure; numbers, or arrays that broadcast with the frame (a
-        rolling shutter's rows).
+    start_s, duration_s : exposure; numbers, or arrays that broadcast with the frame (rows of a
+        rolling shutter).
+    well : the photodiode.
 
     Notes
     -----
-    J by Gauss-Legendre quadrature on panels that halve towards the end, down to the time in which
-    one `thermal_e` arrives: a full well remembers no longer. Every node costs one exponential;
+    J by Gauss-Legendre quadrature. The panels halve towards the end, down to the time in which one
+    `thermal_e` arrives, which is the memory of a full well. Every node costs one exponential, and
     there is no stability limit. The first panel is half the exposure, so light must vary smoothly
-    over that: cut several periods with `flow_varying` from cut to cut.
+    over it: for several periods, call `flow_varying` for each.
     """
     arrived = arriving_e(start_s, duration_s)
     halvings = int(np.ceil(np.log2(1.0 + np.max(arrived, initial=0.0) / well.thermal_e))) + 2
@@ -192,7 +193,7 @@ def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
     from scipy.optimize.elementwise import find_root  # slow to import
 
     root = find_root(miss_e, bracket, args=(positive,))
-    # no root: a charge that is nothing but rounding, or one that no light could leave
+    # no root: a charge of the size of rounding errors, or one that no light could leave
     beyond = np.where(excess >= 600.0, highest, positive)
     arrived = np.where(root.success, np.exp(root.x), beyond)
     return np.where(charge > 0, arrived, charge)

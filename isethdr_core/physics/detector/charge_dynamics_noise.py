@@ -1,5 +1,5 @@
-"""Noise of a softly overflowing charge: mean, variance and covariance with what spilled, closed,
-and single draws.
+"""Noise of a charge with soft overflow: mean, variance and covariance with the spilled charge in
+closed form, and single draws.
 
 Electrons arrive and leave one by one, so that to second order (van Kampen's linear noise
 approximation)
@@ -7,16 +7,16 @@ approximation)
     dV/dt = 2 f'(Q) V + current + overflow(Q),   f(Q) = current - overflow(Q),
 
 along the exact mean Q(t). Under constant light the integral is elementary. With P, R = 1 - P, h of
-`charge_dynamics.shares`, N the electrons that arrive, k = P + R h the share of them that counts and
-rho = thermal R (1 - R h), a piece of light adds
+`charge_dynamics.shares`, N the electrons that arrive, k = P + R h the effective share of them that
+stays, and rho = thermal R (1 - R h), an interval of light adds
 
     variance of the charge N k^2 + rho, of the spilled charge N (1 - k)^2 + rho, covariance N k (1 -
     k) - rho,
 
-and passes on the first charge's deviation, P of it as charge and R as spill. So: given how many
-electrons arrived, the charge follows `flow` of that number, and rho is the thermal noise of which
-ones left. Without spill it is Poisson, in a full well the variance is `thermal_e`, however strong
-the light; charge plus spill is Poisson always.
+and passes on the deviation of the first charge: P of it as charge and R as spill. In other words:
+for a given number of arrived electrons, the charge is `flow` of that number, and rho is the thermal
+noise of the electrons that left. Without spill the charge is Poisson; in a full well its variance
+is `thermal_e` for any strength of light; the sum of charge and spill is always Poisson.
 """
 
 from __future__ import annotations
@@ -64,18 +64,20 @@ def flow_moments(before: Moments, current_e_per_s, duration_s, well: Well) -> Mo
 
 
 def draw_charge(arrived_e, word, duration_s: float, well: Well) -> np.ndarray:
-    """Return one draw of the charge left in the well, given how many electrons arrived in
-    `duration_s` of constant light.
+    """Return one draw of the charge left in the well, for the given number of electrons that
+    arrived in `duration_s` of constant light.
 
     Parameters
     ----------
     arrived_e : Poisson counts, 0 or more.
-    word : int64 random words of the same shape (`physics.random_words`), a stream of their own.
+    word : int64 random words of the same shape (`physics.random_words`), from a separate stream.
+    duration_s : duration of the light.
+    well : the photodiode.
 
     Notes
     -----
-    The spill is its mean plus a centred Poisson count of variance rho. Where little spills rho is
-    its mean, so it is Poisson as it must be; rho never exceeds the mean, so it is never negative.
+    The spill is its mean plus a centred Poisson count of variance rho. If little spills, rho equals
+    the mean, so the spill is Poisson. rho never exceeds the mean, so the spill is never negative.
     Charge and spill add up to `arrived_e`.
     """
     arrived = np.minimum(np.asarray(arrived_e, float), LARGEST_MEAN_E)

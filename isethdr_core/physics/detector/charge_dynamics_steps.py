@@ -16,10 +16,11 @@ from .charge_dynamics import Well, flow
 
 
 def graded(duration_s: float, steps: int, smallest: float = 1e-12) -> np.ndarray:
-    """Return steps + 1 times from 0 to `duration_s`: half uniform, half shrinking towards the end
-    by `smallest` in all.
+    """Return steps + 1 times from 0 to `duration_s`: half of them uniform, half with intervals that
+    shrink towards the end by the factor `smallest` in all.
 
-    A full well remembers only thermal / current seconds, so what counts is resolved there.
+    The memory of a full well is thermal / current seconds, so only this time before the end needs
+    fine steps.
     """
     fine = steps // 2
     head = np.linspace(0.0, duration_s, steps - fine + 1)

@@ -14,16 +14,18 @@ PER_PERIOD = 8  # pieces of a period of ripple, so that it is nearly straight wi
 def pieces(
     modulations, start_s, duration_s: float, per_period: int = PER_PERIOD
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (starts_s, durations_s), both (pieces, ...) with the shape of `start_s`, in order;
-    together they are the exposure.
+    """Return (starts_s, durations_s) of intervals in order, both (pieces, ...) with the shape of
+    `start_s`. Together they are the exposure.
 
-    Rows that see fewer edges have pieces of no duration. Several lamps are cut at the edges of all.
+    Rows with fewer edges have intervals of no duration. With several lamps, the intervals end at
+    the edges of all.
 
     Parameters
     ----------
     modulations : `Modulation` of each lamp.
-    start_s : start of each exposure, an array of any shape. `duration_s` : of all exposures.
-    per_period : pieces of a period of ripple.
+    start_s : start of each exposure, an array of any shape.
+    duration_s : duration of all exposures.
+    per_period : intervals in a period of ripple.
     """
     start = np.asarray(start_s, float)
     edges = [np.full((1, *start.shape), float(duration_s))]

@@ -1,10 +1,10 @@
-"""Lamps that vary in time: exact light of any exposure, for pulse-width modulation and mains
+"""Lamps that vary in time: the exact light of any exposure, for pulse-width modulation and mains
 ripple.
 
-Times are seconds, phases are periods (0..1). The phase of a moment is taken from the exact product
-of time and frequency, so that it is as good after a day as after a millisecond. Intervals are given
-as start and duration, because their end is a rounded sum. Everything broadcasts: one value, one per
-row, one per pixel.
+Times are seconds, phases are periods (0..1). The phase of a moment is computed from the exact
+product of time and frequency, so it is as precise after a day as after a millisecond. Intervals are
+given as start and duration, because an end would be a rounded sum. All arguments broadcast: one
+value, one per row, or one per pixel.
 """
 
 from __future__ import annotations
@@ -89,12 +89,12 @@ def square_wave_s(
     duty: float | np.ndarray,
     phase: float | np.ndarray = 0.0,
 ) -> np.ndarray:
-    """Return for how many seconds of an exposure a pulse-width modulated lamp is on; exact.
+    """Return the time in an exposure, seconds, in which a pulse-width modulated lamp is on; exact.
 
     Parameters
     ----------
-    start_s, duration_s : of the exposure; duration 0 or more.
-    frequency_hz : 0 or more; 0 holds the state of `phase` for ever.
+    start_s, duration_s : exposure; duration 0 or more.
+    frequency_hz : 0 or more; 0 keeps the state at `phase` for ever.
     duty : share of the period in which the lamp is on, 0..1. It switches on at phase 0.
     phase : periods, at time 0.
     """

@@ -1,9 +1,9 @@
-"""Field grid: where in the field the point spread is computed, and the weights by which a tile's
-light is shared by those places.
+"""Field grid: the field points at which the point spread is computed, and the weights that share
+the light of each tile among them.
 
-The grid is polar: one place on the axis, rings of places around it. Weights are linear along the
-radius and around the axis, never negative, and sum to 1 in every tile. A wavefront is known along
-+x of the field; anywhere else it is turned about the axis.
+The grid is polar: one point on the axis, and rings of points around it. Weights are linear along
+the radius and around the axis, never negative, and sum to 1 in every tile. A wavefront is known
+along +x of the field, and is rotated about the axis for all other points.
 """
 
 from __future__ import annotations
@@ -21,24 +21,25 @@ AROUND = 8
 
 @dataclass(frozen=True)
 class Place:
-    """A place of the field grid."""
+    """One point of the field grid."""
 
     ring: int
-    radius: float  # field coordinate
+    radius: float  # in field coordinates
     azimuth_rad: float  # counter-clockwise from +x, y up
-    count: int  # places on its ring
+    count: int  # number of points on its ring
 
 
 def thinned(
     rings: int, radius: float, symmetric: bool, between, around, allowed: float
 ) -> list[tuple[Place, tuple[float, float]]]:
-    """Return the grid without the rings and the places around the axis that it can do without, and
-    each place's `step` for `weight`.
+    """Return the grid without the rings and points that the error allowed does not need, and the
+    `step` of each point for `weight`.
 
     Parameters
     ----------
-    between : function(inner radius, outer radius), error half way between two places. `around` :
-        function(radius, angle between places).
+    rings, radius, symmetric : as `places`.
+    between : function(inner radius, outer radius) -> error half way between two points.
+    around : function(radius, angle between points) -> the same around the axis.
     allowed : the largest error.
     """
     known = [0.0, *_kept(between, 0, rings, radius / rings, allowed)]
@@ -57,8 +58,8 @@ def thinned(
 
 
 def _kept(between, first, last, step, allowed) -> list[float]:
-    """Return the radii beyond ring `first` up to `last` whose rings are needed; halves are asked
-    for where they are whole rings.
+    """Return the radii beyond ring `first` up to `last` whose rings are needed. A ring between two
+    others is tested half way, where that is a whole ring.
     """
     if (last - first) % 2 or between(first * step, last * step) <= allowed:
         return (
@@ -74,8 +75,8 @@ def _kept(between, first, last, step, allowed) -> list[float]:
 
 
 def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
-    """Return the grid with `rings` rings up to `radius`; one place per ring where the wavefront is
-    the same all around.
+    """Return the grid with `rings` rings up to `radius`; one point per ring if the wavefront is
+    rotationally symmetric.
     """
     out = [Place(0, 0.0, 0.0, 1)]
     for ring in range(1, rings + 1):
@@ -87,9 +88,10 @@ def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
 
 
 def weight(place: Place, step, x, y) -> np.ndarray:
-    """Return the share of each tile's light, (y, x), that is spread as at `place`.
+    """Return the share of each tile's light, (y, x), that is spread by the point spread of `place`.
 
-    `step` : from ring to ring; or the distances to the next ring inside and to the next outside.
+    `step` : distance between rings; or the distances to the next ring inside and to the next
+        outside.
     """
     u, v = np.asarray(x, float)[None, :], np.asarray(y, float)[:, None]
     inside, outside = step if np.ndim(step) else (step, step)
@@ -103,8 +105,8 @@ def weight(place: Place, step, x, y) -> np.ndarray:
 
 
 def first_quadrant(place: Place) -> tuple[Place, tuple[int, ...]]:
-    """Return the place among those from +x to +y that mirrors into `place`, and the axes (0: y, 1:
-    x) along which to mirror.
+    """Return the point between +x and +y whose mirror image is `place`, and the axes (0: y, 1: x)
+    along which to mirror.
     """
     turn = place.azimuth_rad % (2 * np.pi)
     flips = ((0,) if turn > np.pi + 1e-9 else ()) + ((1,) if np.cos(turn) < -1e-9 else ())
@@ -114,12 +116,12 @@ def first_quadrant(place: Place) -> tuple[Place, tuple[int, ...]]:
 
 
 def is_mirrored(wavefronts) -> bool:
-    """Return whether every wavefront is its own mirror image, up and down, as those of a round lens
-    are along +x.
+    """Return whether every wavefront is symmetric about its x axis, as the wavefronts of a round
+    lens along +x are.
     """
     return all(order(int(j))[1] >= 0 for w in wavefronts for j, value in w.items() if value != 0)
 
 
 def is_symmetric(wavefronts) -> bool:
-    """Return whether every wavefront {OSA index: um} is the same all around the axis."""
+    """Return whether every wavefront {OSA index: um} is rotationally symmetric."""
     return all(order(int(j))[1] == 0 for w in wavefronts for j, value in w.items() if value != 0)

@@ -23,8 +23,8 @@ LATTICES_BAND_S, LATTICES_VALUES_S = 0.24, 2.5  # kernels of lattices: each band
 
 
 def expected_s(lens, flares, frame: Frame) -> float | None:
-    """Return the seconds that a lens takes for the light of a frame; None where it cannot tell:
-    without blur, with point spreads that vary over the field, with a traced prescription.
+    """Return the expected seconds of a lens for the light of a frame. None if there is no estimate:
+    without blur, with point spreads that vary over the field, or with a traced prescription.
     """
     if not lens.blurs or lens.field_varies or lens.traced is not None:
         return None
@@ -33,7 +33,7 @@ def expected_s(lens, flares, frame: Frame) -> float | None:
     seconds = CONVOLVED_S * values
     reach = (frame.rows - 1, frame.columns - 1)
     pitch_um = tuple(1e3 * lens.focal_length_mm * p for p in frame.pitch)
-    plain = without_geometry(lens)  # whose kernels they are
+    plain = without_geometry(lens)  # the lens whose kernels are used
     if not kernels.at_hand(plain, flares, wave, pitch_um, reach):
         seconds += TRANSFORMED_S * values
         if kernels.from_one_pattern(plain, flares, wave, pitch_um, reach):
