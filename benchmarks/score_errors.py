@@ -1,11 +1,11 @@
-"""What one rendering says of the errors of its scores, against how far repeats with other random
-numbers are off.
+"""Stated errors of scores from one rendering, against the actual errors of repeats with other
+random numbers.
 
 A street (48 x 27 tiles, a tile per pixel, 16 and 96 paths, 32 renderings against one of 4096 paths)
 and a night drive (192 x 108 tiles, 24 paths, 2 x 2 pixels per tile, 10 renderings against one of
-512 paths), both through an ideal lens and a colour filter array. Per score: rms error found, of it
-the mean shift, and the rms of what single renderings state over it, by changes of the whole picture
-and by parts of it. Run:
+512 paths), both through an ideal lens and a colour filter array. For each score: the measured rms
+error, its mean shift, and the rms of the errors stated by single renderings divided by it, from
+changes of the whole picture and of parts of it. Run:
 
     python benchmarks/score_errors.py
 """

@@ -1,18 +1,15 @@
-"""The share of 95 % intervals that hold the score without renderer noise, with the renderer
+"""The share of 95 % intervals that contain the score without renderer noise, with the renderer
 reseeded 40 times.
 
-Three scenes of 48 x 27 tiles go through three cameras of about 96 x 54 pixels: a night drive, a
-tunnel and a country
-road without street lamps. Each rendering has 256 samples per tile and random numbers of its own,
-and so has its sensor
-noise. A run of four shots gives each score an interval. The interval should hold the mean score of
-48 shots of
-two renderings with 4096 samples per tile. That mean has noise too, about a fifth of that of one
-rendering with 256. Run:
+Three scenes of 48 x 27 tiles are captured by three cameras of about 96 x 54 pixels: a night drive,
+a tunnel and a country road without street lamps. Each rendering has 256 samples per tile and its
+own random numbers, and so has its sensor noise. A run of four shots gives each score an interval.
+The interval should contain the mean score of 48 shots of two renderings with 4096 samples per tile.
+That mean has noise too, about a fifth of that of one rendering with 256. Run:
 
     python benchmarks/score_intervals.py [--first-seed 3000] [night_drive tunnel rural]
 
-Large pictures, which are asked in parts:
+Large pictures, which are evaluated in parts:
 
     python benchmarks/score_intervals.py --tiles 96 --pixels 528 --renderings 20 --samples 128
 """

@@ -2,9 +2,9 @@
 
     python scripts/coat_energy.py
 
-For each roughness and index: by how much the base of a coat must be brighter so that the surface
-loses no light at its best angle, and what it then reflects at its worst, from 0 to 85 degrees.
-About 90 CPU s.
+For each roughness and index, the table holds the factor by which the base of a coat must be
+brighter so that the surface loses no light at its best angle, and the resulting reflectance at its
+worst angle, from 0 to 85 degrees. About 90 CPU s.
 """
 
 from __future__ import annotations

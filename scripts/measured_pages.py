@@ -3,8 +3,8 @@
     python scripts/measured_pages.py             # list the pages and their commands
     python scripts/measured_pages.py stability   # run its commands, write its page
 
-The page names the command, the date, the processor and the libraries. A command that has failed
-leaves the page as it is. Some pages take hours; the list says how long each command took.
+The page names the command, the date, the processor and the libraries. If a command fails, the page
+stays unchanged. Some pages take hours; the list shows how long each command took.
 """
 
 from __future__ import annotations

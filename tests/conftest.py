@@ -1,4 +1,4 @@
-"""Fixtures for all tests: nothing is ever written outside the test's own folder."""
+"""Fixtures for all tests. Each test writes into a folder of its own."""
 
 from __future__ import annotations
 

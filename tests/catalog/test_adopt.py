@@ -1,4 +1,4 @@
-"""Stores of format 1 open as before; adopted, they are protected; what may be damaged is not
+"""Stores of format 1 open as before. Adopted stores are protected, and damaged stores are not
 adopted.
 """
 

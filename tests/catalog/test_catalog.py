@@ -1,6 +1,4 @@
-"""The catalog finds what the root attributes say, skips what is damaged, and needs no array to do
-so.
-"""
+"""The catalog finds root attributes, skips damaged stores, and reads no arrays."""
 
 import json
 import time

@@ -1,5 +1,5 @@
-"""The index is a cache that never hides a store: whatever was renamed in, and whatever the clock
-said.
+"""The index is a cache that never hides a store, whatever was renamed and however clocks
+were set.
 """
 
 from __future__ import annotations

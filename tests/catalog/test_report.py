@@ -1,4 +1,4 @@
-"""The report: whole, self-contained, and made of what was computed."""
+"""The report: complete, self-contained, and consistent with the stored run."""
 
 import base64
 import gzip

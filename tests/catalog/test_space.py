@@ -1,4 +1,4 @@
-"""What is made again may go at any time; what somebody needs stays, and is named."""
+"""Files that can be made again may be removed at any time; stores in use stay, and are named."""
 
 import os
 

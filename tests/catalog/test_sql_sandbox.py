@@ -1,6 +1,4 @@
-"""A query sees the records and nothing else: no file, no network, no extension, no other
-configuration.
-"""
+"""A query has access to the records only: no file, no network, no extension, no configuration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A metric that a run did not ask for reads the run's stored pictures."""
+"""A metric that was not part of a run reads the run's stored pictures."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Run isethdr in processes of its own, with plugin packages made for one test."""
+"""Run isethdr in separate processes, with plugin packages made for one test."""
 
 from __future__ import annotations
 

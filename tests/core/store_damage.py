@@ -1,4 +1,4 @@
-"""Systematic damages of a store, and what a reader makes of each: the same data, a named error, or
+"""Systematic damages of a store, and their effect on a reader: the same data, a named error, or
 silence.
 """
 

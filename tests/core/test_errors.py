@@ -1,4 +1,4 @@
-"""Errors say what was wrong, suggest the nearest name, and are all of one family."""
+"""Errors state the mistake, suggest the nearest name, and belong to one family."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The six hooks: each is called, in order, with what its documentation says."""
+"""The six hooks are called in order, with the documented arguments."""
 
 from __future__ import annotations
 

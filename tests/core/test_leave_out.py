@@ -1,4 +1,4 @@
-"""What a run does not need is left out; the run that computes everything holds the same bits."""
+"""A run leaves out unneeded work; the run that computes everything holds the same bits."""
 
 from __future__ import annotations
 

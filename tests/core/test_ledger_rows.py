@@ -1,4 +1,4 @@
-"""Every row of a run says how wrong its stage may be: a number, its unit, and how it is known."""
+"""Every row of a run states the error of its stage: a number, its unit, and how it is known."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What a plan leaves out is a row of its ledger: labels nobody reads, a view nobody looks at, light
-nobody asks for.
+"""A plan states its omissions in its ledger row: unread labels, views without a report, and unused
+light.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Mixing light groups: linear to the last bits, lazy, and never silent about what is missing."""
+"""Mixing light groups: linear to the last bits, lazy, with an error for missing groups."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Weights solved from targets: reached, or said not to be."""
+"""Weights solved from targets: each target is reached, or stated as not reached."""
 
 from __future__ import annotations
 

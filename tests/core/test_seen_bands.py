@@ -1,5 +1,5 @@
-"""Bands that no sensor sees go through no lens; forcing them through changes no electron beyond the
-bound.
+"""Bands outside all sensors' responses pass through no lens; forcing them through changes no
+electron beyond the bound.
 """
 
 from dataclasses import replace

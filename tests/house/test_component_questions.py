@@ -1,4 +1,6 @@
-"""What a component can do is asked by type, `isinstance(lens, KeepsLight)`, never by `hasattr`."""
+"""Abilities of a component are tested by type, `isinstance(lens, KeepsLight)`, never by
+`hasattr`.
+"""
 
 from __future__ import annotations
 

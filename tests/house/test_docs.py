@@ -1,5 +1,5 @@
-"""The documents say what the code does: hooks and their signatures, the tutorial's code, the words
-of the glossary.
+"""The documents agree with the code: hooks and their signatures, the tutorial's code, the words of
+the glossary.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""What the base install holds is what the code imports; every other library says which extra brings
-it.
+"""The base install contains the imported libraries; for every other library the error names its
+extra.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Imports inside functions: few, for a reader looks for a module's imports at its top."""
+"""Imports inside functions: few, because readers expect a module's imports at its top."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A function that reports too much returns its terms; nobody opens a ledger to throw it away."""
+"""Functions return the terms that a caller may discard; no code opens a ledger only to
+discard it.
+"""
 
 from __future__ import annotations
 

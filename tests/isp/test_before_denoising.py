@@ -1,4 +1,6 @@
-"""A denoised picture holds the picture before it, bit for bit; scores of noise look at that."""
+"""A denoised picture holds the picture before denoising, bit for bit; scores of noise use that
+picture.
+"""
 
 import numpy as np
 import pytest

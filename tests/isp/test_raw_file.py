@@ -1,4 +1,4 @@
-"""Raw file: samples and tags as two readers of others find them, and what a DNG cannot hold."""
+"""Raw file: samples and tags as read by two other programs, and the refusals of a DNG."""
 
 import json
 import struct

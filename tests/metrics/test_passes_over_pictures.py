@@ -1,6 +1,4 @@
-"""What goes over a whole picture in pieces or in fewer steps gives what the plain way gives, to
-rounding.
-"""
+"""Computations in pieces or with fewer steps agree with the direct computation, to rounding."""
 
 import numpy as np
 import pytest

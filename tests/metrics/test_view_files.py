@@ -1,4 +1,4 @@
-"""Files of the display view: what other programs read back from EXR and 16 bit PNG."""
+"""Files of the display view, read back by other programs: EXR and 16 bit PNG."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
-"""What the study of accuracy takes from the renderer: the same renderings as by themselves, lamps
-known, noise that falls.
+"""The accuracy study's use of the renderer: the same renderings as separate calls, known lamps,
+noise that falls.
 """
 
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The doctor, and what a beginner does wrong."""
+"""The doctor, and typical mistakes of beginners."""
 
 import json
 import subprocess

@@ -1,5 +1,5 @@
-"""Paths until the noise is low enough: by made-up passes of known noise, and by a picture against a
-long one.
+"""Paths until the noise is low enough: simulated passes of known noise, and a picture against a
+long rendering.
 """
 
 from dataclasses import dataclass

@@ -1,5 +1,5 @@
-"""Paths where cameras see the noise: the light stays the same, and where nobody looks none is
-spent.
+"""More paths where cameras need them: the mean light does not change, and unused tiles get no
+further paths.
 """
 
 import numpy as np

@@ -1,6 +1,4 @@
-"""How the paths of a pass are drawn and shared out: the same light, whatever lanes, shares and
-places do it.
-"""
+"""Drawing and sharing the paths of a pass: the same light for all lanes, shares and places."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
-"""What tests of ghosts share: a lens whose ghosts can be had by other means, a lamp, and the flux
-of an image.
+"""Common parts of the ghost tests: a lens whose ghosts can be computed independently, a lamp, and
+the flux of an image.
 """
 
 import numpy as np

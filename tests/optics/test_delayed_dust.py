@@ -1,5 +1,5 @@
-"""Dust that delays light: limits, energy, Babinet's closed form, wavelengths, what symmetry is
-left.
+"""Dust with a phase delay: limits, energy, Babinet's closed form, wavelengths, and the remaining
+symmetry.
 """
 
 from collections import OrderedDict

@@ -1,5 +1,5 @@
-"""Ghosts of coated surfaces against a trace that shares nothing with the product; what modern
-coatings leave of a headlamp.
+"""Ghosts of coated surfaces against an independent ray trace; the ghosts of a headlamp with modern
+coatings.
 """
 
 from dataclasses import dataclass

@@ -1,5 +1,5 @@
-"""A flare of an outside package with a part of the light of its own: its error reaches the
-electrons of that part, and no others.
+"""A flare of an outside package with a light part of its own: its error reaches the electrons of
+that part only.
 """
 
 from __future__ import annotations

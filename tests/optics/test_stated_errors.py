@@ -1,8 +1,7 @@
-"""What a lens states, in units of a sensor's noise, against the error found by another, finer
-computation.
+"""The stated errors of a lens, in units of a sensor's noise, against a finer computation.
 
-Asked: the figure stated for 99 % of the pixels is at least the error found in 99 % of them, and at
-most ten times as much.
+Requirement: the figure stated for 99 % of the pixels is at least the error measured in 99 % of
+them, and at most ten times as large.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Sub-bands of a point spread that change nothing are left out, those that change it are not."""
+"""Sub-bands of a point spread are left out if and only if they change nothing."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Uniform light through a prescription: against rays counted back from the sensor by other
-formulas, and what the ledger says of it.
+"""Uniform light through a prescription, against rays traced back from the sensor by other formulas,
+and its ledger.
 """
 
 import numpy as np

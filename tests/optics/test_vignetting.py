@@ -1,5 +1,5 @@
-"""Vignetted pupils: closed forms, areas and shapes by counted rays, relative illumination, lenses
-whose stop nothing cuts.
+"""Vignetted pupils: closed forms, areas and shapes by counted rays, relative illumination, and
+lenses without vignetting.
 """
 
 from dataclasses import replace

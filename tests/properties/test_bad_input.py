@@ -1,4 +1,4 @@
-"""Whatever is typed for a field is planned, or refused in one clear line: no crash, no hang."""
+"""Any text for a field is accepted by the plan, or refused in one clear line: no crash, no hang."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Readout: codes of any converter, read back, are the electrons to half a step or say that they are
+"""Readout: codes of any converter are read back to the electrons within half a step, or marked as
 saturated.
 """
 

@@ -1,6 +1,4 @@
-"""Vehicles, people and animals: sizes, what they stand on, where their lamps are, and what they are
-made of.
-"""
+"""Vehicles, people and animals: sizes, ground contact, positions of lamps, and materials."""
 
 from __future__ import annotations
 

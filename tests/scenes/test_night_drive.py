@@ -1,5 +1,5 @@
-"""The country road and the tunnel: ranges, what the camera sees, names, determinism, and errors
-that teach.
+"""The country road and the tunnel: ranges, visible objects, names, determinism, and clear
+errors.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Architectures: what several charges, gains and exposures share, and what they do not; every
-preset; bad fields.
+"""Architectures: shared and separate effects of several charges, gains and exposures; every preset;
+bad fields.
 """
 
 from importlib.resources import files

@@ -1,5 +1,5 @@
-"""Optical black rows, random telegraph noise and the map of defects, and what an isp makes of
-them.
+"""Optical black rows, random telegraph noise and the map of defects, and their treatment
+by an isp.
 """
 
 import numpy as np

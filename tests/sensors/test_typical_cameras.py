@@ -1,4 +1,4 @@
-"""The typical cameras at night: noise before denoising, and what denoising takes from an edge."""
+"""The typical cameras at night: noise before denoising, and the loss of edges by denoising."""
 
 from functools import cache
 

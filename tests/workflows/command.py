@@ -1,4 +1,4 @@
-"""Start `isethdr` as users do, in processes of its own, on charts that take a second."""
+"""Start `isethdr` as users do, in separate processes, on charts that take a second."""
 
 from __future__ import annotations
 

@@ -68,8 +68,8 @@ def frame(rows: int, columns: int, ratio: float):
 
 
 def prepare(psf, shape) -> dict:
-    """Return what the methods share: the product's kernel, the spectrum in both precisions, and the
-    psf itself.
+    """Return the shared inputs of the methods: the product's kernel, the spectrum in both
+    precisions, and the psf.
     """
     kernel = ready(psf, shape)
     spectrum = whole(kernel.spectrum, kernel.size) * kernel.peak
@@ -83,7 +83,7 @@ def prepare(psf, shape) -> dict:
 
 
 def product(image, prepared):
-    """Return what the lenses use: float64, doubtful pixels summed directly."""
+    """Return the convolution of the lenses: float64, with doubtful pixels summed directly."""
     return convolve(image, prepared["product"])
 
 

@@ -203,12 +203,13 @@ def default_levels(model) -> list[float]:
 
 
 def asked(rows, model) -> list[dict]:
-    """Return the rows that answer what is asked of the default rule, from 1 e to 4 sd below the end
-    of the small photodiode.
+    """Return rows that test the requirements on the default rule, from 1 e to 4 sd below the end of
+    the small photodiode.
 
-    Its worst bias (what two standard errors do not explain), its worst reported variance, and the
-    rule that beats it by most: of those unbiased at every level, and, stricter, of all at levels
-    where they are unbiased, away from the ends of captures.
+    The rows are its worst bias (beyond two standard errors), its worst reported variance, and the
+    rule with the largest advantage over it: among the rules that are unbiased at every level, and,
+    more strictly, among all rules at levels where they are unbiased, away from the ends of
+    captures.
     """
     end, sd = max(zip(ends_e(model), ends_sd(model)))
     usual_levels = [r for r in rows if 1 <= r["level_e"] <= end - 4 * sd]
@@ -264,7 +265,7 @@ def asked(rows, model) -> list[dict]:
 
 
 def verdict(rows, model) -> dict:
-    """Return the worst figures of the default rule, as numbers: those of `asked`."""
+    """Return the worst figures of the default rule in `asked`, as numbers."""
     bias, variance, fair, beaten = asked(rows, model)
     ours = next(r for r in rows if r["rule"] == DEFAULT and r["level_e"] == beaten["level_e"])
     return {

@@ -1,4 +1,4 @@
-"""The command line: quick help, one-line errors, exit codes, and what plugins can do to it."""
+"""The command line: quick help, one-line errors, exit codes, and commands of plugins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the command line prints of a run: all seconds and memory accounted for, on few lines."""
+"""The summary tables of a run: they account for all seconds and memory, on few lines."""
 
 from isethdr_core.cli.summary_tables import metrics_together, score_text, worst_text
 from isethdr_core.ledger import Ledger, LeftOut, Row

@@ -1,4 +1,6 @@
-"""The terminal shows what users and plugins write, and every path can be copied whole."""
+"""The terminal shows text of users and plugins unchanged, and every path can be copied as
+a whole.
+"""
 
 from __future__ import annotations
 

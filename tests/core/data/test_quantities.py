@@ -1,5 +1,5 @@
-"""Every way in which data at a border can be wrong is refused, with what was wrong and what to
-do.
+"""Data with any possible mistake are refused between stages, with the mistake and a remedy in the
+message.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""Groups that vary in time stay apart as components; their sum is what there was before."""
+"""Groups that vary in time stay separate components; their sum equals the light before the
+separation.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""The denoising preview: means stay, noise falls, edges and lamps stay, nothing without noise is
-touched, and it is no light.
+"""The denoising preview: means, edges and lamps are kept, noise falls, noise-free tiles do not
+change, and the result is not light.
 """
 
 import numpy as np

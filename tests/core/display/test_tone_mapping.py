@@ -1,5 +1,5 @@
-"""Local tone: relative to a stated white, blind to what is far, exact where nothing changes, detail
-kept where it must be.
+"""Local tone mapping: relative to a stated white, independent of distant pixels, exact for uniform
+pictures, with details kept.
 """
 
 import numpy as np

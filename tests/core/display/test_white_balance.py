@@ -1,4 +1,4 @@
-"""White balance: greys of any light become neutral at their own luminance; nothing is clipped."""
+"""White balance: greys in any light become neutral at their own luminance; no value is clipped."""
 
 import numpy as np
 import pytest

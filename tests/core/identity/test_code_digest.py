@@ -1,4 +1,4 @@
-"""The digest of a component's code: what changes a result changes it, and nothing else does."""
+"""The digest of a component's code changes if and only if the code of its results changes."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Bands that nobody sees, or that hold no light, are left out; nothing that is kept changes beyond
-the bound.
+"""Bands without effect on a sensor or without light are left out; the other bands change by at most
+the stated bound.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""A run: computed once, stored whole or not at all, and what it leaves behind when it fails."""
+"""A run is computed once, stored completely or not at all, and leaves a defined state when it
+fails.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Needs flow from the scores to the scene: narrowing, and the union of what several cameras
-need.
+"""Demands pass from the scores to the scene: narrowing, and the union of the demands of several
+cameras.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Mistakes that components see in each other are refused by a plan, before any work."""
+"""Mistakes in combinations of components are refused by a plan, before any work."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What a run is expected to take follows from the runs that are stored, scaled by size; what is not
-known is not guessed.
+"""The run time estimate follows from stored runs, scaled by size. Without stored runs there is no
+estimate.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""Accuracy knobs: what is refused at loading, and what bundled components declare."""
+"""Accuracy knobs: wrong declarations are refused at loading, and the declarations of bundled
+components.
+"""
 
 from __future__ import annotations
 

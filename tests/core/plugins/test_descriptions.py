@@ -1,5 +1,5 @@
-"""What `isethdr plugins` prints: kept until a file changes, and never kept of a class that is
-broken.
+"""The descriptions of `isethdr plugins` are cached until a file changes; those of broken classes
+are never cached.
 """
 
 from __future__ import annotations

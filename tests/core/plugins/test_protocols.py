@@ -1,4 +1,4 @@
-"""Contracts of components: what each kind may offer, and what is refused at loading."""
+"""Contracts of components: the abilities of each kind, and the refusals at loading."""
 
 from __future__ import annotations
 

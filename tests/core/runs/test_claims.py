@@ -1,4 +1,6 @@
-"""Of processes that want the same thing one works; a dead one is replaced by exactly one other."""
+"""Of several processes with the same work, one does it. A dead one is replaced by exactly one
+other.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a demand lacks of what is stored: groups and bands, never more."""
+"""The missing part of a demand: the groups and bands that are not stored, and no others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Run warnings: saturation outside lamps, objects below the noise, and what a user sees of them."""
+"""Run warnings: saturation outside lamps, objects below the noise, and their display."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Random numbers are named by what they are for, so no order or process changes them."""
+"""Random numbers have keys, so they do not depend on order or processes."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What is written without the zarr library is what that library reads, of every kind and shape;
-damage is found.
+"""Arrays of every kind and shape that are written without the zarr library are read correctly by
+it; damage is detected.
 """
 
 import warnings

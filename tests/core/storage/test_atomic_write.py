@@ -1,6 +1,4 @@
-"""Files are whole or not there; what a killed writer left goes away with the next one, what a
-living one writes stays.
-"""
+"""Files are complete or absent. The next writer removes temporary files of ended writers only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cache of results stays below its bound, and never serves what is not as it was written."""
+"""The cache of results stays below its bound, and never returns a changed result."""
 
 import os
 from multiprocessing import get_context

@@ -1,4 +1,4 @@
-"""What is read from the exact encoding is what was written: values, types, order, layout."""
+"""The exact encoding restores values, types, order and memory layout."""
 
 import math
 from dataclasses import dataclass

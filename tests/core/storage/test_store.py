@@ -1,5 +1,5 @@
-"""A store is whole or not there, whatever happens to its writer; and it holds what was written, to
-a stated error.
+"""A store is complete or absent, whatever happens to its writer, and holds the written data to a
+stated error.
 """
 
 import errno

@@ -1,5 +1,5 @@
-"""What a run allows itself to be wrong by: bad values refused with what to type, good ones passed
-to where they count.
+"""The error budget of a run: wrong values are refused with a hint, and right ones reach the
+components.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The ledger: one row per stage, with seconds, memory, errors and what was left out."""
+"""The ledger: one row per stage, with seconds, memory, errors and omissions."""
 
 from __future__ import annotations
 

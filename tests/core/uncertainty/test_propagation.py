@@ -1,4 +1,4 @@
-"""Errors in units of the sensor's noise: closed forms, and a repeat with made-up noise."""
+"""Errors in units of the sensor's noise: closed forms, and repeats with simulated noise."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""How far the scene's noise moves scores: closed forms of a mean and of a mean square, whole and in
-parts, and who is asked what.
+"""The effect of scene noise on scores: closed forms of a mean and of a mean square, over whole
+pictures and parts.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""Intervals of scores hold what they say: counted over simulated scores whose true values are
-known.
-"""
+"""Coverage of score intervals, counted over simulated scores with known true values."""
 
 from __future__ import annotations
 

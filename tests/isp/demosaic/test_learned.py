@@ -1,5 +1,5 @@
-"""Learned demosaic: flat fields exact, a mean without bias, every order of an array, and a file
-that says what it is.
+"""Learned demosaic: exact flat fields, a mean without bias, every orientation of an array, and a
+documented file.
 """
 
 import numpy as np

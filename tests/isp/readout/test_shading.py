@@ -1,4 +1,4 @@
-"""Shading: what the lens states, what a flat field shows, and that both leave the same picture."""
+"""Shading: stated by the lens or measured on a flat field; both give the same picture."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Lamps with a table: candela whatever the faces, on the host, on the device and as spots."""
+"""Lamps with a table have the same candela for any faces, on the host, on the device and
+as spots.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Points of lamps are drawn as their density says: chi-square tests of all choices by chance."""
+"""Points of lamps are distributed by their stated density: chi-square tests of all random
+choices.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Near lamps are looked at one by one: together with the choice by chance all lamps, each once."""
+"""Near lamps are sampled one by one; together with the random choice, each lamp counts exactly
+once.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Lamps of vehicles in a rendered scene: the candela of their tables, as a camera sees them."""
+"""Lamps of vehicles in a rendered scene have the candela of their tables."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Which lamps are looked at from where: by what they send to a part of the picture, hidden ones
-hardly, none never.
+"""Spatial light sampling: lamps are chosen by their light at each part of the picture, occluded
+ones rarely, none never.
 """
 
 import numpy as np

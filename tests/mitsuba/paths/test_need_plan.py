@@ -1,4 +1,6 @@
-"""The plan of paths: what variances and limits ask for, and how it is put into launches."""
+"""The plan of paths: the numbers that variances and limits require, and their division into
+launches.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""White furnace: with absorption off, surfaces send back all light, or what they lose is stated."""
+"""White furnace: without absorption, surfaces reflect all light, or state their loss."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lateral colour: places and light of every band, what is refused, what reaches the sensor."""
+"""Lateral colour: position and light of every band, refusals, and the light on the sensor."""
 
 import numpy as np
 import pytest

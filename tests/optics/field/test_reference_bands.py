@@ -1,6 +1,4 @@
-"""Reference bands: what a band's image is made of does not depend on which other bands are asked
-for.
-"""
+"""Reference bands: the image of a band does not depend on the other bands."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Bands convolved by another array library than NumPy, as a run asks for it by the environment."""
+"""Bands convolved by another array library than NumPy, selected by an environment variable."""
 
 import numpy as np
 import pytest

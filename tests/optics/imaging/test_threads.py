@@ -1,4 +1,4 @@
-"""Blocks of work by several threads: what `map` gives, each item once, and linear algebra on one
+"""Blocks of work on several threads: the result of `map`, each item once, and linear algebra on one
 thread meanwhile.
 """
 

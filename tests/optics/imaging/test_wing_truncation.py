@@ -1,5 +1,5 @@
-"""Tails left out: the sensor sees no more of it than the bound, one lamp is enough to bring them
-back.
+"""Truncated PSF wings: their effect on the sensor stays below the bound, and a single lamp restores
+them.
 """
 
 from dataclasses import replace

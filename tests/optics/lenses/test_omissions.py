@@ -1,5 +1,5 @@
-"""What a lens spares: rows of the plan, and that forcing each in changes no more than its row
-says.
+"""Omissions of a lens: rows of the plan, and the change by forcing each, which is at most the
+stated bound.
 """
 
 import numpy as np

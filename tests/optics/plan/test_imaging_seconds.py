@@ -1,4 +1,4 @@
-"""What a lens expects its light to take: less with kernels at hand, more with a wavefront."""
+"""Estimated run time of a lens: less with kernels in memory, more with a wavefront."""
 
 from __future__ import annotations
 

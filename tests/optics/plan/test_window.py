@@ -1,5 +1,5 @@
-"""A window of the image plane: tiles beyond it are left out where a sensor in it cannot tell, and
-brought back by a lamp.
+"""A window of the image plane: light outside it is left out below the sensor's noise, and restored
+by a lamp.
 """
 
 from dataclasses import replace

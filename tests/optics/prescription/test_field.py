@@ -1,5 +1,5 @@
-"""Field of a prescription: a camera that looks beyond what its lens lets through is told so before
-anything is computed.
+"""Field of a prescription: a camera with a wider field than the lens transmits is refused before
+any computation.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""Mirrored kernels: the half stands for the whole, in every way it is asked for."""
+"""Mirrored kernels: the stored half gives the whole array for every kind of access."""
 
 import numpy as np
 import pytest

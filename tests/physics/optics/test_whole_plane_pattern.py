@@ -1,5 +1,5 @@
-"""Whole-plane patterns: a tilt moves them, and a polynomial in the wavenumber gives what lies
-between.
+"""Whole-plane patterns: a tilt moves them, and a polynomial in the wavenumber interpolates between
+them.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""What leaves a sensor: the contract, the conformance kit, presets, imports, speed."""
+"""Captures of a sensor: the contract, the conformance kit, presets, imports, speed."""
 
 import subprocess
 import sys

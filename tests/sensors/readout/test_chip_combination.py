@@ -1,4 +1,4 @@
-"""Combination on the chip: what leaves it is decoded to the light, as noisy as it states."""
+"""Combination on the chip: its codes are decoded to the light, with the stated noise."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Lamps that flash during an exposure: each row of each capture sees its own instants, exactly."""
+"""Lamps that flash during an exposure: each row of each capture has its own exact exposure."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""EMVA 1288: a simulated camera, measured by the standard's procedure, is found to be what it was
-made of.
+"""EMVA 1288: the standard's measurement of a simulated camera finds the parameters of the
+camera.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""The merge study: what it claims about the default rule, and that its own instruments work."""
+"""The merge study: its claims about the default rule, and checks of its own instruments."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
-"""Flare by blades and dirt: the lights, what a cell's figures say, the sheet, and the table's
-order.
+"""Flare by blades and dirt: the lights, the figures of a cell, the sheet, and the order of the
+table.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""SNR and contrast detection over eight decades: what shot noise and full wells demand."""
+"""SNR and contrast detection over eight decades, as limited by shot noise and full well."""
 
 from __future__ import annotations
 

@@ -39,8 +39,8 @@ def measured() -> list[Work]:
 
 
 def against_bands(stage: str, lens, flares, shape) -> Work:
-    """Return the diagram of a lens with flares: functionals as the noise allowed asks for, and the
-    way band by band; kernels are made before.
+    """Return the diagram of a lens with flares: functionals for the noise allowed, and the
+    computation band by band. Kernels are computed before.
     """
     mixed = night(shape)
     response = build("sensor", "bayer", pitch_um=3.0).narrow(Demand()).response

@@ -1,4 +1,4 @@
-"""Settings that users need not know, changed for the time of a measurement."""
+"""Change internal settings, which users need not know, during a measurement."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def changed(module, **values):
-    """Within, the names of a module have these values."""
+    """Set names of a module to other values within the block."""
     original = {name: getattr(module, name) for name in values}
     try:
         for name, value in values.items():

@@ -44,8 +44,8 @@ def measured() -> list[Work]:
 
 
 def points(plain, clean, peers) -> list[Point]:
-    """Return the points of one group; those with denoising say as how many paths without it they
-    are; None is no number of paths.
+    """Return the points of one group. Denoised points state the number of paths without denoising
+    that would give the same error; None: no such number.
     """
     points_all = [
         Point(setting(n), *costs, "" if n else "default", f"{n or ''}") for n, *costs in plain
@@ -60,8 +60,8 @@ def points(plain, clean, peers) -> list[Point]:
 
 
 def as_paths(error: float, plain) -> str:
-    """Return how many paths without denoising have an error: straight lines between logarithms,
-    nothing beyond what was measured.
+    """Return the number of paths without denoising that have an error, by linear interpolation
+    between logarithms, without extrapolation.
     """
     paths, errors = (np.array(v, float) for v in zip(*((n, e) for n, e, *_ in plain if n)))
     order = np.argsort(errors)

@@ -1,6 +1,4 @@
-"""Places of the field at which a point spread is made, against one point spread of its own for
-every tile.
-"""
+"""Field points at which a point spread is computed, against a point spread for every tile."""
 
 from __future__ import annotations
 
@@ -28,8 +26,8 @@ DECADES = 3.0  # of light, evenly spread, so that every part of the field counts
 
 
 def measured() -> list[Work]:
-    """Return one diagram: error of an image over the rings of places, kernels made anew each
-    time.
+    """Return one diagram: error of an image over the rings of field points, with kernels computed
+    anew each time.
     """
     lens, mixed = WavefrontLens(field_zernike_um=FIELD_ZERNIKE_UM, falloff="none"), night()
     truth, points = one_per_tile(lens, mixed), []
@@ -82,7 +80,7 @@ def one_per_tile(lens, mixed) -> np.ndarray:
         )
         quadrant_position, flips = grid.first_quadrant(
             position
-        )  # the lens is its own mirror image: a quarter of the tiles is enough
+        )  # the lens is symmetric: a quarter of the tiles is enough
         key = abs(2 * row - SHAPE[0] + 1), abs(2 * column - SHAPE[1] + 1)
         if key not in known:
             at = node_lens(

@@ -84,7 +84,7 @@ def measured() -> list[Work]:
 
 
 def lamp():
-    """Return mixed radiance of one band, dark but for one tile."""
+    """Return mixed radiance of one band with a single bright tile."""
     x, values = quantities.centres(TILES, TILES * PITCH), np.zeros((1, TILES, TILES))
     values[:, TILES // 2, COLUMN] = RADIANCE
     return quantities.plane(values, [BAND_NM], x, x, quantities.RADIANCE)
@@ -128,8 +128,8 @@ def by_chance(flare, lens, mixed):
 
 
 def discs(flare, lens, mixed, image_w: float):
-    """Return irradiance (y, x) of ghosts as even discs, where and as large as first-order optics
-    says (Lee and Eisemann 2013).
+    """Return irradiance (y, x) of ghosts as uniform discs, with position and size from first-order
+    optics (Lee and Eisemann 2013).
     """
     ghost_flare._ranked.cache_clear()
     traced, _ = flare.pairs(lens, [BAND_NM], largest(mixed))

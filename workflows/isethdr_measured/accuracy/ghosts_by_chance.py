@@ -1,9 +1,9 @@
-"""Ghosts by photons of chance: nothing is shared with the plugin's rays but the prescription's
-numbers.
+"""Ghosts by random photons, independent of the plugin's ray trace except for the numbers of the
+prescription.
 
-Parallel light falls on the front at scattered points; every pair of surfaces is followed by itself.
-Spheres are met by way of their centres, and light is parted by Fresnel's sines and tangents of
-angles (1823) of bare surfaces.
+Parallel light falls on the front at random points, and every pair of surfaces is traced separately.
+Intersections with spheres are computed from their centres, and light is split by Fresnel's sines
+and tangents of angles (1823) for bare surfaces.
 """
 
 from __future__ import annotations

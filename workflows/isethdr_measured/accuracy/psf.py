@@ -1,5 +1,5 @@
-"""Sub-bands of a point spread and how far it is exact, against Airy's formula in many points and
-wavelengths.
+"""Sub-bands of a point spread and the radius of its exact core, against Airy's formula at many
+points and wavelengths.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def measured() -> list[Work]:
 
 
 def setting(samples) -> str:
-    """Return what a number of paths is called; None: as many as the noise takes."""
+    """Return the name of a number of paths; None: paths until the noise is low enough."""
     return f"{samples} paths" if samples else "to a noise of 0.1"
 
 
@@ -93,12 +93,13 @@ def own_errors(scene) -> dict:
 
 
 def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
-    """Return [(scene radiance, CPU s of its paths, peak MB)], the scene being built once, for
-    changed fields of the renderer in `runs`.
+    """Return [(scene radiance, CPU s of its paths, peak MB)] for the changed fields of the renderer
+    in `runs`. The scene is built once.
 
-    The radiance comes with `source_seen` (light_group, y, x): where a lamp itself, which needs no
-    paths, is more than 1 % of the light, or, with the label distance, the sky is looked at. The
-    first call of each kind compiles kernels, so that seconds are those of the cheapest of `repeat`.
+    The radiance has the variable `source_seen` (light_group, y, x): tiles where a directly visible
+    lamp, which needs no paths, is more than 1 % of the light, or, with the label distance, tiles
+    that show the sky. The first call of each kind compiles kernels, so seconds are those of the
+    cheapest of `repeat`.
     """
     plain, path_results = frame.estimate, []
 

@@ -1,9 +1,8 @@
-"""Budget: whether the error allowed is kept, and what keeping it costs beside settings chosen by
-hand.
+"""Budget: whether the error allowed is kept, and its cost relative to settings chosen by hand.
 
 | file     | content                                                       |
 |----------|---------------------------------------------------------------|
-| `scenes` | three small scenes, none of which a cost was measured on      |
+| `scenes` | three small scenes on which no cost was measured              |
 | `chains` | the chain after the renderer, planned and by hand, and truth  |
 """
 

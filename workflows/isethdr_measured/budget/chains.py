@@ -40,8 +40,8 @@ class Setting:
 
 @dataclass(frozen=True)
 class Done:
-    """Mean electrons of every capture, CPU seconds, and what the ledger says of the electrons'
-    error.
+    """Mean electrons of every capture, CPU seconds, and the error of the electrons that the ledger
+    states.
     """
 
     electrons: list
@@ -67,9 +67,7 @@ def parts_of(camera: str, lens) -> Chain:
 
 
 def planned(chain: Chain, scene, fraction: float, folder, truth: list) -> Done:
-    """Return what a run makes of stored radiance when so large a fraction of the noise is
-    allowed.
-    """
+    """Return the result of a run on stored radiance for this fraction of the noise allowed."""
     (sensor,) = chain.cameras.values()
     demand = budget.budgeted(
         narrowed(sensor, Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))),
@@ -89,7 +87,7 @@ def planned(chain: Chain, scene, fraction: float, folder, truth: list) -> Done:
 
 
 def by_hand(chain: Chain, scene, setting: Setting, folder, truth: list) -> Done:
-    """Return what settings by hand make of it: nobody looks at the light to choose more."""
+    """Return the result of settings by hand, which do not depend on the light."""
     (sensor,) = chain.cameras.values()
     lens, flares, response = (
         replace(chain.lens, speckle_error=setting.kernel_error),
@@ -124,8 +122,8 @@ def _measured(chain, scene, image, bits, folder, truth) -> Done:
 
 
 def _stated(plan, rows, exposure: propagation.Exposure, fraction: float) -> float:
-    """Return what the last line of a run's ledger says of everything after the renderer, the worst
-    capture's.
+    """Return the error in the last row of a run's ledger: of everything after the renderer, for the
+    worst capture.
     """
     shots = propagation.electrons(exposure, 0.0, plan.light_errors)
     shots = propagation.with_parts(shots, exposure.captures, rows)
@@ -143,8 +141,8 @@ def exact(chain: Chain, scene) -> list:
     """Return (captures, electrons, noise, unsaturated, own error) of a scene: every band in
     float64, nothing left out, finer kernels.
 
-    The convolution is SciPy's; kernels have their points elsewhere than those of any chain under
-    test. Its own error is the standard deviation of 99 % of the pixels that its kernels leave, in
+    The convolution is SciPy's. The sample points of its kernels differ from those of all chains
+    under test. Its own error is the standard deviation of 99 % of the pixels due to its kernels, in
     units of the noise.
     """
     lens = replace(chain.lens, speckle_error=chain.lens.speckle_error / FINER)

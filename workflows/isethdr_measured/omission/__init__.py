@@ -16,20 +16,19 @@ from .compare import compared, warmed
 
 
 def omission(case: str = "", rendered: int = 1) -> list[dict]:
-    """Run ten cases in two ways, leaving out what nobody needs and computing everything: work
-    saved, and whether they agree.
+    """Run ten cases with omissions and without them; compare work and results.
 
     Parameters
     ----------
-    case : one case alone; empty takes all.
-    rendered : 0 leaves out the cases that are rendered, which take minutes.
+    case : one case only; empty takes all.
+    rendered : 0 leaves out the rendered cases, which take minutes.
 
     Returns
     -------
-    rows with case, what its plan leaves out, CPU seconds of the run and of the run with
-    `leave_out=false`, the least of two each (five where nothing is rendered), their ratio, the
-    share of the second that the plan alone takes, the difference and its bound of the reading
-    nearest to it, in electrons, and agree.
+    rows with case, omissions of its plan, CPU seconds of the run and of the run with
+    `leave_out=false` (the least of two each; of five without rendering), their ratio, the share of
+    the plan in the second, the difference and the bound of the reading nearest to its bound, in
+    electrons, and agree.
 
     Raises
     ------

@@ -18,7 +18,7 @@ METRICS = (
 
 @dataclass(frozen=True)
 class Case:
-    """One run: what is asked for, as overrides, and whether its scene has to be rendered."""
+    """One run: its overrides, and whether its scene has to be rendered."""
 
     overrides: tuple[str, ...]
     rendered: bool = False

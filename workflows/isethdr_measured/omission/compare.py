@@ -1,5 +1,5 @@
-"""Both runs of a case, in turn and each in an empty home: their work, the largest difference of
-their readings, and what may differ.
+"""Both runs of a case, alternating and each in an empty home: their work, the largest difference of
+their readings, and the difference allowed.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ NOISE_SD = "standard deviations of the sensor's noise"
 
 
 def compared(name: str, case, turns: int | None = None) -> dict:
-    """Return the row of one case: both runs in turn, and the least work that each took, for what
-    else the machine does adds to it.
+    """Return the row of one case. Both runs alternate, and the least work of each counts, because
+    the load of the machine adds to it.
     """
     config, whole = compose(list(case.overrides)), compose([*case.overrides, "leave_out=false"])
     with empty_home():
@@ -61,7 +61,7 @@ def compared(name: str, case, turns: int | None = None) -> dict:
 
 
 def fresh(config) -> tuple[dict, float]:
-    """Return (what is compared of a run in an empty home, CPU seconds of the run)."""
+    """Return (readings of a run in an empty home, CPU seconds of the run)."""
     with empty_home():
         result, spent_s = measured(lambda: run(config))
         return readings_of(result), spent_s
@@ -75,8 +75,8 @@ def measured(work):
 
 
 def planned(config):
-    """Return the ledger of a plan, made from the config as `isethdr plan` does, with the search for
-    what is stored.
+    """Return the ledger of a plan, made from the config as `isethdr plan` does, including the
+    search for stored results.
     """
     rows, built = Ledger(), chain(config)
     demand = plan(built, rows)
@@ -88,9 +88,7 @@ def planned(config):
 
 
 def readings_of(result) -> dict:
-    """Return what is compared of a finished run: captures in electrons, their noise, and the
-    ledger.
-    """
+    """Return the readings of a finished run: captures in electrons, their noise, and the ledger."""
     [camera] = result.cameras
     captures = result.open(f"captures/{camera}").load()
     gain, black = (captures[name].values[:, None, None] for name in ("gain_dn_per_e", "black_dn"))
@@ -110,13 +108,13 @@ def readings_of(result) -> dict:
 
 
 def largest(few: dict, every: dict) -> tuple[float, float]:
-    """Return the difference of a reading that comes nearest to its bound or exceeds it most, and
+    """Return the difference of the reading that comes nearest to its bound or exceeds it most, and
     that bound, in electrons.
 
-    Light may differ by what the ledger bounds: the lens's error in standard deviations of noise,
-    the bands that were left out, rounding. A reading may differ by twice that, for a count follows
-    its mean by at most so much, and where light differs at all by one electron and one code more,
-    because counts and codes are whole.
+    Light may differ by the bound of the ledger: the lens's error in standard deviations of noise,
+    the omitted bands, rounding. A reading may differ by twice this bound, because a count follows
+    its mean by at most so much. If light differs at all, one electron and one code more are
+    allowed, because counts and codes are whole numbers.
     """
     difference = np.abs(few["electrons"] - every["electrons"])
     sd = sum(
@@ -138,10 +136,10 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
 
 
 def warmed(rendered=()) -> None:
-    """Run a small chart, and every case that is to be `rendered` with two paths a tile both ways:
-    no run pays for imports or compiled code.
+    """Run a small chart, and every case that is to be `rendered` with two paths per tile in both
+    ways, so that no measured run includes imports or compilation.
 
-    The one that came first would: code is compiled once per machine, whatever is left out.
+    Code is compiled once per machine, so otherwise the first run would take longer.
     """
     with empty_home():
         run(

@@ -75,17 +75,15 @@ def _chart(name: str, shape=(24, 48), bands: int = 31, **fields):
 
 
 def ramp(decades: float) -> Measured:
-    """Equal ratios from column to column come out as they went in, whatever the balance of the
-    camera.
-    """
+    """Equal ratios from column to column are kept, for every balance of the camera."""
     mixed, picture = _through(_chart("luminance_ramp", decades=decades))
     ratio = picture.xyz.values[..., 1] / truth(mixed, picture).xyz.values[..., 1]
     return Measured(float(np.ptp(ratio) / ratio.mean()), FLOAT32, "true ratios, relative")
 
 
 def uniform(level: float, bands: int = 31, shape=(24, 48)) -> Measured:
-    """A uniform field comes out uniform, at its level but for the colour of the light, which is one
-    factor known from the filter.
+    """A uniform field stays uniform, at its level up to one known factor for the colour of the
+    light.
     """
     mixed, picture = _through(_chart("uniform", shape, bands, luminance_cd_m2=level))
     factor = _balance_factor(mixed.wavelength.values)
@@ -140,7 +138,9 @@ def disc(tiles: float, lens: str = "ideal") -> Measured:
 
 
 def pulls(name: str) -> Measured:
-    """Valid pixels lie around their mean as the reported variance says: rms of the pulls near 1."""
+    """Valid pixels scatter around their mean by the reported variance: the rms of the pulls is near
+    1.
+    """
     scene = _chart("uniform", (64, 64), luminance_cd_m2=20.0)
     _, picture = _through(
         scene,

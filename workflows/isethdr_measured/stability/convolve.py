@@ -35,7 +35,7 @@ def lamps(level: float, count: int, shape=(32, 40)) -> np.ndarray:
 
 
 def alone(ny: int, nx: int) -> np.ndarray:
-    """Return a picture that is dark but for one tile."""
+    """Return a picture with a single bright tile."""
     picture = np.zeros((ny, nx))
     picture[ny // 3, nx // 4] = 1.0
     return picture

@@ -1,4 +1,4 @@
-"""Inputs: small light to feed a stage with."""
+"""Inputs: small light fields for the stages."""
 
 from __future__ import annotations
 

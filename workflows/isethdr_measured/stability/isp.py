@@ -1,5 +1,5 @@
-"""Processing: filters that do not tell colours apart, captures that disagree, no light and too
-much, against closed forms.
+"""Image processing: filters without colour differences, contradictory captures, no light and too
+much light, against closed forms.
 """
 
 from __future__ import annotations
@@ -78,8 +78,8 @@ def _off(picture, level: float = LEVEL) -> float:
 
 
 def equal_filters(name: str, spread: float, blind: bool = False, sensor: str = "bayer") -> Measured:
-    """A grey in the light of balance comes back exactly whatever the filters are: the matrix is
-    made so.
+    """A grey in the light of balance is reproduced exactly with any filters, by construction of the
+    matrix.
     """
     shot = _shot(sensor, exposure_s=1e-3).copy(deep=True)
     green = shot.quantum_efficiency.values[:, 1].copy()

@@ -205,8 +205,8 @@ def pattern(waves: float) -> Measured:
 
 
 def spread(waves: float) -> Measured:
-    """All light lies within the geometric blur, 8 N W20 wide, but for what its edge diffracts: that
-    of a clear stop, at most.
+    """All light lies within the geometric blur, 8 N W20 wide, except for diffraction at its edge:
+    at most that of a clear stop.
     """
     width = 8 * 4.0 * waves * 0.55
     share = float(
@@ -234,8 +234,8 @@ def beyond(half_um: float, f_number: float) -> float:
 def energy(
     f_number: float, count: int = 41, tile_um: float = 4.0, focal_length_mm: float = 4.0
 ) -> Measured:
-    """What one tile sends out arrives, but for what diffraction throws out of the frame of `count`
-    x `count` tiles.
+    """The light of one tile arrives, except for the light that diffraction spreads beyond the frame
+    of `count` x `count` tiles.
     """
     cube = np.zeros((1, count, count), np.float32)
     cube[0, count // 2, count // 2] = 1.0
@@ -268,7 +268,7 @@ def decades() -> Measured:
 
 
 def row(shape) -> Measured:
-    """A frame of one tile or one row loses no more than it says."""
+    """A frame of one tile or one row loses no more light than stated."""
     lens = _lens("diffraction_limited", falloff="none")
     light = lens(mixed(np.ones((1, *shape), np.float32), GREEN))
     # a tile of 4 um keeps more than a third of its own light at f/4

@@ -72,8 +72,8 @@ def _lighting(name: str, **fields):
 
 
 def mixing(weights: dict) -> Measured:
-    """Compare with the weighted sum in long double; what is below float32's smallest number counts
-    as dark.
+    """Compare with the weighted sum in long double. Values below float32's smallest number count as
+    dark.
     """
     maps = {g: patchy(SHAPE, seed) for seed, g in enumerate(weights, 3)}
     light = scene(maps)
@@ -86,8 +86,8 @@ def mixing(weights: dict) -> Measured:
 
 
 def alike(relative_gap: float, **targets_of_picture) -> Measured:
-    """Two groups that cannot be told apart: what the lighting says it reached is what the picture
-    shows.
+    """Two nearly identical groups: the values that the lighting states as reached are those of the
+    picture.
     """
     first = patchy(SHAPE)
     maps = {"lamp": first, "sky": first * (1 + relative_gap * patchy(SHAPE, 2))}
@@ -111,7 +111,7 @@ def reached(maps: dict, **targets) -> Measured:
 
 
 def said(maps: dict, **targets) -> Measured:
-    """A target out of reach is named as such, and what was reached is the truth."""
+    """A target out of reach is named, and the stated value is the true one."""
     return _shown(maps, out_of_reach=True, **targets)
 
 

@@ -81,7 +81,7 @@ def mean(level: float, seconds: float) -> Measured:
 
 def counts(seconds: float) -> Measured:
     """Every decade of electron rates through a noisy shot without a converter: the mean count, or a
-    pixel that says it is saturated.
+    pixel marked as saturated.
     """
     sensor = _build(
         "single",
@@ -110,8 +110,8 @@ def counts(seconds: float) -> Measured:
 
 
 def speck() -> Measured:
-    """A tile a thousandth of a pixel wide, across the border of two pixels: both halves are found,
-    nothing else is lit.
+    """A tile a thousandth of a pixel wide, across the border of two pixels: both parts are
+    measured, and no other pixel gets light.
     """
     cube = np.zeros((1, 1000, 3000))
     cube[0, 500, 999:1001] = 1e6, 3e6
@@ -151,9 +151,7 @@ def gain_read_back(gain: float) -> Measured:
 
 
 def read_back(**fields) -> Measured:
-    """Codes read back give the electrons to a step of the converter, or say that they are
-    saturated.
-    """
+    """Codes read back give the electrons to a step of the converter, or are marked as saturated."""
     sensor = _build("single", noise=False, dark_spread=0.0, prnu=0.0, column_e=0.0, **fields)
     model = sensor.model()
     swing = min(model.readings[0].swing_e, model.photodiodes[0].full_well_e)
@@ -205,7 +203,7 @@ def dark(name: str) -> Measured:
 
 
 def saturated(name: str) -> Measured:
-    """Every pixel of every capture says so, and every code is finite."""
+    """Every pixel of every capture is marked as saturated, and every code is finite."""
     shot = _build(name, rows=16, columns=16)(
         irradiance(np.full((3, 40, 40), 1e12), np.array([450.0, 550.0, 650.0])), generator(3)
     )

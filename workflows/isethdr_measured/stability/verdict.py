@@ -15,13 +15,13 @@ from isethdr_core import ledger
 from isethdr_core.errors import IsetHdrError
 
 SHORTEST_MESSAGE = (
-    25  # characters: less cannot say what was wrong, what was expected and what to type
+    25  # characters: a shorter message cannot state the mistake, the expected value and a remedy
 )
 
 
 @dataclass(frozen=True)
 class Measured:
-    """How far a result lies from the truth, how far it may, and what the truth is."""
+    """Error of a result, its bound, and the source of the true value."""
 
     error: float
     bound: float
@@ -29,9 +29,7 @@ class Measured:
 
 
 class Case(NamedTuple):
-    """One hard case: what is done, and the error that it must end in; None where it must be
-    right.
-    """
+    """One hard case: a call, and the error that it must raise; None if its result must be right."""
 
     name: str
     measure: Callable[[], object]
@@ -41,9 +39,9 @@ class Case(NamedTuple):
 def judged(stage: str, case: Case) -> dict:
     """Return the row of one case.
 
-    It is right where it was expected to be and its error is within its bound, without a
-    RuntimeWarning on the way. It is refused where the error was expected, is one of ours and says
-    something. All else is wrong: another exception, another error, no error where one was expected.
+    A case is right if a result was expected and its error is within its bound, without a
+    RuntimeWarning. It is refused if the expected error of isethdr was raised with a message.
+    Everything else is wrong: another exception, another error, or no error where one was expected.
     """
     error = bound = float("nan")
     verdict = "WRONG"
@@ -101,7 +99,7 @@ def relative(values, truth) -> float:
 
 
 def with_ledger(call):
-    """Return (result, row): what `call()` returned, and what it stated about its errors."""
+    """Return (result, row): the result of `call()`, and its ledger row."""
     rows = ledger.Ledger()
     with ledger.stage(rows, "case") as row:
         result = call()

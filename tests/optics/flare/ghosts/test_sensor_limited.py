@@ -1,5 +1,5 @@
-"""Ghosts that a sensor cannot tell are left out: what is left out stays below the bound, a lamp
-brings it back.
+"""Ghosts below a sensor's noise are left out: their sum stays below the bound, and a lamp restores
+them.
 """
 
 from dataclasses import replace
