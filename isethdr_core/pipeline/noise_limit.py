@@ -31,6 +31,9 @@ SATURATED = (
     0.05  # share of a capture's saturated pixels that had less light than it is taken to end
 )
 CHANGED = 0.2  # relative change of light that an automatic exposure is tried with
+# relative limit for an outside sensor whose captures do not tell its noise: what renderers go by
+# without cameras
+UNKNOWN = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +71,8 @@ class CameraNoise:
         for sensor in self.cameras.values():
             captures = sensor(light, self.generator)
             if propagation.missing(captures):  # a sensor of a plugin whose noise is not known
+                xyz = levels(mixed, xyz_weights(mixed.wavelength.values))
+                limits.append(UNKNOWN * np.stack([_around(values) for values in xyz]))
                 continue
             limits.append(limit_of(captures, light, mixed))
             exposures.append(_exposures(captures))

@@ -3,7 +3,7 @@
 The estimate is the time of the same stage in the stored run of the most similar size, times the
 ratio of the sizes. A stage without a stored run gets no estimate. A lens may estimate its own time
 (`EstimatesImaging`): this estimate is corrected by the ratio of measured to estimated time in
-stored runs.
+stored runs. A renderer may estimate a scene without a stored rendering (`EstimatesRendering`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,12 @@ from typing import Any
 
 from ..errors import CatalogError
 from ..identity.earlier_names import same_class
-from ..plugins.protocols import EstimatesImaging, EstimatesSamples
+from ..plugins.protocols import (
+    EstimatesImaging,
+    EstimatesRendering,
+    EstimatesSamples,
+    MeetsNoiseLimit,
+)
 from ..storage import store
 from .imaging_plan import plans_imaging
 from .memory import Frame
@@ -57,6 +62,11 @@ def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict
                         if kind == "renderer"
                         else 1.0,
                     )
+    rendering = f"renderer {config['renderer']['name']}" if missing is not None else ""
+    if missing is not None and frame is not None and rendering not in nearest:
+        seconds = rendering_s(chain, frame, missing)
+        if seconds is not None:
+            nearest[rendering] = math.inf, seconds
     imaging = imaging_s(chain, frame)
     if imaging is not None:
         stage = f"lens {config['lens']['name']}"
@@ -75,6 +85,18 @@ def imaging_s(chain, frame: Frame | None) -> float | None:
     ):
         return None
     return chain.lens.expected_s(frame, tuple(chain.flares.values()))
+
+
+def rendering_s(chain, frame: Frame, missing) -> float | None:
+    """Return the seconds that the renderer expects to need for a frame; None if it has no estimate.
+
+    Parameters
+    ----------
+    missing : the demand for what has to be rendered.
+    """
+    if not isinstance(chain.renderer, EstimatesRendering):
+        return None
+    return chain.renderer.rendering_s(frame, missing.groups and len(missing.groups))
 
 
 def _correction(runs, stage: str, expected: float) -> float:

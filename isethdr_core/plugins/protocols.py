@@ -412,6 +412,21 @@ class MeetsNoiseLimit(Protocol):
 
 
 @runtime_checkable
+class EstimatesRendering(Protocol):
+    """A renderer that can tell how long a frame takes it of which nothing is stored."""
+
+    def rendering_s(self, frame: Frame, groups: int | None, /) -> float | None:
+        """Return seconds; None where it cannot tell.
+
+        Parameters
+        ----------
+        frame : tiles and bands that will be rendered.
+        groups : light groups; None where they are not known yet.
+        """
+        ...
+
+
+@runtime_checkable
 class EstimatesSamples(Protocol):
     """A renderer that can tell how many samples it will take."""
 
@@ -779,6 +794,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         AccumulatesSamples,
         MeetsNoiseLimit,
         EstimatesSamples,
+        EstimatesRendering,
     ),
     "lighting": (LooksWithinField, ChecksGroups),
     "lens": (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
@@ -23,12 +24,19 @@ from .world.view import check_square
 if TYPE_CHECKING:
     import xarray as xr
 
+    from isethdr_core.pipeline.memory import Frame
     from isethdr_core.runs.sample_accumulation import Known
     from isethdr_core.scene import SceneDescription
 
-ERROR_ALLOWED = 0.1  # where neither paths nor an error are asked for
+# where neither paths nor an error are asked for: of the noise of the cameras, and without them of
+# the light of a group
+NOISE_SHARE = 0.6
+ERROR_ALLOWED = 0.1
 LEAST_SAMPLES = 16  # paths per tile that any noise is told from
 SCALAR = "scalar_spectral"
+# the main job at 640x360: CPU us of a tile, for the first paths and for those that follow, and
+# seconds for the scene's tables
+PILOT_US, NEED_US, WORLD_S = 150.0, 250.0, 10.0
 # of one group and four bands, measured on two cores; it only tells the user what to expect
 SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
 
@@ -102,8 +110,9 @@ class MitsubaRenderer:
     samples: Samples | None = None
     # noise of the light as a share of that of the cameras that look, where neither samples nor
     # error_allowed is set; null goes by the noise of light groups
-    noise_share_allowed: NoiseShare | None = None
-    # allowed relative noise of each light group; null takes 0.1, or no limit where `samples` is set
+    noise_share_allowed: NoiseShare | None = NOISE_SHARE
+    # allowed relative noise of each light group; null goes by the noise of the cameras, or takes
+    # 0.1 where there are none, or no limit where `samples` is set
     error_allowed: ErrorAllowed | None = None
     most_samples: Samples = 4096  # largest number of samples per tile, where error_allowed is set
     max_depth: Depth = 5  # longest light path in segments; 2 is direct light only
@@ -149,6 +158,16 @@ class MitsubaRenderer:
                 max(asked.most_samples, asked.samples),
             )
         )
+
+    def rendering_s(self, frame: Frame, groups: int | None) -> float | None:
+        """Return the seconds that a frame of which nothing is stored will take about, as the main
+        job does; None where samples or a noise of light groups are asked for.
+        """
+        share = self.limit_share()
+        if share is None or self.variant == "scalar":
+            return None
+        us = PILOT_US + NEED_US * (NOISE_SHARE / share) ** 2
+        return WORLD_S + 1e-6 * us * frame.rows * frame.columns / (os.cpu_count() or 1)
 
     def limit_share(self) -> float | None:
         """Return the share of the cameras' noise that the noise of the light may be; None where

@@ -97,7 +97,7 @@ def test_nothing_said_is_a_tenth_and_paths_that_are_said_are_taken_as_they_are()
         and not MitsubaRenderer().enough(96, 0.11)
         and MitsubaRenderer(samples=96).enough(96, 0.5)
     )
-    expected = MitsubaRenderer().expected_paths
+    expected = MitsubaRenderer(noise_share_allowed=None).expected_paths
     assert [expected(96, noise) for noise in (0.2, 0.01, None, 9.9)] == [
         384,
         16,

@@ -1,12 +1,18 @@
-"""The same through the real renderer: a second light group is rendered alone, beside the first."""
+"""The same through the real renderer: a second light group is rendered alone, beside the first;
+what ends in the middle leaves what was there.
+"""
 
 from __future__ import annotations
+
+import os
+import shutil
+import signal
 
 import pytest
 
 from isethdr_core.storage import store
 
-from .command import FAST, isethdr, stores
+from .command import FAST, installed_trouble, isethdr, leftovers, start, stores, wait_for
 
 TINY = [
     "scene=night_drive",
@@ -38,3 +44,41 @@ def test_a_second_group_is_rendered_beside_the_first(isethdr_home):
     assert sorted(
         store.read_attrs(p)["groups"] for p in (isethdr_home / "scenes").glob("*.zarr")
     ) == [["headlights"], ["sky"]]
+
+
+BY_NEED = [
+    *(o for o in TINY if not o.startswith(("renderer.samples", "sensor", "lighting", "isp"))),
+    "sensor=typical_bayer",
+    "lighting=ideal",
+]
+
+
+@pytest.mark.slow
+def test_a_rendering_by_need_that_ends_in_the_middle_leaves_what_was_there(tmp_path):
+    """Killed, or stopped by Ctrl-C, between its paths: the stored radiance of before is there, and
+    the same run makes the same as if nothing had happened.
+    """
+    home, beside = tmp_path / "home", tmp_path / "beside"
+    plugins = [installed_trouble(tmp_path / "plugins")]
+    first = isethdr("run", *BY_NEED, "renderer.noise_share_allowed=50", ISETHDR_HOME=str(home))
+    assert first.returncode == 0, first.stderr
+    made = stores(home)
+    shutil.copytree(home, beside)
+    finer = ["run", *BY_NEED, "renderer.noise_share_allowed=0.5"]
+    for number, code in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)):
+        mark = tmp_path / f"mark-{number}"
+        variables = {"ACME_WAIT": "paths", "ACME_MARK": str(mark), "ISETHDR_HOME": str(home)}
+        process = start(*finer, plugins=plugins, **variables)
+        wait_for(mark, process)
+        os.killpg(process.pid, number)
+        process.communicate(timeout=600)
+        assert process.returncode == code
+        assert stores(home) == made and leftovers(home) == []
+        mark.with_name("passed-1").unlink()
+    found = []
+    for folder in (home, beside):
+        done = isethdr(*finer, ISETHDR_HOME=str(folder))
+        assert done.returncode == 0, done.stderr
+        [new] = [p for p in (folder / "scenes").glob("*.zarr") if p.name not in made]
+        found.append(store.open_store(new).radiance.values)
+    assert (found[0] == found[1]).all()

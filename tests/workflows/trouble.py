@@ -3,6 +3,7 @@
 ACME_RAISE=1         the metric `acme` raises in the middle of a run
 ACME_WAIT=metric     the metric writes the file ACME_MARK and waits to be killed
 ACME_WAIT=store      the same while a run's store is written but not yet renamed
+ACME_WAIT=paths      the same between the paths of a rendering that goes by the noise of cameras
 ACME_AFTER=n         ... only from the n-th time on (counted in ACME_MARK's folder), 1 by default
 ACME_ERRORS=file     the stage error hook notes there which stages failed
 """
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from isethdr_core import Component, Score, hookimpl
+from isethdr_core.pipeline.noise_limit import CameraNoise
 from isethdr_core.storage import store
 
 
@@ -50,6 +52,16 @@ def to_disk_and_wait(path):
 
 
 store._to_disk = to_disk_and_wait
+limit_of_cameras = CameraNoise.__call__
+
+
+def limit_of_cameras_and_wait(self, scene):
+    """Stand in for what a renderer asks between its paths."""
+    wait("paths")
+    return limit_of_cameras(self, scene)
+
+
+CameraNoise.__call__ = limit_of_cameras_and_wait
 
 
 @hookimpl

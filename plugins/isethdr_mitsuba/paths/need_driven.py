@@ -22,12 +22,13 @@ from . import need_plan
 from .integrator import Paths
 from .need_plan import Lot
 from .passes import Estimate, group_noise, with_known
-from .tallies import Neighbours, Tally, path_variance
+from .tallies import Neighbours, Tally, path_variance, spread_of_buffers
 from .work_items import listed_work
 
 PILOT = 16  # paths of both buffers together
 GROWTH = 4.0  # a round adds at most so many times what there is, as counts are wrong by a factor
 MOST_ROUNDS = 6
+LITTLE = 0.5  # paths per tile: a round that adds fewer is the last one
 LARGEST_LIST = 1 << 17  # tiles of one launch: bounds memory
 LONGEST = 4096  # paths of a tile and launch: float32 sums of more in a lane drift
 EXPOSURE_CHANGED = 0.1  # relative: then the need is worked out once more
@@ -79,30 +80,35 @@ class Rounds:
         """Follow the first paths of all tiles and groups."""
         tiles = self.instance.size
         every = np.full(tiles, self.paths.all_groups())
-        for buffer in range(2):
+        for buffer in progress.track(range(2), "first paths of all tiles"):
             self.follow(buffer, Lot(np.arange(tiles), np.full(tiles, PILOT // 2), every))
 
-    def add_needed(self, limit: NoiseLimit, share: float) -> float:
-        """Add paths so that noise is `share` of the limit, and return how many per tile."""
+    def add_needed(self, limit: NoiseLimit, share: float, number: int = 1) -> float:
+        """Add paths so that noise is `share` of the limit, and return how many per tile.
+
+        `number` : of the round, for people.
+        """
         weights = [limit.weights.get(group, 0.0) for group in self.paths.lamps.groups]
         allowed = share * limit.xyz.reshape(3, -1)
-        plans = []
-        for buffer, other in zip(self.buffers, reversed(self.buffers)):
-            variance = path_variance([other], self.near)
-            wanted = need_plan.needed(variance, allowed, weights, self.group_us) / 2
+        each = [path_variance([tally], self.near) for tally in self.buffers]
+        of_batches = sum(v * share_of(t) for v, t in zip(each, self.buffers))
+        scale, plans = spread_of_buffers(*self.buffers, of_batches), []
+        for buffer, variance in zip(self.buffers, reversed(each)):
+            wanted = need_plan.needed(scale * variance, allowed, weights, self.group_us) / 2
             wanted = np.minimum(wanted, np.minimum(GROWTH * buffer.paths, self.most / 2))
             plans.append(need_plan.more_paths(wanted, buffer.paths))
-        for buffer, more in enumerate(plans):
-            for lot in need_plan.lots(more):
-                self.follow(buffer, lot)
-        return float(sum(more.max(0).mean() for more in plans))
+        added = float(sum(more.max(0).mean() for more in plans))
+        title = f"round {number}: {added:.3g} paths per tile where noise is seen"
+        every = [(buffer, lot) for buffer in range(2) for lot in need_plan.lots(plans[buffer])]
+        for buffer, lot in progress.track(every, title):
+            self.follow(buffer, lot)
+        return added
 
     def until_done(self, limit: NoiseLimit, share: float) -> None:
         """Add rounds until none is needed."""
         for k in range(MOST_ROUNDS):
-            with progress.shown(f"round {k + 1} of paths where noise is seen"):
-                if self.add_needed(limit, share) < 0.5:
-                    return
+            if self.add_needed(limit, share, k + 1) < LITTLE:
+                return
 
     def radiance(self) -> np.ndarray:
         """Return radiance (group, band, tile) float64: half of each buffer."""
@@ -112,19 +118,12 @@ class Rounds:
         return out
 
     def xyz_noise(self) -> np.ndarray:
-        """Return standard errors (group, 3, tile) of X, Y and Z, cd/m2.
-
-        Batches take turns in one sequence of points that is spread evenly, so that their spread
-        says too much; what the buffers differ by misses light that both have missed. It is the
-        root mean square of both, or the buffers alone where they say more.
+        """Return standard errors (group, 3, tile) of X, Y and Z, cd/m2: as batches tell them tile
+        by tile, times what the buffers tell of the whole group.
         """
         each = path_variance(self.buffers, self.near)
-        of_batches = each * sum(0.25 / np.maximum(t.paths, 1) for t in self.buffers)[:, None]
-        first, second = (tally.mean() for tally in self.buffers)
-        apart = self.near.sum(((first - second) / 2) ** 2)
-        around = self.near.sum(of_batches)
-        share = np.divide(apart, around, out=np.ones_like(apart), where=around > 0)
-        return np.sqrt(of_batches * np.maximum(share, (1 + share) / 2))
+        of_batches = each * sum(share_of(t) for t in self.buffers)
+        return np.sqrt(spread_of_buffers(*self.buffers, of_batches) * of_batches)
 
     def half_difference(self) -> np.ndarray:
         """Return half of what the buffers differ by in luminance (group, tile), cd/m2."""
@@ -134,6 +133,13 @@ class Rounds:
     def mean_paths(self) -> np.ndarray:
         """Return the paths per tile (group,), in the mean over tiles."""
         return np.round(sum(t.paths for t in self.buffers).mean(1)).astype(int)
+
+
+def share_of(tally: Tally) -> np.ndarray:
+    """Return what the variance of single paths counts in that of the light (group, 1, tile): a
+    buffer is half of it.
+    """
+    return (0.25 / np.maximum(tally.paths, 1)).astype(np.float32)[:, None]
 
 
 def render_by_need(
@@ -147,8 +153,7 @@ def render_by_need(
     noise_limit : function(radiance (group, band, tile) so far).
     """
     start = time.perf_counter()
-    with progress.shown("first paths of all tiles"):
-        rounds.pilot()
+    rounds.pilot()
     began, limit = time.perf_counter(), noise_limit(rounds.radiance())
     start += time.perf_counter() - began
     rounds.until_done(limit, share)

@@ -16,6 +16,8 @@ from .integrator import Found
 from .work_items import Work
 
 REACH = 2  # tiles around one whose spread counts
+ROUNDING = 1e-6  # relative: batches that differ by less have no spread
+MOST_APART = 20.0  # times their variance: of normal noise one pair of buffers in 10^5 is beyond
 PRIOR = 24.0  # batches that the neighbours' spread counts as, beside a tile's own
 
 
@@ -68,51 +70,68 @@ class Neighbours:
     def __init__(self, instance: np.ndarray):
         """`instance` : (row, column) number of the object that each tile shows."""
         self.shape = instance.shape
-        label = instance.astype(np.int64)
-        self.shifts = [
-            (down, right) for down in range(-REACH, REACH + 1) for right in range(-REACH, REACH + 1)
-        ]
-        self.same = [self._moved(label, *shift, -1) == label for shift in self.shifts]
-
-    def _moved(self, values, down, right, fill):
-        out = np.full(values.shape, fill, values.dtype)
-        rows, columns = self.shape
-        to = (
-            slice(max(-down, 0), rows - max(down, 0)),
-            slice(max(-right, 0), columns - max(right, 0)),
-        )
-        of = (
-            slice(max(down, 0), rows - max(-down, 0)),
-            slice(max(right, 0), columns - max(-right, 0)),
-        )
-        if to[0].start < to[0].stop and to[1].start < to[1].stop:
-            out[to] = values[of]
-        return out
+        each = range(-REACH, REACH + 1)
+        # of each shift how far it reaches, which tiles there are on both sides, and where they show
+        # the same object
+        self.pairs = []
+        for down, right in ((d, r) for d in each for r in each):
+            to, of = (
+                tuple(
+                    slice(max(-shift * sign, 0), max(n - max(shift * sign, 0), 0))
+                    for shift, n in zip((down, right), instance.shape)
+                )
+                for sign in (1, -1)
+            )
+            same = (instance[to] == instance[of]).astype(np.float32)
+            self.pairs.append((max(abs(down), abs(right)), to, of, same))
+        one = np.ones((1, instance.size), np.float32)
+        self.counts = {reach: self.sum(one, reach)[0] for reach in (1, REACH)}
 
     def sum(self, values: np.ndarray, reach: int = REACH) -> np.ndarray:
-        """Return sums (..., tile) of values (..., tile)."""
-        planes = np.reshape(values, (-1, *self.shape))
-        out = np.zeros(planes.shape)
-        for total, plane in zip(out, planes):
-            for (down, right), same in zip(self.shifts, self.same):
-                if max(abs(down), abs(right)) <= reach:
-                    total += np.where(same, self._moved(plane, down, right, 0.0), 0.0)
+        """Return sums (..., tile) of values (..., tile), float32."""
+        planes = np.asarray(values, np.float32).reshape(-1, *self.shape)
+        out = np.zeros(planes.shape, np.float32)
+        for total, plane in zip(out, planes):  # one after the other: they stay in the cache
+            for far, to, of, same in self.pairs:
+                if far <= reach:
+                    total[to] += plane[of] * same
         return out.reshape(np.shape(values))
 
 
 def path_variance(tallies: list[Tally], near: Neighbours) -> np.ndarray:
     """Return the variance (group, 3, tile) of X, Y and Z of single paths, from all batches of
-    `tallies`.
+    `tallies`, float32.
     """
+    single = np.float32
     light = sum(t.xyz for t in tallies) / np.maximum(sum(t.paths for t in tallies), 1)[:, None]
     # about each tally's own mean, which takes one batch of it
     squares = sum(
         np.maximum(t.squares - t.xyz**2 / np.maximum(t.paths, 1)[:, None], 0) for t in tallies
-    )
-    free = sum(np.maximum(t.batches - 1, 0) for t in tallies)
-    count = near.sum(np.ones((1, light.shape[-1])), 1)
-    wide = near.sum(np.ones((1, light.shape[-1])))
-    level = np.maximum(near.sum(light) / wide, np.finfo(float).tiny)
+    ).astype(single)
+    light = light.astype(single)
+    free = sum(np.maximum(t.batches - 1, 0) for t in tallies).astype(single)
+    level = np.maximum(near.sum(light), np.finfo(single).tiny)
     per_light = near.sum(squares) / np.maximum(near.sum(free), 1)[:, None] / level
-    lent = per_light * (light + near.sum(light, 1) / count) / 2
-    return (squares + PRIOR * lent) / (free[:, None] + PRIOR)
+    per_light *= near.counts[REACH]
+    lent = per_light * (light + near.sum(light, 1) / near.counts[1])
+    return (squares + single(PRIOR / 2) * lent) / (free[:, None] + single(PRIOR))
+
+
+def spread_of_buffers(first: Tally, second: Tally, of_batches: np.ndarray) -> np.ndarray:
+    """Return per group (group, 1, 1) the variance that two buffers have over what their batches
+    say: the mean over tiles, each with the same weight.
+
+    Batches take turns in one sequence of points that is spread evenly, so that each of them is
+    noisier than its share of the whole sequence. The buffers are independent: half of what they
+    differ by has the variance of their mean.
+
+    Parameters
+    ----------
+    of_batches : (group, 3, tile) variance of the mean of both buffers, as batches tell it.
+    """
+    a, b = first.mean(), second.mean()
+    noisy = of_batches > (ROUNDING * (a + b) / 2) ** 2
+    apart = np.divide(((a - b) / 2) ** 2, of_batches, out=np.zeros_like(a), where=noisy)
+    sums = np.minimum(apart, MOST_APART).sum((1, 2))
+    count = noisy.sum((1, 2))
+    return np.where(count > 0, sums / np.maximum(count, 1), 1.0)[:, None, None]

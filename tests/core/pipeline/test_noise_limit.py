@@ -84,6 +84,18 @@ def test_automatic_exposure_follows_the_light_that_is_shown_and_says_that_it_may
     assert brighter.exposures[0] == pytest.approx(found.exposures[0] / 2, rel=0.02)
 
 
+def test_a_sensor_that_does_not_tell_its_noise_has_a_relative_limit():
+    scene, mixed, lens = field(5.0)
+
+    def untold(light, generator):
+        return build("sensor", "bayer")(light, generator).drop_vars("read_noise_e")
+
+    lighting = build("lighting", "ideal")
+    found = CameraNoise(lighting, lens, {"one": untold}, None, hdr.generator(0))(scene)
+    xyz = np.moveaxis(hdr.quantities.tristimulus(mixed).xyz.values, -1, 0)
+    np.testing.assert_allclose(found.xyz, 0.1 * xyz, rtol=1e-5)  # light is float32
+
+
 def test_a_run_with_noisy_cameras_tells_the_renderer_their_limit():
     cameras = ["scene=uniform", "~renderer", "lighting=ideal", "sensor=bayer"]
     demand = plan(chain(hdr.compose(cameras)), Ledger())

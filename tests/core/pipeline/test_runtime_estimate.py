@@ -155,3 +155,41 @@ def test_a_renderer_is_expected_to_take_longer_for_more_paths_groups_and_tiles()
         2.0 * (20 + 130) / 80
     )  # unknown: as the mean
     assert _rendering(object(), now, both, {**stored, "path_span": {}}) == pytest.approx(2.0)
+
+
+class Guesses:
+    """A renderer that guesses as many seconds as its frame has rows, and goes by cameras."""
+
+    def __call__(self, description, demand=None):
+        """No light is made here."""
+
+    def rendering_s(self, frame, groups):
+        return float(frame.rows) * (groups or 4)
+
+    def limit_share(self):
+        return 0.5
+
+
+def test_a_renderer_guesses_where_nothing_is_stored_of_the_scene(monkeypatch):
+    parts, config = chain(compose(FAST)), plain(compose(FAST))
+    parts = replace(parts, renderer=Guesses())
+    config["renderer"] = {"name": "guesses"}
+    frame = Frame(100, 200, (1e-3, 1e-3), (500.0, 600.0), True)
+    monkeypatch.setattr(runtime_estimate, "_newest", lambda kind: [])
+    seconds = lambda demand: expected_s(parts, config, demand, frame).get("renderer guesses")
+    assert seconds(Demand()) == 400.0 and seconds(Demand(groups=("sky",))) == 100.0
+    assert seconds(None) is None  # all is stored
+
+
+def test_a_smaller_share_of_the_noise_is_expected_to_take_more_samples():
+    stored = {
+        "renderer": {"width": 20, "height": 4},
+        "wavelength_nm": [500.0, 600.0],
+        "groups": ["lamps"],
+        "all_groups": ["lamps"],
+        "path_span": {"lamps": [0, 60]},
+        "limit_share": 1.0,
+    }
+    now = {"width": 20, "height": 4, "first_nm": 500.0, "last_nm": 600.0, "step_nm": 100.0}
+    assert _rendering(Guesses(), now, Demand(), stored) == pytest.approx(4.0)
+    assert _rendering(Guesses(), now, Demand(), {**stored, "limit_share": None}) == 1.0

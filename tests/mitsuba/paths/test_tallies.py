@@ -1,0 +1,83 @@
+"""Tallies: what batches of one evenly spread sequence overstate, two independent buffers tell."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+
+@pytest.fixture(autouse=True)
+def llvm():
+    import mitsuba as mi
+    from isethdr_mitsuba.doctor import choose_variant
+
+    mi.set_variant(choose_variant("llvm"))
+
+
+SHAPE, BATCHES, PATHS = (40, 60), 8, 16  # of a batch
+
+
+def tally_of(batches):
+    """Return a tally of batch means (batch, tile): of one group, X, Y and Z alike."""
+    from isethdr_mitsuba.paths.tallies import Tally
+
+    found = Tally.empty(1, 1, batches.shape[1])
+    found.paths += PATHS * len(batches)
+    found.batches += len(batches)
+    found.xyz += PATHS * batches.sum(0)
+    found.squares += PATHS * (batches**2).sum(0)
+    return found
+
+
+def buffers(rng, spread, level):
+    """Return two buffers whose batches differ by 1 / root(PATHS), and whose means by `spread`
+    times what follows from that.
+    """
+    out = []
+    for _ in range(2):
+        batches = rng.normal(0, 1 / np.sqrt(PATHS), (BATCHES, level.size))
+        batches += (spread - 1) * batches.mean(0)  # the deviations of batches stay
+        out.append(tally_of(level.ravel() + batches))
+    return out
+
+
+@pytest.mark.parametrize("spread", [1.0, 0.5])
+def test_two_buffers_tell_by_how_much_batches_overstate(spread):
+    from isethdr_mitsuba.paths.tallies import Neighbours, path_variance, spread_of_buffers
+
+    rng, level = np.random.default_rng(4), np.full(SHAPE, 10.0)
+    found, near = buffers(rng, spread, level), Neighbours(np.zeros(SHAPE, int))
+    each = path_variance(found, near)
+    # of one path; 15 batches and 24 of the neighbours' 375 are known to a seventh in each tile
+    assert each.mean() == pytest.approx(1.0, rel=0.02)
+    of_batches = each / (2 * PATHS * BATCHES)
+    # 2400 tiles: known to root(2 / 2400) = 3 %
+    ratio = spread_of_buffers(*found, of_batches)
+    assert ratio.shape == (1, 1, 1) and ratio.item() == pytest.approx(spread**2, rel=0.1)
+
+
+def test_light_without_spread_says_nothing_of_the_buffers():
+    from isethdr_mitsuba.paths.tallies import Neighbours, path_variance, spread_of_buffers
+
+    found = [tally_of(np.full((BATCHES, 2400), 3.0)) for _ in range(2)]
+    of_batches = path_variance(found, Neighbours(np.zeros(SHAPE, int))) / 64
+    assert spread_of_buffers(*found, of_batches).item() == 1.0
+
+
+def test_neighbours_are_those_of_the_same_object():
+    from isethdr_mitsuba.paths.tallies import Neighbours
+
+    rng = np.random.default_rng(2)
+    instance, values = rng.integers(0, 2, (7, 9)), rng.random((7, 9))
+    near = Neighbours(instance)
+    for reach in (1, 2):
+        expected = np.zeros((7, 9))
+        for row in range(7):
+            for column in range(9):
+                part = slice(max(row - reach, 0), row + reach + 1), slice(
+                    max(column - reach, 0), column + reach + 1
+                )
+                same = instance[part] == instance[row, column]
+                expected[row, column] = (values[part] * same).sum()
+        # sums of 25 numbers in float32
+        np.testing.assert_allclose(near.sum(values.ravel(), reach), expected.ravel(), rtol=1e-5)
