@@ -171,8 +171,9 @@ def _rendering(renderer, settings: dict, missing, attributes) -> float:
     stored_paths = {
         group: end - first for group, (first, end) in attributes.get("path_span", {}).items()
     } or dict.fromkeys(attributes["groups"], 1)
+    finer = _finer(renderer, attributes.get("limit_share"))
     expected_paths = {
-        group: _expected_paths(renderer, paths, attributes.get("noise", {}).get(group))
+        group: _expected_paths(renderer, paths * finer, attributes.get("noise", {}).get(group))
         for group, paths in stored_paths.items()
     }
     typical = sum(expected_paths.values()) / len(expected_paths)  # of a group that this store lacks
@@ -185,7 +186,15 @@ def _rendering(renderer, settings: dict, missing, attributes) -> float:
     )
 
 
-def _expected_paths(renderer, paths: int, noise: float | None) -> float:
+def _finer(renderer, stored_share: float | None) -> float:
+    """Return the ratio of samples that a smaller share of the cameras' noise takes, relative to
+    `stored_share`; 1 if either rendering goes by something else.
+    """
+    share = renderer.limit_share() if isinstance(renderer, MeetsNoiseLimit) else None
+    return (stored_share / share) ** 2 if stored_share and share else 1.0
+
+
+def _expected_paths(renderer, paths: float, noise: float | None) -> float:
     """Return the expected samples per tile of a light group; the stored number if the renderer
     gives no estimate.
     """

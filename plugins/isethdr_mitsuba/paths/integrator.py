@@ -183,6 +183,23 @@ class _Spectra:
         ]
 
 
+def _light_of(scene, surfaces, spectra, place, si, material, colour, beta, aimed):
+    """Return what a shadow ray brings from where it is `aimed` at (`LampTables.choose`), a list of
+    packets; weighted against meeting the lamp by chance (balance heuristic: Veach and Guibas
+    1995).
+    """
+    source, target, towards, level, density = aimed
+    open_way = level > 0
+    open_way &= ~scene.ray_test(si.spawn_ray_to(target), open_way)
+    value, rival = surfaces.towards(material, si, si.to_local(towards), open_way)
+    level = level * dr.select(open_way, density / (density + rival), 0)
+    light = spectra.at(place, spectra.lights + source, open_way)
+    return [
+        dr.select(open_way, b * dr.lerp(value[0], value[1], c) * one * level, 0)
+        for b, c, one in zip(beta, colour, light)
+    ]
+
+
 @dr.syntax
 def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, weights, max_depth):
     row, column, tile, owner, lane, lanes, left, most_shares, wanted = items
@@ -299,38 +316,24 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
         tries = dr.select(depth == 0, mi.UInt32(FIRST_CANDIDATES), mi.UInt32(CANDIDATES))
         for g in lit:
             if smooth & on[g]:
-                source, target, towards, level, density = lamps.choose(
-                    g, group_rng[g], si, origin, tries, smooth
+                aimed = lamps.choose(g, group_rng[g], si, origin, tries, smooth)
+                found = _light_of(
+                    scene, surfaces, spectra, place, si, material, colour, beta, aimed
                 )
-                open_way = level > 0
-                open_way &= ~scene.ray_test(si.spawn_ray_to(target), open_way)
-                value, rival = surfaces.towards(material, si, si.to_local(towards), open_way)
-                level *= dr.select(open_way, density / (density + rival), 0)
-                light = spectra.at(place, spectra.lights + source, open_way)
                 for k in range(packets):
-                    total[g][k] += dr.select(
-                        open_way,
-                        beta[k] * dr.lerp(value[0], value[1], colour[k]) * light[k] * level,
-                        0,
-                    )
+                    total[g][k] += found[k]
         # at the first surface, one more shadow ray for each near lamp
         for g in lit:
             turn = mi.UInt32(0)
             near = smooth & on[g] & (depth == 0)
             count = dr.select(near, lamps.near_count(g, block, near), 0)
             while turn < count:
-                source, target, towards, level, density = lamps.near_point(
-                    g, turn, group_rng[g], si, block, near
+                aimed = lamps.near_point(g, turn, group_rng[g], si, block, near)
+                found = _light_of(
+                    scene, surfaces, spectra, place, si, material, colour, beta, aimed
                 )
-                open_way = level > 0
-                open_way &= ~scene.ray_test(si.spawn_ray_to(target), open_way)
-                value, rival = surfaces.towards(material, si, si.to_local(towards), open_way)
-                level *= dr.select(open_way, density / (density + rival), 0)
-                light = spectra.at(place, spectra.lights + source, open_way)
                 for k in range(packets):
-                    total[g][k] += dr.select(
-                        open_way, dr.lerp(value[0], value[1], colour[k]) * light[k] * level, 0
-                    )
+                    total[g][k] += found[k]
                 turn += 1
 
         # continue with the next segment

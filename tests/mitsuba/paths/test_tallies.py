@@ -74,8 +74,9 @@ def test_neighbours_are_those_of_the_same_object():
         expected = np.zeros((7, 9))
         for row in range(7):
             for column in range(9):
-                part = slice(max(row - reach, 0), row + reach + 1), slice(
-                    max(column - reach, 0), column + reach + 1
+                part = (
+                    slice(max(row - reach, 0), row + reach + 1),
+                    slice(max(column - reach, 0), column + reach + 1),
                 )
                 same = instance[part] == instance[row, column]
                 expected[row, column] = (values[part] * same).sum()
