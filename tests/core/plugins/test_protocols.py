@@ -298,7 +298,7 @@ def test_a_plugin_with_such_a_fault_is_one_line_and_the_others_go_on(listed, pac
     assert listed.returncode == 0 and "diffraction_limited" in listed.stdout
     lines = [line for line in listed.stderr.splitlines() if re.search(rf"\b{package}\b", line)]
     if not said:
-        assert f"{package}  A lens of Acme" in listed.stdout and not lines
+        assert f"A lens of Acme. ({package})" in listed.stdout and not lines
         return
     assert f"{package}  A lens of Acme" not in listed.stdout
     [line] = lines

@@ -62,7 +62,8 @@ def test_neighbours_are_tiles_of_the_same_object():
             part = slice(max(y - 2, 0), y + 3), slice(max(x - 2, 0), x + 3)
             same = instance[part] == instance[y, x]
             want = (planes[(slice(None), *part)] * same).sum((1, 2))
-            np.testing.assert_allclose(found[:, y, x], want, rtol=1e-12)
+            # sums of 25 numbers in float32
+            np.testing.assert_allclose(found[:, y, x], want, rtol=1e-5)
 
 
 def test_variance_of_paths_from_batches():

@@ -62,23 +62,3 @@ def test_light_without_spread_says_nothing_of_the_buffers():
     found = [tally_of(np.full((BATCHES, 2400), 3.0)) for _ in range(2)]
     of_batches = path_variance(found, Neighbours(np.zeros(SHAPE, int))) / 64
     assert spread_of_buffers(*found, of_batches).item() == 1.0
-
-
-def test_neighbours_are_those_of_the_same_object():
-    from isethdr_mitsuba.paths.tallies import Neighbours
-
-    rng = np.random.default_rng(2)
-    instance, values = rng.integers(0, 2, (7, 9)), rng.random((7, 9))
-    near = Neighbours(instance)
-    for reach in (1, 2):
-        expected = np.zeros((7, 9))
-        for row in range(7):
-            for column in range(9):
-                part = (
-                    slice(max(row - reach, 0), row + reach + 1),
-                    slice(max(column - reach, 0), column + reach + 1),
-                )
-                same = instance[part] == instance[row, column]
-                expected[row, column] = (values[part] * same).sum()
-        # sums of 25 numbers in float32
-        np.testing.assert_allclose(near.sum(values.ravel(), reach), expected.ravel(), rtol=1e-5)
