@@ -22,7 +22,7 @@ from importlib.util import find_spec
 
 from isethdr_core.hookspecs import hookimpl
 
-from .report import write_report, write_sweep_page
+from . import report
 
 log = logging.getLogger(__name__)
 
@@ -41,7 +41,7 @@ def isethdr_after_stage(stage):
     there already stays. Write the page of a sweep once all of its jobs are done.
     """
     if stage.kind == "sweep":
-        write_sweep_page(stage.result)
+        report.write_sweep_page(stage.result)
     elif (
         stage.kind == "run"
         and stage.result.attributes.get("config", {}).get("report", True)
@@ -53,4 +53,4 @@ def isethdr_after_stage(stage):
                 "type pip install 'isethdr[report]', or report=false to run without"
             )
             return
-        write_report(stage.result)
+        report.write_report(stage.result)
