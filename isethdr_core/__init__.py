@@ -37,6 +37,7 @@ from __future__ import annotations
 
 import importlib
 from functools import cache
+from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -144,9 +145,7 @@ def __getattr__(name: str) -> Any:
 
 @cache
 def _version() -> str:
-    from importlib.metadata import version
-
-    return version("isethdr")
+    return metadata.version("isethdr")
 
 
 def __dir__() -> list[str]:

@@ -3,6 +3,9 @@
 | module           | content                                                                      |
 |------------------|------------------------------------------------------------------------------|
 | `commands`       | the commands `isethdr run`, `plan`, `plugins`, `doctor` and those of plugins |
+| `completion`     | tab completion: what may follow on the command line                          |
+| `vocabulary`     | the words of tab completion, from commands, components and presets           |
+| `completion_scripts/` | what bash, zsh and fish read at their start                             |
 | `deferred_libraries` | large libraries that the command line loads when they are first used |
 | `progress`       | which stage is running, for how long, and how long it still takes            |
 | `plan_summary`   | what a run would compute, what is stored, and what is left out               |

@@ -13,8 +13,9 @@ import typer
 
 import isethdr_core
 
-from ..errors import ConfigError, IsetHdrError
+from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.registry import plugin_manager
+from .completion import SHELLS, complete, script
 from .deferred_libraries import defer
 from .run_help import print_run_help
 
@@ -26,6 +27,7 @@ app = typer.Typer(
     help="Simulate cameras in high dynamic range driving scenes, in physical units.",
 )
 PASS_OVERRIDES = {"allow_extra_args": True, "ignore_unknown_options": True}
+COMPLETE = ["complete", "--"]  # how the scripts of tab completion call
 PASS = PASS_OVERRIDES | {"help_option_names": []}
 
 
@@ -90,10 +92,24 @@ def plugins(
         raise typer.Exit(1)
 
 
+@app.command(help="Print the script of tab completion for bash, zsh or fish.")
+def completion(shell: str = typer.Argument(help="bash, zsh or fish")) -> None:
+    """Print what a shell reads at its start."""
+    if shell not in SHELLS:
+        raise ConfigError(
+            f"no script for the shell {shell!r}{did_you_mean(shell, SHELLS)}; type for example"
+            " isethdr completion bash"
+        )
+    print(script(shell), end="")
+
+
 def main() -> None:
     """Entry point of the `isethdr` command: a user's mistake is one clear line, never a
     traceback.
     """
+    if sys.argv[1:3] == COMPLETE:  # at each press of Tab: no plugin is imported
+        print("\n".join(complete(app, sys.argv[3:])))
+        return
     defer()
     try:
         plugin_manager().hook.isethdr_commands(app=app)

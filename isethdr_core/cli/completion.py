@@ -1,0 +1,183 @@
+"""Tab completion: what may follow on the command line, answered without composing a config.
+
+A shell calls `isethdr complete -- WORD ...` at each press of Tab. The words it may offer (commands,
+components, presets, fields, settings) are kept in a file of the user's cache folder, until a Python
+file or a preset of the core or of a plugin changes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from importlib import metadata, util
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from ..storage.home_folder import home
+
+SCRIPTS = Path(__file__).parent / "completion_scripts"
+SHELLS = {"bash": "isethdr.bash", "zsh": "isethdr.zsh", "fish": "isethdr.fish"}
+COMPOSING = ("run", "plan")  # commands that take overrides
+OF_RUNS = ("show", "compare", "score", "rm")  # of `catalog`: they take the key of a store
+KINDS_ONLY = "plugins"
+
+
+@dataclass
+class Vocabulary:
+    """All words that can be offered."""
+
+    commands: dict[str, list[str]] = field(default_factory=dict)  # with their subcommands
+    options: dict[str, list[str]] = field(default_factory=dict)  # by `command subcommand`
+    # of each kind: components and presets, with the choices of each of their fields
+    names: dict[str, dict[str, dict[str, list[str]]]] = field(default_factory=dict)
+    experiments: list[str] = field(default_factory=list)
+    settings: list[str] = field(default_factory=list)
+    chosen: dict[str, str] = field(default_factory=dict)  # by the main config: `lens`, `flare.dirt`
+    kind_of: dict[str, str] = field(default_factory=dict)  # of these: `cameras.rgbw` is a sensor
+
+
+def complete(app: typer.Typer, words: list[str]) -> list[str]:
+    """Return what the last word may become.
+
+    Parameters
+    ----------
+    app : the command line.
+    words : what was typed behind `isethdr`, up to the cursor; the last one may be empty.
+    """
+    known = vocabulary(app)
+    *before, current = words or [""]
+    if not before:
+        return _beginning(current, [*known.commands, "--help", "--version"])
+    command = before[0]
+    if current.startswith("-"):
+        asked = " ".join(w for w in before[:2] if not w.startswith("-"))
+        named = known.options.get(asked, known.options.get(command, []))
+        own = ["-m", "--multirun", "--cfg", "--help"] if command == "run" else ["--help"]
+        return _beginning(current, [*named, *(o for o in own if o not in named)])
+    if command in COMPOSING:
+        return list(dict.fromkeys(_overrides(known, before[1:], current)))
+    if command == KINDS_ONLY:
+        places = [list(known.names), *([known.names.get(before[1], {})] if before[1:] else [])]
+        return _beginning(current, places[len(before) - 1] if len(before) <= len(places) else [])
+    if before[1:2] and before[1] in OF_RUNS:
+        return _beginning(current, _stored())
+    return _beginning(current, known.commands.get(command, [])) if len(before) == 1 else []
+
+
+def script(shell: str) -> str:
+    """Return the text that a shell reads at its start."""
+    return (SCRIPTS / SHELLS[shell]).read_text(encoding="utf-8")
+
+
+def _beginning(current: str, words: Any) -> list[str]:
+    return sorted(word for word in words if word.startswith(current))
+
+
+def _stored() -> list[str]:
+    with suppress(OSError):
+        return [
+            entry.name.removesuffix(".zarr")
+            for part in ("runs", "scenes")
+            if (home() / part).is_dir()
+            for entry in os.scandir(home() / part)
+            if entry.name.endswith(".zarr") and not entry.name.startswith(".")
+        ]
+    return []
+
+
+def _overrides(known: Vocabulary, before: list[str], current: str) -> Iterator[str]:
+    """Yield overrides of a config that begin with `current`."""
+    chosen, kind_of = dict(known.chosen), dict(known.kind_of)
+    for word in before:  # what was chosen on this command line
+        key, _, name = word.lstrip("+").partition("=")
+        group, _, place = key.partition("@")
+        if group in known.names:
+            chosen[place or group] = name.partition(",")[0]
+            kind_of[place or group] = group
+    key, equals, value = current.partition("=")
+    if equals:
+        done, comma, last = value.rpartition(",")
+        for choice in _values(known, key, chosen, kind_of):
+            if choice.startswith(last):
+                yield f"{key}={done}{comma}{choice}"
+        return
+    if current.startswith("~"):
+        yield from _beginning(current, [f"~{place}" for place in chosen])
+        return
+    first = [f"{group}=" for group in (*known.names, "experiment")]
+    first += [f"{setting}=" for setting in known.settings]
+    yield from _beginning(current, first)
+    for place, name in chosen.items():
+        if current.startswith(f"{place}."):
+            fields = known.names.get(kind_of[place], {}).get(name, {})
+            yield from _beginning(current, [f"{place}.{one}=" for one in fields])
+        elif current and f"{place}.".startswith(current):
+            yield f"{place}."
+
+
+def _values(
+    known: Vocabulary, key: str, chosen: dict[str, str], kind_of: dict[str, str]
+) -> list[str]:
+    """Return the values that are known for the key of an override."""
+    group = key.lstrip("+").partition("@")[0]
+    if group in known.names:
+        return sorted(known.names[group])
+    if group == "experiment":
+        return known.experiments
+    place, _, name = group.rpartition(".")
+    return known.names.get(kind_of.get(place, ""), {}).get(chosen.get(place, ""), {}).get(name, [])
+
+
+# --- the vocabulary, kept in a file ---------------------------------------------------------------
+
+
+def vocabulary(app: typer.Typer) -> Vocabulary:
+    """Return all words that can be offered; kept ones where nothing has changed."""
+    path = cache_file()
+    with suppress(OSError, ValueError, TypeError, KeyError):
+        kept = json.loads(path.read_text(encoding="utf-8"))
+        if kept["state"] == _state(kept["packages"]):
+            return Vocabulary(**kept["words"])
+    from .vocabulary import collected  # imports every plugin
+
+    words, packages = collected(app)
+    with suppress(OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        kept = {"state": _state(packages), "packages": packages, "words": asdict(words)}
+        temporary = path.with_suffix(f".{os.getpid()}")
+        temporary.write_text(json.dumps(kept), encoding="utf-8")
+        temporary.replace(path)
+    return words
+
+
+def cache_file() -> Path:
+    """Return where the words are kept: beside the descriptions of components."""
+    own = os.environ.get("ISETHDR_CACHE")
+    folder = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return (Path(own) if own else Path(folder) / "isethdr") / "completion.json"
+
+
+def _state(packages: list[str]) -> str:
+    """Return a name of the plugins that are installed, and of the files of their packages."""
+    digest = hashlib.sha256(os.environ.get("ISETHDR_PLUGINS", "all").encode())
+    for entry in sorted(f"{e.name}={e.value}" for e in metadata.entry_points(group="isethdr")):
+        digest.update(entry.encode())
+    for package in packages:
+        spec = util.find_spec(package)
+        places = [] if spec is None else list(spec.submodule_search_locations or [])
+        if spec is not None and not places and spec.origin:
+            status = os.stat(spec.origin)
+            digest.update(f"{spec.origin} {status.st_mtime_ns}\n".encode())
+        for place in places:
+            for folder, _, files in os.walk(place):
+                for name in files:
+                    if name.endswith((".py", ".yaml")):
+                        status = os.stat(os.path.join(folder, name))
+                        digest.update(f"{name} {status.st_size} {status.st_mtime_ns}\n".encode())
+    return digest.hexdigest()[:16]
