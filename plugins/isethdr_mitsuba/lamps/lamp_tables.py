@@ -23,7 +23,7 @@ from .spatial_sampling import Chances, areas, light_at_points
 # candidates for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to
 # 0.5-1.0 of itself
 CANDIDATES = 12
-FIRST_CANDIDATES = 4  # from the first surface, where each near lamp gets a shadow ray of its own
+FIRST_CANDIDATES = 8  # from the first surface, where each near lamp gets a shadow ray of its own
 NOWHERE = 0xFFFF
 
 

@@ -32,7 +32,8 @@ def test_each_lamp_is_near_or_has_a_chance_no_smaller_than_before(count):
     for block, (many, lamps) in enumerate(zip(near.length, near.lamps)):
         listed = np.isin(np.arange(count), lamps[:many])
         assert listed.sum() == many <= near_lamps.MOST_NEAR
-        seen = before[block] > 1.5 / slots.shape[1]  # more than the slot that each lamp has
+        # more than the slot that each lamp has, and enough for a ray
+        seen = before[block] > max(1.5 / slots.shape[1], near_lamps.LEAST_SHARE)
         assert many == min(seen.sum() * light[block].any(), near_lamps.MOST_NEAR)
         assert (before[block][listed].min(initial=1) >= before[block][~listed]).all()
         if not listed.all():
@@ -69,4 +70,5 @@ def test_light_of_near_lamps_is_that_of_lamps_by_chance(make, monkeypatch):
         z = (a.mean(0) - b.mean(0))[lit] / error[lit]
         # Student's t with at least 7 degrees of freedom, 1.2 wide, of at most 12 blocks
         assert np.abs(z).max() < 6 and abs(z.mean()) < 4 * 1.2 / np.sqrt(lit.sum())
-        assert a.mean(1).std() < 0.7 * b.mean(1).std()
+        # tail lamps are two alike: eight candidates do as well
+        assert a.mean(1).std() < (1.2 if group == "other" else 0.7) * b.mean(1).std()
