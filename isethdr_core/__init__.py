@@ -6,7 +6,7 @@
 | `demand`       | public path of `pipeline.demand`                                              |
 | `error_terms`  | public path of `uncertainty.error_terms`                                      |
 | `errors`       | every error a user can cause, and which one to raise                          |
-| `extras`       | libraries that the base install leaves out: what asks for one says so         |
+| `extras`       | libraries outside the base install, and the error if one is missing           |
 | `hookspecs`    | public path of `plugins.hookspecs`                                            |
 | `ledger`       | public path of `uncertainty.ledger`                                           |
 | `light_in_time` | public path of `data.temporal_modulation`                                     |
@@ -19,18 +19,18 @@
 | `truth`        | public path of `data.reference_picture`                                       |
 | `cli/`         | the commands, their tables, and their progress                                |
 | `config/`      | component fields as Hydra groups, single runs, sweeps, and trusted folders    |
-| `conformance/` | one line in a plugin's tests checks all that the component's kind promises    |
-| `data/`        | what crosses the borders between stages, with its units and checks            |
-| `display/`     | how a linear picture or a rendering is looked at. Never a stage               |
-| `identity/`    | what a result is called: which code, libraries and data made it               |
-| `lighting/`    | how much of each light group is in the picture                                |
-| `physics/`     | one per function, on plain arrays; numpy, scipy, array-api-compat and         |
-| `pipeline/`    | the chain of stages, and what can be known of it before anything is computed  |
-| `plugins/`     | what a plugin offers, how it is found, and which values its fields may hold   |
-| `runs/`        | one stored run, the stored radiance it reads, its noise, and what made it     |
-| `storage/`     | zarr stores that are either whole or not there, and that name their damage    |
-| `sweeps/`      | what became of the jobs of a sweep, and one table of their scores             |
-| `uncertainty/` | stated errors, their share of a budget, and what they do to pixels and scores |
+| `conformance/` | one line in a plugin's tests checks all promises of the component's kind      |
+| `data/`        | the quantities that stages exchange, with their units and checks              |
+| `display/`     | views of a linear picture or a rendering. Never part of a stage               |
+| `identity/`    | names of results, from the code, libraries and data that made them            |
+| `lighting/`    | the weight of each light group in the picture                                 |
+| `physics/`     | laws of physics, one per function, on plain arrays                            |
+| `pipeline/`    | the chain of stages, and everything decided before the first computation      |
+| `plugins/`     | components of plugins, their search, and the allowed values of their fields   |
+| `runs/`        | one stored run, the stored radiance it reads, its noise, and its provenance   |
+| `storage/`     | zarr stores that are complete or absent, with checks against damage           |
+| `sweeps/`      | the results of the jobs of a sweep, and one table of their scores             |
+| `uncertainty/` | stated errors, their share of a budget, and their effect on pixels and scores |
 """
 
 from __future__ import annotations

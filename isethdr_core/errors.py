@@ -17,7 +17,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-MOST_LISTED = 10  # names in a message; of more names, those that are most like the wrong one
+MOST_LISTED = 10  # largest number of names in a message; of more names, the most similar ones
 
 
 class IsetHdrError(Exception):

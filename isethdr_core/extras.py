@@ -1,8 +1,8 @@
-"""Libraries that the base install leaves out: what asks for one says which extra brings it.
+"""Libraries outside the base install. If one is missing, the error names the extra that installs
+it.
 
-The base install holds what a run of an analytic scene needs, without the libraries that are large
-and serve one part alone. Extras and their libraries are listed in pyproject.toml; `pip install
-'isethdr[all]'` brings them all.
+The base install serves a run of an analytic scene, without large libraries for single parts. Extras
+and their libraries are listed in pyproject.toml; `pip install 'isethdr[all]'` installs them all.
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ from .errors import ConfigError
 
 @contextmanager
 def needed(feature: str, extra: str) -> Iterator[None]:
-    """Import an optional library inside the block, or raise an error that says what to install.
+    """Import an optional library inside the block. If it is missing, raise an error that states
+    what to install.
 
     Parameters
     ----------
-    feature : what needs the library, as the message's subject: "the chart macbeth".
-    extra : name of the extra that brings the library, such as "colour".
+    feature : the feature that needs the library, as the message's subject: "the chart macbeth".
+    extra : name of the extra that installs the library, such as "colour".
 
     Raises
     ------

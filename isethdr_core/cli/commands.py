@@ -68,7 +68,7 @@ def run(context: typer.Context) -> None:
     help="Show what a run would compute, and for how long: isethdr plan [override ...].",
 )
 def plan(context: typer.Context) -> None:
-    """Print the demand, what is already stored, and what would be left out and why."""
+    """Print the demand, the stored results, and the omissions with their reasons."""
     if flags := [a for a in context.args if a.startswith("-")]:
         raise ConfigError(
             f"plan has no option {flags[0]!r}; expected overrides; "

@@ -22,7 +22,7 @@ _executing: list[ModuleType] = []  # modules whose code runs now, in the thread 
 
 
 class _Deferred(ModuleType):
-    """A module that is executed when a name of it is first asked for.
+    """A module that is executed on the first access to one of its names.
 
     `importlib.util.LazyLoader` executes it at the second `import` statement already, because that
     statement reads the module's specification.
@@ -65,11 +65,11 @@ class _DeferringLoader(Loader):
         return self._loader.create_module(spec)
 
     def exec_module(self, module: ModuleType) -> None:
-        """Leave the module empty until a name of it is asked for."""
+        """Leave the module empty until the first access to one of its names."""
         module.__class__ = _Deferred
 
     def execute(self, module: ModuleType) -> None:
-        """Execute the module, and let its own loader stand for it from then on."""
+        """Execute the module, and make its own loader its loader from then on."""
         self._loader.exec_module(module)
         if module.__spec__ is not None:
             module.__spec__.loader = self._loader
@@ -92,6 +92,6 @@ class _Finder(MetaPathFinder):
 
 
 def defer() -> None:
-    """Load large libraries on first use from now on; those that are loaded stay."""
+    """Load large libraries on first use from now on; loaded ones stay."""
     if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
         sys.meta_path.insert(0, _Finder())

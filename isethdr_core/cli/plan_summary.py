@@ -1,4 +1,6 @@
-"""What `isethdr plan` prints: what a run would compute, what is stored, and what is left out."""
+"""Output of `isethdr plan`: the stages of a run, stored results, and omissions with their
+reasons.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ from .terminal import console as open_console
 
 
 def print_plan(overrides) -> None:
-    """Print what a run would compute, what is stored already, and what is left out and why."""
+    """Print the stages that a run would compute, the stored results, and the omissions with their
+    reasons.
+    """
     console, rows = open_console(), Ledger()
     config = compose(overrides)
     planned_chain = chain(config)

@@ -1,5 +1,5 @@
-"""What `isethdr plugins` prints: components and presets, or all fields of one of them. It loads
-nothing of a run.
+"""Output of `isethdr plugins`: components and presets, or all fields of one of them. Modules of a
+run are not loaded.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def print_plugins(kind: str = "", name: str = "") -> int:
 
 
 def choice(kind: str, name: str) -> str:
-    """Return what to type to choose a component or preset."""
+    """Return the text that chooses a component or preset on the command line."""
     return f"+{kind}@{kind}.KEY={name}" if kind in KEYED else f"{kind}={name}"
 
 
@@ -76,7 +76,7 @@ def _print_name(name: str, text: str) -> None:
 
 
 def _print_one(kind: str, name: str) -> list[registry.BrokenPlugin]:
-    """Print what one component or preset is, and its fields."""
+    """Print the description of one component or preset, and its fields."""
     preset = presets(kind).get(name)
     of_kind = {n: comp for (k, n), comp in registry.components().items() if k == kind}
     component = of_kind.get(name if preset is None else component_of(preset))

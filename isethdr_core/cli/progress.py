@@ -1,7 +1,7 @@
-"""Progress: which stage is running, for how long, and how long it still takes; on a terminal only.
+"""Progress: the running stage, its time, and the remaining time; on a terminal only.
 
-`for part in track(parts, "rendering"):` inside a component shows a bar. Nothing is shown, and
-nothing imported, where standard error is no terminal. What is done within two seconds never shows.
+`for part in track(parts, "rendering"):` inside a component shows a bar. If standard error is no
+terminal, nothing is shown or imported. Work of less than two seconds is not shown.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ def shown(title: str, total: float | None = None):
 
 
 def track(items: Iterable, title: str, total: int | None = None) -> Iterator:
-    """Yield `items`; show how many of `total` are done and the time that remains.
+    """Yield `items`, and show the number of finished items and the remaining time.
 
     Parameters
     ----------
-    items : what to work through.
+    items : the items to process.
     title : one word or two, for example "rendering".
-    total : number of items, where `items` has no length.
+    total : number of items, if `items` has no length.
     """
     with shown(title, total if total is not None else len(items)) as advance:
         for item in items:

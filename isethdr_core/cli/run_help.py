@@ -1,4 +1,4 @@
-"""What `isethdr run --help` prints: what to type, for somebody who has not run anything yet."""
+"""Output of `isethdr run --help`: what to type, for newcomers."""
 
 from __future__ import annotations
 

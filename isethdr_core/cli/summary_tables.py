@@ -168,7 +168,7 @@ def worst_text(notes) -> str:
 
 
 def error_text(note) -> str:
-    """Return one stated error as text: value, unit, what it is of, how it is known."""
+    """Return one stated error as text: value, unit, quantity, and how it is known."""
     return f"{note.label + ' ' if note.label else ''}{note.value:.3g} {note.unit} ({note.how})"
 
 

@@ -1,4 +1,4 @@
-"""What a sweep prints: one line for each job, then one table, and the paths of page and CSV."""
+"""Output of a sweep: one line for each job, then one table, and the paths of page and CSV."""
 
 from __future__ import annotations
 
@@ -32,7 +32,9 @@ LINES = 2  # between columns
 
 
 def print_job(sweep: Sweep, job: Job) -> None:
-    """Print in one line what became of a job, how many are done, and how long the others take."""
+    """Print in one line the result of a job, the number of finished jobs, and the time for the
+    others.
+    """
     jobs = read_jobs(sweep.folder)
     left = seconds_left(sweep, jobs, time.time())
     varied = [text for text in job.overrides if text.partition("=")[0].lstrip("+") in sweep.varied]
@@ -53,7 +55,9 @@ def finish(sweep: Sweep) -> SweepTable:
 
 
 def print_sweep(table: SweepTable) -> None:
-    """Print the jobs with the scores that fit, the best by each score, and where all of it is."""
+    """Print the jobs with the scores that fit, the best job by each score, and the paths of all
+    results.
+    """
     print(f"\n{_title(table)}")
     if table.rows:
         score_names = _fitting(table)
@@ -100,7 +104,7 @@ def _title(table: SweepTable) -> str:
 
 
 def _lead(table: SweepTable, row: SweepRow) -> list[str]:
-    """Return the cells of a row that say which it is."""
+    """Return the cells that identify a row."""
     cells = [row.parameters[p] for p in table.parameters] or [str(row.job + 1)]
     return [*cells, row.camera] if table.several_cameras else cells
 

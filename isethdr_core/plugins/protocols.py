@@ -1,18 +1,18 @@
-"""Contracts of components: what each kind is called with, and what it may offer besides.
+"""Contracts of components: the calls of each kind, and the optional abilities.
 
 The first part holds one Protocol per kind. The second part holds one small Protocol per optional
-ability. The core asks `isinstance(component, Ability)`, and uses the ability where it is offered.
+ability. The core tests `isinstance(component, Ability)`, and uses the ability if it is present.
 When a plugin is loaded, `abilities.check` compares its classes with these Protocols: a misspelt
 method, or one with parameters that the core could not pass, is an error.
 
-A `/` in a signature means that the core passes what stands before it by position. A plugin may
-name those parameters as it likes. All others may be passed by name.
+A `/` in a signature means that the core passes the preceding parameters by position. A plugin may
+name them freely. All others may be passed by name.
 
 Members other than methods are class attributes, or fields of the dataclass. A class withdraws an
 ability of its base class by setting the method to None.
 
-Python remembers the classes that have all methods of a Protocol. A method must not be taken from a
-class after `isinstance` was first asked.
+Python caches the classes that have all methods of a Protocol. Do not remove a method from a class
+after the first `isinstance` test.
 """
 
 from __future__ import annotations
@@ -42,20 +42,20 @@ if TYPE_CHECKING:
     Numbers: TypeAlias = npt.NDArray[np.floating[Any]]
 
 
-# --- kinds: what every component of the kind has --------------------------------------------------
+# --- kinds: required members of every component ---------------------------------------------------
 
 
 @runtime_checkable
 class Scene(Protocol):
-    """What the camera looks at: geometry, materials and lamps, or the light itself."""
+    """The scene in front of the camera: geometry, materials and lamps, or the light itself."""
 
     def __call__(self) -> SceneDescription | xr.Dataset:
-        """Return the description for a renderer, or scene radiance where it is already known.
+        """Return the description for a renderer, or scene radiance if it is known without one.
 
         Returns
         -------
-        `isethdr_core.scene.SceneDescription`, or a Dataset with the variable
-        `radiance (light_group, wavelength, y, x)` in W m-2 sr-1 nm-1.
+        `isethdr_core.scene.SceneDescription`, or a Dataset with the variable `radiance
+        (light_group, wavelength, y, x)` in W m-2 sr-1 nm-1.
         """
 
 
@@ -69,7 +69,7 @@ class Renderer(Protocol):
         Parameters
         ----------
         description : the scene, lengths in metres.
-        demand : what later stages need.
+        demand : the data that later stages need.
 
         Returns
         -------
@@ -104,7 +104,7 @@ class Lens(Protocol):
         Parameters
         ----------
         mixed : `([component,] wavelength, y, x)` in W m-2 sr-1 nm-1; x and y as the attribute
-            `projection` says: tangents of the field angle, or radians.
+            `projection` states: tangents of the field angle, or radians.
         flares : any number, in any order.
 
         Returns
@@ -128,8 +128,8 @@ class Sensor(Protocol):
 
         Returns
         -------
-        Dataset with `raw (capture, y, x)` in DN and what is needed to read it
-        (docs/reference/contracts.md).
+        Dataset with `raw (capture, y, x)` in DN, and the variables for converting it back to
+        electrons (docs/reference/contracts.md).
         """
 
     def expected(self, light: xr.DataArray, /) -> xr.DataArray:
@@ -171,7 +171,7 @@ class Metric(Protocol):
         Parameters
         ----------
         picture, truth : with and without the camera's errors, on one grid of pixels.
-        labels : per pixel, those that `narrow` asked for; None where there are none.
+        labels : the labels that `narrow` asks for, per pixel; None without labels.
         """
 
 
@@ -242,9 +242,9 @@ class NarrowsDemand(Protocol):
     """A component that does not need all that later stages would let it have."""
 
     def narrow(self, demand: Demand, /) -> Demand:
-        """Return a smaller demand; nothing that it drops may matter to the component.
+        """Return a smaller demand. The dropped part must not matter to the component.
 
-        What is dropped is stated with `ledger.left_out`.
+        The dropped part is stated with `ledger.left_out`.
         """
 
 
@@ -261,7 +261,7 @@ class ChoosesKernels(Protocol):
     """A component whose library compiles or picks code for the processor."""
 
     def kernels(self) -> dict[str, str]:
-        """Return {library: what it picked in this process}, for those that were used."""
+        """Return {library: its selection in this process} for the libraries in use."""
         ...
 
 
@@ -274,9 +274,9 @@ class DeclaresAccuracy(Protocol):
 
 @runtime_checkable
 class DividesErrorAllowed(Protocol):
-    """A lens that divides the error allowed over what it spends the error on."""
+    """A lens that itself divides the error allowed among its approximations."""
 
-    error_shares: ClassVar[Sequence[ErrorShare]]  # their costs; the lens is told the sum
+    error_shares: ClassVar[Sequence[ErrorShare]]  # their costs; the lens receives the sum
 
 
 # --- abilities of scenes and renderers ------------------------------------------------------------
@@ -361,11 +361,10 @@ class NamesItsEffort(Protocol):
 
 @runtime_checkable
 class AccumulatesSamples(Protocol):
-    """A renderer that goes on from what is stored instead of starting again.
+    """A renderer that continues from stored radiance instead of starting again.
 
-    It is called with a third argument. Its radiance states in the attribute `path_span`,
-    {group: [first, end]}, which samples of each light group it took. Renderings of different
-    samples are pooled.
+    It is called with a third argument. The attribute `path_span` of its radiance, {group: [first,
+    end]}, states the samples of each light group. Renderings with different samples are pooled.
     """
 
     def __call__(
@@ -375,13 +374,13 @@ class AccumulatesSamples(Protocol):
         known: Mapping[str, Known],
         /,
     ) -> xr.Dataset:
-        """Return scene radiance made of other samples than those already taken.
+        """Return scene radiance of further samples.
 
         Parameters
         ----------
         description, demand : as of `Renderer`.
-        known : {light group: `isethdr_core.runs.sample_accumulation.Known`}, what is stored of each
-            light group asked for.
+        known : {light group: `isethdr_core.runs.sample_accumulation.Known`}, the stored samples of
+            each requested light group.
         """
         ...
 
@@ -391,22 +390,22 @@ class AccumulatesSamples(Protocol):
         Parameters
         ----------
         paths : samples per tile so far.
-        noise : relative, of their mean; None where no light was found.
+        noise : relative noise of their mean; None if no light was found.
         """
         ...
 
 
 @runtime_checkable
 class MeetsNoiseLimit(Protocol):
-    """A renderer that goes by the noise of the cameras that look (`Demand.noise_limit`).
+    """A renderer that stops at a share of the cameras' noise (`Demand.noise_limit`).
 
-    Its radiance states the share in the attribute `limit_share`; stored radiance with that share or
-    a smaller one serves.
+    The attribute `limit_share` of its radiance states the share. Stored radiance with that share or
+    a smaller one is reused.
     """
 
     def limit_share(self) -> float | None:
-        """Return the share of the cameras' noise that the noise of the light may be; None where the
-        fields ask for something else.
+        """Return the allowed share of the cameras' noise; None if the fields select another
+        criterion.
         """
         ...
 
@@ -428,7 +427,7 @@ class EstimatesRendering(Protocol):
 
 @runtime_checkable
 class EstimatesSamples(Protocol):
-    """A renderer that can tell how many samples it will take."""
+    """A renderer that can estimate its number of samples."""
 
     def expected_paths(self, paths: int, noise: float | None, /) -> float:
         """Return the samples per tile that a light group will take.
@@ -445,7 +444,7 @@ class EstimatesSamples(Protocol):
 
 @runtime_checkable
 class LooksWithinField(Protocol):
-    """A lighting that can say whether tiles beyond the camera's field change its weights."""
+    """A lighting that states whether tiles beyond the camera's field change its weights."""
 
     WITHIN_FIELD: ClassVar[bool]  # True: they do not
 
@@ -481,7 +480,7 @@ class StatesFieldBorder(Protocol):
     """A lens that loses light at the border of a field."""
 
     def state_field(self, width: float, height: float, projection: str, /) -> None:
-        """State in the ledger what becomes of light at the border of the camera's field.
+        """State in the ledger how light at the border of the camera's field is treated.
 
         Parameters
         ----------
@@ -491,10 +490,10 @@ class StatesFieldBorder(Protocol):
 
 @runtime_checkable
 class KeepsLight(Protocol):
-    """A lens that can leave the light of every tile where the tile is.
+    """A lens that can keep the light of every tile within the tile.
 
-    It needs no light from beyond the camera's field. A lens that outlines its plan says so there
-    (`OutlinesImaging`), and is not asked.
+    It needs no light from beyond the camera's field. A lens that outlines its plan states this
+    there (`OutlinesImaging`) instead.
     """
 
     def keeps_light(self, flares: Sequence[Flare], /) -> bool:
@@ -504,12 +503,13 @@ class KeepsLight(Protocol):
 
 @runtime_checkable
 class CountsMemory(Protocol):
-    """A lens that knows what it holds for a frame, and refuses what it cannot compute at all."""
+    """A lens that knows the memory for a frame, and refuses frames that it cannot compute."""
 
     def held_bytes(self, frame: Frame, flares: Sequence[Flare], /) -> Mapping[str, float]:
-        """Return {what: bytes} of everything that is held at the same time beside the light.
+        """Return {description: bytes} of all arrays that are held at the same time in addition to
+        the light.
 
-        The names are for messages, in the plural: "ray tables".
+        The descriptions are for messages, in the plural: "ray tables".
         """
         ...
 
@@ -525,10 +525,10 @@ class CountsKernels(Protocol):
 
 @runtime_checkable
 class EstimatesImaging(Protocol):
-    """A lens that can tell how long the light of a frame takes it."""
+    """A lens that can estimate the time for the light of a frame."""
 
     def expected_s(self, frame: Frame, flares: Sequence[Flare], /) -> float | None:
-        """Return seconds, with what earlier runs left at hand; None where it cannot tell."""
+        """Return seconds, given the kept results of earlier runs; None without an estimate."""
         ...
 
 
@@ -542,7 +542,7 @@ class ImagingPlan(Protocol):
 
     @property
     def left_out(self) -> Sequence[LeftOut]:
-        """What is not computed, with a bound on what that changes."""
+        """The omissions, each with a bound on its effect."""
         ...
 
     def image(self, mixed: xr.DataArray, /) -> xr.DataArray:
@@ -550,22 +550,22 @@ class ImagingPlan(Protocol):
         ...
 
     def light_errors(self, mixed: xr.DataArray, weights: Numbers, /) -> ErrorMaps | None:
-        """Return how wrong the lens makes the light of `mixed`, tile by tile, (channel, y, x).
+        """Return the errors of the light of `mixed`, tile by tile, (channel, y, x).
 
         Parameters
         ----------
-        weights : (channel, band), what is counted of the irradiance of each band of `mixed`.
+        weights : (channel, band), weights of the irradiance of each band of `mixed`.
 
         Returns
         -------
-        One tile per tile of the light that `image` makes; None where that is not known.
+        One tile per tile of the light that `image` makes; None if the errors are not known.
         """
         ...
 
 
 @runtime_checkable
 class PlansImaging(Protocol):
-    """A lens that decides once what of a field, and of its own effects, is needed."""
+    """A lens that decides once which parts of a field, and of its own effects, are needed."""
 
     def plan(
         self,
@@ -581,8 +581,9 @@ class PlansImaging(Protocol):
         ----------
         flares : as for the call of a lens.
         field : mixed radiance `([component,] wavelength, y, x)`.
-        response : of all sensors; None where one of them needs light wavelength by wavelength.
-        budget : what of the light is needed, and how wrong it may be.
+        response : response of all sensors; None if one of them needs light wavelength by
+            wavelength.
+        budget : the part of the light that is needed, and the error allowed.
         """
         ...
 
@@ -594,14 +595,14 @@ class OutlinesImaging(Protocol):
     def outline(
         self, flares: Sequence[Flare], ahead: FieldAhead, budget: LightBudget, /
     ) -> ImagingOutline:
-        """Return what the plan will need of the field, and what it will leave out for certain.
+        """Return the inputs that the plan will need, and its certain omissions.
 
-        The lens has to plan its imaging too (`PlansImaging`): nothing else may be left out.
+        The lens has to plan its imaging too (`PlansImaging`): otherwise nothing may be left out.
 
         Parameters
         ----------
-        flares, budget : as of `PlansImaging.plan`; `sensed_nm` is None where it is not known.
-        ahead : what is known of the field.
+        flares, budget : as of `PlansImaging.plan`; `sensed_nm` is None if it is not known.
+        ahead : the known properties of the field.
         """
         ...
 
@@ -629,7 +630,7 @@ class MakesPhotocurrent(Protocol):
 
 @runtime_checkable
 class StatesErrors(Protocol):
-    """A lens that knows, tile by tile, how wrong it makes the light."""
+    """A lens that knows the errors of its light, tile by tile."""
 
     def spread_errors(
         self,
@@ -639,17 +640,17 @@ class StatesErrors(Protocol):
         response: Response | None,
         /,
     ) -> ErrorMaps | tuple[Numbers, Numbers] | None:
-        """Return how wrong the light is, tile by tile.
+        """Return the errors of the light, tile by tile.
 
         Parameters
         ----------
-        mixed, flares, response : as the light was asked for; response None for irradiance.
-        weights : (channel, band), what is counted of the irradiance of each band.
+        mixed, flares, response : as in the request for the light; response None for irradiance.
+        weights : (channel, band), weights of the irradiance of each band.
 
         Returns
         -------
-        Standard deviation and bound, each (channel, y, x), in the unit that `weights` make of
-        irradiance; None where they are not known. A tuple is accepted until version 1.0.
+        Standard deviation and bound, each (channel, y, x), in the unit of irradiance times
+        `weights`; None if they are not known. A tuple is accepted until version 1.0.
         """
         ...
 
@@ -675,7 +676,7 @@ class HasPointSpread(Protocol):
 
 @runtime_checkable
 class DeclaresNoise(Protocol):
-    """A sensor that says whether its shots differ."""
+    """A sensor that states whether its shots differ."""
 
     @property
     def noise(self) -> bool:
@@ -726,7 +727,7 @@ class ChecksFocalLength(Protocol):
 
 @runtime_checkable
 class CountsPixels(Protocol):
-    """A sensor that knows what its captures and the pictures made of them take."""
+    """A sensor that knows the memory of its captures and of the pictures made from them."""
 
     def pixel_need(self, width_m: float, height_m: float, /) -> Need:
         """Return the memory of the pixels over an image of this size, metres, in a whole run."""
@@ -758,12 +759,12 @@ class ChecksCaptures(Protocol):
 
 @runtime_checkable
 class HasMeanOfParts(Protocol):
-    """A metric that can say whether its score is nearly the mean of the scores of parts."""
+    """A metric that states whether its score is nearly the mean of the scores of parts."""
 
     MEAN_OF_PARTS: ClassVar[bool]  # True: it is, and needs no labels
 
 
-# --- which kind may offer what --------------------------------------------------------------------
+# --- abilities of each kind -----------------------------------------------------------------------
 
 REQUIRED: dict[str, type] = {  # a flare has at least one of `FLARES` instead
     "scene": Scene,

@@ -1,7 +1,7 @@
-"""Sweep record: the folder `sweeps/<name>` of a sweep, in which each job says what became of it.
+"""Sweep record: the folder `sweeps/<name>` of a sweep, in which each job writes its result.
 
-Jobs may run in several processes and on several machines, so that each writes a file of its own.
-The command that started the sweep reads them once all jobs are done.
+Jobs may run in several processes and on several machines, so each writes a file of its own. The
+command that started the sweep reads the files after all jobs.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ JOBS = "jobs"
 
 @dataclass(frozen=True)
 class Job:
-    """What became of one job."""
+    """The result of one job."""
 
     number: int  # from 0
     overrides: tuple[str, ...]  # as typed: `sensor=bayer`
@@ -36,7 +36,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep: its name, what was asked, and which parameters vary."""
+    """A sweep: its name, its overrides, and its varying parameters."""
 
     name: str
     overrides: tuple[str, ...]  # as typed, without name, tags and Hydra's own
@@ -61,7 +61,7 @@ def check_free(sweep: Sweep) -> None:
 
     Raises
     ------
-    ConfigError : a sweep of this name asked for other runs.
+    ConfigError : a sweep of this name has other runs.
     """
     known = read_sweep(sweep.folder)
     if known is not None and sorted(known.overrides) != sorted(sweep.overrides):
@@ -80,7 +80,7 @@ def _free_name(sweep: Sweep) -> str:
 
 
 def begin(sweep: Sweep) -> None:
-    """Make the folder of a sweep, and forget what jobs of an earlier start of it said."""
+    """Make the folder of a sweep, and remove the files of jobs from an earlier start."""
     shutil.rmtree(sweep.folder / JOBS, ignore_errors=True)
     (sweep.folder / JOBS).mkdir(parents=True)
     write_text(sweep.folder / RECORD, json.dumps(asdict(sweep), indent=1))
@@ -97,13 +97,13 @@ def read_sweep(folder: Path) -> Sweep | None:
 
 
 def write_job(folder: Path, job: Job) -> None:
-    """Say what became of a job."""
+    """Write the result of a job."""
     (folder / JOBS).mkdir(parents=True, exist_ok=True)
     write_text(folder / JOBS / f"{job.number}.json", json.dumps(asdict(job)))
 
 
 def read_jobs(folder: Path) -> list[Job]:
-    """Return what the jobs of a sweep have said so far, by number."""
+    """Return the results of the jobs of a sweep so far, by number."""
     jobs = []
     for path in (folder / JOBS).glob("[0-9]*.json"):
         found = json.loads(path.read_text(encoding="utf-8"))

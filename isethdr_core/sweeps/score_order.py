@@ -68,14 +68,14 @@ class Interval(Protocol):
 
 
 def differ(one: Interval, other: Interval) -> bool | None:
-    """Return whether two scores differ by more than their intervals; None where an interval is not
+    """Return whether two scores differ by more than their intervals; None if an interval is not
     known and the values are not equal.
 
     Notes
     -----
-    The 95 % interval of the difference of two independent values has the half width
-    sqrt(h1^2 + h2^2). Runs of one rendering share its noise, which is then counted twice: such runs
-    may differ where this says no.
+    The 95 % interval of the difference of two independent values has the half width sqrt(h1^2 +
+    h2^2). Runs of one rendering share its noise, which is then counted twice: such runs may differ
+    although this function returns False.
     """
     if one.value == other.value:
         return False

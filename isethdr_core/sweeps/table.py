@@ -57,7 +57,7 @@ class SweepTable:
 
     @property
     def parameters(self) -> list[str]:
-        """The names of what varies."""
+        """The names of the varying parameters."""
         return list(self.sweep.varied)
 
     @property
@@ -71,7 +71,9 @@ class SweepTable:
 
 
 class Best(NamedTuple):
-    """The best row by one score, and how many others it cannot be told from."""
+    """The best row by one score, and the number of rows that do not differ from it
+    significantly.
+    """
 
     score: str
     end: str  # "largest" or "smallest"

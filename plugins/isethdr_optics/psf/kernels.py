@@ -1,10 +1,10 @@
-"""Kernels: how much of a tile's light reaches every other tile, averaged over a band, over the
-whole frame.
+"""Kernels: the share of a tile's light that reaches every other tile of the frame, averaged over a
+band.
 
 A kernel is the point spread function averaged over the source tile and integrated over the
-receiving one. Close to the axis this is exact (`integrated_psf`); farther out it is an average over
-many points and wavelengths (`wings`). What remains there is speckle, measured by the difference
-between two halves of the points.
+receiving one. Close to the axis it is exact (`integrated_psf`); farther out it is an average over
+many points and wavelengths (`wings`). The remaining sampling error there is measured by the
+difference between two halves of the points.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 
 
 class Wide(NamedTuple):
-    """What is known of an exact core that is wider than the usual one."""
+    """Properties of an exact core that is wider than the usual one."""
 
     tiles: int  # from the axis, along y and along x
     deviation: np.ndarray  # per octave within it, as `Kernels.deviation`
@@ -67,7 +67,7 @@ class Wide(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Kernels:
-    """Kernels of all bands (float32, the axis in the middle) and what is known of their errors."""
+    """Kernels of all bands (float32, the axis in the middle), and their errors."""
 
     bands: Sequence[np.ndarray | Mirrored]
     outside: np.ndarray  # fraction of the energy beyond the kernel, per band
@@ -105,8 +105,8 @@ class Kernels:
 
     @cached_property
     def sampled(self) -> tuple[np.ndarray, list[int], list[int]]:
-        """Points of the kernels (y, x, band), every so many tiles along (y, x), from which tiles
-        on: what they are like far and wide.
+        """Points of the kernels (y, x, band) on a coarse grid, with its spacing along (y, x) and
+        its first tiles: the shape of the kernels at a distance.
         """
         steps = [max(1, n // SAMPLED) for n in self.bands[0].shape]
         first = [s // 3 for s in steps]
@@ -120,13 +120,13 @@ class Kernels:
 
     @cached_property
     def transforms(self) -> kernel_spectra.KeptTransforms:
-        """The transforms of kernels that are on no disk, for images of the full frame."""
+        """The transforms of kernels in memory, for images of the full frame."""
         return kernel_spectra.KeptTransforms(self.bands, SPECTRA_BYTES)
 
     @cached_property
     def spectra(self) -> kernel_spectra.Spectra | None:
-        """The kernels with their transforms, for images of the full frame; None where nothing is on
-        disk and memory is too small.
+        """The kernels with their transforms, for images of the full frame; None without a file on
+        disk and enough memory.
         """
         return kernel_spectra.spectra(self.bands, self.name) if self._fits else None
 
@@ -220,8 +220,8 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
 
 
 def at_hand(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
-    """Return whether this process or the disk holds the kernels, or such as reach farther or less
-    far: how far they have to is known with the light. Arguments as `kernels`.
+    """Return whether this process or the disk holds the kernels, with any reach, because the reach
+    that is needed is only known with the light. Arguments as `kernels`.
     """
     wavelength_nm = np.asarray(wavelength_nm, float)
     same = _key(lens, flares, wavelength_nm, pitch_um, reach)[:WITHOUT_REACH]
@@ -249,7 +249,7 @@ def _key(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> tuple:
 
 
 def _name(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> str | None:
-    """Return the name under which kernels are kept on disk, None where they are not."""
+    """Return the name of kernels on disk; None if they are not kept there."""
     if not all(map(_described, (lens, *flares))):
         return None
     # Kernels from one pattern are made faster than they are read from a disk: none are kept there
@@ -275,7 +275,7 @@ def wider_cores(made: Kernels) -> list[scaled_pattern.CoreSize]:
 
 
 def fine_rings_fit(made: Kernels) -> bool:
-    """Return whether the machine's memory holds kernels beside their like with fine rings."""
+    """Return whether the machine's memory holds kernels together with kernels with fine rings."""
     if made.scaled is None:
         return False
     lens = made.keep[0]
@@ -285,12 +285,14 @@ def fine_rings_fit(made: Kernels) -> bool:
 
 
 def with_core(made: Kernels, tiles: int, fine_rings: bool = False) -> Kernels:
-    """Return kernels from one pattern with an exact core of so many tiles, one of `wider_cores`;
+    """Return kernels from one pattern with an exact core of `tiles`, one of `wider_cores`. They are
     kept in the process.
 
     Parameters
     ----------
-    fine_rings : make the rings beyond the core anew, as `scaled_pattern.FINE`.
+    made : the kernels.
+    tiles : size of the core.
+    fine_rings : compute the rings beyond the core again, as `scaled_pattern.FINE`.
     """
     key = (*made.key, tiles, fine_rings)
     with _lock:
@@ -314,7 +316,7 @@ def with_core(made: Kernels, tiles: int, fine_rings: bool = False) -> Kernels:
 
 
 def _inserted(made: Kernels, core: scaled_pattern.Core) -> dict:
-    """Return the fields of kernels whose core alone is another."""
+    """Return the fields of kernels with another core."""
     lens, flares = made.keep
     _scatter(core.halves, lens, flares, made.scaled)
     bands, (rows, columns) = [], core.reach
@@ -548,8 +550,8 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
 
 
 def _split(lens, shortest_nm, pitch_um, reach):
-    """Return into how many parts, per axis, to divide tiles that are much wider than the core of
-    the point spread function.
+    """Return the number of parts, per axis, into which to divide tiles that are much wider than the
+    core of the point spread function.
     """
     if shortest_nm <= 0:
         return 1
@@ -577,8 +579,8 @@ def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
 
 
 def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
-    """Return what `wings.shared` makes for all bands, or nothing where it would be wrong or exact
-    cores cover the frame.
+    """Return the result of `wings.shared` for all bands; None if it would be wrong, or exact cores
+    cover the frame.
     """
     shortest = wavelength_nm - width_nm / 2
     if shortest.min() <= 0 or sampled_pupil.has_phase(lens, flares):
@@ -606,15 +608,15 @@ class Grid(NamedTuple):
 
 
 def fine_tiles(lens, shortest_nm, pitch_um, reach) -> Grid:
-    """Return the tiles that a kernel is made of: parts of those of the frame where they are much
-    wider than the finest detail.
+    """Return the tiles of which a kernel is composed: parts of the frame's tiles where these are
+    much wider than the finest detail.
     """
     split = _split(lens, shortest_nm, pitch_um, reach)
     return Grid(split, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
 
 
 def held_bytes(lens, flares, wavelength_nm, pitch_um, reach) -> float:
-    """Return the bytes of kernels that reach so many (y, x) tiles, and of lattices; those of traced
+    """Return the bytes of kernels up to `reach` (y, x) tiles, and of lattices. Those of traced
     lenses are not counted.
     """
     held = float(FLOAT32_BYTES * len(wavelength_nm) * np.prod([2.0 * r + 1 for r in reach]))
@@ -667,8 +669,8 @@ class _Plan:
         )
 
     def band(self, centre, width):
-        """Return one band's kernel without scatter, how its halves differ (None: exact), and the
-        energy of its pupil, mm2.
+        """Return one band's kernel without scatter, the difference between its halves (None:
+        exact), and the energy of its pupil, mm2.
         """
         lens, flares = self.lens, self.flares
         energy = self.energy or sampled_pupil.open_energy_mm2(lens, flares, centre)
@@ -693,7 +695,7 @@ class _Plan:
         return kernel, wrong, energy
 
     def wavelengths(self, centre, width, radius, least):
-        """Return midpoints of equal sub-bands of the core: from one to the next the pattern at
+        """Return midpoints of equal sub-bands of the core. From one to the next, the pattern at
         `radius` tiles moves by a speckle at most.
         """
         pitch = max(self.pitch)

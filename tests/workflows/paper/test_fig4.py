@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from isethdr_workflows.paper import fig4 as study
 
+from isethdr_core.errors import ConfigError
+
 
 def test_lights_step_down_by_ten():
     from isethdr_core.physics.photometry import luminance
@@ -39,6 +41,12 @@ def test_sheet(tmp_path):
         sheet[0, 0].sum() > sheet[0, 12].sum() > sheet[0, 24].sum()
     )  # a decade darker from cell to cell
     assert (sheet[6:9] == 255).all()
+
+
+@pytest.mark.parametrize("size", [{"width": 99}, {"height": 15}])
+def test_a_cell_without_room_for_the_rings_is_refused(size):
+    with pytest.raises(ConfigError, match="expected at least 100 x 16 tiles"):
+        study.paper_fig4(**size)
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from isethdr_core.display.display_view import false_colour
+from isethdr_core.errors import ConfigError
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.plugins.registry import build
 
@@ -21,6 +22,8 @@ FOCAL_MM, F_NUMBER, PITCH_UM = 4.38, 2.8, 6.0
 BANDS = {"first_nm": 430.0, "last_nm": 670.0, "step_nm": 40.0}
 DECADES = 8  # of the false colour, down from the brightest tile
 MARGIN = 3  # white tiles between cells
+RING = 8  # tiles from a disc to the ring around it
+LEAST_WIDTH, LEAST_HEIGHT = 100, 2 * RING  # tiles of a cell that holds the rings of five discs
 
 
 def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[dict]:
@@ -36,7 +39,16 @@ def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[d
     -------
     rows with transmitted (share of the open round stop), lux_peak, lux_median (what flare leaves in
     the dark), decades between the two, and discs_seen (of five, twice the median ring around them).
+
+    Raises
+    ------
+    ConfigError : a cell too small for the rings around the discs.
     """
+    if width < LEAST_WIDTH or height < LEAST_HEIGHT:
+        raise ConfigError(
+            f"study paper_fig4 has width={width} height={height}; expected at least"
+            f" {LEAST_WIDTH} x {LEAST_HEIGHT} tiles; type width=120 height=67"
+        )
     mixed = lights(width, height)
     lens = build(
         "lens", "diffraction_limited", f_number=F_NUMBER, focal_length_mm=FOCAL_MM, falloff="none"
@@ -91,7 +103,7 @@ def figures(lux) -> dict:
         x = int((k + 0.5) * width / 5)
         disc = lux[height // 2 - 1 : height // 2 + 2, x - 1 : x + 2].mean()
         ring = np.concatenate(
-            [lux[height // 2 - 8 : height // 2 + 8, x + d].ravel() for d in (-8, 8)]
+            [lux[height // 2 - RING : height // 2 + RING, x + d].ravel() for d in (-RING, RING)]
         )
         visible += bool(disc > 2 * np.median(ring))
     peak, dark = float(lux.max()), float(np.median(lux))
