@@ -32,7 +32,7 @@ def own(count, material, seed=0):
 def test_the_mean_of_many_objects_is_the_spectrum_of_the_class(name):
     clean = [m.reflectance if "paint" in name else m.mean_reflectance() for m in own(300, name)]
     values = np.array([spectrum.at(NM) for spectrum in clean])
-    assert values.std(0).min() / values.mean(0).max() > 0.02 and (values <= 0.92).all()
+    assert (values.std(0) / values.mean(0)).min() > 0.05 and (values <= 0.92).all()
     base = MATERIALS[name].reflectance.at(NM)
     # 12 % of each over the root of 300 is 0.7 %; the mean of a lognormal is 0.7 % higher
     np.testing.assert_allclose(values.mean(0), base, rtol=0.06)
