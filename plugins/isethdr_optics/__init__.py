@@ -9,6 +9,7 @@
 | `imaging/`      | mixed radiance to irradiance or photocurrent on the sensor plane           |
 | `lens_files/`   | lens files of other programs as prescriptions                              |
 | `lenses/`       | the components, their fields and their ranges                              |
+| `measured/`     | lenses that are tables of point spread functions or MTF                    |
 | `plan/`         | what of a field is needed, decided once, and applied to light              |
 | `prescription/` | a real lens from its surfaces, glasses, coatings and stop                  |
 | `psf/`          | how much of a tile's light reaches every other tile                        |
@@ -29,6 +30,7 @@ COMPONENTS = [
     ),
     Component("lens", "wavefront", "isethdr_optics.lenses.wavefront_lens:WavefrontLens"),
     Component("lens", "prescription", "isethdr_optics.lenses.prescription_lens:PrescribedLens"),
+    Component("lens", "measured", "isethdr_optics.lenses.measured_lens:MeasuredLens"),
     Component("flare", "ideal", "isethdr_optics.flare.aperture:IdealFlare"),
     Component("flare", "aperture", "isethdr_optics.flare.aperture:ApertureFlare"),
     Component("flare", "haze", "isethdr_optics.flare.haze:HazeFlare"),

@@ -5,6 +5,7 @@
 | `field_point_lens`  | a lens as light from one field point meets it                             |
 | `isetcam_parity`    | ISETCam's optical image, for comparison only                              |
 | `limits`            | ranges of the fields of lenses and flares, generous, each with its reason |
+| `measured_lens`     | tables of point spread functions or MTF, illumination and distortion      |
 | `prescription_lens` | the lens `prescription`, from traced rays                                 |
 | `thin_lens`         | the lenses `ideal` and `diffraction_limited`                              |
 | `wavefront_lens`    | the lens `wavefront`                                                      |

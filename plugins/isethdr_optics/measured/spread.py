@@ -1,0 +1,133 @@
+"""Light spread by tabulated point spread functions, which vary over the field.
+
+A sample of a point spread is light at a point. A kernel is the mean over a source tile of what
+arrives on each tile: the light of a sample is shared by the four tiles around it, in proportion to
+the overlap of two tiles. This keeps the light, and turns about the axis are exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.physics.convolution import convolve
+
+from ..field.grid import Place, weight
+from .table import MeasuredTable
+
+AROUND = 16  # places on a ring of the field; one where the point spreads are round
+ROUND = 1e-6  # share of the light by which a round point spread may change when turned
+FINER = 4  # samples per tile at least: coarser ones are divided
+
+
+class Share(NamedTuple):
+    """Light that falls to one place of the field."""
+
+    ring: int
+    azimuth_rad: float  # counter-clockwise from +x, y up
+    window: tuple[slice, slice]
+    weights: np.ndarray  # (y, x) within the window, 0 to 1
+
+
+def shares(table: MeasuredTable, radii: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Share]:
+    """Return the places among which the light of tiles is shared; their weights sum to 1.
+
+    Parameters
+    ----------
+    radii : (field,) of the table's angles on the sensor, in the unit of x and y.
+    x, y : tile centres.
+    """
+    around = 1 if is_round(table) else AROUND
+    found = []
+    for ring, radius in enumerate(radii):
+        inside = radius - radii[ring - 1] if ring else np.inf
+        outside = radii[ring + 1] - radius if ring + 1 < len(radii) else np.inf
+        count = around if ring else 1
+        for k in range(count):
+            azimuth = 2 * np.pi * k / count
+            place = Place(ring, float(radius), azimuth, count)
+            values = weight(place, (inside, outside), x, y)
+            lit = values > 0
+            rows, columns = (np.flatnonzero(lit.any(axis)) for axis in (1, 0))
+            if len(rows):
+                window = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
+                found.append(Share(ring, azimuth, window, values[window]))
+    return found
+
+
+@lru_cache(maxsize=8)
+def is_round(table: MeasuredTable) -> bool:
+    """Return whether no point spread changes when it is turned by a quarter."""
+    size = table.psf.shape[-1]
+    if table.psf.shape[-2] != size or size % 2 == 0:
+        return False
+    turned = np.rot90(table.psf, axes=(2, 3))
+    return float(np.abs(turned - table.psf).sum((2, 3)).max()) <= ROUND
+
+
+def around(table: MeasuredTable, wavelength_nm: float) -> list[tuple[int, float]]:
+    """Return [(index of a wavelength of the table, share), ...] on either side of a wavelength.
+
+    Beyond the table the nearest wavelength stands.
+    """
+    at = np.interp(wavelength_nm, table.wavelength_nm, np.arange(len(table.wavelength_nm)))
+    low = int(at)
+    part = float(at - low)
+    return [(k, s) for k, s in ((low, 1 - part), (low + 1, part)) if s > 0]
+
+
+def kernel(psf: np.ndarray, pitch_um: float, tile_um: tuple[float, float], azimuth: float):
+    """Return the kernel (y, x) of tiles of a point spread (y, x), turned by an azimuth.
+
+    Parameters
+    ----------
+    tile_um : (y, x) size of a tile. `azimuth` : radians, counter-clockwise with y up.
+    """
+    parts = max(1, int(np.ceil(FINER * pitch_um / min(tile_um))))
+    offsets = pitch_um * ((np.arange(parts) + 0.5) / parts - 0.5)
+    rows, columns = np.nonzero(psf)
+    values = psf[rows, columns] / parts**2
+    y0 = pitch_um * (rows - psf.shape[0] // 2)
+    x0 = pitch_um * (columns - psf.shape[1] // 2)
+    cosine, sine = np.cos(azimuth), np.sin(azimuth)
+    reach = pitch_um * (max(psf.shape) / 2 + 1) * np.sqrt(2)
+    half = [int(np.ceil(reach / tile)) + 1 for tile in tile_um]
+    shape = (2 * half[0] + 1, 2 * half[1] + 1)
+    out = np.zeros(shape[0] * shape[1])
+    for dy in offsets:
+        for dx in offsets:
+            # y down: a turn from +x towards up lowers y
+            x = cosine * (x0 + dx) + sine * (y0 + dy)
+            y = -sine * (x0 + dx) + cosine * (y0 + dy)
+            for index, share in _corners(y / tile_um[0] + half[0], x / tile_um[1] + half[1], shape):
+                out += np.bincount(index, values * share, len(out))
+    return out.reshape(shape)
+
+
+def _corners(y, x, shape) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    row, column = np.floor(y).astype(np.intp), np.floor(x).astype(np.intp)
+    down, across = y - row, x - column
+    for j, part_y in ((0, 1 - down), (1, down)):
+        for k, part_x in ((0, 1 - across), (1, across)):
+            yield (row + j) * shape[1] + column + k, part_y * part_x
+
+
+def spread(light: np.ndarray, places: list[tuple[Share, np.ndarray]]) -> np.ndarray:
+    """Return one band's light (y, x) spread by the kernel of each place; float64."""
+    out = np.zeros(light.shape)
+    for share, of_place in places:
+        part = share.weights * light[share.window]
+        if not part.any():
+            continue
+        half = [n // 2 for n in of_place.shape]
+        wide = [
+            (max(w.start - h, 0), min(w.stop + h, n))
+            for w, h, n in zip(share.window, half, light.shape)
+        ]
+        more = [(w.start - a, b - w.stop) for w, (a, b) in zip(share.window, wide)]
+        window = tuple(slice(a, b) for a, b in wide)
+        out[window] += convolve(np.pad(part, more), of_place)
+    return out

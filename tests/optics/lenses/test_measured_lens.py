@@ -1,0 +1,212 @@
+"""Measured lenses: the picture of the lens that a table was made from, and refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_optics import ApertureFlare, DiffractionLimitedLens, HazeFlare, IdealLens
+from isethdr_optics.lenses.measured_lens import MeasuredLens
+from isethdr_optics.measured.spread import kernel, shares
+from isethdr_optics.measured.table import load
+
+from isethdr_core.data import quantities
+from isethdr_core.errors import CatalogError, ConfigError, IsetHdrError, UnitError
+from isethdr_core.uncertainty import ledger
+
+WAVES = (450.0, 550.0, 650.0)
+DIFFRACTION = DiffractionLimitedLens(falloff="none")
+
+
+def mixed(values, pitch_um=2.0, wave=(500.0, 600.0), focal_mm=4.0):
+    values = np.broadcast_to(values, (len(wave), *np.shape(values)[-2:])).astype(float)
+    y, x = (quantities.centres(n, n * pitch_um * 1e-3 / focal_mm) for n in values.shape[-2:])
+    return quantities.plane(values, wave, x, y, quantities.RADIANCE)
+
+
+@pytest.fixture(scope="module")
+def airy():
+    """Return the arrays of a table made from the diffraction-limited lens, f/4."""
+    psf = DIFFRACTION.psf(WAVES, pitch_um=0.5, size=161).values
+    return {
+        "psf": np.stack([psf, psf]),
+        "pitch_um": 0.5,
+        "field_deg": [0.0, 20.0],
+        "wavelength_nm": WAVES,
+        "energy": np.stack([psf.sum((1, 2))] * 2),
+        "relative_illumination": [1.0, 1.0],
+    }
+
+
+def saved(path, arrays, **changed):
+    arrays = {k: v for k, v in {**arrays, **changed}.items() if v is not None}
+    np.savez(path, **arrays)
+    return str(path)
+
+
+def edge():
+    values = np.full((48, 72), 0.2)
+    values[:, 36:] = 5.0
+    values[10, 12] = 40.0
+    return values
+
+
+def test_a_table_of_the_diffraction_lens_gives_its_picture(tmp_path, airy):
+    lens = MeasuredLens(saved(tmp_path / "a.npz", airy))
+    book = ledger.Ledger()
+    with ledger.stage(book, "lens"):
+        found = lens(mixed(edge())).values
+    wanted = DIFFRACTION(mixed(edge())).values
+    stated = {term.source.key: term.value for term in book[0].errors}
+    assert stated["beyond the samples"] == pytest.approx(2 * (1 - airy["energy"].min()), rel=1e-9)
+    # L1 of a kernel is at most twice what is moved, so that no tile errs by more than the sum of
+    # the stated errors of its brightest surroundings
+    worst = np.abs(found - wanted).max() / wanted.max()
+    assert worst < stated["beyond the samples"] + stated["wavelengths"] + stated["angles"]
+    inner = (slice(None), slice(8, -8), slice(8, -8))
+    mean = np.abs(found - wanted)[inner].sum() / wanted[inner].sum()
+    assert mean < 0.015  # measured 0.0096, most of it light beyond the samples
+
+
+def test_the_edge_of_the_picture_keeps_the_light(tmp_path, airy):
+    table = load(saved(tmp_path / "a.npz", airy), "", 4.0)
+    for azimuth in (0.0, 0.3, 2.0):
+        for tile in ((2.0, 2.0), (0.3, 0.2), (5.0, 7.0)):
+            found = kernel(table.psf[0, 0], 0.5, tile, azimuth)
+            assert found.sum() == pytest.approx(1.0, rel=1e-12) and found.min() >= 0
+
+
+def test_weights_of_places_sum_to_one():
+    table = load("example", "", 5.6)
+    x, y = np.linspace(-0.5, 0.5, 31), np.linspace(-0.3, 0.3, 19)
+    total = np.zeros((19, 31))
+    for share in shares(table, np.tan(np.radians(table.field_deg)), x, y):
+        total[share.window] += share.weights
+    np.testing.assert_allclose(total, 1.0, rtol=1e-12)
+
+
+def test_a_point_spread_of_one_sample_is_the_ideal_lens(tmp_path, airy):
+    one = np.zeros((2, 3, 5, 5))
+    one[:, :, 2, 2] = 7.0
+    lens = MeasuredLens(saved(tmp_path / "a.npz", airy, psf=one, energy=None))
+    light = mixed(edge())
+    np.testing.assert_allclose(lens(light), IdealLens(falloff="none")(light), rtol=1e-6)
+    haze = {"haze": HazeFlare()}
+    with_haze = lens(light, haze).values
+    np.testing.assert_allclose(with_haze, IdealLens(falloff="none")(light, haze), rtol=1e-6)
+
+
+@pytest.mark.parametrize("x, y", [(1, 0), (0, 1), (-1, 0), (0, -1)])
+def test_a_point_spread_turns_with_the_field(tmp_path, airy, x, y):
+    # a second spot outwards, 6 um along +x of a field point on +x
+    two = np.zeros((2, 3, 31, 31))
+    two[:, :, 15, 15] = 0.5
+    two[1, :, 15, 27] = 0.5
+    arrays = {**airy, "psf": two, "energy": None, "field_deg": [0.0, 1.0]}
+    arrays["relative_illumination"] = None
+    lens = MeasuredLens(saved(tmp_path / "a.npz", arrays))
+    values = np.zeros((61, 61))
+    values[30 + 20 * y, 30 + 20 * x] = 1.0
+    out = lens(mixed(values)).values[0]
+    found = {tuple(at) for at in np.argwhere(out > 0.3 * out.max())}
+    assert found == {(30 + 20 * y, 30 + 20 * x), (30 + 23 * y, 30 + 23 * x)}
+
+
+def test_illumination_and_distortion_come_from_their_table(tmp_path, airy):
+    (tmp_path / "f.csv").write_text(
+        "field_deg,relative_illumination,distortion_percent,chief_ray_deg\n"
+        "0,1,0,0\n1,0.8,-1,5\n2,0.6,-4,9\n"
+    )
+    arrays = {**airy, "relative_illumination": None}
+    lens = MeasuredLens(saved(tmp_path / "a.npz", arrays), figures=str(tmp_path / "f.csv"))
+    book = ledger.Ledger()
+    with ledger.stage(book, "lens"):
+        light = lens(mixed(np.full((40, 60), 0.1)))
+    table = light.attrs["falloff_table"]
+    assert table["relative"] == [1.0, 0.8, 0.6] and table["angle_deg"] == [0.0, 1.0, 2.0]
+    radius = light.attrs["distortion"]["radius_per_focal_length"]
+    assert radius == pytest.approx(np.tan(np.radians([1, 2])) * [0.99, 0.96], rel=1e-12)
+    assert {row.what: row.bound for row in book[0].left_out}["angle of the chief ray"] == 9.0
+
+
+def test_a_field_beyond_the_table_is_refused_at_once(tmp_path, airy):
+    arrays = {**airy, "field_deg": [0.0, 1.0]}
+    lens = MeasuredLens(saved(tmp_path / "a.npz", arrays))
+    for call in (lambda: lens.image_size_m(0.2, 0.1), lambda: lens(mixed(edge()))):
+        with pytest.raises(ConfigError, match="relative_illumination of .* ends at 1 degrees"):
+            call()
+
+
+def mtf_csv(path, f_number=4.0, change=None):
+    """Write the diffraction MTF (Goodman 2005, eq. 6-31) of two wavelengths, on the axis."""
+    lines = ["field_deg,wavelength_nm,frequency_per_mm,mtf_tangential,mtf_sagittal"]
+    for wave in (500.0, 600.0):
+        limit = 1e6 / (wave * f_number)
+        for part in np.linspace(0, 1, 41):
+            value = 2 / np.pi * (np.arccos(part) - part * np.sqrt(1 - part**2))
+            lines.append(f"0,{wave},{part * limit},{value},{value}")
+    text = "\n".join(lines)
+    path.write_text(text.replace(*change, 1) if change else text)
+    return str(path)
+
+
+def test_diffraction_mtf_gives_the_picture_of_the_diffraction_lens(tmp_path):
+    book = ledger.Ledger()
+    with ledger.stage(book, "lens"):
+        found = MeasuredLens(mtf_csv(tmp_path / "a.csv"))(mixed(edge())).values
+    wanted = DiffractionLimitedLens()(mixed(edge())).values
+    inner = (slice(None), slice(8, -8), slice(8, -8))
+    # measured 0.0081: the point spread repeats after 129 samples of 0.5 um, its wings are folded
+    assert np.abs(found - wanted)[inner].sum() / wanted[inner].sum() < 0.01
+    stated = {term.source.key: term.value for term in book[0].errors}
+    assert stated.get("phase of the MTF", 0.0) < 1e-3
+
+
+def test_a_flare_in_the_pupil_is_refused(tmp_path, airy):
+    lens = MeasuredLens(saved(tmp_path / "a.npz", airy))
+    with pytest.raises(ConfigError, match="type ~flare.dirt"):
+        lens(mixed(edge()), [ApertureFlare()])
+
+
+BAD = [
+    ({"pitch_um": None}, UnitError, "states no scale; expected pitch_um"),
+    ({"pitch_um": -1.0}, UnitError, "pitch_um is -1"),
+    ({"wavelength_nm": None}, UnitError, "lacks wavelength_nm"),
+    ({"wavelength_nm": [0.4, 0.5, 0.6]}, UnitError, "begins at 0.4; expected nanometres"),
+    (
+        {"wavelength_nm": [450.0, 550.0]},
+        UnitError,
+        "expected .field, wavelength, y, x., here 2 x 2",
+    ),
+    ({"field_deg": [5.0, 20.0]}, UnitError, "degrees that rise from 0"),
+    ({"energy": [[2.0] * 3] * 2}, UnitError, "energy is not within 0 to 1"),
+    ({"relative_illumination": [1.0, -0.5]}, UnitError, "relative_illumination is"),
+    ({"distortion_percent": [0.0]}, UnitError, "distortion_percent has 1 values"),
+]
+
+
+@pytest.mark.parametrize("changed, error, message", BAD)
+def test_bad_tables_are_refused_in_one_line(tmp_path, airy, changed, error, message):
+    with pytest.raises(error, match=message) as caught:
+        MeasuredLens(saved(tmp_path / "a.npz", airy, **changed))
+    assert isinstance(caught.value, IsetHdrError) and "\n" not in str(caught.value)
+
+
+def test_negative_light_missing_files_and_curves_are_refused(tmp_path, airy):
+    for value in (-1e-3, np.nan, np.inf):
+        wrong = airy["psf"].copy()
+        wrong[1, 2, 3, 4] = value
+        with pytest.raises(UnitError, match=r"at 20 degrees and 650 nm, sample \(3, 4\)"):
+            MeasuredLens(saved(tmp_path / "a.npz", airy, psf=wrong))
+    with pytest.raises(CatalogError, match="none.npz is not a file"):
+        MeasuredLens("none.npz")
+    with pytest.raises(ConfigError, match="type for example lens.table=lens.npz"):
+        MeasuredLens("lens.xls")
+    for change, message in (
+        (("0,500.0,0.0,1.0", "0,500.0,0.0,0.9"), "MTF at frequency 0"),
+        (("0,500.0,0.0,1.0", "0,500.0,0.0,1.2"), "mtf_tangential holds 1.2; expected 0"),
+        (("0,500.0,0.0,1.0,1.0\n", ""), "the frequencies are"),
+        (("mtf_sagittal", "sagittal"), "lacks mtf_sagittal"),
+        (("0,500.0,0.0", "0,500.0,x"), "no number"),
+    ):
+        with pytest.raises(UnitError, match=message):
+            MeasuredLens(mtf_csv(tmp_path / "b.csv", change=change))
