@@ -16,7 +16,7 @@ from pathlib import Path
 import hydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from ..errors import IsetHdrError
 from ..runs.parent_watch import end_with_parent, exit_on_sigterm
@@ -112,7 +112,9 @@ def task(config: DictConfig) -> None:
     started = time.monotonic()
     number = hydra_config.job.num if sweeping else 0
     folder = Path(hydra_config.sweep.dir)
-    overrides = tuple(hydra_config.overrides.task)
+    # as typed: an override may hold ${...}
+    typed = OmegaConf.to_container(hydra_config.overrides.task, resolve=False)
+    overrides = tuple(map(str, typed or ()))
     try:
         config = with_choices(config.copy(), hydra_config.runtime.choices)
         from . import job  # the chain with all its libraries
