@@ -25,7 +25,7 @@ class IsetHdrError(Exception):
 
 
 class ConfigError(IsetHdrError):
-    """A config names something unknown or holds a value that cannot be."""
+    """A config contains an unknown name or an impossible value."""
 
 
 class UnitError(IsetHdrError):
@@ -43,7 +43,7 @@ class PluginError(IsetHdrError):
 def did_you_mean(name: str, known: Iterable[object]) -> str:
     """Return `; did you mean 'x'? (one of: ...)` for a name that is not among `known`.
 
-    Of very many names only those most like `name` are listed.
+    If there are very many names, only the most similar ones are listed.
     """
     names = sorted(map(str, known))
     near = difflib.get_close_matches(str(name), names, 1)

@@ -203,7 +203,7 @@ def gc(
     dry_run: bool = typer.Option(False, "--dry-run", help="remove nothing"),
     scenes: bool = typer.Option(False, help="also radiance that no stored run has read"),
 ) -> None:
-    """Print how much was set free, or would be."""
+    """Print how much space was freed, or would be."""
     from . import space
 
     items = space.removable(home(), scenes)
@@ -213,7 +213,7 @@ def gc(
     rows = [[why, len(sizes), _megabytes(sum(sizes))] for why, sizes in together.items()]
     print_table(["would be removed" if dry_run else "removed", "entries", "MB"], rows)
     if not dry_run:
-        print(f"{_megabytes(space.collect(home(), items))} MB set free")
+        print(f"{_megabytes(space.collect(home(), items))} MB freed")
     unread = [] if scenes else space.unread_scenes(home())
     if unread:
         size = _megabytes(sum(item.size for item in unread))
@@ -238,7 +238,7 @@ def rm(
         if not (yes or typer.confirm(f"remove {path.parent.name}/{path.name}, {size} MB?")):
             raise typer.Exit(1)
     free = space.remove_store(home(), path, force)
-    print_path(f"removed, {_megabytes(free)} MB set free:", path)
+    print_path(f"removed, {_megabytes(free)} MB freed", path)
 
 
 def _megabytes(size: int) -> str:

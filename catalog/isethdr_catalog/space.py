@@ -147,7 +147,7 @@ def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:
 
     Returns
     -------
-    Bytes that were set free, temporary files apart.
+    Bytes that were freed, without temporary files.
     """
     root, free = Path(folder), 0
     for part in ("", *PARTS):

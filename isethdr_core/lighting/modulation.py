@@ -23,7 +23,7 @@ def parse(table: dict[str, Any], seed: int) -> dict[str, Modulation]:
 
     Raises
     ------
-    ConfigError : an unknown or missing key, or a value that cannot be.
+    ConfigError : an unknown or missing key, or an impossible value.
     """
     return {group: _one(group, entry, seed) for group, entry in table.items() if entry is not None}
 

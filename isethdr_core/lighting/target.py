@@ -40,7 +40,7 @@ def parse(targets: dict[str, Any]) -> tuple[Target, ...]:
 
     Raises
     ------
-    ConfigError : an unknown key, statistic or group to be relative to, or a value that cannot be.
+    ConfigError : an unknown key, statistic or group to be relative to, or an impossible value.
     """
     parsed = [_one(group, entry) for group, entry in targets.items() if entry is not None]
     absolute = [t for t in parsed if not t.relative_to]

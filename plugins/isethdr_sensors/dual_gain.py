@@ -54,7 +54,9 @@ class DualGainSensor(ImagingSensor):
         return CAPTURES.index("HCG")
 
     def with_gain(self, factor: float) -> Self:
-        """Return this sensor with the analog gain of HCG multiplied, and left there."""
+        """Return this sensor with the analog gain of HCG multiplied by `factor`, and automatic gain
+        switched off.
+        """
         k = self.gained_reading()
         gains = self.analog_gain
         raised = (*gains[:k], gains[k] * factor, *gains[k + 1 :])

@@ -212,7 +212,7 @@ class ImagingSensor:
         raise NotImplementedError
 
     def with_gain(self, factor: float) -> Self:
-        """Return this sensor with the analog gain of that reading multiplied, and left there."""
+        """Return this sensor with the gain of that reading multiplied, without automatic gain."""
         raise NotImplementedError
 
     def _check_gain(self) -> None:

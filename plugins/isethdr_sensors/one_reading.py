@@ -50,7 +50,7 @@ class OneReadingSensor(ImagingSensor):
         return 0
 
     def with_gain(self, factor: float) -> Self:
-        """Return this sensor with the analog gain multiplied, and left there."""
+        """Return this sensor with the analog gain multiplied, without automatic gain."""
         return replace(self, analog_gain=self.analog_gain * factor, auto_gain_max=1.0)
 
     def reading(self) -> Reading:

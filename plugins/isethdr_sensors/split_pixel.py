@@ -67,7 +67,7 @@ class SplitPixelSensor(ImagingSensor):
         return CAPTURES.index("LPHG")
 
     def with_gain(self, factor: float) -> Self:
-        """Return this sensor with the analog gain of LPHG multiplied, and left there."""
+        """Return this sensor with the analog gain of LPHG multiplied, without automatic gain."""
         k = self.gained_reading()
         gains = self.analog_gain
         raised = (*gains[:k], gains[k] * factor, *gains[k + 1 :])

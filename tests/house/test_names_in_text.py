@@ -24,7 +24,7 @@ MADE_BY_READERS = {
 
 @cache
 def known_files() -> frozenset[str]:
-    """Return the ends of the paths of all files: name, folder/name, ..."""
+    """Return the ends of all file paths: name, folder/name, ..."""
     found = set()
     folders = ("benchmarks", "docs", "scripts", "tests")
     tops = (*PACKAGES.values(), *(ROOT / folder for folder in folders))
@@ -36,7 +36,7 @@ def known_files() -> frozenset[str]:
 
 @cache
 def module_file(dotted: str) -> Path | None:
-    """Return the file of a module of ours, None where there is none."""
+    """Return the file of a module of this project; None if there is none."""
     package, _, rest = dotted.partition(".")
     place = PACKAGES[package].joinpath(*rest.split(".")) if rest else PACKAGES[package]
     for path in (place.with_suffix(".py"), place / "__init__.py"):

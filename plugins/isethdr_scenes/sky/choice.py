@@ -18,7 +18,7 @@ SkyName = Literal["uniform", "noon", "dusk", "night_rural", "night_moon", "night
 
 
 def check_sky(sky: str, hour: Mapping[str, Any]) -> None:
-    """Raise ConfigError where `hour` has something that cannot be, or belongs to no hour."""
+    """Raise ConfigError if `hour` has a wrong entry, or the sky is the same at all hours."""
     if sky != "uniform":
         sky_state(sky, hour)
     elif hour:
