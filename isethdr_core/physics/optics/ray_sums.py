@@ -104,6 +104,28 @@ def band_means(
         pass
 
 
+class Work(NamedTuple):
+    """What `band_means` does for one ring, whatever the bands."""
+
+    sums: float  # values of running sums
+    reads: float  # rays x places of all columns, read at every border of a band
+    taps: float  # weights of rays in tiles, for every band
+
+
+def work(sector: Sector, ring: Ring, rays_per_tile: float, places: int) -> Work:
+    """Return the work of a ring; arguments as `band_means`, samples of the sector are not read."""
+    rays = _rays(sector, ring, rays_per_tile)
+    column = np.arange(ring.low + 1, ring.high + 1)
+    most = np.minimum(column - ring.less, ring.minor)
+    seen = np.minimum(rays.half, (most + 2) / (np.maximum(column - 1, 1) * rays.pace) + 1)
+    wide = 2 * np.maximum(1.0, 1 / (column * rays.pace)) + 1
+    return Work(
+        float((rays.last - rays.first) * (2 * rays.half + 1)),
+        float(places * (2 * seen + 1).sum()),
+        float(places * ((2 * most + 1) * wide).sum()),
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class _Rays:
     pace: float  # from one slope to the next, minor tiles per major tile
@@ -233,8 +255,7 @@ class _Reader:
             places = []
             for inside, weight in zip(self.inside, self.weights):
                 x = j + inside
-                rows, matrix = self._borders(x, weight)
-                changes.append(self._changes(rows, cut, matrix))
+                changes.append(self._changes(x, cut, weight))
                 at, half = i / (x * self.rays.pace) + reach, self.narrow / (x * self.rays.pace)
                 lean = self.lean * np.abs(i) / (j * x * self.rays.pace)
                 ray, share = _triangles(at, half, 2 * reach + 1, lean)
@@ -247,30 +268,28 @@ class _Reader:
         ends = np.concatenate([[0], np.cumsum(np.concatenate(ends))]).astype(np.int32)
         return csr_array((share, ray, ends), (len(ends) - 1, total)) @ np.concatenate(changes)
 
-    def _changes(self, rows, cut, matrix) -> np.ndarray:
-        """Return the (ray, band) means along rays of all patterns together."""
-        total = None
-        for sums, share in self.sums:
-            weights = matrix if share is None else matrix * share.astype(np.float32)
-            part = sums[rows, cut].T @ weights
-            total = part if total is None else np.add(total, part, out=total)
-        return total
-
-    def _borders(self, x, weight):
-        """Return rows of the sums and (row, band) weights that make band means of them; reads lie
-        on lines between rows.
+    def _changes(self, x, cut, weight) -> np.ndarray:
+        """Return the (ray, band) means along rays at place `x`, times `weight`, of all patterns
+        together; reads lie on lines between rows of the sums.
         """
         per_tile = self.sector.pitch_um[0] / self.sector.step_um
         at = x * self.u * per_tile + 0.5 - self.rays.first
         whole = at.astype(np.intp)
-        part = at - whole
-        matrix = np.zeros((2 * len(at), len(self.where)))
-        band, scale = np.arange(len(self.where)), self.factor * (weight / x)
-        for edge, sign in ((0, scale), (1, -scale)):
-            one = self.where[:, edge]
-            matrix[one, band] += sign * (1 - part[one])
-            matrix[one + len(at), band] += sign * part[one]
-        return np.concatenate([whole, whole + 1]), matrix.astype(np.float32)
+        part = (at - whole).astype(np.float32)[:, None]
+        scale = self.factor * (weight / x)
+        total = np.float32(0.0)
+        for sums, share in self.sums:
+            line = sums[whole, cut]
+            more = sums[whole + 1, cut]
+            more -= line
+            more *= part
+            line += more
+            means = line[self.where[:, 0]]
+            means -= line[self.where[:, 1]]
+            own = scale if share is None else scale * share
+            means *= own.astype(np.float32)[:, None]
+            total = total + means if len(self.sums) > 1 else means
+        return np.ascontiguousarray(total.T)
 
 
 def _triangle_rule(places: int) -> tuple[np.ndarray, np.ndarray]:

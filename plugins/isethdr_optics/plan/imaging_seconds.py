@@ -1,7 +1,7 @@
 """Imaging seconds: the expected run time of a lens for a frame, before there is any light.
 
-It is the sum of measured costs: kernels that are not kept, their transforms, convolutions. Ghosts,
-and a wider exact core beside lamps, depend on the light and are not included.
+It is the sum of measured costs: kernels that are not kept, their transforms, convolutions, ghosts of
+a typical night. A wider exact core beside lamps depends on the light and is not included.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ import numpy as np
 
 from isethdr_core.pipeline.memory import Frame
 
+from ..flare.ghosts.ghost_flare import GhostFlare, ghost_seconds
+from ..imaging import wing_truncation
 from ..imaging.sensor_plane import without_geometry
 from ..imaging.threads import MOST_THREADS, cpus
 from ..psf import kernels
@@ -18,8 +20,6 @@ from ..psf import kernels
 # (docs/measured/lens_kernels.md)
 CONVOLVED_S = 0.06
 TRANSFORMED_S = 0.075
-PATTERN_S, PATTERN_VALUES_S = 0.8, 0.11  # kernels from one pattern: a start, and values
-LATTICES_BAND_S, LATTICES_VALUES_S = 0.24, 2.5  # kernels of lattices: each band, and values
 
 
 def expected_s(lens, flares, frame: Frame) -> float | None:
@@ -33,12 +33,14 @@ def expected_s(lens, flares, frame: Frame) -> float | None:
     seconds = CONVOLVED_S * values
     reach = (frame.rows - 1, frame.columns - 1)
     pitch_um = tuple(1e3 * lens.focal_length_mm * p for p in frame.pitch)
-    plain = without_geometry(lens)  # the lens whose kernels are used
-    if not kernels.at_hand(plain, flares, wave, pitch_um, reach):
+    plain = without_geometry(lens)  # whose kernels they are
+    shorter = wing_truncation.WORTH if frame.sensed else 0.0
+    if not kernels.at_hand(plain, flares, wave, pitch_um, reach, shorter):
         seconds += TRANSFORMED_S * values
-        if kernels.from_one_pattern(plain, flares, wave, pitch_um, reach):
-            seconds += PATTERN_S + PATTERN_VALUES_S * values
-        else:
-            seconds += LATTICES_BAND_S * len(wave) + LATTICES_VALUES_S * values
+        seconds += kernels.expected_s(plain, flares, wave, pitch_um, reach)
+    corner = np.hypot(*(n / 2 * p for n, p in zip((frame.rows, frame.columns), frame.pitch)))
+    for flare in flares:
+        if isinstance(flare, GhostFlare):
+            seconds += ghost_seconds(flare, lens, wave, float(corner))
     # two threads on two cores take 0.65 to 0.77 of the CPU seconds
     return float(seconds / min(cpus(), MOST_THREADS) ** 0.5)

@@ -9,6 +9,7 @@
 | `kernel_sampling_error`     | how wrong a kernel is beyond its exact core                      |
 | `kernel_spectra`            | the transforms of a lens's kernels, kept                         |
 | `kernel_store`              | kernels and their transforms kept on disk between processes      |
+| `kernel_work`               | the CPU seconds that kernels from patterns take                  |
 | `kernels`                   | how much of a tile's light reaches every other tile              |
 | `memory`                    | the memory that kernels take; refused where the machine has less |
 | `phase_patterns`            | kernels of all bands of a lens with a wavefront                  |

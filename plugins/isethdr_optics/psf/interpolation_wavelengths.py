@@ -78,6 +78,20 @@ class Knots:
         return lock[1]
 
 
+def lattices_of(plan, centre: float, width: float, parts: int) -> list[tuple[float, float]]:
+    """Return (wavelength, stretch) of every pair of lattices that a band reads, in so many parts."""
+    span, out = width / parts, []
+    for part in range(parts):
+        middle = centre + ((part + 0.5) / parts - 0.5) * width
+        low, step = _cell(plan, middle, span)
+        if step:
+            ends = (low, low + step)
+            out += [(float(w), float(w / (w - step - span / 2))) for w in ends]
+        else:
+            out.append((float(middle), float(1 / (1 - span / 2 / middle))))
+    return out
+
+
 def error(plan, middle: float, span: float) -> float:
     """Return the relative error per tile that straight lines between knots leave of light around a
     wavelength.

@@ -81,13 +81,15 @@ def load(key: str):
     return facts, bands
 
 
-def holds(key: str) -> bool:
-    """Return whether there are kernels of that name, or such as reach farther or less far; whether
-    they are sound `load` finds out.
+def reaches(key: str) -> list[tuple[int, ...]]:
+    """Return how far the kernels reach that are kept under a name, and under such as differ in
+    reach alone, (y, x) tiles; whether they are sound `load` finds out.
     """
     made_of = key.partition(REACH)[0]
     files = _folder().glob(f"{made_of}{REACH}*.npy")
-    return any(PART not in path.name for path in files)
+    ends = [path.stem.partition(REACH)[2] for path in files if PART not in path.name]
+    # transforms of kernels are kept beside them, under a longer name
+    return [tuple(map(int, end.split("x"))) for end in ends if "-" not in end]
 
 
 def save(key: str, shape, dtype, bands, facts) -> None:

@@ -36,6 +36,7 @@ from . import (
     kernel_sampling_error,
     kernel_spectra,
     kernel_store,
+    kernel_work,
     memory,
     phase_patterns,
     scaled_pattern,
@@ -55,6 +56,9 @@ CACHE_BYTES = 3 << 30  # of kernels held by this process and not by a file
 SPECTRA_BYTES = 1 << 30  # of transforms of one lens's kernels that are held and not on disk
 SAMPLED = 64  # points of a kernel along each axis that stand for all of it
 WITHOUT_REACH = 4  # items of a cache's key, before how far kernels reach
+# CPU seconds beside other work: a wavelength of an exact core of usual size, a value of the two lattices of a
+# pupil, a tile read at one wavelength
+CORE_WAVELENGTH_S, LATTICE_SAMPLE_S, READ_S = 0.06, 1.5e-7, 1.2e-8
 WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 
 
@@ -219,17 +223,64 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
     return _held(key, replace(made, key=key))
 
 
-def at_hand(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
-    """Return whether this process or the disk holds the kernels, with any reach, because the reach
-    that is needed is only known with the light. Arguments as `kernels`.
+def at_hand(lens, flares, wavelength_nm, pitch_um, reach, shorter: float = 0.0) -> bool:
+    """Return whether this process or the disk holds the kernels.
+
+    Parameters
+    ----------
+    shorter : such as reach up to that share of `reach` count too: how far kernels have to reach
+        for a sensor is known with the light. The others as `kernels`.
     """
     wavelength_nm = np.asarray(wavelength_nm, float)
     same = _key(lens, flares, wavelength_nm, pitch_um, reach)[:WITHOUT_REACH]
     with _lock:
-        if any(key[:WITHOUT_REACH] == same for key in _cache):
-            return True
+        held = [key[WITHOUT_REACH] for key in _cache if key[:WITHOUT_REACH] == same]
     name = _name(lens, flares, wavelength_nm, pitch_um, reach)
-    return name is not None and kernel_store.holds(name)
+    if name is not None:
+        held += kernel_store.reaches(name)
+    return any(
+        one == tuple(reach) or all(n <= shorter * r for n, r in zip(one, reach)) for one in held
+    )
+
+
+def expected_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
+    """Return the CPU seconds that kernels take to make; arguments as `kernels`."""
+    wavelength_nm = np.asarray(wavelength_nm, float)
+    frame = _frame(lens, flares, wavelength_nm, pitch_um, reach)
+    if frame is not None:
+        return kernel_work.seconds(kernel_work.one_pattern(lens, flares, frame))
+    frame = _phase_frame(lens, flares, wavelength_nm, pitch_um, reach)
+    if frame is not None:
+        return kernel_work.seconds(kernel_work.with_phase(lens, flares, frame))
+    return _lattices_s(lens, flares, wavelength_nm, pitch_um, reach)
+
+
+def _lattices_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
+    """Return the CPU seconds of kernels from lattices, or of exact cores alone."""
+    mirrored, total, cells = not sampled_pupil.has_phase(lens, flares), 0.0, set()
+    for centre, width in zip(wavelength_nm, band_widths_nm(wavelength_nm)):
+        shortest = centre - width / 2
+        split, fine, wide = fine_tiles(lens, shortest, pitch_um, reach)
+        half = core_half(lens, shortest, fine, wide)
+        plan = _Plan(lens, flares, centre, width, fine, wide, split, [], None)
+        waves = plan.wavelengths(centre, width, max(half) / split, 3 if split == 1 else 1)
+        blur = sampled_pupil.blur_um(lens, shortest)
+        samples = max(h * np.ceil(2 * p / blur) for h, p in zip(half, fine))
+        total += CORE_WAVELENGTH_S * len(waves) * max(0.1, samples / CORE_SAMPLES)
+        if tuple(half) != tuple(wide):
+            parts = 1 if mirrored else wings.parts_of(plan, centre, width)
+            cells.update(
+                interpolation_wavelengths.lattices_of(plan, centre, width, parts)
+                if not mirrored
+                else [(float(shortest), 1.0)]
+            )
+            total += wings.reads_of(plan, centre, width) * READ_S
+    if mirrored and cells:
+        cells = {min(cells)}
+    for wave, stretch in cells:
+        _, fine, wide = fine_tiles(lens, wave, pitch_um, reach)
+        total += 2 * LATTICE_SAMPLE_S * wings.samples_of(lens, wave, fine, wide, stretch, mirrored)
+    return total
 
 
 def from_one_pattern(lens, flares, wavelength_nm, pitch_um, reach) -> bool:

@@ -29,6 +29,7 @@ from .wings import PHASE_CHANGE
 
 INTERPOLATED = 0.005  # relative, of light: what the polynomial leaves at most
 MOST_WAVENUMBERS = 9  # each takes as long as all kernels of a lens without phase
+MOST_CORE_WAVELENGTHS = 32  # per band, however wide
 CHECKED_STEP = 0.5  # of direct sums, wavelengths x f-number: holds all of the pattern
 CHECKED_PERIOD = 4.0  # of direct sums, in reaches
 CHECKED_TURNS = 1 / 128  # of direct sums, from cell to cell
@@ -58,7 +59,7 @@ def serves(lens, flares, frame: Frame) -> bool:
     return all(
         whole.fits(outline, wave, lattice)
         and _steepest_turns(lens, frame, lattice) <= 1.01 * whole.MOST_TURNS
-        for _, _, lattice in _lattices(lens, frame, scaled.usual_rings(lens, frame))
+        for _, _, lattice in lattices(lens, frame, scaled.usual_rings(lens, frame))
     )
 
 
@@ -67,7 +68,7 @@ def memory_bytes(lens, flares, frame: Frame) -> float:
     the last is made.
     """
     held = 4.0 * len(frame.edges_nm) * np.prod([2.0 * r + 1 for r in frame.reach])
-    *_, (_, _, lattice) = _lattices(lens, frame, scaled.usual_rings(lens, frame))
+    *_, (_, _, lattice) = lattices(lens, frame, scaled.usual_rings(lens, frame))
     pattern = 4.0 * np.prod([2.0 * n + 1 for n in lattice.far])
     count = len(wavenumbers(lens, flares, frame))
     return float(held + count * pattern + 4.0 * np.prod(lattice.period, dtype=float))
@@ -77,6 +78,21 @@ def wavenumbers(lens, flares, frame: Frame) -> np.ndarray:
     """Return the wavenumbers, 1 / nm, at which patterns are made."""
     ends = 1 / frame.edges_nm.max(), 1 / frame.edges_nm.min()
     return whole.interpolation_wavenumbers(*ends, _change(lens, flares, frame), INTERPOLATED)
+
+
+def core_wavelengths(lens, flares, frame: Frame, band_nm) -> np.ndarray:
+    """Return the wavelengths of a band's exact core: from one to the next the pattern at its border
+    moves by a speckle at most, and the phase by a radian rms.
+    """
+    low, high = band_nm
+    middle, width = (low + high) / 2, high - low
+    moved = max(frame.core) * max(frame.pitch_um) * width / middle
+    count = max(
+        moved / sampled_pupil.blur_um(lens, middle),
+        sampled_pupil.phase_change(lens, flares, low, high),
+    )
+    count = int(np.clip(np.ceil(count), 3 if width > 1.5 else 1, MOST_CORE_WAVELENGTHS))
+    return middle + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
 def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Callable = map) -> None:
@@ -92,7 +108,7 @@ def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Calla
     numbers = wavenumbers(lens, flares, frame)
     share = whole.shares(numbers, (1 / frame.edges_nm).mean(axis=1))
     inner = min(frame.core)
-    for level, outer, lattice in _lattices(lens, frame, read):
+    for level, outer, lattice in lattices(lens, frame, read):
         if max(outer) <= inner:
             continue
         drawn = whole.drawn_pupil(pupil, wave, lattice)
@@ -206,7 +222,7 @@ def _period(lens, frame, reach_um: float, turns: float) -> float:
     return max(whole.PERIOD, _displacement_um(lens, frame) / (turns * reach_um))
 
 
-def _lattices(lens, frame, read):
+def lattices(lens, frame: Frame, read: Rings):
     """Yield (level, (y, x) tiles to its border, lattice): periods as long as the slope of the phase
     asks for.
     """

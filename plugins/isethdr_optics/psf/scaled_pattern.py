@@ -444,11 +444,8 @@ def errors(
     """
     if frame.core == frame.reach:
         return Errors(*np.zeros((2, kernel_sampling_error.OCTAVES)), 0.0)
-    reach, order = frame.reach[1], np.argsort(frame.edges_nm[:, 0])
-    last = max(2, reach + 1 - columns_together(lens, frame))
-    near = min(frame.core[1] + 1, last)
-    far = min(max(near, int(0.75 * reach)), last)
-    middle = int(np.sqrt(near * far))
+    order = np.argsort(frame.edges_nm[:, 0])
+    near, middle, far = _looked_at(lens, frame)
     short, long = order[0], order[-1]
     asked = {(near, short), (near, long), (middle, long), (far, short)}
 
@@ -461,6 +458,21 @@ def errors(
 
     relative, deviation, mean = (np.max(part, axis=0) for part in zip(*apply(one, sorted(asked))))
     return of_whole_kernels(relative, deviation, float(mean.max()))
+
+
+def _looked_at(lens, frame) -> tuple[int, int, int]:
+    """Return the first tiles of columns near the core, in the middle, and far out."""
+    reach = frame.reach[1]
+    last = max(2, reach + 1 - columns_together(lens, frame))
+    near = min(frame.core[1] + 1, last)
+    far = min(max(near, int(0.75 * reach)), last)
+    return near, int(np.sqrt(near * far)), far
+
+
+def columns_looked_at(lens, frame: Frame) -> list[int]:
+    """Return the first tile of every group of columns that `errors` compares with direct sums."""
+    near, middle, far = _looked_at(lens, frame)
+    return [near, near, middle, far]
 
 
 def of_whole_kernels(relative, deviation, mean: float) -> Errors:

@@ -340,6 +340,25 @@ def ring(plan, reach, hole, centre, width, energy, fine=1):
     return kernel, wrong
 
 
+def samples_of(lens, wave, pitch_um, reach, stretch: float, shared_by_all: bool) -> float:
+    """Return the samples of one lattice at a wavelength."""
+    most = SHARED_SAMPLES if shared_by_all else OWN_SAMPLES
+    period = _sampling(lens, wave, pitch_um, reach, stretch, most, 1.0, shared=shared_by_all)[2]
+    return float(np.prod(period, dtype=float))
+
+
+def reads_of(plan, centre: float, width: float) -> float:
+    """Return the tiles of a band times the wavelengths that each is read at, of both halves."""
+    moved = np.hypot(*plan.reach) * width / centre
+    count = np.clip(0.6 * READS * moved, LEAST_READS, MOST_READS)
+    return float(2 * count * np.prod([2.0 * r + 1 for r in plan.reach]))
+
+
+def parts_of(plan, centre: float, width: float) -> int:
+    """Return into how many parts of about the same phase a band is divided."""
+    return _parts(plan, centre, width)
+
+
 def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -> None:
     """Raise ConfigError where dust delays light by so much that the phase changes by more within a
     band than its parts can follow.

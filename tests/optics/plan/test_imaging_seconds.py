@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 import numpy as np
-from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, WavefrontLens
+import pytest
+from isethdr_optics import (
+    ApertureFlare,
+    DiffractionLimitedLens,
+    GhostFlare,
+    IdealLens,
+    WavefrontLens,
+)
+from isethdr_optics.flare.ghosts.ghost_flare import (
+    SOURCE_S,
+    TRACED_S,
+    TYPICAL_SOURCES,
+)
 from isethdr_optics.imaging.sensor_plane import without_geometry
-from isethdr_optics.psf import kernel_store, kernels
+from isethdr_optics.psf import kernel_store, kernel_work, kernels
 
+from isethdr_core.physics.optics import ray_sums
 from isethdr_core.pipeline.memory import Frame
 
 WAVE, DIRT = (450.0, 550.0, 650.0), (ApertureFlare(),)
+GRAINS = ApertureFlare(dust_delay_um=0.05)  # whose phase no wavenumbers follow
 
 
 def frame(rows=60, columns=100):
@@ -39,3 +53,67 @@ def test_kernels_on_disk_are_at_hand(isethdr_home):
 
 def test_a_lens_without_blur_cannot_tell():
     assert IdealLens().expected_s(frame(), ()) is None
+
+
+def test_kernels_of_another_reach_are_at_hand_only_where_sensors_may_end_them(isethdr_home):
+    """A frame with a response may have kernels that end before it does, never longer ones."""
+    kernels._cache.clear()
+    lens = DiffractionLimitedLens()
+    plain = without_geometry(lens)
+    kernels.kernels(plain, DIRT, WAVE, (3.0, 3.0), (59, 99))
+    given = plain, DIRT, WAVE, (3.0, 3.0)
+    assert kernels.at_hand(*given, (59, 99))
+    assert not kernels.at_hand(*given, (29, 49)) and not kernels.at_hand(*given, (299, 499))
+    assert kernels.at_hand(*given, (299, 499), 0.5)
+    assert not kernels.at_hand(*given, (89, 149), 0.5)
+    smaller, same = lens.expected_s(frame(30, 50), DIRT), lens.expected_s(frame(), DIRT)
+    assert smaller > 10 * same
+
+
+def test_ghosts_are_part_of_the_forecast():
+    lens = DiffractionLimitedLens()
+    ghosts = GhostFlare()
+    pairs, _ = ghosts.pairs(lens, np.array(WAVE), 0.05)
+    more = lens.expected_s(frame(), (*DIRT, ghosts)) - lens.expected_s(frame(), DIRT)
+    expected = len(pairs) * (TRACED_S + SOURCE_S * TYPICAL_SOURCES * len(WAVE))
+    # the number of pairs depends a little on the field; two cores share the work
+    assert 0.3 * expected < more < 1.5 * expected
+
+
+def test_more_work_takes_longer():
+    """Of kernels from patterns: more bands, a wavefront, a faster lens, more dirt."""
+
+    def said(lens, wave=WAVE, flares=DIRT, reach=(179, 319)):
+        return kernels.expected_s(lens, flares, np.array(wave), (3.0, 3.0), reach)
+
+    usual = said(DiffractionLimitedLens())
+    assert said(DiffractionLimitedLens(), np.linspace(400, 700, 31)) > 1.1 * usual
+    assert said(DiffractionLimitedLens(f_number=2.0)) > 1.5 * usual
+    assert said(WavefrontLens(zernike_um={7: 0.05})) > 2 * usual
+    assert said(WavefrontLens(zernike_um={7: 0.05}), flares=(GRAINS,)) > usual  # from lattices
+    assert said(DiffractionLimitedLens(), reach=(9, 9)) < usual
+
+
+def test_the_work_of_rings_is_what_is_done(monkeypatch):
+    """Counted without samples: running sums, and reads at every border of a band."""
+    done, sums = [0, 0], ray_sums._running_sums
+    changes = ray_sums._Reader._changes
+
+    def counted_sums(sector, rays, apply):
+        made = sums(sector, rays, apply)
+        done[0] += made.size
+        return made
+
+    def counted_changes(self, x, cut, weight):
+        done[1] += cut.stop - cut.start
+        return changes(self, x, cut, weight)
+
+    monkeypatch.setattr(ray_sums, "_running_sums", counted_sums)
+    monkeypatch.setattr(ray_sums._Reader, "_changes", counted_changes)
+    lens, wave = DiffractionLimitedLens(focal_length_mm=6.0), np.array(WAVE)
+    frame_of = kernels._frame(lens, DIRT, wave, (3.0, 3.0), (90, 120))
+    kernels._scaled(lens, DIRT, frame_of)
+    counts = kernel_work.one_pattern(lens, DIRT, frame_of)
+    borders = len(np.unique(frame_of.edges_nm))
+    assert counts.sums == pytest.approx(done[0], rel=0.02)
+    assert counts.reads == pytest.approx(done[1] * borders * len(wave), rel=0.1)

@@ -1,0 +1,133 @@
+"""Kernel work: the CPU seconds that kernels from patterns take, from what is known before they are
+made.
+
+Parts of the work are counted and multiplied by measured times: samples of lattices, running sums
+along rays, reads at the borders of bands, weights of tiles, and chords of the pupil.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.physics.optics import pattern_columns, ray_sums
+
+from ..pupil import sampled_pupil
+from . import phase_patterns, scaled_pattern
+from .scaled_pattern import Frame
+
+
+class Counts(NamedTuple):
+    """Parts of the work of kernels from patterns."""
+
+    samples: float = 0.0  # of lattices, real; four times as many where complex
+    sums: float = 0.0  # as `ray_sums.Work`
+    reads: float = 0.0  # as `ray_sums.Work`, times borders of bands and bands
+    taps: float = 0.0  # as `ray_sums.Work`, times bands
+    chords: float = 0.0  # of the pupil in lattices and direct sums
+    turns: float = 0.0  # chords times columns of direct sums
+    cores: float = 0.0  # multiplications of exact cores without phase
+    transforms: float = 0.0  # wavelengths of exact cores with phase
+
+
+# CPU seconds of each part: least squares over 14 lenses and frames (f/1.6 to f/4, 8 and 31 bands,
+# 0.02 to 3 million tiles, with and without a wavefront), beside other work; right to 0.17
+SECONDS = Counts(
+    samples=1.0e-9,
+    sums=7.0e-8,
+    reads=1.24e-10,
+    taps=3.1e-9,
+    chords=5.3e-7,
+    turns=1.9e-8,
+    cores=2.5e-10,
+    transforms=0.07,
+)
+
+
+def seconds(counts: Counts) -> float:
+    """Return the CPU seconds of some work."""
+    return float(np.dot(counts, SECONDS))
+
+
+def one_pattern(lens, flares, frame: Frame) -> Counts:
+    """Return the work of kernels without phase (`scaled_pattern`)."""
+    read = scaled_pattern.finer_rings(lens, frame)
+    levels = [
+        (level, outer, scaled_pattern.lattice(lens, frame, level, outer, read))
+        for level, outer in scaled_pattern.reaches(frame, read)
+    ]
+    terms = sampled_pupil.terms(lens, flares)
+    blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
+    chords = sum(
+        _chords(lens, terms, blur / (made.period[0] * made.step_um), made.strips + 1)
+        for _, _, made in levels
+    )
+    turns = 0.0
+    rows_um = frame.reach[0] * frame.pitch_um[0]
+    step = read.columns.get("step", pattern_columns.STEP)
+    width = scaled_pattern.columns_together(lens, frame) * frame.pitch_um[1] / (step * blur)
+    for first in scaled_pattern.columns_looked_at(lens, frame):
+        far_um = first * frame.pitch_um[1]
+        cell = blur / (pattern_columns.PERIOD * rows_um)
+        many = _chords(lens, terms, cell, pattern_columns.STRIPS + far_um / rows_um)
+        chords += many
+        turns += many * (width + far_um / (step * blur) * frame.narrowest)
+    cores = scaled_pattern.exact_sums(lens, frame, frame.core)
+    samples = float(sum(np.prod(made.period, dtype=float) for _, _, made in levels))
+    return Counts(samples, *_rings(lens, frame, levels), chords, turns, cores)
+
+
+def with_phase(lens, flares, frame: Frame) -> Counts:
+    """Return the work of kernels from patterns at a few wavenumbers (`phase_patterns`)."""
+    read = scaled_pattern.finer_rings(lens, frame)
+    levels = list(phase_patterns.lattices(lens, frame, read))
+    count = len(phase_patterns.wavenumbers(lens, flares, frame))
+    terms = sampled_pupil.terms(lens, flares)
+    blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
+    chords = sum(
+        _chords(lens, terms, blur / (made.period[0] * made.step_um), made.strips + 1)
+        for _, _, made in levels
+    )
+    samples = 4.0 * count * sum(np.prod(made.period, dtype=float) for _, _, made in levels)
+    # direct sums: one complex lattice for each of three groups of columns
+    sides_um = [r * p for r, p in zip(frame.reach, frame.pitch_um)]
+    step = phase_patterns.CHECKED_STEP
+    period = [phase_patterns.CHECKED_PERIOD * side / (step * blur) for side in sides_um]
+    samples += 2.0 * 3 * float(np.prod(period))
+    chords += 3 * _chords(lens, terms, 1 / (period[0] * step), 2.0)
+    sums, reads, taps = _rings(lens, frame, levels)
+    waves = sum(
+        len(phase_patterns.core_wavelengths(lens, flares, frame, b)) for b in frame.edges_nm
+    )
+    both = 2.0 * sums * count, 2.0 * reads * count, 2.0 * taps
+    return Counts(samples, *both, chords, transforms=float(waves))
+
+
+def _rings(lens, frame, levels) -> tuple[float, float, float]:
+    """Return the work of all rings of a half plane: (sums, reads, taps)."""
+    edges = frame.edges_nm
+    borders, bands = len(np.unique(edges)), len(edges)
+    inner, total = min(frame.core), np.zeros(3)
+    for level, outer, made in levels:
+        if max(outer) <= inner:
+            continue
+        rays = scaled_pattern.rays_per_tile(lens, frame, level)
+        for axis, pitch in ((1, frame.pitch_um[::-1]), (0, frame.pitch_um)):
+            sector = ray_sums.Sector(_no_lines, 0, made.step_um, pitch, float(edges.min()), edges)
+            for low, high in ray_sums.rings(inner, outer[axis]):
+                ring = ray_sums.Ring(low, high, outer[1 - axis], 1 - axis)
+                places = scaled_pattern.places(frame, low, level)
+                total += ray_sums.work(sector, ring, rays, places)
+        inner = max(outer)
+    return tuple(total * (1.0, borders * bands, bands))
+
+
+def _no_lines(first, last):
+    raise AssertionError("work is counted without samples")
+
+
+def _chords(lens, terms, cell: float, strips: float) -> float:
+    """Return the chords of a pupil in rows of cells, `cell` of its diameter high, two per strip."""
+    across = cell * 2 * sampled_pupil.radius_mm(lens)
+    return float(sum((shape.high - shape.low) / across + 1 for shape, _ in terms) * 2 * strips)
