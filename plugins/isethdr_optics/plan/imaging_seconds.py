@@ -1,7 +1,7 @@
 """Imaging seconds: the expected run time of a lens for a frame, before there is any light.
 
-It is the sum of measured costs: kernels that are not kept, their transforms, convolutions, ghosts of
-a typical night. A wider exact core beside lamps depends on the light and is not included.
+It is the sum of measured costs: kernels that are not kept, their transforms, convolutions, ghosts
+of a typical night. A wider exact core beside lamps depends on the light and is not included.
 """
 
 from __future__ import annotations

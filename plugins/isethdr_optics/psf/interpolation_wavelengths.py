@@ -79,7 +79,7 @@ class Knots:
 
 
 def lattices_of(plan, centre: float, width: float, parts: int) -> list[tuple[float, float]]:
-    """Return (wavelength, stretch) of every pair of lattices that a band reads, in so many parts."""
+    """Return (wavelength, stretch) of every pair of lattices that the parts of a band read."""
     span, out = width / parts, []
     for part in range(parts):
         middle = centre + ((part + 0.5) / parts - 0.5) * width

@@ -56,8 +56,8 @@ CACHE_BYTES = 3 << 30  # of kernels held by this process and not by a file
 SPECTRA_BYTES = 1 << 30  # of transforms of one lens's kernels that are held and not on disk
 SAMPLED = 64  # points of a kernel along each axis that stand for all of it
 WITHOUT_REACH = 4  # items of a cache's key, before how far kernels reach
-# CPU seconds beside other work: a wavelength of an exact core of usual size, a value of the two lattices of a
-# pupil, a tile read at one wavelength
+# CPU seconds beside other work: a wavelength of an exact core of usual size, a value of the two
+# lattices of a pupil, a tile read at one wavelength
 CORE_WAVELENGTH_S, LATTICE_SAMPLE_S, READ_S = 0.06, 1.5e-7, 1.2e-8
 WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 
