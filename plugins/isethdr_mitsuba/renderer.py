@@ -36,7 +36,7 @@ LEAST_SAMPLES = 16  # paths per tile that any noise is told from
 SCALAR = "scalar_spectral"
 # the main job at 640x360: CPU us of a tile, for the first paths and for those that follow, and
 # seconds for the scene's tables
-PILOT_US, NEED_US, WORLD_S = 150.0, 250.0, 10.0
+PILOT_US, NEED_US, WORLD_S = 150.0, 480.0, 25.0
 # of one group and four bands, measured on two cores; it only tells the user what to expect
 SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
 

@@ -73,7 +73,8 @@ def test_a_rendering_by_need_that_ends_in_the_middle_leaves_what_was_there(tmp_p
         os.killpg(process.pid, number)
         process.communicate(timeout=600)
         assert process.returncode == code
-        assert stores(home) == made and leftovers(home) == []
+        # the claim of a process that was killed stays, and counts for nothing
+        assert stores(home) == made and all(".claim-" in name for name in leftovers(home))
         mark.with_name("passed-1").unlink()
     found = []
     for folder in (home, beside):
