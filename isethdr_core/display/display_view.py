@@ -139,6 +139,20 @@ def display(
     return np.rint(255 * code).astype(np.uint8)
 
 
+def _within_gamut(linear: np.ndarray, grey: np.ndarray) -> np.ndarray:
+    """Return linear sRGB that fades towards the grey of its luminance until it fits into 0..1.
+
+    Clipping each channel would turn a bright red lamp magenta, as its blue goes on rising.
+    """
+    colour = linear - grey
+    above, below = colour.max(-1, keepdims=True), -colour.min(-1, keepdims=True)
+    room = np.ones_like(grey)
+    np.divide(1 - grey, above, out=room, where=above > np.maximum(1 - grey, 1e-12))
+    limit = np.ones_like(grey)
+    np.divide(grey, below, out=limit, where=below > np.maximum(grey, 1e-12))
+    return grey + np.clip(np.minimum(room, limit), 0.0, 1.0) * colour
+
+
 def _displayed(
     picture,
     white_cd_m2: float,
@@ -166,6 +180,7 @@ def _displayed(
     if natural_colour and operator == "global":
         grey = (y * gain)[..., None]
         linear = grey + saturation(y, compression)[..., None] * (linear - grey)
+        linear = _within_gamut(linear, grey)
     rgb = srgb_encode(linear)
     if hasattr(picture, "data_vars") and "valid" in picture:
         rgb[~picture["valid"].values] = 1.0

@@ -111,3 +111,12 @@ def test_natural_colour_keeps_greys_and_luminance():
     ]
     assert luminance[0] == pytest.approx(luminance[1], rel=0.01)  # 8 bits
     assert np.ptp(natural) < 0.95 * np.ptp(plain)
+
+
+def test_a_bright_red_lamp_fades_to_pink_and_not_to_magenta():
+    red = np.array([0.4124, 0.2126, 0.0193]) + 0.02 * D65_XYZ  # a primary with a little white
+    levels = np.geomspace(0.05, 5, 7)[:, None, None]
+    shown = display_view.display(levels * red, 1.0, 20.0, natural_colour=True).astype(int)[:, 0]
+    assert (shown[:, 0] >= shown.max(axis=1)).all()
+    assert np.abs(shown[:, 1] - shown[:, 2]).max() <= 2, "green and blue rise together"
+    assert shown[-1].min() > 250, "far above white it is white"
