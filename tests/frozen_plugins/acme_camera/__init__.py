@@ -1,6 +1,6 @@
 """Cameras of Acme, for isethdr.
 
-| module   | content                                 |
+| module   | what                                    |
 |----------|-----------------------------------------|
 | `lens`   | `acme_plastic`: a lens without blur     |
 | `sensor` | `acme_nano`: a small sensor             |

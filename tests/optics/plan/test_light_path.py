@@ -220,6 +220,7 @@ def test_nothing_below_a_plan_knows_a_lens_or_the_plan(folder):
 STAGES = (  # what the core calls, and so states in the ledger what it finds
     "plan/lens_plan.py",
     "flare/ghosts/ghost_flare.py",
+    "lenses/measured_lens.py",
     "prescription/field.py",
 )
 
