@@ -257,6 +257,7 @@ def test_what_the_period_wraps_into_the_border_is_stated(monkeypatch):
     assert np.abs(usual - long)[border].sum() < wings.WRAP * long[border].sum()
 
 
+@pytest.mark.slow
 def test_a_defocused_pattern_keeps_its_light():
     # 20 waves at the rim: 350 um of geometric blur in a frame of 660 um; beyond it lies less than 1
     # % of a point's light
