@@ -27,6 +27,7 @@
 | `physics/`     | laws of physics, one per function, on plain arrays                            |
 | `pipeline/`    | the chain of stages, and everything decided before the first computation      |
 | `plugins/`     | components of plugins, their search, and the allowed values of their fields   |
+| `results/`     | stored runs opened by name, shown in notebooks, and drawn                     |
 | `runs/`        | one stored run, the stored radiance it reads, its noise, and its provenance   |
 | `storage/`     | zarr stores that are complete or absent, with checks against damage           |
 | `sweeps/`      | the results of the jobs of a sweep, and one table of their scores             |
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
     from .plugins.ranges import Range as Range
     from .plugins.registry import build as build
     from .plugins.registry import components as components
+    from .results.stored import open_run as open_run
     from .runs.run import run as run
     from .runs.seeds import Generator as Generator
     from .runs.seeds import generator as generator
@@ -100,6 +102,7 @@ __all__ = [
     "hookspec",
     "hookspecs",
     "ledger",
+    "open_run",
     "open_scene",
     "quantities",
     "run",
@@ -127,6 +130,7 @@ _MODULE_OF = {  # public name: the module of this package that defines it
     "generator": "runs.seeds",
     "hookimpl": "plugins.hookspecs",
     "hookspec": "plugins.hookspecs",
+    "open_run": "results.stored",
     "open_scene": "storage.store",
     "run": "runs.run",
 }

@@ -4,6 +4,8 @@ folder ISETHDR_HOME or ./runs.
 
 from __future__ import annotations
 
+from types import ModuleType
+
 import typer
 
 from isethdr_core.cli.terminal import print_path, print_table
@@ -31,8 +33,6 @@ def find(
     limit: int = typer.Option(50, help="most rows listed"),
 ) -> None:
     """Print one row per scene, and per camera of a run."""
-    from .query import find as query
-
     pairs = dict(c.split("=", 1) for c in conditions or () if "=" in c)
     if wrong := [c for c in conditions or () if "=" not in c]:
         raise CatalogError(
@@ -40,7 +40,7 @@ def find(
             " person.distance_m__le=30"
         )
     order_by, limit = pairs.pop("order_by", order_by), _count(pairs.pop("limit", limit))
-    rows = query(home(), order_by=order_by or None, limit=limit, **pairs)
+    rows = _query().find(home(), order_by=order_by or None, limit=limit, **pairs)
     paths = list(dict.fromkeys(str(home() / row.pop("path")) for row in rows))
     print_table(list(rows[0]) if rows else ["nothing found"], [list(r.values()) for r in rows])
     if remark := _remark_on_shares(rows):
@@ -68,9 +68,7 @@ def _remark_on_shares(rows: list[dict]) -> str:
 )
 def sql(text: str) -> None:
     """Print the result of one DuckDB query."""
-    from .query import sql as query
-
-    print_table(*query(home(), text))
+    print_table(*_query().sql(home(), text))
 
 
 @catalog.command(
@@ -81,9 +79,7 @@ def sql(text: str) -> None:
 )
 def show(name: str) -> None:
     """Print the root attributes as JSON."""
-    from .query import shown
-
-    print(shown(home(), name))
+    print(_query().shown(home(), name))
 
 
 @catalog.command(
@@ -98,7 +94,6 @@ def score(
     """Print one row per camera and score; nothing is stored."""
     from omegaconf import OmegaConf
 
-    from .query import show as query
     from .stored_scores import scores_of
 
     if wrong := [text for text in asked if "=" not in text]:
@@ -109,7 +104,7 @@ def score(
     if "metric" not in fields:
         raise CatalogError("no metric is named; type for example metric=ssim_pu21")
     metric = build("metric", fields.pop("metric"), **fields)
-    rows = scores_of(query(home(), name)["path"], metric)
+    rows = scores_of(_query().show(home(), name)["path"], metric)
     columns = ("camera", "metric", "object", "value", "unit", "low", "high")
     print_table(columns, [[row[column] for column in columns] for row in rows])
 
@@ -239,6 +234,13 @@ def rm(
             raise typer.Exit(1)
     free = space.remove_store(home(), path, force)
     print_path(f"removed, {_megabytes(free)} MB freed", path)
+
+
+def _query() -> ModuleType:
+    """Return the queries, which take long to import."""
+    from . import query
+
+    return query
 
 
 def _megabytes(size: int) -> str:

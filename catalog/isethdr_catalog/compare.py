@@ -9,13 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from isethdr_core.cli.sweep_summary import scored_text
 from isethdr_core.errors import CatalogError
+from isethdr_core.results.html import table
 from isethdr_core.runs.run import Result
 from isethdr_core.sweeps.score_order import differ, most_telling_first
 from isethdr_core.sweeps.table import Scored
 
 from .query import show
 
+VERDICT = {True: "yes", False: "no", None: "not known"}
 ABSENT = "–"  # a setting that one of the configs does not have
 
 
@@ -57,6 +60,15 @@ class Comparison:
     settings: list[Setting]
     versions: list[Setting]  # of libraries, and the code of components
     scores: list[ScorePair]
+
+    def _repr_html_(self) -> str:
+        """Return the settings and scores as HTML tables, for notebooks."""
+        settings = table(["setting", "A", "B"], self.settings)
+        rows = [
+            [p.score, p.unit, p.cameras, scored_text(p.a), scored_text(p.b), VERDICT[p.differs]]
+            for p in self.scores
+        ]
+        return settings + table(["score", "unit", "cameras", "A", "B", "differ"], rows)
 
 
 def compare(folder: Path | str, a: str, b: str) -> Comparison:

@@ -7,8 +7,8 @@ from pathlib import Path
 from isethdr_core.cli.sweep_summary import scored_text
 from isethdr_core.cli.terminal import print_path, print_table, print_text
 
-from .compare import compare
-from .report.compare_page import VERDICT, write_compare_page
+from .compare import VERDICT, compare
+from .report.compare_page import write_compare_page
 from .space import COMPARISONS
 
 MOST_SETTINGS = 15  # lines; the page has all

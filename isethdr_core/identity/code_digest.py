@@ -54,6 +54,7 @@ WITHOUT_RESULT = (
     "isethdr_core.identity",
     "isethdr_core.pipeline.runtime_estimate",
     "isethdr_core.plugins.hookspecs",
+    "isethdr_core.results",
     "isethdr_core.runs.claims",
     "isethdr_core.runs.labels",
     "isethdr_core.runs.names",

@@ -37,6 +37,8 @@ from ..pipeline.runtime_estimate import IMAGING, expected_s, imaging_s
 from ..pipeline.shot import LightNames, Shot
 from ..plugins.component import Stage
 from ..plugins.registry import plugin_manager
+from ..results.html import html_of
+from ..results.plot import plotted
 from ..storage import store
 from ..uncertainty.ledger import Ledger
 from .labels import SETTINGS, Labels, add_labels, labels_of, read_labels
@@ -93,6 +95,19 @@ class Result:
     def cameras(self) -> list[str]:
         """Names of the cameras."""
         return list(self.attributes["cameras"])
+
+    def plot(self, of: str = "picture") -> Any:
+        """Return a Matplotlib figure with the picture of each camera, the right way up, in mm.
+
+        Parameters
+        ----------
+        of : `picture`, the display view, or `luminance`, cd/m2 on a logarithmic scale.
+        """
+        return plotted(self, of)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: pictures, scores with intervals, the path."""
+        return html_of(self)
 
     def open(self, group: str) -> xr.Dataset:
         """Return one group of the store as a Dataset: `picture/bayer`, `captures/bayer`,

@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 # names that docs/how-to/plugins.md, the example plugin and bundled plugins import, by module
 STAYING = {
     "isethdr_core": "Component Demand Generator Range Score Stage build components compose "
-    "generator hookimpl hookspec open_scene run __version__ PLUGIN_API",
+    "generator hookimpl hookspec open_run open_scene run __version__ PLUGIN_API",
     "isethdr_core.component": "Component Stage KINDS KEYED",
     "isethdr_core.hookspecs": "hookimpl hookspec PROJECT",
     "isethdr_core.errors": "CatalogError ConfigError IsetHdrError PluginError UnitError "
@@ -98,7 +98,7 @@ def test_the_version_is_that_of_the_installed_package():
 
 
 def test_isethdr_is_the_same_api():
-    assert dir(isethdr) == dir(isethdr_core)
+    assert set(dir(isethdr)) - set(dir(isethdr_core)) == {"compare", "find", "show"}
     for name in isethdr_core.__all__:
         assert getattr(isethdr, name) is getattr(isethdr_core, name)
     with pytest.raises(AttributeError, match="'isethdr' has no attribute 'bild'"):

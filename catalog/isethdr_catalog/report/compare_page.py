@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from isethdr_core.cli.sweep_summary import scored_text
 from isethdr_core.storage.atomic_write import write_text
 
+from ..compare import VERDICT
 from . import pictures, tables
 from .templates import filled, number, script
 from .viewer import finest_look, looks, viewer
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from ..compare import Comparison, ScorePair, Setting
-
-VERDICT = {True: "yes", False: "no", None: "not known"}
 
 
 def write_compare_page(comparison: Comparison, folder: Path) -> Path:

@@ -1,0 +1,1 @@
+"""Tests of isethdr_core.results."""
