@@ -158,6 +158,7 @@ def test_scores_have_as_many_digits_as_their_interval_allows(value, width, text)
     assert tables.rounded(value, width) == text
 
 
+@pytest.mark.slow
 def test_a_missing_report_is_made_again_and_an_old_one_stays(result, home, monkeypatch):
     monkeypatch.setenv("ISETHDR_HOME", str(home))
     report = result.path.with_suffix(".html")

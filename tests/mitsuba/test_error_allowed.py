@@ -202,6 +202,7 @@ def test_known_paths_are_not_followed_again_and_count(make):
     ), "enough passes to know their noise"
 
 
+@pytest.mark.slow
 def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
     """A street through the store: a coarse demand, a finer one, and both together against a
     rendering of other paths.

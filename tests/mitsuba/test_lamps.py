@@ -55,6 +55,7 @@ def flux(ds):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("half_m", [1e-4, 0.01, 0.1, 0.7])
 def test_a_lamp_of_any_size_keeps_its_flux(make, half_m):
     """A facing square at depth d covers (2 h / d)^2 in tangents, from a millionth of a tile to many

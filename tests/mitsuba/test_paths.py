@@ -112,6 +112,7 @@ def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
     assert lit.sum() > 30 and np.abs(z).max() < 5 and abs(z.mean()) < 4 / np.sqrt(len(z))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [5, 300])
 def test_a_group_alone_is_the_same_with_lanes_and_shared_rays(make, samples):
     scene = make.street(6)

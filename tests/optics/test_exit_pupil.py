@@ -72,6 +72,7 @@ def slow(*case):
     return pytest.param(*case, marks=pytest.mark.slow)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "f_number", "angle_deg", "wavelength_nm", "cut"),
     [

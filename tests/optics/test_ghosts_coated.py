@@ -133,6 +133,7 @@ def pairs(name, f_number, half_field_deg, coating):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lamp_light", ["led_white", "halogen"])
 @pytest.mark.parametrize("lens", LENSES, ids=lambda lens: lens[0])
 def test_three_layers_keep_a_headlamp_s_flux_in_any_pair_below_a_ten_thousandth(lens, lamp_light):

@@ -69,6 +69,7 @@ def test_keeps_the_promises_of_a_sensor(name, fields):
     check("sensor", name, **fields)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [

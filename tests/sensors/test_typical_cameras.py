@@ -47,6 +47,7 @@ def test_the_read_noise_at_a_gain_of_one_is_that_of_its_source(camera):
     np.testing.assert_allclose(found, [3.05, 0.83, 0.83][: len(found)], rtol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", LEAST_DB)
 @pytest.mark.parametrize("contrast", [2.0, 10.0])
 def test_denoising_takes_at_most_a_fifth_of_mtf50(camera, contrast):

@@ -106,6 +106,7 @@ def table(folder) -> list[dict]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_the_command_measures_a_knob_of_an_outside_plugin(tmp_path):
     site, info = tmp_path / "site", tmp_path / "site" / "acme-1.0.dist-info"
     info.mkdir(parents=True)

@@ -61,6 +61,7 @@ def test_an_interrupted_run_leaves_nothing_half_written(tmp_path):
         assert re.fullmatch(r"interrupted: .*\n", said) if number == signal.SIGINT else said == ""
 
 
+@pytest.mark.slow
 def test_a_plugin_that_raises(isethdr_home, tmp_path):
     plugins, errors = [installed_trouble(tmp_path / "plugins")], tmp_path / "errors"
     one = [*ONE, "+metric@metric.acme=acme"]

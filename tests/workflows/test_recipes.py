@@ -153,6 +153,7 @@ def luminance(result):
     return float(result.open("picture/ideal")["xyz"].values[..., 1].mean())
 
 
+@pytest.mark.slow
 def test_a_wider_demand_renders_what_is_missing_and_no_more(isethdr_home, config):
     night = run(config({"headlights": 1.0}))
     assert CALLS == [(("headlights",), 8)]
@@ -167,6 +168,7 @@ def test_a_wider_demand_renders_what_is_missing_and_no_more(isethdr_home, config
     assert luminance(other) == pytest.approx(0.5 * luminance(night) + 2 * luminance(sky), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_more_effort_renders_again_and_less_takes_what_is_there(isethdr_home, config):
     run(config({"sky": 1.0}, samples=8))
     run(config({"sky": 1.0}, samples=4))

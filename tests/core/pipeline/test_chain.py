@@ -93,6 +93,7 @@ def test_cameras_look_at_the_same_light_and_draw_their_own_noise():
     assert np.array_equal(a, b), "a further camera must not change this one's noise"
 
 
+@pytest.mark.slow
 def test_the_order_of_two_flares_does_not_matter():
     two = ["lens=diffraction_limited", "+flare@flare.a=aperture", "+flare@flare.b=ideal"]
     swapped = ["lens=diffraction_limited", "+flare@flare.b=ideal", "+flare@flare.a=aperture"]

@@ -48,6 +48,7 @@ def shot(electrons, **fields):
     ), level
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("isp", ["linear", "merge", "ideal"])
 @pytest.mark.parametrize("electrons", [1.0, 30.0, 1e3, 1.5e4, 1.9e4, 2.1e4, 2.2e4, 1e5, 1e6, 1e8])
 def test_level_and_variance_of_draws(isp, electrons):

@@ -65,6 +65,7 @@ def luminances(pairs, camera, width, height):
     return luminance(ds.radiance.values.sum(0), ds.wavelength.values) * solid
 
 
+@pytest.mark.slow
 def test_rendered_lamps_have_the_candela_of_their_tables(models):
     """All kinds from three directions each, side by side in one picture."""
     pairs, expected = [], []
@@ -85,6 +86,7 @@ def test_rendered_lamps_have_the_candela_of_their_tables(models):
         assert lux * distance2 == pytest.approx(candela, rel=0.02, abs=0.005 * largest)
 
 
+@pytest.mark.slow
 def test_the_body_hides_no_tail_lamp_from_behind(models):
     """All lamps at the rear of a car from 5 degrees above, with the body around them."""
     rear = [p for p in models[0] if p.lamp and p.lamp.axis[0] < 0]

@@ -147,6 +147,7 @@ def test_a_group_is_the_same_bit_for_bit_when_the_others_are_not_rendered(make):
         assert groups == {f"light group {g}" for g in whole.light_group.values if g != name}
 
 
+@pytest.mark.slow
 def test_all_lamps_in_one_group_give_the_sum_of_the_groups(make):
     """An independent estimate: other random numbers, other choice of lamps, same light."""
     from dataclasses import replace

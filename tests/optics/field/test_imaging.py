@@ -66,6 +66,7 @@ def test_shares_are_a_partition_of_unity(symmetric):
         np.testing.assert_allclose(sum(shares), 1.0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_wavefront_that_does_not_vary_gives_the_one_point_spread(monkeypatch):
     monkeypatch.setattr(
         sampled_pupil, "FEWEST_SAMPLES", sampled_pupil.CORE_SAMPLES

@@ -130,6 +130,7 @@ def test_order_of_flares_does_not_matter_and_dictionaries_do():
     )
 
 
+@pytest.mark.slow
 def test_third_party_pupils():
     grey = LENS(scene(), [HalfTone()])
     assert grey.attrs["throughput_sr"] == pytest.approx(0.64 * LENS.throughput_sr(), rel=1e-4)

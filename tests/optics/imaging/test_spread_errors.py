@@ -158,6 +158,7 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
     assert asked_for(1e9, None) == [1.0]  # no sensor says what it can tell
 
 
+@pytest.mark.slow
 def test_kernels_from_one_pattern_get_a_wider_exact_core(monkeypatch):
     """The smallest that is enough; where none is, one that is quickly made, or none."""
     response = build("sensor", "bayer").narrow(Demand()).response

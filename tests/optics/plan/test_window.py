@@ -123,6 +123,7 @@ def test_the_bound_is_that_of_the_worst_light_there_is(monkeypatch):
     ), "light is only ever missing"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lamp", [(15, 12), (2, 33), (29, 65)])
 def test_a_lamp_beside_the_window_brings_all_back(lamp):
     assert window.WHY in asked(scene())[1], "without the lamp, tiles are left out"

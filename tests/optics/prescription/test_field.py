@@ -70,6 +70,7 @@ def test_a_field_whose_margin_cannot_be_traced_is_refused():
         lens.image_size_m(*wide)
 
 
+@pytest.mark.slow
 def test_the_plan_says_what_rims_take_from_the_corners_of_too_wide_a_field():
     def corners(degrees):
         rows = Ledger()

@@ -58,6 +58,7 @@ def started():
     )
 
 
+@pytest.mark.slow
 def test_three_processes_share_one_file(isethdr_home, monkeypatch):
     both = [started() for _ in range(2)]
     sums = [float(p.communicate(timeout=600)[0]) for p in both]
@@ -108,6 +109,7 @@ def test_stored_kernels_equal_computed_kernels(monkeypatch):
         np.testing.assert_array_equal(getattr(computed, fact), getattr(back, fact))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", ["cut", "facts", "kernels", "empty", "text"])
 def test_a_damaged_file_is_computed_again(isethdr_home, where):
     want = [np.array(b) for b in fresh_kernels().bands]

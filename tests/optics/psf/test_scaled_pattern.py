@@ -24,6 +24,7 @@ def beyond(core, wrong):
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "lens, pitch_um, reach",
     [

@@ -187,6 +187,7 @@ def test_wide_tiles_hold_many_speckles_and_take_coarse_lattices(monkeypatch):
     assert (error < 1.5 * np.maximum(stated, 0.01)).all()  # some octaves have few tiles
 
 
+@pytest.mark.slow
 def test_where_memory_ends_finer_rings_take_the_place_of_coarse_ones_as_far_out_as_these_err(
     monkeypatch,
 ):

@@ -72,6 +72,7 @@ def _by_source(sensor):
     return [(model.readings[s.number], s) for s in chip_combination.sources(model)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bits", [20, 24])
 @pytest.mark.parametrize("mean_e", [1.0, 30.0, 1000.0, 4700.0, 12000.0, 19000.0, 1e5, 6e5])
 def test_mean_and_stated_variance(bits, mean_e, flat):

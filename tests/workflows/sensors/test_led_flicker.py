@@ -5,6 +5,7 @@ import pytest
 from isethdr_workflows.sensors.led_flicker import DUTY, FREQUENCY_HZ, led_flicker
 
 
+@pytest.mark.slow
 def test_short_exposures_miss_lamps_that_the_small_photodiode_keeps(tmp_path):
     rows = {(r["sensor"], r["capture"]): r for r in led_flicker(str(tmp_path))}
     for (_, capture), row in rows.items():
