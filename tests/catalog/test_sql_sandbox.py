@@ -104,6 +104,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "home"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "statements",
     [READS, WRITES, ATTACHES, EXTENSIONS, NETWORK, SETTINGS, MISTAKES],

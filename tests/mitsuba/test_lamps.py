@@ -107,6 +107,7 @@ def test_the_footprint_on_tiles_is_the_polygon_itself(make):
     np.testing.assert_allclose(got, truth, atol=3e-4)
 
 
+@pytest.mark.slow
 def test_a_half_hidden_lamp_sends_half_and_says_how_well_that_is_known(make):
     camera = make.camera((0, 0, 0), (1, 0, 0), 20.0, 1.0)
     whole = one_lamp(make, facing(make, 0.01, 0.01, 20.0), camera)

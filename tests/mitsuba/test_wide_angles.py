@@ -247,6 +247,7 @@ def test_tangent_and_equidistant_projections_agree(make):
     assert np.median(a[:, 0].mean(0) / b[:, 0].mean(0)) == pytest.approx(1, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_a_fisheye_camera_from_the_street_to_the_picture(make):
     """190 degrees through a Kannala-Brandt lens: the picture equals its reference picture outside
     lamps, and labels agree with it.
@@ -290,6 +291,7 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
     )  # the road goes on there
 
 
+@pytest.mark.slow
 def test_the_scalar_variant_renders_equidistant_fields(make):
     """Tiles that are not square: both variants agree tile by tile."""
     scene = make.street(4)

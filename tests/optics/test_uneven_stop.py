@@ -62,6 +62,7 @@ def seen_from_image(lens, tangent, position, direction):
     return -(away + back * direction)[:2] / radius
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "f_number", "angle_deg"), [("cooke_triplet", 5.6, 20.0), ("singlet", 4.0, 0.0)]
 )

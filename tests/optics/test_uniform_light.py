@@ -72,6 +72,7 @@ def _once(real, height_mm, wavelength_nm, side, draw):
     return float((share * (alive & np.isfinite(way[0]))).sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "f_number", "close"), LENSES)
 def test_uniform_light_is_what_rays_counted_from_the_sensor_say(name, f_number, close):
     """On the axis, half way and at 0.9 of the field: throughput, relative illumination, distortion,

@@ -53,6 +53,7 @@ def test_every_preset_is_a_sensor_of_its_own(name):
     assert build("sensor", base, **fields) != build("sensor", base)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name, fields",
     [

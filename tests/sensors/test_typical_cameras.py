@@ -21,6 +21,7 @@ def parts(camera):
     return [build_from_config(kind, config[kind]) for kind in ("lens", "sensor", "isp")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", LEAST_DB)
 def test_half_a_candela_stands_out_of_the_noise(camera):
     """Mean over rms over the pixels of a flat field, in the light that is worst for it: shot noise,

@@ -123,6 +123,7 @@ def test_more_pairs_and_rays_are_better_down_to_the_reference(monkeypatch):
     assert rays.points[0].error > 3 * rays.points[1].error == pytest.approx(3 * all_pairs.error)
 
 
+@pytest.mark.slow
 def test_functionals_through_an_aberrated_pupil_are_within_the_noise_allowed(monkeypatch):
     monkeypatch.setattr(aberrated, "SHAPE", (26, 40))
     monkeypatch.setattr(basis, "BANDS_NM", np.arange(400.0, 701.0, 20.0))

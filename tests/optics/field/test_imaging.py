@@ -100,6 +100,7 @@ def test_point_spreads_that_hardly_vary_are_left_out_within_their_bound(monkeypa
     assert 0 < np.abs(forced.values - one.values).sum() <= left.bound * one.values.sum()
 
 
+@pytest.mark.slow
 def test_a_lamp_at_a_place_has_the_point_spread_of_that_place():
     """At the corner of the field, on a ring: but for its share between two azimuths."""
     scene = field([(36, 95)], (73, 96))  # on +x, the outermost tile: azimuth 0, between rings

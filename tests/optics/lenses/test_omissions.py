@@ -54,6 +54,7 @@ def ahead(lens):
     return {o.what: o for o in lens.outline((), FieldAhead(), LightBudget()).left_out}
 
 
+@pytest.mark.slow
 def test_the_plan_names_what_the_lens_spares_each_with_its_bound():
     rows = rows_of("lens=diffraction_limited")
     for what in (

@@ -141,6 +141,7 @@ def test_speckles_are_streaks_along_the_radius():
     )  # a streak of 6 and a speckle of 1 tile share half and nothing; grains share rings
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("f_number, pitch_um", [(2.8, 6.0), (4.0, 4.3)])
 def test_a_round_clean_pupil_has_rings_and_no_spokes(f_number, pitch_um):
     """Tiles of one radius and one direction modulo the tile's own symmetry are alike: no lattice
@@ -171,6 +172,7 @@ def compared(found, finer):
     )[seen]
 
 
+@pytest.mark.slow
 def test_wide_tiles_hold_many_speckles_and_take_coarse_lattices(monkeypatch):
     args = (
         WavefrontLens(zernike_um={4: 0.05, 8: 0.03}),
@@ -228,6 +230,7 @@ def test_errors_of_large_kernels_are_known_from_some_of_their_rows(monkeypatch):
     assert (whole[6:9] > 0.1).all() and not whole[:4].any()
 
 
+@pytest.mark.slow
 def test_a_pupil_with_hardly_any_phase_has_the_kernel_of_one_without():
     plain, hardly = (
         _made(lens, [DIRTY], np.array([550.0]), (4.0, 4.0), (120, 120))

@@ -15,6 +15,7 @@ from isethdr_core.seeds import generator
 from isethdr_core.testing import check
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name, fields",
     [

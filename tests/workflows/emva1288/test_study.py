@@ -197,6 +197,7 @@ def test_estimates_on_numbers_of_known_statistics():
     assert abs(find.spatial(Stack(pattern, 4.0, 40_000, 16)).off(9.0)) < 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name, captures, linear",
     [

@@ -4,6 +4,7 @@ import pytest
 from isethdr_measured.demosaic_methods import ARRAYS, CHARTS, demosaic_methods
 
 
+@pytest.mark.slow
 def test_guided_and_published_methods_are_ahead_where_they_claim_it():
     pytest.importorskip(
         "colour_demosaicing",

@@ -90,6 +90,7 @@ def monte_carlo(lens, tangent, count, seed=1):
     return np.concatenate(landed), np.pi * r**2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", [100, 130])
 def test_flux_and_shape_against_an_independent_monte_carlo_trace(bare, column):
     lens, flare = (

@@ -32,6 +32,7 @@ def seen(mixed):
     )
 
 
+@pytest.mark.slow
 def test_what_is_left_out_is_below_the_bound_and_the_bound_below_what_is_allowed():
     mixed = scene()
     (flare,), share, (left, error) = seen(mixed)
