@@ -72,7 +72,7 @@ class Comparison:
 
 
 def compare(folder: Path | str, a: str, b: str) -> Comparison:
-    """Return what differs between two stored runs.
+    """Return the differences between two stored runs.
 
     Parameters
     ----------

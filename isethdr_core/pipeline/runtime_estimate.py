@@ -195,8 +195,9 @@ def _finer(renderer, stored_share: float | None) -> float:
 
 
 def _expected_paths(renderer, paths: float, noise: float | None) -> float:
-    """Return the expected samples per tile of a light group; the stored number if the renderer
-    gives no estimate.
+    """Return the number of samples per tile that a light group is expected to take.
+
+    A renderer without an estimate is expected to take as many as its stored rendering.
     """
     if isinstance(renderer, EstimatesSamples):
         return renderer.expected_paths(paths, noise)

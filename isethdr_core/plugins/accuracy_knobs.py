@@ -101,7 +101,7 @@ class AccuracyKnob:
         return self.tried()[-1] if self.reference is None else self.reference
 
     def relative_cost(self, value: Any, reference: Any) -> float:
-        """Return the cost of a value divided by that of another value, by the declared model.
+        """Return the ratio of the costs of two values of this knob, by its declared cost model.
 
         NaN if it is not known: without a model, and for a `Cost` with `power` 0, which is known
         only up to a constant.

@@ -237,7 +237,7 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
     demand = plan(chain, rows)
     frame = frame_of(chain, demand)
     expected = expected_s(chain, settings, held_and_missing(chain, demand)[1], frame)
-    own_s = imaging_s(chain, frame)  # with the kernels that are kept now
+    own_s = imaging_s(chain, frame)  # an estimate, before this run adds kernels
     scene, ids = scene_radiance(chain, demand, rows, config)
     radiance = of_radiance(chain.scene, ids, demand) if reuse.is_on else None
     of_main = of_mixed(radiance, chain.lighting)

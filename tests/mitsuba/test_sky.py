@@ -23,7 +23,7 @@ def day():
 
 
 def ground(make, half_m=200.0, z=0.0):
-    """A level square that faces up."""
+    """Return a horizontal square whose front side faces the sky."""
     v = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float) * half_m + [0, 0, z]
     return make.part((v, np.array([[0, 1, 2], [0, 2, 3]])), "grey")
 

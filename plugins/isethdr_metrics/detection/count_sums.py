@@ -73,7 +73,7 @@ def of_counts(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
     level = at * bright.step[:, None]
     inside = _below(wedges, 0, level, dark, second) - _below(wedges, 1, level, dark, second)
     out = np.einsum("pn,pn->p", first.share, inside)
-    # of levels so low that their sum may be measured negative, the opposite wedge counts too
+    # read noise can make the sum of two low levels negative; then the opposite wedge counts, too
     few = [int(np.max(wedges.far / of.step)) + 1 for of in (bright, dark)]
     low = np.flatnonzero((first.first < few[0]) & (second.first < few[1]))
     if low.size:

@@ -65,7 +65,7 @@ class Tally:
 
 
 class Neighbours:
-    """Sums over the tiles around each that show the same object."""
+    """Sums over the neighbours of a tile that show the same object as the tile."""
 
     def __init__(self, instance: np.ndarray):
         """`instance` : (row, column) number of the object that each tile shows."""

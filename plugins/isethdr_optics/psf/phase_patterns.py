@@ -115,7 +115,7 @@ def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Calla
         made = [whole.whole_pattern(drawn, _turns(lens, 1 / k), apply) for k in numbers]
         del drawn
         rays = scaled.rays_per_tile(lens, frame, level)
-        views = out, out[:, ::-1, ::-1]  # of the right half plane, and of the left
+        views = out, out[:, ::-1, ::-1]  # the right half plane; the left one turned by 180 degrees
         # columns write tiles beyond the diagonal too, on either side: rows come last
         for axis, writer in ((1, _columns), (0, _rows)):
             for side, into in enumerate(views):

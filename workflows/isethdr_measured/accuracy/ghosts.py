@@ -76,7 +76,7 @@ def measured() -> list[Work]:
     reference_method = f"photons of chance, {BATCHES} x {PHOTONS} a pair, spheres by their centres"
     reference_error = float(
         error.sum() / image_w * np.sqrt(2 / np.pi)
-    )  # mean of the size of a Gaussian error
+    )  # mean absolute value of a Gaussian error
     return [
         Work("ghosts pairs", error_name, reference_method, reference_error, pairs),
         Work("ghosts rays", error_name, reference_method, reference_error, rays),
