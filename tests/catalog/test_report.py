@@ -286,6 +286,15 @@ def test_a_grey_scene_with_lamps_shows_grey():
     assert rgb[20, 30].min() > 240, "the lamp is white, in the colour of equal energy"
 
 
+def test_white_of_a_chart_shows_white_and_a_night_has_room_for_its_lamps():
+    chart = np.geomspace(1.0, 90.0, 400).reshape(20, 20)
+    assert pictures.shown_white_cd_m2(chart) == pytest.approx(90.0)
+    night = np.geomspace(0.001, 8.0, 400).reshape(20, 20)
+    night[0, 0] = 1e5
+    white = pictures.HEADROOM * display_view.white_cd_m2(night)
+    assert pictures.shown_white_cd_m2(night) == white
+
+
 def test_snr_of_a_constant_variance_is_level_over_noise(result):
     picture = before_denoising(result.open("picture/bayer").load())
     truth = result.open("truth/bayer").load()

@@ -64,11 +64,14 @@ WHITE_OVER_MEDIAN = 4.0
 def shown_white_cd_m2(truth) -> float:
     """Return the luminance that the page shows as white, cd/m2.
 
-    It is 2.5 times the white of the scores (`display_view.white_cd_m2`), but at least four times
-    the median: where all but the lamps is one dark grey, that grey would otherwise show as white.
+    It is 2.5 times the white of the scores (`display_view.white_cd_m2`) or the brightest luminance,
+    whichever is less, but at least four times the median: where all but the lamps is one dark grey,
+    that grey would otherwise show as white.
     """
-    median = float(np.median(display_view.luminance(truth)))
-    return max(HEADROOM * display_view.white_cd_m2(truth), WHITE_OVER_MEDIAN * median)
+    y = display_view.luminance(truth)
+    white = display_view.white_cd_m2(truth)
+    brightest = max(white, float(y.max()))
+    return max(min(HEADROOM * white, brightest), WHITE_OVER_MEDIAN * float(np.median(y)))
 
 
 def compression(scene, white_cd_m2: float) -> float:
