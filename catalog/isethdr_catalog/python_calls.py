@@ -49,7 +49,7 @@ def show(name: str) -> dict[str, Any]:
 
 
 def compare(a: str, b: str) -> Comparison:
-    """Return the differences between two stored runs: settings, versions, and scores with intervals.
+    """Return how two stored runs differ: in settings, versions, and scores with intervals.
 
     Parameters
     ----------
