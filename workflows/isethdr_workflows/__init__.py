@@ -8,6 +8,7 @@
 | `study_command` | the command `isethdr study`                                                 |
 | `accuracy/`     | error against run time of any configuration, by its accuracy knobs          |
 | `conf/`         | presets                                                                     |
+| `export/`       | stored runs as files of other programs, `isethdr export`                    |
 | `emva1288/`     | simulated cameras measured by the machine vision standard                   |
 | `isp/`          | training of the learned demosaic                                            |
 | `paper/`        | the figures of the ISETHDR paper, computed again                            |
@@ -46,6 +47,10 @@ def isethdr_config_paths():
 
 @hookimpl
 def isethdr_commands(app):
+    from .export.command import HELP, export
     from .study_command import study
 
     app.command("study")(study)
+    app.command("export", help=HELP, short_help="Write stored runs as files of other programs.")(
+        export
+    )

@@ -1,0 +1,86 @@
+"""Selection: the stored pictures that a run, a query or a sweep names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from isethdr_core.errors import CatalogError
+from isethdr_core.results.stored import open_run
+from isethdr_core.storage.home_folder import existing_home
+from isethdr_core.sweeps.record import read_jobs, read_sweep
+
+from . import query
+
+EVERY = 2**31 - 1  # rows of a query without a limit
+
+
+@dataclass(frozen=True, order=True)
+class StoredShot:
+    """One camera of a stored run."""
+
+    path: Path  # of the run's store
+    camera: str
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Stored runs by camera, and stored scenes."""
+
+    shots: tuple[StoredShot, ...]
+    scenes: tuple[Path, ...] = ()  # stores of radiance, of a query with kind=scene
+
+
+def select(what: Sequence[str]) -> Selection:
+    """Return what runs, sweeps or a query name in the home folder, sorted by key and camera.
+
+    Parameters
+    ----------
+    what : keys, first digits or names of runs, and names of sweeps; or conditions `name=value` of a
+        query, as `isethdr catalog find` takes them. A query without `kind` finds runs.
+
+    Raises
+    ------
+    CatalogError : nothing is named or found, a name is unknown, or names and conditions are mixed.
+    """
+    conditions = [text for text in what if "=" in text]
+    if not what or 0 < len(conditions) < len(what):
+        raise CatalogError(
+            f"{' '.join(what) or 'nothing'!r} names no runs; expected names of runs or sweeps, or"
+            " conditions alone; type for example sensor=bayer lighting=night_rural"
+        )
+    if conditions:
+        return _found(dict(text.split("=", 1) for text in conditions))
+    existing_home()
+    shots: set[StoredShot] = set()
+    for name in what:
+        shots |= _named(name)
+    return Selection(tuple(sorted(shots)))
+
+
+def _found(conditions: dict[str, str]) -> Selection:
+    home = existing_home()
+    rows = query.find(home, limit=EVERY, **{"kind": "run", **conditions})
+    shots = {StoredShot(home / row["path"], row["camera"]) for row in rows if row["kind"] == "run"}
+    scenes = {home / row["path"] for row in rows if row["kind"] == "scene"}
+    if not shots and not scenes:
+        asked = " ".join(f"{name}={value}" for name, value in conditions.items())
+        raise CatalogError(
+            f"nothing in {home} meets {asked}; `isethdr catalog find {asked}` lists what does"
+        )
+    return Selection(tuple(sorted(shots)), tuple(sorted(scenes)))
+
+
+def _named(name: str) -> set[StoredShot]:
+    """Return the cameras of a run, or of all stored runs of a sweep."""
+    home = existing_home()
+    sweep = read_sweep(home / "sweeps" / name) if name not in ("", ".", "..") else None
+    if sweep is None:
+        results = [open_run(name)]
+    else:
+        keys = dict.fromkeys(job.key for job in read_jobs(sweep.folder) if job.key)
+        results = [open_run(home / "runs" / f"{key}.zarr") for key in keys]
+        if not results:
+            raise CatalogError(f"no job of the sweep {name!r} has a stored run; run it again")
+    return {StoredShot(r.path, camera) for r in results for camera in r.cameras}

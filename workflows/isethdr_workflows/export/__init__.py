@@ -1,0 +1,11 @@
+"""Export: stored runs as files of other programs, `isethdr export`.
+
+| module          | content                                                                   |
+|-----------------|---------------------------------------------------------------------------|
+| `command`       | the command                                                               |
+| `formats`       | the formats by name, and what each of them writes                         |
+| `exporting`     | from a selection to a folder: checks, files, manifest                     |
+| `job`           | what a format is given: pictures of runs, the folder, the list of files   |
+| `output_folder` | a folder that is the old one or the new one, never half of both           |
+| `pictures/`     | PNG, EXR, spectral radiance, raw captures                                 |
+"""

@@ -1,0 +1,148 @@
+"""From a selection to a folder: all checks first, then the files, then the manifest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from importlib import import_module
+from pathlib import Path
+from typing import Protocol, cast
+
+from isethdr_catalog.selection import select
+
+import isethdr_core
+from isethdr_core.cli.progress import track
+from isethdr_core.cli.terminal import print_path, print_table
+from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
+
+from .formats import FORMATS
+from .job import Item, Job, sha256
+from .output_folder import MANIFEST, MARK, check_target, replaced
+
+LAYOUT = 1  # of the folder and its manifest
+
+
+class Writer(Protocol):
+    """The module of a format."""
+
+    def check(self, job: Job) -> None:
+        """Refuse pictures that the format cannot hold; reads no arrays."""
+
+    def write(self, job: Job) -> None:
+        """Write the files of all pictures of the job."""
+
+
+def chosen(to: Sequence[str]) -> list[str]:
+    """Return the names of formats in the order in which they are written.
+
+    Parameters
+    ----------
+    to : texts of names, separated by commas.
+
+    Raises
+    ------
+    ConfigError : an unknown format, or none.
+    """
+    named = [name.strip() for text in to for name in text.split(",") if name.strip()]
+    for name in named:
+        if name not in FORMATS:
+            raise ConfigError(f"there is no format {name!r}{did_you_mean(name, FORMATS)}")
+    if not named:
+        raise ConfigError(
+            f"no format is named; expected some of {', '.join(FORMATS)}; type for example --to png"
+        )
+    return [name for name in FORMATS if name in named]
+
+
+def exported(
+    what: Sequence[str], folder: Path, to: Sequence[str], force: bool = False, **cards: str
+) -> Job:
+    """Write stored pictures as files of other programs; return what was written.
+
+    Parameters
+    ----------
+    what : runs, sweeps or conditions, as `isethdr_catalog.selection.select` takes them.
+    folder : to make.
+    to : names of formats.
+    force : replace the folder of an earlier export.
+    cards : `title` and `licence` of the data set, for its records.
+
+    Raises
+    ------
+    ConfigError : an unknown format.
+    CatalogError : nothing is selected, a run lacks what a format writes, or the folder cannot be
+        made.
+    UnitError : a format cannot hold the values.
+    """
+    names = chosen(to)
+    check_target(folder, force)
+    selection = select(what)
+    items = [Item(number, shot) for number, shot in enumerate(selection.shots, 1)]
+    job = Job(
+        items=items,
+        scenes=selection.scenes,
+        folder=folder,
+        title=cards.get("title") or folder.absolute().name,
+        licence=cards.get("licence", ""),
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+    writers = {name: _writer(name) for name in names}
+    for name, writer in writers.items():
+        job.format = name
+        if job.scenes and not FORMATS[name].of_scenes:
+            raise CatalogError(
+                f"the query finds {len(job.scenes)} scenes, and {name} writes pictures of runs;"
+                " type kind=run, or --to radiance"
+            )
+        writer.check(job)
+    with replaced(folder) as job.folder:
+        for job.format, writer in writers.items():
+            writer.write(job)
+        _write_manifest(job, what)
+    job.folder = folder
+    return job
+
+
+def _writer(name: str) -> Writer:
+    return cast(Writer, import_module(f".{FORMATS[name].module}", __package__))
+
+
+def _write_manifest(job: Job, what: Sequence[str]) -> None:
+    """Write the list of all files but itself, with sizes and digests."""
+    rows = []
+    for written in track(job.files, "manifest"):
+        path = job.folder / written.path
+        rows.append({**asdict(written), "bytes": path.stat().st_size, "sha256": sha256(path)})
+    manifest = {
+        MARK: LAYOUT,
+        "title": job.title,
+        "licence": job.licence,
+        "created": job.created,
+        "isethdr": isethdr_core.__version__,
+        "selection": list(what),
+        "files": rows,
+    }
+    job.format = ""
+    job.write_json(MANIFEST, manifest)
+    job.files.pop()  # the manifest is no file of a format
+
+
+def run(what: Sequence[str], to: Sequence[str], force: bool, licence: str, title: str) -> None:
+    """Export, and print how many files of each format there are."""
+    *named, folder = what
+    if not named or "=" in folder:
+        raise ConfigError(
+            f"no folder is named after {' '.join(what)}; type for example isethdr export"
+            f" {' '.join(what)} my_export --to png"
+        )
+    job = exported(named, Path(folder).expanduser(), to, force, licence=licence, title=title)
+    rows = []
+    for name in dict.fromkeys(written.format for written in job.files):
+        paths = [job.folder / written.path for written in job.files if written.format == name]
+        size = sum(path.stat().st_size for path in paths)
+        rows.append([name, len(paths), f"{size / 1e6:.3g}"])
+    print_table(["format", "files", "MB"], rows)
+    runs = len({item.key for item in job.items})
+    print(f"{len(job.items)} pictures of {runs} runs" if job.items else f"{len(job.scenes)} scenes")
+    print_path("exported", job.folder)

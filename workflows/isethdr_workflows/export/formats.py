@@ -1,0 +1,27 @@
+"""The formats of `isethdr export`. Imports nothing that takes time: `--help` lists them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: its module in this package, with the functions `check(job)` and `write(job)`."""
+
+    module: str
+    writes: str  # for people
+    of_scenes: bool = False  # whether it takes a selection of scenes too
+
+
+FORMATS = {
+    "png": Format("pictures.png", "pictures as displayed"),
+    "exr": Format("pictures.exr", "pictures and references, linear, cd/m2"),
+    "radiance": Format("pictures.radiance", "spectral radiance by light group", of_scenes=True),
+    "dng": Format("pictures.raw", "raw captures"),
+}
+
+
+def listed() -> str:
+    """Return the formats and what they write, for the help of the command."""
+    return "; ".join(f"{name}: {known.writes}" for name, known in FORMATS.items())

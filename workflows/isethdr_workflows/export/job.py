@@ -1,0 +1,125 @@
+"""What a format is given: the pictures to write, the folder, and the list of what was written."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from isethdr_core.cli.progress import track
+from isethdr_core.results.stored import open_run
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from isethdr_catalog.selection import StoredShot
+
+    from isethdr_core.runs.run import Result
+
+PNG_FOLDER = "png"
+
+
+@dataclass(frozen=True)
+class Item:
+    """One picture to write: a camera of a stored run."""
+
+    number: int  # from 1, in the order of keys and cameras
+    shot: StoredShot
+
+    @cached_property
+    def run(self) -> Result:
+        """The stored run."""
+        return open_run(self.shot.path)
+
+    @property
+    def camera(self) -> str:
+        """The name of the camera."""
+        return self.shot.camera
+
+    @property
+    def key(self) -> str:
+        """The key of the run."""
+        return self.shot.path.stem
+
+    @property
+    def name(self) -> str:
+        """The name of its files, without an ending."""
+        return f"{self.key}_{self.camera}"
+
+    @property
+    def png(self) -> str:
+        """The path of its PNG in the folder; the labels and cards name it."""
+        return f"{PNG_FOLDER}/{self.name}.png"
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """All that is recorded about the run."""
+        return self.run.attributes
+
+    def picture(self) -> xr.Dataset:
+        """Return the picture, read on use."""
+        return self.run.open(f"picture/{self.camera}")
+
+    def truth(self) -> xr.Dataset:
+        """Return the reference picture with the labels of its pixels, read on use."""
+        return self.run.open(f"truth/{self.camera}")
+
+    def captures(self) -> xr.Dataset:
+        """Return the raw captures, read on use."""
+        return self.run.open(f"captures/{self.camera}")
+
+    def size(self) -> tuple[int, int]:
+        """Return (rows, columns) of the picture."""
+        picture = self.picture()
+        return picture.sizes["y"], picture.sizes["x"]
+
+
+@dataclass(frozen=True)
+class Written:
+    """One file of an export."""
+
+    path: str  # below the folder, with /
+    format: str
+    media_type: str
+    run: str = ""  # key; "" where the file holds several
+    camera: str = ""
+
+
+@dataclass
+class Job:
+    """One export: its pictures, its folder, and its files so far."""
+
+    items: Sequence[Item]
+    scenes: Sequence[Path]  # stores of radiance, where a query asked for scenes
+    folder: Path  # in the making
+    title: str
+    licence: str  # "" where none is stated
+    created: str  # ISO 8601
+    files: list[Written] = field(default_factory=list)
+    format: str = ""  # that writes now
+
+    def each(self) -> Iterator[Item]:
+        """Yield the pictures, with progress on a terminal."""
+        return track(self.items, self.format)
+
+    def new_file(self, path: str, media_type: str, item: Item | None = None) -> Path:
+        """Return where to write a file, in a folder that exists, and add it to the list."""
+        of_item = {} if item is None else {"run": item.key, "camera": item.camera}
+        self.files.append(Written(path, self.format, media_type, **of_item))
+        full = self.folder / path
+        full.parent.mkdir(parents=True, exist_ok=True)
+        return full
+
+    def write_json(self, path: str, content: Mapping[str, Any], media_type: str = "") -> None:
+        """Write a JSON file with UTF-8 text; NaN is no JSON, and an error."""
+        text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        self.new_file(path, media_type or "application/json").write_text(text, encoding="utf-8")
+
+
+def sha256(path: Path) -> str:
+    """Return the digest of a file as 64 hex digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

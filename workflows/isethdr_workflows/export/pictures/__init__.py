@@ -1,0 +1,9 @@
+"""Pictures and light as files.
+
+| module     | content                                                              |
+|------------|----------------------------------------------------------------------|
+| `png`      | pictures as the report displays them, 8 bit sRGB                     |
+| `exr`      | pictures and references, linear, cd/m2                               |
+| `radiance` | spectral radiance, EXR with one part for each light group            |
+| `raw`      | captures as DNG                                                      |
+"""
