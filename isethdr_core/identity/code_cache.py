@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import json
 import os
+import sqlite3
 import sys
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from typing import Any
 from .code_facts import RULES, Facts, digest_of, facts_of
 
 MOST_ENTRIES = 4000  # of a cache file; those added last stay
+LONGEST_WAIT_S = 5.0  # for another process that writes; after it nothing is cached
 
 Stamp = tuple[int, int]  # time of the last change (ns) and size (bytes)
 
@@ -34,18 +36,23 @@ def stamp_of(path: str) -> Stamp:
 
 
 class KeptTable:
-    """A table of JSON records in one file. It is read on first use and replaced as a whole."""
+    """A table of JSON records in one SQLite file, of which a process reads those that it needs.
+
+    A file that cannot be read or written counts as empty: a cache must never stop a run.
+    """
 
     def __init__(self, path: Path | None):
         self._path = path
-        self._records: dict[str, Any] | None = None
+        self._read: dict[str, Any] = {}
         self._new: dict[str, Any] = {}
 
     def get(self, key: str) -> Any:
         """Return a record, None where there is none."""
-        if self._records is None:
-            self._records = self._read()
-        return self._new.get(key) or self._records.get(key)
+        if key in self._new:
+            return self._new[key]
+        if key not in self._read:
+            self._read[key] = self._stored(key)
+        return self._read[key]
 
     def put(self, key: str, record: Any) -> None:
         """Add a record; `save` writes it."""
@@ -55,24 +62,45 @@ class KeptTable:
         """Add the new records to the file; records of other processes stay."""
         if not self._new or self._path is None:
             return
-        self._records = self._read() | self._new
+        new = [(key, json.dumps(record)) for key, record in self._new.items()]
+        self._read |= self._new
         self._new = {}
-        records = dict(list(self._records.items())[-MOST_ENTRIES:])
-        temporary = self._path.with_name(f".{self._path.name}.{os.getpid()}")
-        try:
+        with suppress(OSError, sqlite3.Error):
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            temporary.write_text(json.dumps(records))
-            os.replace(temporary, self._path)
-        except OSError:
-            with suppress(OSError):
-                temporary.unlink(missing_ok=True)
+            try:
+                self._write(new)
+            except sqlite3.OperationalError:
+                raise  # locked for long, a full disk, no permission: the file itself is sound
+            except sqlite3.DatabaseError:
+                self._path.unlink(missing_ok=True)
+                self._write(new)
 
-    def _read(self) -> dict[str, Any]:
-        with suppress(OSError, ValueError):
-            if self._path is not None:
-                table = json.loads(self._path.read_bytes())
-                return table if isinstance(table, dict) else {}
-        return {}
+    def _write(self, records: list[tuple[str, str]]) -> None:
+        with closing(self._connected()) as file, file:
+            file.execute(
+                "CREATE TABLE IF NOT EXISTS records"
+                " (number INTEGER PRIMARY KEY, key TEXT UNIQUE, record TEXT)"
+            )
+            file.executemany("INSERT OR REPLACE INTO records (key, record) VALUES (?, ?)", records)
+            file.execute(
+                "DELETE FROM records WHERE number <= (SELECT max(number) FROM records) - ?",
+                [MOST_ENTRIES],
+            )
+
+    def _stored(self, key: str) -> Any:
+        if self._path is None or not self._path.exists():
+            return None
+        with suppress(sqlite3.Error, ValueError), closing(self._connected()) as file:
+            row = file.execute("SELECT record FROM records WHERE key = ?", [key]).fetchone()
+            return None if row is None else json.loads(row[0])
+        return None
+
+    def _connected(self) -> sqlite3.Connection:
+        """Return a connection; one for each call, for a forked process may share none."""
+        connection = sqlite3.connect(self._path or "", timeout=LONGEST_WAIT_S)
+        # after a power cut the cache is made again
+        connection.execute("PRAGMA synchronous = OFF")
+        return connection
 
 
 class CodeCache:
@@ -85,8 +113,8 @@ class CodeCache:
 
     def __init__(self, folder: Path | None):
         version = f"{RULES}_{sys.version_info.major}.{sys.version_info.minor}"
-        self._kept_facts = KeptTable(folder and folder / f"code_facts_{version}.json")
-        self._kept_digests = KeptTable(folder and folder / f"code_digests_{version}.json")
+        self._kept_facts = KeptTable(folder and folder / f"code_facts_{version}.sqlite")
+        self._kept_digests = KeptTable(folder and folder / f"code_digests_{version}.sqlite")
         self._facts: dict[str, Facts] = {}
         self._contents: dict[str, tuple[Stamp, str]] = {}
 
