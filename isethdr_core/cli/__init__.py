@@ -7,6 +7,8 @@
 | `vocabulary`     | the words of tab completion, from commands, components and presets           |
 | `completion_scripts/` | what bash, zsh and fish read at their start                             |
 | `deferred_libraries` | large libraries that the command line loads when they are first used |
+| `new_plugin`     | packages for the components of plugin authors                                |
+| `plugin_template/` | the files of such a package, as Jinja2 templates                           |
 | `progress`       | which stage is running, for how long, and how long it still takes            |
 | `plan_summary`   | what a run would compute, what is stored, and what is left out               |
 | `plugin_list`    | components and presets, and the fields of each                               |

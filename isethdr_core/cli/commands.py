@@ -8,6 +8,7 @@ sensor=bayer,rgbw`. Nothing heavy is imported here: `isethdr --help` stays quick
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import typer
 
@@ -90,6 +91,18 @@ def plugins(
 
     if print_plugins(kind, name) and strict:
         raise typer.Exit(1)
+
+
+@app.command("new-plugin", help="Make a package with a component of your own, and its tests.")
+def new_plugin(
+    kind: str = typer.Argument(help="the kind of component, for example sensor"),
+    name: str = typer.Argument(help="its name, for example acme_mono"),
+    into: Path = typer.Option(Path("."), help="the folder that holds the new package's folder"),
+) -> None:
+    """Write the package, and print what to type next."""
+    from .new_plugin import print_new_plugin  # Jinja2 is not needed by other commands
+
+    print_new_plugin(kind, name, into)
 
 
 @app.command(help="Print the script of tab completion for bash, zsh or fish.")

@@ -26,6 +26,7 @@ SHELLS = {"bash": "isethdr.bash", "zsh": "isethdr.zsh", "fish": "isethdr.fish"}
 COMPOSING = ("run", "plan")  # commands that take overrides
 OF_RUNS = ("show", "compare", "score", "rm")  # of `catalog`: they take the key of a store
 KINDS_ONLY = "plugins"
+NEW_PLUGIN = "new-plugin"
 
 
 @dataclass
@@ -65,6 +66,8 @@ def complete(app: typer.Typer, words: list[str]) -> list[str]:
     if command == KINDS_ONLY:
         places = [list(known.names), *([known.names.get(before[1], {})] if before[1:] else [])]
         return _beginning(current, places[len(before) - 1] if len(before) <= len(places) else [])
+    if command == NEW_PLUGIN:
+        return _beginning(current, known.names) if len(before) == 1 else []
     if before[1:2] and before[1] in OF_RUNS:
         return _beginning(current, _stored())
     return _beginning(current, known.commands.get(command, [])) if len(before) == 1 else []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import re
 import subprocess
 import sys
 import tomllib
@@ -15,41 +16,18 @@ import pytest
 
 import isethdr
 import isethdr_core
+from isethdr_core.plugins.registry import components
 
 ROOT = Path(__file__).parents[2]
-# names that docs/how-to/plugins.md, the example plugin and bundled plugins import, by module
-STAYING = {
-    "isethdr_core": "Component Demand Generator Range Score Stage build components compose "
-    "generator hookimpl hookspec open_run open_scene run __version__ PLUGIN_API",
-    "isethdr_core.component": "Component Stage KINDS KEYED",
-    "isethdr_core.hookspecs": "hookimpl hookspec PROJECT",
-    "isethdr_core.errors": "CatalogError ConfigError IsetHdrError PluginError UnitError "
-    "did_you_mean",
-    "isethdr_core.quantities": "IRRADIANCE LARGEST_HALF_FIELD_DEG LUMINANCE MIXED_DIMS "
-    "PHOTOCURRENT RADIANCE bands_nm centres check_irradiance check_mixed check_photocurrent "
-    "check_scene full_field names photocurrent plane scene_radiance tile_pitch",
-    "isethdr_core.seeds": "Generator generator",
-    "isethdr_core.demand": "Demand Response",
-    "isethdr_core.ledger": "Ledger add_error error left_out light_part stage",
-    "isethdr_core.scene": "Camera Lamp Material Model Part Placed SceneDescription Spectrum flat",
-    "isethdr_core.store": "content_hash home open_scene open_store write_store",
-    "isethdr_core.testing": "check",
-    "isethdr_core.light_in_time": "components each_component stacked time_mean wrong",
-    "isethdr_core.ranges": "Percent Range Seed Share check_ranges",
-    "isethdr_core.error_terms": "DIRECT SPREAD ErrorNote Quantity",
-    "isethdr_core.truth": "VARIANCE_KNOWN check_picture labels_on make_picture objects_on "
-    "total_variance truth variance_known",
-    "isethdr_core.physics.diffraction": "diffraction_mtf energy_of integrated_airy "
-    "integrated_psf psf_from_pupil",
-    "isethdr_core.physics.convolution": "Bound Kernel convolve convolve_with_bound prepare",
-    "isethdr_core.physics.radiometry": "band_widths_nm cos4_falloff irradiance_factor "
-    "irradiance_factor_aplanatic photons_from_energy photons_per_energy planck_radiance",
-    "isethdr_core.physics.area": "integrate_tiles",
-    "isethdr_core.physics.modulation": "Modulation",
-    "isethdr_core.physics.noise": "normal poisson_image",
-    "isethdr_core.physics.random_words": "words",
-    "isethdr_core.physics.photometry": "LM_PER_W luminance v_lambda xyz_weights",
-}
+PAGE = (ROOT / "docs" / "reference" / "public_names.md").read_text()
+ROW = re.compile(r"^\| `([\w.]+)` \| [^|]+ \| (`[^|]*`) \|$", re.MULTILINE)
+# public names by module, as the page lists them for authors of plugins
+STAYING = {module: " ".join(re.findall(r"`(\w+)`", names)) for module, names in ROW.findall(PAGE)}
+
+
+# modules of which the page lists a part: the rest is for the catalog and other bundled code
+PARTLY = {"isethdr_core.store"}
+PAGE_SAYS = "docs/reference/public_names.md is the list of what plugins may import"
 
 
 @pytest.mark.parametrize("module", STAYING)
@@ -57,6 +35,62 @@ def test_import_paths_that_stay(module):
     found = importlib.import_module(module)
     missing = [name for name in STAYING[module].split() if not hasattr(found, name)]
     assert not missing, f"{module} no longer has {missing}: an outside plugin imports them"
+
+
+def test_the_page_lists_all_that_a_public_module_offers():
+    assert len(STAYING) > 25
+    for module, listed in STAYING.items():
+        offered = getattr(importlib.import_module(module), "__all__", None)
+        if offered is not None and module not in PARTLY:
+            assert set(listed.split()) == set(offered), f"{module}: {PAGE_SAYS}"
+
+
+def test_the_page_lists_every_module_that_is_a_public_path():
+    folders = (ROOT / "isethdr_core", ROOT / "isethdr_core" / "physics")
+    public = {
+        ".".join(file.relative_to(ROOT).with_suffix("").parts)
+        for folder in folders
+        for file in folder.glob("*.py")
+        if (ast.get_docstring(ast.parse(file.read_text())) or "").startswith("Public path of")
+    }
+    assert len(public) > 15 and public <= STAYING.keys(), PAGE_SAYS
+
+
+def test_every_bundled_component_can_be_imported_from_its_package():
+    """So that it can be subclassed, as the page says."""
+    for component in components().values():
+        package = component.package
+        place = "isethdr_core.lighting" if package == "isethdr_core" else package
+        assert f"`{place}`" in PAGE
+        assert getattr(importlib.import_module(place), component.class_name) is component.cls
+
+
+def imports_of(text: str) -> set[tuple[str, str]]:
+    """Return (module, name) of every name that a text imports from `isethdr_core`, directly or as
+    an attribute of the package.
+    """
+    pattern = re.compile(r"^ *from (isethdr_core[\w.]*) import (?:\(([^)]+)\)|(.+))$", re.MULTILINE)
+    return {
+        (module, name.split(" as ")[0].strip())
+        for module, several, one in pattern.findall(text)
+        for name in (several or one.partition("#")[0]).split(",")
+        if name.strip()
+    }
+
+
+def test_documents_and_templates_import_what_the_page_lists():
+    pages = ("how-to/plugins.md", "tutorials/sensor_plugin.md", "reference/contracts.md")
+    files = [ROOT / "docs" / page for page in pages]
+    files += (ROOT / "isethdr_core" / "cli" / "plugin_template").rglob("*.py.jinja")
+    found = {file.name: imports_of(file.read_text()) for file in files}
+    assert sum(map(len, found.values())) > 80
+    missing = [
+        f"{file}: {module} {name}"
+        for file, imported in found.items()
+        for module, name in imported
+        if name not in STAYING.get(module, "").split() and f"{module}.{name}" not in STAYING
+    ]
+    assert not missing, PAGE_SAYS
 
 
 def annotated_names() -> set[str]:
@@ -174,7 +208,7 @@ def test_the_wheel_ships_both_spellings_every_module_and_their_types(tmp_path):
     assert len(packages) == 9 and not any("isethdr_measured" in name for name in shipped)
     for package in packages:
         assert f"{package.name}/py.typed" in shipped
-        for file in package.rglob("*.py"):
+        for file in (*package.rglob("*.py"), *package.rglob("*.jinja")):
             assert file.relative_to(package.parent).as_posix() in shipped
 
 

@@ -5,12 +5,15 @@ the glossary.
 from __future__ import annotations
 
 import inspect
+import os
 import re
+import shlex
+import subprocess
 import sys
-import types
 
 import pytest
 
+from isethdr_core.cli.new_plugin import NewPlugin
 from isethdr_core.component import KINDS
 from isethdr_core.plugins import abilities, hookspecs, protocols
 from isethdr_core.plugins.registry import components
@@ -22,6 +25,7 @@ PLUGINS = (ROOT / "docs" / "how-to" / "plugins.md").read_text()
 GLOSSARY = (ROOT / "docs" / "reference" / "glossary.md").read_text()
 CONTRACTS = (ROOT / "docs" / "reference" / "contracts.md").read_text()
 SENSOR_TUTORIAL = (ROOT / "docs" / "tutorials" / "sensor_plugin.md").read_text()
+ISETHDR = "from isethdr_core.cli.commands import main; main()"
 HOOKS = {name: spec for name, spec in vars(hookspecs).items() if name.startswith("isethdr_")}
 
 
@@ -84,14 +88,43 @@ def test_the_tutorials_second_version_keeps_every_promise(offer):
     check(comp.kind, comp.name)
 
 
-def test_the_sensor_of_the_tutorial_keeps_every_promise(offer, monkeypatch):
-    [source] = re.findall(r"```python\n(from dataclasses.*?)```", SENSOR_TUTORIAL, re.DOTALL)
-    module = types.ModuleType("acme_mono")
-    monkeypatch.setitem(sys.modules, module.__name__, module)
-    exec(source, module.__dict__)  # noqa: S102
-    [comp] = module.isethdr_components()
-    offer(comp.kind, comp.name, comp.cls)
-    check(comp.kind, comp.name)
+def test_the_code_of_the_sensor_tutorial_is_that_of_a_new_plugin():
+    """Whose promises tests/core/cli/test_new_plugin.py checks; the slow test follows the page."""
+    files = dict(NewPlugin("sensor", "acme_mono").files())
+    code = re.findall(r"```python\n(.*?)```", SENSOR_TUTORIAL, re.DOTALL)
+    assert code == [files["acme_mono/__init__.py"], files["acme_mono/sensor.py"]]
+    [entry] = re.findall(r"```toml\n(.*?)```", SENSOR_TUTORIAL, re.DOTALL)
+    assert entry in files["pyproject.toml"]
+    listed = re.findall(r"^      (\S+)$", SENSOR_TUTORIAL, re.MULTILINE)
+    assert listed == sorted(files)
+
+
+@pytest.mark.slow
+def test_the_sensor_tutorial_can_be_followed(tmp_path):
+    """Every command of the page, in its order, in an empty folder."""
+    commands = re.findall(r"^    ((?:isethdr|pip|pytest) .*(?:\n {8}.*)*)$", SENSOR_TUTORIAL, re.M)
+    assert len(commands) == 6
+    site = tmp_path / "site"
+    variables = {"PYTHONPATH": f"{site}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
+    for command in commands:
+        words = shlex.split(command.replace("\\\n", " "))
+        if words[0] == "pip":  # without network, and not into the environment of the tests
+            options = ["--quiet", "--no-deps", "--no-build-isolation", "--target", str(site)]
+            words = [sys.executable, "-m", "pip", "install", *options, "./acme-mono"]
+        elif words[0] == "pytest":
+            words = [sys.executable, "-m", "pytest", "--disable-plugin-autoload", *words[1:]]
+        else:
+            words = [sys.executable, "-c", ISETHDR, *words[1:]]
+        done = subprocess.run(
+            words,
+            cwd=tmp_path,
+            env={**os.environ, **variables},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
+    assert (tmp_path / "acme-mono" / "README.md").exists() and "snr_at_10" in done.stdout
 
 
 def test_the_tutorials_files_are_those_of_the_example_plugin():

@@ -15,10 +15,10 @@ DOTTED = re.compile(rf"`((?:{'|'.join(PACKAGES)})(?:\.\w+)+)(?:\([^`]*\))?`")
 # files that a reader makes, and a file of results
 MADE_BY_READERS = {
     "acme/__init__.py",
-    "acme_mono.py",
     "acme_scores.py",
     "accuracy.csv",
-    "test_acme_mono.py",
+    "acme_mono/__init__.py",
+    "acme_mono/sensor.py",
 }
 
 

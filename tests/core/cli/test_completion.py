@@ -29,6 +29,8 @@ def test_the_words_of_the_command_line():
     assert complete(app, ["run", "--mul"]) == ["--multirun"]
     assert "--dry-run" in complete(app, ["catalog", "gc", "--d"])
     assert complete(app, ["plugins", "sensor", "bayer", ""]) == []
+    assert complete(app, ["new-plugin", "sen"]) == ["sensor"]
+    assert complete(app, ["new-plugin", "sensor", "ba"]) == []
 
 
 def test_the_words_of_an_override():
