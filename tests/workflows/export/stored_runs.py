@@ -52,6 +52,7 @@ def stored_home(folder: Path) -> Home:
     groups["truth/bayer"] = labelled(run.open("truth/bayer").load())
     attributes = {**run.attributes, "key": LABELLED, "scene_ids": [SCENE], "lighting": "night"}
     attributes["objects"] = groups["truth/bayer"].attrs["objects"]
+    attributes["config"] = run.attributes["config"] | {"scene": {"name": "three_boxes"}}
     write_store(folder / "runs", LABELLED, groups, attributes)
     write_store(folder / "scenes", SCENE, {"": scene()}, {"kind": "scene", "recipe": SCENE[:16]})
     sweep = Sweep(SWEEP, ("sensor=bayer",), ("scene",), 3)

@@ -8,4 +8,5 @@
 | `job`           | what a format is given: pictures of runs, the folder, the list of files   |
 | `output_folder` | a folder that is the old one or the new one, never half of both           |
 | `pictures/`     | PNG, EXR, spectral radiance, raw captures                                 |
+| `labels/`       | objects: COCO, panoptic, boxes in metres                                  |
 """

@@ -19,6 +19,9 @@ FORMATS = {
     "exr": Format("pictures.exr", "pictures and references, linear, cd/m2"),
     "radiance": Format("pictures.radiance", "spectral radiance by light group", of_scenes=True),
     "dng": Format("pictures.raw", "raw captures"),
+    "coco": Format("labels.coco", "boxes and masks of objects"),
+    "panoptic": Format("labels.panoptic", "the segment of every pixel"),
+    "boxes3d": Format("labels.boxes_3d", "boxes of objects in metres"),
 }
 
 

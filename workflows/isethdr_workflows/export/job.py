@@ -71,8 +71,9 @@ class Item:
         """Return the raw captures, read on use."""
         return self.run.open(f"captures/{self.camera}")
 
+    @cached_property
     def size(self) -> tuple[int, int]:
-        """Return (rows, columns) of the picture."""
+        """Rows and columns of the picture."""
         picture = self.picture()
         return picture.sizes["y"], picture.sizes["x"]
 

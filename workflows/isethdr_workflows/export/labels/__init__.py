@@ -1,0 +1,11 @@
+"""Labels of objects as files.
+
+| module       | content                                                                 |
+|--------------|-------------------------------------------------------------------------|
+| `masks`      | the visible pixels of each object, and the categories of COCO           |
+| `run_length` | masks as the text that COCO files hold                                  |
+| `coco`       | boxes and masks, COCO JSON                                              |
+| `panoptic`   | the segment of every pixel, COCO panoptic JSON with PNG                 |
+| `geometry`   | the geometry of a stored scene: box of each object, its place in a picture |
+| `boxes_3d`   | boxes in metres, with the camera, JSON                                  |
+"""

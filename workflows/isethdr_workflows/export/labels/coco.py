@@ -1,0 +1,60 @@
+"""Boxes and masks of things in COCO's layout, one file for all pictures.
+
+`bbox` is the visible box, that of the mask. `bbox_full` is the box of the whole object with nothing
+in front of it, cut at the frame, where the geometry of the scene can be made again.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..job import Item, Job
+from . import geometry, masks
+from .masks import LICENCE, Visible, visible_objects
+from .run_length import lengths, text
+
+COPIED = ("instance", "name", "distance_m", "visible_fraction", "in_frame")
+
+
+def check(job: Job) -> None:
+    """Check that each picture has labels; raises as `masks.check`."""
+    masks.check(job)
+
+
+def write(job: Job) -> None:
+    """Write `coco.json`."""
+    images, annotations = [], []
+    for item in job.each():
+        images.append(masks.image_row(item, LICENCE))
+        truth = item.truth()
+        full = geometry.full_boxes(item)
+        for seen in visible_objects(truth):
+            if masks.is_thing(seen.row["category"]):
+                row = annotation(item, seen, full, len(annotations) + 1)
+                annotations.append(row)
+    content = masks.head(job, "visible objects with boxes and masks")
+    content |= {"images": images, "annotations": annotations}
+    job.write_json("coco.json", content | {"categories": masks.category_rows(things_only=True)})
+
+
+def annotation(
+    item: Item, seen: Visible, full: dict[int, list[float]], number: int
+) -> dict[str, Any]:
+    """Return the annotation of one object."""
+    shape = item.size
+    row: dict[str, Any] = {
+        "id": number,
+        "image_id": item.number,
+        "category_id": masks.CATEGORIES[seen.row["category"]],
+        "bbox": seen.box,
+        "area": seen.area,
+        "iscrowd": 0,
+        "segmentation": {
+            "size": list(shape),
+            "counts": text(lengths(seen.window, seen.left, seen.top, shape)),
+        },
+    }
+    row |= {name: seen.row[name] for name in COPIED if name in seen.row}
+    if seen.row["instance"] in full:
+        row["bbox_full"] = full[seen.row["instance"]]
+    return row

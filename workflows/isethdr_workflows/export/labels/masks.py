@@ -1,0 +1,169 @@
+"""The visible pixels of each object of a picture, and the categories of COCO files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.ndimage import find_objects
+
+from isethdr_core.data.categories import CATEGORIES
+from isethdr_core.errors import CatalogError
+
+from ..job import Item, Job
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+NONE = "none"  # the category of pixels without an object, such as the sky
+# surfaces and background without a count ("stuff" of COCO); all others are things
+STUFF = (
+    *("road", "tree", "guard rail", "building", "vegetation", "tunnel", "own vehicle", "chart"),
+)
+VEHICLES = ("bicycle", "car", "motorcycle", "bus", "truck")
+ANIMALS = ("dog", "horse", "deer")
+
+
+@dataclass(frozen=True, eq=False)
+class Visible:
+    """The visible part of one object.
+
+    Parameters
+    ----------
+    row : of the table of objects: instance, category, name, distance_m, visible_fraction, ...
+    left, top : the first column and row of its pixels.
+    window : (height, width) bool, its pixels within the smallest box that holds them.
+    """
+
+    row: dict[str, Any]
+    left: int
+    top: int
+    window: np.ndarray
+
+    @property
+    def area(self) -> int:
+        """The number of pixels."""
+        return int(self.window.sum())
+
+    @property
+    def box(self) -> list[float]:
+        """The smallest box, [left, top, width, height] in pixels from the top left corner."""
+        height, width = self.window.shape
+        return [float(v) for v in (self.left, self.top, width, height)]
+
+
+def check(job: Job) -> None:
+    """Check that each picture has a map of objects and their table.
+
+    Raises
+    ------
+    CatalogError : the labels of a run were not stored, or its scene has none.
+    """
+    for item in job.items:
+        if missing := _missing(item):
+            raise CatalogError(
+                f"run {item.key} has no {missing} for camera {item.camera}, which {job.format}"
+                " needs; a rendered scene stores it where a metric reads it; type for example"
+                " isethdr run metric@metric.contrast=object_contrast"
+            )
+
+
+@lru_cache(maxsize=1024)  # several formats ask
+def _missing(item: Item) -> str:
+    """Return which label a picture lacks, "" for none."""
+    truth = item.truth()
+    if "instance" not in truth:
+        return "map of objects"
+    return "" if truth.attrs.get("objects") else "table of objects"
+
+
+def visible_objects(truth: xr.Dataset) -> Iterator[Visible]:
+    """Yield the objects that have at least one pixel, by their number.
+
+    Parameters
+    ----------
+    truth : reference picture with the label `instance` and the attribute `objects`.
+
+    Raises
+    ------
+    CatalogError : a pixel belongs to an object that the table does not list.
+    """
+    instance = truth["instance"].values.astype(np.int64)
+    rows = {int(row["instance"]): row for row in truth.attrs["objects"]}
+    for number, found in enumerate(find_objects(instance), 1):
+        if found is None:
+            continue
+        if number not in rows:
+            raise CatalogError(
+                f"the map of objects holds the number {number}, which the table does not list;"
+                " run the scene again"
+            )
+        down, across = found
+        window = instance[down, across] == number
+        yield Visible(rows[number], across.start, down.start, window)
+
+
+def is_thing(category: str) -> bool:
+    """Return whether objects of a category are counted one by one."""
+    return category != NONE and category not in STUFF
+
+
+def category_rows(things_only: bool) -> list[dict[str, Any]]:
+    """Return the categories as COCO lists them; panoptic files hold `isthing` too."""
+    rows = []
+    for name, number in CATEGORIES.items():
+        if name == NONE or things_only and not is_thing(name):
+            continue
+        row = {"id": number, "name": name, "supercategory": _above(name)}
+        rows.append(row if things_only else row | {"isthing": int(is_thing(name))})
+    return rows
+
+
+def _above(name: str) -> str:
+    if name in VEHICLES:
+        return "vehicle"
+    if name in ANIMALS:
+        return "animal"
+    return name if name == "person" else "outdoor" if is_thing(name) else "background"
+
+
+def image_row(item: Item, licence: int) -> dict[str, Any]:
+    """Return what COCO states of a picture, with the run and the camera."""
+    height, width = item.size
+    return {
+        "id": item.number,
+        "file_name": item.png,
+        "width": width,
+        "height": height,
+        "license": licence,
+        "date_captured": str(item.attributes.get("created", "")),
+        "run": item.key,
+        "camera": item.camera,
+    }
+
+
+LICENCE = 1  # number of the only licence of a file
+
+
+def head(job: Job, about: str) -> dict[str, Any]:
+    """Return the beginning of a COCO file: info and licence."""
+    return {
+        "info": {
+            "description": f"{job.title}: {about}",
+            "version": "1.0",
+            "year": int(job.created[:4]),
+            "contributor": "",
+            "url": "",
+            "date_created": job.created,
+        },
+        "licenses": [
+            {
+                "id": LICENCE,
+                "name": job.licence or "not stated",
+                "url": job.licence if "://" in job.licence else "",
+            }
+        ],
+    }
