@@ -138,11 +138,18 @@ def median_interval(values, independent: int):
     it whatever the distribution (Conover 1999, section 3.2). Where these ranks do not exist,
     smallest and largest value bound the sample.
     """
+    middle, *ends = (float(v) for v in np.quantile(values, median_shares(independent)))
+    return middle, *(ends or (NAN, NAN))
+
+
+def median_shares(independent: int) -> list[float]:
+    """Return the shares of values below a median, and below the ends of its interval where that is
+    wanted; `independent` as in `median_interval`.
+    """
     if not intervals_wanted():
-        return float(np.quantile(values, 0.5)), NAN, NAN
+        return [0.5]
     spread = 0.98 / np.sqrt(max(independent, 1))
-    low, middle, high = np.quantile(values, [max(0.5 - spread, 0.0), 0.5, min(0.5 + spread, 1.0)])
-    return float(middle), float(low), float(high)
+    return [0.5, max(0.5 - spread, 0.0), min(0.5 + spread, 1.0)]
 
 
 def mean_interval(values, mask):

@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from isethdr_core import ledger
-from isethdr_core.data.derived_once import intervals_wanted, once
+from isethdr_core.data.derived_once import once
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 from isethdr_core.truth import before_denoising
@@ -21,6 +21,7 @@ from ..regions import (
     luminance_variance,
     luminances,
     median_interval,
+    median_shares,
     regions_of,
     variance_stated,
 )
@@ -57,6 +58,10 @@ class Asked(NamedTuple):
     place: (
         np.ndarray | None
     )  # of each pair's first pixel among the pixels that are asked; None: each pair counts
+
+    def independent(self, count: int) -> int:
+        """Return how many of `count` pairs, or pixels, have noise of their own."""
+        return min(count, self.pixels // SMOOTH**2)
 
 
 class Expected(NamedTuple):
@@ -112,17 +117,13 @@ class ContrastDetection:
         # all regions at once: many small calls would take several times as long
         together = Pairs(*(np.concatenate(parts) for parts in zip(*(one.pairs for one in regions))))
         sizes = [one.pairs.first.size for one in regions]
-        if intervals_wanted():
-            value = self._probability(model, together)
-        else:
-            # of a median alone, only pairs near it have to be right
-            value = self._right_near_medians(model, together, regions)
+        value = self._right_near_medians(model, together, regions)
         ends = np.cumsum(sizes)[:-1]
         for one, values in zip(regions, np.split(value, ends), strict=True):
             if one.place is not None:
                 values = np.bincount(one.place, values) / np.bincount(one.place)
             if values.size:
-                median = median_interval(values, min(values.size, one.pixels // SMOOTH**2))
+                median = median_interval(values, one.independent(values.size))
                 scores.append(Score("contrast_detection", median[0], "", one.name, *median[1:]))
             else:
                 what = f"contrast_detection of {one.name}" if one.name else "contrast_detection"
@@ -267,7 +268,7 @@ class ContrastDetection:
 
     def _right_near_medians(self, model: Expected, pairs: Pairs, regions: list[Asked]):
         """Return the probability of each pair; only those that may decide the median of their
-        region are worked out.
+        region, or the ends of its interval where that is wanted, are worked out.
 
         Parameters
         ----------
@@ -280,7 +281,7 @@ class ContrastDetection:
         All others have an estimate and a bound on its error. Those that may be the estimated median
         are worked out first. The median of the region then lies between the medians of what its
         pairs, or means of pairs, are at least and at most. One that is certainly on one side of it
-        keeps its estimate.
+        keeps its estimate. The ends of the interval are other quantiles, found in the same way.
         """
         bright, dark = _signals(model, pairs)
         interval = self.interval_percent / 100
@@ -296,7 +297,8 @@ class ContrastDetection:
 
 
 def _may_be_median(value, bound, regions: list[Asked], first_guess: bool):
-    """Return which pairs (bool) are uncertain and may decide the median of their region.
+    """Return which pairs (bool) are uncertain and may decide the median of their region, or the
+    ends of its interval where that is wanted.
 
     Parameters
     ----------
@@ -315,8 +317,12 @@ def _may_be_median(value, bound, regions: list[Asked], first_guess: bool):
             count = np.bincount(place)
             least, most, middle = (np.bincount(place, v) / count for v in (least, most, middle))
         low, high = (middle, middle) if first_guess else (least, most)
+        shares = median_shares(one.independent(len(middle)))
         # a little wider: sums in another order are rounded differently
-        near = (most >= _middle(low)[0] - TIE) & (least <= _middle(high)[1] + TIE)
+        from_below, to_above = _around(low, shares)[0] - TIE, _around(high, shares)[1] + TIE
+        near = np.zeros(len(middle), bool)
+        for at_least, at_most in zip(from_below, to_above, strict=True):
+            near |= (most >= at_least) & (least <= at_most)
         uncertain[some] &= near if place is None else near[place]
     return uncertain
 
@@ -333,11 +339,11 @@ def _both_valid(model: Expected, pairs: Pairs):
     return valid[pairs.first] & valid[pairs.second]
 
 
-def _middle(values) -> tuple[float, float]:
-    """Return the two values that a median is the mean of; of an odd number, the one twice."""
-    places = (len(values) - 1) // 2, len(values) // 2
-    ordered = np.partition(values, places)
-    return float(ordered[places[0]]), float(ordered[places[1]])
+def _around(values, shares) -> np.ndarray:
+    """Return the two values (2, share) that the quantile at each of `shares` lies between."""
+    place = np.asarray(shares) * (len(values) - 1)
+    places = np.stack([np.floor(place), np.ceil(place)]).astype(int)
+    return np.partition(values, np.unique(places))[places]
 
 
 def pair_probability(

@@ -1,9 +1,12 @@
 """Count sums: the probability that two counts with normal noise show a ratio within an interval.
 
-The sum over all pairs of counts falls apart. For one count of the brighter pixel, the wedge of
-`wedge` lets the darker one lie up to one level and not up to another. That is a difference of two
-cumulative probabilities of a Poisson law with normal noise. Normal noise blurs the steps of the law
-over a few counts only, so each of the two takes its table and a short sum.
+At each end of the interval, a weighted difference of both levels is 0. So the probability is that
+of one difference above 0 (`count_differences`) less that of the other.
+
+Where the normal noise is so small that those take many terms, sums over counts are taken instead.
+For one count of the brighter pixel, the wedge of `wedge` lets the darker one lie up to one level
+and not up to another. Normal noise blurs the steps of a Poisson law over a few counts only, so each
+of the two levels takes the law's table and a short sum.
 """
 
 from __future__ import annotations
@@ -13,11 +16,16 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammaln, ndtr, xlogy
 
+from . import count_differences
+from .count_differences import Differences
 from .wedge import Wedges, measured_negative
 
 REACH_SD = 6.0  # beyond it normal noise changes nothing: 1e-9
 SHARPEST = 1e-3  # counts: deviation of the noise below which a level could lie on a step
-NO_WEIGHT = 1e-11  # of a pair of counts: all such pairs together change nothing by 1e-8
+NO_WEIGHT = 1e-11  # of both counts measured negative: all such pairs together change it by 1e-9
+MOST_TERMS = 400  # of a difference; beyond, sums over counts are as fast
+HELD = 25.0  # numbers for each pair that differences hold, about
+LOW_PIECE = 4096  # pairs whose low counts are looked at together
 
 
 class Counts(NamedTuple):
@@ -25,6 +33,10 @@ class Counts(NamedTuple):
 
     mean: np.ndarray  # electrons
     step: np.ndarray  # luminance of one electron, above 0
+
+    def some(self, pairs: np.ndarray) -> Counts:
+        """Return the counts of some pairs."""
+        return Counts(self.mean[pairs], self.step[pairs])
 
 
 class Table(NamedTuple):
@@ -43,8 +55,7 @@ def table_of(mean: np.ndarray) -> Table:
     """
     first = np.maximum(0, (mean - 5 * np.sqrt(mean)).astype(int))
     width = int((mean + 5 * np.sqrt(mean) + 6 - first).max())
-    at = first[:, None] + np.arange(width)
-    share = np.exp(xlogy(at, mean[:, None]) - mean[:, None] - gammaln(at + 1))
+    share = _law(mean[:, None], first[:, None] + np.arange(width))
     return Table(first, share / share.sum(axis=1, keepdims=True))
 
 
@@ -57,7 +68,8 @@ def sharp(wedges: Wedges, dark: Counts) -> np.ndarray:
 def terms_of(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
     """Return about how many numbers `of_counts` holds for each pair."""
     blur = np.maximum(*(_blur(wedges, dark, end) for end in (0, 1)))
-    return (10 * np.sqrt(bright.mean) + 6) * (2 * REACH_SD * blur + 2)
+    summed = (10 * np.sqrt(bright.mean) + 6) * (2 * REACH_SD * blur + 2)
+    return np.where(_quick(wedges, bright, dark), HELD, summed)
 
 
 def of_counts(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
@@ -68,25 +80,76 @@ def of_counts(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
     wedges : of the normal noise of each pair, none of them `sharp`.
     bright, dark : counts of the brighter and of the darker pixel.
     """
+    out = np.empty(len(bright.mean))
+    quick = _quick(wedges, bright, dark)
+    for some, between in ((quick, _by_differences), (~quick, _by_sums)):
+        at = np.flatnonzero(some)
+        if at.size:
+            out[at] = between(wedges.some(at), *(of.some(at) for of in (bright, dark)))
+    # read noise can make the sum of two low levels negative; then the opposite wedge counts, too
+    for start in range(0, len(out), LOW_PIECE):
+        some = np.arange(start, min(start + LOW_PIECE, len(out)))
+        out[some] += _both_negative(wedges.some(some), *(of.some(some) for of in (bright, dark)))
+    return np.clip(out, 0.0, 1.0)
+
+
+def _differences(wedges: Wedges, bright: Counts, dark: Counts, end: int) -> Differences:
+    """Return the differences of levels that are 0 at one end of the interval."""
+    contrast = wedges.ends[end]
+    steps = (1 - contrast) * bright.step, (1 + contrast) * dark.step
+    return Differences(bright.mean, dark.mean, *steps, wedges.sd[end])
+
+
+def _quick(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
+    """Return for which pairs (bool) differences take few terms."""
+    both = (_differences(wedges, bright, dark, end) for end in (0, 1))
+    return np.maximum(*map(count_differences.terms_of, both)) <= MOST_TERMS
+
+
+def _by_differences(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
+    """Return the probability (pair,) that no level is measured below 0 and both lie in a wedge."""
+    above = (_differences(wedges, bright, dark, end) for end in (0, 1))
+    low, high = map(count_differences.above_zero, above)
+    return low - high
+
+
+def _by_sums(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
+    """Return what `_by_differences` does, from sums over counts."""
     first, second = table_of(bright.mean), table_of(dark.mean)
     at = first.first[:, None] + np.arange(first.share.shape[1])
     level = at * bright.step[:, None]
     inside = _below(wedges, 0, level, dark, second) - _below(wedges, 1, level, dark, second)
-    out = np.einsum("pn,pn->p", first.share, inside)
-    # read noise can make the sum of two low levels negative; then the opposite wedge counts, too
-    few = [int(np.max(wedges.far / of.step)) + 1 for of in (bright, dark)]
-    low = np.flatnonzero((first.first < few[0]) & (second.first < few[1]))
-    if low.size:
-        weight = first.share[low, : few[0], None] * second.share[low, None, : few[1]]
-        place, i, j = np.nonzero(weight > NO_WEIGHT)
-        pair = low[place]
-        b = (first.first[pair] + i) * bright.step[pair]
-        d = (second.first[pair] + j) * dark.step[pair]
-        close = np.flatnonzero(b + d < wedges.far[pair])
-        place, i, j, pair = (values[close] for values in (place, i, j, pair))
-        more = measured_negative(wedges, pair, b[close], d[close]) * weight[place, i, j]
-        out += np.bincount(pair, more, minlength=len(out))
-    return np.clip(out, 0.0, 1.0)
+    return np.einsum("pn,pn->p", first.share, inside)
+
+
+def _both_negative(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
+    """Return the probability (pair,) that both levels are measured below 0 and lie in the wedge."""
+    weights = [_negative(of, sd, wedges.far) for of, sd in zip((bright, dark), wedges.scale)]
+    largest = [weight.max(axis=1) for weight in weights]
+    low = np.flatnonzero(largest[0] * largest[1] > NO_WEIGHT)
+    first, second = (weight[low] for weight in weights)
+    place, i, j = np.nonzero(first[:, :, None] * second[:, None, :] > NO_WEIGHT)
+    pair = low[place]
+    levels = i * bright.step[pair], j * dark.step[pair]
+    shares = (_law(of.mean[pair], count) for of, count in ((bright, i), (dark, j)))
+    more = measured_negative(wedges, pair, *levels) * np.prod(list(shares), axis=0)
+    return np.bincount(pair, more, minlength=len(bright.mean))
+
+
+def _negative(of: Counts, sd: np.ndarray, far: np.ndarray) -> np.ndarray:
+    """Return bounds (pair, count) on the probability of each count together with a level that is
+    measured below 0; a count whose level is beyond `far` has none.
+    """
+    count = np.arange(int(np.max(far / of.step)) + 1)
+    level = count * (of.step / sd)[:, None]
+    # the probability of a normal deviate beyond x is at most exp(-x^2 / 2) / 2
+    return _law(of.mean[:, None], count) * np.exp(-0.5 * level * level) / 2
+
+
+def _law(mean: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Return the Poisson probability of counts."""
+    share: np.ndarray = np.exp(xlogy(count, mean) - mean - gammaln(count + 1))
+    return share
 
 
 def _blur(wedges: Wedges, dark: Counts, end: int) -> np.ndarray:

@@ -9,6 +9,7 @@ from isethdr_metrics.detection.contrast_detection import (
     ContrastDetection,
     pair_probability,
 )
+from isethdr_metrics.detection.count_differences import Differences, above_zero
 from isethdr_metrics.detection.count_sums import Counts, of_counts, sharp
 from isethdr_metrics.detection.photon_counts import (
     Signal,
@@ -19,6 +20,8 @@ from isethdr_metrics.detection.photon_counts import (
 )
 from isethdr_metrics.detection.wedge import both_positive, probability_between, wedges_between
 from isethdr_metrics.luminance.noise_line import noise_line
+from isethdr_metrics.regions import median_interval
+from scipy.special import ndtr
 
 from isethdr_core.data.derived_once import values_only
 from isethdr_core.physics.colour.colour_spaces import D65_XYZ
@@ -237,6 +240,20 @@ def test_sums_over_counts_are_those_over_all_pairs_of_counts():
     assert np.ptp(found) > 0.5
 
 
+def test_a_difference_of_counts_is_above_0_as_often_as_its_law_says():
+    rng = np.random.default_rng(4)
+    size = 40
+    means, steps = 10 ** rng.uniform(-1.5, 1.8, (2, size)), rng.uniform(0.05, 2.0, (2, size))
+    sd = rng.uniform(0.1, 3.0, size)
+    found = above_zero(Differences(*means, *steps, sd))
+    for k in range(size):
+        (n, p), (m, q) = (poisson_law(mean) for mean in means[:, k])
+        levels = steps[0, k] * n[:, None] - steps[1, k] * m
+        # what is promised; the laws end where less than that is left
+        assert found[k] == pytest.approx(p @ ndtr(levels / sd[k]) @ q, abs=1e-8)
+    assert np.ptp(found) > 0.9
+
+
 def test_an_estimate_is_within_its_bound():
     bright, dark, contrast = any_signals(8_000)
     found = estimated(bright, dark, contrast, 0.5)
@@ -256,14 +273,20 @@ def test_a_median_alone_is_that_of_all_pairs(read_noise_e):
     instance = np.zeros(means.shape, np.uint32)
     instance[4:16, 4:14], instance[18:21, 22:26] = 1, 2
     labels = xr.Dataset({"instance": (("y", "x"), instance)})
-    arguments = shot, picture(step * means), labels
-    every = ContrastDetection()(*arguments)
+    truth, metric = picture(step * means), ContrastDetection()
+    scores = metric(shot, truth, labels)
     with values_only():
-        medians = ContrastDetection()(*arguments)
+        medians = metric(shot, truth, labels)
     assert [score.object for score in medians] == ["", "1", "2"]
-    for score, median in zip(every, medians, strict=True):
+    model = metric._model(shot, truth)
+    for asked, score, median in zip(metric._asked(model.true, labels), scores, medians):
+        every = metric._probability(model, asked.pairs)
+        if asked.place is not None:
+            every = np.bincount(asked.place, every) / np.bincount(asked.place)
+        expected = median_interval(every, asked.independent(every.size))
         # the probability of a pair of counts depends on its neighbours by 1e-8
-        assert median.value == pytest.approx(score.value, abs=3e-7) and np.isnan(median.low)
+        assert (score.value, score.low, score.high) == pytest.approx(expected, abs=3e-7)
+        assert median.value == pytest.approx(expected[0], abs=3e-7) and np.isnan(median.low)
 
 
 def test_the_wedge_is_that_of_two_correlated_normals():
