@@ -9,4 +9,5 @@
 | `output_folder` | a folder that is the old one or the new one, never half of both           |
 | `pictures/`     | PNG, EXR, spectral radiance, raw captures                                 |
 | `labels/`       | objects: COCO, panoptic, boxes in metres                                  |
+| `cards/`        | records of the whole folder: STAC, Croissant                              |
 """

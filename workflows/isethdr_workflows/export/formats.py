@@ -22,6 +22,9 @@ FORMATS = {
     "coco": Format("labels.coco", "boxes and masks of objects"),
     "panoptic": Format("labels.panoptic", "the segment of every pixel"),
     "boxes3d": Format("labels.boxes_3d", "boxes of objects in metres"),
+    # cards come last: they describe the files of the other formats
+    "stac": Format("cards.stac", "a STAC collection of the pictures"),
+    "croissant": Format("cards.croissant", "Croissant metadata of the folder"),
 }
 
 
