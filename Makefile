@@ -8,7 +8,7 @@ TEST_ENV := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MALLOC_MMAP_THRESHOLD_=3355
 # named, for pytest would rewrite the assertions of every other package that brings a plugin: three CPU seconds
 TEST_PLUGINS := --disable-plugin-autoload -p xdist -p _hypothesis_pytestplugin
 
-.PHONY: run test test-slow bench lint clean
+.PHONY: run test test-slow bench lint docs clean
 
 run: $(READY)
 	$(BIN)/isethdr run
@@ -28,6 +28,12 @@ lint: $(READY)
 	$(BIN)/python -m ruff check --quiet .
 	$(BIN)/python -m mypy
 	$(BIN)/lint-imports --no-logo
+
+# the documentation as a site, in the folder site; nothing in it is loaded from a network
+docs: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	$(BIN)/python scripts/check_site.py site
 
 $(READY): pyproject.toml constraints.txt scripts/setup.sh scripts/llvm.sh
 	VENV=$(VENV) sh scripts/setup.sh
