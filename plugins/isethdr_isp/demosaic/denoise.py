@@ -25,7 +25,7 @@ PATCH = 5  # pixels, side of the surroundings
 ALIKE = 2.5
 SOFTNESS = 0.6  # beyond this difference, the further difference that costs 1 - 1/e of the weight
 BINS = 512
-STRIP = 160  # rows at a time, with those around them: they stay in the cache of the processor
+STRIP = 32  # rows at a time: with those that they are compared with they stay in the cache
 
 
 def denoised(merged: Merged, cell_shape: tuple[int, int], with_variance: bool = True) -> Merged:
@@ -54,38 +54,28 @@ def denoised(merged: Merged, cell_shape: tuple[int, int], with_variance: bool = 
         level,
         valid,
     )
-    change, variance = np.empty_like(level), np.full_like(level, np.nan)
-    rows = len(level)
-    for first in range(0, rows, STRIP):
-        last, halo = min(first + STRIP, rows), REACH + PATCH // 2
-        with_halo = slice(max(first - halo, 0), min(last + halo, rows))
-        inner = slice(first - with_halo.start, last - with_halo.start)
-        sums = _sums(noisy.rows(with_halo), cell_shape, with_variance)
-        change[first:last] = sums.mean[inner]
-        if with_variance:
-            variance[first:last] = sums.variance[inner]
+    averages = _averages(noisy, cell_shape, with_variance)
+    variance = averages.variance
+    if variance is None:
+        variance = np.full_like(level, np.nan)
     ledger.left_out(
         "variance of the denoised picture",
         "the weights follow the noise; the picture states no variance",
         np.nan,
         "",
     )
-    signal = np.where(valid, merged.signal_e + change, merged.signal_e)
+    signal = np.where(valid, merged.signal_e + averages.mean, merged.signal_e)
     variance = np.where(valid, variance, merged.variance_e2)
     return replace(merged, signal_e=signal, variance_e2=variance, fixed=SampleNoise())
 
 
 class _Samples(NamedTuple):
-    """Samples of some rows (y, x); invalid samples are 0."""
+    """The samples (y, x); invalid samples are 0."""
 
     signal_e: np.ndarray
     variance_e2: np.ndarray
     level: np.ndarray  # stabilised
     good: np.ndarray
-
-    def rows(self, rows: slice) -> _Samples:
-        """Return some of the rows."""
-        return _Samples(*(values[rows] for values in self))
 
 
 class _Averages(NamedTuple):
@@ -95,43 +85,79 @@ class _Averages(NamedTuple):
     variance: np.ndarray | None
 
 
-def _sums(samples: _Samples, cell_shape: tuple[int, int], with_variance: bool) -> _Averages:
-    x, spread, level, valid = samples
-    total, weight = np.zeros_like(x), np.ones_like(x)
-    # sums of w^2 Var, of w^2, and of w^2 times the difference and its square
-    variance, weight2, first2, second2 = spread.copy(), *np.zeros((3, *x.shape), np.float32)
-    weight2 += 1.0
-    all_good = bool(valid.all())
-    for dy, dx in shifts(cell_shape, x.shape):
-        rows, columns = pair(x.shape[0], dy), pair(x.shape[1], dx)
-        p, q = (rows[0], columns[0]), (rows[1], columns[1])
-        w = likeness(level[p], level[q])
-        if not all_good:
-            w *= valid[p] & valid[q]
+class _Totals:
+    """Sums over the neighbours of each sample (y, x), of their weights w times what they hold."""
+
+    def __init__(self, samples: _Samples, with_variance: bool) -> None:
+        self.samples = samples
+        shape = samples.level.shape
+        self.difference, self.weight = np.zeros(shape, np.float32), np.ones(shape, np.float32)
+        self.with_variance = with_variance
+        if with_variance:
+            # sums of w^2 Var, of w^2, and of w^2 times the difference and its square
+            self.variance, self.weight2 = samples.variance_e2.copy(), self.weight.copy()
+            self.first2, self.second2 = np.zeros((2, *shape), np.float32)
+
+    def add(self, p, q, w) -> None:
+        """Add the samples at `q` to the sums of those at `p`, and the other way round.
+
+        Parameters
+        ----------
+        p, q : slices of rows and columns.
+        w : weights, which are overwritten.
+        """
+        x, spread = self.samples.signal_e, self.samples.variance_e2
         difference = x[q] - x[p]
         weighted = w * difference
-        total[p] += weighted
-        total[q] -= weighted
-        weight[p] += w
-        weight[q] += w
-        if not with_variance:
-            continue
+        self.difference[p] += weighted
+        self.difference[q] -= weighted
+        self.weight[p] += w
+        self.weight[q] += w
+        if not self.with_variance:
+            return
         weighted *= w
-        first2[p] += weighted
-        first2[q] -= weighted
+        self.first2[p] += weighted
+        self.first2[q] -= weighted
         weighted *= difference
-        second2[p] += weighted
-        second2[q] += weighted
+        self.second2[p] += weighted
+        self.second2[q] += weighted
         w *= w
-        weight2[p] += w
-        weight2[q] += w
-        variance[p] += w * spread[q]
-        variance[q] += w * spread[p]
-    mean = total / weight
-    if not with_variance:
-        return _Averages(mean, None)
-    scatter = second2 - 2 * mean * first2 + mean**2 * weight2
-    return _Averages(mean, np.maximum(variance, scatter) / weight**2)
+        self.weight2[p] += w
+        self.weight2[q] += w
+        self.variance[p] += w * spread[q]
+        self.variance[q] += w * spread[p]
+
+    def averages(self) -> _Averages:
+        """Return the weighted means."""
+        mean = self.difference / self.weight
+        if not self.with_variance:
+            return _Averages(mean, None)
+        scatter = self.second2 - 2 * mean * self.first2 + mean**2 * self.weight2
+        return _Averages(mean, np.maximum(self.variance, scatter) / self.weight**2)
+
+
+def _averages(samples: _Samples, cell_shape: tuple[int, int], with_variance: bool) -> _Averages:
+    level, valid = samples.level, samples.good
+    totals, all_good = _Totals(samples, with_variance), bool(valid.all())
+    height, width = level.shape
+    both = [(dy, pair(width, dx)) for dy, dx in shifts(cell_shape, level.shape)]
+    for start in range(0, height, STRIP):
+        for dy, columns in both:
+            # rows whose partner lies `dy` below, within the picture
+            end = min(start + STRIP, height - dy)
+            if end <= start:
+                continue
+            above, below = min(start, PATCH // 2), min(height - dy - end, PATCH // 2)
+            wide = slice(start - above, end + below)
+            first, second = (
+                (slice(wide.start + d, wide.stop + d), c) for d, c in zip((0, dy), columns)
+            )
+            w = likeness(level[first], level[second], (above, below))
+            p, q = ((slice(start + d, end + d), c) for d, c in zip((0, dy), columns))
+            if not all_good:
+                w *= valid[p] & valid[q]
+            totals.add(p, q, w)
+    return totals.averages()
 
 
 def stabilised(x, variance, valid):
@@ -167,45 +193,64 @@ def stabilised(x, variance, valid):
     return np.interp(x, means, height) + outside_table
 
 
-def likeness(first, second):
+def likeness(first, second, beside=(0, 0)):
     """Return weights (y, x) in (0, 1] by the mean squared difference of stabilised surroundings; 1
     where noise explains it.
+
+    Parameters
+    ----------
+    first, second : stabilised values (y, x).
+    beside : number of their first and of their last rows that are surroundings alone; they get no
+        weight.
     """
     difference = first - second
     difference *= difference
     # exp(-max(mean - ALIKE, 0) / SOFTNESS) in place
-    weights = _box_sums(difference)
+    weights = _box_sums(difference, beside)
     weights *= -1 / (SOFTNESS * PATCH**2)
     weights += ALIKE / SOFTNESS
     np.minimum(weights, 0.0, out=weights)
     return np.exp(weights, out=weights)
 
 
-def _box_sums(values):
-    """Return sums over squares of `PATCH` values a side, mirrored at the border."""
-    half = PATCH // 2
-    for axis in (0, 1):
-        sides = [(half, half) if a == axis else (0, 0) for a in (0, 1)]
-        padded = np.pad(values, sides, mode="reflect")
-        count = values.shape[axis]
-        cuts = [slice(k, k + count) for k in range(PATCH)]
-        parts = [padded[cut] if axis == 0 else padded[:, cut] for cut in cuts]
-        values = parts[0] + parts[1]
-        for part in parts[2:]:
-            values += part
-    return values
+def _box_sums(values, beside=(0, 0)):
+    """Return sums over squares of `PATCH` = 5 values a side, mirrored at the border; `beside` as in
+    `likeness`.
+    """
+    half, (height, width) = PATCH // 2, values.shape
+    above, below = (half - count for count in beside)
+    if height <= max(above, below) or width <= half:
+        padded = np.pad(values, [(above, below), (half, half)], mode="reflect")
+    else:
+        padded = np.empty((above + height + below, width + 2 * half), values.dtype)
+        padded[above : above + height, half : half + width] = values
+        for k in range(1, above + 1):
+            padded[above - k] = padded[above + k]
+        last = above + height - 1
+        for k in range(1, below + 1):
+            padded[last + k] = padded[last - k]
+        for k in range(1, half + 1):
+            padded[:, half - k] = padded[:, half + k]
+            padded[:, -1 - half + k] = padded[:, -1 - half - k]
+    pairs = padded[:-1] + padded[1:]
+    rows = pairs[:-3] + pairs[2:-1]
+    rows += padded[4:]
+    pairs = rows[:, :-1] + rows[:, 1:]
+    sums = pairs[:, :-3] + pairs[:, 2:-1]
+    sums += rows[:, 4:]
+    return sums
 
 
 def shifts(cell_shape, shape):
-    """Return half of the shifts (rows, columns) that keep the filter array, column by column. The
-    other half are their opposites.
+    """Return half of the shifts (rows, columns) that keep the filter array, row by row. The other
+    half are their opposites.
     """
     dy, dx = (np.arange(-(REACH // period), REACH // period + 1) * period for period in cell_shape)
     return [
         (int(a), int(b))
-        for b in dx
         for a in dy
-        if (b, a) > (0, 0) and abs(a) < shape[0] and b < shape[1]
+        for b in dx
+        if (a, b) > (0, 0) and a < shape[0] and abs(b) < shape[1]
     ]
 
 
