@@ -8,6 +8,7 @@
 | `compare`       | what differs between two runs, and by more than intervals  |
 | `comparison_summary` | what `isethdr catalog compare` prints                 |
 | `python_calls`  | `isethdr.find`, `show` and `compare`                       |
+| `dataset`       | `isethdr.PictureDataset`: stored pictures for training     |
 | `selection`     | the stored pictures that a run, a query or a sweep names   |
 | `stored_scores` | what a metric says of the pictures of a stored run         |
 | `space`         | what takes how much of the disk, and its removal           |

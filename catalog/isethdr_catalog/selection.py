@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from isethdr_core.errors import CatalogError
 from isethdr_core.results.stored import open_run
@@ -51,7 +52,7 @@ def select(what: Sequence[str]) -> Selection:
             " conditions alone; type for example sensor=bayer lighting=night_rural"
         )
     if conditions:
-        return _found(dict(text.split("=", 1) for text in conditions))
+        return found(dict(text.split("=", 1) for text in conditions))
     existing_home()
     shots: set[StoredShot] = set()
     for name in what:
@@ -59,7 +60,13 @@ def select(what: Sequence[str]) -> Selection:
     return Selection(tuple(sorted(shots)))
 
 
-def _found(conditions: dict[str, str]) -> Selection:
+def found(conditions: Mapping[str, Any]) -> Selection:
+    """Return the runs by camera, and with `kind=scene` the scenes, that meet all conditions.
+
+    Raises
+    ------
+    CatalogError : there are none, or no record has a property.
+    """
     home = existing_home()
     rows = query.find(home, limit=EVERY, **{"kind": "run", **conditions})
     shots = {StoredShot(home / row["path"], row["camera"]) for row in rows if row["kind"] == "run"}

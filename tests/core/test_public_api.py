@@ -132,7 +132,12 @@ def test_the_version_is_that_of_the_installed_package():
 
 
 def test_isethdr_is_the_same_api():
-    assert set(dir(isethdr)) - set(dir(isethdr_core)) == {"compare", "find", "show"}
+    assert set(dir(isethdr)) - set(dir(isethdr_core)) == {
+        "PictureDataset",
+        "compare",
+        "find",
+        "show",
+    }
     for name in isethdr_core.__all__:
         assert getattr(isethdr, name) is getattr(isethdr_core, name)
     with pytest.raises(AttributeError, match="'isethdr' has no attribute 'bild'"):
