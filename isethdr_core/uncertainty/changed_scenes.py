@@ -179,6 +179,25 @@ def parts_of(picture: xr.Dataset) -> list[dict[str, np.ndarray]]:
     ]
 
 
+def part_of(picture: xr.Dataset, part: dict[str, np.ndarray]) -> xr.Dataset:
+    """Return the pixels of one part; as `picture.isel(part)`, several times as fast.
+
+    Parameters
+    ----------
+    picture : picture or reference picture (y, x).
+    part : indices {y, x}, as `parts_of` returns them.
+    """
+    rows, columns = part["y"], part["x"]
+    of_pixels = {n: v for n, v in picture.data_vars.items() if v.dims[:2] == ("y", "x")}
+    pieces = {}
+    for name, variable in of_pixels.items():
+        # rows and columns last, as they lie in memory
+        planes = np.moveaxis(variable.values, (0, 1), (-2, -1))
+        piece = np.moveaxis(planes[..., rows, :][..., columns], (-2, -1), (0, 1))
+        pieces[name] = (variable.dims, piece, variable.attrs)
+    return picture.drop_vars(list(of_pixels)).isel(part, missing_dims="ignore").assign(pieces)
+
+
 def joined_in_blocks(first: Pair, second: Pair, count: int) -> Iterator[Pair]:
     """Yield pairs that are the first in some blocks of the picture and the second in the others, by
     lot; each block is the first in half of them.
@@ -194,22 +213,43 @@ def joined_in_blocks(first: Pair, second: Pair, count: int) -> Iterator[Pair]:
     )
     blocks = [np.s_[r[0] : r[-1] + 1, c[0] : c[-1] + 1] for r in rows for c in columns]
     order = np.random.default_rng([count, LOT_SEED]).random((len(blocks), count)).argsort(axis=1)
+    unlike = [_unlike(*both) for both in zip(first, second)]
     for k in range(count):
         of_second = [block for block, place in zip(blocks, order[:, k]) if place < count // 2]
-        yield Pair(*(_joined(*both, of_second) for both in zip(first, second)))
+        yield Pair(
+            *(
+                _joined(one, other, names, of_second)
+                for one, other, names in zip(first, second, unlike)
+            )
+        )
+
+
+def _unlike(first: xr.Dataset, second: xr.Dataset) -> list[str]:
+    """Return the variables of pixels in which two datasets differ."""
+    names = [str(name) for name in first.data_vars if first[name].dims[:2] == ("y", "x")]
+    return [name for name in names if not _same(first[name].values, second[name].values)]
+
+
+def _same(first: np.ndarray, second: np.ndarray) -> bool:
+    if first is second:
+        return True
+    return np.array_equal(first, second, equal_nan=first.dtype.kind == "f")
 
 
 def _joined(
-    first: xr.Dataset, second: xr.Dataset, blocks: Sequence[tuple[slice, slice]]
+    first: xr.Dataset,
+    second: xr.Dataset,
+    names: Sequence[str],
+    blocks: Sequence[tuple[slice, slice]],
 ) -> xr.Dataset:
-    """Return a copy of `first` whose pixels inside `blocks` are those of `second`."""
+    """Return a copy of `first` whose pixels inside `blocks` are those of `second`, in the variables
+    `names`.
+    """
     variables = {}
-    for name, variable in first.data_vars.items():
-        values, other = variable.values, second[name].values
-        if variable.dims[:2] != ("y", "x") or values is other:
-            continue
-        values = values.copy()
+    for name in names:
+        # in the order that the values lie in memory: several times as fast
+        values, other = first[name].values.copy(order="K"), second[name].values
         for block in blocks:
             values[block] = other[block]
-        variables[name] = variable.copy(data=values)
+        variables[name] = first[name].copy(data=values)
     return first.assign(variables)

@@ -28,6 +28,7 @@ from .changed_scenes import (
     Pair,
     ScoredShot,
     joined_in_blocks,
+    part_of,
     parts_of,
 )
 from .error_terms import ErrorTerm, Quantity, Source
@@ -343,7 +344,7 @@ def _change_of_part(
 
 
 def _scores_of_part(metrics: Sequence[Metric], pair: Pair, part: dict[str, np.ndarray]) -> Values:
-    piece = Pair(*(dataset.isel(part) for dataset in pair))
+    piece = Pair(*(part_of(dataset, part) for dataset in pair))
     with shared(*piece):
         return _values(score for metric in metrics for score in _ask(metric, piece, None))
 

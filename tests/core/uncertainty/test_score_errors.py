@@ -229,6 +229,17 @@ def test_parts_are_all_of_the_picture_three_of_them_have_some_of_every_row_and_c
     assert changed_scenes.parts_of(uniform_shot(0.1).truth) == []
 
 
+def test_a_part_is_what_its_indices_choose():
+    picture = uniform_shot(0.1, LARGE).truth
+    picture = picture.assign(
+        xyz=picture.xyz * np.random.default_rng(1).random(LARGE)[..., None],
+        valid=(("y", "x"), np.random.default_rng(2).random(LARGE) > 0.5),
+        of_all=((), 3.0),
+    )
+    for part in changed_scenes.parts_of(picture)[:2]:
+        assert changed_scenes.part_of(picture, part).identical(picture.isel(part))
+
+
 def test_each_block_is_the_first_in_half_of_the_joined_pictures():
     first = Pair(*[uniform_shot(0.1, LARGE).truth] * 2)
     second = Pair(*[first.truth.assign(xyz=first.truth.xyz * 2)] * 2)
