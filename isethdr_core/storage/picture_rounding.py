@@ -12,6 +12,8 @@ import numpy as np
 FIXED_PATTERN = "fixed_pattern_variance"  # as `truth.FIXED_PATTERN`, without its imports
 ROUNDING = "rounding"  # attribute of a rounded variable: its largest error
 SHARE_OF_SIGMA = 1 / 20  # largest rounding error of a value, in its standard deviations
+# of a denoised value, in standard deviations of that before denoising: means of a hundred values
+DENOISED_SHARE = SHARE_OF_SIGMA / 10
 EXACT_BITS = 16  # mantissa bits of a value without variance: relative error 2^-17
 LUMINANCE_BITS = 7  # of the variance of Y, which every score reads: relative error 2^-8
 COLOUR_BITS = 2  # of the variances of X and Z: relative error 2^-3
@@ -29,6 +31,7 @@ NOTES = {
 
 
 UNDENOISED = "undenoised_"  # as `reference_picture.UNDENOISED`
+DENOISED_NOTE = "at most 1/200 of the standard deviation before denoising"
 
 
 def rounded_picture(ds) -> dict:
@@ -49,24 +52,37 @@ def rounded_picture(ds) -> dict:
     The largest error is the same, but medians and shares over many pixels are not those of one
     grid. Values that float32 itself resolves less well are only as exact as float32.
     """
-    rounded_notes = _rounded({n: ds.variables[n] for n in NOTES if n in ds.variables})
+    variables = {n: ds.variables[n] for n in NOTES if n in ds.variables}
+    rounded_notes = _rounded(variables, ds.variables.get(UNDENOISED + "variance"))
     undenoised_names = {n: UNDENOISED + n for n in NOTES if UNDENOISED + n in ds.variables}
     rounded = _rounded({n: ds.variables[long] for n, long in undenoised_names.items()})
     return rounded_notes | {undenoised_names[n]: variable for n, variable in rounded.items()}
 
 
-def _rounded(variables: dict) -> dict:
-    """Return the rounded variables of one picture by name, empty where they are none."""
+def _rounded(variables: dict, before_denoising=None) -> dict:
+    """Return the rounded variables of one picture by name, empty where they are none.
+
+    Parameters
+    ----------
+    variables : of the picture, by name.
+    before_denoising : the variance before denoising, of the same shape; None where there is none.
+    """
     if "xyz" not in variables or variables["xyz"].dims[-1:] != ("xyz_channel",):
         return {}
     if any(v.dims != variables["xyz"].dims or v.dtype.kind != "f" for v in variables.values()):
         return {}
     values = {name: variable.values.astype(np.float64) for name, variable in variables.items()}
+    denoised = before_denoising is not None and before_denoising.dims == variables["xyz"].dims
+    denoised = denoised and not ("variance" in values and np.isfinite(values["variance"]).any())
     rounded = {}
     for name, variable in variables.items():
-        values_on_grid = _on_grids(values[name], _quanta(name, values), ROW_SHIFTS[name])
+        quanta, note = _quanta(name, values), NOTES[name]
+        if name == "xyz" and denoised:
+            quanta = _by_variance(values[name], before_denoising.values, DENOISED_SHARE)
+            note = DENOISED_NOTE
+        values_on_grid = _on_grids(values[name], quanta, ROW_SHIFTS[name])
         rounded[name] = variable.copy(deep=False, data=values_on_grid)
-        rounded[name].attrs = {**variable.attrs, ROUNDING: NOTES[name]}
+        rounded[name].attrs = {**variable.attrs, ROUNDING: note}
     return rounded
 
 
@@ -74,12 +90,7 @@ def _quanta(name: str, values: dict) -> np.ndarray:
     """Return the spacing of the grid to which each value of the variable `name` is rounded."""
     xyz, variance = values["xyz"], values.get("variance")
     if name == "xyz":
-        quanta = _relative(xyz, EXACT_BITS)
-        if variance is not None:
-            noisy = np.isfinite(variance) & (variance > 0)
-            sigma = np.sqrt(np.where(noisy, variance, 1.0))
-            quanta = np.where(noisy, _power_of_two(2 * SHARE_OF_SIGMA * sigma), quanta)
-        return quanta
+        return _by_variance(xyz, variance, SHARE_OF_SIGMA)
     total = variance
     luminance_bits = LUMINANCE_BITS
     if name == FIXED_PATTERN:
@@ -88,6 +99,18 @@ def _quanta(name: str, values: dict) -> np.ndarray:
     quanta = _relative(total, COLOUR_BITS)
     quanta[..., 1] = _relative(total[..., 1], luminance_bits)
     return quanta
+
+
+def _by_variance(values, variance, share: float) -> np.ndarray:
+    """Return the spacing of a grid that rounds by `share` of the standard deviation at most; where
+    there is no variance, that of `EXACT_BITS`.
+    """
+    quanta = _relative(values, EXACT_BITS)
+    if variance is None:
+        return quanta
+    noisy = np.isfinite(variance) & (variance > 0)
+    sigma = np.sqrt(np.where(noisy, variance, 1.0))
+    return np.where(noisy, _power_of_two(2 * share * sigma), quanta)
 
 
 def _relative(values, bits: int) -> np.ndarray:

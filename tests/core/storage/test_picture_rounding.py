@@ -7,7 +7,7 @@ import xarray as xr
 import isethdr_core as hdr
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.storage import picture_rounding, store
-from isethdr_core.truth import FIXED_PATTERN, make_picture
+from isethdr_core.truth import FIXED_PATTERN, make_picture, with_undenoised
 
 CHART = [
     "scene=macbeth",
@@ -57,6 +57,21 @@ def test_a_value_is_off_by_at_most_a_twentieth_of_its_standard_deviation(tmp_pat
     assert (off / sigma).max() > 1 / 50  # no more bits than that
     assert back["xyz"].dtype == np.float32
     assert back["xyz"].attrs[picture_rounding.ROUNDING]
+
+
+def test_a_denoised_value_is_rounded_by_its_noise_before_denoising(tmp_path):
+    noisy = noisy_picture()
+    smooth = noisy["xyz"] + 0.1 * np.sqrt(noisy["variance"])
+    unknown = noisy["variance"] * np.nan
+    picture = with_undenoised(noisy.assign(xyz=smooth, variance=unknown), noisy)
+    back = stored(tmp_path, picture)
+    off = np.abs(back["xyz"].values.astype(float) - picture["xyz"].values)
+    sigma = np.sqrt(noisy["variance"].values)
+    # what float32 cannot resolve: half a unit in the last place
+    assert (off <= sigma / 200 + 2.0**-24 * np.abs(smooth.values)).all()
+    assert (off / sigma).max() > 1 / 500  # no more bits than that
+    before = np.abs(back["undenoised_xyz"].values.astype(float) - noisy["xyz"].values)
+    assert (before / sigma).max() > 1 / 50
 
 
 def test_variances_are_as_exact_as_they_say(tmp_path):
