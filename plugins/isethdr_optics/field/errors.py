@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..imaging.spread_errors import exact
+from ..imaging.spread_errors import are_exact
 from ..imaging.spread_errors import spread_errors as one_spread
 from .lateral_colour import READ, Course
 
@@ -81,7 +81,7 @@ def _spread(mixed, given, weights):
     )
     squares = deviation**2 + unlike**2
     for window, light, core in field.parts(mixed.values, 0.5):
-        if exact(core):
+        if are_exact(core):
             continue
         y, x = window
         here = mixed.isel(y=y, x=x).copy(data=light)

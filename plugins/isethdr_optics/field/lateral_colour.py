@@ -151,9 +151,9 @@ def coloured(lens, mixed, plane, bent):
         y=y,
         field=field,
         scales=found,
-        whole=whole,
+        unmagnified_shape=whole,
         stretched=stretched,
-        lacking=sum(lacking),
+        dark_corner_share=sum(lacking),
         notes=(*plane.notes, magnified_light, one_each),
     )
 

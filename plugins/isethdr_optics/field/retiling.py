@@ -43,7 +43,7 @@ def detail(plane: SensorPlane, light) -> np.ndarray:
 def border(plane: SensorPlane, moved) -> np.ndarray:
     """Return moved light (..., y, x) of the tiles at the field's border, and 0 within it."""
     out = moved.copy()
-    edges = [(n - whole) // 2 + 1 for n, whole in zip(moved.shape[-2:], plane.whole)]
+    edges = [(n - whole) // 2 + 1 for n, whole in zip(moved.shape[-2:], plane.unmagnified_shape)]
     out[..., edges[0] : -edges[0], edges[1] : -edges[1]] = 0.0
     return out
 

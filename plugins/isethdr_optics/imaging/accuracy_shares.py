@@ -1,5 +1,5 @@
-"""Accuracy shares: what a lens spends the error allowed on, as it declares it to the budget, and
-how it divides what it is told over kernels, ghosts and the functionals of the spectrum.
+"""Accuracy shares: how a lens divides the error allowed over kernels, ghosts and the functionals
+of the spectrum, and the costs that it declares to the budget.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ from ..psf.error_parts import SPREAD
 # Measured (docs/explanation/budget.md): CPU seconds for a million values, tiles x bands, of a
 # night drive; errors in standard deviations of the noise.
 COSTS = {"kernels": Cost(0.009, 0.7), "functionals": Cost(0.002)}
-FAINT_GHOSTS = 0.2  # of the fraction: ghosts that are not traced; not bought with seconds
+FAINT_GHOSTS = 0.2  # share for ghosts that are not traced; more run time does not reduce it
 ERROR_SHARES = (
     *(ErrorShare(name, cost) for name, cost in COSTS.items()),
     ErrorShare("faint ghosts", reserved=FAINT_GHOSTS),
 )
-SHARES = {  # of the fraction that a config allows
+SHARES = {  # of the error that a config allows
     k: e / USUAL for k, e in divided(USUAL * (1 - STORE - FAINT_GHOSTS), COSTS).items()
 }
 
-# Shares of what the lens is given. Kernels have so much at most: what kernels and ghosts do not
-# take is left to the way through the lens,
-KERNELS = SHARES["kernels"] / (1 - STORE)
-LEFT = SHARES["functionals"] / (1 - STORE)  # which has so much at least. Shares of what is left:
-FUNCTIONALS = 0.9  # of the short way, photocurrent
-TRANSFORMS = 0.1  # of the short way too: rounding cannot be bought, only checked
-CONVOLUTION = 1.0  # of the long way, irradiance, band by band
+# Shares of the error that the lens may make. Imaging gets what kernels and ghosts leave over.
+KERNELS = SHARES["kernels"] / (1 - STORE)  # at most
+LEFT = SHARES["functionals"] / (1 - STORE)  # for imaging, at least
+# Shares of the error left for imaging.
+FUNCTIONALS = 0.9  # of photocurrent
+TRANSFORMS = 0.1  # of photocurrent: rounding cannot be reduced, only checked
+CONVOLUTION = 1.0  # of irradiance, band by band
 
-# the reference has kernels of a fifth of the error, from other points than all of `values`
+# the reference kernels have a fifth of the smallest error, and other sample points
 SPECKLE_KNOB = AccuracyKnob(
     "speckle_error",
     (0.12, 0.06, 0.03, 0.015),
@@ -39,8 +39,8 @@ SPECKLE_KNOB = AccuracyKnob(
     part=SPREAD,
     reference=0.003,
 )
-# linear interpolation between places errs by the square of their distance: as many places as one
-# over the error
+# the error of linear interpolation between field points falls with the square of their distance:
+# the number of points is proportional to one over the error
 PLACES_KNOB = AccuracyKnob(
     "error_allowed",
     (0.2, 0.1, 0.05, 0.025),

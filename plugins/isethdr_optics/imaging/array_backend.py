@@ -1,9 +1,8 @@
-"""Elsewhere: bands convolved by another array library than NumPy, on a graphics processor say,
-where the environment asks for it.
+"""Array backend: convolution by another array library than NumPy, for example on a GPU.
 
-ISETHDR_ARRAYS names a library with the Python array API, and a device where it has several:
-`torch:cuda`, `cupy`. It is no part of a recipe: results differ by rounding only, within the bound
-that every convolution states.
+The environment variable ISETHDR_ARRAYS names a library with the Python array API, and a device of
+it if there are several: `torch:cuda`, `cupy`. It is not part of a recipe: results differ only by
+rounding, within the bound that every convolution states.
 """
 
 from __future__ import annotations
@@ -19,55 +18,68 @@ from isethdr_core.physics.arrays import device, imported_library, namespace, on_
 from isethdr_core.physics.convolution import convolve_into
 
 
-def place():
-    """Return the function that puts a NumPy array where ISETHDR_ARRAYS says; None where it says
-    nothing.
+def device_transfer():
+    """Return a function that copies a NumPy array to the device of ISETHDR_ARRAYS; None if unset.
 
     Raises
     ------
-    ConfigError : a library that is not installed, or a device that it does not have.
+    ConfigError : the library is not installed, or does not have the device.
     """
     name = os.environ.get("ISETHDR_ARRAYS", "")
     if name in ("", "numpy"):
         return None
-    library, _, where = name.partition(":")
+    library, _, device_name = name.partition(":")
     try:
         xp = array_api_compat.array_namespace(imported_library(library).asarray([0.0]))
-        on = (
+        chosen_device = (
             device(xp.asarray([0.0]))
-            if not where
-            else xp.Device(where)
+            if not device_name
+            else xp.Device(device_name)
             if hasattr(xp, "Device")
-            else where
+            else device_name
         )
 
-        def put(a):
-            return xp.asarray(np.ascontiguousarray(a), device=on)
+        def to_device(a):
+            return xp.asarray(np.ascontiguousarray(a), device=chosen_device)
 
-        on_host(put(np.zeros(1)))
-    except Exception as err:  # whatever a library raises for a device that it does not have
+        on_host(to_device(np.zeros(1)))
+    except Exception as err:  # libraries raise different errors for a device they do not have
         raise ConfigError(
             f"ISETHDR_ARRAYS is {name!r}: {err}; expected an installed library with the Python"
             " array API, and a device of it, as torch:cuda or cupy; unset it to compute with NumPy"
         ) from err
-    return put
+    return to_device
 
 
-def convolve_there(put, out, image, kernel, error_allowed, factor, gain):
-    """Write a convolution made where `put` puts arrays into the NumPy array `out`; other arguments
-    and result as `convolve_into`.
+def convolve_on_device(to_device, out, image, kernel, error_allowed, factor, gain):
+    """Convolve on another device and write the result into the NumPy array `out`.
+
+    Parameters
+    ----------
+    to_device : function that copies a NumPy array to the device.
+    out, image, kernel, error_allowed, factor, gain : as of `convolve_into`.
+
+    Returns
+    -------
+    The bound of `convolve_into`.
     """
-    there = kernel.__dict__.get("_there")  # of a frozen kernel: it is sent once
-    if there is None or there[0] is not namespace(put(np.zeros(1))):
-        there = (
-            namespace(put(np.zeros(1))),
-            replace(kernel, psf=put(kernel.psf), spectrum=put(kernel.spectrum)),
+    # the kernel is immutable: it is copied to the device once
+    on_device = kernel.__dict__.get("_on_device")
+    if on_device is None or on_device[0] is not namespace(to_device(np.zeros(1))):
+        on_device = (
+            namespace(to_device(np.zeros(1))),
+            replace(kernel, psf=to_device(kernel.psf), spectrum=to_device(kernel.spectrum)),
         )
-        kernel.__dict__["_there"] = there
-    light = put(image)
+        kernel.__dict__["_on_device"] = on_device
+    light = to_device(image)
     result = namespace(light).empty(light.shape, dtype=light.dtype, device=device(light))
     bound = convolve_into(
-        result, light, there[1], error_allowed, None if factor is None else put(factor), float(gain)
+        result,
+        light,
+        on_device[1],
+        error_allowed,
+        None if factor is None else to_device(factor),
+        float(gain),
     )
     out[...] = on_host(result)
     return bound

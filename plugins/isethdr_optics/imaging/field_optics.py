@@ -1,7 +1,7 @@
-"""Field optics: what a lens with flares makes of one field, before any light goes through it.
+"""Field optics: all that is computed once for a lens, its flares and a field, before imaging.
 
-The sensor plane, the kernels as wide and as exact as they are asked for, and the throughput of
-every band.
+It consists of the sensor plane, the kernels with the required extent and accuracy, and the
+throughput of every band.
 """
 
 from __future__ import annotations
@@ -21,38 +21,38 @@ from ..field.imaging import FieldKernels, FieldTiles, field_kernels
 from ..psf import band_phase, scatter
 from ..psf import kernels as kernel_module
 from . import wing_truncation
-from .photoelectron_map import Counted
+from .photoelectron_map import PhotoelectronMap
 from .sensor_plane import SensorPlane, sensor_plane, without_geometry
 from .spread_errors import fine_enough
 
 
 @dataclass(frozen=True, eq=False)
 class FieldOptics:
-    """What a lens with flares makes of one field, ready to be applied to its light."""
+    """Sensor plane, kernels and throughput of a lens with flares, for one field."""
 
     sensor: SensorPlane
-    made: kernel_module.Kernels | None  # None: no blur
+    kernels: kernel_module.Kernels | None  # None: no blur
     field: FieldKernels | None  # kernels that vary over the field
     gains: np.ndarray  # irradiance per radiance, sr, per band
     relative: np.ndarray | None  # of the tiles, (y, x)
     wavelength_nm: np.ndarray
     pitch_um: tuple[float, float]
-    noise_share: float = 0.0  # of the sensor's noise, what the errors of the kernels take
-    counted: Counted | None = (
-        None  # what the sensor counts of the field's light, where that had to be known
-    )
+    noise_share: float = 0.0  # errors of the kernels over the sensor's noise
+    electron_map: PhotoelectronMap | None = None  # only where the kernels' accuracy required it
     notes: tuple[Note, ...] = ()  # of the kernels of the field; the sensor plane has its own
 
 
 def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None = None):
-    """Return what a lens with flares makes of the field of checked mixed radiance.
+    """Return sensor plane, kernels and throughput of a lens with flares for one field.
 
     Parameters
     ----------
-    response : `isethdr_core.demand.Response` of the sensors: kernels are then no wider and no more
-        exact than these sensors can tell in the light of `mixed`. None: all of the frame, the
-        lens's own error.
-    sensor : the sensor plane of that field, where it is known.
+    lens : a lens of this package. `flares` : its flare components.
+    mixed : checked mixed radiance (wavelength, y, x). It gives the field and its light.
+    response : `isethdr_core.demand.Response` of the sensors. Kernels then end, and are no more
+        exact, where these sensors see no difference in the light of `mixed`. None: kernels cover
+        the frame, with the error that the lens states.
+    sensor : the sensor plane of the field, if it was computed before.
 
     Returns
     -------
@@ -62,44 +62,46 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
     wavelength_nm = mixed.wavelength.values.astype(float)
     f_m = 1e-3 * lens.focal_length_mm
     pitch_um = tuple(1e6 * f_m * quantities.tile_pitch(mixed, d) for d in ("y", "x"))
-    plain, asked = (without_geometry(lens), None if lens.field_varies else response)
+    axis_lens, spatial_response = (without_geometry(lens), None if lens.field_varies else response)
 
-    found = []  # of all kernels that are made: the last are those that are used
+    details_of_kernels = []  # of all kernels that are made: the last are those that are used
 
     def make(reach):
-        made, *more = fine_enough(
+        made_kernels, *details = fine_enough(
             lambda one: _kernels(one, flares, wavelength_nm, pitch_um, reach),
-            plain,
+            axis_lens,
             mixed,
             sensor.relative,
-            asked,
+            spatial_response,
         )
-        found.append(more)
-        return made
+        details_of_kernels.append(details)
+        return made_kernels
 
-    made = wing_truncation.near_kernels(
-        make, plain, flares, mixed, sensor, pitch_um, asked
+    kernels_of_axis = wing_truncation.truncated_kernels(
+        make, axis_lens, flares, mixed, sensor, pitch_um, spatial_response
     ) or make(tuple(mixed.sizes[d] - 1 for d in ("y", "x")))
     field, notes = None, []
     if lens.blurs:
         tiles = FieldTiles(
             *(mixed[d].values.astype(float) for d in ("x", "y")), projection_of(mixed), pitch_um
         )
-        field, of_places = field_kernels(lens, tiles, wavelength_nm, flares, made)
-        notes = [*band_phase.errors((plain,), wavelength_nm), *of_places]
-    loss = (
-        made.transmitted if made is not None and lens.aperture_loss else np.ones(len(wavelength_nm))
+        field, of_field_points = field_kernels(lens, tiles, wavelength_nm, flares, kernels_of_axis)
+        notes = [*band_phase.errors((axis_lens,), wavelength_nm), *of_field_points]
+    aperture_share = (
+        kernels_of_axis.transmitted
+        if kernels_of_axis is not None and lens.aperture_loss
+        else np.ones(len(wavelength_nm))
     )
     relative = sensor.relative if np.ndim(sensor.relative) else None
     return FieldOptics(
         sensor,
-        made,
+        kernels_of_axis,
         field,
-        lens.gains_sr(wavelength_nm) * loss,
+        lens.gains_sr(wavelength_nm) * aperture_share,
         relative,
         wavelength_nm,
         pitch_um,
-        *found[-1],
+        *details_of_kernels[-1],
         tuple(notes),
     )
 

@@ -28,31 +28,36 @@ class Irradiance(NamedTuple):
     terms: list[ErrorTerm]  # of the convolutions
 
 
-def irradiance(values, given: FieldOptics, error_allowed: float = 0.0) -> Irradiance:
-    """Return irradiance of mixed radiance (band, y, x).
+def irradiance(values, optics: FieldOptics, error_allowed: float = 0.0) -> Irradiance:
+    """Return irradiance of mixed radiance, W m-2 nm-1, on the field's own tiles.
 
-    The whole grid takes part; nothing wraps. Convolutions are right to `error_allowed`, relative.
+    Parameters
+    ----------
+    values : mixed radiance (band, y, x), W m-2 sr-1 nm-1. All tiles contribute. Light that leaves
+        the frame does not return on the opposite side.
+    optics : of the field of `values`.
+    error_allowed : largest relative error of a convolution.
     """
-    made, field, gains = given.made, given.field, given.gains
-    put = array_backend.place()
+    kernels, field, gains = optics.kernels, optics.field, optics.gains
+    to_device = array_backend.device_transfer()
     out = np.empty(values.shape, np.result_type(values.dtype, np.float32))
     with (
         threads() as apply,
-        ThreadPoolExecutor(2) as two,
+        ThreadPoolExecutor(2) as band_pool,
         sf.set_workers(1),
-    ):  # two bands at a time: little memory, and no thread waits
+    ):  # two bands at a time keep memory low and all threads busy
         if field is None:
             bounds = list(
-                two.map(
+                band_pool.map(
                     lambda b: _band(
                         out[b],
                         values[b],
-                        made and made.ready(b),
-                        given.relative,
+                        kernels and kernels.ready(b),
+                        optics.relative,
                         gains[b],
                         apply,
                         error_allowed,
-                        put,
+                        to_device,
                     ),
                     range(len(gains)),
                 )
@@ -60,41 +65,42 @@ def irradiance(values, given: FieldOptics, error_allowed: float = 0.0) -> Irradi
         else:
             bounds = apply(
                 lambda b: field.spread(
-                    out[b], values[b] * (gains[b] * given.sensor.relative), b, error_allowed
+                    out[b], values[b] * (gains[b] * optics.sensor.relative), b, error_allowed
                 ),
                 range(len(gains)),
             )
-    if made is None:
+    if kernels is None:
         return Irradiance(out, [])
     return Irradiance(out, _errors(list(bounds), float(np.finfo(out.dtype).eps) / 2))
 
 
-def _band(out, light, kernel, relative, gain, apply, error_allowed, put):
-    """Write one band's irradiance into `out`; return the bound of its convolution, None where there
-    is none.
+def _band(out, light, kernel, relative, gain, apply, error_allowed, to_device):
+    """Write one band's irradiance into `out`; return the bound of its convolution.
+
+    Returns None if the lens makes no blur.
     """
     if kernel is None:
         out[...] = light * (gain if relative is None else gain * relative)
         return None
-    if put:
-        return array_backend.convolve_there(put, out, light, kernel, error_allowed, relative, gain)
+    if to_device:
+        return array_backend.convolve_on_device(
+            to_device, out, light, kernel, error_allowed, relative, gain
+        )
     return convolve_into(out, light, kernel, error_allowed, factor=relative, gain=gain, apply=apply)
 
 
 def _errors(bounds, rounding) -> list[ErrorTerm]:
-    """Return the errors of the bands' convolutions as they came out, and the `rounding` of the
-    dtype they are kept in.
-    """
+    """Return the largest errors of the bands' convolutions, with the `rounding` of their dtype."""
     most = max(b.relative for b in bounds) + rounding
-    label = "convolution of the given kernel"
+    label = "convolution with the kernel"
     relative = term(most, "relative", "bound", label, key="convolution")
     if not any(b.pixels for b in bounds):
         return [relative]
     worst = max(bounds, key=lambda b: b.absolute)
     tiles = max(b.pixels for b in bounds)
     label = (
-        f"convolution of up to {tiles} tiles per band, too dark beside the lamps for the row"
-        " above and too many to sum"
+        f"convolution, up to {tiles} dark tiles per band: too dark beside the lamps for the"
+        " relative bound, too many for direct sums"
     )
     key = "convolution of dark tiles"
     return [relative, term(worst.absolute, quantities.IRRADIANCE, "bound", label, key=key)]

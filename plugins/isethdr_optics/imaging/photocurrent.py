@@ -1,11 +1,9 @@
-"""Photocurrent: mixed radiance straight to electrons per area and time in each channel of one
-sensor.
+"""Photocurrent: from mixed radiance to electrons per area and time in each channel of one sensor.
 
-A few functionals of the spectrum are convolved instead of every band
-(`physics.convolution.spectral`). Their number grows until the error that is left, computed exactly
-at some tiles of the scene itself, is far below the sensor's noise. Bright tiles, whose own light
-would have to be right to many more digits than noise allows elsewhere, get what is missing around
-them by direct sums.
+A few weighted sums of the spectrum (functionals) are convolved instead of every band
+(`physics.convolution.spectral`). Functionals are added until their error, computed exactly at a
+sample of the scene's tiles, is far below the sensor's noise. The light of bright tiles needs more
+digits than that of all others. What the functionals miss of it is added by direct sums.
 """
 
 from __future__ import annotations
@@ -37,36 +35,38 @@ class Photocurrent(NamedTuple):
     terms: tuple[ErrorTerm, ...]  # of the functionals and of the transforms
 
 
-def photocurrent(cube, given: FieldOptics, response) -> Photocurrent | None:
-    """Return photocurrent of mixed radiance (band, y, x), or None where irradiance is no slower or
-    more exact.
+def photocurrent(cube, optics: FieldOptics, response) -> Photocurrent | None:
+    """Return photocurrent of mixed radiance; None where irradiance is as fast, or more exact.
 
     Parameters
     ----------
-    response : `isethdr_core.demand.Response` of the sensor. The error in electrons, in every tile
-        and channel, stays below `noise_fraction_allowed` of the sensor's noise where it is not
-        saturated; `terms` say what it was at the tiles looked at.
+    cube : mixed radiance (band, y, x), W m-2 sr-1 nm-1. `optics` : of its field.
+    response : `isethdr_core.demand.Response` of the sensor. In every tile and channel that is not
+        saturated, the error in electrons stays below `noise_fraction_allowed` of the sensor's
+        noise. `terms` state the largest error of the sampled tiles.
     """
     if (
-        given.made is None
-        or given.field is not None
-        or given.sensor.scales is not None
-        or given.made.divided is None
+        optics.kernels is None
+        or optics.field is not None
+        or optics.sensor.scales is not None
+        or optics.kernels.divided is None
     ):
         return None
-    efficiency, names = _unlike(response.efficiency(given.wavelength_nm), response.channels)
+    efficiency, names = _distinct_channels(
+        response.efficiency(optics.wavelength_nm), response.channels
+    )
     if 3 * len(efficiency) > len(cube):
         return None
-    weights = efficiency * photons_per_energy(given.wavelength_nm) * given.gains
+    weights = efficiency * photons_per_energy(optics.wavelength_nm) * optics.gains
     out = np.zeros((len(weights), *cube.shape[1:]), np.float32)
     with threads() as apply:
-        fit = spectral_fit.fit(cube, given, weights, response, apply)
+        fit = spectral_fit.fit(cube, optics, weights, response, apply)
         if fit is None:
             return None
         parts = zip(
             (fit.near, fit.far),
-            _planes(cube, given.relative, fit),
-            (given.made.divided.near, given.made.divided.far),
+            _planes(cube, optics.relative, fit),
+            (optics.kernels.divided.near, optics.kernels.divided.far),
         )
         rounding_e = response.area_exposure_m2_s * sum(
             _convolve(out, weights, *part, apply) for part in parts if part[0]
@@ -75,23 +75,23 @@ def photocurrent(cube, given: FieldOptics, response) -> Photocurrent | None:
             response.read_noise_e, 1.0
         ):
             return None
-        bright_tiles.correct(out, cube, given.relative, weights, fit, given.made, apply)
-    low = float(out.min())
+        bright_tiles.correct(out, cube, optics.relative, weights, fit, optics.kernels, apply)
+    lowest = float(out.min())
     np.maximum(out, 0.0, out=out)
     functionals = term(
         fit.noise_share,
         "standard deviations of the sensor's noise",
         "measured",
-        f"{_counted(fit)} functionals of the spectrum in place of {len(cube)} bands, largest of"
-        f" {fit.looked_at} values",
+        f"{_functional_count(fit)} functionals of the spectrum in place of {len(cube)} bands, largest of"
+        f" {fit.sample_count} sampled values",
         key=FUNCTIONALS,
         acts_on=Quantity.PHOTOCURRENT,
     )
     rounding = term(
-        max(rounding_e, -low * response.area_exposure_m2_s),
+        max(rounding_e, -lowest * response.area_exposure_m2_s),
         "electrons",
         "bound",
-        "rounding of the transforms, and what was lifted to zero",
+        "rounding of the transforms, and negative values set to zero",
         key="transforms",
         acts_on=Quantity.ELECTRONS,
     )
@@ -99,38 +99,37 @@ def photocurrent(cube, given: FieldOptics, response) -> Photocurrent | None:
 
 
 def _planes(cube, relative, fit):
-    """Return two functions of rows: the functionals of the light there that the near part of the
-    kernels takes, and those of the far part.
+    """Return two functions of rows: functionals for the near and for the far part of the kernels.
 
-    The bands are read once: the near part is asked for all rows first, and what the far part will
-    take of them is kept.
+    The bands are read once. Call the first function for all rows before the second: it keeps the
+    functionals of the far part.
     """
     count = len(fit.near.project)
     project = np.concatenate(
         [fit.near.project, fit.far.project] if fit.far else [fit.near.project]
     ).astype(cube.dtype)
-    kept = np.empty((len(project) - count, *cube.shape[1:]), cube.dtype)
+    far_planes = np.empty((len(project) - count, *cube.shape[1:]), cube.dtype)
     relative = None if relative is None else relative.astype(cube.dtype)
 
-    def near(rows):
-        made = matrix_product(project, cube[:, rows])
+    def near_planes(rows):
+        planes = matrix_product(project, cube[:, rows])
         if relative is not None:
-            made *= relative[rows]
-        kept[:, rows] = made[count:]
-        return made[:count]
+            planes *= relative[rows]
+        far_planes[:, rows] = planes[count:]
+        return planes[:count]
 
-    return near, lambda rows: kept[:, rows]
+    return near_planes, lambda rows: far_planes[:, rows]
 
 
 def _convolve(out, weights, basis, planes, part, apply) -> float:
     """Add a part's convolutions to `out`; return a bound on the rounding of any tile."""
     combine = weights[:, None, :] * basis.predict.T * part.peaks
-    norm, seen = channels(out, planes, combine, part.blocks, part.size, apply)
+    norm, largest = channels(out, planes, combine, part.blocks, part.size, apply)
     gain = float(max(np.abs(c).max() * k for c, k in zip(np.moveaxis(combine, 2, 0), part.norms)))
-    return error(norm * gain, seen, part.size, part.single)
+    return error(norm * gain, largest, part.size, part.single)
 
 
-def _counted(fit) -> str:
+def _functional_count(fit) -> str:
     return (
         f"{len(fit.near.project)} (and {len(fit.far.project)} far from a lamp)"
         if fit.far
@@ -138,8 +137,8 @@ def _counted(fit) -> str:
     )
 
 
-def _unlike(efficiency, names):
-    """Return the rows (channel, wavelength) that differ, and the name of the first of each."""
+def _distinct_channels(efficiency, names):
+    """Return the distinct rows (channel, wavelength), each with the name of its first channel."""
     _, first = np.unique(efficiency, axis=0, return_index=True)
     first.sort()
     return efficiency[first], [names[i] for i in first]

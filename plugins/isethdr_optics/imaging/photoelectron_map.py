@@ -1,5 +1,5 @@
-"""Counted light: electrons that a sensor makes of a scene's light before it is spread, tile by tile
-and in blocks.
+"""Photoelectron map: electrons that a sensor would collect from a scene without blur, in tiles and
+in blocks of tiles.
 """
 
 from __future__ import annotations
@@ -17,25 +17,31 @@ MOST_BLOCKS = 96  # along an axis
 
 
 @dataclass(frozen=True, eq=False)
-class Counted:
-    """A scene's light as one sensor counts it; `block` tiles along either axis make a block, fewer
-    at the border.
+class PhotoelectronMap:
+    """Electrons that one sensor collects from a scene without blur.
+
+    A block has `block` tiles along either axis, or fewer at the border.
     """
 
     block: int
     frame: tuple[int, int]  # (y, x) tiles
     weights: np.ndarray  # (row, band): electrons per radiance, of the channels that differ
-    whole: np.ndarray  # (y, x) electrons of all rows together
+    total_e: np.ndarray  # (y, x) electrons of all rows together
     sums: np.ndarray  # (row, y, x) electrons of blocks
-    least: np.ndarray  # of any tile of the block
+    least: np.ndarray  # (row, y, x) electrons of the darkest tile of each block
     # (band, y, x): sums of the squares of radiance over blocks, at the largest relative
     # illumination
     squares: np.ndarray
 
 
-def counted(lens, mixed, relative, response) -> Counted:
-    """Return what a sensor of `response` counts of mixed radiance; `relative` multiplies the tiles'
-    light, (y, x) or 1.
+def map_photoelectrons(lens, mixed, relative, response) -> PhotoelectronMap:
+    """Return the photoelectron map of mixed radiance.
+
+    Parameters
+    ----------
+    lens : gives the throughput. `mixed` : mixed radiance (wavelength, y, x).
+    relative : relative illumination of the tiles, (y, x) or 1.
+    response : `isethdr_core.demand.Response` of the sensor.
     """
     weights = np.unique(
         lens.throughput_sr()
@@ -51,18 +57,22 @@ def counted(lens, mixed, relative, response) -> Counted:
     whole = np.empty(values.shape[1:], values.dtype)
 
     def strip(start):
-        part = values[:, start : start + block]
-        charges = matrix_product(rows, part)
+        rows_of_strip = values[:, start : start + block]
+        charges = matrix_product(rows, rows_of_strip)
         charges *= relative[start : start + block] if np.ndim(relative) else relative
         whole[start : start + block] = charges.sum(0)
-        return charges.sum(1), charges.min(1), np.einsum("byx,byx->bx", part, part)
+        return (
+            charges.sum(1),
+            charges.min(1),
+            np.einsum("byx,byx->bx", rows_of_strip, rows_of_strip),
+        )
 
     with threads() as apply:
         sums, least, squares = (
             np.stack(a, axis=1) for a in zip(*apply(strip, range(0, values.shape[1], block)))
         )
     squares = _columns(np.add, squares, block) * float(np.max(relative)) ** 2
-    return Counted(
+    return PhotoelectronMap(
         block,
         values.shape[1:],
         weights,
@@ -74,17 +84,17 @@ def counted(lens, mixed, relative, response) -> Counted:
 
 
 def electrons(response, wavelength_nm):
-    """Return electrons per m2 and second that irradiance of 1 W m-2 nm-1 makes, (channel, band)."""
+    """Return electrons per m2 and second of an irradiance of 1 W m-2 nm-1, (channel, band)."""
     return response.efficiency(wavelength_nm) * photons_per_energy(wavelength_nm)
 
 
 def block_of(shape) -> int:
-    """Return how many tiles make a block along either axis of a frame."""
+    """Return the tiles of a block along either axis of a frame."""
     return max(1, -(-max(shape) // MOST_BLOCKS))
 
 
 def sums(planes, block: int, power: int = 1):
-    """Return sums of the first or second power of planes (..., y, x) over blocks, float64."""
+    """Return sums over blocks of the first or second power of planes (..., y, x), as float64."""
     strips = [planes[..., start : start + block, :] for start in range(0, planes.shape[-2], block)]
     rows = [s.sum(-2) if power == 1 else np.einsum("...yx,...yx->...x", s, s) for s in strips]
     return _columns(np.add, np.stack(rows, axis=-2), block)

@@ -1,8 +1,8 @@
-"""Sensor plane: where a lens sends the tiles of a field, and how much of their light.
+"""Sensor plane: where a lens images the tiles of a field, and with which relative illumination.
 
-Light of a field's tile is multiplied by `relative`, spread by the lens on the field's own grid,
-then moved along the distortion: every sensor tile gets the light of the quadrilateral of the field
-that it looks at, so that the light of any region is kept.
+The light of a tile is multiplied by `relative` and convolved on the field's own grid. Then it is
+moved along the distortion: every sensor tile gets the light of its quadrilateral in the field. The
+energy of any region is conserved.
 """
 
 from __future__ import annotations
@@ -35,22 +35,16 @@ class SensorPlane:
     x: np.ndarray  # tile centres, focal lengths
     y: np.ndarray
     field: tuple[float, float]  # width and height of the camera's field, focal lengths
-    attrs: (
-        dict  # for irradiance: falloff, and distortion and projection where they are not the usual
-    )
-    # (sensor tile, field tile) shared areas over the area of a tile; None where the grid is kept
+    attrs: dict  # of irradiance: falloff; distortion and projection if not the default
+    # sparse (sensor tile, field tile): shared area over the area of a tile; None: same grid
     areas: object = None
-    scales: list | None = (
-        # magnification of every band over that of the reference, numbers or courses; None where all
-        # are 1
-        None
-    )
-    whole: tuple[int, int] | None = None  # (y, x) tiles before bands are magnified
-    stretched: float = 0.0  # by how much images are drawn out at most, relative
-    lacking: float = (
-        0.0  # share of a corner tile that the smallest band's image leaves dark, at most
-    )
-    notes: tuple[Note, ...] = ()  # errors of moving light there, and what was spared
+    # magnification of every band over that of the reference, a number or a course over the field;
+    # None: 1 for all bands
+    scales: list | None = None
+    unmagnified_shape: tuple[int, int] | None = None  # (y, x) tiles before bands are magnified
+    stretched: float = 0.0  # largest relative stretch of the image by distortion
+    dark_corner_share: float = 0.0  # of a corner tile, left dark by the smallest band's image
+    notes: tuple[Note, ...] = ()  # errors of moving the light, and what was left out
 
     @property
     def keeps_grid(self) -> bool:
@@ -58,7 +52,7 @@ class SensorPlane:
         return self.areas is None and self.scales is None
 
     def of_tiles(self, tiles: dict[str, slice] | None) -> SensorPlane:
-        """Return the plane of some tiles {y, x} of a field whose grid is kept; None: all."""
+        """Return the plane of some tiles {y, x} of the field; None: all. Needs `keeps_grid`."""
         if tiles is None:
             return self
         y, x = tiles["y"], tiles["x"]
@@ -66,8 +60,9 @@ class SensorPlane:
         return replace(self, relative=relative, x=self.x[x], y=self.y[y])
 
     def move(self, values) -> np.ndarray:
-        """Return irradiance (..., y, x) on the sensor's tiles from that on the field's; the same
-        array without distortion.
+        """Return irradiance (..., y, x) moved from the field's tiles to the sensor's.
+
+        Without distortion this is the same array.
         """
         if self.keeps_grid:
             return values
@@ -77,10 +72,12 @@ class SensorPlane:
         return out
 
     def move_band(self, values, band: int) -> np.ndarray:
-        """Return one band's light (y, x) on the sensor's tiles from that on the field's."""
+        """Return the light (y, x) of one band moved from the field's tiles to the sensor's."""
         shape = len(self.y), len(self.x)
         if self.areas is not None:
-            values = (self.areas @ values.ravel().astype(float)).reshape(self.whole or shape)
+            values = (self.areas @ values.ravel().astype(float)).reshape(
+                self.unmagnified_shape or shape
+            )
         return (
             values
             if self.scales is None
@@ -88,32 +85,38 @@ class SensorPlane:
         )
 
     def covered(self, mixed):
-        """Return `mixed`, dark tiles added all around where the sensor is larger: what flares add
-        may fall there.
+        """Return `mixed` padded with dark tiles to the size of the sensor.
+
+        Flares may add light there.
         """
-        more = [max(len(c) - mixed.sizes[d], 0) // 2 for d, c in (("y", self.y), ("x", self.x))]
-        if not any(more):
+        padding = [
+            max(len(coordinates) - mixed.sizes[d], 0) // 2
+            for d, coordinates in (("y", self.y), ("x", self.x))
+        ]
+        if not any(padding):
             return mixed
-        grown = {}
-        for d, m in zip(("y", "x"), more):
-            c, p = mixed[d].values, quantities.tile_pitch(mixed, d)
-            grown[d] = np.concatenate(
-                [c[0] - p * np.arange(m, 0, -1), c, c[-1] + p * np.arange(1, m + 1)]
+        centres = {}
+        for d, count in zip(("y", "x"), padding):
+            coordinates, pitch = mixed[d].values, quantities.tile_pitch(mixed, d)
+            centres[d] = np.concatenate(
+                [
+                    coordinates[0] - pitch * np.arange(count, 0, -1),
+                    coordinates,
+                    coordinates[-1] + pitch * np.arange(1, count + 1),
+                ]
             )
-        values = np.pad(mixed.values, ((0, 0), *((m, m) for m in more)))
+        values = np.pad(mixed.values, ((0, 0), *((count, count) for count in padding)))
         return quantities.plane(
             values,
             mixed.wavelength.values,
-            grown["x"],
-            grown["y"],
+            centres["x"],
+            centres["y"],
             quantities.RADIANCE,
             **{k: v for k, v in mixed.attrs.items() if k != "units"},
         )
 
     def cut(self, added):
-        """Return irradiance on the sensor's tiles, the middle of a larger grid of the same
-        pitch.
-        """
+        """Return the middle of irradiance on a larger grid of the same pitch."""
         if added.sizes["y"] == len(self.y) and added.sizes["x"] == len(self.x):
             return added
         top, left = ((added.sizes[d] - len(c)) // 2 for d, c in (("y", self.y), ("x", self.x)))
@@ -121,8 +124,9 @@ class SensorPlane:
 
 
 def without_geometry(lens):
-    """Return the lens that spreads light as on the axis but has neither distortion nor falloff:
-    kernels do not depend on them.
+    """Return the lens with the blur of its axis, without distortion and falloff.
+
+    Kernels depend on neither.
     """
     axis = lens.on_axis()
     traced = {"lateral_colour": "none"} if isinstance(axis, TracesColour) else {}
@@ -130,15 +134,15 @@ def without_geometry(lens):
 
 
 def sensor_plane(lens, mixed) -> SensorPlane:
-    """Return the sensor plane of a lens for the field of `mixed`, with what distortion does.
+    """Return the sensor plane of a lens for the field of `mixed`.
 
-    The sensor's tiles have the pitch of the field's, and cover the largest centred rectangle that
-    looks at known light only.
+    The sensor's tiles have the pitch of the field's tiles. They cover the largest centred rectangle
+    whose light is known.
 
     Raises
     ------
-    ConfigError : a distortion that folds, or a table that ends, within the field; cos4 beyond 90
-        degrees.
+    ConfigError : the distortion folds the field over, or its table ends within the field; cos4
+        beyond 90 degrees.
     """
     x, y = (mixed[d].values.astype(float) for d in ("x", "y"))
     pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
@@ -146,66 +150,74 @@ def sensor_plane(lens, mixed) -> SensorPlane:
     half = [np.abs(c).max() + p / 2 for c, p in zip((x, y), pitch)]
     widest = float(projections.angle_rad(*half, projection))
     distortion = lens.distortion_to(widest)
-    bent = camera_geometry.distortion_map(distortion, projection)
-    kept = isinstance(bent, camera_geometry.Identity)
+    distortion_map = camera_geometry.distortion_map(distortion, projection)
+    kept = isinstance(distortion_map, camera_geometry.Identity)
     attrs = {} if projection == "tangent" else {"projection": projection}
     if not kept:
         attrs["distortion"] = distortion
-        _check_field(bent, half)
-    relative, falloff = _relative(lens, bent, x, y, projection, widest)
+        _check_no_fold(distortion_map, half)
+    relative, falloff = _relative_illumination(lens, distortion_map, x, y, projection, widest)
     field = tuple(
         mixed.attrs.get(k) or n
         for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed))
     )
     if kept:
-        spared = (omissions.NO_DISTORTION,)
-        plane = SensorPlane(relative, x, y, field, attrs | falloff, notes=spared)
-        return lateral_colour.coloured(lens, mixed, plane, bent)
-    seen = _inscribed(bent, half)
-    sensor = [_tiles(len(c), 2 * h * seen, p) for c, h, p in zip((x, y), half, pitch)]
+        nothing_moved = (omissions.NO_DISTORTION,)
+        plane = SensorPlane(relative, x, y, field, attrs | falloff, notes=nothing_moved)
+        return lateral_colour.coloured(lens, mixed, plane, distortion_map)
+    scale = _inscribed_scale(distortion_map, half)
+    sensor = [_tiles(len(c), 2 * h * scale, p) for c, h, p in zip((x, y), half, pitch)]
     grids = [borders(c, p) for c, p in zip((x, y, *sensor), (*pitch, *pitch))]
     try:
-        areas = camera_geometry.field_areas(bent, *grids) / (pitch[0] * pitch[1])
+        areas = camera_geometry.field_areas(distortion_map, *grids) / (pitch[0] * pitch[1])
     except ValueError as err:
         raise ConfigError(f"lens.distortion does not fit the field: {err}") from None
     uniform = areas @ np.broadcast_to(relative, (len(y), len(x))).ravel()
     error = _error_of_uniform_light(uniform, attrs | falloff, sensor)
-    inner = _inscribed(bent, [w / 2 for w in field])
-    seen = tuple(min(w * inner, len(c) * p) for w, c, p in zip(field, sensor, pitch))
+    inner = _inscribed_scale(distortion_map, [w / 2 for w in field])
+    scale = tuple(min(w * inner, len(c) * p) for w, c, p in zip(field, sensor, pitch))
     plane = SensorPlane(
         relative,
         *sensor,
-        seen,
+        scale,
         attrs | falloff,
         areas,
-        stretched=_stretched(bent, half),
+        stretched=_largest_stretch(distortion_map, half),
         notes=(error,),
     )
-    return lateral_colour.coloured(lens, mixed, plane, bent)
+    return lateral_colour.coloured(lens, mixed, plane, distortion_map)
 
 
 def image_size(
     lens, width: float, height: float, projection: str = "tangent"
 ) -> tuple[float, float]:
-    """Return (width, height) in focal lengths of the largest centred rectangle that looks into a
-    field; at most 1e-6 too large.
+    """Return (width, height) of the largest centred rectangle on the sensor plane whose light comes
+    from a field, in focal lengths; at most 1e-6 too large.
 
-    `sensor_plane` may find less, because it has whole tiles only.
+    Parameters
+    ----------
+    lens : with a distortion. `width`, `height` : of the field, in the units of `projection`.
+    projection : of the field, as in `isethdr_core.physics.optics.projection`.
+
+    Notes
+    -----
+    `sensor_plane` may give a smaller one, because it has whole tiles only.
     """
     half = width / 2, height / 2
-    bent = camera_geometry.distortion_map(
+    distortion_map = camera_geometry.distortion_map(
         lens.distortion_to(float(projections.angle_rad(*half, projection))), projection
     )
-    # 1e-6: a table over this field, without its margin, is not the last digits of the one over all
-    # of it
-    seen = (
-        1.0 if isinstance(bent, camera_geometry.Identity) else _inscribed(bent, half) * (1 + 1e-6)
+    # 1e-6: a table over this field differs in its last digits from one over a field with overscan
+    scale = (
+        1.0
+        if isinstance(distortion_map, camera_geometry.Identity)
+        else _inscribed_scale(distortion_map, half) * (1 + 1e-6)
     )
-    return width * seen, height * seen
+    return width * scale, height * scale
 
 
-def _relative(lens, bent, x, y, projection, widest):
-    """Return the factor of the field's tiles, (y, x) or 1.0, and the attributes that state it."""
+def _relative_illumination(lens, distortion_map, x, y, projection, widest):
+    """Return the factor of the field's tiles, (y, x) or 1.0, and the attributes for it."""
     falloff = lens.falloff_to(widest)
     if falloff == "none":
         return 1.0, {"falloff": "none"}
@@ -224,13 +236,13 @@ def _relative(lens, bent, x, y, projection, widest):
     on_sensor = camera_geometry.table_values(
         table, np.degrees(projections.angle_rad(u, v, projection))
     )
-    return on_sensor * bent.area_ratio(u, v), {"falloff": "table", "falloff_table": table}
+    return on_sensor * distortion_map.area_ratio(u, v), {"falloff": "table", "falloff_table": table}
 
 
-def _check_field(bent, half):
+def _check_no_fold(distortion_map, half):
     try:
         u, v = np.meshgrid(*(np.linspace(-h, h, CHECKED) for h in half))
-        single = bent.area_ratio(u, v) > 0
+        single = distortion_map.area_ratio(u, v) > 0
     except ValueError as err:
         raise ConfigError(f"lens.distortion does not fit the field: {err}") from None
     if not single.all():
@@ -241,29 +253,30 @@ def _check_field(bent, half):
         )
 
 
-def _inscribed(bent, half) -> float:
-    """Return the largest s such that the sensor's rectangle +-s `half` looks at nothing beyond
-    +-`half` of the field.
+def _inscribed_scale(distortion_map, half) -> float:
+    """Return the largest s for which the light of the rectangle +-s `half` on the sensor comes from
+    within +-`half` of the field.
     """
     side = np.linspace(-1, 1, BORDER_POINTS)
     u = np.concatenate([side, side, -np.ones_like(side), np.ones_like(side)]) * half[0]
     v = np.concatenate([-np.ones_like(side), np.ones_like(side), side, side]) * half[1]
-    x, y = bent.forward(u, v)
+    x, y = distortion_map.forward(u, v)
     low, high = 0.0, float(min(x.max() / half[0], y.max() / half[1]))
     for _ in range(60):
         middle = (low + high) / 2
         try:
-            a, b = bent.inverse(middle * u, middle * v)
+            a, b = distortion_map.inverse(middle * u, middle * v)
             inside = max(np.abs(a).max() / half[0], np.abs(b).max() / half[1]) <= 1
-        except ValueError:  # beyond the image of the field a map need have no inverse
+        except ValueError:  # the map may have no inverse beyond the image of the field
             inside = False
         low, high = (middle, high) if inside else (low, middle)
     return low
 
 
 def _tiles(count, width, pitch):
-    """Return tile centres, symmetric about the axis, as many as fit; one more or less than a
-    multiple of two from `count`.
+    """Return the centres of as many tiles as fit, symmetric about the axis.
+
+    Their number differs from `count` by a multiple of two.
     """
     fits = int(np.floor(width / pitch * (1 + 1e-12)))
     fits -= (fits - count) % 2
@@ -276,7 +289,7 @@ def _tiles(count, width, pitch):
 
 
 def _error_of_uniform_light(uniform, attrs, sensor) -> ErrorTerm:
-    """Return how far uniform light comes out from what the attributes say."""
+    """Return the error of uniform light against the relative illumination of the attributes."""
     x, y = np.meshgrid(*sensor)
     stated = camera_geometry.relative_illumination(attrs, x, y)
     worst = np.abs(uniform.reshape(x.shape) - stated).max() / stated.max()
@@ -287,12 +300,15 @@ def _error_of_uniform_light(uniform, attrs, sensor) -> ErrorTerm:
     return term(worst, "relative", "measured", label, key="uniform light")
 
 
-def _stretched(bent, half) -> float:
-    """Return by how much distortion draws out images at most, relative."""
+def _largest_stretch(distortion_map, half) -> float:
+    """Return the largest relative stretch of an image by distortion."""
     u, v = np.meshgrid(*(np.linspace(-h, h, 17) * (1 - 1e-4) for h in half))
     step = 1e-5 * max(half)
     across, down = (
-        np.stack(np.subtract(bent.forward(u + a, v + b), bent.forward(u - a, v - b))) / (2 * step)
+        np.stack(
+            np.subtract(distortion_map.forward(u + a, v + b), distortion_map.forward(u - a, v - b))
+        )
+        / (2 * step)
         for a, b in ((step, 0.0), (0.0, step))
     )
     stretched = np.linalg.svd(

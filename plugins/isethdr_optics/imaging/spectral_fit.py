@@ -1,5 +1,5 @@
-"""Spectral fit: which functionals of a scene's spectra to convolve, so that what they cannot tell
-stays below the sensor's noise.
+"""Spectral fit: the functionals of a scene's spectra to convolve, so that their error stays below
+the sensor's noise. A functional is a weighted sum of the bands.
 """
 
 from __future__ import annotations
@@ -20,115 +20,115 @@ from ..psf.kernel_spectra import NEAR
 from . import bright_tiles
 from .accuracy_shares import FUNCTIONALS
 
-BRIGHT = 100.0  # times the median: tiles that count as bright
-MOST_BRIGHT = 16384
-ROWS = 64  # whose light is added up at a time
+BRIGHT = 100.0  # a tile is bright with this multiple of the median
+MOST_BRIGHT = 16384  # bright tiles
 LEAST_BRIGHT = 64
-SPECTRA = 2048  # of bright tiles that the fit is made from, and that many of the others
-TARGETS = 64  # tiles at which the light that comes from bright ones is looked at
-SOURCES = 256  # bright tiles, the brightest
-NEIGHBOURHOODS = 700  # tiles at which the light that comes from around them is looked at
+ROWS = 64  # summed in one block
+SPECTRA = 2048  # spectra of bright tiles used for the fit, and of other tiles
+TARGETS = 64  # tiles at which the error of light from bright tiles is computed
+SOURCES = 256  # brightest tiles whose light is used there
+NEIGHBOURHOODS = 700  # tiles at which the error of light from adjacent tiles is computed
 STEPS = np.stack(np.mgrid[-1:2, -1:2], axis=-1).reshape(-1, 2)
-WORST = (
-    1.7,
-    3.5,
-    2.0,
-    # of all tiles, over that of those looked at: of light from around, from all bright ones, from
-    # single ones
-)
-TOLERATED = FUNCTIONALS  # of the error allowed, at the worst of all tiles
+# largest error of all tiles over that of the sampled tiles: of light from adjacent tiles, from all
+# bright tiles together, and from single bright tiles
+WORST = (1.7, 3.5, 2.0)
+TOLERATED = FUNCTIONALS  # share of the error allowed, at the worst tile
 MOST = 12  # functionals; beyond them band by band is as fast
 
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Functionals of spectra and what they tell: spectrum ~ predict @ (project @ spectrum)."""
+    """Functionals and the spectra they predict: spectrum ~ predict @ (project @ spectrum)."""
 
     project: np.ndarray  # (functional, band)
     predict: np.ndarray  # (band, functional)
 
     def missed(self, spectra):
-        """Return what is not told of spectra (..., band)."""
+        """Return the part of spectra (..., band) that is not predicted."""
         return spectra - spectra @ self.project.T @ self.predict.T
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The functionals for the near and the far part of the kernels, and the tiles around which they
-    are not enough.
-    """
+    """The functionals for the near and far part of the kernels, and the bright tiles to correct."""
 
     near: Basis
     far: Basis | None  # None where the kernels are not divided
-    bright: (
-        np.ndarray
-    )  # flat indices of bright tiles, and the radii in tiles within which they are corrected
-    radii: np.ndarray
-    noise_share: float  # largest error, in standard deviations of the noise, from those looked at
-    looked_at: int
+    bright: np.ndarray  # flat indices of bright tiles
+    radii: np.ndarray  # tiles, within which each bright tile is corrected
+    noise_share: float  # largest error of the samples, standard deviations of the noise
+    sample_count: int
 
 
-def fit(cube, given, weights, response, apply=map) -> Fit | None:
-    """Return the fewest functionals that tell the spectra of `cube` well enough for a sensor; None
-    where too many are needed.
+def fit(cube, optics, weights, response, apply=map) -> Fit | None:
+    """Return the fewest functionals that are accurate enough for a sensor; None if too many.
 
     Parameters
     ----------
     cube : (band, y, x) radiance. `given` : `field_optics.FieldOptics` of its field.
     weights : (channel, band) photocurrent per radiance and kernel.
-    response : the sensor's, for its noise.
-    apply : how to call a function for every block of rows: `map`, or that of a pool of threads.
+    response : `isethdr_core.demand.Response` of the sensor, for its noise.
+    apply : `map`, or the `map` of a pool of threads.
     """
-    total, made, relative = np.abs(weights).sum(0), given.made, given.relative
-    rate = _rate(cube, total, apply) if given.counted is None else given.counted.whole.ravel()
+    total, kernels, relative = np.abs(weights).sum(0), optics.kernels, optics.relative
+    rate = (
+        _rate(cube, total, apply)
+        if optics.electron_map is None
+        else optics.electron_map.total_e.ravel()
+    )
     bright, others = _tiles(rate, cube.shape[1:])
     factor = np.ones(rate.size) if relative is None else relative.ravel()
-    spectra, rest = (_spectra(cube, factor, i) for i in (bright, others))
-    some = spectra[:: max(1, len(spectra) // SPECTRA)]
-    moments = shot_noise_moments(some, some @ total, len(spectra) / len(some)) + shot_noise_moments(
-        rest, rest @ total, rate.size / len(rest)
-    )
+    spectra, other_spectra = (_spectra(cube, factor, i) for i in (bright, others))
+    sampled_spectra = spectra[:: max(1, len(spectra) // SPECTRA)]
+    moments = shot_noise_moments(
+        sampled_spectra, sampled_spectra @ total, len(spectra) / len(sampled_spectra)
+    ) + shot_noise_moments(other_spectra, other_spectra @ total, rate.size / len(other_spectra))
     scale = np.trace(moments)
     if not scale > 0:
         return None
     moments /= scale
-    centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in made.bands], float)
-    known = np.concatenate(
+    centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in kernels.bands], float)
+    exact_functionals = np.concatenate(
         [weights, weights * centre]
     )  # all of a tile's light, and what stays in the tile: both exact
-    looks = _Looks(cube, factor, bright, others, spectra, weights, made, response)
+    samples = _ErrorSamples(cube, factor, bright, others, spectra, weights, kernels, response)
     allowed = TOLERATED * response.noise_fraction_allowed
 
-    def fewest(known, points, share):
+    def fewest(exact_functionals, points, noise_share_of):
         """Return the first basis whose `share` of the noise is allowed, and that share; (None,
         share) where there is none.
         """
-        rows, found = directions(known, moments, kernel_moments(points, weights)), np.inf
-        for count in range(np.linalg.matrix_rank(known), min(MOST, len(cube) // 2) + 1):
-            basis = Basis(rows[:count], predictor(rows[:count], moments))
-            found = share(basis)
-            if found < allowed:
-                return basis, found
-        return None, found
-
-    points = made.sampled[0].reshape(-1, len(cube))
-    if made.divided.far is None:
-        near, share = fewest(
-            known,
-            points,
-            lambda basis: max(looks.around_tiles(basis), looks.of_bright(basis, basis)),
+        rows, noise_share = (
+            directions(exact_functionals, moments, kernel_moments(points, weights)),
+            np.inf,
         )
-        return near and Fit(near, None, bright, looks.radii, share, looks.looked_at)
-    near, first = fewest(known, looks.core.reshape(-1, len(cube)), looks.around_tiles)
+        for count in range(np.linalg.matrix_rank(exact_functionals), min(MOST, len(cube) // 2) + 1):
+            basis = Basis(rows[:count], predictor(rows[:count], moments))
+            noise_share = noise_share_of(basis)
+            if noise_share < allowed:
+                return basis, noise_share
+        return None, noise_share
+
+    points = kernels.sampled[0].reshape(-1, len(cube))
+    if kernels.divided.far is None:
+        near, share = fewest(
+            exact_functionals,
+            points,
+            lambda basis: max(samples.around_tiles(basis), samples.of_bright(basis, basis)),
+        )
+        return near and Fit(near, None, bright, samples.radii, share, samples.sample_count)
+    near, first = fewest(
+        exact_functionals, samples.core.reshape(-1, len(cube)), samples.around_tiles
+    )
     if near is None:
         return None
-    asked = np.concatenate([points[~looks.points_near], looks.beyond_near])
-    far, share = fewest(weights, asked, lambda basis: looks.of_bright(near, basis))
-    return far and Fit(near, far, bright, looks.radii, max(first, share), looks.looked_at)
+    kernel_points = np.concatenate([points[~samples.points_near], samples.beyond_near])
+    far, share = fewest(weights, kernel_points, lambda basis: samples.of_bright(near, basis))
+    return far and Fit(near, far, bright, samples.radii, max(first, share), samples.sample_count)
 
 
 def _rate(cube, total, apply):
-    """Return the light of each tile, bands weighted by `total`, as one row."""
+    """Return the light of each tile as one row; `total` weights the bands."""
     rows, first = total[None].astype(cube.dtype), range(0, cube.shape[1], ROWS)
     return np.concatenate(
         list(apply(lambda start: matrix_product(rows, cube[:, start : start + ROWS])[0], first))
@@ -136,9 +136,7 @@ def _rate(cube, total, apply):
 
 
 def _tiles(rate, shape):
-    """Return flat indices of the bright tiles, the brightest ones, and of tiles spread evenly over
-    the frame.
-    """
+    """Return flat indices of the bright tiles, and of other tiles on a regular grid."""
     height, width = shape
     steps = [max(1, int(n // np.sqrt(SPECTRA * n / (height + width - n)))) for n in shape]
     rows, columns = (np.arange(s // 2, n, s) for s, n in zip(steps, shape))
@@ -154,45 +152,46 @@ def _spectra(cube, factor, tiles):
     return np.stack([band.ravel()[tiles] for band in cube], axis=1) * factor[tiles, None]
 
 
-class _Looks:
-    """Errors of a fit in standard deviations of the noise: at tiles lit by their neighbours, and by
-    bright ones far away.
+class _ErrorSamples:
+    """Errors of a fit at sampled tiles, in standard deviations of the sensor's noise.
+
+    Light reaches the samples from adjacent tiles and from distant bright tiles.
     """
 
-    def __init__(self, cube, factor, bright, others, spectra, weights, made, response):
+    def __init__(self, cube, factor, bright, others, spectra, weights, kernels, response):
         shape = cube.shape[1:]
         self.weights, self.response, self.bright = weights, response, spectra[:SOURCES]
-        self.points, self.steps, self.first = made.sampled
-        self.middle = [n // 2 for n in made.bands[0].shape]
-        some = np.stack(
+        self.points, self.steps, self.first = kernels.sampled
+        self.middle = [n // 2 for n in kernels.bands[0].shape]
+        sampled_tiles = np.stack(
             np.unravel_index(others[:: max(1, len(others) // NEIGHBOURHOODS)], shape), axis=-1
         )
-        around = np.clip(some[:, None] + STEPS, 0, np.array(shape) - 1)
-        around = np.ravel_multi_index((around[..., 0], around[..., 1]), shape)
-        self.near = _spectra(cube, factor, around.ravel()).reshape(*around.shape, -1)
-        self.counts = ~np.isin(around, bright)  # the light of bright tiles is corrected
+        neighbours = np.clip(sampled_tiles[:, None] + STEPS, 0, np.array(shape) - 1)
+        neighbours = np.ravel_multi_index((neighbours[..., 0], neighbours[..., 1]), shape)
+        self.near = _spectra(cube, factor, neighbours.ravel()).reshape(*neighbours.shape, -1)
+        self.counts = ~np.isin(neighbours, bright)  # the light of bright tiles is corrected
         reach = [min(1, m) for m in self.middle]
         self.core = np.stack(
             [
                 [
                     b[self.middle[0] - y * reach[0], self.middle[1] - x * reach[1]]
-                    for b in made.bands
+                    for b in kernels.bands
                 ]
                 for y, x in STEPS
             ]
         ).astype(float)
         self.near_light = self._from_neighbours(self.near)
         self.radii = bright_tiles.radii(spectra @ weights.sum(0))
-        targets = some[:: max(1, len(some) // TARGETS)]
-        away = targets[:, None] - np.stack(np.unravel_index(bright[:SOURCES], shape), axis=-1)
-        away_by = np.abs(away).max(axis=-1)[..., None]
-        self.kernels, self.beyond = self._kernels(away), away_by > NEAR
+        targets = sampled_tiles[:: max(1, len(sampled_tiles) // TARGETS)]
+        offsets = targets[:, None] - np.stack(np.unravel_index(bright[:SOURCES], shape), axis=-1)
+        distances = np.abs(offsets).max(axis=-1)[..., None]
+        self.kernels, self.beyond = self._kernels(offsets), distances > NEAR
         self.missed_near = ~self.beyond & (
-            away_by > self.radii[:SOURCES, None]
+            distances > self.radii[:SOURCES, None]
         )  # nearer ones are corrected
         self.far_light = (
             np.einsum("tsb,sb->tb", self.kernels, self.bright) @ weights.T
-            + self.near_light[:: max(1, len(some) // TARGETS)]
+            + self.near_light[:: max(1, len(sampled_tiles) // TARGETS)]
         )
         y, x = (
             np.arange(n) * step + first - middle
@@ -208,25 +207,21 @@ class _Looks:
         self.single_light = self._from_single(self.single)
 
     def _beyond(self, radius):
-        """Return sampled kernels (point, band), those nearest to the axis that lie beyond a radius
-        in tiles.
-        """
+        """Return the sampled kernels (point, band) just beyond a radius in tiles."""
         y, x = (
             np.arange(n) * step + first - middle
             for n, step, first, middle in zip(
                 self.points.shape, self.steps, self.first, self.middle
             )
         )
-        away = np.hypot(y[:, None], x).ravel()
+        distances = np.hypot(y[:, None], x).ravel()
         order = np.argsort(
-            np.where(away > min(radius, away.max() / 2), away, np.inf), kind="stable"
+            np.where(distances > min(radius, distances.max() / 2), distances, np.inf), kind="stable"
         )[:TARGETS]
         return self.points.reshape(-1, self.points.shape[2])[order]
 
     def around_tiles(self, near) -> float:
-        """Return the largest error to be expected where light comes from a tile and its
-        neighbours.
-        """
+        """Return the largest error expected of light from a tile and its neighbours."""
         return WORST[0] * float(
             self._share(
                 self._from_neighbours(near.missed(self.near) * self.counts[..., None]),
@@ -235,33 +230,30 @@ class _Looks:
         )
 
     def of_bright(self, near, far) -> float:
-        """Return the largest error to be expected of light that comes from bright tiles, all
-        together and single ones.
-        """
+        """Return the largest error expected of light from bright tiles, together and single."""
         parts = (self.missed_near, near), (self.beyond, far)
-        seen = sum(
+        missed_light = sum(
             np.einsum("tsb,sb->tb", self.kernels * part, basis.missed(self.bright))
             for part, basis in parts
         )
-        together = self._share(seen @ self.weights.T, self.far_light)
+        of_all_bright = self._share(missed_light @ self.weights.T, self.far_light)
         single = self._share(self._from_single(far.missed(self.single)), self.single_light)
         return max(
-            WORST[1] * float(together.max(initial=0.0)), WORST[2] * float(single.max(initial=0.0))
+            WORST[1] * float(of_all_bright.max(initial=0.0)),
+            WORST[2] * float(single.max(initial=0.0)),
         )
 
     @property
-    def looked_at(self) -> int:
-        """How many values were looked at."""
+    def sample_count(self) -> int:
+        """Number of sampled values."""
         return self.near_light.size + self.far_light.size + self.single_light.size
 
     def _from_neighbours(self, spectra):
-        """Return the (tile, channel) photocurrent that a tile and those around it make."""
+        """Return the photocurrent (tile, channel) of light from each tile and its neighbours."""
         return np.einsum("nub,ub->nb", spectra, self.core) @ self.weights.T
 
     def _from_single(self, spectra):
-        """Return the (source, point, channel) photocurrent that single bright tiles make at points
-        around them.
-        """
+        """Return the photocurrent (source, point, channel) around single bright tiles."""
         return np.einsum(
             "sb,jb,pb->spj",
             spectra,
@@ -275,13 +267,14 @@ class _Looks:
         noise = np.sqrt(max(self.response.read_noise_e, 1.0) ** 2 + scale * np.abs(light))
         return scale * np.abs(error) / noise
 
-    def _kernels(self, away):
-        """Return the kernels (target, source, band) at the sampled points nearest to the ways
-        (target, source, 2) in tiles.
+    def _kernels(self, offsets):
+        """Return kernels (target, source, band) at the sampled points nearest to `offsets`.
+
+        `offsets` (target, source, 2) are in tiles.
         """
         index = [
             np.clip(
-                np.rint((away[..., a] + self.middle[a] - self.first[a]) / self.steps[a]).astype(
+                np.rint((offsets[..., a] + self.middle[a] - self.first[a]) / self.steps[a]).astype(
                     int
                 ),
                 0,

@@ -1,11 +1,11 @@
-"""Spread errors: what the errors of kernels do to the light of one scene, tile by tile; and kernels
-as right as a sensor needs.
+"""Spread errors: the effect of kernel errors on the light of each tile of a scene, and kernels that
+are accurate enough for a sensor.
 
 Errors of different tiles of a kernel are independent except for neighbours
-(`kernel_sampling_error.deviation`), and so are those of different bands. The error of a tile's
-light is therefore the root of the sum of (L k d)^2 over the tiles and bands that it comes from.
-What the period of the far
-field adds may have one sign: its share of L k adds up as it is.
+(`kernel_sampling_error.deviation`). Errors of different bands are independent too. The error of a
+tile's light is therefore the root of the sum of (L k d)^2, over all tiles and bands that send light
+to it: L is their light, k the kernel, d its relative error. The error from the period of the
+computed pattern can have the same sign everywhere, and is summed linearly.
 """
 
 from __future__ import annotations
@@ -23,188 +23,223 @@ from ..psf import kernel_sampling_error, kernels
 from ..psf.exact_core import kept_cores
 from ..psf.wings import tile_sums
 from .accuracy_shares import KERNELS
-from .photoelectron_map import Counted, block_of, counted, sums
+from .photoelectron_map import PhotoelectronMap, block_of, map_photoelectrons, sums
 
-FINER = (
-    0.5,
-    0.25,
-)  # of the lens's own error: still finer lattices outgrow memory, and little is won
-# of what is allowed, so much at most comes from outside of a wider exact core: the rest is its own
-CORE_LEAVES = 0.8
-# of the errors of rings, what fine ones leave (`scaled_pattern.FINE`): measured 0.02 to 0.13
-FINE_LEAVES = 0.1
-HALVED = 0.35  # what is left of the errors of kernels that are asked for half the error, measured
-# over what is found, 1.5 to 3.7 (docs/explanation/budget.md): kernels that are stated to be so
-# much too coarse may well be fine enough
-STATED = 2.0
+# of the error that the lens states; finer lattices need too much memory and gain little
+FINER_FACTORS = (0.5, 0.25)
+# largest share of the error allowed for the rings beyond a wider exact core
+CORE_SHARE = 0.8
+# error of fine rings (`scaled_pattern.FINE`) over that of usual rings: measured 0.02 to 0.13
+FINE_RINGS_LEAVE = 0.1
+# measured error left when kernels are computed for half the error
+ERROR_LEFT_BY_HALVING = 0.35
+# stated over true error, measured 1.5 to 3.7 (docs/explanation/budget.md): kernels whose stated
+# error exceeds the limit by this factor may still be accurate enough
+STATED_OVER_TRUE = 2.0
 
 
-def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return (deviation, bound) of the light that kernels bring, each (channel, y, x), on the
-    sensor's tiles; None where it is not known.
+def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return (deviation, bound) of the light on the sensor's tiles; None where it is not known.
+
+    Both are arrays (channel, y, x), in the unit of `weights` times irradiance.
 
     Parameters
     ----------
     mixed : mixed radiance. `given` : `field_optics.FieldOptics` of its field.
-    weights : (channel, band) what is counted of irradiance, electrons per m2 and second for
-        example.
+    weights : (channel, band) factors of irradiance, for example electrons per m2 and second.
 
     Notes
     -----
-    All bands have the shape of the worst one's errors, scaled: kernels of neighbouring wavelengths
-    fall alike.
+    The errors of all bands have the shape of those of the worst band, scaled: kernels of
+    neighbouring wavelengths have similar wings.
     """
-    made, (ny, nx) = given.made, mixed.shape[1:]
-    if given.field is not None or given.sensor.scales is not None:
+    kernels_of_field, (ny, nx) = optics.kernels, mixed.shape[1:]
+    if optics.field is not None or optics.sensor.scales is not None:
         return None
-    if exact(made):
-        nothing = given.sensor.move(np.zeros((len(weights), ny, nx), np.float32))
+    if are_exact(kernels_of_field):
+        nothing = optics.sensor.move(np.zeros((len(weights), ny, nx), np.float32))
         return nothing, nothing
     block = block_of((ny, nx))
-    factor = 1.0 if given.relative is None else sums(given.relative, block) / block**2
-    known = _kernels(made, block, (ny, nx))
-    gains = np.asarray(weights) * given.gains
-    squares = np.tensordot((gains * known.bands) ** 2, sums(mixed.values, block, 2), 1) * factor**2
-    once = np.tensordot(gains, sums(mixed.values, block), 1) * factor
-    out = (
-        np.sqrt([_spread(c, known.variance) for c in squares]),
-        np.array([_spread(c, known.wrapped) for c in once]),
+    factor = 1.0 if optics.relative is None else sums(optics.relative, block) / block**2
+    error_kernels = _error_kernels(kernels_of_field, block, (ny, nx))
+    gains = np.asarray(weights) * optics.gains
+    sums_of_squares = (
+        np.tensordot((gains * error_kernels.bands) ** 2, sums(mixed.values, block, 2), 1)
+        * factor**2
     )
-    return tuple(given.sensor.move(_tiles(a, block, (ny, nx))) for a in out)
+    sums_of_light = np.tensordot(gains, sums(mixed.values, block), 1) * factor
+    out = (
+        np.sqrt([_convolved_with_bound(c, error_kernels.variance) for c in sums_of_squares]),
+        np.array([_convolved_with_bound(c, error_kernels.wrapped) for c in sums_of_light]),
+    )
+    return tuple(optics.sensor.move(_tiles(a, block, (ny, nx))) for a in out)
 
 
-def exact(made) -> bool:
-    """Return whether kernels are right but for rounding."""
-    return made is None or made.deviation is None or not made.deviation.any()
+def are_exact(kernels_of_field) -> bool:
+    """Return whether kernels have no error but rounding."""
+    return (
+        kernels_of_field is None
+        or kernels_of_field.deviation is None
+        or not kernels_of_field.deviation.any()
+    )
 
 
-def fine_enough(make, lens, mixed, relative, response):
-    """Return kernels whose errors a sensor cannot tell in this scene, or the lens's own where that
-    is out of reach, and their `noise_share`; and what the sensor counts of the scene, None where
-    nobody had to look.
+def fine_enough(make_kernels, lens, mixed, relative, response):
+    """Return (kernels, their `noise_share`, photoelectron map).
+
+    The errors of the kernels are below the sensor's noise in this scene. Where this cannot be
+    reached, the kernels have the error that the lens states. The map is None where it was not
+    needed.
 
     Parameters
     ----------
     make : function(lens) -> `kernels.Kernels`. `lens` : with `speckle_error`, the largest error
         that kernels may have.
-    relative : factor of the tiles' light, (y, x) or 1. `response` : of the sensors, or None: the
-        lens's own error is enough.
+    mixed : mixed radiance (wavelength, y, x).
+    relative : relative illumination of the tiles, (y, x) or 1.
+    response : `isethdr_core.demand.Response` of the sensors; None: the error that the lens states
+        is enough.
     """
     if response is None:
-        return make(lens), 0.0, None
+        return make_kernels(lens), 0.0, None
     with kept_cores():
-        made = make(lens)
-        if exact(made):
-            return made, 0.0, None
-        seen = counted(lens, mixed, relative, response)
+        best = make_kernels(lens)
+        if are_exact(best):
+            return best, 0.0, None
+        electron_map = map_photoelectrons(lens, mixed, relative, response)
         allowed = KERNELS * response.noise_fraction_allowed
-        share = noise_share(made, seen, response)
+        share = noise_share(best, electron_map, response)
         if share <= allowed:
-            return made, share, seen
-        if made.scaled is not None:
-            made = _with_wider_core(made, seen, response, allowed)
-            return made, noise_share(made, seen, response), seen
-        for finer in FINER if HALVED * share <= allowed else FINER[1:]:
+            return best, share, electron_map
+        if best.scaled is not None:
+            best = _with_wider_core(best, electron_map, response, allowed)
+            return best, noise_share(best, electron_map, response), electron_map
+        for finer in (
+            FINER_FACTORS if ERROR_LEFT_BY_HALVING * share <= allowed else FINER_FACTORS[1:]
+        ):
             if (
-                share <= allowed or HALVED**2 * share > STATED * allowed
-            ):  # the finest would cost several times as much, and still not be enough
+                share <= allowed or ERROR_LEFT_BY_HALVING**2 * share > STATED_OVER_TRUE * allowed
+            ):  # the finest kernels would not be accurate enough either
                 break
-            other = make(replace(lens, speckle_error=finer * lens.speckle_error))
-            if other.speckle.max() < made.speckle.max():
-                made, share = other, noise_share(other, seen, response)
-    return made, share, seen
+            finer_kernels = make_kernels(replace(lens, speckle_error=finer * lens.speckle_error))
+            if finer_kernels.speckle.max() < best.speckle.max():
+                best, share = finer_kernels, noise_share(finer_kernels, electron_map, response)
+    return best, share, electron_map
 
 
-def _with_wider_core(made, seen: Counted, response, allowed: float):
-    """Return kernels from one pattern with the smallest exact core that is enough, with fine rings
-    beyond it where no core is enough by itself.
+def _with_wider_core(kernels_of_field, electron_map: PhotoelectronMap, response, allowed: float):
+    """Return kernels from one pattern with the smallest exact core that is accurate enough.
 
-    Where fine rings would miss what is allowed too, they are not made, and the core takes no longer
-    than the kernels did. Beside a lamp the nearest rings err most: a wider core costs less than
-    finer rings all over the frame.
+    If no core is enough by itself, fine rings surround it. If fine rings are not enough either,
+    they are left out, and the core takes no more time than the kernels did. Beside a lamp the
+    nearest rings have the largest errors, so that a wider core costs less than finer rings in the
+    whole frame.
     """
-    sizes = kernels.wider_cores(made)
-    # of the rings outside of each
-    left = _beyond_cores(made, seen, [size.tiles for size in sizes])
-    shares = [_noise_share(seen, response, one) for one in left]
-    ways = ((False, 1.0), (True, FINE_LEAVES)) if kernels.fine_rings_fit(made) else ((False, 1.0),)
-    for fine_rings, leaves in ways:
+    sizes = kernels.wider_cores(kernels_of_field)
+    # of the rings outside each core
+    error_kernels = _beyond_cores(kernels_of_field, electron_map, [size.tiles for size in sizes])
+    shares = [_share_of_noise(electron_map, response, one) for one in error_kernels]
+    choices = (
+        ((False, 1.0), (True, FINE_RINGS_LEAVE))
+        if kernels.fine_rings_fit(kernels_of_field)
+        else ((False, 1.0),)
+    )
+    for fine_rings, leaves in choices:
         for size, share in zip(sizes, shares):
-            if leaves * share <= CORE_LEAVES * allowed:
-                return kernels.with_core(made, size.tiles, fine_rings)
-        if fine_rings and sizes and leaves * shares[-1] <= STATED * allowed:
-            return kernels.with_core(made, sizes[-1].tiles, fine_rings)
+            if leaves * share <= CORE_SHARE * allowed:
+                return kernels.with_core(kernels_of_field, size.tiles, fine_rings)
+        if fine_rings and sizes and leaves * shares[-1] <= STATED_OVER_TRUE * allowed:
+            return kernels.with_core(kernels_of_field, sizes[-1].tiles, fine_rings)
     quick = [size.tiles for size in sizes if size.quick]
-    return kernels.with_core(made, quick[-1]) if quick else made
+    return kernels.with_core(kernels_of_field, quick[-1]) if quick else kernels_of_field
 
 
-def noise_share(made, seen: Counted, response) -> float:
-    """Return what 99 % of the tiles' errors are at most, over the noise of the sensor's charge; no
-    tile is taken for brighter than it is.
+def noise_share(kernels_of_field, electron_map: PhotoelectronMap, response) -> float:
+    """Return the 99th percentile of the tiles' errors over the noise of the sensor's charge.
+
+    The noise of a tile is never overstated: its light is a lower bound.
     """
-    return _noise_share(seen, response, _kernels(made, seen.block, seen.frame))
+    return _share_of_noise(
+        electron_map,
+        response,
+        _error_kernels(kernels_of_field, electron_map.block, electron_map.frame),
+    )
 
 
-def _noise_share(seen: Counted, response, given: _ErrorKernels) -> float:
-    found = [0.0]
-    for row, whole, least in zip(seen.weights, seen.sums, seen.least):
+def _share_of_noise(
+    electron_map: PhotoelectronMap, response, error_kernels: _ErrorKernels
+) -> float:
+    shares = [0.0]
+    for row, total, least in zip(electron_map.weights, electron_map.sums, electron_map.least):
         deviation, bound = (
-            _spread(np.tensordot((row * given.bands) ** 2, seen.squares, 1), given.variance),
-            _spread(whole, given.wrapped),
+            _convolved_with_bound(
+                np.tensordot((row * error_kernels.bands) ** 2, electron_map.squares, 1),
+                error_kernels.variance,
+            ),
+            _convolved_with_bound(total, error_kernels.wrapped),
         )
-        least = least + _light(whole, given.light)  # what comes from near is left out
+        least = least + _convolved(total, error_kernels.light)  # without light from nearby tiles
         noise, lit = (
             np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least),
             least < response.full_scale_e,
         )
         if lit.any():
-            found.append(within((bound / noise)[lit], (np.sqrt(deviation) / noise)[lit]))
-    return max(found)
+            shares.append(within((bound / noise)[lit], (np.sqrt(deviation) / noise)[lit]))
+    return max(shares)
 
 
 class _ErrorKernels(NamedTuple):
-    """What kernels are wrong by, from block to block of tiles."""
+    """Kernels between blocks of tiles: of the errors, and of the light."""
 
     bands: np.ndarray  # error of every band over the worst one's
     variance: Kernel  # of the worst band's light
-    wrapped: Kernel  # bound on what the period of the far field adds
-    light: Kernel  # that the worst band brings
+    wrapped: Kernel  # bound on the error from the period of the computed pattern
+    light: Kernel  # of the worst band
 
 
-def _kernels(made, block, frame) -> _ErrorKernels:
-    """Return what kernels are wrong by; of frozen kernels: made once."""
-    known = made.__dict__.setdefault("_error_kernels", {})
-    if (block, frame) not in known:
-        worst, bands = _worst(made)
-        kernel = np.asarray(made.bands[worst], np.float32)
-        variance = _squares(made, kernel, worst)
+def _error_kernels(kernels_of_field, block, frame) -> _ErrorKernels:
+    """Return the error kernels; they are kept with the kernels, which never change."""
+    cache = kernels_of_field.__dict__.setdefault("_error_kernels", {})
+    if (block, frame) not in cache:
+        worst, bands = _worst(kernels_of_field)
+        kernel = np.asarray(kernels_of_field.bands[worst], np.float32)
+        variance = _squares(kernels_of_field, kernel, worst)
         light = np.where(variance > 0, kernel, np.float32(0.0))
         y, x = ((np.arange(n) - n // 2) / max(n // 2, 1) for n in kernel.shape)
         wrapped = light * np.maximum(y[:, None] ** 2, x**2).astype(np.float32)
-        wrapped *= np.float32(made.wrap)
+        wrapped *= np.float32(kernels_of_field.wrap)
         parts = (_in_blocks(part, block, frame) for part in (variance, wrapped, light))
-        known[block, frame] = _ErrorKernels(bands, *parts)
-    return known[block, frame]
+        cache[block, frame] = _ErrorKernels(bands, *parts)
+    return cache[block, frame]
 
 
-def _beyond_cores(made, seen: Counted, sizes) -> Iterator[_ErrorKernels]:
-    """Yield what kernels would be wrong by if exact within so many tiles; `sizes` rise."""
-    known, (worst, _) = _kernels(made, seen.block, seen.frame), _worst(made)
-    variance = _squares(made, np.asarray(made.bands[worst], np.float32), worst)
+def _beyond_cores(
+    kernels_of_field, electron_map: PhotoelectronMap, sizes
+) -> Iterator[_ErrorKernels]:
+    """Yield the error kernels with an exact core of each of `sizes` tiles, in rising order."""
+    error_kernels, (worst, _) = (
+        _error_kernels(kernels_of_field, electron_map.block, electron_map.frame),
+        _worst(kernels_of_field),
+    )
+    variance = _squares(
+        kernels_of_field, np.asarray(kernels_of_field.bands[worst], np.float32), worst
+    )
     for tiles in sizes:
         middle = [n // 2 for n in variance.shape]
         variance[tuple(slice(max(m - tiles, 0), m + tiles + 1) for m in middle)] = 0.0
-        yield known._replace(variance=_in_blocks(variance, seen.block, seen.frame))
+        yield error_kernels._replace(
+            variance=_in_blocks(variance, electron_map.block, electron_map.frame)
+        )
 
 
-def _worst(made) -> tuple[int, np.ndarray]:
-    """Return the band whose errors are largest, and the error of every band over its own."""
-    points, steps, first = made.sampled
-    away = [np.arange(n) - n // 2 for n in made.bands[0].shape]
-    y, x = (a[f::s] for a, f, s in zip(away, first, steps))
+def _worst(kernels_of_field) -> tuple[int, np.ndarray]:
+    """Return the band with the largest errors, and the error of every band relative to it."""
+    points, steps, first = kernels_of_field.sampled
+    offsets = [np.arange(n) - n // 2 for n in kernels_of_field.bands[0].shape]
+    y, x = (a[f::s] for a, f, s in zip(offsets, first, steps))
     share = np.array(
         [
-            (points[..., band] * _deviation(made, band, y, x)).sum()
+            (points[..., band] * _deviation(kernels_of_field, band, y, x)).sum()
             for band in range(points.shape[-1])
         ]
     )
@@ -214,46 +249,45 @@ def _worst(made) -> tuple[int, np.ndarray]:
     return worst, share / share[worst]
 
 
-def _deviation(made, band, y, x) -> np.ndarray:
-    """Return the relative error of a band's kernel at tiles `y` from the axis, and `x`."""
+def _deviation(kernels_of_field, band, y, x) -> np.ndarray:
+    """Return the relative error of a band's kernel at the offsets `y`, `x` in tiles."""
     octave = kernel_sampling_error.octave_of(y[:, None], x)
     tiles = np.maximum(np.abs(y)[:, None], np.abs(x))
-    out = made.deviation[band].astype(np.float32)[octave]
-    out[tiles <= made.core[band]] = 0.0
-    if made.wide is not None:
-        inside = tiles <= made.wide.tiles
-        out[inside] = made.wide.deviation.astype(np.float32)[octave[inside]]
+    out = kernels_of_field.deviation[band].astype(np.float32)[octave]
+    out[tiles <= kernels_of_field.core[band]] = 0.0
+    if kernels_of_field.wide is not None:
+        inside = tiles <= kernels_of_field.wide.tiles
+        out[inside] = kernels_of_field.wide.deviation.astype(np.float32)[octave[inside]]
     return out
 
 
-def _squares(made, kernel, band) -> np.ndarray:
+def _squares(kernels_of_field, kernel, band) -> np.ndarray:
     """Return the squares of a band's errors."""
     y, x = (np.arange(n) - n // 2 for n in kernel.shape)
-    out = _deviation(made, band, y, x)
+    out = _deviation(kernels_of_field, band, y, x)
     out *= kernel
     return np.square(out, out=out)
 
 
 def _in_blocks(part, block, frame) -> Kernel:
-    """Return a kernel of tiles as one of blocks, ready for images of the frame."""
+    """Return a kernel of tiles as a kernel of blocks, prepared for images of the frame."""
     blocks = [-(-n // block) for n in frame]  # kernels may end before the frame does
     return prepare(tile_sums(_padded(part, block), block).astype(float) / block**2, blocks)
 
 
-def _light(light, kernel) -> np.ndarray:
-    """Return the convolution of light (y, x) where it is above 0, 0 elsewhere."""
+def _convolved(light, kernel) -> np.ndarray:
+    """Return the convolution of light (y, x), with negative values set to 0."""
     if not kernel.spectrum.size:  # nothing is spread anywhere
         return np.zeros(light.shape)
     out, _ = transform.plain(light, kernel.spectrum, kernel.size)
     return np.maximum(out * kernel.peak, 0.0)
 
 
-def _spread(light, kernel):
-    """Return the convolution of light (y, x) not below 0, or a little more than it: the bound on a
-    transform's rounding is added.
+def _convolved_with_bound(light, kernel):
+    """Return an upper bound on the convolution of light (y, x): a bound on rounding is added.
 
-    Rounding is some 1e-16 of the lamps' light everywhere: far less than the noise of any tile, and
-    no tile need be summed directly.
+    Rounding is some 1e-16 of the lamps' light in every tile, far below the noise. Direct sums are
+    not needed.
     """
     if not kernel.spectrum.size:  # nothing is wrong anywhere
         return np.zeros(light.shape)
@@ -263,9 +297,9 @@ def _spread(light, kernel):
 
 
 def _padded(kernel, block):
-    """Return a kernel with as many zeros around it as whole blocks take."""
-    more = [-(-(n // 2) // block) * block + block - 1 - n // 2 for n in kernel.shape]
-    return np.pad(kernel, [(m, m) for m in more])
+    """Return a kernel padded with zeros to whole blocks."""
+    padding = [-(-(n // 2) // block) * block + block - 1 - n // 2 for n in kernel.shape]
+    return np.pad(kernel, [(m, m) for m in padding])
 
 
 def _tiles(blocks, block, shape):

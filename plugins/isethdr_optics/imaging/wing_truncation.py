@@ -1,12 +1,10 @@
-"""Tails: light that is spread so far, and so thin, that no sensor can tell; kernels then end where
-it begins.
+"""Wing truncation: kernels end where the light beyond is too faint for any sensor.
 
-What falls beyond a kernel that ends at some reach is known without knowing where: its energy is 1
-less the kernel's sum. In any tile it adds something between nothing and that energy times the
-brightest tile's light. The middle of both is added to every tile, so half of it is the largest
-error, in every band, exactly; the least noise of any tile is known from the light that stays in its
-own tile. No scene with a lamp in it comes below its noise by this rule, and then nothing is left
-out.
+The energy beyond a truncated kernel is 1 minus the kernel's sum. In any tile, this energy adds
+between nothing and its product with the light of the brightest tile. Half of that product is added
+to every tile. The largest error of a band is then the same half. The least noise of any tile
+follows from the light that stays in its own tile. In a scene with a lamp the error exceeds the
+noise, and kernels are not truncated.
 """
 
 from __future__ import annotations
@@ -27,54 +25,48 @@ from ..pupil import sampled_pupil
 from .photoelectron_map import electrons
 
 SHARE = 0.5  # of the error allowed of light
-WORTH = 0.5  # of the frame's reach: kernels of more take about as long as those of all of it
-EDGES = (
-    0.5 * 0.9 * 2 / np.pi**2
-)  # beyond a square of half width r: a round stop loses twice this x wavelength x f-number / r
-LOOKED_AT = (
-    4096  # tiles, spread evenly, from which the least noise is guessed before all are looked at
-)
+WORTH = 0.5  # of the frame's reach: larger kernels take about as long as those of the whole frame
+# energy of a round stop beyond a square of half width r: twice EDGES x wavelength x f-number / r
+EDGES = 0.5 * 0.9 * 2 / np.pi**2
+# tiles on a regular grid, for a first estimate of the least noise
+SAMPLED_TILES = 4096
 UNIT = "standard deviations of the sensor's noise"
 
 
 @dataclass(frozen=True, eq=False)
-class NearKernels(kernels.Kernels):
+class TruncatedKernels(kernels.Kernels):
     """Kernels that end before the frame does."""
 
     frame: tuple[int, int] = (1, 1)  # (y, x) tiles of the images
-    added: np.ndarray | None = (
-        None  # irradiance / gain, per band: the middle of what the tail can bring
-    )
-    noise_share: float = 0.0  # bound on what the tail can change
+    added: np.ndarray | None = None  # irradiance / gain per band, in place of the wings
+    noise_share: float = 0.0  # bound on the error of leaving out the wings
 
     @cached_property
     def spectra(self) -> kernel_spectra.Spectra | None:
-        """The kernels with their transforms, for images of the frame; None where memory is too
-        small.
-        """
+        """The kernels with their transforms for images of the frame; None if memory is short."""
         first = self._ready(0)
         if 2 * len(self.bands) * first.spectrum.nbytes > kernels.SPECTRA_BYTES:
             return None
-        made = [first, *(self._ready(b) for b in range(1, len(self.bands)))]
-        blocks = np.stack([k.spectrum for k in made])
+        prepared = [first, *(self._ready(b) for b in range(1, len(self.bands)))]
+        blocks = np.stack([k.spectrum for k in prepared])
         profiles = [kernel_spectra.profile(b) for b in self.bands]
         return kernel_spectra.Spectra(
-            [replace(k, spectrum=b) for k, b in zip(made, blocks)], profiles, blocks
+            [replace(k, spectrum=b) for k, b in zip(prepared, blocks)], profiles, blocks
         )
 
     @cached_property
     def divided(self) -> kernel_spectra.Divided | None:
-        """The same as one part: all is near."""
-        known = self.spectra
-        if known is None:
+        """The kernels as a near part only: truncated kernels have no far part."""
+        spectra = self.spectra
+        if spectra is None:
             return None
         peaks, norms = (
-            np.array([getattr(k, name) for k in known.kernels]) for name in ("peak", "norm")
+            np.array([getattr(k, name) for k in spectra.kernels]) for name in ("peak", "norm")
         )
         return kernel_spectra.Divided(
-            kernel_spectra.Part(known.blocks, peaks, norms, known.kernels[0].size),
+            kernel_spectra.Part(spectra.blocks, peaks, norms, spectra.kernels[0].size),
             None,
-            known.profiles,
+            spectra.profiles,
         )
 
     def ready(self, band: int) -> Kernel:
@@ -85,21 +77,23 @@ class NearKernels(kernels.Kernels):
         return prepare(self.bands[band], self.frame)
 
 
-def cut_noise_share(made: kernels.Kernels | None) -> float:
-    """Return the share of the sensor's noise that the cut tail of kernels may take; 0 if uncut."""
-    return made.noise_share if isinstance(made, NearKernels) else 0.0
+def truncation_noise_share(kernels_of_field: kernels.Kernels | None) -> float:
+    """Return the error of truncation over the sensor's noise; 0 for kernels of the whole frame."""
+    return kernels_of_field.noise_share if isinstance(kernels_of_field, TruncatedKernels) else 0.0
 
 
-def near_kernels(make, lens, flares, mixed, sensor, pitch_um, response) -> NearKernels | None:
-    """Return kernels that end where a sensor no longer sees the difference; None where all of the
-    frame is needed.
+def truncated_kernels(
+    make_kernels, lens, flares, mixed, sensor, pitch_um, response
+) -> TruncatedKernels | None:
+    """Return kernels that end where a sensor sees no difference; None if none end early.
 
     Parameters
     ----------
-    make : function((y, x) reach) -> `kernels.Kernels` of the bands of `mixed`. `lens` : without
-        geometry.
-    sensor : `sensor_plane.SensorPlane`. `pitch_um` : (y, x) of a tile.
-    response : `isethdr_core.demand.Response` of the sensors; None where all light is asked for.
+    make_kernels : function((y, x) reach in tiles) -> `kernels.Kernels` of the bands of `mixed`.
+    lens : without geometry. `flares` : its flare components.
+    mixed : mixed radiance (wavelength, y, x).
+    sensor : `sensor_plane.SensorPlane` of the field. `pitch_um` : (y, x) of a tile.
+    response : `isethdr_core.demand.Response` of the sensors; None: kernels are not truncated.
     """
     if response is None or not lens.blurs or sensor.areas is not None or sensor.scales is not None:
         return None
@@ -115,53 +109,54 @@ def near_kernels(make, lens, flares, mixed, sensor, pitch_um, response) -> NearK
         response,
     )
     widest = min(WORTH * n * p for n, p in zip(full, pitch_um))
-    edges = (
-        EDGES * wave / wave[0] * sampled_pupil.blur_um(lens, wave[0]) / widest
-    )  # no stop is without them
+    edges = EDGES * wave / wave[0] * sampled_pupil.blur_um(lens, wave[0]) / widest  # of every stop
     if any(
         light.share(edges, most=most()) > allowed
-        for most in (light.most_of_some, lambda: light.most)
-    ):  # a bright scene shows at once
+        for most in (light.most_of_some, lambda: light.brightest)
+    ):  # a bright scene fails here, before any kernel is computed
         return None
     probe = kernels.kernels(
         lens, flares, wave[-1:], pitch_um, first
-    )  # of one band, to know how far all have to reach
+    )  # one band gives the reach of all
     ratio = light.share(probe.outside * wave / wave[-1]) / allowed
     reach = [int(np.ceil(r * max(1.0, 1.1 * ratio))) for r in first]
     if any(r > WORTH * n for r, n in zip(reach, full)):
         return None
-    made = make(tuple(reach))
-    centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in made.bands], float)
-    outside, loss = np.maximum(made.outside, 0.0), made.transmitted if lens.aperture_loss else 1.0
+    truncated = make_kernels(tuple(reach))
+    centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in truncated.bands], float)
+    outside, loss = (
+        np.maximum(truncated.outside, 0.0),
+        truncated.transmitted if lens.aperture_loss else 1.0,
+    )
     share = light.share(outside * loss, centre * loss, everywhere=True)
     if share > allowed:
         return None
-    return NearKernels(
-        **{k: v for k, v in vars(made).items() if k in kernels.Kernels.__dataclass_fields__},
+    return TruncatedKernels(
+        **{k: v for k, v in vars(truncated).items() if k in kernels.Kernels.__dataclass_fields__},
         frame=tuple(shape),
-        added=outside * light.most / 2,
+        added=outside * light.brightest / 2,
         noise_share=share,
     )
 
 
-def notes(made: NearKernels) -> list[Note]:
-    """Return what was left out, and its bound."""
-    rows, columns = (n // 2 for n in made.bands[0].shape)
+def notes(truncated: TruncatedKernels) -> list[Note]:
+    """Return the wings that were left out, and the bound on their effect."""
+    rows, columns = (n // 2 for n in truncated.bands[0].shape)
     spared = LeftOut(
-        f"where light goes that is spread more than {columns} x {rows} tiles,"
-        f" {made.outside.max():.2g} of it at most",
-        "no tile is so bright that the sensor could tell",
-        made.noise_share,
+        f"place of light spread more than {columns} x {rows} tiles,"
+        f" {truncated.outside.max():.2g} of it at most",
+        "no tile is bright enough for the sensor to see a difference",
+        truncated.noise_share,
         UNIT,
         needless=True,
     )
-    label = "far tail of the point spread, the same light added to every tile in its place"
-    return [spared, term(made.noise_share, UNIT, "bound", label, key="far tail")]
+    label = "far wings of the point spread, replaced by uniform light"
+    return [spared, term(truncated.noise_share, UNIT, "bound", label, key="far tail")]
 
 
 @dataclass(frozen=True, eq=False)
 class Light:
-    """What decides: the brightest light per band, and the least noise of any tile."""
+    """The light of a scene: its brightest tile per band, and the least noise of any tile."""
 
     cube: np.ndarray  # (band, y, x) radiance
     relative: np.ndarray | float  # factor of the tiles' light, (y, x) or 1
@@ -170,51 +165,52 @@ class Light:
 
     @cached_property
     def _step(self) -> int:
-        return max(1, int(np.sqrt(self.cube[0].size / LOOKED_AT)))
+        return max(1, int(np.sqrt(self.cube[0].size / SAMPLED_TILES)))
 
     @cached_property
-    def some(self) -> np.ndarray:
-        """The light of the tiles looked at."""
+    def sampled(self) -> np.ndarray:
+        """The light of the sampled tiles."""
         return self.cube[:, self._step // 2 :: self._step, self._step // 2 :: self._step]
 
     @cached_property
     def factor(self) -> np.ndarray | float:
-        """The factor of the tiles looked at."""
+        """The relative illumination of the sampled tiles."""
         if not np.ndim(self.relative):
             return self.relative
         return self.relative[self._step // 2 :: self._step, self._step // 2 :: self._step]
 
     @cached_property
-    def most(self):
+    def brightest(self):
         """The brightest light, per band."""
         return self._most(self.cube)
 
     def most_of_some(self):
-        """Return the brightest light of the tiles looked at, per band."""
-        return self._most(self.some)
+        """Return the brightest light of the sampled tiles, per band."""
+        return self._most(self.sampled)
 
     def _most(self, cube):
         return cube.max(axis=(1, 2)).astype(float) * float(np.max(self.relative))
 
     def share(self, outside, centre=1.0, everywhere: bool = False, most=None) -> float:
-        """Return the largest error / the least noise: bound where all tiles are looked at
-        `everywhere`, else at best so much.
+        """Return the largest error over the least noise.
 
         Parameters
         ----------
-        outside : per band, energy beyond the kernel. `centre` : per band, what of a tile's light
-            stays there.
+        outside : per band, the energy beyond the kernel.
+        centre : per band, the share of a tile's light that stays in the tile.
+        everywhere : use all tiles, so that the result is an upper bound. False: use the sampled
+            tiles only; the true value is then no smaller.
         most : the brightest light, per band; None: of all tiles.
         """
-        error = self.weights @ (outside * (self.most if most is None else most)) / 2
+        error = self.weights @ (outside * (self.brightest if most is None else most)) / 2
         light = self._least(self.weights * centre, everywhere)
-        e, scale = max(self.response.read_noise_e, 1.0), self.response.area_exposure_m2_s
-        return float(np.max(scale * error / np.sqrt(e**2 + scale * light)))
+        read_noise_e, scale = max(self.response.read_noise_e, 1.0), self.response.area_exposure_m2_s
+        return float(np.max(scale * error / np.sqrt(read_noise_e**2 + scale * light)))
 
     def _least(self, weights, everywhere):
         """Return the least light of any tile, per channel."""
         if not everywhere:
-            return (np.tensordot(weights, self.some, 1) * self.factor).min(axis=(1, 2))
+            return (np.tensordot(weights, self.sampled, 1) * self.factor).min(axis=(1, 2))
         planes = matrix_product(weights, self.cube.reshape(len(self.cube), -1)).reshape(
             -1, *self.cube.shape[1:]
         )
@@ -222,9 +218,7 @@ class Light:
 
 
 def _core(lens, wavelength_nm, pitch_um, shape) -> tuple[int, int]:
-    """Return the (y, x) tiles within which kernels are exact: nearer nothing is to be had by ending
-    them.
-    """
+    """Return the tiles (y, x) within which kernels are exact: a shorter kernel saves no time."""
     blur = sampled_pupil.blur_um(lens, float(wavelength_nm.min()))
     return tuple(
         min(n - 1, max(3, int(kernels.CORE_SAMPLES / max(2.0, np.ceil(2 * p / blur)))))

@@ -22,7 +22,7 @@ from isethdr_core.pipeline.imaging_plan import LightBudget, imaged
 from isethdr_core.plugins.ranges import Wavelength, check_ranges
 
 from ..imaging.accuracy_shares import ERROR_SHARES, SPECKLE_KNOB
-from ..imaging.array_backend import place
+from ..imaging.array_backend import device_transfer
 from ..imaging.sensor_plane import image_size
 from ..plan.outline import outline as outlined
 from .limits import (
@@ -281,7 +281,7 @@ def _sequence(flares) -> tuple:
 def _check(lens):
     check_ranges(lens)
     if os.environ.get("ISETHDR_ARRAYS"):
-        place()  # what it names is there
+        device_transfer()  # what it names is there
     if not lens.object_distance_m > 2e-3 * lens.focal_length_mm:
         raise ConfigError(
             f"lens.object_distance_m is {lens.object_distance_m!r}; expected metres, more than"

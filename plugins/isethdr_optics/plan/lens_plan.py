@@ -1,6 +1,4 @@
-"""Lens plan: how one lens makes the light of one field; all that could be left out has been decided
-upon.
-"""
+"""Lens plan: how one lens images one field. All decisions about what to leave out are made."""
 
 from __future__ import annotations
 
@@ -34,22 +32,20 @@ class LensPlan:
     """A plan (`isethdr_core.plugins.protocols.ImagingPlan`) of one lens and one field."""
 
     lens: Any
-    flares: tuple  # whose ghosts sensors can tell
+    flares: tuple  # without ghosts that are too faint for the sensors
     region: Region  # of the field
     optics: FieldOptics  # of that region
     error_allowed: float  # relative, of convolutions band by band
-    response: (
-        Response | None
-    )  # of sensors that get photocurrent where that is better; None: irradiance
+    response: Response | None  # of sensors that accept photocurrent; None: irradiance
     terms: tuple[ErrorTerm, ...]
     left_out: tuple[LeftOut, ...]
-    checked: weakref.ref | None = field(default=None, repr=False)  # radiance known to be sound
+    checked: weakref.ref | None = field(default=None, repr=False)  # radiance checked before
 
     def image(self, mixed: xr.DataArray) -> xr.DataArray:
         """Return irradiance or photocurrent of mixed radiance ([component,] wavelength, y, x).
 
-        The output covers the same tiles, in metres, or those that a distortion and the sensors'
-        window leave.
+        The output covers the same tiles, in metres, or fewer with a distortion or a window of the
+        sensors.
 
         Raises
         ------
@@ -57,125 +53,124 @@ class LensPlan:
             another field.
         """
         if self.checked is None or self.checked() is not mixed:
-            for _, one in components(mixed):
-                quantities.check_mixed(one)
+            for _, component in components(mixed):
+                quantities.check_mixed(component)
         return self._image(self.region.of(mixed))
 
     @each_component
     def _image(self, mixed):
-        if self.optics.made is not None:
+        if self.optics.kernels is not None:
             ledger.rest_part(SPREAD)  # terms of the plan act on it
         cube = np.asarray(mixed.values)
-        found = None
+        current = None
         if self.response is not None:
-            found = photocurrent.photocurrent(cube, self.optics, self.response)
-        if found is None:
-            made = irradiance.irradiance(cube, self.optics, self.error_allowed)
-            ledger.record(*made.terms)
+            current = photocurrent.photocurrent(cube, self.optics, self.response)
+        if current is None:
+            light_of_tiles = irradiance.irradiance(cube, self.optics, self.error_allowed)
+            ledger.record(*light_of_tiles.terms)
             light = self._placed(
-                made.values,
+                light_of_tiles.values,
                 quantities.plane,
                 self.optics.wavelength_nm,
                 units=quantities.IRRADIANCE,
             )
         else:
-            ledger.record(*found.terms)
+            ledger.record(*current.terms)
             light = self._placed(
-                found.values,
+                current.values,
                 quantities.photocurrent,
-                found.channels,
+                current.channels,
                 wavelength_nm=self.optics.wavelength_nm,
-                efficiency=found.efficiency,
+                efficiency=current.efficiency,
             )
-        counting = found and found.efficiency * photons_per_energy(self.optics.wavelength_nm)
+        electrons_per_joule = current and current.efficiency * photons_per_energy(
+            self.optics.wavelength_nm
+        )
         for added in self._added(mixed):
-            light.values += added if found is None else np.tensordot(counting, added, 1)
-        if found is None:
+            light.values += (
+                added if current is None else np.tensordot(electrons_per_joule, added, 1)
+            )
+        if current is None:
             quantities.check_irradiance(light)
         return self.region.widened(light, self.response and self.response.efficiency)
 
     def light_errors(self, mixed, weights) -> ErrorMaps:
-        """Return how wrong the kernels make light of `mixed`, (channel, y, x).
+        """Return the errors (channel, y, x) of the light of `mixed` from the kernels' errors.
 
         Parameters
         ----------
-        weights : (channel, band) what is counted of irradiance, for every band of `mixed`.
+        mixed : mixed radiance (wavelength, y, x).
+        weights : (channel, band) factors of irradiance, for every band of `mixed`.
 
         Returns
         -------
         One tile per tile of the light that `image` makes.
         """
         part = self.region.of(mixed)
-        found = errors.spread_errors(part, self.optics, weights[:, self.region.kept])
-        maps = ErrorMaps(*found, KERNELS, "kernels beyond their exact core")
+        deviation_and_bound = errors.spread_errors(part, self.optics, weights[:, self.region.kept])
+        maps = ErrorMaps(*deviation_and_bound, KERNELS, "kernels beyond their exact core")
         return errors_on_window(maps, self.lens, self.optics, self.region.window_m)
 
-    def _placed(self, values, make, first, **attrs):
-        """Return make(values, first, x, y, ...) of light (first, y, x), moved to the sensor plane's
-        tiles.
-        """
+    def _placed(self, values, make_quantity, first, **attrs):
+        """Return make_quantity(values, first, x, y, ...) of light moved to the sensor plane."""
         sensor = self.optics.sensor
 
-        def placed(moved):
-            return self._on_sensor(make, moved, first, **attrs)
+        def placed(values_there):
+            return self._on_sensor(make_quantity, values_there, first, **attrs)
 
         if sensor.keeps_grid:
             return placed(values)
         moved = sensor.move(values)
         if ledger.records_errors():
-            lost = retiling.losses(sensor, values, moved)
-            ledger.record(*lost.terms)
-            ledger.light_part(retiling.DETAIL, placed(lost.within_tiles), within_tiles=True)
-            if lost.of_border is not None:
-                ledger.light_part(retiling.BORDER, placed(lost.of_border))
+            losses = retiling.losses(sensor, values, moved)
+            ledger.record(*losses.terms)
+            ledger.light_part(retiling.DETAIL, placed(losses.within_tiles), within_tiles=True)
+            if losses.of_border is not None:
+                ledger.light_part(retiling.BORDER, placed(losses.of_border))
         return placed(moved)
 
-    def _on_sensor(self, make, values, first, **attrs):
-        """Return make(values, first, x, y, ...), light on the sensor plane with the attributes of
-        the lens.
-        """
-        lens, given = self.lens, self.optics
+    def _on_sensor(self, make_quantity, values, first, **attrs):
+        """Return make_quantity(values, first, x, y, ...) with the attributes of the lens."""
+        lens, optics = self.lens, self.optics
         f_m = 1e-3 * lens.focal_length_mm
         throughput_sr = lens.throughput_sr() * float(
-            np.mean(given.gains / lens.gains_sr(given.wavelength_nm))
-        )  # what flares leave of it, mean of all bands
-        light = make(
+            np.mean(optics.gains / lens.gains_sr(optics.wavelength_nm))
+        )  # with the loss by flares, mean of all bands
+        light = make_quantity(
             values,
             first,
-            given.sensor.x * f_m,
-            given.sensor.y * f_m,
+            optics.sensor.x * f_m,
+            optics.sensor.y * f_m,
             f_number=lens.f_number,
             focal_length_mm=lens.focal_length_mm,
             throughput_sr=throughput_sr,
-            field_width=given.sensor.field[0] * f_m,
-            field_height=given.sensor.field[1] * f_m,
-            **given.sensor.attrs,
+            field_width=optics.sensor.field[0] * f_m,
+            field_height=optics.sensor.field[1] * f_m,
+            **optics.sensor.attrs,
             **attrs,
         )
-        for name, d, p in (
-            ("pitch_x", "x", given.pitch_um[1]),
-            ("pitch_y", "y", given.pitch_um[0]),
+        for name, dim, pitch_um in (
+            ("pitch_x", "x", optics.pitch_um[1]),
+            ("pitch_y", "y", optics.pitch_um[0]),
         ):
-            if light.sizes[d] == 1:
-                light.attrs[name] = p * 1e-6
+            if light.sizes[dim] == 1:
+                light.attrs[name] = pitch_um * 1e-6
         return light
 
     def _added(self, mixed):
-        """Yield the irradiance (wavelength, y, x) that each flare adds, and first what stands for a
-        tail that was left out.
-        """
-        given = self.optics
-        shape = (len(given.wavelength_nm), len(given.sensor.y), len(given.sensor.x))
-        if isinstance(given.made, wing_truncation.NearKernels):
-            yield (given.made.added * given.gains)[:, None, None]
+        """Yield the irradiance (wavelength, y, x) in place of truncated wings, then of each flare."""
+        optics = self.optics
+        shape = (len(optics.wavelength_nm), len(optics.sensor.y), len(optics.sensor.x))
+        if isinstance(optics.kernels, wing_truncation.TruncatedKernels):
+            yield (optics.kernels.added * optics.gains)[:, None, None]
         for flare in self.flares:
             if not isinstance(flare, AddsLight):
                 continue
-            if given.sensor.keeps_grid:
+            if optics.sensor.keeps_grid:
                 added = flare.irradiance(self.lens, mixed)
             else:
-                covered = given.sensor.covered(mixed)
-                added = given.sensor.cut(flare.irradiance(self.lens, covered))
+                covered = optics.sensor.covered(mixed)
+                added = optics.sensor.cut(flare.irradiance(self.lens, covered))
             if (
                 tuple(added.dims) != quantities.MIXED_DIMS
                 or added.shape != shape

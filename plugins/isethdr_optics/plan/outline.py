@@ -1,6 +1,4 @@
-"""Outline: what the plan of a lens will need of a field, and leave out for certain, known before
-there is any light.
-"""
+"""Outline: what the plan of a lens will need and certainly leave out, before the light is known."""
 
 from __future__ import annotations
 
@@ -32,8 +30,8 @@ def _bands(offered_nm, sensed_nm) -> list[LeftOut]:
     """Return the outer bands that no sensor sees."""
     if not offered_nm or not sensed_nm:
         return []
-    through = bands.outer(np.isin(offered_nm, sensed_nm))
-    blind = len(offered_nm) - len(offered_nm[through])
+    outer_bands = bands.outer(np.isin(offered_nm, sensed_nm))
+    blind = len(offered_nm) - len(offered_nm[outer_bands])
     if not blind:
         return []
     what = f"{blind} of {len(offered_nm)} bands through the lens"
@@ -50,8 +48,10 @@ def _tiles(lens, size, window_m) -> list[LeftOut]:
     if size is None or window_m is None:
         return []
     whole_m = lens.image_size_m(*size)
-    seen = math.prod(min(side / full, 1.0) for side, full in zip(window_m, whole_m, strict=True))
-    if seen >= 1 - SLIVER:
+    seen_share = math.prod(
+        min(side / full, 1.0) for side, full in zip(window_m, whole_m, strict=True)
+    )
+    if seen_share >= 1 - SLIVER:
         return []
-    what = f"{100 * (1 - seen):.3g} % of the camera's field through the lens"
+    what = f"{100 * (1 - seen_share):.3g} % of the camera's field through the lens"
     return [LeftOut(what, "no sensor sees it", 0.0, quantities.IRRADIANCE, needless=True)]

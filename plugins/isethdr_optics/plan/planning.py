@@ -1,5 +1,6 @@
-"""Planning: what of a field, and of a lens's effects, is needed for some sensors; decided once,
-before any light is made.
+"""Planning: decides which parts of a field, and which effects of a lens, the sensors need.
+
+The decision is made once, before imaging.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ from ..imaging import array_backend
 from ..imaging.accuracy_shares import CONVOLUTION, LEFT
 from ..imaging.field_optics import field_optics
 from ..imaging.kernel_statements import Margin, kernel_notes
-from ..imaging.wing_truncation import cut_noise_share
+from ..imaging.wing_truncation import truncation_noise_share
 from .lens_plan import LensPlan
 from .region import region
-from .window import seen
+from .window import window_view
 
-WORTH = 1.5e6  # tiles x bands: to find functionals takes as long as to convolve so many
-# Of the error that the kernels have anyway. Functionals of a quarter of it add 3 % to its root
-# sum of squares. A smaller share would send scenes with bright lamps band by band, several times
-# slower.
+WORTH = 1.5e6  # tiles x bands: convolving fewer is faster than finding functionals
+# Share of the kernels' error. Functionals with a quarter of that error add 3 % to the root sum of
+# squares. With a smaller share, scenes with bright lamps would be convolved band by band, several
+# times slower.
 NOT_WORTH = 0.25
 
 
@@ -39,47 +40,52 @@ def plan(lens, flares, field, response: Response | None, budget: LightBudget) ->
     """Return the plan of imaging a field; arguments as
     `isethdr_core.plugins.protocols.PlansImaging.plan`.
 
-    Kernels end where the sensors of `response` cannot tell, ghosts that they cannot tell are not
-    traced, and tiles beside their window are left out whose light cannot reach it. What is left of
-    the error allowed is for the rest of the way. Light in components is made wavelength by
-    wavelength, to the lens's own error.
+    Kernels end where the sensors of `response` see no difference. Ghosts too faint for them are not
+    traced. Tiles outside their window are left out if too little light reaches it. The rest of the
+    error allowed is for the convolutions. Light with components is imaged wavelength by wavelength,
+    with the error that the lens states.
 
     Raises
     ------
     UnitError : `field` is no mixed radiance, or holds negative or non-finite light.
     """
-    for _, one in components(field):
-        quantities.check_mixed(one)
+    for _, component in components(field):
+        quantities.check_mixed(component)
     if DIM in field.dims:
         response = None
     part, light, dark = region(lens, flares, field, budget)
     _, mixed = components(light)[0]
     limits = lens.limits(_widest_rad(mixed), mixed.wavelength.values.astype(float))
-    found = seen(lens, mixed, flares, response)
-    optics = found.optics
-    notes = [*dark, *limits, *optics.sensor.notes, *optics.notes, *found.notes]
-    if found.tiles is not None:
-        part = replace(part, tiles=found.tiles)
-    error_allowed, left = budget.error_allowed, None
+    view = window_view(lens, mixed, flares, response)
+    optics = view.optics
+    notes = [*dark, *limits, *optics.sensor.notes, *optics.notes, *view.notes]
+    if view.tiles is not None:
+        part = replace(part, tiles=view.tiles)
+    error_allowed, remaining = budget.error_allowed, None
     if response is not None:
         part = replace(part, window_m=response.window_m)
-        flares, faint, of_ghosts = seen_ghosts(lens, found.mixed, flares, optics, found.response)
+        flares, faint, of_ghosts = seen_ghosts(lens, view.mixed, flares, optics, view.response)
         notes += of_ghosts
-        left = _left(found, faint)
-        error_allowed = CONVOLUTION * left.error_allowed
-        if found.mixed.size < WORTH or array_backend.place():
-            left = None
-    notes += kernel_notes(lens, optics, _margin(found.mixed))
+        remaining = _remaining_response(view, faint)
+        error_allowed = CONVOLUTION * remaining.error_allowed
+        if view.mixed.size < WORTH or array_backend.device_transfer():
+            remaining = None
+    notes += kernel_notes(lens, optics, _margin(view.mixed))
     checked = weakref.ref(field)
-    return LensPlan(lens, flares, part, optics, error_allowed, left, *_sorted(notes), checked)
+    return LensPlan(lens, flares, part, optics, error_allowed, remaining, *_sorted(notes), checked)
 
 
-def whole(lens, flares, field, response: Response | None = None) -> LensPlan:
-    """Return the plan that leaves nothing of a field out: full kernels, and functionals of the
-    spectrum however small the field.
+def complete_plan(lens, flares, field, response: Response | None = None) -> LensPlan:
+    """Return the plan that leaves nothing out: full kernels; functionals for a field of any size.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    field : mixed radiance ([component,] wavelength, y, x).
+    response : `isethdr_core.demand.Response` of the sensors; None: irradiance only.
     """
-    for _, one in components(field):
-        quantities.check_mixed(one)
+    for _, component in components(field):
+        quantities.check_mixed(component)
     part = region(lens, flares, field, LightBudget()).region
     optics = field_optics(lens, field, flares)
     notes = [*optics.sensor.notes, *optics.notes, *kernel_notes(lens, optics, _margin(field))]
@@ -93,12 +99,12 @@ def _sorted(notes: list[Note]) -> tuple[tuple[ErrorTerm, ...], tuple[LeftOut, ..
     return terms, tuple(note for note in notes if isinstance(note, LeftOut))
 
 
-def _left(found, faint: float) -> Response:
-    """Return the response with the share of its noise that is left for the way through the lens."""
-    allowed = found.response.noise_fraction_allowed
-    taken = found.optics.noise_share + cut_noise_share(found.optics.made) + faint
-    left = max(allowed - taken, LEFT * allowed, min(allowed, NOT_WORTH * taken))
-    return replace(found.response, noise_fraction_allowed=left)
+def _remaining_response(view, faint: float) -> Response:
+    """Return the response with the share of its noise that is left for the convolutions."""
+    allowed = view.response.noise_fraction_allowed
+    used = view.optics.noise_share + truncation_noise_share(view.optics.kernels) + faint
+    remaining = max(allowed - used, LEFT * allowed, min(allowed, NOT_WORTH * used))
+    return replace(view.response, noise_fraction_allowed=remaining)
 
 
 def _widest_rad(mixed) -> float:
@@ -108,11 +114,9 @@ def _widest_rad(mixed) -> float:
 
 
 def _margin(mixed) -> Margin:
-    """Return the tiles of a field beyond the sensors' window, or beyond the camera's field where no
-    window is known.
-    """
-    if known := mixed.attrs.get("tiles_beyond"):
-        return Margin(known, of_window=True)
+    """Return the tiles of a field beyond the sensors' window, or else beyond the camera's field."""
+    if beyond := mixed.attrs.get("tiles_beyond"):
+        return Margin(beyond, of_window=True)
     full = quantities.full_field(mixed)[::-1]
     field = [mixed.attrs.get(k) or n for k, n in zip(("field_height", "field_width"), full)]
     pitch = [quantities.tile_pitch(mixed, d) for d in ("y", "x")]

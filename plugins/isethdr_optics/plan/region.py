@@ -1,8 +1,7 @@
-"""Region: the bands and tiles of a field that go through the lens, and the light of the others put
-back.
+"""Region: the bands and tiles of a field that are imaged, and how the output is completed.
 
-Bands that no sensor sees, or in which there is no light, are dropped at the ends of the spectrum.
-Tiles that no sensor sees are dropped where the lens keeps the light of every tile in its place.
+At the ends of the spectrum, bands without light or without response of any sensor are dropped.
+Tiles that no sensor sees are dropped if the lens spreads no light.
 """
 
 from __future__ import annotations
@@ -38,8 +37,7 @@ class Region:
     window_m: tuple[float, float] | None = None  # (width, height); None: all
 
     def of(self, mixed: xr.DataArray) -> xr.DataArray:
-        """Return the part of mixed radiance ([component,] wavelength, y, x) that goes through the
-        lens.
+        """Return the imaged part of mixed radiance ([component,] wavelength, y, x).
 
         Raises
         ------
@@ -56,12 +54,13 @@ class Region:
         return mixed if self.tiles is None else core.cut(mixed, self.tiles)
 
     def widened(self, light: xr.DataArray, efficiency) -> xr.DataArray:
-        """Return the light in the window, with dark bands where none went through the lens.
+        """Return the light in the window, with the dropped bands added as dark.
 
         Parameters
         ----------
-        efficiency : function(wavelength_nm) -> (channel, band), of the sensors that photocurrent is
-            made for.
+        light : irradiance or photocurrent on the sensor plane.
+        efficiency : function(wavelength_nm) -> (channel, band) of the sensors; used for
+            photocurrent only.
         """
         light = on_window(light, self.window_m)
         if self.kept.all():
@@ -69,23 +68,35 @@ class Region:
         every_nm = self.coordinates["wavelength"]
         if "wavelength" in light.dims:
             return light.reindex(wavelength=every_nm, fill_value=0.0)
-        whole = efficiency(np.asarray(every_nm, float))
-        part = whole[:, self.kept]
-        rows = [int(np.abs(part - own).max(1).argmin()) for own in light.attrs["efficiency"]]
-        return light.assign_attrs(wavelength_nm=np.asarray(every_nm, float), efficiency=whole[rows])
+        all_efficiencies = efficiency(np.asarray(every_nm, float))
+        kept_efficiencies = all_efficiencies[:, self.kept]
+        rows = [
+            int(np.abs(kept_efficiencies - own).max(1).argmin())
+            for own in light.attrs["efficiency"]
+        ]
+        return light.assign_attrs(
+            wavelength_nm=np.asarray(every_nm, float), efficiency=all_efficiencies[rows]
+        )
 
 
-class Chosen(NamedTuple):
-    """The part of a field that a lens has to make light of."""
+class RegionOfField(NamedTuple):
+    """The part of a field that a lens has to image."""
 
     region: Region
     mixed: xr.DataArray  # its light
     left_out: list[LeftOut]
 
 
-def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> Chosen:
-    """Return the region of a field that a lens has to make light of."""
-    whole, left_out = field, []
+def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> RegionOfField:
+    """Return the region of a field that a lens has to image.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    field : mixed radiance ([component,] wavelength, y, x).
+    budget : window of the sensors and the bands that they see.
+    """
+    full_field, left_out = field, []
     coordinates = {d: field[d].values for d in ("wavelength", "y", "x")}
     tiles = None
     if budget.window_m is not None and lens.keeps_light(flares):
@@ -100,34 +111,44 @@ def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> Chosen:
     every_nm = field.wavelength.values
     kept = np.ones(len(every_nm), bool)
     if budget.sensed_nm is not None:
-        lit_nm, dark = _lit(field, budget.sensed_nm)
+        lit_nm, dark = _lit_bands(field, budget.sensed_nm)
         kept = np.isin(every_nm, lit_nm)
         left_out += dark
-    found = Region(coordinates, kept, tiles)
-    return Chosen(found, found.of(whole), left_out)
+    chosen = Region(coordinates, kept, tiles)
+    return RegionOfField(chosen, chosen.of(full_field), left_out)
 
 
 def on_window(light, window_m):
-    """Return the tiles of light on the sensor plane that lie in a centred window, (width, height)
-    in metres; None: all.
-    """
+    """Return the light within a centred window, (width, height) in metres; None: all."""
     return light if window_m is None else light.isel(core.tiles(light, window_m))
 
 
-def errors_on_window(errors: ErrorMaps, lens, given: FieldOptics, window_m):
-    """Return error maps (channel, y, x) of the sensor plane's tiles at those of `on_window`."""
+def errors_on_window(errors: ErrorMaps, lens, optics: FieldOptics, window_m):
+    """Return the part of error maps (channel, y, x) within a window, as `on_window` for light.
+
+    Parameters
+    ----------
+    errors : of the tiles of the sensor plane. `lens` : gives the focal length.
+    optics : of the field. `window_m` : (width, height) in metres; None: all.
+    """
     if window_m is None:
         return errors
     columns, rows = (
         core.within(c * 1e-3 * lens.focal_length_mm, side)
-        for c, side in zip((given.sensor.x, given.sensor.y), window_m)
+        for c, side in zip((optics.sensor.x, optics.sensor.y), window_m)
     )
     deviation, bound = (e[:, rows, columns] for e in (errors.deviation, errors.bound))
     return errors._replace(deviation=deviation, bound=bound)
 
 
 def tiles_left_out(whole: tuple, part: tuple, why: str, bound: float, unit: str) -> LeftOut:
-    """Return how many tiles are left out; `whole` and `part` are shapes (..., y, x) of a field."""
+    """Return the row of the ledger for tiles that are left out.
+
+    Parameters
+    ----------
+    whole, part : shapes (..., y, x) of the field, and of its imaged part.
+    why : the reason, for people. `bound` : on the effect, in `unit`.
+    """
     (height, width), (inner_height, inner_width) = whole[-2:], part[-2:]
     out = height * width - inner_height * inner_width
     return LeftOut(
@@ -141,11 +162,12 @@ def tiles_left_out(whole: tuple, part: tuple, why: str, bound: float, unit: str)
     )
 
 
-def _lit(mixed, wanted) -> tuple[tuple[float, ...], list[LeftOut]]:
-    """Return the bands out of `wanted` between the first and the last in which `mixed` has any
-    light, and those that are left out; inner ones are not looked at.
+def _lit_bands(mixed, offered_nm) -> tuple[tuple[float, ...], list[LeftOut]]:
+    """Return the bands of `offered_nm` from the first to the last with light, and a row for others.
+
+    Dark bands between two lit bands are kept.
     """
-    waves = tuple(map(float, wanted))
+    waves = tuple(map(float, offered_nm))
 
     def first(order) -> int | None:
         return next((k for k in order if mixed.sel(wavelength=waves[k]).values.any()), None)

@@ -1,11 +1,10 @@
-"""Window: what a lens takes of the field, and makes light of, for sensors that see a window of the
-image plane only.
+"""Window: the tiles of a field that matter to sensors that see only a window of the image plane.
 
-Two bounds leave out tiles beyond the window. Kernels that end at a reach take nothing from beyond
-it: their bound (`wing_truncation`) is that of the whole field. Kernels of the full frame lose the
-light that tiles beyond some reach would send into the window: at most the brightest of them x the
-energy of the kernel beyond that reach. A bright lamp outside the window disables cropping; one
-within the window does not.
+Two bounds allow tiles outside the window to be left out. Truncated kernels bring no light from
+beyond their reach: their bound (`wing_truncation`) holds for the whole field. Kernels of the full
+frame lose the light that tiles beyond some reach would send into the window. This is at most the
+light of the brightest such tile times the energy of the kernel beyond that reach. A bright lamp
+outside the window therefore disables cropping; a lamp within it does not.
 """
 
 from __future__ import annotations
@@ -35,51 +34,58 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHARE = 0.25  # of the error allowed of light
-WORTH = 0.75  # of all tiles: more than this left is not worth a kernel that tells how many
-SPARE = 1.1  # what one band tells of the others: the bound is checked with all of them
+WORTH = 0.75  # of all tiles: if more are left, cropping does not pay for the kernel it needs
+GUESS_FACTOR = 1.1  # margin of a guess from one band; the bound is then checked with all bands
 WHY = f"{UNSEEN}, and too little of their light spreads to one"
 
 
-class Seen(NamedTuple):
-    """What sensors see of a field."""
+class WindowView(NamedTuple):
+    """The part of a field that matters to sensors, and its optics."""
 
     tiles: dict[str, slice] | None  # of the field, {y, x}; None: all
     mixed: xr.DataArray  # their light
     optics: FieldOptics
-    response: Response | None  # with the error that is left for the rest of the way
-    notes: tuple[Note, ...] = ()  # what of the tiles is left out, and its error
+    response: Response | None  # with the error that is left for the convolutions
+    notes: tuple[Note, ...] = ()  # the tiles that are left out, and the error of doing so
 
 
-def seen(lens, mixed, flares, response) -> Seen:
-    """Return the tiles whose light a sensor of `response` can tell, and what the lens makes of
-    them.
+def window_view(lens, mixed, flares, response) -> WindowView:
+    """Return the tiles whose light matters to sensors of `response`, and their optics.
 
-    All tiles are kept where the response states no window, where light is moved, drawn twice or
-    spread unlike over the field, and where no bound says that tiles beyond are too dark.
+    All tiles are kept if the response states no window, with distortion, lateral colour, ghosts or
+    kernels that vary over the field, and if the tiles outside the window are too bright.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    mixed : mixed radiance (wavelength, y, x).
+    response : `isethdr_core.demand.Response` of the sensors, or None.
     """
     plane = sensor_plane(lens, mixed)
-    inner = _inner(lens, mixed, flares, response)
-    found = None if inner is None else _without_dark(lens, mixed, flares, response, plane, inner)
-    if found is None:
+    inner = _window_tiles(lens, mixed, flares, response)
+    view = (
+        None if inner is None else _without_dark_tiles(lens, mixed, flares, response, plane, inner)
+    )
+    if view is None:
         optics = field_optics(lens, mixed, flares, response, plane)
-        found, reach, share = Seen(None, mixed, optics, response), max(mixed.shape), 0.0
+        view, reach, share = WindowView(None, mixed, optics, response), max(mixed.shape), 0.0
     else:
-        found, reach, share = found
-    if inner is not None and isinstance(found.optics.made, wing_truncation.NearKernels):
-        # nothing from farther away is taken anyway
-        found = _within_kernels(mixed, found, plane, inner, reach)
+        view, reach, share = view
+    if inner is not None and isinstance(view.optics.kernels, wing_truncation.TruncatedKernels):
+        # truncated kernels bring no light from farther away
+        view = _within_kernels(mixed, view, plane, inner, reach)
     unit, notes = wing_truncation.UNIT, []
-    if found.tiles is not None:
-        bound = share + wing_truncation.cut_noise_share(found.optics.made)
-        notes.append(tiles_left_out(mixed.shape, found.mixed.shape, WHY, bound, unit))
+    if view.tiles is not None:
+        bound = share + wing_truncation.truncation_noise_share(view.optics.kernels)
+        notes.append(tiles_left_out(mixed.shape, view.mixed.shape, WHY, bound, unit))
     if share:
         label = "light of tiles beyond the window that sensors see, left out"
         notes.append(term(share, unit, "bound", label, key="tiles beyond the window"))
-    return found._replace(notes=tuple(notes))
+    return view._replace(notes=tuple(notes))
 
 
-def _inner(lens, mixed, flares, response):
-    """Return the slices {y, x} of the tiles that the window sees; None where all are kept."""
+def _window_tiles(lens, mixed, flares, response):
+    """Return the slices {y, x} of the tiles in the window; None if all tiles are kept."""
     if response is None or response.window_m is None or not lens.blurs or lens.field_varies:
         return None
     if (
@@ -95,17 +101,18 @@ def _inner(lens, mixed, flares, response):
     return None if core.cut(mixed, inside) is mixed else inside
 
 
-def _without_dark(lens, mixed, flares, response, plane, inner):
-    """Return (`Seen`, reach, bound) without tiles so far out, and so dark, that the sensor cannot
-    tell; None where none are.
+def _without_dark_tiles(lens, mixed, flares, response, plane, inner):
+    """Return (`WindowView`, reach, bound) without distant dark tiles; None if all tiles matter.
+
+    `reach` is in tiles from the window; `bound` is the error over the sensor's noise.
     """
-    plain, wave, frame = (
+    axis_lens, wave, frame = (
         without_geometry(lens),
         mixed.wavelength.values.astype(float),
         mixed.shape[1:],
     )
-    most = _largest_reach(inner, frame)
-    if most < 0:
+    largest_reach = _largest_reach(inner, frame)
+    if largest_reach < 0:
         return None
     relative = plane.relative
     pitch_um = tuple(
@@ -125,56 +132,67 @@ def _without_dark(lens, mixed, flares, response, plane, inner):
         wing_truncation.EDGES
         * wave
         / wave[0]
-        * sampled_pupil.blur_um(plain, wave[0])
-        / ((most + 1) * max(pitch_um))
+        * sampled_pupil.blur_um(axis_lens, wave[0])
+        / ((largest_reach + 1) * max(pitch_um))
     )
     if (
-        light.share(2 * edges, most=brightest(most)) > allowed
-    ):  # no stop is without them: nothing has to be made to find out
+        light.share(2 * edges, most=brightest(largest_reach)) > allowed
+    ):  # every stop spreads this much: no kernel is needed to find out
         return None
     probe = kernels.kernels(
-        plain, flares, wave[-1:], pitch_um, tuple(min(most, n - 1) for n in frame)
+        axis_lens, flares, wave[-1:], pitch_um, tuple(min(largest_reach, n - 1) for n in frame)
     )
-    guess = SPARE * wave / wave[-1]
+    guess = GUESS_FACTOR * wave / wave[-1]
     reach = bisect_left(
-        range(most + 1),
+        range(largest_reach + 1),
         -allowed,
         key=lambda r: -light.share(2 * guess * _beyond(probe.bands[0], r), most=brightest(r)),
     )
-    if reach > most:
+    if reach > largest_reach:
         return None
-    tiles, part = _cut(mixed, inner, (reach, reach))
-    left = replace(response, noise_fraction_allowed=(1 - SHARE) * response.noise_fraction_allowed)
-    given = field_optics(lens, part, flares, left, plane.of_tiles(tiles))
-    made, loss = given.made, given.made.transmitted if lens.aperture_loss else 1.0
-    outside = np.array([_beyond(b, reach) for b in made.bands])
-    centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in made.bands], float)
-    share = light.share(2 * outside * loss, centre * loss, everywhere=True, most=brightest(reach))
+    tiles, near = _tiles_around(mixed, inner, (reach, reach))
+    remaining = replace(
+        response, noise_fraction_allowed=(1 - SHARE) * response.noise_fraction_allowed
+    )
+    optics = field_optics(lens, near, flares, remaining, plane.of_tiles(tiles))
+    kernels_of_part, aperture_share = (
+        optics.kernels,
+        optics.kernels.transmitted if lens.aperture_loss else 1.0,
+    )
+    outside = np.array([_beyond(b, reach) for b in kernels_of_part.bands])
+    centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in kernels_of_part.bands], float)
+    share = light.share(
+        2 * outside * aperture_share,
+        centre * aperture_share,
+        everywhere=True,
+        most=brightest(reach),
+    )
     if share > allowed:
         return None
-    return Seen(tiles, part, given, left), reach, share
+    return WindowView(tiles, near, optics, remaining), reach, share
 
 
-def _within_kernels(mixed, found: Seen, plane, inner, reach) -> Seen:
-    """Return those tiles, `reach` beyond the window at most, that kernels take light for the window
-    from.
-    """
-    given = found.optics
-    tiles, near = _cut(mixed, inner, [min(n // 2, reach) for n in given.made.bands[0].shape])
-    if near.shape == found.mixed.shape:
-        return found
+def _within_kernels(mixed, view: WindowView, plane, inner, reach) -> WindowView:
+    """Return the view of the tiles within the kernels' reach, at most `reach` from the window."""
+    optics_of_view = view.optics
+    tiles, near = _tiles_around(
+        mixed, inner, [min(n // 2, reach) for n in optics_of_view.kernels.bands[0].shape]
+    )
+    if near.shape == view.mixed.shape:
+        return view
     plane = plane.of_tiles(tiles)
     relative = plane.relative if np.ndim(plane.relative) else None
-    made = replace(given.made, frame=near.shape[1:])
-    optics = replace(given, sensor=plane, made=made, relative=relative, counted=None)
-    return Seen(tiles, near, optics, found.response)
+    kernels_of_near = replace(optics_of_view.kernels, frame=near.shape[1:])
+    optics_of_near = replace(
+        optics_of_view, sensor=plane, kernels=kernels_of_near, relative=relative, electron_map=None
+    )
+    return WindowView(tiles, near, optics_of_near, view.response)
 
 
-def _cut(mixed, inner, reach):
-    """Return the tiles within `reach` (y, x) of a window, {y, x} or None for all of them, and their
-    mixed radiance.
+def _tiles_around(mixed, inner, reach):
+    """Return the tiles {y, x} within `reach` (y, x) of a window, None for all, and their radiance.
 
-    Attribute `tiles_beyond` : (y, x) from the window to where the light ends that is known.
+    The attribute `tiles_beyond` of the radiance is the number of tiles (y, x) beyond the window.
     """
     tiles = {
         d: slice(max(inner[d].start - r, 0), min(inner[d].stop + r, mixed.sizes[d]))
@@ -188,9 +206,7 @@ def _cut(mixed, inner, reach):
 
 
 def _largest_reach(inner, frame) -> int:
-    """Return how many tiles beyond the window may stay where that is to be worth while; -1 where
-    none may.
-    """
+    """Return the tiles beyond the window that may stay for cropping to pay; -1 if it never pays."""
     reach = -1
     sides = [(inner[d].start, inner[d].stop, n) for d, n in zip(("y", "x"), frame)]
     while np.prod(
@@ -201,18 +217,16 @@ def _largest_reach(inner, frame) -> int:
 
 
 def _brightest(mixed, inner, factor):
-    """Return function(reach) -> the brightest light, per band, of tiles farther than `reach` from
-    the window.
-    """
+    """Return function(reach) -> brightest light per band of tiles beyond `reach` from the window."""
     rows, columns = (mixed.values.max(axis=axis) for axis in (2, 1))
 
     def brightest(reach):
         beyond = [
             side
-            for d, most in (("y", rows), ("x", columns))
+            for d, maxima in (("y", rows), ("x", columns))
             for side in (
-                most[:, : max(inner[d].start - reach, 0)],
-                most[:, inner[d].stop + reach :],
+                maxima[:, : max(inner[d].start - reach, 0)],
+                maxima[:, inner[d].stop + reach :],
             )
         ]
         return np.concatenate(beyond, axis=1).max(axis=1, initial=0.0).astype(float) * factor
@@ -221,9 +235,7 @@ def _brightest(mixed, inner, factor):
 
 
 def _beyond(kernel, reach) -> float:
-    """Return the energy that a kernel has farther than `reach` tiles from its middle, along either
-    axis.
-    """
+    """Return the energy of a kernel farther than `reach` tiles from its middle along either axis."""
     return 1 - float(
         kernel[tuple(slice(max(n // 2 - reach, 0), n // 2 + reach + 1) for n in kernel.shape)].sum(
             dtype=float

@@ -37,13 +37,13 @@ def test_a_lens_gives_the_same_light_there(library):
 
 
 def test_kernels_are_sent_once(library):
-    sent, put = [], array_backend.place()
+    sent, put = [], array_backend.device_transfer()
 
     def counting(a):
         sent.append(np.size(a))
         return put(a)
 
-    library.setattr(array_backend, "place", lambda: counting)
+    library.setattr(array_backend, "device_transfer", lambda: counting)
     made = _kernels(LENS, DIRT, np.array([540.0, 560.0]), (4.0, 4.0), (29, 39))
     largest = max(k.spectrum.size for k in made.spectra.kernels)
     library.setattr("isethdr_optics.imaging.field_optics._kernels", lambda *how: made)

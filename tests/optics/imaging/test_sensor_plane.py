@@ -292,7 +292,7 @@ def test_the_prescriptions_distortion_and_illumination_are_those_of_its_rays():
     )  # 160 cells across the beam
     light = IdealLens(falloff="none")(scene)
     assert (
-        plane.attrs["falloff"] == "table" and plane.whole[1] < light.sizes["x"]
+        plane.attrs["falloff"] == "table" and plane.unmagnified_shape[1] < light.sizes["x"]
     )  # before bands are magnified
 
 

@@ -112,7 +112,7 @@ def test_kernels_that_err_nowhere_have_no_share_of_the_noise():
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street()
     usual = made_kernels(lens, DIRT, BANDS, (10.0, 10.0), (33, 49))
-    seen = photoelectron_map.counted(lens, mixed, 1.0, response)
+    seen = photoelectron_map.map_photoelectrons(lens, mixed, 1.0, response)
     for right in (
         replace(usual, deviation=0 * usual.deviation, wrap=0.0),
         replace(usual, core=np.full(2, 49.0), wrap=0.0),
@@ -147,7 +147,7 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
     assert asked_for(1e2, response) == [1.0]
     share = (
         spread_errors.noise_share(
-            usual, photoelectron_map.counted(*street(lamp=1e9), 1.0, response), response
+            usual, photoelectron_map.map_photoelectrons(*street(lamp=1e9), 1.0, response), response
         )
         / accuracy_shares.KERNELS
     )
@@ -164,7 +164,7 @@ def test_kernels_from_one_pattern_get_a_wider_exact_core(monkeypatch):
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street(lamp=1e9)
     usual = made_kernels(lens, DIRT, BANDS, (10.0, 10.0), (33, 49))
-    seen = photoelectron_map.counted(lens, mixed, 1.0, response)
+    seen = photoelectron_map.map_photoelectrons(lens, mixed, 1.0, response)
     before = spread_errors.noise_share(usual, seen, response)
 
     def best(allowed, quick=4e3):
@@ -190,7 +190,7 @@ def test_fine_rings_are_made_where_no_core_is_enough(monkeypatch):
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street(lamp=1e9)
     usual = made_kernels(lens, DIRT, BANDS, (10.0, 10.0), (33, 49))
-    seen = photoelectron_map.counted(lens, mixed, 1.0, response)
+    seen = photoelectron_map.map_photoelectrons(lens, mixed, 1.0, response)
     monkeypatch.setattr(scaled_pattern, "MOST_SUMS", 2e8)
     size = kernels.wider_cores(usual)[-1].tiles
     assert size < 40

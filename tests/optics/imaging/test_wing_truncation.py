@@ -45,7 +45,7 @@ def response(fraction=0.1):
 
 def needed(mixed, flares=(), allowed=0.1):
     plain, wave = without_geometry(LENS), mixed.wavelength.values
-    return wing_truncation.near_kernels(
+    return wing_truncation.truncated_kernels(
         lambda reach: kernels.kernels(plain, flares, wave, PITCH_UM, reach),
         plain,
         flares,

@@ -109,7 +109,7 @@ def test_the_bound_is_that_of_the_worst_light_there_is(monkeypatch):
     """A dark window amid even light: in its corners three quarters of what lies beyond the reach
     are missing, but for that beyond the frame.
     """
-    monkeypatch.setattr(wing_truncation, "near_kernels", lambda *given: None)
+    monkeypatch.setattr(wing_truncation, "truncated_kernels", lambda *given: None)
     mixed = scene(1e-4, 1e-4)
     mixed.values[:] = mixed.values.max(axis=(1, 2), keepdims=True)
     mixed.values[:, 11:19, 29:37] = 0.0
@@ -143,7 +143,7 @@ def test_a_lamp_beyond_the_largest_reach_is_found_without_any_kernel(monkeypatch
 
 def test_a_bound_that_does_not_hold_for_all_bands_brings_all_back(monkeypatch):
     monkeypatch.setattr(
-        window, "SPARE", 0.1
+        window, "GUESS_FACTOR", 0.1
     )  # the kernel that is looked at first promises too much
     mixed = scene(1e-4, 1e-3, lamp=(15, 33))
     light, left, error = asked(mixed)

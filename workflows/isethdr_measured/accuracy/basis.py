@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from isethdr_optics.imaging.field_optics import field_optics
 from isethdr_optics.imaging.photocurrent import FUNCTIONALS
-from isethdr_optics.plan.planning import whole
+from isethdr_optics.plan.planning import complete_plan
 from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core import ledger, quantities
@@ -59,12 +59,12 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
     for allowed in ALLOWED:
         allowed_response = replace(response, noise_fraction_allowed=allowed)
         with ledger.stage(ledger.Ledger(), "lens") as row:
-            imaged(whole(lens, flares, mixed, allowed_response), mixed)
+            imaged(complete_plan(lens, flares, mixed, allowed_response), mixed)
         counts = [e.label.split(" ")[0] for e in row.errors if e.source.key == FUNCTIONALS]
         name = f"{counts[0]} functionals" if counts else "band by band"
         point(
             f"{allowed:g} allowed: {name}",
-            lambda asked=allowed_response: whole(lens, flares, mixed, asked).image(mixed),
+            lambda asked=allowed_response: complete_plan(lens, flares, mixed, asked).image(mixed),
             "default" if allowed == Allowed.noise_fraction else "",
         )
     point("band by band, exact", lambda: lens(mixed, flares), "peer")

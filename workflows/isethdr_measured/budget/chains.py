@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from isethdr_optics.imaging.field_optics import field_optics as optics
-from isethdr_optics.plan.planning import whole
+from isethdr_optics.plan.planning import complete_plan
 from scipy.signal import fftconvolve
 
 from isethdr_core import ledger, quantities, store
@@ -97,7 +97,7 @@ def by_hand(chain: Chain, scene, setting: Setting, folder, truth: list) -> Done:
 
     def way(mixed):
         return (
-            whole(lens, flares, mixed, response).image(mixed)
+            complete_plan(lens, flares, mixed, response).image(mixed)
             if setting.way == "photocurrent"
             else lens(mixed, flares, response.error_allowed)
         )
