@@ -87,10 +87,12 @@ def reference(level, depth):
     with mp.workdps(60 if depth == 0 else 25):
         end = mp.mpf(T)
 
-        def to_come(left):
+        def to_come(remaining_s):
             return a * (
-                left
-                + depth * (mp.sin(f * end - mp.pi / 2) - mp.sin(f * (end - left) - mp.pi / 2)) / f
+                remaining_s
+                + depth
+                * (mp.sin(f * end - mp.pi / 2) - mp.sin(f * (end - remaining_s) - mp.pi / 2))
+                / f
             )
 
         if depth == 0:
@@ -222,7 +224,7 @@ def main():
     for factor, level, want in zip(TIMES_SATURATION, LEVELS, wanted, strict=True):
         start = time.process_time()
         try:
-            found = solve_ivp(
+            solution = solve_ivp(
                 lambda t, q, v=level: light_of(v, 0.5)(t) - WELL.overflow_e_per_s(q),
                 (0, T),
                 [0.0],
@@ -230,7 +232,7 @@ def main():
                 rtol=1e-6,
                 atol=1e-3,
             )
-            error = f"error {abs(float(found.y[0, -1] - want) / float(want)):.0e}"
+            error = f"error {abs(float(solution.y[0, -1] - want) / float(want)):.0e}"
         except ValueError as problem:
             error = f"fails: {problem}"
         print(

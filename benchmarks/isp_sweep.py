@@ -40,11 +40,11 @@ class Clock:
         """Count the seconds of a component's calls; one that calls another counts once."""
         call = cls.__call__
 
-        def counted(component, *given, **named):
+        def counted(component, *arguments, **named):
             start = time.process_time()
             self.depth += 1
             try:
-                return call(component, *given, **named)
+                return call(component, *arguments, **named)
             finally:
                 self.depth -= 1
                 if not self.depth:
@@ -68,9 +68,13 @@ def settings(count: int) -> list[list[str]]:
     return [[f"isp.rule={rule}", f"isp.design_snr={snr}"] for rule, snr in pairs[:count]]
 
 
-def frame(given) -> list[str]:
+def frame(chosen_height) -> list[str]:
     """Return the overrides of a smaller frame than the main job's."""
-    asked = {"width": given.width, "height": given.height, "samples": given.samples}
+    asked = {
+        "width": chosen_height.width,
+        "height": chosen_height.height,
+        "samples": chosen_height.samples,
+    }
     return [f"renderer.{name}={value}" for name, value in asked.items() if value]
 
 
@@ -97,9 +101,9 @@ def watched(overrides: list[str]) -> Clock:
         clock.timed(cls)
     of_each = score_errors.of_each
 
-    def of_changed_scenes(*given, **named):
+    def of_changed_scenes(*arguments, **named):
         with clock.on("changed scenes"):
-            return of_each(*given, **named)
+            return of_each(*arguments, **named)
 
     score_errors.of_each = of_changed_scenes
     return clock
@@ -110,17 +114,17 @@ def main() -> None:
     reading = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     for name, default in (("settings", 20), ("width", 0), ("height", 0), ("samples", 0)):
         reading.add_argument(f"--{name}", type=int, default=default)
-    given = reading.parse_args()
+    options = reading.parse_args()
 
     import isethdr_core as hdr
     from isethdr_core.runs.reuse import FOLDER
     from isethdr_core.storage.home_folder import home
 
-    job = [*frame(given), "report=false"]
+    job = [*frame(options), "report=false"]
     render(job)
     shutil.rmtree(home() / FOLDER, ignore_errors=True)
     clock, all_s = watched(job), []
-    for overrides in settings(given.settings):
+    for overrides in settings(options.settings):
         start, before_s = time.process_time(), sum(clock.spent_s.values())
         result = hdr.run(hdr.compose([*job, *overrides]))
         if not result.computed:

@@ -86,13 +86,13 @@ def luminance_of(radiance, bands):
     return np.stack([luminance(cube, bands).ravel() for cube in radiance])
 
 
-def median_error(found, judge):
+def median_error(rendering, judge):
     """Return the luminance-weighted median of |found / judge - 1| of one group, over tiles above 1
     % of its mean that do not look into the sky.
     """
     from isethdr_mitsuba.paths.passes import ROUNDING, weighted_median
 
-    error = np.abs(found / np.where(judge > 0, judge, 1.0) - 1)
+    error = np.abs(rendering / np.where(judge > 0, judge, 1.0) - 1)
     used = (judge > 0.01 * judge.mean()) & (error > ROUNDING)
     return weighted_median(error[used], judge[used])
 
@@ -191,7 +191,7 @@ def by_hand(one_pass, groups, bands, judge, goal, most):
     `goal`.
     """
     total, done, target, seed = 0.0, 0, 4, 50_000
-    found = np.zeros(len(groups), int)
+    samples = np.zeros(len(groups), int)
     while True:
         seed += 1
         part = np.zeros((len(groups), len(bands), judge.shape[1]))
@@ -200,9 +200,9 @@ def by_hand(one_pass, groups, bands, judge, goal, most):
         total, done = total + part * (target - done), target
         light = luminance_of((total / done)[..., None, :], bands)
         error = np.array([median_error(a, b) for a, b in zip(light, judge, strict=True)])
-        found[(found == 0) & (error <= goal)] = done
-        if found.all() or done >= most:
-            return np.where(found, found, done)
+        samples[(samples == 0) & (error <= goal)] = done
+        if samples.all() or done >= most:
+            return np.where(samples, samples, done)
         target = int(np.ceil(done * STEP))
 
 

@@ -92,16 +92,16 @@ def main():
         start = time.process_time()
         picture = render(2, samples)
         seconds = time.process_time() - start
-        seen = np.array(
+        luminance = np.array(
             [median_error(picture[g], reference[g], reference[g]) for g in range(len(groups))]
         )
-        squares = np.maximum(seen**2 - np.square(judge), 0)
+        squares = np.maximum(luminance**2 - np.square(judge), 0)
         costs[name] = seconds * squares
         print(
             f"{name:40s} {seconds:7.2f} CPU-s   "
             + "  ".join(
                 f"{g} {np.sqrt(e):.4f} (seen {s:.4f})"
-                for g, e, s in zip(groups, squares, seen, strict=True)
+                for g, e, s in zip(groups, squares, luminance, strict=True)
             )
         )
     ratio = np.divide(*reversed(list(costs.values())))

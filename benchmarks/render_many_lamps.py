@@ -102,9 +102,9 @@ def measure(count: int, width: int) -> dict[str, float]:
     pictures, seconds = [], []
     for seed in range(REPEATS + 1):  # the first compiles
         start = time.process_time()
-        found = paths.even_pass(seed, SAMPLES)
+        estimate = paths.even_pass(seed, SAMPLES)
         seconds.append(time.process_time() - start)
-        pictures.append(np.tensordot(weights, found[0][: len(BANDS_NM)].astype(float), 1))
+        pictures.append(np.tensordot(weights, estimate[0][: len(BANDS_NM)].astype(float), 1))
     tiles = np.array(pictures[1:])
     mean = tiles.mean(0)
     lit = mean > 0.01 * mean.mean()
@@ -120,8 +120,8 @@ def measure(count: int, width: int) -> dict[str, float]:
 def main() -> None:
     width = int(sys.argv[1]) if len(sys.argv) > 1 else 64
     few, many = measure(10, width), measure(1000, width)
-    for count, found in ((10, few), (1000, many)):
-        print(count, "lamps:", ", ".join(f"{k} {v:.3g}" for k, v in found.items()))
+    for count, estimate in ((10, few), (1000, many)):
+        print(count, "lamps:", ", ".join(f"{k} {v:.3g}" for k, v in estimate.items()))
     for name in ("median", "p99"):
         ratio = many["pass_s"] * many[name] ** 2 / (few["pass_s"] * few[name] ** 2)
         print(f"time to equal noise, {name} tile: {ratio:.2f} times")

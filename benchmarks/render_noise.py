@@ -57,7 +57,7 @@ def rows(name, one_pass, groups, bands, shape, settings, paths, count):
     )  # (pass, group, tile)
     true, mean = light.std(0, ddof=1) / 2, light.mean(0)
     replay = iter(passes)
-    found = [
+    estimates = [
         estimate(
             lambda *_: next(replay), replace(settings, samples=4 * paths), groups, bands, shape
         )
@@ -67,7 +67,7 @@ def rows(name, one_pass, groups, bands, shape, settings, paths, count):
         if group == "sky":  # which has no noise to speak of
             continue
         used = mean[g] > 0.01 * mean[g].mean()
-        stated = np.stack([f.xyz_noise[g, 1].ravel()[used] for f in found])
+        stated = np.stack([f.xyz_noise[g, 1].ravel()[used] for f in estimates])
         off = np.abs(light[:, g, used].reshape(count, 4, -1).mean(1) - mean[g, used])
         ratio = true[g, used] / np.maximum(stated, 1e-300)
         # as `error_allowed` is judged: the median tile's error, which is 0.6745 of the noise where
@@ -81,7 +81,7 @@ def rows(name, one_pass, groups, bands, shape, settings, paths, count):
             f" {np.sqrt(np.mean(true[g, used] ** 2) / np.mean(stated**2)):.2f}; beyond 2 stated"
             f" {100 * np.mean(off > 2 * stated):.1f} %, beyond 3"
             f" {100 * np.mean(off > 3 * stated):.1f} %; group: true {whole:.3f}, / stated"
-            f" {whole / np.median([f.noise[g] for f in found]):.2f}",
+            f" {whole / np.median([f.noise[g] for f in estimates]):.2f}",
             flush=True,
         )
 

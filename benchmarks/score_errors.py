@@ -86,19 +86,19 @@ def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge,
     """Print the table of one scene; `ways` names pairs of `block` and `count`."""
     from isethdr_mitsuba.renderer import MitsubaRenderer
 
-    def seen(seed, paths):
+    def scores_of(seed, paths):
         scene = MitsubaRenderer(
             width=tiles[0], height=tiles[1], margin=0.0, samples=paths, step_nm=50.0, seed=seed
         )(description)
         return camera_of(scene, weights, tiles[0], pitch_um)
 
     start = time.process_time()
-    true = {s.metric: s.value for s in seen(99, judge)[0].scores}
-    found, said = {}, {way: {} for way in ways}
+    true = {s.metric: s.value for s in scores_of(99, judge)[0].scores}
+    true_scores, said = {}, {way: {} for way in ways}
     for seed in range(seeds):
-        shot, metrics = seen(seed, samples)
+        shot, metrics = scores_of(seed, samples)
         for s in shot.scores:
-            found.setdefault(s.metric, []).append(s.value - true.get(s.metric, np.nan))
+            true_scores.setdefault(s.metric, []).append(s.value - true.get(s.metric, np.nan))
         for way, (block, count) in ways.items():
             for name, value in stated(shot, metrics, block, count).items():
                 said[way].setdefault(name, []).append(value)
@@ -109,7 +109,7 @@ def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge,
     print(
         f"{'score':32s} {'value':>9s} {'off':>9s} {'shift':>9s}  stated / off: " + ", ".join(ways)
     )
-    for name, off in found.items():
+    for name, off in true_scores.items():
         rms = float(np.sqrt(np.mean(np.square(off))))
         ratios = [
             float(np.sqrt(np.mean(np.square(said[way].get(name, [np.nan]))))) / rms for way in ways

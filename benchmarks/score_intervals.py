@@ -111,32 +111,32 @@ def scores_of(case: str, setting: Setting, scene, noise: str, shots: int = 4) ->
 
 def true_scores(case: str, setting: Setting) -> dict[str, float]:
     """Return the mean scores of many shots of long renderings."""
-    found: dict[str, list[float]] = {}
+    scores: dict[str, list[float]] = {}
     for seed in TRUE_SEEDS:
         # without half buffers no renderer noise is looked for
         scene = rendered(case, setting, setting.true_samples, seed).drop_vars("half_difference")
         for score in scores_of(case, setting, scene, f"{case} {seed}", setting.true_shots):
-            found.setdefault(score.metric, []).append(score.value)
-    return {name: float(np.mean(values)) for name, values in found.items()}
+            scores.setdefault(score.metric, []).append(score.value)
+    return {name: float(np.mean(values)) for name, values in scores.items()}
 
 
 def intervals(case: str, setting: Setting) -> dict[str, np.ndarray]:
     """Return an array (value, low, high) per rendering, of each score."""
-    found: dict[str, list] = {}
+    interval_rows: dict[str, list] = {}
     for seed in range(setting.first_seed, setting.first_seed + setting.renderings):
         scene = rendered(case, setting, setting.samples, seed)
         for score in scores_of(case, setting, scene, f"{case} {seed}"):
-            found.setdefault(score.metric, []).append((score.value, score.low, score.high))
-    return {name: np.array(rows) for name, rows in found.items()}
+            interval_rows.setdefault(score.metric, []).append((score.value, score.low, score.high))
+    return {name: np.array(rows) for name, rows in interval_rows.items()}
 
 
 def compare(case: str, setting: Setting) -> list[bool]:
     """Print the table of one case; return which intervals hold their score."""
-    true, found = true_scores(case, setting), intervals(case, setting)
+    true, stated = true_scores(case, setting), intervals(case, setting)
     print(f"\n{case}: {setting}")
     print(f"{'score':32s} {'true':>9s} {'rms off':>9s} {'rms half':>9s} {'inside':>7s} {'of':>4s}")
     every: list[bool] = []
-    for name, rows in found.items():
+    for name, rows in stated.items():
         value, low, high = rows[np.isfinite(rows).all(axis=1)].T
         at = true.get(name, np.nan)
         if not (np.isfinite(at) and len(value)):

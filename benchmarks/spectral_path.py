@@ -219,14 +219,14 @@ def program_row(scene, aberrated):
     from isethdr_optics.psf.kernels import kernels
 
     (lens, flares), (ny, nx) = optics(aberrated), scene.shape[1:]
-    made = kernels(lens, flares, BANDS_NM, (PITCH_UM, PITCH_UM), (ny - 1, nx - 1))
+    lens_kernels = kernels(lens, flares, BANDS_NM, (PITCH_UM, PITCH_UM), (ny - 1, nx - 1))
     size = tuple(sf.next_fast_len(2 * n, real=True) for n in (ny, nx))
     transfer = np.empty((len(BANDS_NM), size[0], size[1] // 2 + 1), complex)
-    for band, kernel in zip(transfer, made.bands):
+    for band, kernel in zip(transfer, lens_kernels.bands):
         padded = np.zeros(size)
         padded[: 2 * ny - 1, : 2 * nx - 1] = kernel
         band[...] = sf.rfft2(np.roll(padded, (1 - ny, 1 - nx), (0, 1)), workers=WORKERS)
-    del made, padded
+    del lens_kernels, padded
     return min(clocked(lambda: program(scene.values, transfer, size)) for _ in range(3))
 
 

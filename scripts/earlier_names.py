@@ -115,15 +115,15 @@ def describe() -> dict:
 
     from isethdr_core import components
 
-    found = {}
+    components_of_commit = {}
     for (kind, name), offered in components().items():
         cls = offered.cls
-        found[f"{kind}/{name}"] = {
+        components_of_commit[f"{kind}/{name}"] = {
             "module": cls.__module__,
             "name": cls.__qualname__,
             "fields": [f.name for f in dataclasses.fields(cls)],
         }
-    return found
+    return components_of_commit
 
 
 def cases(changed: set[str]) -> dict[str, list[str]]:
@@ -147,25 +147,25 @@ def cases(changed: set[str]) -> dict[str, list[str]]:
         head = [f"{kind}={name}" for kind, name in chosen.items()]
         return [*head, *BASE, *more]
 
-    found: dict[str, list[str]] = {}
+    values_of: dict[str, list[str]] = {}
     if any(name.partition("/")[0] in ("core", "metric") for name in changed):
-        found = {"main job": [*MAIN, *RENDERED], "every metric": case(*all_metrics)}
-        found["all computed"] = case("leave_out=false", *all_metrics)
-        found["with a report"] = case("report=true")
+        values_of = {"main job": [*MAIN, *RENDERED], "every metric": case(*all_metrics)}
+        values_of["all computed"] = case("leave_out=false", *all_metrics)
+        values_of["with a report"] = case("report=true")
     kinds = {name.partition("/")[0] for name in changed}
     if "scene" in kinds:
-        found |= {f"scene {name}": case(*more, scene=name) for name, more in CHARTS.items()}
+        values_of |= {f"scene {name}": case(*more, scene=name) for name, more in CHARTS.items()}
     for kind in kinds & {"lens", "sensor", "isp", "lighting"}:
         for name in chosen_of(kind, known):
-            found[f"{kind} {name}"] = case(**{kind: name})
+            values_of[f"{kind} {name}"] = case(**{kind: name})
             for choice in choices_of(known.get((kind, name)), f"{kind}/{name}" in changed):
-                found[f"{kind} {name} {choice}"] = case(f"{kind}.{choice}", **{kind: name})
+                values_of[f"{kind} {name} {choice}"] = case(f"{kind}.{choice}", **{kind: name})
     for name in chosen_of("flare", known) if "flare" in kinds else ():
         one = f"+flare@flare.one={name}"
-        found[f"flare {name}"] = case(one)
+        values_of[f"flare {name}"] = case(one)
         for choice in choices_of(known.get(("flare", name)), f"flare/{name}" in changed):
-            found[f"flare {name} {choice}"] = case(one, f"flare.one.{choice}")
-    return found
+            values_of[f"flare {name} {choice}"] = case(one, f"flare.one.{choice}")
+    return values_of
 
 
 def choices_of(offered: Any, wanted: bool) -> list[str]:
@@ -175,13 +175,13 @@ def choices_of(offered: Any, wanted: bool) -> list[str]:
 
     if offered is None or not wanted:
         return []
-    hints, found = get_type_hints(offered.cls), []
+    hints, choices = get_type_hints(offered.cls), []
     for f in dataclasses.fields(offered.cls):
         values = (True, False) if hints[f.name] is bool else ()
         if get_origin(hints[f.name]) is Literal:
             values = get_args(hints[f.name])
-        found += [f"{f.name}={json.dumps(v)}" for v in values if v != f.default]
-    return found
+        choices += [f"{f.name}={json.dumps(v)}" for v in values if v != f.default]
+    return choices
 
 
 def chosen_of(kind: str, known: Any) -> list[str]:
@@ -200,12 +200,12 @@ def measure(out: Path, changed: set[str], match: str) -> None:
 
     arrays: dict[str, Any] = {}
     record: dict[str, dict] = {}
-    seen: dict[tuple[str, str], Any] = {}
-    watch(seen)
+    checked: dict[tuple[str, str], Any] = {}
+    watch(checked)
     for name, overrides in cases(changed).items():
         if not fnmatch(name, match):
             continue
-        seen.clear()
+        checked.clear()
         try:
             config = hdr.compose(overrides)
             result = hdr.run(config)
@@ -216,7 +216,7 @@ def measure(out: Path, changed: set[str], match: str) -> None:
             f"{s['camera']} {s['metric']} {s.get('object')}": s["value"] for s in result.scores
         }
         record[name] = {"uses": used(config), "scores": scores}
-        for (kind, camera), made in seen.items():
+        for (kind, camera), made in checked.items():
             label = f"{name}|{camera}"
             if kind == "sensor":
                 arrays[f"{label}|raw"] = made["raw"].values
@@ -240,8 +240,8 @@ def measure(out: Path, changed: set[str], match: str) -> None:
     (out / "record.json").write_text(json.dumps(record))
 
 
-def watch(seen: dict[tuple[str, str], Any]) -> None:
-    """Put captures and pictures as stages return them, before any rounding, into `seen`."""
+def watch(checked: dict[tuple[str, str], Any]) -> None:
+    """Put captures and pictures as stages return them, before any rounding, into `checked`."""
     from isethdr_core import hookimpl
 
     try:
@@ -253,7 +253,7 @@ def watch(seen: dict[tuple[str, str], Any]) -> None:
         @hookimpl
         def isethdr_after_stage(self, stage: Any) -> None:
             if stage.kind in ("sensor", "isp"):
-                seen[stage.kind, stage.name] = stage.result
+                checked[stage.kind, stage.name] = stage.result
 
     plugin_manager().register(Watch())
 
@@ -264,15 +264,15 @@ def renderings(changed: set[str]) -> dict[str, tuple[str, dict[str, Any]]]:
 
     small = {key.rpartition(".")[2]: json.loads(v) for key, _, v in map(_parts, RENDERED)}
     by_noise = {k: v for k, v in small.items() if k != "samples"} | {"error_allowed": 0.5}
-    found = {name: (name, small) for name in ("night_drive", "tunnel")}
-    found["night_drive by its noise"] = "night_drive", by_noise
+    cases_of_scenes = {name: (name, small) for name in ("night_drive", "tunnel")}
+    cases_of_scenes["night_drive by its noise"] = "night_drive", by_noise
     wanted = "renderer/mitsuba" in changed
     if not wanted and not any(name.startswith("scene/") for name in changed):
         return {}
     for choice in choices_of(components()["renderer", "mitsuba"], wanted):
         key, _, value = _parts(choice)
-        found[f"night_drive {choice}"] = "night_drive", small | {key: json.loads(value)}
-    return found
+        cases_of_scenes[f"night_drive {choice}"] = "night_drive", small | {key: json.loads(value)}
+    return cases_of_scenes
 
 
 def _parts(override: str) -> tuple[str, str, str]:
@@ -299,14 +299,14 @@ def used(config: Any) -> dict[str, dict]:
     tables = {"flare": "flare", "metric": "metric", "cameras": "sensor", "versions": "lighting"}
     for table, kind in tables.items():
         nodes += [(kind, node) for node in (config.get(table) or {}).values()]
-    found: dict[str, dict] = {}
+    choices_used: dict[str, dict] = {}
     for kind, node in nodes:
         if node:
             fields = {k: v for k, v in _plain(node).items() if k != "name"}
             component = build(kind, node.name, **fields)
-            _add(found.setdefault(f"{kind}/{node.name}", {}), _classes(component))
-    found["core"] = _setting_classes(config)
-    return found
+            _add(choices_used.setdefault(f"{kind}/{node.name}", {}), _classes(component))
+    choices_used["core"] = _setting_classes(config)
+    return choices_used
 
 
 def _setting_classes(config: Any) -> dict[str, list[str]]:
@@ -325,9 +325,9 @@ def _plain(config: Any) -> dict:
     return OmegaConf.to_container(config, resolve=True)
 
 
-def _add(found: dict[str, list[str]], more: dict[str, list[str]]) -> None:
+def _add(values_of: dict[str, list[str]], more: dict[str, list[str]]) -> None:
     for key, values in more.items():
-        found[key] = sorted({*found.get(key, ()), *values})
+        values_of[key] = sorted({*values_of.get(key, ()), *values})
 
 
 # beside each other
@@ -472,13 +472,13 @@ def settings_of(root: Path) -> dict:
 
 def new_settings(before: dict, now: dict, path: str = "") -> dict:
     """Return {path: default} of the settings that a commit did not have."""
-    found = {}
+    settings_of = {}
     for key, value in now.items():
         if key not in before:
-            found[path + key] = value
+            settings_of[path + key] = value
         elif isinstance(value, dict) and isinstance(before[key], dict):
-            found |= new_settings(before[key], value, f"{path}{key}.")
-    return found
+            settings_of |= new_settings(before[key], value, f"{path}{key}.")
+    return settings_of
 
 
 def extract(commit: str, root: Path) -> None:
@@ -512,7 +512,7 @@ def differences(root: Path, scratch: Path, changed: set[str], match: str) -> lis
         outs.append(out)
     before, now = (json.loads((out / "record.json").read_text()) for out in outs)
     arrays = [np.load(out / "arrays.npz") for out in outs]
-    found = []
+    rows = []
     for name, run in now.items():
         refused = [r["refused"] for r in (before.get(name, {}), run) if "refused" in r]
         if refused or name not in before:
@@ -524,8 +524,8 @@ def differences(root: Path, scratch: Path, changed: set[str], match: str) -> lis
             difference = relative(arrays[0][key], arrays[1][key])
             values.append(math.inf if key.endswith("|raw") and difference else difference)
         if values:  # none where the same run had another name before
-            found.append(Compared(name, max(values), run["uses"]))
-    return found
+            rows.append(Compared(name, max(values), run["uses"]))
+    return rows
 
 
 def relative(before: Any, now: Any) -> float:
@@ -553,14 +553,14 @@ def main() -> None:
     parser.add_argument("--root", type=Path, default=ROOT, help=argparse.SUPPRESS)
     parser.add_argument("--out", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--changed", nargs="*", default=(), help=argparse.SUPPRESS)
-    given = parser.parse_args()
-    use_checkout(given.root)
-    if given.task == "describe":
+    options = parser.parse_args()
+    use_checkout(options.root)
+    if options.task == "describe":
         print(json.dumps(describe()))
-    elif given.task == "measure":
-        measure(given.out, set(given.changed), given.match)
+    elif options.task == "measure":
+        measure(options.out, set(options.changed), options.match)
     else:
-        write(list(given.commits), given.match if given.measure else "")
+        write(list(options.commits), options.match if options.measure else "")
 
 
 if __name__ == "__main__":

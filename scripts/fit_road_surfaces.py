@@ -106,10 +106,10 @@ def fit(name, table, kind):
 
     def residuals(x):
         bsdf = model(x, kind)
-        found = r_table(bsdf) * known
-        heavy = 2 * weight * (found - table) / (0.03 * table.max() + 0.15 * table)
-        light = 0.3 * (found - table) / (0.02 * table.max() + 0.3 * table)
-        merits = 40 * (np.array(figures(found)) / figures(table) - 1)
+        model_table = r_table(bsdf) * known
+        heavy = 2 * weight * (model_table - table) / (0.03 * table.max() + 0.15 * table)
+        light = 0.3 * (model_table - table) / (0.02 * table.max() + 0.3 * table)
+        merits = 40 * (np.array(figures(model_table)) / figures(table) - 1)
         retro = 5 * np.log(retro_luminance(bsdf) / WANTED_R_L[name])
         return np.r_[heavy[known], light[known], merits, retro]
 

@@ -48,8 +48,8 @@ def main(arguments: list[str]) -> int:
 @cache
 def pages() -> dict[Path, str]:
     """Return the text of every page by its path."""
-    found = {REFERENCE / "components" / f"{kind}.md": component_page(kind) for kind in KINDS}
-    return found | {REFERENCE / "config.md": config_page()}
+    texts = {REFERENCE / "components" / f"{kind}.md": component_page(kind) for kind in KINDS}
+    return texts | {REFERENCE / "config.md": config_page()}
 
 
 def component_page(kind: str) -> str:

@@ -32,8 +32,8 @@ COMPLETE = ["complete", "--"]  # how the scripts of tab completion call
 PASS = PASS_OVERRIDES | {"help_option_names": []}
 
 
-def _print_version(asked: bool) -> None:
-    if asked:
+def _print_version(requested: bool) -> None:
+    if requested:
         print(f"isethdr {isethdr_core.__version__}")
         raise typer.Exit()
 

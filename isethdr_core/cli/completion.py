@@ -51,26 +51,29 @@ def complete(app: typer.Typer, words: list[str]) -> list[str]:
     app : the command line.
     words : what was typed behind `isethdr`, up to the cursor; the last one may be empty.
     """
-    known = vocabulary(app)
+    known_words = vocabulary(app)
     *before, current = words or [""]
     if not before:
-        return _beginning(current, [*known.commands, "--help", "--version"])
+        return _beginning(current, [*known_words.commands, "--help", "--version"])
     command = before[0]
     if current.startswith("-"):
-        asked = " ".join(w for w in before[:2] if not w.startswith("-"))
-        named = known.options.get(asked, known.options.get(command, []))
+        subcommand = " ".join(w for w in before[:2] if not w.startswith("-"))
+        named = known_words.options.get(subcommand, known_words.options.get(command, []))
         own = ["-m", "--multirun", "--cfg", "--help"] if command == "run" else ["--help"]
         return _beginning(current, [*named, *(o for o in own if o not in named)])
     if command in COMPOSING:
-        return list(dict.fromkeys(_overrides(known, before[1:], current)))
+        return list(dict.fromkeys(_overrides(known_words, before[1:], current)))
     if command == KINDS_ONLY:
-        places = [list(known.names), *([known.names.get(before[1], {})] if before[1:] else [])]
+        places = [
+            list(known_words.names),
+            *([known_words.names.get(before[1], {})] if before[1:] else []),
+        ]
         return _beginning(current, places[len(before) - 1] if len(before) <= len(places) else [])
     if command == NEW_PLUGIN:
         return _beginning(current, known.names) if len(before) == 1 else []
     if before[1:2] and before[1] in OF_RUNS:
         return _beginning(current, _stored())
-    return _beginning(current, known.commands.get(command, [])) if len(before) == 1 else []
+    return _beginning(current, known_words.commands.get(command, [])) if len(before) == 1 else []
 
 
 def script(shell: str) -> str:
@@ -94,47 +97,47 @@ def _stored() -> list[str]:
     return []
 
 
-def _overrides(known: Vocabulary, before: list[str], current: str) -> Iterator[str]:
+def _overrides(words: Vocabulary, before: list[str], current: str) -> Iterator[str]:
     """Yield overrides of a config that begin with `current`."""
-    chosen, kind_of = dict(known.chosen), dict(known.kind_of)
+    chosen, kind_of = dict(words.chosen), dict(words.kind_of)
     for word in before:  # what was chosen on this command line
         key, _, name = word.lstrip("+").partition("=")
         group, _, place = key.partition("@")
-        if group in known.names:
+        if group in words.names:
             chosen[place or group] = name.partition(",")[0]
             kind_of[place or group] = group
     key, equals, value = current.partition("=")
     if equals:
         done, comma, last = value.rpartition(",")
-        for choice in _values(known, key, chosen, kind_of):
+        for choice in _values(words, key, chosen, kind_of):
             if choice.startswith(last):
                 yield f"{key}={done}{comma}{choice}"
         return
     if current.startswith("~"):
         yield from _beginning(current, [f"~{place}" for place in chosen])
         return
-    first = [f"{group}=" for group in (*known.names, "experiment")]
-    first += [f"{setting}=" for setting in known.settings]
+    first = [f"{group}=" for group in (*words.names, "experiment")]
+    first += [f"{setting}=" for setting in words.settings]
     yield from _beginning(current, first)
     for place, name in chosen.items():
         if current.startswith(f"{place}."):
-            fields = known.names.get(kind_of[place], {}).get(name, {})
+            fields = words.names.get(kind_of[place], {}).get(name, {})
             yield from _beginning(current, [f"{place}.{one}=" for one in fields])
         elif current and f"{place}.".startswith(current):
             yield f"{place}."
 
 
 def _values(
-    known: Vocabulary, key: str, chosen: dict[str, str], kind_of: dict[str, str]
+    words: Vocabulary, key: str, chosen: dict[str, str], kind_of: dict[str, str]
 ) -> list[str]:
     """Return the values that are known for the key of an override."""
     group = key.lstrip("+").partition("@")[0]
-    if group in known.names:
-        return sorted(known.names[group])
+    if group in words.names:
+        return sorted(words.names[group])
     if group == "experiment":
-        return known.experiments
+        return words.experiments
     place, _, name = group.rpartition(".")
-    return known.names.get(kind_of.get(place, ""), {}).get(chosen.get(place, ""), {}).get(name, [])
+    return words.names.get(kind_of.get(place, ""), {}).get(chosen.get(place, ""), {}).get(name, [])
 
 
 # --- the vocabulary, kept in a file ---------------------------------------------------------------
@@ -144,17 +147,17 @@ def vocabulary(app: typer.Typer) -> Vocabulary:
     """Return all words that can be offered; kept ones where nothing has changed."""
     path = cache_file()
     with suppress(OSError, ValueError, TypeError, KeyError):
-        kept = json.loads(path.read_text(encoding="utf-8"))
-        if kept["state"] == _state(kept["packages"]):
-            return Vocabulary(**kept["words"])
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        if stored["state"] == _state(stored["packages"]):
+            return Vocabulary(**stored["words"])
     from .vocabulary import collected  # imports every plugin
 
     words, packages = collected(app)
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        kept = {"state": _state(packages), "packages": packages, "words": asdict(words)}
+        stored = {"state": _state(packages), "packages": packages, "words": asdict(words)}
         temporary = path.with_suffix(f".{os.getpid()}")
-        temporary.write_text(json.dumps(kept), encoding="utf-8")
+        temporary.write_text(json.dumps(stored), encoding="utf-8")
         temporary.replace(path)
     return words
 

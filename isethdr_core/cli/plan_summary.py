@@ -44,15 +44,15 @@ def print_plan(overrides) -> None:
             + (f"stored groups {', '.join(groups)}" if groups else "nothing stored")
         )
     if not stored:
-        plain = run.plain(config)
-        known = runtime_estimate.expected_s(
-            planned_chain, plain, missing, frame_of(planned_chain, demand)
+        plain_config = run.plain(config)
+        expected = runtime_estimate.expected_s(
+            planned_chain, plain_config, missing, frame_of(planned_chain, demand)
         )
         console.print(
             forecast_table(
                 {
-                    stage: known.get(stage)
-                    for stage in runtime_estimate.stages(planned_chain, plain, missing)
+                    stage: expected.get(stage)
+                    for stage in runtime_estimate.stages(planned_chain, plain_config, missing)
                 }
             )
         )

@@ -61,10 +61,10 @@ def _print_kind(kind: str) -> list[registry.BrokenPlugin]:
     open_console().print(f"{kind}: choose with {choice(kind, 'NAME')}", style="bold")
     for comp in sorted(shown, key=lambda c: c.name):
         _print_name(comp.name, f"{shown[comp].summary} ({comp.package})")
-    found = presets(kind)
-    if found:
+    presets_of_kind = presets(kind)
+    if presets_of_kind:
         print("  presets")
-    for preset in found.values():
+    for preset in presets_of_kind.values():
         _print_name(f"  {preset.name}", f"{_based(preset)}{preset.summary}")
     print()
     return failed
@@ -81,8 +81,8 @@ def _print_one(kind: str, name: str) -> list[registry.BrokenPlugin]:
     of_kind = {n: comp for (k, n), comp in registry.components().items() if k == kind}
     component = of_kind.get(name if preset is None else component_of(preset))
     if component is None:
-        known = [*of_kind, *presets(kind)]
-        raise ConfigError(f"{kind} {name!r} is not installed{did_you_mean(name, known)}")
+        choices = [*of_kind, *presets(kind)]
+        raise ConfigError(f"{kind} {name!r} is not installed{did_you_mean(name, choices)}")
     shown, failed = descriptions([component])
     if component not in shown:
         return failed
@@ -118,16 +118,16 @@ def _print_fields(kind: str, about: Description) -> None:
 def field_text(row: FieldRow) -> str:
     """Return name, default, unit and allowed values of a field as one line."""
     unit = "" if row.unit in ("", "1") else row.unit
-    known = " ".join(part for part in (row.allowed.replace("`", ""), unit) if part)
-    return f"{row.name}={row.default}" + (f"  [{known}]" if known else "")
+    range_and_unit = " ".join(part for part in (row.allowed.replace("`", ""), unit) if part)
+    return f"{row.name}={row.default}" + (f"  [{range_and_unit}]" if range_and_unit else "")
 
 
 def _print_presets_of(kind: str, component: Component) -> None:
     """Print the presets that are based on a component, with the fields that each sets."""
-    found = [p for p in presets(kind).values() if component_of(p) == component.name]
-    if found:
+    own_presets = [p for p in presets(kind).values() if component_of(p) == component.name]
+    if own_presets:
         print(f"\npresets of {component.name}")
-    for preset in found:
+    for preset in own_presets:
         own = "" if preset.based_on == component.name else _based(preset)
         _print_name(preset.name, f"{own}{preset.summary}")
         if preset.fields:

@@ -58,11 +58,11 @@ def ledger_table(ledger, details: bool = False, expected: dict | None = None) ->
     every omission with its reason.
     """
     table, expected = Table(title="ledger", title_justify="left"), together(expected or {})
-    known = any(seconds is not None for seconds in expected.values())
+    any_known = any(seconds is not None for seconds in expected.values())
     for name, side in (
         ("stage", "left"),
         ("seconds", "right"),
-        *([("expected", "right")] if known else []),
+        *([("expected", "right")] if any_known else []),
         ("peak MB", "right"),
         ("error", "left"),
         ("left out", "left"),
@@ -78,7 +78,7 @@ def ledger_table(ledger, details: bool = False, expected: dict | None = None) ->
         table.add_row(
             row.stage,
             f"{row.seconds:.2f}{' kept' if row.reused else ''}",
-            *([seconds_text(expected.get(row.stage))] if known else []),
+            *([seconds_text(expected.get(row.stage))] if any_known else []),
             f"{row.peak_bytes / 1e6:.0f}",
             errors,
             omissions,
@@ -133,14 +133,14 @@ def forecast_table(expected: dict) -> Table:
     for title, seconds in rows.items():
         table.add_row(title, seconds_text(seconds))
     unknown = sum(s is None for s in rows.values())
-    known = f"{sum(s for s in rows.values() if s is not None):.2f}"
+    total_text = f"{sum(s for s in rows.values() if s is not None):.2f}"
     table.add_row(
         "all",
         (
-            known
+            total_text
             if not unknown
             else (
-                f"{known} + {unknown} unknown: no such stage is stored"
+                f"{total_text} + {unknown} unknown: no such stage is stored"
                 if unknown < len(rows)
                 else "unknown: no such run is stored yet"
             )
@@ -193,5 +193,7 @@ def score_table(result) -> Table:
 def score_text(score: dict) -> str:
     """Return the value with half of its 95 % interval where it has one."""
     low, high = score["low"], score["high"]
-    known = low is not None and high is not None and 0 < high - low < math.inf  # false for NaN too
-    return f"{score['value']:.4g}" + (f" ± {(high - low) / 2:.1g}" if known else "")
+    has_interval = (
+        low is not None and high is not None and 0 < high - low < math.inf
+    )  # false for NaN too
+    return f"{score['value']:.4g}" + (f" ± {(high - low) / 2:.1g}" if has_interval else "")

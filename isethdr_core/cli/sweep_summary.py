@@ -36,10 +36,12 @@ def print_job(sweep: Sweep, job: Job) -> None:
     others.
     """
     jobs = read_jobs(sweep.folder)
-    left = seconds_left(sweep, jobs, time.time())
+    remaining_s = seconds_left(sweep, jobs, time.time())
     varied = [text for text in job.overrides if text.partition("=")[0].lstrip("+") in sweep.varied]
     took = duration(job.seconds) if job.computed else "already computed"
-    more = f", about {duration(left)} left" if left and len(jobs) < sweep.total else ""
+    more = (
+        f", about {duration(remaining_s)} left" if remaining_s and len(jobs) < sweep.total else ""
+    )
     text = f"{len(jobs)} of {sweep.total}: {' '.join(varied) or sweep.name}: {took}{more}"
     print_text(text, "", "    ")
     sys.stdout.flush()
@@ -96,9 +98,9 @@ def scored_text(score: Scored | None) -> str:
 def _title(table: SweepTable) -> str:
     jobs, failed = table.jobs, sum(bool(job.error) for job in table.jobs)
     computed = sum(job.computed for job in jobs)
-    known = len(jobs) - computed - failed
+    reused = len(jobs) - computed - failed
     parts = [f"{computed} computed"] if computed else []
-    parts += [f"{known} stored before"] if known else []
+    parts += [f"{reused} stored before"] if reused else []
     parts += [f"{failed} failed"] if failed else []
     return f"sweep {table.sweep.name}: {', '.join(parts) or 'no job is done'}"
 
@@ -123,11 +125,13 @@ def _fitting(table: SweepTable) -> list[str]:
     rows = table.rows[:MOST_ROWS]
     leads = [_lead(table, row) for row in rows]
     columns = zip(_heads(table), zip(*leads, strict=True), strict=True)
-    left = text_width() - sum(_width(head, cells) for head, cells in columns)
+    free_columns = text_width() - sum(_width(head, cells) for head, cells in columns)
     shown: list[str] = []
     for score in table.units:
-        left -= _width(_score_head(table, score), [scored_text(r.scores.get(score)) for r in rows])
-        if left < 0 and shown:
+        free_columns -= _width(
+            _score_head(table, score), [scored_text(r.scores.get(score)) for r in rows]
+        )
+        if free_columns < 0 and shown:
             break
         shown.append(score)
     return shown

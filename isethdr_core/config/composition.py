@@ -140,9 +140,9 @@ def explain(err: BaseException) -> str:
     """
     if isinstance(err, MissingConfigException) and err.options and err.missing_cfg_file:
         group, _, name = str(err.missing_cfg_file).rpartition("/")
-        known = [o for o in err.options if not o.startswith("_")]
+        options = [o for o in err.options if not o.startswith("_")]
         return (
-            f"{group} {name!r} is not installed{did_you_mean(name, known)}; `isethdr plugins`"
+            f"{group} {name!r} is not installed{did_you_mean(name, options)}; `isethdr plugins`"
             " describes all of them"
         )
     # Hydra wraps what OmegaConf raises about an override
@@ -176,8 +176,8 @@ def _no_such_key(missing: Any, overridden: bool, text: str) -> str:
         added = re.search(r"append to your config use (\S+)", text)
         typed = added.group(1) if added else f"+{where}=<value>"
         return f"the config has no key {where!r}; to add it to the table type {typed}"
-    known = _keys_of(getattr(owner, "__name__", ""))
-    return f"the config has no key {where!r}{did_you_mean(key, known)}"
+    keys = _keys_of(getattr(owner, "__name__", ""))
+    return f"the config has no key {where!r}{did_you_mean(key, keys)}"
 
 
 def _keys_of(schema_name: str) -> list[str]:

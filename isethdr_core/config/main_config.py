@@ -29,13 +29,13 @@ class Setting:
 @cache
 def default_choices() -> dict[str, str]:
     """Return the choices of the main config by group and key, for example `sensor@cameras.rgbw`."""
-    found = {}
+    choices = {}
     for entry in yaml.safe_load(FILE.read_text())["defaults"]:
         if isinstance(entry, dict):
             [(group, name)] = entry.items()
             if name is not None and not group.startswith("override "):
-                found[group] = str(name)
-    return found
+                choices[group] = str(name)
+    return choices
 
 
 @cache
@@ -43,7 +43,7 @@ def settings() -> list[Setting]:
     """Return the settings of the main config, with the comment above each."""
     text = FILE.read_text()
     values = yaml.safe_load(text)
-    found: list[Setting] = []
+    rows: list[Setting] = []
     table, comment = "", []
     for line in text.partition(f"\n{OF_HYDRA}:")[0].splitlines():
         words = line.strip()
@@ -59,6 +59,6 @@ def settings() -> list[Setting]:
                 table = key
             elif key != "defaults":
                 name = f"{table}.{key}" if table else key
-                found.append(Setting(name, on_command_line(value), " ".join(comment)))
+                rows.append(Setting(name, on_command_line(value), " ".join(comment)))
         comment = []
-    return found
+    return rows

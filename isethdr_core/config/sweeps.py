@@ -55,12 +55,12 @@ def prepared(arguments: list[str]) -> Prepared:
     overrides = OverridesParser.create().parse_overrides(typed)
     own = [o for o in overrides if o.get_key_element() != NAME]
     jobs = [o for o in own if not o.is_hydra_override() and o.get_key_element() not in SETTINGS]
-    asked = tuple(o.input_line for o in jobs)
+    overrides_typed = tuple(o.input_line for o in jobs)
     swept = [o for o in jobs if o.is_sweep_override()]
     name = next((o.value() for o in overrides if o.get_key_element() == NAME), None)
     sweep = Sweep(
-        checked("name", name or name_of(asked)),
-        asked,
+        checked("name", name or name_of(overrides_typed)),
+        overrides_typed,
         tuple(o.get_key_element().lstrip("+") for o in swept),
         math.prod(len(_values(o)) for o in swept),
     )

@@ -44,7 +44,7 @@ def check_electrons(
     )
     with keeps(subject, "expected(light) returns electrons"):
         expected = sensor.expected(even)
-        counted = (
+        electrons_of_captures = (
             expected.values.astype(float)
             - sensor.expected(light.copy(data=np.zeros_like(light.values))).values
         )
@@ -54,11 +54,15 @@ def check_electrons(
         spectrum * photons_per_energy(wavelength_nm)
     )
     scale = captures["exposure_s"].values * captures["area_m2"].values
-    inner = tuple(slice(min(BORDER, n // 4), n - min(BORDER, n // 4)) for n in counted.shape[1:])
+    inner = tuple(
+        slice(min(BORDER, n // 4), n - min(BORDER, n // 4)) for n in electrons_of_captures.shape[1:]
+    )
     filters = captures["filter"].values[inner]
     for channel in np.unique(filters):
         name = str(captures["channel"].values[channel])
-        per_channel = counted[(slice(None), *inner)][:, filters == channel].mean(axis=1)
+        per_channel = electrons_of_captures[(slice(None), *inner)][:, filters == channel].mean(
+            axis=1
+        )
         # 1 %: pixels of one channel with unlike neighbours get unlike shares of stray light
         promise = (
             "expected electrons are irradiance x photons per joule x quantum_efficiency x area_m2"

@@ -35,20 +35,25 @@ def check_pupil(subject: str, flare: TransmitsPupil) -> None:
     axis = np.linspace(-0.5, 0.5, 41)
     x_mm, y_mm = np.meshgrid(axis, axis)
     with keeps(subject, "pupil(x_mm, y_mm, wavelength_nm) returns a complex transmission"):
-        whole = np.asarray(flare.pupil(x_mm, y_mm, 550.0))
-        holds(subject, "pupil has the shape of x_mm", whole.shape == x_mm.shape, str(whole.shape))
-        holds(subject, "pupil is finite", np.isfinite(whole).all())
+        transmission = np.asarray(flare.pupil(x_mm, y_mm, 550.0))
+        holds(
+            subject,
+            "pupil has the shape of x_mm",
+            transmission.shape == x_mm.shape,
+            str(transmission.shape),
+        )
+        holds(subject, "pupil is finite", np.isfinite(transmission).all())
         # 1e-6: rounding of float32 transmissions
         holds(
             subject,
             "pupil never amplifies",
-            np.abs(whole).max() <= 1 + 1e-6,
-            f"{np.abs(whole).max():.6g}",
+            np.abs(transmission).max() <= 1 + 1e-6,
+            f"{np.abs(transmission).max():.6g}",
         )
         same(
             subject,
             "the same call twice gives the same bits",
-            whole,
+            transmission,
             np.asarray(flare.pupil(x_mm, y_mm, 550.0)),
         )
 

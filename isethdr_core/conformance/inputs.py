@@ -206,9 +206,11 @@ def some(kind: str, *preferred: str) -> Any:
     """Return an installed component of `kind`, the first available of `preferred`, for tests of
     another kind.
     """
-    known: dict[str, Component] = {n: c for (k, n), c in components().items() if k == kind}
-    for name in (*preferred, *sorted(known)):
-        if name in known:
+    components_of_kind: dict[str, Component] = {
+        n: c for (k, n), c in components().items() if k == kind
+    }
+    for name in (*preferred, *sorted(components_of_kind)):
+        if name in components_of_kind:
             return build(kind, name)
     raise PluginError(
         f"no {kind} is installed, and one is needed to check this component; install isethdr's own"

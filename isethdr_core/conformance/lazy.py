@@ -49,8 +49,8 @@ def same_from_store(subject: str, call: Callable[[Data], object], data: Data, wa
     """
     promise = "data opened from a store gives the same bits as data in memory"
     with TemporaryDirectory() as folder:
-        whole = data.to_dataset(name=ARRAY) if isinstance(data, xr.DataArray) else data
-        path = write_store(folder, "kit", {"": whole.assign_attrs(data.attrs)}, {}, keepbits=None)
+        dataset = data.to_dataset(name=ARRAY) if isinstance(data, xr.DataArray) else data
+        path = write_store(folder, "kit", {"": dataset.assign_attrs(data.attrs)}, {}, keepbits=None)
         stored = open_store(path).assign_attrs(data.attrs)
         first = next(iter(stored.data_vars))
         holds(subject, promise, not stored[first].variable._in_memory, "nothing lazy was tested")

@@ -152,15 +152,15 @@ def _check_window(subject: str, lens: MakesPhotocurrent, scene: xr.DataArray) ->
         part = electrons(
             lens.photocurrent(scene, (), replace(response, window_m=window_m)), window_m
         )
-    whole = electrons(every, window_m)
+    full_light = electrons(every, window_m)
     # factor two: each of the two results may have the error allowed
     close(
         subject,
         "in the window that a response states light is as without one, within the error allowed",
         part,
-        whole,
+        full_light,
         0.0,
-        2 * response.noise_fraction_allowed * np.sqrt(1 + whole.min()),
+        2 * response.noise_fraction_allowed * np.sqrt(1 + full_light.min()),
     )
 
 

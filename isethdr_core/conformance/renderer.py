@@ -39,11 +39,16 @@ def check(subject: str, renderer: Renderer) -> None:
     _check_lamp(subject, renderer)
     everything = Demand(labels=frozenset(LABELS))
     with keeps(subject, "renders a road, a lamp and a sky"):
-        whole = stated(subject, lambda: renderer(world(), everything))
-        check_scene(whole)
-    _check_demanded(subject, renderer, whole)
-    same(subject, "the same call twice gives the same bits", whole, renderer(world(), everything))
-    _check_labels(subject, whole)
+        full_scene = stated(subject, lambda: renderer(world(), everything))
+        check_scene(full_scene)
+    _check_demanded(subject, renderer, full_scene)
+    same(
+        subject,
+        "the same call twice gives the same bits",
+        full_scene,
+        renderer(world(), everything),
+    )
+    _check_labels(subject, full_scene)
     refuses(
         subject,
         "a demand for groups the scene does not have",
@@ -145,34 +150,34 @@ def _cos_solid_angle(ds: xr.Dataset) -> np.ndarray:
     return tile_sr
 
 
-def _check_demanded(subject: str, renderer: Renderer, whole: xr.Dataset) -> None:
+def _check_demanded(subject: str, renderer: Renderer, full_scene: xr.Dataset) -> None:
     holds(
         subject,
         "all light groups come where all are asked for",
-        set(map(str, whole.light_group.values)) == {"sky", "headlights"},
+        set(map(str, full_scene.light_group.values)) == {"sky", "headlights"},
     )
     holds(
         subject,
         "all labels come that are asked for",
-        set(LABELS) <= set(whole.data_vars),
-        str(set(LABELS) - set(whole.data_vars)),
+        set(LABELS) <= set(full_scene.data_vars),
+        str(set(LABELS) - set(full_scene.data_vars)),
     )
-    bare = renderer(world(), Demand(groups=("sky",)))
+    sky_only = renderer(world(), Demand(groups=("sky",)))
     holds(
         subject,
         "no other light group comes than those asked for",
-        [str(g) for g in bare.light_group.values] == ["sky"],
+        [str(g) for g in sky_only.light_group.values] == ["sky"],
     )
     holds(
         subject,
         "no label comes that was not asked for",
-        not set(LABELS) & set(bare.data_vars),
-        str(set(LABELS) & set(bare.data_vars)),
+        not set(LABELS) & set(sky_only.data_vars),
+        str(set(LABELS) & set(sky_only.data_vars)),
     )
-    middle = (float(whole.wavelength[len(whole.wavelength) // 2]),)
+    middle = (float(full_scene.wavelength[len(full_scene.wavelength) // 2]),)
     few = renderer(world(), replace(Demand(), wavelength_nm=middle))
     holds(subject, "the bands asked for come", set(middle) <= set(few.wavelength.values.tolist()))
-    picked = whole["radiance"].sel(wavelength=middle[0])
+    picked = full_scene["radiance"].sel(wavelength=middle[0])
     # 5 %: as below
     close(
         subject,
@@ -185,22 +190,22 @@ def _check_demanded(subject: str, renderer: Renderer, whole: xr.Dataset) -> None
     close(
         subject,
         "a group looks the same whatever else is asked for",
-        bare["radiance"].mean(),
-        whole["radiance"].sel(light_group="sky").mean(),
+        sky_only["radiance"].mean(),
+        full_scene["radiance"].sel(light_group="sky").mean(),
         0.05,
     )
 
 
-def _check_labels(subject: str, whole: xr.Dataset) -> None:
+def _check_labels(subject: str, full_scene: xr.Dataset) -> None:
     half_width, half_height = np.tan(np.radians(15.0)), np.tan(np.radians(15.0)) / 1.5
     close(
         subject,
         "field_width and field_height are the camera's field in tangents",
-        [whole.attrs["field_width"], whole.attrs["field_height"]],
+        [full_scene.attrs["field_width"], full_scene.attrs["field_height"]],
         [2 * half_width, 2 * half_height],
         1e-6,
     )
-    top, bottom = whole.isel(y=0), whole.isel(y=-1)
+    top, bottom = full_scene.isel(y=0), full_scene.isel(y=-1)
     holds(
         subject,
         "sky has instance 0 and infinite distance",
@@ -212,7 +217,7 @@ def _check_labels(subject: str, whole: xr.Dataset) -> None:
         np.all(bottom["instance"].values == 1),
     )
     depth = (
-        1.5 / whole.y.values[-1]
+        1.5 / full_scene.y.values[-1]
     )  # a camera 1.5 m above a flat road looks at it at this depth, y down
     # 1e-3: rays are traced in float32
     close(subject, "depth is measured along the optical axis", bottom["depth"].values, depth, 1e-3)
@@ -220,12 +225,12 @@ def _check_labels(subject: str, whole: xr.Dataset) -> None:
         subject,
         "distance is measured along the ray",
         bottom["distance"].values,
-        depth * np.sqrt(1 + whole.x.values**2 + whole.y.values[-1] ** 2),
+        depth * np.sqrt(1 + full_scene.x.values**2 + full_scene.y.values[-1] ** 2),
         1e-3,
     )
     holds(
         subject,
         "the object table lists the road and the lamp",
-        {o["name"] for o in whole.attrs.get("objects", [])} == {"road", "lamp"},
-        str([o.get("name") for o in whole.attrs.get("objects", [])]),
+        {o["name"] for o in full_scene.attrs.get("objects", [])} == {"road", "lamp"},
+        str([o.get("name") for o in full_scene.attrs.get("objects", [])]),
     )

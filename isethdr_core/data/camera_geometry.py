@@ -95,11 +95,11 @@ def _map(text, projection):
             f"lens.distortion has model {model!r}{did_you_mean(str(model), MODELS)}; "
             "type for example lens.distortion={model:brown_conrady,k1:-0.1}"
         )
-    known = [f.name for f in fields(MODELS[model])]
+    parameter_names = [f.name for f in fields(MODELS[model])]
     for key in parameters:
-        if key not in known:
+        if key not in parameter_names:
             raise ConfigError(
-                f"lens.distortion has no key {key!r} for model {model}{did_you_mean(key, known)}"
+                f"lens.distortion has no key {key!r} for model {model}{did_you_mean(key, parameter_names)}"
             )
     numbers = {key: _numbers(model, key, value) for key, value in parameters.items()}
     try:
@@ -190,7 +190,7 @@ def _areas(lens, *grids):
     )
 
 
-def mean_seen(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> np.ndarray:
+def mean_over_pixels(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> np.ndarray:
     """Return the mean (..., y, x) of constant tiles over the part of the field that each pixel
     covers, a quadrilateral.
 
@@ -231,8 +231,12 @@ def _widened(lens, x_in, y_in, x_out, y_out):
     reach beyond it, and how many that are.
     """
     field_points, more = lens.inverse(*np.meshgrid(x_out, y_out)), 0
-    for at, known in zip(field_points, (x_in, y_in)):
-        reach = max(known[0] - at.min(), at.max() - known[-1]) * (len(known) - 1) / np.ptp(known)
+    for at, given_points in zip(field_points, (x_in, y_in)):
+        reach = (
+            max(given_points[0] - at.min(), at.max() - given_points[-1])
+            * (len(given_points) - 1)
+            / np.ptp(given_points)
+        )
         more = max(more, int(np.ceil(reach - 1e-6)))
     steps = np.arange(1, more + 1)
     x_in, y_in = (

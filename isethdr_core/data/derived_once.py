@@ -62,14 +62,14 @@ def once(key: Hashable, sources: tuple[Any, ...], compute: Callable[[], T]) -> T
         return compute()
     if any(s is not None and all(s is not known for known in scope.sources) for s in sources):
         return compute()
-    whole = key, tuple(map(id, sources))
+    full_key = key, tuple(map(id, sources))
     try:
-        hash(whole)
+        hash(full_key)
     except TypeError:  # a parameter without a hash, such as an array
         return compute()
-    if whole not in scope.results:
-        scope.results[whole] = compute()
-    return scope.results[whole]
+    if full_key not in scope.results:
+        scope.results[full_key] = compute()
+    return scope.results[full_key]
 
 
 @contextmanager

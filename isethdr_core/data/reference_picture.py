@@ -102,8 +102,8 @@ def before_denoising(picture: xr.Dataset) -> xr.Dataset:
     names = [name for name in picture.data_vars if str(name).startswith(UNDENOISED)]
     if not names:
         return picture
-    plain = {str(name).removeprefix(UNDENOISED): picture[name] for name in names}
-    undenoised = picture.drop_vars([FIXED_PATTERN, *names], errors="ignore").assign(plain)
+    stored = {str(name).removeprefix(UNDENOISED): picture[name] for name in names}
+    undenoised = picture.drop_vars([FIXED_PATTERN, *names], errors="ignore").assign(stored)
     undenoised.attrs = {k: v for k, v in picture.attrs.items() if k != VARIANCE_KNOWN}
     return undenoised
 
@@ -155,7 +155,7 @@ def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
     for weight, band in zip(weights.T, mixed.values):
         if weight.any():
             tiles += weight[:, None, None] * band
-    xyz = seen(tiles, mixed, picture)
+    xyz = mean_over_pixels(tiles, mixed, picture)
     ledger.error(
         FLOAT32,
         "relative",
@@ -177,7 +177,9 @@ def truth(mixed: xr.DataArray, picture: xr.Dataset) -> xr.Dataset:
     )
 
 
-def seen(tiles: np.ndarray, field: xr.DataArray | xr.Dataset, picture: xr.Dataset) -> np.ndarray:
+def mean_over_pixels(
+    tiles: np.ndarray, field: xr.DataArray | xr.Dataset, picture: xr.Dataset
+) -> np.ndarray:
     """Return the mean (..., y, x) of constant tiles over the field of view of each pixel.
 
     Parameters
@@ -193,7 +195,7 @@ def seen(tiles: np.ndarray, field: xr.DataArray | xr.Dataset, picture: xr.Datase
     f_m, pitch = _focal_length_m(picture), _pitch_m(picture)
     try:
         if lens := _distortion(field, picture):
-            return camera_geometry.mean_seen(
+            return camera_geometry.mean_over_pixels(
                 tiles, field, lens, picture.x.values / f_m, picture.y.values / f_m, pitch / f_m
             )
         return resample_mean(

@@ -142,12 +142,14 @@ class IntensityTable:
 
     def at(self, left_deg: npt.ArrayLike, up_deg: npt.ArrayLike) -> np.ndarray:
         """Return the relative intensity at angles in degrees (broadcast)."""
-        left, up = np.broadcast_arrays(np.asarray(left_deg, float), np.asarray(up_deg, float))
-        column, right = _cell(self.left_deg, left)
+        left_angles, up = np.broadcast_arrays(
+            np.asarray(left_deg, float), np.asarray(up_deg, float)
+        )
+        column, right = _cell(self.left_deg, left_angles)
         row, above = _cell(self.up_deg, up)
         low = self.value[row, column] * (1 - right) + self.value[row, column + 1] * right
         high = self.value[row + 1, column] * (1 - right) + self.value[row + 1, column + 1] * right
-        inside = (left >= self.left_deg[0]) & (left <= self.left_deg[-1])
+        inside = (left_angles >= self.left_deg[0]) & (left_angles <= self.left_deg[-1])
         inside &= (up >= self.up_deg[0]) & (up <= self.up_deg[-1])
         return np.where(inside, low * (1 - above) + high * above, 0.0)
 

@@ -49,8 +49,8 @@ def unlike_shares(scores: list[dict[str, Any]]) -> dict[str, dict[str, float]]:
 
 def are_unlike(shares: Iterable[float]) -> bool:
     """Return whether shares of valid pixels differ by more than `UNLIKE_SHARES`."""
-    known = [share for share in shares if share is not None and not math.isnan(share)]
-    return bool(known) and max(known) - min(known) > UNLIKE_SHARES
+    defined = [share for share in shares if share is not None and not math.isnan(share)]
+    return bool(defined) and max(defined) - min(defined) > UNLIKE_SHARES
 
 
 def objects_remark(unlike: dict[str, dict[str, float]]) -> str:
@@ -102,9 +102,9 @@ def state_errors(scores: list[Score]) -> None:
             f"{scores[0].metric}: too little of the picture is valid for an interval",
         )
         return
-    whole = [s for s in sure if not s.object] or sure
-    for unit in dict.fromkeys(s.unit for s in whole):
-        widest = max((s for s in whole if s.unit == unit), key=half_interval)
+    of_frame = [s for s in sure if not s.object] or sure
+    for unit in dict.fromkeys(s.unit for s in of_frame):
+        widest = max((s for s in of_frame if s.unit == unit), key=half_interval)
         ledger.error(
             half_interval(widest),
             unit or "1",

@@ -63,26 +63,26 @@ def guides(scene):
     """Return a function of two windows of the frame (slices): the weight, 0 to 1, with which their
     labels allow tiles to be averaged.
     """
-    known = {
+    lookup = {
         name: scene[name].values for name in ("instance", "normal", "distance") if name in scene
     }
 
     def similarity(p, q):
         weight = 1.0
-        if "instance" in known:
-            weight = weight * (known["instance"][p] == known["instance"][q])
-        if "normal" in known:
+        if "instance" in lookup:
+            weight = weight * (lookup["instance"][p] == lookup["instance"][q])
+        if "normal" in lookup:
             weight = weight * np.exp(
-                -((known["normal"][p] - known["normal"][q]) ** 2).sum(axis=-1) / NORMAL**2
+                -((lookup["normal"][p] - lookup["normal"][q]) ** 2).sum(axis=-1) / NORMAL**2
             )
-        if "distance" in known:
-            near, far = (
-                np.minimum(known["distance"][p], known["distance"][q]),
-                np.maximum(known["distance"][p], known["distance"][q]),
+        if "distance" in lookup:
+            near, second = (
+                np.minimum(lookup["distance"][p], lookup["distance"][q]),
+                np.maximum(lookup["distance"][p], lookup["distance"][q]),
             )
             with np.errstate(invalid="ignore"):
                 part = np.where(
-                    far == near, 0.0, (far - near) / far
+                    second == near, 0.0, (second - near) / second
                 )  # sky lies at no distance, as other sky does
             weight = weight * np.exp(-((np.nan_to_num(part, nan=1.0) / DISTANCE) ** 2))
         return weight
@@ -125,9 +125,11 @@ def averaged(xyz, noise, similarity) -> np.ndarray:
                 similarity(p, q),
             )
             for target, source in ((p, q), (q, p)):
-                known = variance[:, *target] + least
+                variances = variance[:, *target] + least
                 excess = (
-                    np.divide(square, known, out=np.where(square > 0, FAR, 0.0), where=known > 0)
+                    np.divide(
+                        square, variances, out=np.where(square > 0, FAR, 0.0), where=variances > 0
+                    )
                     - 1
                 )
                 distance = uniform_filter(

@@ -80,9 +80,11 @@ def local_laplacian(relative) -> np.ndarray:
         near = [np.maximum(1 - np.abs(band - centre) / SIGMA, 0.0) for band in guide[:-1]]
         if not any(n.any() for n in near):
             continue
-        away = level - centre
+        distance = level - centre
         remapped = centre + np.where(
-            np.abs(away) > SIGMA, np.sign(away) * (BETA * (np.abs(away) - SIGMA) + SIGMA), away
+            np.abs(distance) > SIGMA,
+            np.sign(distance) * (BETA * (np.abs(distance) - SIGMA) + SIGMA),
+            distance,
         )
         for band, n, detail in zip(pyramid, near, _laplacian(remapped)):
             band += n * detail

@@ -123,11 +123,11 @@ class CodeCache:
         changed.
         """
         stamp = stamp_of(path)
-        known = self._contents.get(path)
-        if known is None or known[0] != stamp:
+        stored = self._contents.get(path)
+        if stored is None or stored[0] != stamp:
             with open(path, "rb") as file:
-                known = self._contents[path] = stamp, digest_of(file.read())
-        return known[1]
+                stored = self._contents[path] = stamp, digest_of(file.read())
+        return stored[1]
 
     def facts(self, path: str) -> Facts:
         """Return the facts of a Python file."""

@@ -251,14 +251,14 @@ class _NormalForm:
             self._node(node)
 
     def _function(self, node: ast.FunctionDef | ast.AsyncFunctionDef) -> None:
-        plain = all(
+        unparenthesised = all(
             _dotted(d.func if isinstance(d, ast.Call) else d).rpartition(".")[2] in PLAIN_DECORATORS
             for d in node.decorator_list
         )
         self._out.append(f"{type(node).__name__}({node.name!r};")
         self._write("decorators", of=node.decorator_list)
-        self._arguments(node.args, annotated=not plain)
-        if not plain and node.returns is not None:
+        self._arguments(node.args, annotated=not unparenthesised)
+        if not unparenthesised and node.returns is not None:
             self._write("returns", of=node.returns)
         self._within(_scope("function", node.body, node.args), node.body)
         self._out.append(")")

@@ -137,16 +137,16 @@ def _table() -> dict[str, Any]:
 def _described(edition: Edition, component: Any, without: Sequence[str] = ()) -> dict[str, Any]:
     """Return a component as it was described in an edition."""
     values = {k: v for k, v in asdict(component).items() if k not in without}
-    known = edition.components.get(provenance.identity(component))
-    if known is None:  # of another package: its names are made of what it is now
+    component_edition = edition.components.get(provenance.identity(component))
+    if component_edition is None:  # of another package: its names are made of what it is now
         cls = type(component)
         return {"class": f"{cls.__module__}.{cls.__qualname__}", **values}
-    _same(edition, provenance.identity(component), known["code"], values)
+    _same(edition, provenance.identity(component), component_edition["code"], values)
     for added in fields(component):
-        if added.name in values and added.name not in known["fields"]:
+        if added.name in values and added.name not in component_edition["fields"]:
             if values.pop(added.name) != _default(added):
                 raise Different(added.name)
-    return {"class": known["class"], **values}
+    return {"class": component_edition["class"], **values}
 
 
 def _default(added: Field[Any]) -> Any:
@@ -196,8 +196,8 @@ def _packages(
     """Return the digest of every package that took part, as it was in the edition."""
     names = set(core)
     for component in components:
-        known = edition.components.get(provenance.identity(component))
-        path = known["class"] if known else type(component).__module__
+        component_edition = edition.components.get(provenance.identity(component))
+        path = component_edition["class"] if component_edition else type(component).__module__
         names.add(path.partition(".")[0])
     return {name: edition.packages.get(name) or bytes_digest(name) for name in sorted(names)}
 
@@ -229,10 +229,10 @@ def _settings(edition: Edition, config: dict[str, Any]) -> dict[str, Any]:
 
 
 def _component_node(edition: Edition, kind: str, node: Any) -> Any:
-    known = edition.components.get(f"{kind}/{node['name']}") if node else None
-    if known is None:
+    component_edition = edition.components.get(f"{kind}/{node['name']}") if node else None
+    if component_edition is None:
         return node
-    return {k: v for k, v in node.items() if k == "name" or k in known["fields"]}
+    return {k: v for k, v in node.items() if k == "name" or k in component_edition["fields"]}
 
 
 def _known_keys(known: Any, path: str, value: Any) -> Any:

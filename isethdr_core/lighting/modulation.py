@@ -25,7 +25,9 @@ def parse(table: dict[str, Any], seed: int) -> dict[str, Modulation]:
     ------
     ConfigError : an unknown or missing key, or an impossible value.
     """
-    return {group: _one(group, entry, seed) for group, entry in table.items() if entry is not None}
+    return {
+        group: _parsed(group, entry, seed) for group, entry in table.items() if entry is not None
+    }
 
 
 def check_groups(table, groups) -> None:
@@ -38,7 +40,7 @@ def check_groups(table, groups) -> None:
             )
 
 
-def _one(group: str, entry: Any, seed: int) -> Modulation:
+def _parsed(group: str, entry: Any, seed: int) -> Modulation:
     where = f"lighting.modulation.{group}"
     check_mapping(where, entry, "{frequency_hz: 90, duty: 0.1}")
     example = f"type for example '+{where}={{frequency_hz: 90, duty: 0.1, phase: 0.3}}'"

@@ -34,30 +34,30 @@ def dynamic_range(luminance, low_percentile: float, high_percentile: float) -> f
         return float(np.divide(high, low))
 
 
-def weight_for_mean(rest, ambient, mean: float) -> float:
+def weight_for_mean(other_light, ambient, mean: float) -> float:
     """Return w >= 0 so that mean(rest + w * ambient) = `mean`, or 0 where the rest alone exceeds
     it.
     """
     mean_ambient = ambient.mean()
-    return max(0.0, float((mean - rest.mean()) / mean_ambient)) if mean_ambient > 0 else 1.0
+    return max(0.0, float((mean - other_light.mean()) / mean_ambient)) if mean_ambient > 0 else 1.0
 
 
-def weight_for_percentile(rest, ambient, percentile: float, wanted: float) -> float:
-    """Return w >= 0 so that the percentile of rest + w * ambient is `wanted`.
+def weight_for_percentile(other_light, ambient, percentile: float, target_value: float) -> float:
+    """Return w >= 0 so that the percentile of rest + w * ambient is `target_value`.
 
     The percentile never falls with w, so a bracket and Brent's method find w. Where no w reaches
-    `wanted`: 0 if the rest alone is brighter, 1 if the ambient light is too dark where it matters.
+    `target_value`: 0 if the rest alone is brighter, 1 if the ambient light is too dark where it matters.
     """
 
     def miss(w):
-        return percentile_of(rest + w * ambient, percentile) - wanted
+        return percentile_of(other_light + w * ambient, percentile) - target_value
 
     peak = ambient.max()
     if peak <= 0:
         return 1.0
     if miss(0.0) >= 0:
         return 0.0
-    low, high = 0.0, wanted / peak
+    low, high = 0.0, target_value / peak
     for _ in range(_LARGEST_STEP):
         if miss(high) >= 0:
             return _root(miss, low, high)
@@ -66,9 +66,9 @@ def weight_for_percentile(rest, ambient, percentile: float, wanted: float) -> fl
 
 
 def weight_for_dynamic_range(
-    rest, ambient, wanted: float, low_percentile: float, high_percentile: float
+    other_light, ambient, target_ratio: float, low_percentile: float, high_percentile: float
 ) -> float:
-    """Return w >= 0 so that the ratio of two percentiles of rest + w * ambient is `wanted`.
+    """Return w >= 0 so that the ratio of two percentiles of rest + w * ambient is `target_ratio`.
 
     More ambient light lifts the dark tiles first: as w falls from 'ambient alone' the ratio grows,
     until the rest alone is left. The search goes down by decades and takes the first crossing, the
@@ -76,9 +76,9 @@ def weight_for_dynamic_range(
     """
 
     def ratio(w):
-        return dynamic_range(rest + w * ambient, low_percentile, high_percentile)
+        return dynamic_range(other_light + w * ambient, low_percentile, high_percentile)
 
-    bright, peak = rest.max(), ambient.max()
+    bright, peak = other_light.max(), ambient.max()
     if bright <= 0 or peak <= 0:
         return 1.0
     # 1e6: ambient light outshines every lamp; 1e-24: darker than any dynamic range that float32
@@ -88,14 +88,14 @@ def weight_for_dynamic_range(
     for w in (*grid[1:], 0.0):
         upper, at_upper = tried[-1]
         tried.append((float(w), ratio(w)))
-        if (at_upper <= wanted) != (tried[-1][1] <= wanted):
-            return _root(lambda v: _log_miss(ratio(v), wanted), float(w), upper)
-    return min(tried, key=lambda pair: abs(_log_miss(pair[1], wanted)))[0]
+        if (at_upper <= target_ratio) != (tried[-1][1] <= target_ratio):
+            return _root(lambda v: _log_miss(ratio(v), target_ratio), float(w), upper)
+    return min(tried, key=lambda pair: abs(_log_miss(pair[1], target_ratio)))[0]
 
 
-def _log_miss(reached: float, wanted: float) -> float:
+def _log_miss(reached: float, target_value: float) -> float:
     """Return log(found / wanted), kept finite over black tiles, where the ratio is infinite."""
-    return float(np.log(min(reached, 1e300) / wanted))
+    return float(np.log(min(reached, 1e300) / target_value))
 
 
 def _root(function, low: float, high: float) -> float:

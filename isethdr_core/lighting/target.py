@@ -42,7 +42,7 @@ def parse(targets: dict[str, Any]) -> tuple[Target, ...]:
     ------
     ConfigError : an unknown key, statistic or group to be relative to, or an impossible value.
     """
-    parsed = [_one(group, entry) for group, entry in targets.items() if entry is not None]
+    parsed = [_parsed(group, entry) for group, entry in targets.items() if entry is not None]
     absolute = [t for t in parsed if not t.relative_to]
     for target in parsed:
         if target.relative_to and target.relative_to not in [t.group for t in absolute]:
@@ -81,13 +81,13 @@ def check_mapping(where: str, entry: Any, example: str) -> None:
         )
 
 
-def _one(group: str, entry: Any) -> Target:
+def _parsed(group: str, entry: Any) -> Target:
     where = f"lighting.targets.{group}"
     check_mapping(where, entry, "{statistic: max, cd_m2: 30000}")
-    known = ("statistic", "cd_m2", "relative_to", "ratio", "percentile", "lamp_kind")
+    keys = ("statistic", "cd_m2", "relative_to", "ratio", "percentile", "lamp_kind")
     for key in entry:
-        if key not in known:
-            raise ConfigError(f"{where} has no key {key!r}{did_you_mean(key, known)}")
+        if key not in keys:
+            raise ConfigError(f"{where} has no key {key!r}{did_you_mean(key, keys)}")
     statistic = entry.get("statistic", "mean")
     if statistic not in STATISTICS:
         raise ConfigError(

@@ -180,18 +180,18 @@ class TargetsLighting:
         self.check_groups(groups)
         own_light = self._own(groups)
         weights = mix.all_weights(self.weights, self.others, groups)
-        wanted = target.draw(target.parse(self.targets), self.seed)
+        targets = target.draw(target.parse(self.targets), self.seed)
         at_one = {t.group: _statistic(radiance, t, map_of) for t in own_light}
         for group, value in at_one.items():
             # a group without light cannot be scaled to any: as built, and reported
-            weights[group] = wanted[group] / value if value > 0 else 1.0
+            weights[group] = targets[group] / value if value > 0 else 1.0
         picture = {}
         if self._moving():
             # a group of weight 0 that may move starts from the light it was built with
             start = {g: weights[g] or 1.0 for g in self._moves() if g in groups}
             weights, picture = self._move(start, weights, map_of)
         lamps = {
-            g: {"wanted": wanted[g], "reached": weights[g] * value} for g, value in at_one.items()
+            g: {"wanted": targets[g], "reached": weights[g] * value} for g, value in at_one.items()
         }
         return weights, {**lamps, **picture}
 
@@ -201,24 +201,24 @@ class TargetsLighting:
         """
         level, ambient = self._level(), sum(w * map_of(g) for g, w in start.items())
         still = {g: w for g, w in weights.items() if g not in start and w}
-        rest = sum((w * map_of(g) for g, w in still.items()), 0.0 * ambient)
+        other_light = sum((w * map_of(g) for g, w in still.items()), 0.0 * ambient)
         if self.dynamic_range:
             weight = solver.weight_for_dynamic_range(
-                rest, ambient, self.dynamic_range, self.low_percentile, self.high_percentile
+                other_light, ambient, self.dynamic_range, self.low_percentile, self.high_percentile
             )
         elif level[0] == "mean":
-            weight = solver.weight_for_mean(rest, ambient, level[2])
+            weight = solver.weight_for_mean(other_light, ambient, level[2])
         else:
-            weight = solver.weight_for_percentile(rest, ambient, level[1], level[2])
+            weight = solver.weight_for_percentile(other_light, ambient, level[1], level[2])
         weights = {**weights, **{g: weight * w for g, w in start.items()}}
-        whole = rest + weight * ambient
+        total_light = other_light + weight * ambient
         picture = {}
         if self.dynamic_range:
-            reached = solver.dynamic_range(whole, self.low_percentile, self.high_percentile)
+            reached = solver.dynamic_range(total_light, self.low_percentile, self.high_percentile)
             picture["dynamic_range"] = {"wanted": self.dynamic_range, "reached": reached}
         if level:
             name = "mean_cd_m2" if level[0] == "mean" else "median_cd_m2"
-            reached = solver.statistic(whole, level[0], level[1])
+            reached = solver.statistic(total_light, level[0], level[1])
             if (
                 self.dynamic_range and reached > 0
             ):  # the weights of the movable groups are used up: all groups move together

@@ -458,7 +458,9 @@ def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
 
     def of_draw(draw: int) -> list[Score]:
         metrics = chain.metrics.values()
-        return camera_shot.values_of(draw, metrics, lambda m, other: m(other, reference, labels))
+        return camera_shot.values_of(
+            draw, metrics, lambda m, picture_of_draw: m(picture_of_draw, reference, labels)
+        )
 
     def again(draw: int) -> list[Score]:
         """Return the scores of the same shot with other noise; its terms are those of the first

@@ -96,10 +96,10 @@ class TrivialPlan:
         """Return the light that the lens makes of mixed radiance."""
         if self.response is not None and isinstance(self.lens, MakesPhotocurrent):
             return self.lens.photocurrent(mixed, self.flares, self.response)
-        known = {}
+        keywords = {}
         if self.error_allowed and "error_allowed" in signature(self.lens.__call__).parameters:
-            known = {"error_allowed": self.error_allowed}
-        light: xr.DataArray = self.lens(mixed, flares=self.flares, **known)
+            keywords = {"error_allowed": self.error_allowed}
+        light: xr.DataArray = self.lens(mixed, flares=self.flares, **keywords)
         return light
 
     def light_errors(self, mixed: xr.DataArray, weights: np.ndarray) -> ErrorMaps | None:

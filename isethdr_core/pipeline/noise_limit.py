@@ -84,8 +84,8 @@ class CameraNoise:
                 steady &= bool(np.allclose(changed_exposures, exposures[-1]))
         rows, columns = mixed.shape[-2:]
         xyz = np.min(limits, axis=0) if limits else np.full((3, rows, columns), np.inf)
-        known = np.concatenate(exposures) if exposures else np.zeros(0)
-        return NoiseLimit(dict(mixed.attrs["weights"]), xyz, known, steady)
+        exposures_s = np.concatenate(exposures) if exposures else np.zeros(0)
+        return NoiseLimit(dict(mixed.attrs["weights"]), xyz, exposures_s, steady)
 
 
 def sharp_light(lens: Any, mixed: xr.DataArray) -> xr.DataArray | None:

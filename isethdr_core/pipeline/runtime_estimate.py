@@ -152,8 +152,8 @@ def _tiles(source) -> float:
 def _bands(source) -> float:
     """Return the number of bands; 1 if the fields of a plugin's component do not give it."""
     first, last, step = (source.get(key) for key in ("first_nm", "last_nm", "step_nm"))
-    known = all(map(_positive, (first, last, step))) and last >= first
-    return 1 + (last - first) / step if known else 1.0
+    valid = all(map(_positive, (first, last, step))) and last >= first
+    return 1 + (last - first) / step if valid else 1.0
 
 
 def _positive(value: Any) -> bool:

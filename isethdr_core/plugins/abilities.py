@@ -88,8 +88,10 @@ def fields(protocol: type) -> frozenset[str]:
 @cache
 def names(kind: str) -> frozenset[str]:
     """Return every name that the core uses of a component of a kind."""
-    known = (*protocols.required_of(kind), *protocols.abilities_of(kind))
-    return frozenset(name for p in known for name in (*methods(p), *constants(p), *fields(p)))
+    protocols_of_kind = (*protocols.required_of(kind), *protocols.abilities_of(kind))
+    return frozenset(
+        name for p in protocols_of_kind for name in (*methods(p), *constants(p), *fields(p))
+    )
 
 
 def written(name: str, protocol: type) -> str:
@@ -161,30 +163,30 @@ def _check_spelling(subject: str, kind: str, cls: type) -> None:
     words = _vocabulary(kind)
     for name in _public(cls):
         if name not in words.any_kind:
-            known = words.callables if _callable(_raw(cls, name)) else words.constants
-            _refuse_near(subject, name, cls, known)
+            candidates = words.callables if _callable(_raw(cls, name)) else words.constants
+            _refuse_near(subject, name, cls, candidates)
 
 
 @cache
 def _vocabulary(kind: str) -> Vocabulary:
-    known = (*protocols.required_of(kind), *protocols.abilities_of(kind))
+    protocols_of_kind = (*protocols.required_of(kind), *protocols.abilities_of(kind))
     return Vocabulary(
-        {name: p for p in known for name in methods(p) if name != CALL},
-        {name: p for p in known for name in constants(p)},
+        {name: p for p in protocols_of_kind for name in methods(p) if name != CALL},
+        {name: p for p in protocols_of_kind for name in constants(p)},
         frozenset().union(*map(names, protocols.OPTIONAL)),
     )
 
 
-def _refuse_near(subject: str, name: str, cls: type, known: dict[str, type]) -> None:
-    """Refuse a public name that resembles one of `known` {name: Protocol}.
+def _refuse_near(subject: str, name: str, cls: type, candidates: dict[str, type]) -> None:
+    """Refuse a public name that resembles one of `candidates` {name: Protocol}.
 
     The name is accepted if the class also has the correctly spelt member, or if the name belongs to
     a method that the core could not call in its place.
     """
-    near = _nearest(name, tuple(known))
+    near = _nearest(name, tuple(candidates))
     if near is None or offers(cls, near):
         return
-    protocol, raw = known[near], _raw(cls, name)
+    protocol, raw = candidates[near], _raw(cls, name)
     if near in methods(protocol):
         if _problem(raw, protocol, near):
             return
@@ -198,8 +200,8 @@ def _refuse_near(subject: str, name: str, cls: type, known: dict[str, type]) -> 
 
 
 @cache
-def _nearest(name: str, known: tuple[str, ...]) -> str | None:
-    return next(iter(difflib.get_close_matches(name, known, 1, NEAR)), None)
+def _nearest(name: str, candidates: tuple[str, ...]) -> str | None:
+    return next(iter(difflib.get_close_matches(name, candidates, 1, NEAR)), None)
 
 
 def offers(cls: type, name: str) -> bool:
@@ -276,10 +278,13 @@ def _calls(protocol: type, name: str) -> tuple[Arguments, ...]:
     required = tuple(p for p in every if p.default is p.empty)
     calls = []
     for some in (every, required):
-        plain = [p.name for p in some if p.kind is p.POSITIONAL_OR_KEYWORD]
+        positional = [p.name for p in some if p.kind is p.POSITIONAL_OR_KEYWORD]
         first = sum(p.kind is p.POSITIONAL_ONLY for p in some)
         named = tuple(p.name for p in some if p.kind is p.KEYWORD_ONLY)
-        calls += [Arguments(first + len(plain), named), Arguments(first, (*plain, *named))]
+        calls += [
+            Arguments(first + len(positional), named),
+            Arguments(first, (*positional, *named)),
+        ]
     return tuple(dict.fromkeys(calls))
 
 

@@ -55,10 +55,10 @@ class Spaced:
             )
 
     def __iter__(self) -> Iterator[float]:
-        whole = isinstance(self.cheapest, int) and isinstance(self.finest, int)
+        integers = isinstance(self.cheapest, int) and isinstance(self.finest, int)
         ratio = (self.finest / self.cheapest) ** (1 / (self.count - 1))
         values = [self.cheapest * ratio**k for k in range(self.count - 1)] + [self.finest]
-        return iter(list(dict.fromkeys(map(round, values))) if whole else values)
+        return iter(list(dict.fromkeys(map(round, values))) if integers else values)
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ class AccuracyKnob:
             return math.nan
         if isinstance(self.cost, Cost):
             return float((value / reference) ** -self.cost.power) if self.cost.power else math.nan
-        whole = float(self.cost(reference))
-        return float(self.cost(value)) / whole if whole > 0 else math.nan
+        reference_cost = float(self.cost(reference))
+        return float(self.cost(value)) / reference_cost if reference_cost > 0 else math.nan
 
 
 @dataclass(frozen=True)

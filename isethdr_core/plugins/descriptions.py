@@ -44,8 +44,8 @@ def described(comp: Component) -> Description:
     PluginError : the class cannot be imported or breaks its contract.
     """
     cls = class_of(comp)
-    summary, *rest = description(cls) or ["no description"]
-    return Description(summary, field_rows(cls), rest)
+    summary, *details = description(cls) or ["no description"]
+    return Description(summary, field_rows(cls), details)
 
 
 def descriptions(
@@ -54,28 +54,28 @@ def descriptions(
     """Return the description of each component, from the cache if it is current, and the components
     that did not load.
     """
-    found: dict[Component, Description] = {}
+    by_component: dict[Component, Description] = {}
     broken: list[BrokenPlugin] = []
     path = cache_file()
-    kept = _read(path)
+    stored = _read(path)
     is_new = False
     for comp in members:
         # a class that is here already needs no import
         key = f"{comp.kind}/{comp.name} {comp.target} {_state(comp.package)}{_state(CORE)}"
-        if isinstance(comp.target, str) and key in kept:
-            found[comp] = kept[key]
+        if isinstance(comp.target, str) and key in stored:
+            by_component[comp] = stored[key]
             continue
         try:
-            found[comp] = described(comp)
+            by_component[comp] = described(comp)
         except PluginError as err:
             broken.append(BrokenPlugin(f"{comp.kind}/{comp.name}", comp.package, str(err)))
             continue
         if isinstance(comp.target, str):
-            kept[key] = found[comp]
+            stored[key] = by_component[comp]
             is_new = True
     if is_new:
-        _write(path, kept)
-    return found, broken
+        _write(path, stored)
+    return by_component, broken
 
 
 def cache_file() -> Path:
@@ -107,8 +107,8 @@ def _state(package: str) -> str:
 def _read(path: Path) -> dict[str, Description]:
     """Return the cached descriptions; empty if the file is missing or damaged."""
     with suppress(OSError, ValueError, TypeError, AttributeError):
-        kept = json.loads(path.read_text("utf-8"))
-        return {k: _description(**v) for k, v in kept.items()}
+        stored = json.loads(path.read_text("utf-8"))
+        return {k: _description(**v) for k, v in stored.items()}
     return {}
 
 
@@ -117,11 +117,11 @@ def _description(summary: str, fields: list[dict[str, Any]], paragraphs: list[st
     return Description(summary, rows, paragraphs)
 
 
-def _write(path: Path, kept: dict[str, Description]) -> None:
+def _write(path: Path, described_components: dict[str, Description]) -> None:
     """Cache the descriptions that belong to the current files. A folder without write permission is
     ignored.
     """
-    now = {k: asdict(v) for k, v in kept.items() if k.endswith(_state(CORE))}
+    now = {k: asdict(v) for k, v in described_components.items() if k.endswith(_state(CORE))}
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, json.dumps(now))

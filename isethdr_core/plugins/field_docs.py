@@ -94,11 +94,11 @@ def choices(annotation: Any) -> tuple[str, ...]:
 
 def field_origins(cls: type) -> dict[str, str]:
     """Return, as `module:Class`, the class that first defines each field of a component."""
-    found: dict[str, str] = {}
+    origins: dict[str, str] = {}
     for base in reversed(cls.__mro__):
         for name in base.__dict__.get("__annotations__", {}):
-            found.setdefault(name, f"{base.__module__}:{base.__qualname__}")
-    return found
+            origins.setdefault(name, f"{base.__module__}:{base.__qualname__}")
+    return origins
 
 
 def unit_of(name: str, annotation: Any) -> str:
@@ -125,7 +125,7 @@ def allowed(annotation: Any) -> str:
     """Return the values that an annotation allows: names, a range, or the type in words."""
     names = literal_names(annotation)
     limits = range_text(annotation)
-    plain = scalars(annotation)
+    scalar_types = scalars(annotation)
     if annotation is bool:
         return "true, false"
     parts = [*([", ".join(f"`{name}`" for name in names)] if names else [])]
@@ -133,9 +133,9 @@ def allowed(annotation: Any) -> str:
         parts.append(limits)
     if not limits and has_table(annotation):
         parts.append("a table")
-    elif str in plain:
+    elif str in scalar_types:
         parts.append("text")
-    if type(None) in plain:
+    if type(None) in scalar_types:
         parts.append("`null`")
     return ", or ".join(parts)
 
@@ -159,11 +159,11 @@ def field_comments(cls: type) -> dict[str, str]:
 
     A class that changes a default without a comment keeps the comment of its base.
     """
-    found: dict[str, str] = {}
+    comments: dict[str, str] = {}
     for base in reversed(cls.__mro__):
         if dataclasses.is_dataclass(base):
-            found |= {name: text for name, text in own_comments(base).items() if text}
-    return found
+            comments |= {name: text for name, text in own_comments(base).items() if text}
+    return comments
 
 
 @cache
@@ -184,7 +184,7 @@ def own_comments(cls: type) -> dict[str, str]:
             (above if alone else beside)[token.start[0]] = token.string.lstrip("# ")
     [definition] = ast.parse(source).body
     assert isinstance(definition, ast.ClassDef)
-    found, group = {}, ""
+    comments, group = {}, ""
     for node in definition.body:
         if not isinstance(node, ast.AnnAssign) or not isinstance(node.target, ast.Name):
             continue
@@ -200,8 +200,8 @@ def own_comments(cls: type) -> dict[str, str]:
         text = " ".join(block)
         if text and ast.unparse(node.annotation).startswith("tuple") and ": " in group:
             text += f"; {group}"
-        found[node.target.id] = text
-    return found
+        comments[node.target.id] = text
+    return comments
 
 
 def description(cls: type) -> list[str]:

@@ -38,20 +38,20 @@ class Preset:
 @cache
 def presets(group: str) -> dict[str, Preset]:
     """Return the presets of a kind, or the experiments, by name."""
-    found: dict[str, Preset] = {}
+    by_name: dict[str, Preset] = {}
     for folder in _folders():
         for path in sorted((folder / group).glob("*.yaml")):
-            found.setdefault(path.stem, _read(group, path))
-    return found
+            by_name.setdefault(path.stem, _read(group, path))
+    return by_name
 
 
 def component_of(preset: Preset) -> str:
     """Return the name of the component that a preset is based on, through other presets."""
-    known, seen = presets(preset.group), {preset.name}
+    all_presets, visited = presets(preset.group), {preset.name}
     name = preset.based_on
-    while name in known and name not in seen:
-        seen.add(name)
-        name = known[name].based_on
+    while name in all_presets and name not in visited:
+        visited.add(name)
+        name = all_presets[name].based_on
     return name
 
 
@@ -69,8 +69,8 @@ def described_file(text: str) -> tuple[str, list[str]]:
 def _folders() -> Iterator[Path]:
     """Yield the folders with presets of plugins, of the core, and of the working folder."""
     for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
-        found: Any = impl.function()
-        for place in found:
+        folders: Any = impl.function()
+        for place in folders:
             if place.startswith("pkg://"):
                 spec = util.find_spec(place.removeprefix("pkg://").replace("/", "."))
                 yield from map(Path, (spec and spec.submodule_search_locations) or [])

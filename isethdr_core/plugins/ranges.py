@@ -158,24 +158,24 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
     problems = [p for p in every if p["loc"][0] == name]
     depth = max(len(p["loc"]) for p in problems)
     deepest = [p for p in problems if len(p["loc"]) == depth]  # the best fit among a union
-    value, whole = deepest[0]["input"], values[name]
-    wrong = SHORT.repr(whole)
-    if value is not whole and deepest[0]["type"] != TOO_SHORT:
+    value, field_value = deepest[0]["input"], values[name]
+    wrong = SHORT.repr(field_value)
+    if value is not field_value and deepest[0]["type"] != TOO_SHORT:
         wrong += f" with {SHORT.repr(value)} in it"
     expected = " or ".join(dict.fromkeys(map(_expectation, deepest)))
     near = _nearest_choice(field_types(cls)[name], value)
     hint = f"; did you mean {near!r}?" if near else ""
-    example = near or _entry(whole, deepest[0]) or _example(cls, name)
+    example = near or _entry(field_value, deepest[0]) or _example(cls, name)
     return (
         f"{name} is {wrong}; expected {expected}{hint}; type for example {to_type}{name}={example}"
     )
 
 
-def _entry(whole: Any, problem: Mapping[str, Any]) -> str:
+def _entry(field_value: Any, problem: Mapping[str, Any]) -> str:
     """Return the bad entry of a table with an allowed number; "" if the mistake is another one."""
-    if not isinstance(whole, dict) or problem["type"] != OUTSIDE:
+    if not isinstance(field_value, dict) or problem["type"] != OUTSIDE:
         return ""
-    key = next((k for k, value in whole.items() if value is problem["input"]), None)
+    key = next((k for k, value in field_value.items() if value is problem["input"]), None)
     return "" if key is None else on_command_line({key: problem["ctx"]["allowed"]})
 
 

@@ -134,10 +134,12 @@ def build(kind: str, name: str, /, **fields: Any) -> Any:
     """
     if kind not in KINDS:
         raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
-    known = {n: c for (k, n), c in components().items() if k == kind}
-    if name not in known:
-        raise ConfigError(f"{kind} {name!r} is not installed{did_you_mean(name, known)}")
-    cls = class_of(known[name])
+    components_of_kind = {n: c for (k, n), c in components().items() if k == kind}
+    if name not in components_of_kind:
+        raise ConfigError(
+            f"{kind} {name!r} is not installed{did_you_mean(name, components_of_kind)}"
+        )
+    cls = class_of(components_of_kind[name])
     allowed = [f.name for f in dataclasses.fields(cls) if f.init]
     for key in fields:
         if key not in allowed:
@@ -278,14 +280,14 @@ def _newer_by_source(entry: metadata.EntryPoint) -> str:
 
 def _refuse_unknown_hooks(pm: pluggy.PluginManager, name: str, plugin: object) -> None:
     """A misspelled hook would silently never be called: name it, with the nearest valid one."""
-    known = {n for n in vars(hookspecs) if n.startswith("isethdr_")}
+    hook_names = {n for n in vars(hookspecs) if n.startswith("isethdr_")}
     for attribute in dir(plugin):
         if (
             attribute.startswith("isethdr_")
             and hasattr(getattr(plugin, attribute), "isethdr_impl")
-            and attribute not in known
+            and attribute not in hook_names
         ):
             raise PluginError(
                 f"plugin {name!r} implements the unknown hook"
-                f" {attribute!r}{did_you_mean(attribute, known)}"
+                f" {attribute!r}{did_you_mean(attribute, hook_names)}"
             )

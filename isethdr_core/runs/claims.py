@@ -140,7 +140,7 @@ class _Watch:
         state = (str(path), status.st_ino, status.st_mtime_ns, owner.get("process"))
         if state != self.state:
             self.state, self.since_s = state, time.monotonic()
-        return _gone(owner) or time.monotonic() - self.since_s > self.rhythm.dead_after_s
+        return _has_ended(owner) or time.monotonic() - self.since_s > self.rhythm.dead_after_s
 
     def is_new(self) -> bool:
         """Return True on the first call for each holder, otherwise False."""
@@ -194,7 +194,7 @@ def _remove_dead(folder: Path) -> None:
     """Remove claims of any name that killed processes of this machine left."""
     for path in folder.glob(".*.claim-*"):
         with suppress(OSError):  # its holder has just removed it
-            if _gone(_owner(path.read_bytes())):
+            if _has_ended(_owner(path.read_bytes())):
                 path.unlink()
 
 
@@ -221,7 +221,7 @@ def _machine() -> dict[str, str]:
     return {"host": socket.gethostname(), "namespace": namespace}
 
 
-def _gone(owner: dict) -> bool:
+def _has_ended(owner: dict) -> bool:
     """Return whether the process of a claim ran on this machine and has ended."""
     if not owner or any(owner.get(key) != value for key, value in _machine().items()):
         return False

@@ -83,9 +83,9 @@ def checked(kind: str, text: object) -> str:
 def read_labels(store: Path) -> Labels:
     """Return the labels of the run in `store`; none where there is no file, or a damaged one."""
     try:
-        found = json.loads(path_of(store).read_text(encoding="utf-8"))
+        stored = json.loads(path_of(store).read_text(encoding="utf-8"))
         return Labels(
-            str(found["name"]), tuple(map(str, found["tags"])), tuple(map(str, found["sweeps"]))
+            str(stored["name"]), tuple(map(str, stored["tags"])), tuple(map(str, stored["sweeps"]))
         )
     except (OSError, ValueError, KeyError, TypeError):
         return Labels()
@@ -93,9 +93,9 @@ def read_labels(store: Path) -> Labels:
 
 def add_labels(store: Path, labels: Labels) -> None:
     """Add labels to those of a stored run; nothing is written where they are there already."""
-    known = read_labels(store)
-    if known | labels != known:
-        write_text(path_of(store), json.dumps(asdict(known | labels)))
+    labels_before = read_labels(store)
+    if labels_before | labels != labels_before:
+        write_text(path_of(store), json.dumps(asdict(labels_before | labels)))
 
 
 def path_of(store: Path) -> Path:

@@ -42,15 +42,15 @@ def _processor() -> str:
     """Return the architecture, and the family and model of the processor if the system
     states them.
     """
-    known = {}
+    fields = {}
     try:
         text = Path("/proc/cpuinfo").read_text()
     except OSError:
         text = ""
     for line in text.split("\n\n")[0].splitlines():
         key, _, value = line.partition(":")
-        known[key.strip()] = value.strip()
-    model = [f"{key} {known[key]}" for key in CPUINFO if key in known]
+        fields[key.strip()] = value.strip()
+    model = [f"{key} {fields[key]}" for key in CPUINFO if key in fields]
     if not model:
         return f"{platform.machine()} {platform.processor()}".strip()
     return ", ".join([platform.machine(), *model])

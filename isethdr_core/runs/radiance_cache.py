@@ -82,7 +82,13 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config):
             of_demand(
                 _known(
                     chain,
-                    stage(rows, "scene", config.scene.name, chain.scene, lambda: made(chain.scene)),
+                    stage(
+                        rows,
+                        "scene",
+                        config.scene.name,
+                        chain.scene,
+                        lambda: rendered_now(chain.scene),
+                    ),
                 ),
                 demand,
             ),
@@ -93,7 +99,7 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config):
     earlier_ids = [s["id"] for s in serving]
     if missing:
         description = stage(
-            rows, "scene", config.scene.name, chain.scene, lambda: made(chain.scene)
+            rows, "scene", config.scene.name, chain.scene, lambda: rendered_now(chain.scene)
         )
         if not isinstance(description, SceneDescription):
             return _known(chain, description), []
@@ -183,7 +189,7 @@ def known_of(chain: Chain, stores: list[dict], missing: Demand, groups) -> dict[
     }  # one path alone is not pooled
 
 
-def made(scene):
+def rendered_now(scene):
     """Return the result of a scene plugin. A scene description defines the scene, so its error is
     0.
     """
@@ -211,11 +217,11 @@ def opened(folder, stores: list[dict], demand: Demand, rows: Ledger, earlier_ids
         if row.kind == "renderer"
         for term in row.errors
     ]
-    whole = join_scenes(scenes, demand.groups)
-    pooled = "paths" in whole.attrs  # then their noise together is stated
+    all_groups = join_scenes(scenes, demand.groups)
+    pooled = "paths" in all_groups.attrs  # then their noise together is stated
     record(*(t for t in terms if t not in stated and not (pooled and t.how == "statistical")))
-    _record_pooled(whole, stores, earlier_ids, stated)
-    joined = of_demand(whole, demand)
+    _record_pooled(all_groups, stores, earlier_ids, stated)
+    joined = of_demand(all_groups, demand)
     return joined.assign_attrs(
         rendered_s=sum(
             row["seconds"]
@@ -282,7 +288,7 @@ def what_is_missing(
     groups_asked = demand.groups if demand.groups is not None else stores[0]["all_groups"]
     bands = ALL_BANDS if demand.wavelength_nm is None else demand.wavelength_nm
     lacking = {
-        group: [b for b in bands if not _held(stores, group, b, enough, share)]
+        group: [b for b in bands if not _groups_have(stores, group, b, enough, share)]
         for group in groups_asked
     }
     groups = tuple(g for g in groups_asked if lacking[g])
@@ -296,7 +302,7 @@ def what_is_missing(
     )
 
 
-def _held(stores, group, band, enough, share) -> bool:
+def _groups_have(stores, group, band, enough, share) -> bool:
     holding = [s for s in stores if holds(s, group, band)]
     if enough is None or not holding or any(group in s["absent_groups"] for s in holding):
         return bool(holding)

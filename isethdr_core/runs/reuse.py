@@ -86,9 +86,9 @@ class Reuse:
         """Return `compute()`, which states nothing, or what it returned in an earlier run."""
         if self.cache is None or name is None:
             return compute()
-        kept = self.cache.get(VALUE + name)
-        if kept is not None:
-            return kept
+        stored = self.cache.get(VALUE + name)
+        if stored is not None:
+            return stored
         start = time.process_time()
         result = compute()
         self.cache.put(VALUE + name, result, _worth(time.process_time() - start))
@@ -165,14 +165,14 @@ def cache_bytes(config: Mapping[str, Any]) -> int:
     ------
     ConfigError : `cache_gb` is no finite number, or negative.
     """
-    asked = config.get("cache_gb", DEFAULT_GB)
-    number = isinstance(asked, (int, float)) and not isinstance(asked, bool)
-    if not (number and 0 <= asked < math.inf):
+    size_gb = config.get("cache_gb", DEFAULT_GB)
+    number = isinstance(size_gb, (int, float)) and not isinstance(size_gb, bool)
+    if not (number and 0 <= size_gb < math.inf):
         raise ConfigError(
-            f"cache_gb is {asked!r}; expected the gigabytes that intermediate results may take, 0 "
+            f"cache_gb is {size_gb!r}; expected the gigabytes that intermediate results may take, 0 "
             "to keep none; type for example cache_gb=4"
         )
-    return int(asked * 1e9)
+    return int(size_gb * 1e9)
 
 
 def _worth(cpu_s: float) -> float:

@@ -62,9 +62,9 @@ def holds(attributes: dict, group: str, band) -> bool:
     """Return whether a store holds one light group, or records it as dark, at a band in nm or at
     `ALL_BANDS`.
     """
-    whole = attributes.get("bands_asked") is None
+    all_bands = attributes.get("bands_asked") is None
     return group in (*attributes["groups"], *attributes["absent_groups"]) and (
-        whole if band is None else band in attributes["wavelength_nm"]
+        all_bands if band is None else band in attributes["wavelength_nm"]
     )
 
 

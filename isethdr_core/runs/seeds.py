@@ -50,8 +50,8 @@ def generator(seed: int = 0, device: str = "A", scene: str = "") -> Generator:
 
 def checked_seed(seed: int) -> int:
     """Return the seed as an int; raise ConfigError if it is not a valid seed."""
-    whole = isinstance(seed, Integral) and not isinstance(seed, bool)
-    if not (whole and 0 <= seed <= LARGEST_SEED):
+    is_integer = isinstance(seed, Integral) and not isinstance(seed, bool)
+    if not (is_integer and 0 <= seed <= LARGEST_SEED):
         raise ConfigError(
             f"seed is {seed!r}; expected a whole number from 0 to 2^63 - 1; type for example seed=7"
         )

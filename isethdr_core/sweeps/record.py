@@ -63,10 +63,10 @@ def check_free(sweep: Sweep) -> None:
     ------
     ConfigError : a sweep of this name has other runs.
     """
-    known = read_sweep(sweep.folder)
-    if known is not None and sorted(known.overrides) != sorted(sweep.overrides):
+    sweep_there = read_sweep(sweep.folder)
+    if sweep_there is not None and sorted(sweep_there.overrides) != sorted(sweep.overrides):
         raise ConfigError(
-            f"the name {sweep.name!r} belongs to another sweep: {' '.join(known.overrides)};"
+            f"the name {sweep.name!r} belongs to another sweep: {' '.join(sweep_there.overrides)};"
             f" expected a name that is free; type for example name={_free_name(sweep)}, or remove"
             f" the folder {sweep.folder}"
         )
@@ -89,9 +89,9 @@ def begin(sweep: Sweep) -> None:
 def read_sweep(folder: Path) -> Sweep | None:
     """Return the sweep of a folder; None where there is none, or none that can be read."""
     try:
-        found = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-        texts = {k: tuple(found[k]) for k in ("overrides", "varied")}
-        return Sweep(str(found["name"]), **texts, total=found["total"], started=found["started"])
+        stored = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+        texts = {k: tuple(stored[k]) for k in ("overrides", "varied")}
+        return Sweep(str(stored["name"]), **texts, total=stored["total"], started=stored["started"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -106,8 +106,8 @@ def read_jobs(folder: Path) -> list[Job]:
     """Return the results of the jobs of a sweep so far, by number."""
     jobs = []
     for path in (folder / JOBS).glob("[0-9]*.json"):
-        found = json.loads(path.read_text(encoding="utf-8"))
-        jobs.append(Job(**found | {"overrides": tuple(found["overrides"])}))
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        jobs.append(Job(**stored | {"overrides": tuple(stored["overrides"])}))
     return sorted(jobs, key=lambda job: job.number)
 
 

@@ -67,7 +67,7 @@ class Interval(Protocol):
         """The upper end."""
 
 
-def differ(one: Interval, other: Interval) -> bool | None:
+def differ(first: Interval, second: Interval) -> bool | None:
     """Return whether two scores differ by more than their intervals; None if an interval is not
     known and the values are not equal.
 
@@ -77,9 +77,9 @@ def differ(one: Interval, other: Interval) -> bool | None:
     h2^2). Runs of one rendering share its noise, which is then counted twice: such runs may differ
     although this function returns False.
     """
-    if one.value == other.value:
+    if first.value == second.value:
         return False
-    halves = math.hypot((one.high - one.low) / 2, (other.high - other.low) / 2)
-    if math.isnan(halves) or math.isnan(one.value - other.value):
+    half_widths = math.hypot((first.high - first.low) / 2, (second.high - second.low) / 2)
+    if math.isnan(half_widths) or math.isnan(first.value - second.value):
         return None
-    return abs(one.value - other.value) > halves
+    return abs(first.value - second.value) > half_widths

@@ -125,7 +125,7 @@ def _number(value: object) -> float:
 
 def best_rows(table: SweepTable) -> list[Best]:
     """Return the best row by each score that varies; both ends where the better is not known."""
-    found = []
+    best = []
     for score in table.units:
         rows = [r for r in table.rows if score in r.scores and math.isfinite(r.scores[score].value)]
         values = {row.scores[score].value for row in rows}
@@ -134,20 +134,20 @@ def best_rows(table: SweepTable) -> list[Best]:
         better = larger_is_better(score)
         for larger in (True, False) if better is None else (better,):
             row = (max if larger else min)(rows, key=lambda r: r.scores[score].value)
-            found.append(
+            best.append(
                 Best(
                     score,
                     "largest" if larger else "smallest",
                     better is not None,
                     row,
                     sum(
-                        differ(row.scores[score], other.scores[score]) is False
-                        for other in rows
-                        if other is not row
+                        differ(row.scores[score], rival.scores[score]) is False
+                        for rival in rows
+                        if rival is not row
                     ),
                 )
             )
-    return found
+    return best
 
 
 def as_csv(table: SweepTable) -> str:

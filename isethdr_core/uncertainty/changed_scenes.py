@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..data.reference_picture import seen as mean_over_pixels
+from ..data.reference_picture import mean_over_pixels as mean_over_pixels
 from ..data.temporal_modulation import time_mean
 from . import ledger
 from .render_noise import (

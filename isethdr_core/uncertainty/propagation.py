@@ -20,7 +20,7 @@ from scipy.special import erf
 
 from ..data import camera_geometry
 from ..data.quantities import IRRADIANCE, PHOTOCURRENT
-from ..data.reference_picture import seen as mean_over_pixels
+from ..data.reference_picture import mean_over_pixels as mean_over_pixels
 from ..data.temporal_modulation import time_mean
 from ..physics.radiometry import photons_per_energy
 from ..physics.resampling.area import detail_error, resample_mean

@@ -216,7 +216,7 @@ def on_light(tiles: np.ndarray, mixed: xr.DataArray, light: xr.DataArray) -> np.
         and (part := tiles[..., inside["y"], inside["x"]]).shape[-2:] == light.shape[-2:]
     ):
         return part
-    return camera_geometry.mean_seen(
+    return camera_geometry.mean_over_pixels(
         tiles,
         mixed,
         lens,

@@ -234,7 +234,7 @@ def test_tangent_and_equidistant_projections_agree(make):
     middle = slice(10, 30)  # 30 degrees around the axis: inside both
     x, y = (bent[0][0][d].values[middle] for d in "xy")
     flat = [
-        camera_geometry.mean_seen(one, ds, lens, x, y, x[1] - x[0])
+        camera_geometry.mean_over_pixels(one, ds, lens, x, y, x[1] - x[0])
         for ds, one in pictures(make.camera(*at, 100.0, 1.0), 60)
     ]
     # blocks of 4 x 3 tiles of the road below the lamps, where light varies little inside a tile

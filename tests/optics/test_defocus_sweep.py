@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from isethdr_optics import WavefrontLens
 from isethdr_optics.psf import kernel_sampling_error, wings
-from isethdr_optics.psf.kernels import CORE_SAMPLES, _made
+from isethdr_optics.psf.kernels import CORE_SAMPLES, _computed
 from scipy.special import j0
 
 CENTRE, WIDTH, WAVES = 550.0, 10.0, 20.0
@@ -56,7 +56,9 @@ def errors(f_number, pitch_um):
     lens = WavefrontLens(
         f_number=f_number, zernike_um={4: WAVES * CENTRE * 1e-3 / (2 * np.sqrt(3))}
     )
-    made = _made(lens, (), np.array([CENTRE, CENTRE + WIDTH]), (pitch_um, pitch_um), (reach, reach))
+    made = _computed(
+        lens, (), np.array([CENTRE, CENTRE + WIDTH]), (pitch_um, pitch_um), (reach, reach)
+    )
     want, got = quadrant(f_number, pitch_um, reach), made.bands[0][reach:, reach:]
     y, x = np.indices(want.shape)
     wrong, core = np.abs(got - want), (y <= half) & (x <= half)

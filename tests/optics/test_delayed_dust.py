@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
-from isethdr_optics.psf.kernels import _made, kernels
+from isethdr_optics.psf.kernels import _computed, kernels
 from isethdr_optics.pupil.sampled_pupil import (
     amplitude,
     axis_mm,
@@ -126,7 +126,7 @@ def test_the_mirror_image_is_lost_and_kernels_know():
     np.testing.assert_allclose(
         one, other[::-1, ::-1], atol=1e-6 * one.max()
     )  # float32; the stop itself is symmetric
-    [band] = _made(LENS, [OneGrain(0.15)], np.array([550.0]), (3.0, 3.0), (20, 20)).bands
+    [band] = _computed(LENS, [OneGrain(0.15)], np.array([550.0]), (3.0, 3.0), (20, 20)).bands
     sharp = LENS.psf([550], 3.0, 41, [OneGrain(0.15)], integrated=True).values[0]
     skew, want = ((b - b[::-1, ::-1])[20, 21:24] for b in (band, sharp))
     assert (np.sign(skew) == np.sign(want)).all() and np.abs(skew).max() > 0.1 * np.abs(want).max()

@@ -45,7 +45,7 @@ def airy(f_number: float, pitch_um: float, reach) -> np.ndarray:
 def test_exact_core_alone_serves_patterns_wider_than_tiles(f_number, pitch_um, reach, monkeypatch):
     refuse_lattices(monkeypatch)
     lens = build("lens", "diffraction_limited", f_number=f_number)
-    made = kernels._made(lens, (), GREEN, (pitch_um, pitch_um), reach)
+    made = kernels._computed(lens, (), GREEN, (pitch_um, pitch_um), reach)
     # of the peak; a tile's width moves the peak by (pi pitch / (wavelength N))^2 / 12: 4e-3 for the
     # widest tile here
     np.testing.assert_allclose(
@@ -58,7 +58,7 @@ def test_exact_core_alone_serves_patterns_wider_than_tiles(f_number, pitch_um, r
 
 def test_wavefront_of_a_slow_lens_needs_no_lattice_either(monkeypatch):
     refuse_lattices(monkeypatch)
-    slow = kernels._made(
+    slow = kernels._computed(
         build("lens", "wavefront", f_number=200.0, zernike_um={4: 0.1}),
         (),
         GREEN,
@@ -66,7 +66,7 @@ def test_wavefront_of_a_slow_lens_needs_no_lattice_either(monkeypatch):
         (15, 15),
     ).bands[0]
     # at 50 times the scale in f-number and tiles the pattern is the same (Fraunhofer)
-    same = kernels._made(
+    same = kernels._computed(
         build("lens", "wavefront", f_number=4.0, zernike_um={4: 0.1}),
         (),
         GREEN,
@@ -105,12 +105,12 @@ def test_lattices_of_slow_lenses_are_right_to_what_they_state(name, monkeypatch)
     lens = build(
         "lens", name, f_number=100.0, **({"zernike_um": {8: 0.05}} if name == "wavefront" else {})
     )
-    exact = kernels._made(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0])).bands[
-        0
-    ]
+    exact = kernels._computed(
+        lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0])
+    ).bands[0]
     monkeypatch.setattr(kernels, "CORE_TILES", 0)
     monkeypatch.setattr(kernels, "CORE_SAMPLES", 60)
-    made = kernels._made(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0]))
+    made = kernels._computed(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0]))
     outer = np.ones(exact.shape, bool)
     outer[134 - 60 : 134 + 61, 239 - 60 : 239 + 61] = False
     assert np.abs(made.bands[0] - exact)[outer].sum() < made.speckle.max() * exact[outer].sum()

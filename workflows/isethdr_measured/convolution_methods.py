@@ -11,7 +11,7 @@ import scipy.fft as sf
 
 from isethdr_core.physics.convolution import convolve
 from isethdr_core.physics.convolution import prepare as ready
-from isethdr_core.physics.convolution.transform import whole
+from isethdr_core.physics.convolution.transform import whole_spectrum
 
 RATIOS = (1e2, 1e4, 1e6, 1e8, 1e12)
 LAMPS = 30  # of one pixel each
@@ -72,7 +72,7 @@ def prepare(psf, shape) -> dict:
     precisions, and the psf.
     """
     kernel = ready(psf, shape)
-    spectrum = whole(kernel.spectrum, kernel.size) * kernel.peak
+    spectrum = whole_spectrum(kernel.spectrum, kernel.size) * kernel.peak
     return {
         "product": kernel,
         "size": kernel.size,

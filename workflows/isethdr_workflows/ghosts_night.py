@@ -75,7 +75,7 @@ def study(mixed, picture: str = "") -> list[dict]:
             ),
             (1, added, white, f"ghosts alone, white {white:g} cd/m2"),
         ):
-            sheet[row].append(seen(light, lens, top))
+            sheet[row].append(luminance_seen(light, lens, top))
             names[row].append(name)
     if picture:
         write_sheet(picture, sheet, names)
@@ -105,7 +105,7 @@ def figures(clean, added, traced, left_out) -> dict:
     }
 
 
-def seen(light, lens, white_cd_m2: float):
+def luminance_seen(light, lens, white_cd_m2: float):
     """Return sRGB bytes of irradiance, as the radiance of a scene that would make it, at a stated
     white.
     """

@@ -39,9 +39,9 @@ def _in_pieces(function):
         out = None
         for start in range(0, count, PIECE):
             part = slice(start, start + PIECE)
-            found = function(*(a[part] if a.ndim > 1 else a for a in flat))
-            out = np.empty((count, *found.shape[1:]), found.dtype) if out is None else out
-            out[part] = found
+            result = function(*(a[part] if a.ndim > 1 else a for a in flat))
+            out = np.empty((count, *result.shape[1:]), result.dtype) if out is None else out
+            out[part] = result
         return out.reshape(*lead, *out.shape[1:])
 
     return over_pieces

@@ -31,21 +31,21 @@ def kernel_moments(kernels, weights) -> np.ndarray:
     """
     total = 0.0
     for row in weights:
-        seen = kernels * row
-        counts = seen.sum(1)
-        part = shot_noise_moments(seen, counts)
+        weighted_kernels = kernels * row
+        counts = weighted_kernels.sum(1)
+        part = shot_noise_moments(weighted_kernels, counts)
         total = total + part
     return total / np.trace(total)
 
 
-def directions(weights, moments, asked) -> np.ndarray:
+def directions(weights, moments, kernel_spread) -> np.ndarray:
     """Return W (band, band): unit rows, the independent ones of `weights` first, then directions of
-    `asked`, the strongest first.
+    `kernel_spread`, the strongest first.
 
     Parameters
     ----------
     weights : (channel, band) response.
-    moments : (band, band) second moments of the spectra; `asked` : of the kernels.
+    moments : (band, band) second moments of the spectra; `kernel_spread` : of the kernels.
     """
     value, vector = np.linalg.eigh(moments)
     root = (vector * np.sqrt(np.maximum(value, FLOOR * value[-1]))) @ vector.T
@@ -53,8 +53,8 @@ def directions(weights, moments, asked) -> np.ndarray:
         (root @ weights.T) / np.linalg.norm(weights, axis=1), full_matrices=False
     )
     own = own[:, size > 1e-9 * size[0]]  # channels may be alike
-    left = np.eye(len(moments)) - own @ own.T
-    _, vector = np.linalg.eigh(left @ root @ asked @ root @ left)
+    complement = np.eye(len(moments)) - own @ own.T
+    _, vector = np.linalg.eigh(complement @ root @ kernel_spread @ root @ complement)
     rows = np.linalg.solve(
         root, np.concatenate([own, vector[:, ::-1][:, : len(moments) - own.shape[1]]], axis=1)
     ).T
@@ -65,5 +65,5 @@ def predictor(functionals, moments) -> np.ndarray:
     """Return G (band, functional), the best linear prediction of spectra with second `moments` from
     W s.
     """
-    known = moments @ functionals.T
-    return np.linalg.lstsq((functionals @ known).T, known.T, rcond=1e-12)[0].T
+    cross_moments = moments @ functionals.T
+    return np.linalg.lstsq((functionals @ cross_moments).T, cross_moments.T, rcond=1e-12)[0].T

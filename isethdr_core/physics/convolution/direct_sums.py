@@ -45,7 +45,7 @@ def mend(out, image, kernel, error: float, allowed: float):
     bright, rest = split
     if not rest.any():
         return _scatter(bright, psf), 0.0, 0
-    part, norm = transform.plain(rest, spectrum, kernel.size)
+    part, norm = transform.convolved(rest, spectrum, kernel.size)
     error = transform.error(norm * kernel.norm, float(np.sqrt(_squares(part))), kernel.size)
     part[~_reached(rest, psf)] = 0.0
     # Rounding of the rest matters only against the sum with the bright light.

@@ -41,7 +41,7 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     )  # a view: slices of mapped files are slow objects
     flat = (combine / scale).reshape(-1, bands).astype(np.float32 if single else float)
     together = max(1, TOGETHER_BYTES // (bands * transform.COLUMNS * blocks.itemsize))
-    halves = [transform.rows_of(ny, size, out, single) for _ in range(max(count, outputs))]
+    half_spectra = [transform.rows_of(ny, size, out, single) for _ in range(max(count, outputs))]
 
     def read(rows, values):
         values[:count] = planes(rows)
@@ -50,16 +50,18 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     def multiply(block, parts):
         for start in range(0, size[0], together):
             rows = slice(start, start + together)
-            made = _weighted([part[rows] for part in parts[:count]], blocks[:, block, rows], flat)
-            for part, now in zip(parts, made):
+            weighted_rows = _weighted(
+                [part[rows] for part in parts[:count]], blocks[:, block, rows], flat
+            )
+            for part, now in zip(parts, weighted_rows):
                 part[rows] = now
         return parts[:outputs]
 
-    norm = transform.forward(read, halves, size, nx, apply) ** 0.5
-    transform.columns(halves, multiply, size, apply)
-    del halves[outputs:]  # before `out` is written: less memory
+    norm = transform.forward(read, half_spectra, size, nx, apply) ** 0.5
+    transform.columns(half_spectra, multiply, size, apply)
+    del half_spectra[outputs:]  # before `out` is written: less memory
     return norm, scale * sum(
-        _back(plane, half, scale, size, apply) for plane, half in zip(out, halves)
+        _back(plane, half, scale, size, apply) for plane, half in zip(out, half_spectra)
     ) ** 0.5
 
 
@@ -72,13 +74,13 @@ def _weighted(parts, spectra, weights) -> list[np.ndarray]:
     kernels = (kernels if real else kernels.view(spectra.dtype)).reshape(
         -1, len(parts), *spectra.shape[1:]
     )
-    made, term = [], np.empty(spectra.shape[1:], parts[0].dtype)
+    weighted, term = [], np.empty(spectra.shape[1:], parts[0].dtype)
     for row in kernels:
         total = parts[0] * row[0]
         for part, kernel in zip(parts[1:], row[1:]):
             total += np.multiply(part, kernel, out=term)
-        made.append(total)
-    return made
+        weighted.append(total)
+    return weighted
 
 
 def _back(out, half, scale, size, apply) -> float:

@@ -91,7 +91,7 @@ def mirrored_spectrum(half, size, peak: float) -> np.ndarray:
     return out
 
 
-def whole(blocks, size):
+def whole_spectrum(blocks, size):
     """Return the blocks of `spectrum` as one (sy, sx // 2 + 1) array."""
     return np.moveaxis(blocks, 0, 1).reshape(size[0], -1)[:, : size[1] // 2 + 1]
 
@@ -129,7 +129,9 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
     def block(start):
         cut = slice(start, min(start + ROWS, ny))
         high = cut.stop - cut.start
-        padded = _kept(local, "rows", (len(halves), high, size[1]), _real(halves[0], xp), halves[0])
+        padded = _thread_array(
+            local, "rows", (len(halves), high, size[1]), _real(halves[0], xp), halves[0]
+        )
         values = padded[:, :, :nx]
         read(cut, values)
         total = squares(values, xp)
@@ -137,7 +139,7 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
             for half in halves:
                 half[:, cut, :] = 0.0
             return 0.0
-        line = _kept(local, "line", (high, count * COLUMNS), halves[0].dtype, halves[0])
+        line = _thread_array(local, "line", (high, count * COLUMNS), halves[0].dtype, halves[0])
         for plane, half in enumerate(halves):
             fourier.rfft(padded[plane, ...], line[:, :width])
             half[:, cut, :] = xp.permute_dims(xp.reshape(line, (high, count, COLUMNS)), (1, 0, 2))
@@ -162,7 +164,7 @@ def columns(halves, multiply, size, apply=map) -> None:
     def block(number):
         parts = []
         for plane, half in enumerate(halves):
-            padded = _kept(local, plane, (size[0], COLUMNS), half.dtype, half)
+            padded = _thread_array(local, plane, (size[0], COLUMNS), half.dtype, half)
             padded[:ny, :] = half[number, ...]
             padded[ny:, :] = 0.0
             parts.append(fourier.fft(padded))
@@ -184,7 +186,7 @@ def back(half, write, size, nx: int, apply=map) -> list:
         cut = slice(start, min(start + ROWS, ny))
         high = cut.stop - cut.start
         line = xp.reshape(xp.permute_dims(half[:, cut, :], (1, 0, 2)), (high, count * COLUMNS))
-        values = _kept(local, "rows", (high, size[1]), _real(half, xp), half)
+        values = _thread_array(local, "rows", (high, size[1]), _real(half, xp), half)
         fourier.irfft(line[:, : size[1] // 2 + 1], values)
         return write(cut, values[:, :nx])
 
@@ -231,7 +233,7 @@ def times(spectrum):
     return multiply
 
 
-def plain(image, spectrum, size):
+def convolved(image, spectrum, size):
     """Return the convolution of a NumPy image (y, x) with a kernel's spectrum, and the root of the
     sum of the image's squares.
     """
@@ -249,14 +251,14 @@ def plain(image, spectrum, size):
     return out, norm
 
 
-def _kept(local, name, shape, dtype, like):
+def _thread_array(local, name, shape, dtype, like):
     """Return this thread's scratch array of one name and shape. A new array for each call would
     cost as much as the transforms.
     """
-    made = local.__dict__.setdefault("arrays", {})
-    if (name, shape) not in made:
-        made[name, shape] = namespace(like).zeros(shape, dtype=dtype, device=device(like))
-    return made[name, shape]
+    arrays = local.__dict__.setdefault("arrays", {})
+    if (name, shape) not in arrays:
+        arrays[name, shape] = namespace(like).zeros(shape, dtype=dtype, device=device(like))
+    return arrays[name, shape]
 
 
 def squares(a, xp):

@@ -136,11 +136,11 @@ def flow_varying(
     for k in range(halvings + 1):
         low, high = (0.0 if k == halvings else 2.0 ** -(k + 1)), 2.0**-k
         for node, weight in zip(NODES, WEIGHTS, strict=True):
-            left = (
+            charge_left = (
                 low + (high - low) * node
             ) * duration_s  # seconds before the end: exact however small
             memory = memory + weight * (high - low) * np.exp(
-                -arriving_e(start_s + (duration_s - left), left) / well.thermal_e
+                -arriving_e(start_s + (duration_s - charge_left), charge_left) / well.thermal_e
             )
     with np.errstate(divide="ignore"):
         return settle(charge_e, arrived, np.log(memory) + np.log(duration_s), well)

@@ -50,16 +50,16 @@ def flow_moments(before: Moments, current_e_per_s, duration_s, well: Well) -> Mo
     """
     arrived = np.asarray(current_e_per_s * duration_s, float)
     stays, spills, h = shares(before.charge_e, arrived, duration_s, well)
-    kept, lost = stays + spills * h, spills * (1 - h)
+    variance_kept, variance_lost = stays + spills * h, spills * (1 - h)
     thermal = well.thermal_e * spills * (1 - spills * h)
     charge, spilled = flow(before.charge_e, current_e_per_s, duration_s, well)
     v, w, c = before.charge_var_e2, before.spilled_var_e2, before.covariance_e2
     return Moments(
         charge,
         before.spilled_e + spilled,
-        stays**2 * v + arrived * kept**2 + thermal,
-        w + 2 * spills * c + spills**2 * v + arrived * lost**2 + thermal,
-        stays * c + stays * spills * v + arrived * kept * lost - thermal,
+        stays**2 * v + arrived * variance_kept**2 + thermal,
+        w + 2 * spills * c + spills**2 * v + arrived * variance_lost**2 + thermal,
+        stays * c + stays * spills * v + arrived * variance_kept * variance_lost - thermal,
     )
 
 

@@ -41,13 +41,13 @@ def normal_float32(word: np.ndarray) -> np.ndarray:
     z = ((59.10937472 * r + 159.29113202) * r + 50.434271938) * r + 3.3871327179
     z *= q
     z /= ((67.18756360 * r + 78.757757664) * r + 17.895169469) * r + 1.0
-    far = np.flatnonzero(q > 0.425)
-    p = (magnitude[far] + 0.5) * 2.0**-64
+    outer = np.flatnonzero(q > 0.425)
+    p = (magnitude[outer] + 0.5) * 2.0**-64
     r = np.sqrt(-np.log(p.astype(np.float32))) - np.float32(1.6)
-    z[far] = (((0.17023821103 * r + 1.3067284816) * r + 2.7568153900) * r + 1.4234372777) / (
+    z[outer] = (((0.17023821103 * r + 1.3067284816) * r + 2.7568153900) * r + 1.4234372777) / (
         (0.12021132975 * r + 0.73700164250) * r + 1.0
     )
-    beyond = far[p < 1.4e-11]  # the end of the fit's range
+    beyond = outer[p < 1.4e-11]  # the end of the fit's range
     z[beyond] = -ndtri((magnitude[beyond] + 0.5) * 2.0**-64)
     return np.copysign(z, word.astype(np.float32)).reshape(shape)
 
@@ -140,25 +140,25 @@ def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
             return count
     p, upper = tail(word)
     term = np.exp(-mean)
-    left = np.where(upper, -np.expm1(-mean) - p, p - term)
+    remaining = np.where(upper, -np.expm1(-mean) - p, p - term)
     count, k = np.zeros_like(mean), 0
     rare = np.flatnonzero(
         upper & (p < 1e-10)
     )  # differences of sums cannot resolve these, and would never end
-    left[rare] = 0.0
+    remaining[rare] = 0.0
     count[rare] = _decide(
         np.ones(rare.size), mean[rare], p[rare], upper[rare], np.ones(rare.size, bool)
     )
-    index = np.flatnonzero(left > 0)
-    mean, term, left = mean[index], term[index], left[index]
+    index = np.flatnonzero(remaining > 0)
+    mean, term, remaining = mean[index], term[index], remaining[index]
     while index.size:
         k += 1
         count[index] = k
         term *= mean
         term /= k
-        left -= term
-        stay = np.flatnonzero(left > 0)
-        index, mean, term, left = index[stay], mean[stay], term[stay], left[stay]
+        remaining -= term
+        stay = np.flatnonzero(remaining > 0)
+        index, mean, term, remaining = index[stay], mean[stay], term[stay], remaining[stay]
     return count
 
 

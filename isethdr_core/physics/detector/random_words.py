@@ -26,15 +26,15 @@ def philox(stream: tuple[object, ...]) -> np.random.Philox:
     return np.random.Philox(key=int.from_bytes(key, "little"))
 
 
-def _kept(stream: tuple[object, ...]) -> np.random.Philox:
+def _generator_of(stream: tuple[object, ...]) -> np.random.Philox:
     """Return the Philox of a stream, of this thread alone; its counter is where it was left."""
-    found = _of_thread.__dict__.setdefault("found", OrderedDict())
+    generators = _of_thread.__dict__.setdefault("found", OrderedDict())
     key = repr(tuple(stream))
-    if key not in found:
-        found[key] = philox(stream)
-        if len(found) > KEPT:
-            found.popitem(last=False)
-    return found[key]
+    if key not in generators:
+        generators[key] = philox(stream)
+        if len(generators) > KEPT:
+            generators.popitem(last=False)
+    return generators[key]
 
 
 def words(stream: tuple[object, ...], y0: int, y1: int, x0: int, x1: int) -> np.ndarray:
@@ -49,7 +49,7 @@ def words(stream: tuple[object, ...], y0: int, y1: int, x0: int, x1: int) -> np.
     -------
     (y1 - y0, x1 - x0) int64 array, all 2^64 values equally likely.
     """
-    bits = _kept(stream)  # the counter is set for every row
+    bits = _generator_of(stream)  # the counter is set for every row
     state, first = bits.state, x0 % 4
     out = np.empty((y1 - y0, x1 - x0), np.int64)
     for y in range(y0, y1):

@@ -101,14 +101,14 @@ def square_wave_s(
     frequency, duration = np.asarray(frequency_hz, float), np.asarray(duration_s, float)
     at = phase_at(start_s, frequency, phase)
     periods = frequency * duration
-    whole = np.floor(periods)
-    rest = periods - whole
+    whole_periods = np.floor(periods)
+    fraction = periods - whole_periods
     # this period's remaining light, and the next period's where the rest reaches it; never a
     # difference of two counts
-    on = np.clip(duty - at, 0.0, rest) + np.clip(rest - (1.0 - at), 0.0, duty)
+    on = np.clip(duty - at, 0.0, fraction) + np.clip(fraction - (1.0 - at), 0.0, duty)
     safe = np.where(frequency > 0, frequency, 1.0)
     still = np.where(at < duty, duration, 0.0)
-    return np.where(frequency > 0, np.minimum((whole * duty + on) / safe, duration), still)
+    return np.where(frequency > 0, np.minimum((whole_periods * duty + on) / safe, duration), still)
 
 
 def ripple_s(
@@ -150,7 +150,7 @@ def square_wave_pieces(
         return np.full((1, *lit.shape), float(duration_s)), lit[None]
     count = 2 * int(np.ceil(frequency_hz * duration_s)) + 3
     durations, states = [], []
-    left = np.full(at.shape, float(duration_s))
+    remaining_s = np.full(at.shape, float(duration_s))
     for k in range(
         count
     ):  # piece k of the period that the exposure starts in and of those after it
@@ -161,8 +161,8 @@ def square_wave_pieces(
             if k < 2
             else np.full(at.shape, (duty if k % 2 == 0 else 1 - duty) / frequency_hz)
         )
-        piece = np.clip(full, 0.0, left)
-        left = left - piece
+        piece = np.clip(full, 0.0, remaining_s)
+        remaining_s = remaining_s - piece
         durations.append(piece)
         states.append(np.full(at.shape, 1.0 - k % 2))
     return np.stack(durations), np.stack(states)

@@ -299,8 +299,8 @@ def on_projection(lens, projection: str = "tangent"):
     return OnAngles(lens) if projection == "equidistant" else lens
 
 
-def _rising_root(function, slope, wanted, low, high, start):
-    """Return where a rising function has the values `wanted`, by Newton's method safeguarded by
+def _rising_root(function, slope, target, low, high, start):
+    """Return where a rising function has the values `target`, by Newton's method safeguarded by
     bisection.
 
     Parameters
@@ -310,7 +310,7 @@ def _rising_root(function, slope, wanted, low, high, start):
     """
     at = start
     for _ in range(NEWTON_STEPS):
-        miss = function(at) - wanted
+        miss = function(at) - target
         low, high = np.where(miss < 0, at, low), np.where(miss >= 0, at, high)
         if np.all(np.abs(miss) <= CLOSE):
             break

@@ -121,8 +121,8 @@ def index(glass, wavelength_nm):
 
 
 def _formula(glass, wave):
-    kind, _, rest = glass.partition(":")
-    numbers, _, limits = rest.partition("@")
+    kind, _, coefficients_text = glass.partition(":")
+    numbers, _, limits = coefficients_text.partition("@")
     try:
         values = [float(v) for v in numbers.split(",")]
         low, high = (float(v) for v in limits.split("-"))

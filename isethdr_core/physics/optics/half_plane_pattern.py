@@ -60,7 +60,7 @@ class HalfLattice:
     """
 
     step_um: float
-    far: tuple[int, int]  # samples from the axis to the border
+    samples_to_border: tuple[int, int]  # samples from the axis to the border
     period: tuple[int, int]
     # of a cell, as `STRIPS`. More of them, for patterns right to 1e-3: slanted edges of a blade
     # then draw the spike as it is hundreds of tiles out
@@ -80,12 +80,13 @@ def half_lattice(
     """Return a lattice that reaches (y, x) `extent_um` from the axis; the field repeats after
     `period` reaches. `strips` : of a cell, as `HalfLattice`.
     """
-    far = tuple(int(np.ceil(e / step_um)) + 1 for e in extent_um)
-    beside = BESIDE * max(far)
+    samples_to_border = tuple(int(np.ceil(e / step_um)) + 1 for e in extent_um)
+    beside = BESIDE * max(samples_to_border)
     size = tuple(
-        sf.next_fast_len(int(np.ceil(max(period * n, n + beside))), real=True) for n in far
+        sf.next_fast_len(int(np.ceil(max(period * n, n + beside))), real=True)
+        for n in samples_to_border
     )
-    return HalfLattice(step_um, far, size, strips)
+    return HalfLattice(step_um, samples_to_border, size, strips)
 
 
 def half_pattern(
@@ -106,7 +107,7 @@ def half_pattern(
     Intensity |F|^2 / (wavelength distance)^2 / energy with F the transform of the amplitude
     (Goodman 2005, eq. 5-14).
     """
-    far_y, far_x = lattice.far
+    far_y, far_x = lattice.samples_to_border
     py, px = lattice.period
     cell = lattice_pitch_mm(
         wavelength_nm, lattice.period, pupil.distance_mm, (lattice.step_um,) * 2
@@ -134,7 +135,7 @@ def half_pattern(
         density[cut] *= gain_y
         density[cut] *= gain_x[cut, None]
 
-    _each(apply, along_y, far_x + 1)
+    _apply_to_each(apply, along_y, far_x + 1)
     return HalfPattern(density, lattice.step_um, far_y, wavelength_nm)
 
 
@@ -151,7 +152,7 @@ def _along_x(drawn, period, count, apply):
         fourier.rfft(padded, lines)
         half[:, cut] = lines[:, :count].T
 
-    _each(apply, block, rows)
+    _apply_to_each(apply, block, rows)
     return half
 
 
@@ -202,18 +203,18 @@ def chords(pupil: RealPupil, cell_mm: float, rows: int, strips: int) -> Chords:
     """Return chords at Gauss's two places in every strip; `rows` of cells lie evenly about the
     axis, of `strips` strips each.
     """
-    top, height, found = -rows / 2 * cell_mm, cell_mm / strips, []
+    top, height, pieces = -rows / 2 * cell_mm, cell_mm / strips, []
     for shape, amplitude in pupil.terms:
         for place in GAUSS:
-            one = chord_ends([(shape, amplitude)], top, height, rows * strips, (place,))
-            [(strip, left, right, weight)] = one
+            shape_chords = chord_ends([(shape, amplitude)], top, height, rows * strips, (place,))
+            [(strip, left, right, weight)] = shape_chords
             low = np.maximum(top + strip * height, shape.low)
             high = np.minimum(top + (strip + 1) * height, shape.high)
             level = (low + place * (high - low) - top) / cell_mm
-            found.append((left, right, weight / (2 * strips), level))
-    return Chords(*(np.concatenate(part) for part in zip(*found)))
+            pieces.append((left, right, weight / (2 * strips), level))
+    return Chords(*(np.concatenate(part) for part in zip(*pieces)))
 
 
-def _each(apply, function, count):
+def _apply_to_each(apply, function, count):
     for _ in apply(function, range(0, count, BLOCK)):
         pass

@@ -83,9 +83,11 @@ def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int
         np.concatenate([weight, -weight]),
     )
     column = end / dx + cols / 2
-    whole = np.floor(column).astype(np.intp)
-    parts = spline_taps(column - whole, ORDER)
-    taps = [(*np.divmod(whole + t - (ORDER - 1) // 2, px), part) for t, part in enumerate(parts)]
+    whole_columns = np.floor(column).astype(np.intp)
+    parts = spline_taps(column - whole_columns, ORDER)
+    taps = [
+        (*np.divmod(whole_columns + t - (ORDER - 1) // 2, px), part) for t, part in enumerate(parts)
+    ]
     # From an end to infinity: this period from there on, all later periods in full. Earlier periods
     # cancel between both ends.
     before = sum(passed[p + 1] * part for p, _, part in taps)

@@ -43,17 +43,17 @@ def matrices(surfaces, indices, path, start_mm: float) -> list[np.ndarray]:
 
 def focal_length_mm(surfaces, indices) -> float:
     """Return the focal length in the last medium, mm; infinite for an afocal system."""
-    lower = _whole(surfaces, indices)[1, 0]
+    lower = _system_matrix(surfaces, indices)[1, 0]
     return float("inf") if lower == 0 else float(-1 / lower)
 
 
 def back_focus_mm(surfaces, indices) -> float:
     """Return the distance from the last vertex to the focus of light from far away, mm."""
-    whole = _whole(surfaces, indices)
-    return float("inf") if whole[1, 0] == 0 else float(-whole[0, 0] / whole[1, 0])
+    system = _system_matrix(surfaces, indices)
+    return float("inf") if system[1, 0] == 0 else float(-system[0, 0] / system[1, 0])
 
 
-def _whole(surfaces, indices):
+def _system_matrix(surfaces, indices):
     return matrices(
         surfaces, indices, [(k, False) for k in range(len(surfaces))], surfaces[0].z_mm
     )[-1]

@@ -72,7 +72,7 @@ def columns_with_phase(
     extent = (grid.far * grid.step_um, grid.columns[-1] * grid.step_um)
     period = max(place.period, *(cleared / e for e in extent))
     lattice = half_lattice(extent, grid.step_um, period, place.strips)
-    lattice = replace(lattice, far=(grid.far, lattice.far[1]))
+    lattice = replace(lattice, samples_to_border=(grid.far, lattice.samples_to_border[1]))
     drawn = drawn_pupil(pupil, place.band_nm[0], lattice)
     return _means(place, grid, densities(drawn, turns, grid.columns, apply))
 
@@ -166,12 +166,12 @@ def _powers(place_mm, frequency) -> np.ndarray:
     step = frequency[1] - frequency[0] if len(frequency) > 1 else 0.0
     out = np.empty((len(frequency), len(place_mm)), np.complex64)
     out[0] = np.exp(-2j * np.pi * frequency[0] * place_mm)
-    known = 1
-    while known < len(frequency):
-        turn = np.exp(-2j * np.pi * known * step * place_mm).astype(np.complex64)
-        more = min(known, len(frequency) - known)
-        np.multiply(out[:more], turn, out=out[known : known + more])
-        known += more
+    computed = 1
+    while computed < len(frequency):
+        turn = np.exp(-2j * np.pi * computed * step * place_mm).astype(np.complex64)
+        more = min(computed, len(frequency) - computed)
+        np.multiply(out[:more], turn, out=out[computed : computed + more])
+        computed += more
     return out
 
 

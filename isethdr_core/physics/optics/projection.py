@@ -57,8 +57,8 @@ def depth_m(distance_m, x, y, projection: str = "tangent"):
     """
     cosine = np.cos(angle_rad(x, y, projection))
     distance_m, cosine = np.broadcast_arrays(np.asarray(distance_m, float), cosine)
-    far = np.isinf(distance_m)
-    return np.where(far, distance_m, np.where(far, 0.0, distance_m) * cosine)
+    at_infinity = np.isinf(distance_m)
+    return np.where(at_infinity, distance_m, np.where(at_infinity, 0.0, distance_m) * cosine)
 
 
 def _equidistant(projection: str) -> bool:

@@ -309,38 +309,40 @@ def _overlaps(aperture: Convex, dirt: tuple[Convex, ...]) -> list:
     """Return `overlaps`; shapes whose bounds lie apart are not looked at closely, and borders of
     one that lie beyond the other are left out: they cost time in every chord.
     """
-    found: list[tuple[Convex, tuple[int, ...]]] = [(aperture, ())]
+    overlaps: list[tuple[Convex, tuple[int, ...]]] = [(aperture, ())]
     bounds = np.array([[aperture.low, aperture.high, -np.inf, np.inf]])
     for index, shape in enumerate(dirt):
-        if len(found) > MOST_TERMS:
+        if len(overlaps) > MOST_TERMS:
             raise ValueError(
                 f"the aperture's dirt overlaps in more than {MOST_TERMS} ways; expected less or"
                 " smaller dirt"
             )
         own = np.array([shape.low, shape.high, *shape.sides()])
-        near = np.ones(len(found), bool)
+        near = np.ones(len(overlaps), bool)
         for low, high in ((0, 1), (2, 3)):
             near &= (bounds[:, low] < own[high]) & (own[low] < bounds[:, high])
         shared = []
         for place in np.flatnonzero(near):
-            part, held = found[place]
+            part, shapes_inside = overlaps[place]
             both = part.within(own) & shape
             if both.is_empty():
                 continue
-            found.append((both, (*held, index)))
+            overlaps.append((both, (*shapes_inside, index)))
             inner = np.maximum(bounds[place], own)
             inner[1::2] = np.minimum(bounds[place], own)[1::2]
             shared.append(inner)
         if shared:
             bounds = np.concatenate([bounds, shared])
-    return found
+    return overlaps
 
 
 def weighted(overlapping, losses) -> list[tuple[Convex, float]]:
     """Return the sum of (shape, weight) that `opening` describes, from its `overlaps` and the loss
     of every shape of dirt.
     """
-    return [(part, prod((-losses[i] for i in held), start=1.0)) for part, held in overlapping]
+    return [
+        (part, prod((-losses[i] for i in covering), start=1.0)) for part, covering in overlapping
+    ]
 
 
 def energy(aperture: Convex, losses, strips: int = 4000) -> float:
@@ -417,12 +419,12 @@ def raster(terms, x, y, strips: int = 2) -> np.ndarray:
     for k, left, right, weight in chord_ends(terms, y[0] - dy / 2, dy / sub, len(y) * sub, GAUSS):
         for end, sign in ((left, 1), (right, -1)):
             cell = np.clip((end - x[0]) / dx + 0.5, 0.0, len(x))
-            whole = cell.astype(np.intp)
-            start = (k // sub) * (len(x) + 2) + whole
+            whole_cells = cell.astype(np.intp)
+            start = (k // sub) * (len(x) + 2) + whole_cells
             position += [start, start + 1]
             change += [
-                sign * weight / sub * (1 - (cell - whole)),
-                sign * weight / sub * (cell - whole),
+                sign * weight / sub * (1 - (cell - whole_cells)),
+                sign * weight / sub * (cell - whole_cells),
             ]
     ends = np.zeros(len(y) * (len(x) + 2), dtype)
     if position:

@@ -117,11 +117,11 @@ def work(sector: Sector, ring: Ring, rays_per_tile: float, places: int) -> Work:
     rays = _rays(sector, ring, rays_per_tile)
     column = np.arange(ring.low + 1, ring.high + 1)
     most = np.minimum(column - ring.less, ring.minor)
-    seen = np.minimum(rays.half, (most + 2) / (np.maximum(column - 1, 1) * rays.pace) + 1)
+    rays_read = np.minimum(rays.half, (most + 2) / (np.maximum(column - 1, 1) * rays.pace) + 1)
     wide = 2 * np.maximum(1.0, 1 / (column * rays.pace)) + 1
     return Work(
         float((rays.last - rays.first) * (2 * rays.half + 1)),
-        float(places * (2 * seen + 1).sum()),
+        float(places * (2 * rays_read + 1).sum()),
         float(places * ((2 * most + 1) * wide).sum()),
     )
 
@@ -158,11 +158,11 @@ def _running_sums(sector, rays, apply) -> np.ndarray:
         lines = _lines(sector, start, min(start + LINES, rays.last))
         for k, line in enumerate(lines, start - rays.first + 1):
             at = slopes * (k + rays.first - 1) + sector.middle
-            whole = at.astype(np.int32)
+            index = at.astype(np.int32)
             into = sums[k]
-            np.take(np.diff(line), whole, out=into, mode="clip")
-            into *= (at - whole).astype(np.float32)
-            into += line.take(whole, mode="clip")
+            np.take(np.diff(line), index, out=into, mode="clip")
+            into *= (at - index).astype(np.float32)
+            into += line.take(index, mode="clip")
 
     def gather(start):
         part = sums[:, start : start + width]
@@ -228,11 +228,11 @@ class _Reader:
             first, last, count := max(1, TOGETHER // (2 * self._rays_to(last) * len(self.inside)))
         ):
             group = range(start, min(start + count, last))
-            made, end = self._tiles(group), 0
+            sums_of_tiles, end = self._tiles(group), 0
             for j in group:
                 own = self._most(j)
                 begin, end = end, end + 2 * own + 1
-                out[:, j - first, most - own : most + own + 1] = made[begin:end].T
+                out[:, j - first, most - own : most + own + 1] = sums_of_tiles[begin:end].T
         return Columns(first, out)
 
     def _most(self, j):
@@ -274,13 +274,13 @@ class _Reader:
         """
         per_tile = self.sector.pitch_um[0] / self.sector.step_um
         at = x * self.u * per_tile + 0.5 - self.rays.first
-        whole = at.astype(np.intp)
-        part = (at - whole).astype(np.float32)[:, None]
+        index = at.astype(np.intp)
+        part = (at - index).astype(np.float32)[:, None]
         scale = self.factor * (weight / x)
         total = np.float32(0.0)
         for sums, share in self.sums:
-            line = sums[whole, cut]
-            more = sums[whole + 1, cut]
+            line = sums[index, cut]
+            more = sums[index + 1, cut]
             more -= line
             more *= part
             line += more
@@ -311,13 +311,15 @@ def _triangles(at, half: float, size: int, lean) -> tuple[np.ndarray, np.ndarray
     wide = half + float(np.max(lean))
     taps = int(2 * wide) + 1
     first = np.clip(np.ceil(at - wide), 0, max(0, size - taps))
-    away = first[:, None] + np.arange(taps) - at[:, None]
+    distance = first[:, None] + np.arange(taps) - at[:, None]
     if wide > half:
-        away = np.abs(away)  # symmetric
+        distance = np.abs(distance)  # symmetric
         lean = lean[:, None]
-        weight = np.maximum(0.0, half - np.abs(away - lean)) + np.maximum(0.0, half - away - lean)
+        weight = np.maximum(0.0, half - np.abs(distance - lean)) + np.maximum(
+            0.0, half - distance - lean
+        )
     else:
-        weight = np.maximum(0.0, half - np.abs(away))
+        weight = np.maximum(0.0, half - np.abs(distance))
     weight /= weight.sum(axis=1, keepdims=True)
     ray = first.astype(np.int32)[:, None] + np.arange(taps, dtype=np.int32)
     return ray, weight.astype(np.float32)
@@ -354,5 +356,5 @@ def sectors(
 
     edges = np.asarray(edges_nm, float)
     for lines, zero, pitch in ((columns, middle, pitch_um[::-1]), (rows, wide, pitch_um)):
-        made = lines, zero, pattern.step_um, tuple(pitch), pattern.wavelength_nm, edges
-        yield Sector(*made, sharpened, share)
+        common = lines, zero, pattern.step_um, tuple(pitch), pattern.wavelength_nm, edges
+        yield Sector(*common, sharpened, share)

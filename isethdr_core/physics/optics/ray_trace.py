@@ -104,12 +104,12 @@ def follow(
         if n_from is not n_to:
             direction = refract(direction, normals, n_from, n_to)
     position = np.broadcast_to(position, (3, *shape))
-    lost = ~np.isfinite(position).all(axis=0) | ~np.isfinite(direction).all(axis=0)
+    vignetted = ~np.isfinite(position).all(axis=0) | ~np.isfinite(direction).all(axis=0)
     return Rays(
         position,
         direction,
-        np.where(lost, 0.0, weight),
-        np.where(lost, -np.inf, margin),
+        np.where(vignetted, 0.0, weight),
+        np.where(vignetted, -np.inf, margin),
         tuple(hits),
     )
 

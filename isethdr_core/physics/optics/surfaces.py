@@ -74,9 +74,9 @@ def intersect(surface: Surface, position, direction):
     if c:
         a = c * (dx**2 + dy**2 + q * dz**2)
         b = c * (x * dx + y * dy) - dz
-        rest = c * (x**2 + y**2)
+        residual = c * (x**2 + y**2)
         with np.errstate(invalid="ignore"):
-            t = -rest / (b + np.copysign(np.sqrt(b**2 - a * rest), b))
+            t = -residual / (b + np.copysign(np.sqrt(b**2 - a * residual), b))
             t = np.where(
                 1 - q * c * t * dz > 0, t, np.nan
             )  # the far side of the sphere is not the surface

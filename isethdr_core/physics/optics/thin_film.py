@@ -46,11 +46,11 @@ def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
     transverse = n_in * np.sqrt(1 - cos_in**2)
     behind = _normal_part(n_out, transverse)
     inside = [(index, _normal_part(index, transverse), thickness) for index, thickness in layers]
-    found = [
+    reflectances = [
         _of_polarisation(n_in, n_out, cos_in, behind, inside, wavelength_nm, p)
         for p in (False, True)
     ]
-    return found[0][0], found[1][0], found[0][1], found[1][1]
+    return reflectances[0][0], reflectances[1][0], reflectances[0][1], reflectances[1][1]
 
 
 def reflect_unpolarised(n_in, n_out, layers, cos_in, wavelength_nm):

@@ -88,7 +88,7 @@ def whole_pattern(drawn: DrawnPupil, turns: Turns, apply: Callable = map) -> Who
     ----------
     apply : `map`, or the `map` of a pool of threads.
     """
-    far_y, far_x = drawn.lattice.far
+    far_y, far_x = drawn.lattice.samples_to_border
     density = densities(drawn, turns, np.arange(-far_x, far_x + 1), apply)
     sides = density[far_x:], density[far_x::-1, ::-1]
     step = drawn.lattice.step_um
@@ -109,13 +109,13 @@ def densities(
     Intensity |F|^2 / (wavelength distance)^2 / energy with F the transform of the amplitude
     (Goodman 2005, eq. 5-14).
     """
-    far = drawn.lattice.far[0]
+    samples_to_border = drawn.lattice.samples_to_border[0]
     period_y, period_x = drawn.lattice.period
     lines, rows = _along_x(drawn, turns, columns, apply), len(drawn.cells)
-    y = np.arange(-far, far + 1)
+    y = np.arange(-samples_to_border, samples_to_border + 1)
     gain_y = (drawn.scale * spline_response(y / period_y) ** -2).astype(np.float32)
     gain_x = (spline_response(columns / period_x) ** -2).astype(np.float32)
-    out = np.empty((len(columns), 2 * far + 1), np.float32)
+    out = np.empty((len(columns), 2 * samples_to_border + 1), np.float32)
 
     def along_y(start):
         cut = slice(start, min(start + half.BLOCK, len(columns)))
@@ -123,15 +123,15 @@ def densities(
         padded[:, :rows] = lines[cut]
         field = fourier.fft_rows(padded)
         for into, part in (
-            (out[cut, far:], field[:, : far + 1]),
-            (out[cut, :far], field[:, period_y - far :]),
+            (out[cut, samples_to_border:], field[:, : samples_to_border + 1]),
+            (out[cut, :samples_to_border], field[:, period_y - samples_to_border :]),
         ):
             np.square(part.real, out=into)
             into += np.square(part.imag)
         out[cut] *= gain_y
         out[cut] *= gain_x[cut, None]
 
-    _each(apply, along_y, len(columns))
+    _apply_to_each(apply, along_y, len(columns))
     return out
 
 
@@ -171,9 +171,9 @@ def shares(wavenumbers: np.ndarray, at: np.ndarray) -> np.ndarray:
     """
     out = np.ones((len(wavenumbers), len(at)))
     for n, own in enumerate(wavenumbers):
-        for m, other in enumerate(wavenumbers):
+        for m, other_wavenumber in enumerate(wavenumbers):
             if m != n:
-                out[n] *= (at - other) / (own - other)
+                out[n] *= (at - other_wavenumber) / (own - other_wavenumber)
     return out
 
 
@@ -205,7 +205,7 @@ def _along_x(drawn, turns, columns, apply):
             padded = fourier.fft_rows(padded)
         lines[:, cut] = padded[:, at].T
 
-    _each(apply, block, rows)
+    _apply_to_each(apply, block, rows)
     return lines
 
 
@@ -251,6 +251,6 @@ def _shifted(cells, rows, columns, shift) -> np.ndarray:
     return out
 
 
-def _each(apply, function, count):
+def _apply_to_each(apply, function, count):
     for _ in apply(function, range(0, count, half.BLOCK)):
         pass

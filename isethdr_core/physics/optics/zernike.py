@@ -126,12 +126,12 @@ def jacobi(count: int, a: int, b: int, t):
 
 def _by_frequency(zernike_um) -> dict[int, Terms]:
     """Return {|m|: normalised coefficients by k = (n - |m|) / 2} of the terms that are not 0."""
-    known = [(*order(j), value) for j, value in zernike_um.items() if value != 0]
+    terms = [(*order(j), value) for j, value in zernike_um.items() if value != 0]
     out = {}
-    for m in sorted({abs(m) for _, m, _ in known}):
-        count = 1 + max((n - m) // 2 for n, own, _ in known if abs(own) == m)
+    for m in sorted({abs(m) for _, m, _ in terms}):
+        count = 1 + max((n - m) // 2 for n, own, _ in terms if abs(own) == m)
         out[m] = Terms(np.zeros(count), np.zeros(count))
-    for n, m, value in known:
+    for n, m, value in terms:
         norm = sqrt(n + 1) if m == 0 else sqrt(2 * (n + 1))
         part = out[abs(m)].cosine if m >= 0 else out[abs(m)].sine
         part[(n - abs(m)) // 2] += norm * value
@@ -294,8 +294,10 @@ def mapped(zernike_um, matrix) -> dict[int, float]:
     if not zernike_um:
         return {}
     count = _terms_to(max(order(int(j))[0] for j in zernike_um))
-    given = np.array([zernike_um.get(j, 0.0) for j in range(count)])
-    return dict(enumerate((_substitution(tuple(map(tuple, matrix)), count) @ given).tolist()))
+    coefficients = np.array([zernike_um.get(j, 0.0) for j in range(count)])
+    return dict(
+        enumerate((_substitution(tuple(map(tuple, matrix)), count) @ coefficients).tolist())
+    )
 
 
 def _terms_to(degree: int) -> int:
@@ -315,10 +317,10 @@ def _substitution(matrix, count: int) -> np.ndarray:
         np.pi * (3 - 5**0.5) * np.arange(count)
     )  # a sunflower's: no two places on one line through the middle
     radius, turn = (np.concatenate([radius, radius]), np.concatenate([turn, turn + 1.0]))
-    here = np.stack([radius * np.cos(turn), radius * np.sin(turn)])
-    there = np.linalg.inv(np.array(matrix, float)) @ here
-    new, given = (zernike_basis(range(count), *at) for at in (here, there))
-    return np.linalg.lstsq(new, given, rcond=None)[0]
+    points = np.stack([radius * np.cos(turn), radius * np.sin(turn)])
+    mapped_points = np.linalg.inv(np.array(matrix, float)) @ points
+    new, basis_values = (zernike_basis(range(count), *at) for at in (points, mapped_points))
+    return np.linalg.lstsq(new, basis_values, rcond=None)[0]
 
 
 def polynomial(zernike_um) -> np.ndarray:

@@ -129,10 +129,12 @@ def detail_error(
 
 def _fractions(lengths: csr_array, tile: float) -> tuple[csr_array, csr_array]:
     """Return g and g (1 - g) of the fractions g of tiles that overlaps cover."""
-    whole, divided = lengths.copy(), lengths.copy()
-    whole.data = np.clip(lengths.data / tile, 0.0, 1.0)
-    divided.data = whole.data * np.where(1 - whole.data > SLACK, 1 - whole.data, 0.0)
-    return whole, divided
+    whole_lengths, divided = lengths.copy(), lengths.copy()
+    whole_lengths.data = np.clip(lengths.data / tile, 0.0, 1.0)
+    divided.data = whole_lengths.data * np.where(
+        1 - whole_lengths.data > SLACK, 1 - whole_lengths.data, 0.0
+    )
+    return whole_lengths, divided
 
 
 def overlaps(
@@ -182,5 +184,5 @@ def _snapped(border: np.ndarray) -> np.ndarray:
     Rounding would leave slivers of 1e-15 of a tile, which a neighbour 1e12 times brighter makes
     visible.
     """
-    whole = np.rint(border)
-    return np.where(np.abs(border - whole) < SLACK, whole, border)
+    nearest = np.rint(border)
+    return np.where(np.abs(border - nearest) < SLACK, nearest, border)

@@ -29,30 +29,32 @@ APART = (
 )
 
 
-def spread_errors(mixed, given, weights) -> tuple[np.ndarray, np.ndarray]:
+def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray]:
     """Return (deviation, bound) of the light that kernels bring, each (channel, y, x), on the
     sensor's tiles.
 
     Parameters
     ----------
-    mixed : mixed radiance. `given` : `field_optics.FieldOptics` of its field.
+    mixed : mixed radiance. `optics` : `field_optics.FieldOptics` of its field.
     weights : (channel, band) what is counted of irradiance, electrons per m2 and second for
         example.
     """
-    weights, sensor = np.asarray(weights, float), given.sensor
+    weights, sensor = np.asarray(weights, float), optics.sensor
     if sensor.scales is None:
-        return tuple(sensor.move(e) for e in _spread(mixed, given, weights))
+        return tuple(sensor.move(e) for e in _spread_of_part(mixed, optics, weights))
     squares, bound = np.zeros((2, len(weights), len(sensor.y), len(sensor.x)))
-    for bands in _together(sensor.scales, mixed.shape[1:]):
+    for bands in _grouped(sensor.scales, mixed.shape[1:]):
         alone = np.where(np.isin(np.arange(weights.shape[1]), bands), weights, 0.0)
         if alone.any():
-            for channel, (deviation, most) in enumerate(zip(*_spread(mixed, given, alone))):
+            for channel, (deviation, most) in enumerate(
+                zip(*_spread_of_part(mixed, optics, alone))
+            ):
                 squares[channel] += sensor.move_band(deviation, bands[0]) ** 2
                 bound[channel] += sensor.move_band(most, bands[0])
     return np.sqrt(squares).astype(np.float32), bound.astype(np.float32)
 
 
-def _together(scales, shape) -> list[list[int]]:
+def _grouped(scales, shape) -> list[list[int]]:
     """Return groups of bands; in each, images lie as near to the first as errors are known."""
     near, radius = max(0.5, APART * max(shape)), np.hypot(*shape) / 2
     at = [
@@ -66,27 +68,33 @@ def _together(scales, shape) -> list[list[int]]:
     return groups
 
 
-def _spread(mixed, given, weights):
+def _spread_of_part(mixed, optics, weights):
     """Return (deviation, bound), each (row of `weights`, y, x), on the field's own tiles."""
-    still = replace(given, sensor=replace(given.sensor, areas=None, scales=None), field=None)
-    field = given.field
+    still = replace(optics, sensor=replace(optics.sensor, areas=None, scales=None), field=None)
+    field = optics.field
     if field is None:
         return one_spread(mixed, still, weights)
     beyond = np.stack([field.far_scale(b) for b in range(len(mixed))]) * mixed.values
-    deviation, bound = one_spread(mixed.copy(data=beyond), replace(still, made=field.far), weights)
+    deviation, bound = one_spread(
+        mixed.copy(data=beyond), replace(still, kernels=field.far), weights
+    )
     elsewhere = np.ones(mixed.shape[1:])  # the share of other places than the axis
     elsewhere[field.shares[0][0]] -= field.shares[0][1]
     unlike, _ = one_spread(
-        mixed.copy(data=beyond * np.sqrt(elsewhere)), replace(still, made=field.unlike_far), weights
+        mixed.copy(data=beyond * np.sqrt(elsewhere)),
+        replace(still, kernels=field.unlike_far),
+        weights,
     )
     squares = deviation**2 + unlike**2
     for window, light, core in field.parts(mixed.values, 0.5):
         if are_exact(core):
             continue
         y, x = window
-        here = mixed.isel(y=y, x=x).copy(data=light)
-        relative = given.relative if given.relative is None else given.relative[window]
-        one, most = one_spread(here, replace(still, made=core, relative=relative), weights)
-        squares[:, y, x] += one**2
+        part_light = mixed.isel(y=y, x=x).copy(data=light)
+        relative = optics.relative if optics.relative is None else optics.relative[window]
+        part_errors, most = one_spread(
+            part_light, replace(still, kernels=core, relative=relative), weights
+        )
+        squares[:, y, x] += part_errors**2
         bound[:, y, x] += most
     return np.sqrt(squares), bound

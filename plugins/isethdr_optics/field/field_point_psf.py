@@ -50,7 +50,7 @@ WORTH = 0.7  # of the transforms that all bands would take: fewer are worth line
 FEWEST_READS = 2  # wavelengths of a band
 
 
-def made(lens, flares, wavelength_nm, pitch_um, half) -> kernels.Kernels:
+def field_point_kernels(lens, flares, wavelength_nm, pitch_um, half) -> kernels.Kernels:
     """Return kernels of a place as `kernels.kernels` does, and the same way where that takes as few
     transforms.
 
@@ -60,18 +60,22 @@ def made(lens, flares, wavelength_nm, pitch_um, half) -> kernels.Kernels:
     """
     wave = np.asarray(wavelength_nm, float)
     width, read = band_widths_nm(wave), _read(lens, flares, wave, half)
-    drawn = _worth(read, width)
+    drawn = _worth_computing(read, width)
     lines = (
         _lines(lens, flares, wave[drawn], [r for r, d in zip(read, drawn) if d], pitch_um, half)
         if drawn.any()
         else None
     )
-    rest = (
-        kernels._made(lens, flares, wave[~drawn], pitch_um, half, width_nm=width[~drawn])
+    outside_share = (
+        kernels._computed(lens, flares, wave[~drawn], pitch_um, half, width_nm=width[~drawn])
         if not drawn.all()
         else None
     )
-    return (lines or rest) if lines is None or rest is None else kernels.joined(drawn, lines, rest)
+    return (
+        (lines or outside_share)
+        if lines is None or outside_share is None
+        else kernels.joined(drawn, lines, outside_share)
+    )
 
 
 def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
@@ -86,19 +90,19 @@ def errors(lenses, flares, wavelength_nm, half) -> list[ErrorTerm]:
     """Return how far kernels between knots are from exact ones; `lenses` of places from the axis to
     the border of the field.
     """
-    wave, found = np.asarray(wavelength_nm, float), []
+    wave, rows = np.asarray(wavelength_nm, float), []
     for lens in lenses:
         read = _read(lens, flares, wave, half)
         cells = {
             tuple(knot for (knot, _), _ in ends)
-            for band, drawn in zip(read, _worth(read, band_widths_nm(wave)))
+            for band, drawn in zip(read, _worth_computing(read, band_widths_nm(wave)))
             if drawn
             for _, ends in band
         }
-        found += [sampled_pupil.phase_change(lens, flares, c[0], c[-1]) for c in cells]
-    if not found:
+        rows += [sampled_pupil.phase_change(lens, flares, c[0], c[-1]) for c in cells]
+    if not rows:
         return []
-    value = ALIASED + STRAIGHT * max(found) ** 2
+    value = ALIASED + STRAIGHT * max(rows) ** 2
     label = (
         "point spreads of places, drawn between those of some wavelengths: share of a point's"
         " light, L1"
@@ -146,18 +150,18 @@ def _light(lens, flares):
     """Return functions: energy of the pupil (wavelength), mm2, and its amplitude (cells,
     wavelength); asked once where all wavelengths share it.
     """
-    known = sampled_pupil.all_shapes(flares)
-    fixed = known and not sampled_pupil.delays_um(lens, flares)
+    flare_shapes = sampled_pupil.all_shapes(flares)
+    fixed = flare_shapes and not sampled_pupil.delays_um(lens, flares)
     energy, stop = (
         cache(partial(sampled_pupil.open_energy_mm2, lens, flares)),
         cache(partial(_stop, lens, flares)),
     )
-    return lambda w: energy(FIRST_NM if known else w), lambda cells, w: stop(
+    return lambda w: energy(FIRST_NM if flare_shapes else w), lambda cells, w: stop(
         cells, FIRST_NM if fixed else w
     )
 
 
-def _worth(read, width_nm) -> np.ndarray:
+def _worth_computing(read, width_nm) -> np.ndarray:
     """Return which bands take fewer transforms by lines between knots than exactly: of a band
     alone, as if others like it lay on either side.
 
@@ -248,16 +252,17 @@ def _points(lens, energy, stop, wave, shortest, pitch_um, half):
     )
     stop, axis = stop(cells, wave), sampled_pupil.axis_mm(lens, 2 * radius / cells)
     rows, columns = (
-        slice(seen[0], seen[-1] + 1) for seen in (np.flatnonzero(stop.any(axis=a)) for a in (1, 0))
+        slice(open_rows[0], open_rows[-1] + 1)
+        for open_rows in (np.flatnonzero(stop.any(axis=a)) for a in (1, 0))
     )
     field = sampled_pupil.with_wavefront(lens, stop[rows, columns], axis[columns], axis[rows], wave)
     size = sf.next_fast_len(int(np.ceil(cells * max(PER_BLUR, PER_TILE * blur / min(pitch_um)))))
     step = blur * cells / size
     reach = int(min(np.ceil(extent * max(1.0, wave / shortest) / step), WIDEST, size // 2 - 1))
-    kept = np.arange(-reach, reach + 1)
+    reached = np.arange(-reach, reach + 1)
     for a in (1, 0):
-        field = sf.fft(field, size, axis=a).take(kept, axis=a, mode="wrap")
-    loss = np.sinc(kept / size) ** -2  # cells are means
+        field = sf.fft(field, size, axis=a).take(reached, axis=a, mode="wrap")
+    loss = np.sinc(reached / size) ** -2  # cells are means
     scale = (2 * radius / cells / size) ** 2 / total
     return (
         np.square(np.abs(field))
@@ -289,11 +294,11 @@ def _stop(lens, flares, cells, wave):
     return drawn
 
 
-def _tiles(given, scale, pitch_um, half) -> np.ndarray:
+def _tiles(samples, scale, pitch_um, half) -> np.ndarray:
     """Return the light from one tile to another, (y, x), of a pattern that is drawn to 1 /
     `scale`.
     """
-    pattern, step = given
+    pattern, step = samples
     down, across = (
         _triangles(h, scale * p, step, pattern.shape[0]) for h, p in zip(half, pitch_um)
     )
@@ -313,9 +318,9 @@ def _triangles(half, pitch_um, step_um, size):
     at = np.arange(-half, half + 1) * wide + size // 2
     taps = int(2 * wide) + 5
     point = np.ceil(at - wide - 2).astype(np.intp)[:, None] + np.arange(taps)
-    away = point - at[:, None]
+    distance = point - at[:, None]
     weight = (
-        (_ramp(away + wide) - 2 * _ramp(away) + _ramp(away - wide))
+        (_ramp(distance + wide) - 2 * _ramp(distance) + _ramp(distance - wide))
         / wide
         * ((point >= 0) & (point < size))
     )
@@ -345,10 +350,10 @@ def _ramps():
         np.polynomial.Polynomial([1, 0, -2.5, 1.5]),
         np.polynomial.Polynomial([2, -4, 2.5, -0.5]),
     )
-    far = outer.integ(2, lbnd=2)
-    slope, value = far.deriv()(1), far(1)
-    near = inner.integ(lbnd=1) + slope
-    return near.integ(lbnd=1) + value, far
+    outer_integral = outer.integ(2, lbnd=2)
+    slope, value = outer_integral.deriv()(1), outer_integral(1)
+    inner_integral = inner.integ(lbnd=1) + slope
+    return inner_integral.integ(lbnd=1) + value, outer_integral
 
 
 INNER, OUTER = _ramps()

@@ -42,12 +42,12 @@ def thinned(
     around : function(radius, angle between points) -> the same around the axis.
     allowed : the largest error.
     """
-    known = [0.0, *_kept(between, 0, rings, radius / rings, allowed)]
+    nodes = [0.0, *_nodes_between(between, 0, rings, radius / rings, allowed)]
     out = []
-    for ring, at in enumerate(known):
+    for ring, at in enumerate(nodes):
         step = (
-            at - known[ring - 1] if ring else known[1],
-            known[ring + 1] - at if ring + 1 < len(known) else at - known[ring - 1],
+            at - nodes[ring - 1] if ring else nodes[1],
+            nodes[ring + 1] - at if ring + 1 < len(nodes) else at - nodes[ring - 1],
         )
         most = 1 if symmetric or not ring else AROUND * max(1, round(at / radius * rings))
         count = next(
@@ -57,7 +57,7 @@ def thinned(
     return out
 
 
-def _kept(between, first, last, step, allowed) -> list[float]:
+def _nodes_between(between, first, last, step, allowed) -> list[float]:
     """Return the radii beyond ring `first` up to `last` whose rings are needed. A ring between two
     others is tested half way, where that is a whole ring.
     """
@@ -69,8 +69,8 @@ def _kept(between, first, last, step, allowed) -> list[float]:
         )
     middle = (first + last) // 2
     return [
-        *_kept(between, first, middle, step, allowed),
-        *_kept(between, middle, last, step, allowed),
+        *_nodes_between(between, first, middle, step, allowed),
+        *_nodes_between(between, middle, last, step, allowed),
     ]
 
 

@@ -63,12 +63,12 @@ class FieldKernels:
         others are: so little is left that it shows.
         """
         rows, columns = (n // 2 + 1 for n in self.axis.bands[band].shape)
-        out, left = (
+        out, remaining = (
             np.zeros((rows, columns)),
             [1 - core.bands[band].sum(dtype=float) for core in self.cores],
         )
-        for (window, share), beyond in zip(self.shares, left):
-            out[window] += share * (beyond / left[0] if left[0] > 0 else 1.0)
+        for (window, share), beyond in zip(self.shares, remaining):
+            out[window] += share * (beyond / remaining[0] if remaining[0] > 0 else 1.0)
         return out
 
     @cached_property
@@ -164,11 +164,11 @@ def field_kernels(
 
     waves = np.asarray(wavelength_nm, float)
     along = [seen_from(r, 0.0) for r in np.linspace(0, radius, 9)]
-    known = [
+    node_lenses = [
         lens.wavefront_at(float(projections.angle_rad(r, 0.0, projection)))
         for r in np.linspace(0, radius, 9)
     ]
-    terms = [*known, *(dict(at.uneven) for at in along)]
+    terms = [*node_lenses, *(dict(at.uneven) for at in along)]
     symmetric = field_grid.is_symmetric(terms) and not any(
         at.rims or _stretched(at) for at in along
     )
@@ -189,7 +189,7 @@ def field_kernels(
     )
     mirrors = (
         field_grid.is_symmetric([lens.zernike_um or {}])
-        and field_grid.is_mirrored(known)
+        and field_grid.is_mirrored(node_lenses)
         and not _shaped(flares)
     )
 
@@ -206,11 +206,13 @@ def field_kernels(
         return np.flip(kernel, flips)
 
     def cores(place):
-        flips, made = turned(
+        flips, cores_of_nodes = turned(
             place,
             lambda at: kernels.kernels(at, flares, waves, pitch_um, half, field_point_psf.made),
         )
-        return replace(made, bands=[np.flip(band, flips) for band in made.bands])
+        return replace(
+            cores_of_nodes, bands=[np.flip(band, flips) for band in cores_of_nodes.bands]
+        )
 
     with shown("how many places the field needs"):
         for rings in RINGS:
@@ -254,7 +256,7 @@ def field_kernels(
     )
     notes: list[Note] = [term(error, "relative", "measured", label, key="field places")]
     with executor(min(cpus(), MOST_THREADS)) as pool:
-        made = FieldKernels(
+        kernels_of_field = FieldKernels(
             axis,
             half,
             shares,
@@ -269,14 +271,14 @@ def field_kernels(
             f" {half[0]} tiles, where the field ends"
         )
         notes.append(term(far_error, "relative", "measured", label, key=AXIS_KERNEL, part=SPREAD))
-    if any(one.speckle.any() for one in made.cores):
-        speckle = max(float(one.speckle.max()) for one in made.cores)
+    if any(one.speckle.any() for one in kernels_of_field.cores):
+        speckle = max(float(one.speckle.max()) for one in kernels_of_field.cores)
         label = (
             "speckle of the kernels of places of the field, where their blur is wider than an exact"
             " core"
         )
         notes.append(term(speckle, "relative", "statistical", label, key=SPECKLE, part=SPREAD))
-    return made, notes
+    return kernels_of_field, notes
 
 
 def _stretched(place) -> bool:
@@ -323,13 +325,13 @@ def _reach(pairs, least, allowed: float):
         tuple(min(w, max(m, int(np.ceil(part * w)))) for w, m in zip(wide, least))
         for part in (*PARTS, 1.0)
     ]
-    last, *found = _unlike(pairs, wide, reaches[-1])
+    last, *others = _unlike(pairs, wide, reaches[-1])
     allowed = max(allowed, min(NO_BETTER * last.max(), 2 * allowed))
     for half in reaches[:-1]:
         error, unlike = _unlike(pairs, wide, half)
         if error.max() <= allowed:
             return half, unlike, float(error.max())
-    return reaches[-1], *found, float(last.max())
+    return reaches[-1], *others, float(last.max())
 
 
 def _unlike(pairs, wide, half):
@@ -351,9 +353,11 @@ def _unlike(pairs, wide, half):
         errors.append(kernel_sampling_error.by_octave(wrong, axis))
         deviations.append(kernel_sampling_error.deviation(wrong, axis))
     error, unlike = np.max(errors, axis=0), np.max(deviations, axis=0)
-    known = np.flatnonzero(unlike)
-    if len(known):
-        unlike[known[-1] + 1 :] = unlike[known[-1]]  # farther out as at the border of what is known
+    unlike_nodes = np.flatnonzero(unlike)
+    if len(unlike_nodes):
+        unlike[unlike_nodes[-1] + 1 :] = unlike[
+            unlike_nodes[-1]
+        ]  # farther out as at the border of what is known
     return error, unlike
 
 

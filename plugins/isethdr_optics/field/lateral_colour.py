@@ -81,14 +81,16 @@ def scales(lens, wavelength_nm) -> np.ndarray:
     ConfigError : a wavelength beyond the table.
     """
     table = {float(w): p for w, p in lens.lateral_colour_percent.items()}
-    known, wave = sorted(table), np.asarray(wavelength_nm, float)
-    if known and not known[0] <= wave.min() <= wave.max() <= known[-1]:
+    wavelengths_nm, wave = sorted(table), np.asarray(wavelength_nm, float)
+    if wavelengths_nm and not wavelengths_nm[0] <= wave.min() <= wave.max() <= wavelengths_nm[-1]:
         raise ConfigError(
-            f"lens.lateral_colour_percent is known from {known[0]:g} to {known[-1]:g} nm; expected"
+            f"lens.lateral_colour_percent is known from {wavelengths_nm[0]:g} to {wavelengths_nm[-1]:g} nm; expected"
             f" {wave.min():g} to {wave.max():g} nm within it; add those wavelengths to the table"
         )
     return (
-        1 + np.interp(wave, known, [table[w] for w in known]) / 100 if known else np.ones(len(wave))
+        1 + np.interp(wave, wavelengths_nm, [table[w] for w in wavelengths_nm]) / 100
+        if wavelengths_nm
+        else np.ones(len(wave))
     )
 
 
@@ -103,20 +105,20 @@ def coloured(lens, mixed, plane, bent):
     wave, projection = mixed.wavelength.values.astype(float), camera_geometry.projection_of(mixed)
     pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
     half = [np.abs(mixed[d].values).max() + p / 2 for d, p in zip(("x", "y"), pitch)]
-    found = magnifications(
+    scales_of_bands = magnifications(
         lens, wave, bent, float(projections.angle_rad(*half, projection)), projection, pitch
     )
     low, high = (
-        np.array([f(m.ratio) if isinstance(m, Course) else m for m in found])
+        np.array([f(m.ratio) if isinstance(m, Course) else m for m in scales_of_bands])
         for f in (np.min, np.max)
     )
     if (low == 1).all() and (high == 1).all():
         return replace(plane, notes=(*plane.notes, omissions.NO_LATERAL_COLOUR))
-    whole = len(plane.y), len(plane.x)
+    shape = len(plane.y), len(plane.x)
     y, x = (_wider(a, p, high.max()) for a, p in zip((plane.y, plane.x), pitch[::-1]))
     field = tuple(
         min(w, n * p * low.min()) if n / 2 * (1 - low.min()) > UNCOVERED else w
-        for w, n, p in zip(plane.field, whole[::-1], pitch)
+        for w, n, p in zip(plane.field, shape[::-1], pitch)
     )
     thinner = max(np.abs(s**-2.0 - 1).max() for s in (low, high))
     label = (
@@ -129,10 +131,10 @@ def coloured(lens, mixed, plane, bent):
     larger = max(np.abs(s - 1).max() for s in (low, high))
     lacking = [
         n / 2 * (1 - low.min())
-        for n, w, p in zip(whole[::-1], field, pitch)
+        for n, w, p in zip(shape[::-1], field, pitch)
         if w > n * p * low.min() * (1 + CLOSE * UNCOVERED)
     ]
-    radius = np.hypot(*(n / 2 for n in whole))
+    radius = np.hypot(*(n / 2 for n in shape))
     within = (
         np.max([np.abs(np.gradient(s, wave)) for s in (low, high)], axis=0) * band_widths_nm(wave)
         if len(wave) > 1
@@ -150,8 +152,8 @@ def coloured(lens, mixed, plane, bent):
         x=x,
         y=y,
         field=field,
-        scales=found,
-        unmagnified_shape=whole,
+        scales=scales_of_bands,
+        unmagnified_shape=shape,
         stretched=stretched,
         dark_corner_share=sum(lacking),
         notes=(*plane.notes, magnified_light, one_each),
@@ -207,15 +209,18 @@ def _along(light, borders, count):
     """
     size = light.shape[1]
     out = np.zeros((len(light), count))
-    left, right = borders[:, :-1] + count / 2, borders[:, 1:] + count / 2
-    density = light / (right - left)
-    first, last = np.floor(left.min(axis=0)).astype(int), np.ceil(right.max(axis=0)).astype(int)
+    left_border, right_border = borders[:, :-1] + count / 2, borders[:, 1:] + count / 2
+    density = light / (right_border - left_border)
+    first, last = (
+        np.floor(left_border.min(axis=0)).astype(int),
+        np.ceil(right_border.max(axis=0)).astype(int),
+    )
     offset = first - np.arange(size)
     for shift in range(offset.min(), int((last - np.arange(size)).max())):
         # tiles that may reach the tile `shift` beyond their own number
         use = slice(max(0, -shift), min(size, count - shift))
         at = np.arange(use.start, use.stop) + shift
-        part = np.minimum(right[:, use], at + 1) - np.maximum(left[:, use], at)
+        part = np.minimum(right_border[:, use], at + 1) - np.maximum(left_border[:, use], at)
         out[:, use.start + shift : use.stop + shift] += density[:, use] * np.maximum(part, 0.0)
     return out
 
@@ -245,8 +250,8 @@ def _shares(size, count, scale):
     low = np.arange(count) - count / 2
     first = np.floor(low / scale + size / 2).astype(np.intp)
     number = first + np.arange(3)[:, None]
-    left = np.maximum((number - size / 2) * scale, low)
+    left_border = np.maximum((number - size / 2) * scale, low)
     right = np.minimum((number + 1 - size / 2) * scale, low + 1)
     return first, np.where(
-        (number >= 0) & (number < size), np.maximum(right - left, 0.0) / scale, 0.0
+        (number >= 0) & (number < size), np.maximum(right - left_border, 0.0) / scale, 0.0
     )

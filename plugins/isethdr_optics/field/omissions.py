@@ -26,9 +26,9 @@ ONE_POINT_SPREAD = LeftOut(
 def known_ahead(lens) -> list[LeftOut]:
     """Return what a lens is known to spare before it has any light."""
     none = not lens.lateral_colour_percent and lens.lateral_colour == "none"
-    known = [
+    notes = [
         (lens.distortion == "none", NO_DISTORTION),
         (none, NO_LATERAL_COLOUR),
         (lens.blurs and not lens.field_varies, ONE_POINT_SPREAD),
     ]
-    return [omission for spared, omission in known if spared]
+    return [omission for spared, omission in notes if spared]

@@ -31,7 +31,7 @@ def references_nm(lens, wavelength_nm) -> list[float]:
     lens : as it is at a place of the field; with a table of `focal_shift_um` they lie within it.
     """
     wave = np.asarray(wavelength_nm, float)
-    found = np.array(
+    candidates_nm = np.array(
         [
             w
             for first, last, some in PARTS_NM
@@ -39,12 +39,12 @@ def references_nm(lens, wavelength_nm) -> list[float]:
             for w in some
         ]
     )
-    if known := sorted(map(float, lens.focal_shift_um)):
-        found = found.clip(known[0] + WIDTH_NM, known[-1] - WIDTH_NM)
+    if table_nm := sorted(map(float, lens.focal_shift_um)):
+        candidates_nm = candidates_nm.clip(table_nm[0] + WIDTH_NM, table_nm[-1] - WIDTH_NM)
     try:
-        for w in found:
+        for w in candidates_nm:
             for border in (w - WIDTH_NM, w + WIDTH_NM):
                 coefficients_um(lens, border)
     except ConfigError:
-        found = wave[[0, len(wave) // 2, -1]]
-    return sorted(set(found.tolist()))
+        candidates_nm = wave[[0, len(wave) // 2, -1]]
+    return sorted(set(candidates_nm.tolist()))

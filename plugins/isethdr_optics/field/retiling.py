@@ -35,15 +35,15 @@ def detail(plane: SensorPlane, light) -> np.ndarray:
     for index in np.ndindex(light.shape[:-2]):
         band = index[-1]
         values = light[index].astype(float)
-        whole, mean, square = (plane.move_band(v, band) for v in (even, values, values**2))
-        out[index] = np.sqrt(np.maximum(whole * square - mean**2, 0.0))
+        uniform, mean, square = (plane.move_band(v, band) for v in (even, values, values**2))
+        out[index] = np.sqrt(np.maximum(uniform * square - mean**2, 0.0))
     return out
 
 
 def border(plane: SensorPlane, moved) -> np.ndarray:
     """Return moved light (..., y, x) of the tiles at the field's border, and 0 within it."""
     out = moved.copy()
-    edges = [(n - whole) // 2 + 1 for n, whole in zip(moved.shape[-2:], plane.unmagnified_shape)]
+    edges = [(n - count) // 2 + 1 for n, count in zip(moved.shape[-2:], plane.unmagnified_shape)]
     out[..., edges[0] : -edges[0], edges[1] : -edges[1]] = 0.0
     return out
 
@@ -68,8 +68,10 @@ def losses(plane: SensorPlane, light, moved) -> Retiled:
         "detail of the size of a tile, where moved tiles are shared among those of the sensor plane"
     )
     terms = [term(1.0, "relative", "measured", label, key="retiling", part=DETAIL)]
-    if not plane.lacking:
+    if not plane.dark_corner_share:
         return Retiled(terms, detail(plane, light), None)
     label = "light that border tiles lack, of the smallest band's image"
-    terms.append(term(plane.lacking, "relative", "bound", label, key="border", part=BORDER))
+    terms.append(
+        term(plane.dark_corner_share, "relative", "bound", label, key="border", part=BORDER)
+    )
     return Retiled(terms, detail(plane, light), border(plane, moved))

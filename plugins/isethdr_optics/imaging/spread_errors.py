@@ -279,7 +279,7 @@ def _convolved(light, kernel) -> np.ndarray:
     """Return the convolution of light (y, x), with negative values set to 0."""
     if not kernel.spectrum.size:  # nothing is spread anywhere
         return np.zeros(light.shape)
-    out, _ = transform.plain(light, kernel.spectrum, kernel.size)
+    out, _ = transform.convolved(light, kernel.spectrum, kernel.size)
     return np.maximum(out * kernel.peak, 0.0)
 
 
@@ -291,7 +291,7 @@ def _convolved_with_bound(light, kernel):
     """
     if not kernel.spectrum.size:  # nothing is wrong anywhere
         return np.zeros(light.shape)
-    out, norm = transform.plain(light, kernel.spectrum, kernel.size)
+    out, norm = transform.convolved(light, kernel.spectrum, kernel.size)
     rounding = transform.error(norm * kernel.norm, float(np.linalg.norm(out)), kernel.size)
     return (np.maximum(out, 0.0) + rounding) * kernel.peak
 

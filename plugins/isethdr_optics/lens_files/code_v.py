@@ -66,38 +66,38 @@ class _File:
 
     def take(self, words: list[str]) -> None:
         """Take one command."""
-        key, *rest = words
+        key, *arguments = words
         key = key.upper()
         where = f"{self.path}, {' '.join(words)!r}"
         if SURFACE.fullmatch(key):
-            self._surface(key, rest, where)
+            self._surface(key, arguments, where)
         elif key == "TITLE" or key == "TIT":
-            self.lens.name = " ".join(rest)
-        elif key == "DIM" and rest:
-            self.unit = MM_PER.get(rest[0].upper(), 1.0)
+            self.lens.name = " ".join(arguments)
+        elif key == "DIM" and arguments:
+            self.unit = MM_PER.get(arguments[0].upper(), 1.0)
         elif key == "RDM":
-            self.radii = not rest or rest[0].upper() != "NO"
+            self.radii = not arguments or arguments[0].upper() != "NO"
         elif key == "CUM":
             self.radii = False
         elif key == "WL":
-            self.wavelengths = [number(w, where) for w in rest]
-        elif key == "REF" and rest:
-            self.reference = int(number(rest[0], where))
-        elif key == "EPD" and rest:
-            self.lens.entrance_pupil_mm = number(rest[0], where)
-        elif key == "FNO" and rest:
-            self.lens.f_number = number(rest[0], where)
-        elif key in ("YAN", "XAN") and rest:
-            widest = max(abs(number(w, where)) for w in rest)
+            self.wavelengths = [number(w, where) for w in arguments]
+        elif key == "REF" and arguments:
+            self.reference = int(number(arguments[0], where))
+        elif key == "EPD" and arguments:
+            self.lens.entrance_pupil_mm = number(arguments[0], where)
+        elif key == "FNO" and arguments:
+            self.lens.f_number = number(arguments[0], where)
+        elif key in ("YAN", "XAN") and arguments:
+            widest = max(abs(number(w, where)) for w in arguments)
             self.lens.half_field_deg = widest or self.lens.half_field_deg
         elif self.current is not None:
-            self._of_surface(self.current, key, rest, where)
+            self._of_surface(self.current, key, arguments, where)
 
-    def _surface(self, key: str, rest: list[str], where: str) -> None:
+    def _surface(self, key: str, arguments: list[str], where: str) -> None:
         if key == "SI":
             self.current = None
             return
-        values = [number(w, where) for w in rest[:2]]
+        values = [number(w, where) for w in arguments[:2]]
         shape = values[0] if values else 0.0
         distance = values[1] if len(values) > 1 else 0.0
         if key == "SO":
@@ -105,8 +105,8 @@ class _File:
             return
         radius = shape if self.radii else (1 / shape if shape else 0.0)
         row = Row(str(len(self.lens.rows) + 1), radius or np.inf, distance)
-        if len(rest) > 2:
-            row.glass = self._glass(row, rest[2])
+        if len(arguments) > 2:
+            row.glass = self._glass(row, arguments[2])
         self.current = row
         self.lens.rows.append(row)
 
@@ -117,20 +117,20 @@ class _File:
             return ""
         return "" if name.upper() == "AIR" else name
 
-    def _of_surface(self, row: Row, key: str, rest: list[str], where: str) -> None:
+    def _of_surface(self, row: Row, key: str, arguments: list[str], where: str) -> None:
         if key == "STO":
             row.is_stop = True
-        elif key == "K" and rest:
-            row.conic = number(rest[0], where)
-        elif key in ASPHERE and rest:
-            row.terms[ASPHERE[key]] = number(rest[0], where)
-        elif key == "CIR" and len(rest) == 1:
-            row.semi_diameter_mm = number(rest[0], where)
-        elif key == "GLA" and rest:
-            row.glass = self._glass(row, rest[0])
-        elif key == "THI" and rest:
-            row.thickness_mm = number(rest[0], where)
-        elif key in TILTED and any(number(w, where) for w in rest[:1]):
-            self.problems.add(row.label, f"{key} {rest[0]} (tilted or decentred)")
+        elif key == "K" and arguments:
+            row.conic = number(arguments[0], where)
+        elif key in ASPHERE and arguments:
+            row.terms[ASPHERE[key]] = number(arguments[0], where)
+        elif key == "CIR" and len(arguments) == 1:
+            row.semi_diameter_mm = number(arguments[0], where)
+        elif key == "GLA" and arguments:
+            row.glass = self._glass(row, arguments[0])
+        elif key == "THI" and arguments:
+            row.thickness_mm = number(arguments[0], where)
+        elif key in TILTED and any(number(w, where) for w in arguments[:1]):
+            self.problems.add(row.label, f"{key} {arguments[0]} (tilted or decentred)")
         elif key in OTHER_SHAPES:
-            self.problems.add(row.label, f"shape {' '.join([key, *rest[:1]])}")
+            self.problems.add(row.label, f"shape {' '.join([key, *arguments[:1]])}")

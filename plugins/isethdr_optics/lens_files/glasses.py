@@ -34,7 +34,7 @@ def read_catalogue(path: Path) -> dict[str, str]:
     except OSError as err:
         raise CatalogError(f"{path} cannot be read: {err.strerror}") from None
     text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "latin-1")
-    found: dict[str, str] = {}
+    glasses: dict[str, str] = {}
     name, formula, numbers = "", 0, ""
     try:
         for line in text.splitlines():
@@ -45,14 +45,14 @@ def read_catalogue(path: Path) -> dict[str, str]:
                 numbers = _coefficients(formula, [float(w) for w in words[1:]])
             elif line.startswith("LD ") and numbers:
                 low, high = (1e3 * float(w) for w in words[1:3])
-                found[name] = f"{numbers}@{low:g}-{high:g}"
+                glasses[name] = f"{numbers}@{low:g}-{high:g}"
     except ValueError:
         raise CatalogError(
             f"{path}: glass {name!r} has a line that is no list of numbers"
         ) from None
-    if not found:
+    if not glasses:
         raise CatalogError(f"{path} holds no glass; expected a catalogue with lines NM, CD and LD")
-    return found
+    return glasses
 
 
 def _coefficients(formula: int, values: list[float]) -> str:
@@ -60,8 +60,8 @@ def _coefficients(formula: int, values: list[float]) -> str:
     counts = {SCHOTT: 6, SELLMEIER: 6, CONRADY: 3, LONG_SELLMEIER: 8}
     if formula not in counts:
         return ""
-    kept = values[: counts[formula]]
-    return f"{names.get(formula, 'conrady')}:{','.join(repr(v) for v in kept)}"
+    coefficients = values[: counts[formula]]
+    return f"{names.get(formula, 'conrady')}:{','.join(repr(v) for v in coefficients)}"
 
 
 def stated(options: Sequence[str]) -> dict[str, str]:
@@ -71,34 +71,34 @@ def stated(options: Sequence[str]) -> dict[str, str]:
     ------
     ConfigError, CatalogError : one cannot be read.
     """
-    found: dict[str, str] = {}
+    coefficients_of: dict[str, str] = {}
     for option in options:
         name, equals, value = option.partition("=")
         if not equals:
-            found |= read_catalogue(Path(option).expanduser())
+            coefficients_of |= read_catalogue(Path(option).expanduser())
             continue
         try:
             glass.index(value, glass.D_LINE_NM)
         except ValueError as err:
             raise ConfigError(f"--glass {option}: {err}") from None
-        found[name] = value
-    return found
+        coefficients_of[name] = value
+    return coefficients_of
 
 
-def resolve(name: str, known: Mapping[str, str], label: str, problems: Problems) -> str:
+def resolve(name: str, glasses: Mapping[str, str], label: str, problems: Problems) -> str:
     """Return what `physics.optics.glass.index` takes for a glass of a file.
 
     Names are compared without hyphens, case and the maker's name after an underscore. An unknown
     one is noted.
     """
-    if name in known:
-        return known[name]
-    wanted = _plain(name)
-    for offered, value in known.items():
-        if _plain(offered) == wanted:
+    if name in glasses:
+        return glasses[name]
+    simple_name = _simplified(name)
+    for offered, value in glasses.items():
+        if _simplified(offered) == simple_name:
             return value
     for offered in glass.SELLMEIER:
-        if _plain(offered) == wanted:
+        if _simplified(offered) == simple_name:
             return offered
     match = CODE.fullmatch(name)
     if match and match[1]:  # 517642: nd 1.517, Abbe's number 64.2
@@ -106,8 +106,8 @@ def resolve(name: str, known: Mapping[str, str], label: str, problems: Problems)
     if match:  # 517000.642000: nd 1.517000, Abbe's number 64.2000
         digits = match[3].replace(".", "").lstrip("0") or "0"
         return f"{1 + float('0.' + digits):.9g}/{float(match[4][:2] + '.' + match[4][2:]):.9g}"
-    near = get_close_matches(name, [*known, *glass.SELLMEIER], 1)
-    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    nearest = get_close_matches(name, [*glasses, *glass.SELLMEIER], 1)
+    hint = f" (did you mean {nearest[0]!r}?)" if nearest else ""
     problems.add(
         label,
         f"glass {name!r} is unknown{hint}; type --glass <catalogue>.agf, or --glass"
@@ -116,5 +116,5 @@ def resolve(name: str, known: Mapping[str, str], label: str, problems: Problems)
     return "1.5"
 
 
-def _plain(name: str) -> str:
+def _simplified(name: str) -> str:
     return name.split("_")[0].replace("-", "").upper()

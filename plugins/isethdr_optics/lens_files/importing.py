@@ -73,7 +73,7 @@ def imported(path: Path, glass: Sequence[str] = ()) -> Imported:
         raise CatalogError(f"{path} is not a file; type isethdr lens import <file>")
     problems = Problems()
     data = READERS[path.suffix.lower()](path, problems)
-    known = glasses.stated(glass) | data.glasses
+    glasses_of_name = glasses.stated(glass) | data.glasses
     notes: list[str] = []
     rows = _with_stop(data.rows, problems, notes)
     table = {
@@ -82,7 +82,7 @@ def imported(path: Path, glass: Sequence[str] = ()) -> Imported:
         "f_number": 1.0,
         "half_field_deg": float(data.half_field_deg),
         "reference_nm": float(data.reference_nm),
-        "surfaces": [_table_row(row, known, problems) for row in rows],
+        "surfaces": [_table_row(row, glasses_of_name, problems) for row in rows],
     }
     problems.refuse(path)
     if not data.far_object:
@@ -117,16 +117,16 @@ def run(file: str, glass: Sequence[str], out: str) -> None:
     target = Path(out).expanduser() if out else Path(f"{path.stem}.yaml")
     if target.suffix not in (".yaml", ".yml"):
         raise ConfigError(f"--out is {out!r}; expected a .yaml file; type --out {path.stem}.yaml")
-    found = imported(path, glass)
-    values = figures(found.lens)
-    write_text(target, yaml.safe_dump(found.table, sort_keys=False, default_flow_style=None))
-    print(f"{found.lens.name}: {len(found.lens.surfaces) - 1} surfaces")
+    lens = imported(path, glass)
+    values = figures(lens.lens)
+    write_text(target, yaml.safe_dump(lens.table, sort_keys=False, default_flow_style=None))
+    print(f"{lens.lens.name}: {len(lens.lens.surfaces) - 1} surfaces")
     print(f"effective focal length  {values.focal_length_mm:.5g} mm at {values.reference_nm:g} nm")
     print(f"back focus              {values.back_focus_mm:.5g} mm")
     print(f"f-number                {values.f_number:.4g}")
     for angle, spot in values.spots:
         print(f"rms spot radius         {spot:.4g} um at {angle:.3g} degrees")
-    for note in found.notes:
+    for note in lens.notes:
         print(f"note: {note}")
     print("prescription:")
     print(target)
@@ -155,21 +155,21 @@ def _with_stop(rows: list[Row], problems: Problems, notes: list[str]) -> list[Ro
         problems.add(row.label, "the stop lies between two glasses")
         return rows
     plane = Row(row.label, semi_diameter_mm=row.semi_diameter_mm, is_stop=True)
-    plain = replace(row, is_stop=False)
+    surface = replace(row, is_stop=False)
     notes.append(f"the stop is a plane through the vertex of surface {row.label}")
     if not before:
-        return [*rows[:at], plane, plain, *rows[at + 1 :]]
-    plane.thickness_mm, plain.thickness_mm = row.thickness_mm, 0.0
-    return [*rows[:at], plain, plane, *rows[at + 1 :]]
+        return [*rows[:at], plane, surface, *rows[at + 1 :]]
+    plane.thickness_mm, surface.thickness_mm = row.thickness_mm, 0.0
+    return [*rows[:at], surface, plane, *rows[at + 1 :]]
 
 
-def _table_row(row: Row, known: dict[str, str], problems: Problems) -> dict[str, Any]:
+def _table_row(row: Row, glasses_of_name: dict[str, str], problems: Problems) -> dict[str, Any]:
     if row.is_stop:
         return {"stop": True, "thickness_mm": float(row.thickness_mm), "semi_diameter_mm": 1.0}
     table: dict[str, Any] = {"radius_mm": float(row.radius_mm)}
     table["thickness_mm"] = float(row.thickness_mm)
     if row.glass:
-        table["glass"] = glasses.resolve(row.glass, known, row.label, problems)
+        table["glass"] = glasses.resolve(row.glass, glasses_of_name, row.label, problems)
     if row.conic:
         table["conic"] = float(row.conic)
     for power in row.terms:

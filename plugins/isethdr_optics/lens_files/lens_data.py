@@ -62,17 +62,17 @@ class LensData:
 class Problems:
     """What of a file cannot be imported, all of it named in one error."""
 
-    found: list[str] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
 
-    def add(self, label: str, what: str) -> None:
+    def add(self, label: str, message: str) -> None:
         """Note that a surface cannot be imported."""
-        self.found.append(f"surface {label}: {what}")
+        self.messages.append(f"surface {label}: {message}")
 
     def refuse(self, path: object) -> None:
         """Raise ConfigError if anything was noted."""
-        if self.found:
+        if self.messages:
             raise ConfigError(
-                f"{path} cannot be imported: {'; '.join(self.found)}; expected centred spheres,"
+                f"{path} cannot be imported: {'; '.join(self.messages)}; expected centred spheres,"
                 " conics and aspheres of r^3 to r^30 that refract"
             )
 
@@ -85,9 +85,9 @@ def number(text: str, where: str) -> float:
     ConfigError : it is none.
     """
     try:
-        found = float(text)
+        value = float(text)
     except ValueError:
         raise ConfigError(f"{where} has {text!r}; expected a number") from None
-    if np.isnan(found):
+    if np.isnan(value):
         raise ConfigError(f"{where} has {text!r}; expected a number")
-    return found
+    return value

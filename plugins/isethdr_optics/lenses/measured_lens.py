@@ -73,8 +73,8 @@ class MeasuredLens:
             the table of illumination or distortion.
         UnitError : `mixed` is no mixed radiance.
         """
-        kept = tuple(flares.values()) if isinstance(flares, Mapping) else tuple(flares)
-        if any(isinstance(f, TransmitsPupil | DrawsPupil) for f in kept):
+        flare_list = tuple(flares.values()) if isinstance(flares, Mapping) else tuple(flares)
+        if any(isinstance(f, TransmitsPupil | DrawsPupil) for f in flare_list):
             raise ConfigError(
                 "a flare changes the light in the pupil, and a measured lens has no pupil; expected"
                 " flares that scatter or add light; type ~flare.dirt"
@@ -82,7 +82,7 @@ class MeasuredLens:
         quantities.check_mixed(mixed.isel(component=0) if "component" in mixed.dims else mixed)
         reach = [float(abs(mixed[d]).max()) for d in ("x", "y")]
         self._check_reach(*reach, mixed.attrs.get("projection", "tangent"))
-        light = self._geometry()(mixed, kept)
+        light = self._geometry()(mixed, flare_list)
         table = self._table()
         places = _places(self._radii(light), table, light)
         tile_um = tuple(1e6 * quantities.tile_pitch(light, d) for d in ("y", "x"))
@@ -112,8 +112,8 @@ class MeasuredLens:
         waves = np.atleast_1d(np.asarray(wavelength_nm, float))
         out = np.zeros((len(waves), size, size))
         for band, wave in enumerate(waves):
-            found = _kernel(self._table(), 0, 0.0, float(wave), (pitch_um, pitch_um))
-            out[band] = _cut(found, size)
+            kernel = _kernel(self._table(), 0, 0.0, float(wave), (pitch_um, pitch_um))
+            out[band] = _cut(kernel, size)
         axis = 1e-6 * pitch_um * (np.arange(size) - size // 2)
         return quantities.plane(out, waves, axis, axis, "1")
 
@@ -155,8 +155,8 @@ class MeasuredLens:
         table = self._table()
         angles = np.radians(table.field_deg)
         if "distortion_percent" in table.figures:
-            known, percent = table.figures["distortion_percent"]
-            scale = 1 + np.interp(table.field_deg, known, percent) / 100
+            table_percent, percent = table.figures["distortion_percent"]
+            scale = 1 + np.interp(table.field_deg, table_percent, percent) / 100
             return tuple((np.tan(angles) * scale).tolist())
         is_equidistant = light.attrs.get("projection") == "equidistant"
         return tuple((angles if is_equidistant else np.tan(angles)).tolist())
@@ -207,10 +207,10 @@ def _state_interpolation(table: MeasuredTable) -> None:
         label = f"point spreads between {name} of the table, share of a point's light, L1"
         if count > 2:
             coordinate = (table.field_deg, table.wavelength_nm)[axis]
-            found = max(
+            largest = max(
                 _left_out_error(table.psf, coordinate, axis, k) for k in range(1, count - 1)
             )
-            ledger.error(found / 4, "relative", "measured", label, key=name)
+            ledger.error(largest / 4, "relative", "measured", label, key=name)
         elif count == 2:
             ledger.error(_change(table.psf, axis, 0) / 2, "relative", "bound", label, key=name)
 

@@ -85,13 +85,13 @@ class PrescribedLens(FieldLens):
         if self.focal_shift_um:
             return {}
         ends = [
-            (share, found.terms_um)
-            for share, found in self._traced_around(angle_rad, wavelength_nm)
+            (share, around.terms_um)
+            for share, around in self._traced_around(angle_rad, wavelength_nm)
         ]
         middle = _traced_wavefront(self.real(), float(angle_rad)).terms_um
-        terms = {j for _, found in ends for j in found} | set(middle)
+        terms = {j for _, around in ends for j in around} | set(middle)
         return {
-            j: sum(share * found.get(j, 0.0) for share, found in ends) - middle.get(j, 0.0)
+            j: sum(share * around.get(j, 0.0) for share, around in ends) - middle.get(j, 0.0)
             for j in sorted(terms)
         }
 
@@ -104,8 +104,8 @@ class PrescribedLens(FieldLens):
         if self.focal_shift_um:
             return 1.0
         return sum(
-            share * found.pupil_scale
-            for share, found in self._traced_around(angle_rad, wavelength_nm)
+            share * around.pupil_scale
+            for share, around in self._traced_around(angle_rad, wavelength_nm)
         )
 
     def _traced_around(self, angle_rad, wavelength_nm):
@@ -159,8 +159,8 @@ class PrescribedLens(FieldLens):
 
         Nothing where it is so even that the point spread does not show it.
         """
-        terms, uneven = _traced_amplitude(self.real(), float(angle_rad))
-        return dict(terms) if uneven > EVEN else {}
+        terms, share = _traced_apodization(self.real(), float(angle_rad))
+        return dict(terms) if share > EVEN else {}
 
     def input_files(self):
         """Return the user's own prescription file, if one is named: its content is part of a run's
@@ -271,8 +271,8 @@ class PrescribedLens(FieldLens):
         """Return the area of the beam that comes in from a field tangent, across the axis, over
         that on the axis.
         """
-        axis, found = _areas(self.real(), (0.0, abs(float(tangent))))
-        return float(found / axis)
+        axis, areas = _areas(self.real(), (0.0, abs(float(tangent))))
+        return float(areas / axis)
 
     def relative_illumination(self, tangent):
         """Return irradiance of a uniform scene at field tangents, 1 on the axis, as it would be
@@ -343,7 +343,7 @@ class PrescribedLens(FieldLens):
         ]
         even = [
             u
-            for u in (_traced_amplitude(real, a)[1] for a in np.linspace(0.0, widest, 5))
+            for u in (_traced_apodization(real, a)[1] for a in np.linspace(0.0, widest, 5))
             if u <= EVEN
         ]
         if even:
@@ -374,12 +374,14 @@ class PrescribedLens(FieldLens):
         )
         table = {"angle_deg": list(falloff), "relative": list(falloff.values())}
         stated = table_values(table, np.degrees(np.arctan(tangents))) * self.throughput_sr()
-        found = [
+        notes_of_angles = [
             [seen_sr(real, x, w) for w in (waves[0], waves[-1])]
             for x in chief_mm(real, tangents, real.reference_nm)
         ]
-        found = np.array(found) * self.transmittance / (1 + self.magnification) ** 2
-        return float(np.abs(found - stated[:, None]).max() / stated[0])
+        notes_of_angles = (
+            np.array(notes_of_angles) * self.transmittance / (1 + self.magnification) ** 2
+        )
+        return float(np.abs(notes_of_angles - stated[:, None]).max() / stated[0])
 
 
 def _between_um(lens, angle_rad, wavelength_nm):
@@ -388,14 +390,14 @@ def _between_um(lens, angle_rad, wavelength_nm):
     """
     middle = FIRST_NM + STEP_NM * ((wavelength_nm - FIRST_NM) // STEP_NM + 0.5)
     real, own = lens.real(), lens.colour_at(angle_rad, middle)
-    exact, known = (
+    exact, interpolated = (
         _traced_wavefront(real, angle_rad, middle)[0],
         _traced_wavefront(real, angle_rad)[0],
     )
     return (
         sum(
-            (own.get(j, 0.0) + known.get(j, 0.0) - exact.get(j, 0.0)) ** 2
-            for j in {*own, *exact, *known} - {1, 2}
+            (own.get(j, 0.0) + interpolated.get(j, 0.0) - exact.get(j, 0.0)) ** 2
+            for j in {*own, *exact, *interpolated} - {1, 2}
         )
         ** 0.5
     )
@@ -426,8 +428,8 @@ def _traced_distortion(real, angle_rad):
 
 @lru_cache(maxsize=256)
 def _traced_magnification(real, tangents, wavelength_nm):
-    near = 1e-3 * max(max(tangents), 1e-3)  # on the axis there is no height to compare
-    field = np.maximum(tangents, near)
+    near_axis = 1e-3 * max(max(tangents), 1e-3)  # on the axis there is no height to compare
+    field = np.maximum(tangents, near_axis)
     return tuple(chief_mm(real, field, wavelength_nm) / chief_mm(real, field, real.reference_nm))
 
 
@@ -435,7 +437,7 @@ def _traced_wavefront(real, angle_rad, wavelength_nm=None):
     return zernike_um(real, tan(angle_rad), wavelength_nm or real.reference_nm)
 
 
-def _traced_amplitude(real, angle_rad):
+def _traced_apodization(real, angle_rad):
     return amplitude(real, tan(angle_rad), real.reference_nm)
 
 

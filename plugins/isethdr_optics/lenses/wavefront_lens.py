@@ -55,15 +55,15 @@ class WavefrontLens(FieldLens):
         ------
         ConfigError : beyond the last angle of `field_zernike_um`.
         """
-        known, angle = list(self.field_zernike_um), float(np.degrees(off_axis_rad))
-        if angle > known[-1] * (1 + 1e-9):
+        angles_deg, angle = list(self.field_zernike_um), float(np.degrees(off_axis_rad))
+        if angle > angles_deg[-1] * (1 + 1e-9):
             raise ConfigError(
-                f"lens.field_zernike_um ends at {known[-1]:g} degrees, the field reaches"
+                f"lens.field_zernike_um ends at {angles_deg[-1]:g} degrees, the field reaches"
                 f" {angle:.4g}; expected a longer table, or a smaller field"
             )
         table = self.field_zernike_um.values()
         return {
-            j: float(np.interp(angle, known, [row.get(j, 0.0) for row in table]))
+            j: float(np.interp(angle, angles_deg, [row.get(j, 0.0) for row in table]))
             for j in sorted({j for row in table for j in row})
         }
 

@@ -51,8 +51,8 @@ def point_spread(
     clipped = 0.0
     for k, angle in enumerate(angles):
         for j, wave in enumerate(waves):
-            here = (columns["field_deg"] == angle) & (columns["wavelength_nm"] == wave)
-            curves = _curves(columns, here, f"{path}: {angle:g} degrees and {wave:g} nm")
+            rows = (columns["field_deg"] == angle) & (columns["wavelength_nm"] == wave)
+            curves = _curves(columns, rows, f"{path}: {angle:g} degrees and {wave:g} nm")
             limit = 1e6 / (wave * f_number)
             psf[k, j], dark = _transformed(curves, limit, pitch_um)
             clipped = max(clipped, dark)

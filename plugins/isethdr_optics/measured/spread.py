@@ -41,7 +41,7 @@ def shares(table: MeasuredTable, radii: np.ndarray, x: np.ndarray, y: np.ndarray
     x, y : tile centres.
     """
     around = 1 if is_round(table) else AROUND
-    found = []
+    shares_of_rings = []
     for ring, radius in enumerate(radii):
         inside = radius - radii[ring - 1] if ring else np.inf
         outside = radii[ring + 1] - radius if ring + 1 < len(radii) else np.inf
@@ -54,8 +54,8 @@ def shares(table: MeasuredTable, radii: np.ndarray, x: np.ndarray, y: np.ndarray
             rows, columns = (np.flatnonzero(lit.any(axis)) for axis in (1, 0))
             if len(rows):
                 window = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
-                found.append(Share(ring, azimuth, window, values[window]))
-    return found
+                shares_of_rings.append(Share(ring, azimuth, window, values[window]))
+    return shares_of_rings
 
 
 @lru_cache(maxsize=8)

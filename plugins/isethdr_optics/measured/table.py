@@ -118,15 +118,15 @@ def rows_of(path: Path, columns: tuple[str, ...]) -> dict[str, np.ndarray]:
     except (OSError, UnicodeDecodeError) as err:
         raise CatalogError(f"{path} cannot be read: {err}") from None
     rows = list(csv.DictReader(lines, skipinitialspace=True))
-    held = list(rows[0]) if rows else []
-    missing = [name for name in columns if name not in held]
+    names = list(rows[0]) if rows else []
+    missing = [name for name in columns if name not in names]
     if missing:
         raise UnitError(
-            f"{path} has the columns {', '.join(map(str, held)) or 'none'} and lacks"
+            f"{path} has the columns {', '.join(map(str, names)) or 'none'} and lacks"
             f" {', '.join(missing)}; expected a first line {','.join(columns)}"
         )
     try:
-        return {name: np.array([float(row[name]) for row in rows]) for name in held if name}
+        return {name: np.array([float(row[name]) for row in rows]) for name in names if name}
     except (TypeError, ValueError):
         raise UnitError(f"{path} has an entry that is no number; expected numbers") from None
 
@@ -192,14 +192,14 @@ def _checked(data: dict[str, np.ndarray], path: Path) -> MeasuredTable:
 
 def _figures(path: Path) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     columns = rows_of(path, ("field_deg",))
-    found = {name: (columns["field_deg"], columns[name]) for name in FIGURES if name in columns}
+    tables = {name: (columns["field_deg"], columns[name]) for name in FIGURES if name in columns}
     unknown = [name for name in columns if name not in (*FIGURES, "field_deg")]
-    if unknown or not found:
+    if unknown or not tables:
         raise UnitError(
             f"{path} has the columns {', '.join(columns)}; expected field_deg and some of"
             f" {', '.join(FIGURES)}"
         )
-    return found
+    return tables
 
 
 def _check_figure(name: str, angles: np.ndarray, values: np.ndarray, path: Path) -> None:

@@ -33,11 +33,11 @@ def expected_s(lens, flares, frame: Frame) -> float | None:
     seconds = CONVOLVED_S * values
     reach = (frame.rows - 1, frame.columns - 1)
     pitch_um = tuple(1e3 * lens.focal_length_mm * p for p in frame.pitch)
-    plain = without_geometry(lens)  # whose kernels they are
+    axis_lens = without_geometry(lens)  # whose kernels they are
     shorter = wing_truncation.WORTH if frame.sensed else 0.0
-    if not kernels.at_hand(plain, flares, wave, pitch_um, reach, shorter):
+    if not kernels.at_hand(axis_lens, flares, wave, pitch_um, reach, shorter):
         seconds += TRANSFORMED_S * values
-        seconds += kernels.expected_s(plain, flares, wave, pitch_um, reach)
+        seconds += kernels.expected_s(axis_lens, flares, wave, pitch_um, reach)
     corner = np.hypot(*(n / 2 * p for n, p in zip((frame.rows, frame.columns), frame.pitch)))
     for flare in flares:
         if isinstance(flare, GhostFlare):

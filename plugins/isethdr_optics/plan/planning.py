@@ -19,7 +19,7 @@ from isethdr_core.physics.optics.projection import angle_rad
 from isethdr_core.pipeline.imaging_plan import LightBudget
 from isethdr_core.uncertainty.error_terms import ErrorTerm
 
-from ..flare.ghosts.sensor_limited import seen_ghosts
+from ..flare.ghosts.sensor_limited import without_faint_ghosts
 from ..imaging import array_backend
 from ..imaging.accuracy_shares import CONVOLUTION, LEFT
 from ..imaging.field_optics import field_optics
@@ -64,7 +64,9 @@ def plan(lens, flares, field, response: Response | None, budget: LightBudget) ->
     error_allowed, remaining = budget.error_allowed, None
     if response is not None:
         part = replace(part, window_m=response.window_m)
-        flares, faint, of_ghosts = seen_ghosts(lens, view.mixed, flares, optics, view.response)
+        flares, faint, of_ghosts = without_faint_ghosts(
+            lens, view.mixed, flares, optics, view.response
+        )
         notes += of_ghosts
         remaining = _remaining_response(view, faint)
         error_allowed = CONVOLUTION * remaining.error_allowed

@@ -141,15 +141,17 @@ def errors_on_window(errors: ErrorMaps, lens, optics: FieldOptics, window_m):
     return errors._replace(deviation=deviation, bound=bound)
 
 
-def tiles_left_out(whole: tuple, part: tuple, why: str, bound: float, unit: str) -> LeftOut:
+def tiles_left_out(
+    full_shape: tuple, inner_shape: tuple, why: str, bound: float, unit: str
+) -> LeftOut:
     """Return the row of the ledger for tiles that are left out.
 
     Parameters
     ----------
-    whole, part : shapes (..., y, x) of the field, and of its imaged part.
+    whole, inner_shape : shapes (..., y, x) of the field, and of its imaged part.
     why : the reason, for people. `bound` : on the effect, in `unit`.
     """
-    (height, width), (inner_height, inner_width) = whole[-2:], part[-2:]
+    (height, width), (inner_height, inner_width) = full_shape[-2:], inner_shape[-2:]
     out = height * width - inner_height * inner_width
     return LeftOut(
         f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x"

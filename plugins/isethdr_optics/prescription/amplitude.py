@@ -71,9 +71,11 @@ def amplitude(
     )  # of equal areas
     x, y = (radius * np.cos(turn)).ravel(), (radius * np.sin(turn)).ravel()
     power = _area(enters_x, enters_y, x, y) * _at(transmits, x, y)
-    found = np.sqrt(power / power.mean())
-    fit = _fit(even, (x, y), found)
-    return tuple((j, c) for j, c in fit.items() if abs(c) > LEAST), float(np.std(found))
+    relative_amplitude = np.sqrt(power / power.mean())
+    fit = _fit(even, (x, y), relative_amplitude)
+    return tuple((j, c) for j, c in fit.items() if abs(c) > LEAST), float(
+        np.std(relative_amplitude)
+    )
 
 
 def _power(lens, wavelength_nm):

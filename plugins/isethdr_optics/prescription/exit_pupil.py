@@ -68,7 +68,7 @@ def exit_pupil(lens: Prescription, tangent: float, wavelength_nm: float) -> Exit
     """
     filled = filling(lens, tangent, wavelength_nm)
     image_mm = float(chief_mm(lens, tangent, wavelength_nm)[0])
-    return _ellipse(filled, _seen(lens, image_mm, wavelength_nm, filled)[0])
+    return _ellipse(filled, _directions_of_stop(lens, image_mm, wavelength_nm, filled)[0])
 
 
 def pupil_rays(
@@ -91,7 +91,7 @@ def pupil_rays(
     """
     filled = filling(lens, tangent, wavelength_nm, reach)
     image_mm = float(chief_mm(lens, tangent, wavelength_nm)[0])
-    cosines, lag_mm = _seen(lens, image_mm, wavelength_nm, filled)
+    cosines, lag_mm = _directions_of_stop(lens, image_mm, wavelength_nm, filled)
     unit, own = exit_pupil(lens, tangent, lens.reference_nm), _ellipse(filled, cosines)
     scale = float(np.sqrt(own.meridional * own.sagittal / (unit.meridional * unit.sagittal)))
     x = (cosines[0] - own.centre) / (scale * unit.meridional)
@@ -99,7 +99,7 @@ def pupil_rays(
     return PupilRays(filled, np.stack([x, y]), lag_mm, image_mm, scale)
 
 
-def _seen(lens, image_mm, wavelength_nm, filled):
+def _directions_of_stop(lens, image_mm, wavelength_nm, filled):
     """Return direction cosines (x, y) from the exit sphere to the image, and `PupilRays.lag_mm`;
     finite for a pupil at infinity too.
     """
@@ -141,9 +141,11 @@ def _ellipse(filled, cosines) -> ExitPupil:
     border = []
     stop, within = filled.places, filled.within
     for cosine, even in zip(cosines, (True, False)):
-        kept = [j for j in terms if (order(j)[1] >= 0) == even]
-        found = fitted(zernike_basis(kept, *(s[within] for s in stop)), cosine[within])
-        border.append(zernike_basis(kept, along, across) @ found)
+        same_parity = [j for j in terms if (order(j)[1] >= 0) == even]
+        fitted_cosine = fitted(
+            zernike_basis(same_parity, *(s[within] for s in stop)), cosine[within]
+        )
+        border.append(zernike_basis(same_parity, along, across) @ fitted_cosine)
     centre = float(border[0].mean())
     meridional, sagittal = (
         2 * float(np.mean(b * side)) for b, side in zip(border, (along, across))

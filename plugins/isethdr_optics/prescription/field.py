@@ -24,7 +24,7 @@ def check(lens, width: float, height: float, projection: str) -> None:
         `projection` is equidistant.
     """
     corner = _corner(width, height, projection)
-    if _left(lens, corner) < DARK:
+    if _remaining_share(lens, corner) < DARK:
         raise ConfigError(
             f"prescription {lens.real().name!r} sends no light to the corners of the camera's"
             f" field, {math.degrees(corner):.1f} degrees off the axis; expected a field within the"
@@ -49,7 +49,7 @@ def state(lens, width: float, height: float, projection: str) -> None:
             " off the axis",
             f"rims stop it: the prescription is made for {made_for:g} degrees, which"
             f" scene.horizontal_field_deg={_fits(lens, width, height, projection):g} stays within",
-            max(0.0, 1 - _left(lens, corner)),
+            max(0.0, 1 - _remaining_share(lens, corner)),
             "of the beam on the axis",
         )
 
@@ -58,7 +58,7 @@ def _corner(width, height, projection) -> float:
     return float(angle_rad(width / 2, height / 2, projection))
 
 
-def _left(lens, angle) -> float:
+def _remaining_share(lens, angle) -> float:
     """Return the area of the beam from an angle off the axis over that on it."""
     return lens.beam(math.tan(angle)) if angle < math.pi / 2 else 0.0
 

@@ -40,12 +40,12 @@ def _aimed(lens, tangent, wavelength_nm, relative_height):
     optics = lens.surfaces[:-1]
     pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
     to_stop = sequential(lens.stop + 1)
-    wanted = relative_height * lens.surfaces[lens.stop].semi_diameter_mm
+    stop_height_mm = relative_height * lens.surfaces[lens.stop].semi_diameter_mm
     scale = lens.surfaces[lens.stop].semi_diameter_mm
 
     def miss(x):
         p, d = collimated(x, 0 * x, front, tangent, 0 * tangent)
-        return follow(lens.surfaces, indices, to_stop, p, d).position_mm[0] - wanted
+        return follow(lens.surfaces, indices, to_stop, p, d).position_mm[0] - stop_height_mm
 
     upright = np.sign(paraxial.matrices(optics, indices, to_stop, front)[-1][0, 0])
     x0 = (front - pupil_z) * tangent + upright * relative_height * pupil_radius
@@ -64,9 +64,9 @@ def _aimed(lens, tangent, wavelength_nm, relative_height):
         m1 = miss(x1)
     p, d = collimated(x1, 0 * x1, front, tangent, 0 * tangent)
     rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d)
-    lost = ~(np.abs(m1) < 1e3 * AIM_MM * scale) | ~np.isfinite(rays.position_mm[0])
-    if lost.any():
-        angle = np.degrees(np.arctan(np.abs(tangent[lost]).min()))
+    missed = ~(np.abs(m1) < 1e3 * AIM_MM * scale) | ~np.isfinite(rays.position_mm[0])
+    if missed.any():
+        angle = np.degrees(np.arctan(np.abs(tangent[missed]).min()))
         raise ConfigError(
             f"prescription {lens.name!r}: rays {angle:.1f} degrees off the axis miss a surface on"
             f" their way through the stop; expected a field within its {lens.half_field_deg:g}"
@@ -90,8 +90,8 @@ def _sensor_scale_mm(lens, wavelength_nm):
     """
     indices, front, optics = lens.indices(wavelength_nm), lens.surfaces[0].z_mm, lens.surfaces[:-1]
     pupil_z, _ = paraxial.entrance_pupil(optics, indices)
-    whole = paraxial.matrices(lens.surfaces, indices, sequential(len(lens.surfaces)), front)[-1]
-    return float(whole[0] @ [front - pupil_z, 1.0])
+    system = paraxial.matrices(lens.surfaces, indices, sequential(len(lens.surfaces)), front)[-1]
+    return float(system[0] @ [front - pupil_z, 1.0])
 
 
 @lru_cache(maxsize=64)
@@ -171,11 +171,11 @@ def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> f
     x, y = np.meshgrid(
         cells - height_mm * z / pupil_z, cells
     )  # from the place on the sensor, towards the exit pupil
-    away = np.stack([x, y, np.full(x.shape, z)])
-    distance = np.sqrt(np.sum(away**2, axis=0))
+    directions = np.stack([x, y, np.full(x.shape, z)])
+    distance = np.sqrt(np.sum(directions**2, axis=0))
     start = np.stack([np.full(x.shape, height_mm), 0.0 * x, 0.0 * x])
     inside = _inside(
-        follow(optics, indices, sequential(len(optics)), start, away / distance).margin
+        follow(optics, indices, sequential(len(optics)), start, directions / distance).margin
     )
     return float(np.sum(inside * (z / distance) ** 2 / distance**2)) * (2 * half / grid) ** 2
 

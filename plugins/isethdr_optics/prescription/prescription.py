@@ -59,10 +59,10 @@ class Prescription:
     def indices(self, wavelength_nm) -> list:
         """Return the refractive index of every medium; equal media are the same object."""
         try:
-            found = {m: glass.index(m, wavelength_nm) for m in set(self.media)}
+            index_of = {m: glass.index(m, wavelength_nm) for m in set(self.media)}
         except ValueError as err:
             raise ConfigError(f"prescription {self.name!r}: {err}") from None
-        return [found[m] for m in self.media]
+        return [index_of[m] for m in self.media]
 
     @property
     def stop(self) -> int:
@@ -312,10 +312,10 @@ def _check_stop(name, surfaces, media):
         )
 
 
-def _check_keys(where, data, known):
+def _check_keys(where, data, allowed):
     for key in data:
-        if key not in known:
-            raise ConfigError(f"{where}: key {key!r} is unknown{did_you_mean(key, known)}")
+        if key not in allowed:
+            raise ConfigError(f"{where}: key {key!r} is unknown{did_you_mean(key, allowed)}")
 
 
 def _check_f_number(f_number, name):

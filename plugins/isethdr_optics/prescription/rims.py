@@ -57,13 +57,13 @@ def rims(lens, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
         basis,
         [[h[within] / lens.surfaces[k].semi_diameter_mm for h in rays.hits_mm[k]] for k in rimmed],
     ):
-        here = height(*grid)
-        if here.max() > 1 + TOUCHED:
-            start = np.unravel_index(here.argmin(), here.shape)
-            if here[start] >= 1:
+        heights = height(*grid)
+        if heights.max() > 1 + TOUCHED:
+            start = np.unravel_index(heights.argmin(), heights.shape)
+            if heights[start] >= 1:
                 return (), 0.0
             *disc, off = _circle(*_crossings(height, *(g[start] for g in grid)))
-            cuts.append(here > 1)
+            cuts.append(heights > 1)
             discs.append(tuple(disc))
             worst = max(worst, off)
     if cuts and np.average(~np.any(cuts, axis=0), weights=radius) < LEAST:
@@ -75,12 +75,12 @@ def _needed(cuts) -> list[int]:
     """Return which of the masks (radius, azimuth) cut a place that none of the others does; one of
     those that are the same.
     """
-    kept = list(range(len(cuts)))
-    for n in sorted(kept, key=lambda n: cuts[n].sum()):
-        others = [cuts[m] for m in kept if m != n]
+    needed = list(range(len(cuts)))
+    for n in sorted(needed, key=lambda n: cuts[n].sum()):
+        others = [cuts[m] for m in needed if m != n]
         if others and not np.any(cuts[n] & ~np.any(others, axis=0)):
-            kept.remove(n)
-    return kept
+            needed.remove(n)
+    return needed
 
 
 def _heights(basis, hits) -> list:
@@ -98,7 +98,9 @@ def _heights(basis, hits) -> list:
     ]  # y is odd in y
 
     def one(k):
-        powers = [polynomial(dict(zip(terms, found[:, k]))) for terms, found in across]
+        powers = [
+            polynomial(dict(zip(terms, coefficients[:, k]))) for terms, coefficients in across
+        ]
         return lambda x, y: np.hypot(*(np.polynomial.polynomial.polyval2d(x, y, c) for c in powers))
 
     return [one(k) for k in range(len(hits))]
@@ -129,8 +131,8 @@ def _circle(x, y):
         len(x) < 3
     ):  # a sliver between two lines from the start: narrower than some degrees of the stop's border
         return 0.0, 1.0, 0.0
-    (twice, rest), *_ = np.linalg.lstsq(
+    (twice, constant), *_ = np.linalg.lstsq(
         np.stack([2 * x, np.ones_like(x)], axis=1), x**2 + y**2, rcond=None
     )
-    radius = float(np.sqrt(rest + twice**2))
+    radius = float(np.sqrt(constant + twice**2))
     return float(twice), radius, float(np.abs(np.hypot(x - twice, y) - radius).max())

@@ -54,10 +54,12 @@ def zernike_um(lens: Prescription, tangent: float, wavelength_nm: float) -> Wave
     lag_um = 1e3 * (paths_mm + indices[-1] * lag_mm)[within]
     terms = [j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if order(j)[1] >= 0]
     basis = zernike_basis(terms, *(s[within] for s in places))
-    found = fitted(basis, lag_um - lag_um.mean())
-    left = float(np.std(lag_um - basis @ found))
+    coefficients = fitted(basis, lag_um - lag_um.mean())
+    residual_um = float(np.std(lag_um - basis @ coefficients))
     return Wavefront(
-        {j: float(c) for j, c in zip(terms, found) if j and abs(c) > 1e-9}, left, scale
+        {j: float(c) for j, c in zip(terms, coefficients) if j and abs(c) > 1e-9},
+        residual_um,
+        scale,
     )
 
 
@@ -69,10 +71,12 @@ def _paths_mm(lens, indices, start, rays, image):
     total = indices[0] * np.sum(position * direction, axis=0)
     for k, surface in enumerate(lens.surfaces[:-1]):
         hit = rays.hits_mm[k]
-        here = np.stack([hit[0], hit[1], surface.z_mm + sag_mm(surface, hit[0] ** 2 + hit[1] ** 2)])
+        point = np.stack(
+            [hit[0], hit[1], surface.z_mm + sag_mm(surface, hit[0] ** 2 + hit[1] ** 2)]
+        )
         # a plane that stands in the hollow of the surface before it is reached backwards
         total = total + indices[k] * np.copysign(
-            np.sqrt(np.sum((here - position) ** 2, axis=0)), here[2] - position[2]
+            np.sqrt(np.sum((point - position) ** 2, axis=0)), point[2] - position[2]
         )
-        position = here
+        position = point
     return total + indices[-1] * np.sum((image[:, None, None] - position) * rays.direction, axis=0)

@@ -70,10 +70,10 @@ def _worst(lenses, wavelength_nm):
     centre and width, nm.
     """
     wave, width = np.asarray(wavelength_nm, float), band_widths_nm(wavelength_nm)
-    found = [
+    errors_of_lenses = [
         (sampled_pupil.phase_change(one, (), w - d / 2, w + d / 2), w, d)
         for one in lenses
         for w, d in zip(wave, width)
         if w > d / 2
     ]
-    return max(found, default=(0.0, 0.0, 0.0))
+    return max(errors_of_lenses, default=(0.0, 0.0, 0.0))

@@ -13,7 +13,7 @@ from isethdr_core.physics.diffraction import integrated_airy, integrated_psf
 
 from ..pupil import sampled_pupil
 
-_kept: dict[str, np.ndarray] | None = None
+_core_cache: dict[str, np.ndarray] | None = None
 
 
 @contextmanager
@@ -21,12 +21,12 @@ def kept_cores():
     """Keep the cores that are made inside: kernels that are made again there, with a smaller error,
     have the same.
     """
-    global _kept
-    before, _kept = _kept, {}
+    global _core_cache
+    before, _core_cache = _core_cache, {}
     try:
         yield
     finally:
-        _kept = before
+        _core_cache = before
 
 
 def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) -> np.ndarray:
@@ -36,9 +36,9 @@ def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) ->
     ----------
     plan : `kernels._Plan` of the band. `energy` : of its open pupil, mm2.
     """
-    kept = _kept if all(map(is_dataclass, (plan.lens, *plan.flares))) else None
-    if kept is None:
-        return _made(plan, waves, energy)
+    cache = _core_cache if all(map(is_dataclass, (plan.lens, *plan.flares))) else None
+    if cache is None:
+        return _computed(plan, waves, energy)
     key = repr(
         (
             replace(plan.lens, speckle_error=0.5),
@@ -50,12 +50,12 @@ def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) ->
             list(waves),
         )
     )
-    if key not in kept:
-        kept[key] = _made(plan, waves, energy)
-    return kept[key]
+    if key not in cache:
+        cache[key] = _computed(plan, waves, energy)
+    return cache[key]
 
 
-def _made(plan, waves, energy):
+def _computed(plan, waves, energy):
     axis, total, sides = plan.axis, 0.0, [2 * h + 1 for h in plan.half]
     if sampled_pupil.round_and_clean(plan.lens, plan.flares):
         return sum(

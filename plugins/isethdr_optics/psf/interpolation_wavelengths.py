@@ -47,8 +47,10 @@ class Knots:
         low, step = _cell(plan, middle, span)
         if not step:
             return [
-                [(one, 1.0)]
-                for one in wings.own(plan, reach, middle, 1 / (1 - span / 2 / middle), energy, fine)
+                [(pattern, 1.0)]
+                for pattern in wings.own(
+                    plan, reach, middle, 1 / (1 - span / 2 / middle), energy, fine
+                )
             ]
         share = (middle - low) / step
         ends = [
@@ -68,7 +70,9 @@ class Knots:
             self._made.move_to_end(key)
             while (
                 len(self._made) > 2
-                and sum(one.values.nbytes for _, pair in self._made.values() for one in pair)
+                and sum(
+                    pattern.values.nbytes for _, pair in self._made.values() for pattern in pair
+                )
                 > HELD_BYTES
             ):
                 self._made.popitem(last=False)

@@ -43,8 +43,8 @@ def by_octave(wrong, kernel) -> np.ndarray:
     """
     rows = slice(None, None, max(1, len(kernel) // ROWS))
     wrong, light = np.abs(wrong[rows]), kernel[rows]
-    octave, seen = octaves(kernel.shape)[rows], wrong > 0
-    return _ratio(*(np.bincount(octave[seen], a[seen], OCTAVES) for a in (wrong, light)))
+    octave, nonzero = octaves(kernel.shape)[rows], wrong > 0
+    return _ratio(*(np.bincount(octave[nonzero], a[nonzero], OCTAVES) for a in (wrong, light)))
 
 
 def deviation(wrong, kernel) -> np.ndarray:
@@ -56,9 +56,9 @@ def deviation(wrong, kernel) -> np.ndarray:
     most the sum of L_s^2 times that of C_st over t, as 2 L_s L_t <= L_s^2 + L_t^2.
     """
     octave, rows = octaves(kernel.shape), slice(None, None, max(1, len(kernel) // (2 * ROWS)))
-    seen = wrong[rows] != 0
+    nonzero = wrong[rows] != 0
     error, light = (
-        np.bincount(octave[rows][seen], a[rows][seen].astype(float) ** 2, OCTAVES)
+        np.bincount(octave[rows][nonzero], a[rows][nonzero].astype(float) ** 2, OCTAVES)
         for a in (wrong, kernel)
     )
     return np.sqrt(_ratio(error, light) * _alike(wrong, octave))
@@ -86,12 +86,17 @@ def _alike(wrong, octave):
             return a[: rows * m, : columns * m].reshape(rows, m, columns, m)
 
         first = blocks(octave)[:, 0, :, 0]
-        whole = (blocks(octave) == first[:, None, :, None]).all((1, 3)) & (blocks(level) != 0).all(
-            (1, 3)
-        )
+        uniform_blocks = (blocks(octave) == first[:, None, :, None]).all((1, 3)) & (
+            blocks(level) != 0
+        ).all((1, 3))
         of_sum, of_parts = blocks(level).sum((1, 3)) ** 2, (blocks(level) ** 2).sum((1, 3))
-        enough = np.bincount(first[whole], minlength=OCTAVES) >= LEAST_BLOCKS
-        alike = _ratio(*(np.bincount(first[whole], a[whole], OCTAVES) for a in (of_sum, of_parts)))
+        enough = np.bincount(first[uniform_blocks], minlength=OCTAVES) >= LEAST_BLOCKS
+        alike = _ratio(
+            *(
+                np.bincount(first[uniform_blocks], a[uniform_blocks], OCTAVES)
+                for a in (of_sum, of_parts)
+            )
+        )
         out = np.where(enough, np.maximum(out, alike), out)
     return out
 
@@ -128,10 +133,10 @@ class ColumnErrors:
             shape, cut = (rows, m, columns, m), (slice(rows * m), slice(columns * m))
             own, blocks = octave[cut].reshape(shape), level[cut].reshape(shape)
             place = own[:, 0, :, 0]
-            whole = (own == place[:, None, :, None]).all((1, 3)) & (place >= 0)
+            uniform_blocks = (own == place[:, None, :, None]).all((1, 3)) & (place >= 0)
             of_sum, of_parts = blocks.sum((1, 3)) ** 2, (blocks**2).sum((1, 3))
-            parts = np.ones(whole.shape), of_sum, of_parts
-            into += [np.bincount(place[whole], a[whole], OCTAVES) for a in parts]
+            parts = np.ones(uniform_blocks.shape), of_sum, of_parts
+            into += [np.bincount(place[uniform_blocks], a[uniform_blocks], OCTAVES) for a in parts]
 
     def relative(self) -> np.ndarray:
         """Return the sum of the magnitudes of the error over that of the light, per octave."""
@@ -147,6 +152,6 @@ class ColumnErrors:
         """
         alike = np.ones(OCTAVES)
         for count, of_sum, of_parts in self._blocks:
-            found = np.maximum(alike, _ratio(of_sum, of_parts))
-            alike = np.where(count >= LEAST_BLOCKS, found, alike)
+            largest = np.maximum(alike, _ratio(of_sum, of_parts))
+            alike = np.where(count >= LEAST_BLOCKS, largest, alike)
         return np.sqrt(_ratio(self._sums[3], self._sums[4]) * alike)

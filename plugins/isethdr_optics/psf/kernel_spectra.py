@@ -35,7 +35,7 @@ class Spectra:
     @property
     def held_bytes(self) -> int:
         """Memory of this process that the transforms take; mapped files take none."""
-        return _held(self.blocks)
+        return _held_bytes(self.blocks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ class Divided:
     @property
     def held_bytes(self) -> int:
         """Memory of this process that the transforms take; mapped files take none."""
-        return sum(_held(p.blocks) for p in (self.near, self.far) if p)
+        return sum(_held_bytes(p.blocks) for p in (self.near, self.far) if p)
 
 
 class KeptTransforms:
@@ -87,16 +87,16 @@ class KeptTransforms:
 
     def kernel(self, band: int) -> Kernel:
         """Return one band's kernel with its transform, for images of the full frame."""
-        found = self._kept.get(band)
-        if found is not None:
-            return found
-        made = prepare(self._bands[band], _shape(self._bands))
+        stored = self._kept.get(band)
+        if stored is not None:
+            return stored
+        prepared = prepare(self._bands[band], _shape(self._bands))
         with self._lock:
-            if band in self._asked and made.spectrum.nbytes <= self._left:
-                self._left -= made.spectrum.nbytes
-                self._kept[band] = made
+            if band in self._asked and prepared.spectrum.nbytes <= self._left:
+                self._left -= prepared.spectrum.nbytes
+                self._kept[band] = prepared
             self._asked.add(band)
-        return made
+        return prepared
 
 
 def spectra(bands, name: str | None) -> Spectra:
@@ -118,7 +118,7 @@ def spectra(bands, name: str | None) -> Spectra:
             *np.concatenate(profile(values)),
         ], kernel.spectrum
 
-    facts, blocks = _kept(f"{name}-spectra" if name else None, one, bands)
+    facts, blocks = _stored_spectra(f"{name}-spectra" if name else None, one, bands)
     kernels = [
         Kernel(v, shape, size, s, *f[:2].tolist(), bool(f[2]))
         for v, s, f in zip(bands, blocks, facts.T)
@@ -136,11 +136,15 @@ def divided(bands, name: str | None) -> Divided:
     """
     shape, full = _shape(bands), sizes(_shape(bands), bands[0].shape)
     cut = tuple(slice(max(0, n // 2 - NEAR), n // 2 + NEAR + 1) for n in bands[0].shape)
-    whole = np.prod(sizes(shape, bands[0][cut].shape)) > WORTH_DIVIDING * np.prod(full)
-    if whole:
+    single_part = np.prod(sizes(shape, bands[0][cut].shape)) > WORTH_DIVIDING * np.prod(full)
+    if single_part:
         cut = (slice(None), slice(None))
 
-    half = [c.stop - c.start >> 1 for c in cut] if not whole else [n // 2 for n in bands[0].shape]
+    half = (
+        [c.stop - c.start >> 1 for c in cut]
+        if not single_part
+        else [n // 2 for n in bands[0].shape]
+    )
 
     def near(values):
         inner = values.within(*half) if isinstance(values, Mirrored) else values[cut]
@@ -158,13 +162,13 @@ def divided(bands, name: str | None) -> Divided:
             np.complex64 if np.iscomplexobj(kernel.spectrum) else np.float32
         )
 
-    def part(label, one, extent):
-        facts, blocks = _kept(f"{name}-{label}" if name else None, one, bands)
+    def part(label, divided_part, extent):
+        facts, blocks = _stored_spectra(f"{name}-{label}" if name else None, divided_part, bands)
         return Part(blocks, *facts[:2], sizes(shape, extent)), facts[2:]
 
     first, sums = part("near", near, bands[0][cut].shape)
     return Divided(
-        first, None if whole else part("far", far, bands[0].shape)[0], _profiles(sums, bands)
+        first, None if single_part else part("far", far, bands[0].shape)[0], _profiles(sums, bands)
     )
 
 
@@ -173,34 +177,34 @@ def profile(values) -> tuple[np.ndarray, np.ndarray]:
     return values.sum(axis=1, dtype=float), values.sum(axis=0, dtype=float)
 
 
-def _kept(name, one, bands):
+def _stored_spectra(name, divided_part, bands):
     """Return facts (fact, band) and arrays (band, ...) of one(kernel) -> (facts, array): from disk,
     written there, or held.
     """
-    found = kernel_store.load(name) if name else None
+    stored = kernel_store.load(name) if name else None
     facts = []
 
     def arrays():
         facts.clear()
         for values in bands:
-            now, array = one(values)
+            now, array = divided_part(values)
             facts.append(now)
             yield array
 
     def known():
         return np.array(facts, float).T
 
-    if found is None and name:
+    if stored is None and name:
         parts = arrays()
         first = next(parts)
         kernel_store.save(
             name, (len(bands), *first.shape), first.dtype, chain([first], parts), known
         )
-        found = kernel_store.load(name)
-    if found is None:
-        made = np.stack(list(arrays()))
-        found = known(), made
-    return found
+        stored = kernel_store.load(name)
+    if stored is None:
+        arrays_now = np.stack(list(arrays()))
+        stored = known(), arrays_now
+    return stored
 
 
 def _profiles(sums, bands):
@@ -212,5 +216,5 @@ def _shape(bands):
     return tuple(n // 2 + 1 for n in bands[0].shape)
 
 
-def _held(blocks) -> int:
+def _held_bytes(blocks) -> int:
     return 0 if isinstance(blocks, np.memmap) else blocks.nbytes

@@ -114,9 +114,9 @@ def save(key: str, shape, dtype, bands, facts) -> None:
                 band = np.ascontiguousarray(band, dtype)
                 checks.append(_check(band))
                 file.write(band)
-            known = np.ascontiguousarray(facts(), float)
-            np.save(file, known)
-            np.save(file, np.array([_check(known), *checks], np.uint32))
+            facts_array = np.ascontiguousarray(facts(), float)
+            np.save(file, facts_array)
+            np.save(file, np.array([_check(facts_array), *checks], np.uint32))
         os.replace(temporary, folder / f"{key}.npy")
         _remove_oldest(folder)
     except OSError:

@@ -60,21 +60,21 @@ def one_pattern(lens, flares, frame: Frame) -> Counts:
     terms = sampled_pupil.terms(lens, flares)
     blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
     chords = sum(
-        _chords(lens, terms, blur / (made.period[0] * made.step_um), made.strips + 1)
-        for _, _, made in levels
+        _chords(lens, terms, blur / (patterns.period[0] * patterns.step_um), patterns.strips + 1)
+        for _, _, patterns in levels
     )
     turns = 0.0
     rows_um = frame.reach[0] * frame.pitch_um[0]
     step = read.columns.get("step", pattern_columns.STEP)
     width = scaled_pattern.columns_together(lens, frame) * frame.pitch_um[1] / (step * blur)
-    for first in scaled_pattern.columns_looked_at(lens, frame):
+    for first in scaled_pattern.checked_columns(lens, frame):
         far_um = first * frame.pitch_um[1]
         cell = blur / (pattern_columns.PERIOD * rows_um)
         many = _chords(lens, terms, cell, pattern_columns.STRIPS + far_um / rows_um)
         chords += many
         turns += many * (width + far_um / (step * blur) * frame.narrowest)
     cores = scaled_pattern.exact_sums(lens, frame, frame.core)
-    samples = float(sum(np.prod(made.period, dtype=float) for _, _, made in levels))
+    samples = float(sum(np.prod(patterns.period, dtype=float) for _, _, patterns in levels))
     return Counts(samples, *_rings(lens, frame, levels), chords, turns, cores)
 
 
@@ -86,10 +86,10 @@ def with_phase(lens, flares, frame: Frame) -> Counts:
     terms = sampled_pupil.terms(lens, flares)
     blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
     chords = sum(
-        _chords(lens, terms, blur / (made.period[0] * made.step_um), made.strips + 1)
-        for _, _, made in levels
+        _chords(lens, terms, blur / (patterns.period[0] * patterns.step_um), patterns.strips + 1)
+        for _, _, patterns in levels
     )
-    samples = 4.0 * count * sum(np.prod(made.period, dtype=float) for _, _, made in levels)
+    samples = 4.0 * count * sum(np.prod(patterns.period, dtype=float) for _, _, patterns in levels)
     # direct sums: one complex lattice for each of three groups of columns
     sides_um = [r * p for r, p in zip(frame.reach, frame.pitch_um)]
     step = phase_patterns.CHECKED_STEP
@@ -109,12 +109,14 @@ def _rings(lens, frame, levels) -> tuple[float, float, float]:
     edges = frame.edges_nm
     borders, bands = len(np.unique(edges)), len(edges)
     inner, total = min(frame.core), np.zeros(3)
-    for level, outer, made in levels:
+    for level, outer, patterns in levels:
         if max(outer) <= inner:
             continue
         rays = scaled_pattern.rays_per_tile(lens, frame, level)
         for axis, pitch in ((1, frame.pitch_um[::-1]), (0, frame.pitch_um)):
-            sector = ray_sums.Sector(_no_lines, 0, made.step_um, pitch, float(edges.min()), edges)
+            sector = ray_sums.Sector(
+                _no_lines, 0, patterns.step_um, pitch, float(edges.min()), edges
+            )
             for low, high in ray_sums.rings(inner, outer[axis]):
                 ring = ray_sums.Ring(low, high, outer[1 - axis], 1 - axis)
                 places = scaled_pattern.places(frame, low, level)

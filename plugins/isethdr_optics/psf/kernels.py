@@ -102,10 +102,10 @@ class Kernels:
     @cached_property
     def profiles(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Sums over x and over y of every band's kernel."""
-        made = self.__dict__.get("spectra") or self.__dict__.get(
+        source = self.__dict__.get("spectra") or self.__dict__.get(
             "divided"
         )  # not made for their sake
-        return made.profiles if made else [kernel_spectra.profile(b) for b in self.bands]
+        return source.profiles if source else [kernel_spectra.profile(b) for b in self.bands]
 
     @cached_property
     def sampled(self) -> tuple[np.ndarray, list[int], list[int]]:
@@ -162,9 +162,9 @@ class Kernels:
         """Memory of this process that the kernels and their transforms take; mapped files take
         none.
         """
-        made = [self.__dict__.get(n) for n in ("spectra", "divided", "transforms")]
+        holders = [self.__dict__.get(n) for n in ("spectra", "divided", "transforms")]
         return sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap)) + sum(
-            m.held_bytes for m in made if m
+            m.held_bytes for m in holders if m
         )
 
 
@@ -190,37 +190,37 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
             _cache.move_to_end(key)
             return _cache[key]
     name = _name(lens, flares, wavelength_nm, pitch_um, reach, make)
-    made = _stored(name)
-    if made is None:
+    stored = _stored(name)
+    if stored is None:
         memory.check_kernels(
             held_bytes(lens, flares, wavelength_nm, pitch_um, reach), len(wavelength_nm), reach
         )
         band_phase.check(lens, flares, wavelength_nm)
         start = perf_counter()
-        made = (
+        stored = (
             make(lens, flares, wavelength_nm, pitch_um, reach)
             if make
-            else _made(lens, flares, wavelength_nm, pitch_um, reach, name)
+            else _computed(lens, flares, wavelength_nm, pitch_um, reach, name)
         )
         if name and (make or perf_counter() - start > WORTH_KEEPING_S):
             facts = [
-                made.outside,
-                made.transmitted,
-                np.full(len(made.bands), made.wrap),
-                made.core,
-                *made.speckle.T,
-                *made.deviation.T,
+                stored.outside,
+                stored.transmitted,
+                np.full(len(stored.bands), stored.wrap),
+                stored.core,
+                *stored.speckle.T,
+                *stored.deviation.T,
             ]
             kernel_store.save(
                 name,
-                (len(made.bands), *made.bands[0].shape),
+                (len(stored.bands), *stored.bands[0].shape),
                 "<f4",
-                made.bands,
+                stored.bands,
                 lambda: np.stack(facts),
             )
             kernel_store.remove_parts(name)
-            made = _stored(name) or made  # mapped, no longer this process's own
-    return _held(key, replace(made, key=key))
+            stored = _stored(name) or stored  # mapped, no longer this process's own
+    return _in_cache(key, replace(stored, key=key))
 
 
 def at_hand(lens, flares, wavelength_nm, pitch_um, reach, shorter: float = 0.0) -> bool:
@@ -232,14 +232,17 @@ def at_hand(lens, flares, wavelength_nm, pitch_um, reach, shorter: float = 0.0) 
         for a sensor is known with the light. The others as `kernels`.
     """
     wavelength_nm = np.asarray(wavelength_nm, float)
-    same = _key(lens, flares, wavelength_nm, pitch_um, reach)[:WITHOUT_REACH]
+    key_without_reach = _key(lens, flares, wavelength_nm, pitch_um, reach)[:WITHOUT_REACH]
     with _lock:
-        held = [key[WITHOUT_REACH] for key in _cache if key[:WITHOUT_REACH] == same]
+        cached_reaches = [
+            key[WITHOUT_REACH] for key in _cache if key[:WITHOUT_REACH] == key_without_reach
+        ]
     name = _name(lens, flares, wavelength_nm, pitch_um, reach)
     if name is not None:
-        held += kernel_store.reaches(name)
+        cached_reaches += kernel_store.reaches(name)
     return any(
-        one == tuple(reach) or all(n <= shorter * r for n, r in zip(one, reach)) for one in held
+        cached == tuple(reach) or all(n <= shorter * r for n, r in zip(cached, reach))
+        for cached in cached_reaches
     )
 
 
@@ -309,97 +312,97 @@ def _name(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> str | None
     return kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__)
 
 
-def _held(key, made: Kernels) -> Kernels:
+def _in_cache(key, computed: Kernels) -> Kernels:
     """Keep kernels in this process under a key, and return them."""
     with _lock:
-        _cache[key] = made
+        _cache[key] = computed
         while len(_cache) > 1 and sum(k.held_bytes for k in _cache.values()) > CACHE_BYTES:
             _cache.popitem(last=False)
-    return made
+    return computed
 
 
-def wider_cores(made: Kernels) -> list[scaled_pattern.CoreSize]:
+def wider_cores(computed: Kernels) -> list[scaled_pattern.CoreSize]:
     """Return the sizes that an exact core of kernels can have beyond its own."""
-    if made.scaled is None or made.wide is not None:
+    if computed.scaled is None or computed.wide is not None:
         return []
-    return scaled_pattern.wider_cores(made.keep[0], made.scaled)
+    return scaled_pattern.wider_cores(computed.keep[0], computed.scaled)
 
 
-def fine_rings_fit(made: Kernels) -> bool:
+def fine_rings_fit(computed: Kernels) -> bool:
     """Return whether the machine's memory holds kernels together with kernels with fine rings."""
-    if made.scaled is None:
+    if computed.scaled is None:
         return False
-    lens = made.keep[0]
-    read = scaled_pattern.fine_rings(lens, made.scaled)
-    fine = scaled_pattern.memory_bytes(lens, made.scaled, read)
-    return made.held_bytes + fine <= machine_bytes()
+    lens = computed.keep[0]
+    read = scaled_pattern.fine_rings(lens, computed.scaled)
+    fine = scaled_pattern.memory_bytes(lens, computed.scaled, read)
+    return computed.held_bytes + fine <= machine_bytes()
 
 
-def with_core(made: Kernels, tiles: int, fine_rings: bool = False) -> Kernels:
+def with_core(computed: Kernels, tiles: int, fine_rings: bool = False) -> Kernels:
     """Return kernels from one pattern with an exact core of `tiles`, one of `wider_cores`. They are
     kept in the process.
 
     Parameters
     ----------
-    made : the kernels.
+    computed : the kernels.
     tiles : size of the core.
     fine_rings : compute the rings beyond the core again, as `scaled_pattern.FINE`.
     """
-    key = (*made.key, tiles, fine_rings)
+    key = (*computed.key, tiles, fine_rings)
     with _lock:
         if key in _cache:
             _cache.move_to_end(key)
             return _cache[key]
-    lens, flares = made.keep
+    lens, flares = computed.keep
     with executor(min(cpus(), MOST_THREADS)) as pool:
-        core = scaled_pattern.wider_core(lens, flares, made.scaled, tiles, pool.map)
+        core = scaled_pattern.wider_core(lens, flares, computed.scaled, tiles, pool.map)
         if fine_rings:
-            rings = _fine_rings(made, core, pool.map)
+            rings = _fine_rings(computed, core, pool.map)
         else:
-            rings = _inserted(made, core)
+            rings = _inserted(computed, core)
     inside = 2.0 ** (np.arange(len(core.relative)) + 1) <= tiles  # whole octaves
     changed = {
         "outside": np.array([1 - float(b.sum(dtype=float)) for b in rings["bands"]]),
         "speckle": np.where(inside, core.relative, rings.pop("speckle")),
         "wide": Wide(tiles, core.deviation),
     }
-    return _held(key, replace(made, **rings, **changed, key=key))
+    return _in_cache(key, replace(computed, **rings, **changed, key=key))
 
 
-def _inserted(made: Kernels, core: scaled_pattern.Core) -> dict:
+def _inserted(computed: Kernels, core: scaled_pattern.Core) -> dict:
     """Return the fields of kernels with another core."""
-    lens, flares = made.keep
-    _scatter(core.halves, lens, flares, made.scaled)
+    lens, flares = computed.keep
+    _scatter(core.halves, lens, flares, computed.scaled)
     bands, (rows, columns) = [], core.reach
-    for band, inner in zip(made.bands, core.halves):
+    for band, inner in zip(computed.bands, core.halves):
         half, middle = band.half.copy(), band.half.shape[1] // 2
         half[: rows + 1, middle - columns : middle + columns + 1] = inner
         bands.append(Mirrored(half))
-    return {"bands": bands, "speckle": made.speckle}
+    return {"bands": bands, "speckle": computed.speckle}
 
 
-def _fine_rings(made: Kernels, core: scaled_pattern.Core, apply) -> dict:
+def _fine_rings(computed: Kernels, core: scaled_pattern.Core, apply) -> dict:
     """Return the fields of kernels with fine rings around a wider core."""
-    lens, flares = made.keep
-    read = scaled_pattern.fine_rings(lens, made.scaled)
-    frame = replace(made.scaled, core=core.reach)
-    halves = scaled_pattern.halves(lens, flares, frame, core.halves, read, apply)
-    errors = scaled_pattern.errors(lens, flares, frame, halves, read, apply)
-    _scatter(halves, lens, flares, frame)
-    count = len(halves)
+    lens, flares = computed.keep
+    read = scaled_pattern.fine_rings(lens, computed.scaled)
+    frame = replace(computed.scaled, core=core.reach)
+    finer_halves = scaled_pattern.halves(lens, flares, frame, core.halves, read, apply)
+    errors = scaled_pattern.errors(lens, flares, frame, finer_halves, read, apply)
+    _scatter(finer_halves, lens, flares, frame)
+    count = len(finer_halves)
     return {
-        "bands": [Mirrored(half) for half in halves],
+        "bands": [Mirrored(half) for half in finer_halves],
         "speckle": np.tile(errors.relative, (count, 1)),
         "deviation": np.tile(errors.deviation, (count, 1)),
-        "wrap": max(errors.mean, scaled_pattern.wrap(lens, made.scaled, read)),
+        "wrap": max(errors.mean, scaled_pattern.wrap(lens, computed.scaled, read)),
     }
 
 
 def _stored(name):
-    found = kernel_store.load(name) if name else None
-    if found is None:
+    arrays = kernel_store.load(name) if name else None
+    if arrays is None:
         return None
-    (outside, transmitted, wrap, core, *errors), bands = found
+    (outside, transmitted, wrap, core, *errors), bands = arrays
     speckle, deviation = np.split(np.stack(errors, axis=1), 2, axis=1)
     return Kernels(
         list(bands), outside, speckle, transmitted, float(wrap[0]), deviation, core, name=name
@@ -410,16 +413,16 @@ def _mirrored(kernel) -> bool:
     return isinstance(kernel, Mirrored) or np.array_equal(kernel, kernel[::-1, ::-1])
 
 
-def joined(first, some: Kernels, others: Kernels) -> Kernels:
-    """Return kernels of all bands: `some` where the mask `first` is true, `others` elsewhere."""
+def joined(first, some: Kernels, computed: Kernels) -> Kernels:
+    """Return kernels of all bands: `some` where the mask `first` is true, `computed` elsewhere."""
     order = np.argsort(np.concatenate([np.flatnonzero(first), np.flatnonzero(~first)]))
     arrays = {
-        n: np.concatenate([getattr(some, n), getattr(others, n)])[order]
+        n: np.concatenate([getattr(some, n), getattr(computed, n)])[order]
         for n in ("outside", "speckle", "transmitted", "deviation", "core")
     }
-    bands = [*some.bands, *others.bands]
+    bands = [*some.bands, *computed.bands]
     return Kernels(
-        [bands[k] for k in order], **arrays, wrap=max(some.wrap, others.wrap), keep=some.keep
+        [bands[k] for k in order], **arrays, wrap=max(some.wrap, computed.wrap), keep=some.keep
     )
 
 
@@ -494,7 +497,7 @@ def _interpolated(lens, flares, frame) -> Kernels:
 
     with executor(min(cpus(), MOST_THREADS)) as pool:
         phase_patterns.wings(lens, flares, frame, read, bands, pool.map)
-        found = phase_patterns.errors(lens, flares, frame, bands, read, pool.map)
+        errors_of_bands = phase_patterns.errors(lens, flares, frame, bands, read, pool.map)
         for kernel, inner in zip(bands, pool.map(exact, range(count))):
             kernel[core] = inner
     for kernel, wave in zip(bands, middles):
@@ -504,10 +507,10 @@ def _interpolated(lens, flares, frame) -> Kernels:
     return Kernels(
         list(bands),
         np.array([1 - float(b.sum(dtype=float)) for b in bands]),
-        np.tile(found.relative, (count, 1)),
+        np.tile(errors_of_bands.relative, (count, 1)),
         np.full(count, energy / sampled_pupil.stop_mm2(lens)),
-        max(found.mean, scaled_pattern.WRAP),
-        np.tile(found.deviation, (count, 1)),
+        max(errors_of_bands.mean, scaled_pattern.WRAP),
+        np.tile(errors_of_bands.deviation, (count, 1)),
         np.full(count, float(min(frame.core))),
         (lens, flares),
     )
@@ -519,12 +522,12 @@ def _scatter(halves, lens, flares, frame) -> None:
     if not scatter.active(flares, waves):
         return
     for half, wave in zip(halves, waves):
-        whole = np.asarray(Mirrored(half))
-        mixed = scatter.mix(whole, flares, wave, frame.pitch_um, lens.focal_length_mm)
-        half[...] = mixed[len(whole) // 2 :]
+        full = np.asarray(Mirrored(half))
+        mixed = scatter.mix(full, flares, wave, frame.pitch_um, lens.focal_length_mm)
+        half[...] = mixed[len(full) // 2 :]
 
 
-def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None) -> Kernels:
+def _computed(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None) -> Kernels:
     width_nm = band_widths_nm(wavelength_nm) if width_nm is None else width_nm
     frame = _frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm)
     if frame is not None:
@@ -535,7 +538,7 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
     lattices = _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach)
     mirrored, shared = not sampled_pupil.has_phase(lens, flares), interpolation_wavelengths.Knots()
 
-    def one(
+    def one_band(
         centre, width
     ):  # knots are the same whatever the bands: one does not depend on which others there are
         split, fine, wide = fine_tiles(lens, centre - width / 2, pitch_um, reach)
@@ -558,15 +561,15 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
             )
         return kernel, *errors, energy / sampled_pupil.stop_mm2(lens)
 
-    def kept(
+    def stored_band(
         centre, width
     ):  # band by band, so that what was done before a run was stopped is not done again
         part = f"{name}{kernel_store.PART}{centre:.9g}"
-        if name and (found := kernel_store.load(part)):
-            (core, transmitted, *errors), [kernel] = found
+        if name and (stored := kernel_store.load(part)):
+            (core, transmitted, *errors), [kernel] = stored
             return np.array(kernel), *np.split(np.ravel(errors), 2), core[0], transmitted[0]
         start = perf_counter()
-        kernel, speckle, deviation, core, transmitted = made = one(centre, width)
+        kernel, speckle, deviation, core, transmitted = band = one_band(centre, width)
         if name and perf_counter() - start > WORTH_KEEPING_S:
             kernel_store.save(
                 part,
@@ -575,12 +578,12 @@ def _made(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None
                 [kernel],
                 lambda: np.array([core, transmitted, *speckle, *deviation])[:, None],
             )
-        return made
+        return band
 
     with executor(min(cpus(), len(wavelength_nm), MOST_THREADS)) as pool:
         bands, speckle, deviation, core, transmitted = zip(
             *track(
-                pool.map(kept, wavelength_nm, width_nm),
+                pool.map(stored_band, wavelength_nm, width_nm),
                 "bands of the point spread",
                 len(wavelength_nm),
             )
@@ -606,8 +609,8 @@ def _split(lens, shortest_nm, pitch_um, reach):
     """
     if shortest_nm <= 0:
         return 1
-    wanted = np.ceil(max(pitch_um) / (8 * sampled_pupil.blur_um(lens, shortest_nm)))
-    return int(max(1, min(wanted, np.sqrt(MOST_TILES / np.prod([2 * r + 1 for r in reach])))))
+    parts = np.ceil(max(pitch_um) / (8 * sampled_pupil.blur_um(lens, shortest_nm)))
+    return int(max(1, min(parts, np.sqrt(MOST_TILES / np.prod([2 * r + 1 for r in reach])))))
 
 
 def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
@@ -670,19 +673,19 @@ def held_bytes(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     """Return the bytes of kernels up to `reach` (y, x) tiles, and of lattices. Those of traced
     lenses are not counted.
     """
-    held = float(FLOAT32_BYTES * len(wavelength_nm) * np.prod([2.0 * r + 1 for r in reach]))
+    total = float(FLOAT32_BYTES * len(wavelength_nm) * np.prod([2.0 * r + 1 for r in reach]))
     shortest = float(np.min(wavelength_nm - band_widths_nm(wavelength_nm) / 2))
     if not lens.blurs or lens.field_varies or lens.traced is not None or shortest <= 0:
-        return held
+        return total
     if without_lattices(lens, shortest, pitch_um, reach):
-        return held
+        return total
     frame = _frame(lens, flares, wavelength_nm, pitch_um, reach)
     if frame is not None:
         return scaled_pattern.memory_bytes(lens, frame)
     frame = _phase_frame(lens, flares, wavelength_nm, pitch_um, reach)
     if frame is not None:
         return phase_patterns.memory_bytes(lens, flares, frame)
-    return held + wings.lattice_bytes(lens, shortest, fine_tiles(lens, shortest, pitch_um, reach))
+    return total + wings.lattice_bytes(lens, shortest, fine_tiles(lens, shortest, pitch_um, reach))
 
 
 def _described(flare) -> bool:

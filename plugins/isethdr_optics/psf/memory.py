@@ -37,5 +37,5 @@ def check_kernels(held_bytes: float, bands: int, reach) -> None:
     """Refuse kernels, with their lattices, that the memory does not hold or that would take
     hours.
     """
-    what = f"kernels of {bands} bands over {reach[0] + 1} x {reach[1] + 1} tiles"
-    check_fits([Need(what, held_bytes, "render fewer bands or a smaller field")])
+    subject = f"kernels of {bands} bands over {reach[0] + 1} x {reach[1] + 1} tiles"
+    check_fits([Need(subject, held_bytes, "render fewer bands or a smaller field")])

@@ -67,11 +67,11 @@ def memory_bytes(lens, flares, frame: Frame) -> float:
     """Return the bytes of the kernels of a frame, and of the patterns of the largest lattice while
     the last is made.
     """
-    held = 4.0 * len(frame.edges_nm) * np.prod([2.0 * r + 1 for r in frame.reach])
+    kernel_bytes = 4.0 * len(frame.edges_nm) * np.prod([2.0 * r + 1 for r in frame.reach])
     *_, (_, _, lattice) = lattices(lens, frame, scaled.usual_rings(lens, frame))
-    pattern = 4.0 * np.prod([2.0 * n + 1 for n in lattice.far])
+    pattern = 4.0 * np.prod([2.0 * n + 1 for n in lattice.samples_to_border])
     count = len(wavenumbers(lens, flares, frame))
-    return float(held + count * pattern + 4.0 * np.prod(lattice.period, dtype=float))
+    return float(kernel_bytes + count * pattern + 4.0 * np.prod(lattice.period, dtype=float))
 
 
 def wavenumbers(lens, flares, frame: Frame) -> np.ndarray:
@@ -112,7 +112,7 @@ def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Calla
         if max(outer) <= inner:
             continue
         drawn = whole.drawn_pupil(pupil, wave, lattice)
-        made = [whole.whole_pattern(drawn, _turns(lens, 1 / k), apply) for k in numbers]
+        patterns = [whole.whole_pattern(drawn, _turns(lens, 1 / k), apply) for k in numbers]
         del drawn
         rays = scaled.rays_per_tile(lens, frame, level)
         views = out, out[:, ::-1, ::-1]  # the right half plane; the left one turned by 180 degrees
@@ -122,15 +122,15 @@ def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Calla
                 sectors = [
                     tuple(
                         ray_sums.sectors(
-                            one[side],
+                            pattern[side],
                             frame.pitch_um,
                             edges,
                             read.sharpened,
-                            one[1 - side].density,
+                            pattern[1 - side].density,
                             part,
                         )
                     )[1 - axis]
-                    for one, part in zip(made, share)
+                    for pattern, part in zip(patterns, share)
                 ]
                 for low, high in ray_sums.rings(inner, outer[axis]):
                     ring = ray_sums.Ring(low, high, outer[1 - axis], 1 - axis)
@@ -140,25 +140,29 @@ def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Calla
 
 
 def errors(
-    lens, flares, frame: Frame, made: np.ndarray, read: Rings, apply: Callable = map
+    lens, flares, frame: Frame, half_kernels: np.ndarray, read: Rings, apply: Callable = map
 ) -> Errors:
     """Return what direct sums over the pupil say of kernels, as `scaled_pattern.errors`; beside the
     core on one side of the axis, far from it on the other.
     """
     reach, order = frame.reach[1], np.argsort(frame.edges_nm[:, 0])
     last = max(2, reach + 1 - scaled.columns_together(lens, frame))
-    near = min(frame.core[1] + 1, last)
-    far = min(max(near, int(0.75 * reach)), last)
+    near_column = min(frame.core[1] + 1, last)
+    far_column = min(max(near_column, int(0.75 * reach)), last)
     short, long = order[0], order[-1]
     relative, deviation, means = [], [], []
-    for first, band, turned in ((near, short, False), (near, long, True), (far, short, True)):
-        kernel = made[band][::-1, ::-1] if turned else made[band]
+    for first, band, turned in (
+        (near_column, short, False),
+        (near_column, long, True),
+        (far_column, short, True),
+    ):
+        kernel = half_kernels[band][::-1, ::-1] if turned else half_kernels[band]
         wrong, light = _wrong(lens, flares, frame, kernel, (first, band, turned), apply)
-        found = kernel_sampling_error.ColumnErrors()
-        found.add(wrong, light, first, frame.core)
-        relative.append(found.relative())
-        deviation.append(found.deviation())
-        means.append(float(np.abs(found.mean()).max()))
+        column_errors = kernel_sampling_error.ColumnErrors()
+        column_errors.add(wrong, light, first, frame.core)
+        relative.append(column_errors.relative())
+        deviation.append(column_errors.deviation())
+        means.append(float(np.abs(column_errors.mean()).max()))
     return scaled.of_whole_kernels(np.max(relative, axis=0), np.max(deviation, axis=0), max(means))
 
 

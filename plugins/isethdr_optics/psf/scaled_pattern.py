@@ -160,9 +160,13 @@ def lattices_fit(lens, frame: Frame) -> bool:
     """
     if min(frame.core) < LEAST_CORE or _width(lens, frame) > WIDEST_TILE:
         return False
-    made = _lattices(lens, frame, usual_rings(lens, frame))[-1]
-    across = made.step_um * max(made.period) / sampled_pupil.blur_um(lens, frame.shortest_nm)
-    coarse = made.step_um > min(frame.pitch_um) / FEWEST
+    last_lattice = _lattices(lens, frame, usual_rings(lens, frame))[-1]
+    across = (
+        last_lattice.step_um
+        * max(last_lattice.period)
+        / sampled_pupil.blur_um(lens, frame.shortest_nm)
+    )
+    coarse = last_lattice.step_um > min(frame.pitch_um) / FEWEST
     return frame.narrowest >= NARROWEST and across <= MOST_ACROSS and not coarse
 
 
@@ -170,8 +174,10 @@ def memory_bytes(lens, frame: Frame, read: Rings | None = None) -> float:
     """Return the bytes of the kernels of a frame, and of the largest lattice while it is made."""
     rows, columns = frame.reach
     read = read or usual_rings(lens, frame)
-    held = 4.0 * len(frame.edges_nm) * (rows + 1) * (2.0 * columns + 1)
-    return held + max(made.bytes for made in _lattices(lens, frame, read))
+    kernel_bytes = 4.0 * len(frame.edges_nm) * (rows + 1) * (2.0 * columns + 1)
+    return kernel_bytes + max(
+        lattice_of_level.bytes for lattice_of_level in _lattices(lens, frame, read)
+    )
 
 
 def wide_tiles(lens, frame: Frame) -> bool:
@@ -212,11 +218,11 @@ def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.n
     core = exact_halves(lens, flares, frame, frame.core, apply)
     before, read = np.inf, usual_rings(lens, frame)
     while True:
-        made = halves(lens, flares, frame, core, read.finer(fine), apply)
-        found = errors(lens, flares, frame, made, read, apply)
-        worst = found.relative.max()
+        half_kernels = halves(lens, flares, frame, core, read.finer(fine), apply)
+        errors_of_bands = errors(lens, flares, frame, half_kernels, read, apply)
+        worst = errors_of_bands.relative.max()
         if worst <= lens.speckle_error or fine >= FINEST or worst > WORTH * before:
-            return made, found
+            return half_kernels, errors_of_bands
         before = worst
         fine = min(FINEST, fine * max(1.5, 1.2 * worst / lens.speckle_error))
 
@@ -302,13 +308,13 @@ def wrap(lens, frame: Frame, read: Rings) -> float:
     (`lattice.spline_response`), in amplitude.
     """
     level, outer = list(reaches(frame, read))[-1]
-    made = lattice(lens, frame, level, outer, read)
-    period = min(p / f for p, f in zip(made.period, made.far))
-    held, usual = (
+    lattice_of_level = lattice(lens, frame, level, outer, read)
+    period = min(p / f for p, f in zip(lattice_of_level.period, lattice_of_level.samples_to_border))
+    needed, usual = (
         float(spline_response(1 - 1 / p) / spline_response(1 / p))
         for p in (period, patterns.PERIOD)
     )
-    return WRAP * min(1.0, held / usual)
+    return WRAP * min(1.0, needed / usual)
 
 
 def rays_per_tile(lens, frame: Frame, level: Level) -> float:
@@ -319,8 +325,8 @@ def rays_per_tile(lens, frame: Frame, level: Level) -> float:
 
 def places(frame: Frame, low: int, level: Level) -> int:
     """Return the places that stand for the triangle of two tiles in a ring from `low` tiles on."""
-    wanted = np.ceil(level.places / (low * frame.narrowest) - 0.05)
-    return int(np.clip(wanted, 1, MOST_PLACES))
+    count = np.ceil(level.places / (low * frame.narrowest) - 0.05)
+    return int(np.clip(count, 1, MOST_PLACES))
 
 
 def _columns(out, frame):
@@ -333,10 +339,10 @@ def _columns(out, frame):
         _, count, size = block.values.shape
         half = size // 2
         right = slice(middle + block.first, middle + block.first + count)
-        left = slice(middle - block.first - count + 1, middle - block.first + 1)
+        mirrored = slice(middle - block.first - count + 1, middle - block.first + 1)
         for band, values in zip(out, block.values):
             band[: half + 1, right] = values[:, half:].T
-            band[: half + 1, left] = values[::-1, half::-1].T
+            band[: half + 1, mirrored] = values[::-1, half::-1].T
 
     return write
 
@@ -434,7 +440,7 @@ class Errors(NamedTuple):
 
 
 def errors(
-    lens, flares, frame: Frame, made: np.ndarray, read: Rings = USUAL, apply: Callable = map
+    lens, flares, frame: Frame, half_kernels: np.ndarray, read: Rings = USUAL, apply: Callable = map
 ) -> Errors:
     """Return what direct sums over the pupil say of kernels, in four groups of eight columns of
     tiles.
@@ -445,42 +451,49 @@ def errors(
     if frame.core == frame.reach:
         return Errors(*np.zeros((2, kernel_sampling_error.OCTAVES)), 0.0)
     order = np.argsort(frame.edges_nm[:, 0])
-    near, middle, far = _looked_at(lens, frame)
+    near_column, middle_column, far_column = _checked_columns(lens, frame)
     short, long = order[0], order[-1]
-    asked = {(near, short), (near, long), (middle, long), (far, short)}
+    places_checked = {
+        (near_column, short),
+        (near_column, long),
+        (middle_column, long),
+        (far_column, short),
+    }
 
     def one(place):
         first, band = place
-        wrong, light = _wrong(lens, flares, frame, made[band], first, band, **read.columns)
-        found = kernel_sampling_error.ColumnErrors()
-        found.add(wrong, light, first, frame.core)
-        return found.relative(), found.deviation(), np.abs(found.mean())
+        wrong, light = _wrong(lens, flares, frame, half_kernels[band], first, band, **read.columns)
+        column_errors = kernel_sampling_error.ColumnErrors()
+        column_errors.add(wrong, light, first, frame.core)
+        return column_errors.relative(), column_errors.deviation(), np.abs(column_errors.mean())
 
-    relative, deviation, mean = (np.max(part, axis=0) for part in zip(*apply(one, sorted(asked))))
+    relative, deviation, mean = (
+        np.max(part, axis=0) for part in zip(*apply(one, sorted(places_checked)))
+    )
     return of_whole_kernels(relative, deviation, float(mean.max()))
 
 
-def _looked_at(lens, frame) -> tuple[int, int, int]:
+def _checked_columns(lens, frame) -> tuple[int, int, int]:
     """Return the first tiles of columns near the core, in the middle, and far out."""
     reach = frame.reach[1]
     last = max(2, reach + 1 - columns_together(lens, frame))
-    near = min(frame.core[1] + 1, last)
-    far = min(max(near, int(0.75 * reach)), last)
-    return near, int(np.sqrt(near * far)), far
+    near_column = min(frame.core[1] + 1, last)
+    far_column = min(max(near_column, int(0.75 * reach)), last)
+    return near_column, int(np.sqrt(near_column * far_column)), far_column
 
 
-def columns_looked_at(lens, frame: Frame) -> list[int]:
+def checked_columns(lens, frame: Frame) -> list[int]:
     """Return the first tile of every group of columns that `errors` compares with direct sums."""
-    near, middle, far = _looked_at(lens, frame)
-    return [near, near, middle, far]
+    near_column, middle_column, far_column = _checked_columns(lens, frame)
+    return [near_column, near_column, middle_column, far_column]
 
 
 def of_whole_kernels(relative, deviation, mean: float) -> Errors:
     """Return the errors of kernels from the largest, per octave, of a few columns of tiles."""
     # of a small frame, corners lie in an octave that no column crosses: as wrong as the one before
     outermost = int(np.flatnonzero(relative).max(initial=0))
-    for found in (relative, deviation):
-        found[outermost + 1 :] = found[outermost]
+    for values in (relative, deviation):
+        values[outermost + 1 :] = values[outermost]
     return Errors(relative, ELSEWHERE * deviation, mean)
 
 
@@ -499,24 +512,26 @@ def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) ->
     Direct sums are made finer than for `errors`, because the core errs by less than those do.
     """
     reach = wider_reach(frame, tiles)
-    made = exact_halves(lens, flares, frame, reach, apply, wide=True)
+    exact = exact_halves(lens, flares, frame, reach, apply, wide=True)
     order = np.argsort(frame.edges_nm[:, 0])
     last, wide = max(2, reach[1] + 1 - columns_together(lens, frame)), wide_tiles(lens, frame)
     inside = replace(frame, reach=reach, core=(NEAREST, NEAREST))
-    asked = {(min(f, last), b) for f in (NEAREST, last) for b in (order[0], order[-1])}
+    places_checked = {(min(f, last), b) for f in (NEAREST, last) for b in (order[0], order[-1])}
 
     def one(place):
         first, band = place
         fine = NEAREST_COLUMNS if first == NEAREST else FINE_COLUMNS
         if wide:
             fine = WIDE_FINE_COLUMNS
-        wrong, light = _wrong(lens, flares, inside, made[band], first, band, **fine)
-        found = kernel_sampling_error.ColumnErrors()
-        found.add(wrong, light, first, inside.core)
-        return found.relative(), found.deviation()
+        wrong, light = _wrong(lens, flares, inside, exact[band], first, band, **fine)
+        column_errors = kernel_sampling_error.ColumnErrors()
+        column_errors.add(wrong, light, first, inside.core)
+        return column_errors.relative(), column_errors.deviation()
 
-    relative, deviation = (np.max(part, axis=0) for part in zip(*apply(one, sorted(asked))))
-    return Core(reach, made, relative, ELSEWHERE * deviation)
+    relative, deviation = (
+        np.max(part, axis=0) for part in zip(*apply(one, sorted(places_checked)))
+    )
+    return Core(reach, exact, relative, ELSEWHERE * deviation)
 
 
 def wider_reach(frame: Frame, tiles: int) -> tuple[int, int]:
@@ -573,5 +588,5 @@ def _wrong(lens, flares, frame, half, first, band, **fine):
     light = pattern_columns.columns(pupil_of(lens, flares, frame.shortest_nm), place)
     middle = frame.reach[1]
     right = half[:, middle + first : middle + first + count]
-    left = half[:0:-1, middle - first - count + 1 : middle - first + 1][:, ::-1]
-    return np.concatenate([left, right]) - light, light
+    mirrored = half[:0:-1, middle - first - count + 1 : middle - first + 1][:, ::-1]
+    return np.concatenate([mirrored, right]) - light, light

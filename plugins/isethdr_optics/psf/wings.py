@@ -151,13 +151,15 @@ def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=
     extent = [(r + 1) * p * stretch for r, p in zip(reach, pitch_um)]
     blur, pitch = sampled_pupil.blur_um(lens, wave), min(pitch_um)
     if shared:
-        wanted = min(blur / np.sqrt(2), pitch / 3)
+        step_wanted = min(blur / np.sqrt(2), pitch / 3)
     elif split > 1:
-        wanted = min(max(blur / CLEAR, pitch * split / ENOUGH), FARTHEST * blur)
+        step_wanted = min(max(blur / CLEAR, pitch * split / ENOUGH), FARTHEST * blur)
     else:
-        wanted = min(blur / (CLEAR + blur / (2 * pitch)), pitch / 2)
-    wanted = max(wanted, blur / SMOOTH) / np.sqrt(fine)
-    step = min(max(wanted, PERIOD * np.sqrt(np.prod(extent) / most)), max(pitch, blur / SMOOTH))
+        step_wanted = min(blur / (CLEAR + blur / (2 * pitch)), pitch / 2)
+    step_wanted = max(step_wanted, blur / SMOOTH) / np.sqrt(fine)
+    step = min(
+        max(step_wanted, PERIOD * np.sqrt(np.prod(extent) / most)), max(pitch, blur / SMOOTH)
+    )
     far = tuple(int(np.ceil(e / step)) + 2 for e in extent)
     least = (
         max(RING_PUPIL, sampled_pupil.phase_samples(lens, wave) / 2)
@@ -245,20 +247,23 @@ def rings(plan, centre, width, energy):
         reach, fine = nearer, _finer(plan, centre, reach, nearer, fine)
         if not fine:
             return kernel, wrong
-        found, off = ring(plan, reach, plan.half, centre, width, energy, fine)
+        ring_values, off = ring(plan, reach, plan.half, centre, width, energy, fine)
         middle = tuple(slice(r - n, r + n + 1) for r, n in zip(plan.reach, reach))
-        if _errors(plan, found, off).max() < _errors(plan, kernel[middle], wrong[middle]).max():
-            kernel[middle], wrong[middle] = found, off
+        if (
+            _errors(plan, ring_values, off).max()
+            < _errors(plan, kernel[middle], wrong[middle]).max()
+        ):
+            kernel[middle], wrong[middle] = ring_values, off
 
 
 def _errors(plan, kernel, wrong):
     """Return the error of whole tiles per octave of their distance."""
     return kernel_sampling_error.by_octave(
-        *(tile_sums(a[_whole(a, plan.split)], plan.split) for a in (wrong, kernel))
+        *(tile_sums(a[_whole_turns(a, plan.split)], plan.split) for a in (wrong, kernel))
     )
 
 
-def _whole(fine, split):
+def _whole_turns(fine, split):
     """Return the slices of a function sampled `split` times per tile that hold whole tiles, one in
     the middle.
     """
@@ -279,7 +284,7 @@ def tile_sums(fine, s):
     return fine
 
 
-def _wanted(lens):
+def _error_wanted(lens):
     """Return how fine lattices with phase are for the error that a lens allows: what they miss
     falls faster than their samples grow.
     """
@@ -292,9 +297,11 @@ def _finer(plan, wave, reach, nearer, fine):
     """
     if plan.lattices:
         return next((f for f in FINER if f > fine), 0)
-    wanted, tries = _wanted(plan.lens), ((reach, fine), *((nearer, f) for f in FINER))
+    error_wanted, tries = _error_wanted(plan.lens), ((reach, fine), *((nearer, f) for f in FINER))
     now, *steps = (
-        _sampling(plan.lens, wave, plan.pitch, r, STRETCHED, OWN_SAMPLES, f * wanted, plan.split)[0]
+        _sampling(
+            plan.lens, wave, plan.pitch, r, STRETCHED, OWN_SAMPLES, f * error_wanted, plan.split
+        )[0]
         for r, f in tries
     )
     return next((f for f, step in zip(FINER, steps) if step < FINEST * now), 0)
@@ -307,7 +314,7 @@ def ring(plan, reach, hole, centre, width, energy, fine=1):
     `fine` times as many wavelengths and places between tiles are read as usual.
     """
     grid = int(np.ceil(GRID * np.sqrt(fine)))
-    finer = fine * _wanted(plan.lens)
+    finer = fine * _error_wanted(plan.lens)
     rows = (
         reach[0] + 1 if plan.lattices else 2 * reach[0] + 1
     )  # without phase the rest is the mirror image
@@ -318,11 +325,11 @@ def ring(plan, reach, hole, centre, width, energy, fine=1):
         pair = [[(one, 1.0)] for one in plan.lattices] or plan.knots.around(
             plan, reach, middle, span, energy, finer
         )
-        for half, given in enumerate(pair):
+        for half, pattern_half in enumerate(pair):
             _read(
                 halves[half],
                 half,
-                given,
+                pattern_half,
                 sampled_pupil.scaled_nm(plan.lens, middle),
                 span,
                 plan.pitch,
@@ -385,26 +392,26 @@ def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -
 
 def _parts(plan, centre, width):
     """Return into how many parts of about the same phase to divide a band."""
-    known = (
+    parts_of_ring = (
         sampled_pupil.phase_change(plan.lens, plan.flares, centre - width / 2, centre + width / 2)
         / PHASE_CHANGE
     )
     return int(
         np.clip(
-            np.ceil(known),
+            np.ceil(parts_of_ring),
             1 if sampled_pupil.all_shapes(plan.flares) else UNKNOWN_PARTS,
             MOST_PARTS,
         )
     )
 
 
-def _read(out, half, given, middle, span, pitch_um, reach, grid, often, weight):
+def _read(out, half, pattern_half, middle, span, pitch_um, reach, grid, often, weight):
     """Add `weight` x the mean over a part of a band to `out`, whose rows start at the kernel's
     first.
 
     Parameters
     ----------
-    half : 0 or 1, of all wavelengths those that are read. `given` : [(lattice, share), ...] of the
+    half : 0 or 1, of all wavelengths those that are read. `pattern_half` : [(lattice, share), ...] of the
         pattern at `middle`.
     often : times the usual number of wavelengths.
 
@@ -417,7 +424,7 @@ def _read(out, half, given, middle, span, pitch_um, reach, grid, often, weight):
     border = [int(np.ceil(r * draw * grid)) + 1 for r in reach]
     last = int(np.ceil((out.shape[0] - 1 - reach[0]) * draw * grid)) + 1
     means = _tile_means(
-        given,
+        pattern_half,
         middle,
         pitch_um,
         grid,
@@ -426,9 +433,9 @@ def _read(out, half, given, middle, span, pitch_um, reach, grid, often, weight):
     )
     for y in _blocks(out.shape[0], ROWS):
         for x in _blocks(out.shape[1], COLUMNS):
-            away = [np.arange(b.start, b.stop) - r for b, r in zip((y, x), reach)]
+            offsets = [np.arange(b.start, b.stop) - r for b, r in zip((y, x), reach)]
             moved = (
-                np.hypot(*(np.abs(a).max() for a in away)) * span / weight / middle
+                np.hypot(*(np.abs(a).max() for a in offsets)) * span / weight / middle
             )  # within the whole band
             count = max(
                 2, int(np.ceil(often * np.clip(np.ceil(READS * moved), LEAST_READS, MOST_READS)))
@@ -437,20 +444,20 @@ def _read(out, half, given, middle, span, pitch_um, reach, grid, often, weight):
                 middle + ((np.arange(half, 2 * count, 2) + 0.5) / (2 * count) - 0.5) * span
             )
             columns = slice(
-                *(int(np.rint(e * grid * s)) + border[1] for e, s in _outermost(away[1], scales))
+                *(int(np.rint(e * grid * s)) + border[1] for e, s in _outermost(offsets[1], scales))
             )
-            total = np.zeros((len(away[0]), len(away[1])), np.float32)
+            total = np.zeros((len(offsets[0]), len(offsets[1])), np.float32)
             for scale in scales:
-                rows, cols = (np.rint(a * (scale * grid)).astype(np.intp) for a in away)
+                rows, cols = (np.rint(a * (scale * grid)).astype(np.intp) for a in offsets)
                 part = means[rows + border[0], columns].take(cols + (border[1] - columns.start), 1)
                 part *= np.float32(weight / count * scale**2)
                 total += part
             out[y, x] += total
 
 
-def _outermost(away, scales):
+def _outermost(offsets, scales):
     """Return (place, scale) of the first and of one past the last column that is read."""
-    low, high = float(away[0]), float(away[-1])
+    low, high = float(offsets[0]), float(offsets[-1])
     return (low, scales.max() if low < 0 else scales.min()), (
         high + 1,
         scales.max() if high + 1 > 0 else scales.min(),
@@ -461,12 +468,12 @@ def _blocks(count, size):
     return [slice(start, min(start + size, count)) for start in range(0, count, size)]
 
 
-def _tile_means(given, wave, pitch_um, grid, rows, cols):
+def _tile_means(pattern_half, wave, pitch_um, grid, rows, cols):
     """Return the light from one tile to another, for places `rows` and `cols` in units of a tile /
     grid, the sum of shares of lattices.
     """
     out = np.zeros((len(rows), len(cols)), np.float32)
-    for lattice, share in given:
+    for lattice, share in pattern_half:
         scale = wave / lattice.wavelength_nm
         down, across = (
             _triangles(

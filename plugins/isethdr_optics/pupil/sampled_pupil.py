@@ -96,13 +96,15 @@ def _shapes(lens, flares) -> tuple:
     """Return the stop cut by rims and every iris, and all dirt: (opening, ((shape, loss of
     amplitude, delay um or nothing), ...)).
     """
-    given = [f.pupil_shapes(radius_mm(lens)) for f in flares if isinstance(f, DrawsPupil)]
+    shapes_of_flares = [
+        f.pupil_shapes(radius_mm(lens)) for f in flares if isinstance(f, DrawsPupil)
+    ]
     opening = shapes.disc(0.0, 0.0, radius_mm(lens))
     for rim in lens.rims:
         opening = opening & shapes.disc(*(radius_mm(lens) * v for v in rim))
-    for iris, _ in given:
+    for iris, _ in shapes_of_flares:
         opening = opening & iris
-    return opening, tuple(loss for _, dirt in given for loss in dirt)
+    return opening, tuple(loss for _, dirt in shapes_of_flares for loss in dirt)
 
 
 def terms(lens, flares, wavelength_nm: float | None = None) -> list:
@@ -123,7 +125,7 @@ _overlaps, _energy = lru_cache(maxsize=16)(shapes.overlaps), lru_cache(maxsize=1
 def _terms(opening, dirt, wavelength_nm, pupil_matrix):
     parts = _overlaps(opening, tuple(d[0] for d in dirt))
     if pupil_matrix is not None:
-        parts = [(part.mapped(pupil_matrix), held) for part, held in parts]
+        parts = [(part.mapped(pupil_matrix), shapes_inside) for part, shapes_inside in parts]
     return shapes.weighted(parts, [_loss(*d[1:], wavelength_nm=wavelength_nm) for d in dirt])
 
 
@@ -159,8 +161,10 @@ def amplitude(
         drawn in, see `pupil.raster`.
     """
     low, high = y_mm[0] - (y_mm[1] - y_mm[0]), y_mm[-1] + (y_mm[1] - y_mm[0])
-    near = [t for t in terms(lens, flares, wavelength_nm) if t[0].low < high and t[0].high > low]
-    out = shapes.raster(near, x_mm, y_mm, strips)
+    terms_near = [
+        t for t in terms(lens, flares, wavelength_nm) if t[0].low < high and t[0].high > low
+    ]
+    out = shapes.raster(terms_near, x_mm, y_mm, strips)
     for flare in flares:
         if isinstance(flare, TransmitsPupil) and not isinstance(flare, DrawsPupil):
             out = out * _sampled(flare, lens.pupil_matrix, x_mm, y_mm, wavelength_nm, points)
@@ -419,11 +423,11 @@ def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> lis
             reach = np.sqrt(max(reach_mm(lens) ** 2 - nearest**2, 0.0)) + half_x
             inside = slice(*np.searchsorted(x, (-reach, reach)))
             if inside.stop > inside.start + 1:
-                given = lens, flares, x[inside], rows, wavelength_nm
+                arguments = lens, flares, x[inside], rows, wavelength_nm
                 yield (
                     start,
                     inside.start,
-                    _finely(*given) if fine and len(rows) > 1 else _product(*given),
+                    _finely(*arguments) if fine and len(rows) > 1 else _product(*arguments),
                 )
 
     return lattices.fold_cells(blocks(), (len(y), len(x)), period, offsets)

@@ -31,14 +31,14 @@ def coefficients_um(lens, wavelength_nm: float) -> dict[int, float]:
 
 def _focal_shift_um(lens, wavelength_nm):
     table = {float(w): s for w, s in lens.focal_shift_um.items()}
-    known = sorted(table)
-    if not known[0] <= wavelength_nm <= known[-1]:
+    wavelengths_nm = sorted(table)
+    if not wavelengths_nm[0] <= wavelength_nm <= wavelengths_nm[-1]:
         raise ConfigError(
-            f"lens.focal_shift_um is known from {known[0]:g} to {known[-1]:g} nm; expected"
+            f"lens.focal_shift_um is known from {wavelengths_nm[0]:g} to {wavelengths_nm[-1]:g} nm; expected"
             f" {wavelength_nm:g} nm within it, the border of a band; add that wavelength to the"
             " table"
         )
-    return float(np.interp(wavelength_nm, known, [table[w] for w in known]))
+    return float(np.interp(wavelength_nm, wavelengths_nm, [table[w] for w in wavelengths_nm]))
 
 
 def steepest_um(lens, wavelength_nm: float) -> float:
@@ -54,11 +54,12 @@ def slopes(lens, wavelength_nm: float) -> Slopes:
     Distances are in radii of the stop; gradients are over the pupil as the image sees it, in
     micrometres per radius of the stop that the f-number says.
     """
-    found = _slopes(tuple(coefficients_um(lens, wavelength_nm).items()))
+    slopes_per_radius = _slopes(tuple(coefficients_um(lens, wavelength_nm).items()))
     if lens.pupil_matrix is None:
-        return found
+        return slopes_per_radius
     return Slopes(
-        found.rho, found.largest * float(np.linalg.norm(np.linalg.inv(lens.pupil_matrix), 2))
+        slopes_per_radius.rho,
+        slopes_per_radius.largest * float(np.linalg.norm(np.linalg.inv(lens.pupil_matrix), 2)),
     )
 
 

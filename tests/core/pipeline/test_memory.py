@@ -119,7 +119,7 @@ def test_kernels_take_what_was_counted():
     counted = kernel_bytes(lens, frame)
     assert (
         counted
-        > kernels._made(lens, (), np.array(wave), (4.0, 4.0), (89, 99)).held_bytes
+        > kernels._computed(lens, (), np.array(wave), (4.0, 4.0), (89, 99)).held_bytes
         == 2 * 4 * 90 * 199  # half of each: the rest is its mirror image
     )
     assert kernel_bytes(lens, replace(frame, sensed=True)) < counted

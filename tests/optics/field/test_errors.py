@@ -98,9 +98,9 @@ def test_a_lamp_off_the_axis_differs_from_its_own_kernel_as_stated(monkeypatch):
 
 
 def test_bands_whose_images_lie_close_are_taken_together():
-    assert errors._together([1.0, 1.001, 0.9995, 1.02], (40, 60)) == [
+    assert errors._grouped([1.0, 1.001, 0.9995, 1.02], (40, 60)) == [
         [0, 1, 2],
         [3],
     ]  # corner 36 tiles out: half a tile is 1.4 %
     rising = Course(np.linspace(0, 36, READ), 1 + np.linspace(0, 0.03, READ), (1.0, 1.0))
-    assert errors._together([1.0, rising, rising], (40, 60)) == [[0], [1, 2]]
+    assert errors._grouped([1.0, rising, rising], (40, 60)) == [[0], [1, 2]]

@@ -8,7 +8,7 @@ from isethdr_optics import ApertureFlare, PrescribedLens, WavefrontLens
 from isethdr_optics.field import field_point_psf
 from isethdr_optics.field import grid as field_grid
 from isethdr_optics.lenses.field_point_lens import node_lens
-from isethdr_optics.psf.kernels import _made
+from isethdr_optics.psf.kernels import _computed
 
 from isethdr_core.quantities import centres
 from isethdr_core.uncertainty import ledger
@@ -39,13 +39,13 @@ def stated(lens, half, flares=DIRT, waves=BANDS):
 )
 def test_kernels_between_knots_are_the_exact_ones_to_what_is_stated(lens, pitch_um, half):
     found, [error] = (
-        field_point_psf.made(lens, DIRT, BANDS, (pitch_um,) * 2, (half, half)),
+        field_point_psf.field_point_kernels(lens, DIRT, BANDS, (pitch_um,) * 2, (half, half)),
         stated(lens, (half, half)),
     )
     assert 0.006 < error < 0.032  # a knot is at most half a radian away from the next
     worst = []
     for k in (0, 4, 14):  # 400 nm lies on a knot, 440 half way between two that are 40 nm apart
-        exact = _made(lens, DIRT, BANDS[k : k + 2], (pitch_um,) * 2, (half, half))
+        exact = _computed(lens, DIRT, BANDS[k : k + 2], (pitch_um,) * 2, (half, half))
         worst.append(np.abs(found.bands[k] - exact.bands[0].astype(float)).sum())
         assert found.transmitted[k] == pytest.approx(exact.transmitted[0], rel=1e-6)
         assert found.outside[k] == pytest.approx(exact.outside[0], abs=1e-3)
@@ -58,7 +58,7 @@ def test_few_bands_are_made_exactly():
     for waves in ([550.0], [450.0, 451.0]):
         found, exact = (
             way(lens, (), np.array(waves), (5.0, 5.0), (6, 6))
-            for way in (field_point_psf.made, _made)
+            for way in (field_point_psf.field_point_kernels, _computed)
         )
         np.testing.assert_array_equal(found.bands[0], exact.bands[0])
         assert not stated(lens, (6, 6), (), waves)

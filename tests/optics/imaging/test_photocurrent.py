@@ -174,7 +174,7 @@ def test_near_and_far_are_the_kernel(monkeypatch):
         zip(whole.kernels, divided.near.peaks, divided.far.peaks)
     ):
         seen = [
-            transform.plain(image, part.blocks[band], part.size)[0] * peak
+            transform.convolved(image, part.blocks[band], part.size)[0] * peak
             for part, peak in ((divided.near, near), (divided.far, far))
         ]
         np.testing.assert_allclose(

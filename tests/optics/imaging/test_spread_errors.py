@@ -10,7 +10,7 @@ from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, Wav
 from isethdr_optics.imaging import accuracy_shares, photoelectron_map, spread_errors
 from isethdr_optics.imaging.field_optics import field_optics
 from isethdr_optics.psf import exact_core, kernel_sampling_error, kernels, scaled_pattern
-from isethdr_optics.psf.kernels import _made
+from isethdr_optics.psf.kernels import _computed
 from isethdr_optics.psf.kernels import kernels as made_kernels
 
 from isethdr_core.data import quantities
@@ -214,13 +214,13 @@ def test_fine_rings_are_made_where_no_core_is_enough(monkeypatch):
 def test_cores_are_kept_while_kernels_are_made_again():
     lens = WavefrontLens(focal_length_mm=6.0, zernike_um={4: 0.02})
     at = BANDS[:1], (10.0, 10.0), (27, 30)
-    apart = [_made(replace(lens, speckle_error=e), DIRT, *at).bands[0] for e in (0.03, 0.003)]
+    apart = [_computed(replace(lens, speckle_error=e), DIRT, *at).bands[0] for e in (0.03, 0.003)]
     with exact_core.kept_cores():
         together = [
-            _made(replace(lens, speckle_error=e), DIRT, *at).bands[0] for e in (0.03, 0.003)
+            _computed(replace(lens, speckle_error=e), DIRT, *at).bands[0] for e in (0.03, 0.003)
         ]
-        assert len(exact_core._kept) == 1
-    assert exact_core._kept is None
+        assert len(exact_core._core_cache) == 1
+    assert exact_core._core_cache is None
     assert all(np.array_equal(a, b) for a, b in zip(apart, together)) and not np.array_equal(
         *together
     )

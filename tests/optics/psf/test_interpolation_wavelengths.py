@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.psf import interpolation_wavelengths, kernel_sampling_error, wings
-from isethdr_optics.psf.kernels import _made, _Plan
+from isethdr_optics.psf.kernels import _computed, _Plan
 from isethdr_optics.pupil import sampled_pupil
 
 DIRT = ApertureFlare()
@@ -65,11 +65,11 @@ def test_a_few_lattices_serve_many_bands_and_a_band_does_not_depend_on_the_other
         lambda plan, reach, wave, *rest: made.append(wave) or own(plan, reach, wave, *rest),
     )
     bands = np.arange(600.0, 651.0, 10.0)
-    together = _made(LENS, (), bands, *AT)
+    together = _computed(LENS, (), bands, *AT)
     assert (
         set(made) <= {540.0, 620.0, 700.0} and len(made) <= 3 * 3
     )  # at most once for each fineness that bands ask for
-    alone = _made(LENS, (), bands[2:5], *AT)
+    alone = _computed(LENS, (), bands[2:5], *AT)
     np.testing.assert_array_equal(alone.bands[1], together.bands[3])
 
 

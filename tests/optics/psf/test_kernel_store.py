@@ -76,7 +76,7 @@ def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr
         done.append(centre)
         return band(plan, centre, width)
 
-    whole = kernels._made(LENS, FLARES, *SAMPLING)
+    whole = kernels._computed(LENS, FLARES, *SAMPLING)
     monkeypatch.setattr(kernels._Plan, "band", one)
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     with pytest.raises(KeyboardInterrupt):
@@ -98,7 +98,7 @@ def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr
 
 
 def test_stored_kernels_equal_computed_kernels(monkeypatch):
-    computed = kernels._made(LENS, FLARES, *SAMPLING)
+    computed = kernels._computed(LENS, FLARES, *SAMPLING)
     fresh_kernels()
     back = fresh_kernels(monkeypatch)
     assert all(isinstance(b, np.memmap) for b in back.bands)

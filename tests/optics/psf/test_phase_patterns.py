@@ -21,7 +21,7 @@ def frame_of(lens, bands=BANDS, reach=REACH):
 
 @pytest.fixture(scope="module")
 def made():
-    return kernels._made(COMA, DIRT, BANDS, PITCH, REACH)
+    return kernels._computed(COMA, DIRT, BANDS, PITCH, REACH)
 
 
 def test_they_agree_with_direct_sums(made):
@@ -40,7 +40,7 @@ def test_they_agree_with_direct_sums(made):
 @pytest.mark.slow
 def test_they_agree_with_kernels_of_lattices_of_their_own(made, monkeypatch):
     monkeypatch.setattr(phase_patterns, "serves", lambda *given: False)
-    other = kernels._made(COMA, DIRT, BANDS, PITCH, REACH)
+    other = kernels._computed(COMA, DIRT, BANDS, PITCH, REACH)
     for own, theirs, core in zip(made.bands, other.bands, made.core.astype(int)):
         y, x = (np.abs(np.arange(n) - n // 2) for n in own.shape)
         beyond = np.maximum(y[:, None], x) > core

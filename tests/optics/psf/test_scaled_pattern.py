@@ -36,9 +36,9 @@ def beyond(core, wrong):
 )
 def test_errors_are_those_against_finer_kernels(lens, pitch_um, reach):
     args = DIRT, BANDS, (pitch_um, pitch_um), reach
-    usual = kernels._made(lens, *args, width_nm=WIDTHS)
+    usual = kernels._computed(lens, *args, width_nm=WIDTHS)
     finer = DiffractionLimitedLens(f_number=lens.f_number, speckle_error=0.03 / 4)
-    truth = kernels._made(finer, *args, width_nm=WIDTHS)
+    truth = kernels._computed(finer, *args, width_nm=WIDTHS)
     assert isinstance(usual.bands[0], Mirrored) and usual.speckle.max() <= lens.speckle_error
     core = int(usual.core[0])
     found = [
@@ -51,9 +51,9 @@ def test_errors_are_those_against_finer_kernels(lens, pitch_um, reach):
 
 def test_they_agree_with_kernels_of_lattices_of_their_own(monkeypatch):
     args = LENS, DIRT, BANDS, (4.3, 4.3), (64, 110)
-    quick = kernels._made(*args, width_nm=WIDTHS)
+    quick = kernels._computed(*args, width_nm=WIDTHS)
     monkeypatch.setattr(scaled_pattern, "serves", lambda *how: False)
-    other = kernels._made(*args, width_nm=WIDTHS)
+    other = kernels._computed(*args, width_nm=WIDTHS)
     core = int(min(quick.core[0], *other.core))
     for band, (a, b) in enumerate(zip(quick.bands, other.bands)):
         b = np.asarray(b, float)
@@ -128,7 +128,10 @@ def test_gauss_wavelengths_leave_no_error_in_a_wider_core():
 def test_scatter_is_mixed_in():
     args = BANDS, (4.3, 4.3), (64, 110)
     haze = HazeFlare()
-    clear, hazy = kernels._made(LENS, DIRT, *args), kernels._made(LENS, (*DIRT, haze), *args)
+    clear, hazy = (
+        kernels._computed(LENS, DIRT, *args),
+        kernels._computed(LENS, (*DIRT, haze), *args),
+    )
     assert np.asarray(hazy.bands[1]).min() > 0
     assert hazy.bands[1][0, 0] > 1.2 * clear.bands[1][0, 0]
     np.testing.assert_array_equal(hazy.bands[1][::-1, ::-1], np.asarray(hazy.bands[1]))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.psf import kernel_sampling_error, phase_patterns, wings
-from isethdr_optics.psf.kernels import _lattices, _made, _Plan
+from isethdr_optics.psf.kernels import _computed, _lattices, _Plan
 from isethdr_optics.pupil.sampled_pupil import amplitude, axis_mm, open_energy_mm2, with_wavefront
 
 from isethdr_core.errors import ConfigError
@@ -107,7 +107,7 @@ def test_tiles_agree_with_direct_sums(lens, flare, centre, width):
 
 def test_less_error_on_demand():
     usual, fine = (
-        _made(
+        _computed(
             DiffractionLimitedLens(speckle_error=e),
             [DIRTY],
             np.array([550.0]),
@@ -181,9 +181,9 @@ def test_wide_tiles_hold_many_speckles_and_take_coarse_lattices(monkeypatch):
         (60.0, 60.0),
         (11, 12),
     )
-    found = _made(*args)
+    found = _computed(*args)
     monkeypatch.setattr(wings, "ENOUGH", 40)
-    finer = _made(*args)
+    finer = _computed(*args)
     stated, error = compared(found, finer)
     assert 2 * finer.speckle.max() < stated.max() <= 0.03  # six times as many samples
     assert (error < 1.5 * np.maximum(stated, 0.01)).all()  # some octaves have few tiles
@@ -201,12 +201,12 @@ def test_where_memory_ends_finer_rings_take_the_place_of_coarse_ones_as_far_out_
         (90, 96),
     )
     monkeypatch.setattr(phase_patterns, "serves", lambda *given: False)
-    finer, reaches, ring = _made(*args), [], wings.ring
+    finer, reaches, ring = _computed(*args), [], wings.ring
     monkeypatch.setattr(wings, "OWN_SAMPLES", 5e5)
     monkeypatch.setattr(
         wings, "ring", lambda plan, reach, *rest: reaches.append(reach) or ring(plan, reach, *rest)
     )
-    found = _made(*args)
+    found = _computed(*args)
     assert sorted(reaches) == sorted([(90, 96), (64, 64)] * 2)  # of two bands, by two threads
     stated, error = compared(found, finer)
     assert (
@@ -233,7 +233,7 @@ def test_errors_of_large_kernels_are_known_from_some_of_their_rows(monkeypatch):
 @pytest.mark.slow
 def test_a_pupil_with_hardly_any_phase_has_the_kernel_of_one_without():
     plain, hardly = (
-        _made(lens, [DIRTY], np.array([550.0]), (4.0, 4.0), (120, 120))
+        _computed(lens, [DIRTY], np.array([550.0]), (4.0, 4.0), (120, 120))
         for lens in (DiffractionLimitedLens(), WavefrontLens(zernike_um={4: 1e-6}))
     )
     difference = np.abs(plain.bands[0] - hardly.bands[0])
@@ -247,7 +247,7 @@ def test_a_pupil_with_hardly_any_phase_has_the_kernel_of_one_without():
 def test_what_the_period_wraps_into_the_border_is_stated(monkeypatch):
     def ring(period):
         monkeypatch.setattr(wings, "PERIOD", period)
-        return _made(
+        return _computed(
             WavefrontLens(zernike_um={4: 0.1, 8: 0.05}),
             [CLEAN],
             np.array([550.0]),
@@ -266,7 +266,7 @@ def test_a_defocused_pattern_keeps_its_light():
     # 20 waves at the rim: 350 um of geometric blur in a frame of 660 um; beyond it lies less than 1
     # % of a point's light
     lens = WavefrontLens(zernike_um={4: 20 * 0.55 / (2 * np.sqrt(3))})
-    [band] = _made(lens, (), np.array([550.0]), (12.0, 12.0), (27, 27)).bands
+    [band] = _computed(lens, (), np.array([550.0]), (12.0, 12.0), (27, 27)).bands
     assert 0.985 < band.sum(dtype=float) < 1.001
     [psf] = lens.psf(550.0, 12.0, 55, integrated=True).values
     assert 0.985 < psf.sum() < 1.001

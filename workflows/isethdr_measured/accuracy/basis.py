@@ -114,7 +114,7 @@ def direct(mixed, lens, flares, response):
     rows, columns = rng.integers(0, height, PIXELS), rng.integers(0, width, PIXELS)
     light = mixed.values * (1.0 if field.relative is None else field.relative)
     sums = np.zeros((len(mixed), PIXELS), np.longdouble)
-    for b, kernel in enumerate(field.made.bands):
+    for b, kernel in enumerate(field.kernels.bands):
         flipped = kernel[::-1, ::-1].astype(np.longdouble)
         for k, (y, x) in enumerate(zip(rows, columns)):
             top, left = kernel.shape[0] // 2 - y, kernel.shape[1] // 2 - x

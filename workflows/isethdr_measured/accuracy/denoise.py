@@ -20,7 +20,9 @@ def measured() -> list[Work]:
     truth, points_of = tristimulus(long)[:, 1], {name: {} for name in filters}
     for samples, (rendering, cpu_s, peak_mb) in short.items():
         for name, noise_filter in filters.items() if samples else [("plain", tristimulus)]:
-            looks, more_s, more_mb = timed(lambda found=rendering, way=noise_filter: way(found))
+            looks, more_s, more_mb = timed(
+                lambda rendered_picture=rendering, way=noise_filter: way(rendered_picture)
+            )
             more_s = 0.0 if name == "plain" else more_s  # that is what every view takes
             for group, look, true, source in zip(own_errors, looks, truth, long.source_seen.values):
                 points_of[name].setdefault(group, []).append(

@@ -85,8 +85,8 @@ def own_errors(scene) -> dict:
     normal = 0.6745  # half of all normal deviates are below
     stated_sd = normal * scene.xyz_noise.isel(xyz_channel=1).values  # of Y
     return {
-        group: median_error(light + noise, light, ~seen)
-        for (group, light), noise, seen in zip(
+        group: median_error(light + noise, light, ~luminance)
+        for (group, light), noise, luminance in zip(
             luminance_of(scene).items(), stated_sd, scene.source_seen.values
         )
     }
@@ -103,10 +103,12 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     """
     plain, path_results = frame.estimate, []
 
-    def estimate(one_pass, settings, *given, **named):
+    def estimate(one_pass, settings, *arguments, **named):
         path_results.extend(
             timed(
-                lambda run=run: plain(one_pass, replace(render, **run).decided(), *given, **named),
+                lambda run=run: plain(
+                    one_pass, replace(render, **run).decided(), *arguments, **named
+                ),
                 repeat,
             )
             for run in runs

@@ -155,7 +155,9 @@ def exact(chain: Chain, scene) -> list:
             * fftconvolve(band * factor, np.asarray(kernel, float))[
                 tuple(slice(k // 2, k // 2 + n) for k, n in zip(kernel.shape, band.shape))
             ]
-            for gain, band, kernel in zip(field.gains, mixed.values.astype(float), field.made.bands)
+            for gain, band, kernel in zip(
+                field.gains, mixed.values.astype(float), field.kernels.bands
+            )
         ]
     )
     light = quantities.plane(

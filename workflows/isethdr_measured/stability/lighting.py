@@ -104,7 +104,7 @@ def reached(maps: dict, **targets) -> Measured:
     mixed = _lighting("targets", **targets)(scene(maps))
     [target] = mixed.attrs["targets"].values()
     return Measured(
-        abs(_seen(mixed, next(iter(mixed.attrs["targets"]))) / target["wanted"] - 1),
+        abs(_luminance_on_road(mixed, next(iter(mixed.attrs["targets"]))) / target["wanted"] - 1),
         1e-6,
         "the mixed picture, relative",
     )
@@ -120,7 +120,7 @@ def _shown(maps, out_of_reach: bool = False, **fields) -> Measured:
     worst = 0.0
     for name, target in mixed.attrs["targets"].items():
         displayed = (
-            _seen(mixed, name)
+            _luminance_on_road(mixed, name)
             if name in ("dynamic_range", "median_cd_m2", "mean_cd_m2")
             else target["reached"]
         )
@@ -151,7 +151,7 @@ def _of_group(maps, weights, group, fields) -> float:
     return {"max": np.max, "mean": np.mean}[fields["targets"][group]["statistic"]](luminance_cd_m2)
 
 
-def _seen(mixed, name: str) -> float:
+def _luminance_on_road(mixed, name: str) -> float:
     luminance_cd_m2 = luminance(mixed.values.astype(float), mixed.wavelength.values)
     if name == "dynamic_range":
         low, high = np.percentile(luminance_cd_m2, [1.0, 100.0], method="hazen")

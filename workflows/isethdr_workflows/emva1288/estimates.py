@@ -41,16 +41,16 @@ class Estimate:
         """Return (found - true) in standard errors; 0 for a bound."""
         if self.bound:
             return 0.0
-        found, true, error = (
+        estimate, true, error = (
             (self.value, true, self.error)
             if self.square is None
             else (self.square, true**2, self.square_error)
         )
         return (
-            (found - true) / error
+            (estimate - true) / error
             if error
-            else float("inf") * (found - true)
-            if found != true
+            else float("inf") * (estimate - true)
+            if estimate != true
             else 0.0
         )
 

@@ -126,7 +126,7 @@ def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
     dark_counts = [dark_pictures(bench) for bench in benches if bench.capture in linear]
     unlit = dark_series(benches[0], max(pictures, *dark_counts)) if dark_counts else None
     for bench in benches:
-        found = [
+        estimates = [
             *(figures(bench, pictures, unlit) if bench.capture in linear else ()),
             *(general_figures(bench) if bent(sensor) else ()),
         ]
@@ -136,7 +136,7 @@ def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
                 str(probe.channel.values[bench.channel]),
                 *figure,
             )
-            for figure in found
+            for figure in estimates
         ]
     return rows
 
@@ -155,7 +155,7 @@ def dark_pictures(bench: Bench) -> int:
 
 
 def row(
-    capture: str, channel: str, name: str, unit: str, found: find.Estimate, true: float
+    capture: str, channel: str, name: str, unit: str, estimate: find.Estimate, true: float
 ) -> dict:
     """Return one line of the table."""
     return {
@@ -163,19 +163,19 @@ def row(
         "channel": channel,
         "figure": name,
         "unit": unit,
-        "found": found.value,
-        "standard_error": found.error,
+        "found": estimate.value,
+        "standard_error": estimate.error,
         "true": true,
-        "off_in_errors": float(found.off(true)),
-        "within": verdict(found, true),
+        "off_in_errors": float(estimate.off(true)),
+        "within": verdict(estimate, true),
     }
 
 
-def verdict(found: find.Estimate, true: float) -> str:
+def verdict(estimate: find.Estimate, true: float) -> str:
     """Return yes within 4 standard errors, limit where an upper limit holds, else NO."""
-    if found.bound:
-        return "limit" if true <= found.value else "NO"
-    return "yes" if abs(found.off(true)) <= 4 else "NO"
+    if estimate.bound:
+        return "limit" if true <= estimate.value else "NO"
+    return "yes" if abs(estimate.off(true)) <= 4 else "NO"
 
 
 def figures(bench: Bench, pictures: int, series: DarkSeries):

@@ -203,6 +203,8 @@ def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[f
             cell, {**recipe, "seed": recipe["seed"] + 1}, number
         )
         plain = demosaic(mosaic, filters, len(channels))[0]
-        for seen in (plain, learned(mosaic, filters, channels, variance, table)):
-            errors.append(np.mean(((seen - planes) / planes.mean((1, 2), keepdims=True)) ** 2))
+        for demosaiced in (plain, learned(mosaic, filters, channels, variance, table)):
+            errors.append(
+                np.mean(((demosaiced - planes) / planes.mean((1, 2), keepdims=True)) ** 2)
+            )
     return tuple(float(np.sqrt(np.mean(errors[k::2]))) for k in (0, 1))

@@ -50,8 +50,8 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
         100 * float(np.mean(~combined["valid"].values.astype(bool))),
     ]
     rows = [
-        {"capture": name, "saturated_percent": float(s), **kept(seen, true)}
-        for (name, seen), s in zip(pictures.items(), saturated)
+        {"capture": name, "saturated_percent": float(s), **kept(picture_of_name, true)}
+        for (name, picture_of_name), s in zip(pictures.items(), saturated)
     ]
     if picture:
         write(

@@ -40,8 +40,8 @@ def sources(power, x, y, pitch) -> tuple[list[Source], float]:
     x, y, pitch : tile centres and their (y, x) distances, tangents.
     """
     total = power.sum(axis=0)
-    whole = float(total.sum())
-    if whole <= 0:
+    total_power = float(total.sum())
+    if total_power <= 0:
         return [], 0.0
     bins = [
         _bin_of(len(c), max(1, round(len(c) / FINE_BINS * (len(c) / max(len(x), len(y))))))
@@ -50,21 +50,23 @@ def sources(power, x, y, pitch) -> tuple[list[Source], float]:
     count = [b[-1] + 1 for b in bins]
     flat = bins[0][:, None] * count[1] + bins[1]
     light = np.bincount(flat.ravel(), total.ravel(), count[0] * count[1])
-    bright = np.flatnonzero(light > BRIGHT * whole / light.size)
+    bright = np.flatnonzero(light > BRIGHT * total_power / light.size)
     bright = bright[np.argsort(light[bright], kind="stable")[::-1][:MOST_LAMPS]]
-    found, rest = [], power.astype(float)
-    for one in bright:
-        rows, cols = (np.flatnonzero(b == k) for b, k in zip(bins, divmod(int(one), int(count[1]))))
+    point_sources, remaining = [], power.astype(float)
+    for index in bright:
+        rows, cols = (
+            np.flatnonzero(b == k) for b, k in zip(bins, divmod(int(index), int(count[1])))
+        )
         window = np.ix_(np.arange(len(power)), rows, cols)
-        found.append(_source(rest[window], x[cols], y[rows], pitch))
-        rest[window] = 0
+        point_sources.append(_source(remaining[window], x[cols], y[rows], pitch))
+        remaining[window] = 0
     step = max(1, int(np.ceil(max(len(x), len(y)) / BLOCKS)))
     for top in range(0, len(y), step):
-        for left in range(0, len(x), step):
-            part = rest[:, top : top + step, left : left + step]
+        for first_column in range(0, len(x), step):
+            part = remaining[:, top : top + step, first_column : first_column + step]
             if part.any():
-                ys, xs = y[top : top + step], x[left : left + step]
-                found.append(
+                ys, xs = y[top : top + step], x[first_column : first_column + step]
+                point_sources.append(
                     Source(
                         (xs[0] + xs[-1]) / 2,
                         (ys[0] + ys[-1]) / 2,
@@ -73,7 +75,7 @@ def sources(power, x, y, pitch) -> tuple[list[Source], float]:
                         part.sum(axis=(1, 2)),
                     )
                 )
-    return found, float(rest.sum() / power.sum())
+    return point_sources, float(remaining.sum() / power.sum())
 
 
 def _bin_of(tiles, per_bin):
@@ -121,11 +123,11 @@ class Canvas:
         if not lit.any():
             return
         extent = max(np.ptp(x_mm[lit]) / self.pitch[1], np.ptp(y_mm[lit]) / self.pitch[0])
-        wanted = max(
+        subdivisions = max(
             np.ceil(np.log2(max(extent / CELLS, 1.0))),
             np.rint(np.log2(max(blur_mm / min(self.pitch), 1.0))),
         )
-        level = int(np.clip(wanted, 0, np.ceil(np.log2(max(self.shape)))))
+        level = int(np.clip(subdivisions, 0, np.ceil(np.log2(max(self.shape)))))
         grid, size = self._grid(level), 2.0**level
         # cell centres at integers; two cells lie outside the sensor, so that the inner one has its
         # share from both sides
@@ -238,8 +240,8 @@ def _scale_mm(low, high, tangents):
     both = (low.margin > 0) & (high.margin > 0)
     if not both.any():
         return 0.0
-    near, far = float(low.x_mm[both].mean()), float(high.x_mm[both].mean())
-    return max(abs(far - near) / (tangents[1] - tangents[0]), abs(far) / tangents[1])
+    near_mm, far_mm = float(low.x_mm[both].mean()), float(high.x_mm[both].mean())
+    return max(abs(far_mm - near_mm) / (tangents[1] - tangents[0]), abs(far_mm) / tangents[1])
 
 
 def _interpolation_of_nodes(nodes, count):

@@ -142,23 +142,25 @@ def _irradiance(flare, lens, mixed):
     pitch = [quantities.tile_pitch(mixed, d) for d in ("y", "x")]
     largest = float(np.hypot(np.abs(x).max() + pitch[1] / 2, np.abs(y).max() + pitch[0] / 2))
     real = flare.of_lens(lens)
-    traced, left = flare.pairs(lens, wave, largest)
+    traced, weak_pairs = flare.pairs(lens, wave, largest)
     powers = _powers(real, tuple(wave), flare.sensor_reflectance_percent / 100)
     # radiance x solid angle (cos^3 of a tile in tangents) x cosine: power through a plane across
     # the axis
-    seen = (1 + x[None, :] ** 2 + y[:, None] ** 2) ** -2 * pitch[0] * pitch[1] * lens.transmittance
-    found, in_blocks = sources(mixed.values * seen, x, y, pitch)
+    power_per_radiance = (
+        (1 + x[None, :] ** 2 + y[:, None] ** 2) ** -2 * pitch[0] * pitch[1] * lens.transmittance
+    )
+    light_sources, in_blocks = sources(mixed.values * power_per_radiance, x, y, pitch)
     f = lens.focal_length_mm
     canvas = Canvas(len(wave), x * f, y * f, [p * f for p in pitch])
     iris = flare.iris(lens)
-    drawn, dim = _worth_drawing(found, traced, flare.error_allowed / 2)
+    drawn, dim = _worth_drawing(light_sources, traced, flare.error_allowed / 2)
     for pair in track(traced, "ghosts of pairs of surfaces", len(traced)):
         lit = [s for s, p in drawn if p is pair]
         intervals = [_tangents(s, largest) for s in lit]
-        kept = _beams_of(real, powers, pair, intervals, iris is not None)
+        beams_of_pair = _beams_of(real, powers, pair, intervals, iris is not None)
         for source, tangents in zip(lit, intervals):
-            if kept[tangents] is not None:
-                limits, low, high = kept[tangents]
+            if beams_of_pair[tangents] is not None:
+                limits, low, high = beams_of_pair[tangents]
                 canvas.draw(*points(source, low, high, tangents, limits, iris))
     m_per_tangent = f * 1e-3
     width, height = (
@@ -180,23 +182,23 @@ def _irradiance(flare, lens, mixed):
         pitch_x=pitch[1] * m_per_tangent,
         pitch_y=pitch[0] * m_per_tangent,
     )
-    _state(ledger, traced, left, dim, in_blocks, added)
+    _record_errors(ledger, traced, weak_pairs, dim, in_blocks, added)
     return added
 
 
-def _worth_drawing(found, traced, error_allowed):
+def _worth_drawing(light_sources, traced, error_allowed):
     """Return [(source, pair), ...] without the weakest, which sum to at most `error_allowed` of the
     light, and that sum.
     """
-    if not found or not traced:
+    if not light_sources or not traced:
         return [], 0.0
-    light = np.array([s.power.sum() for s in found])
+    light = np.array([s.power.sum() for s in light_sources])
     share = np.outer(light / light.sum(), [p.share for p in traced]).ravel()
     order = np.argsort(share, kind="stable")
     few = int(np.searchsorted(np.cumsum(share[order]), error_allowed, side="right"))
-    return [(found[k // len(traced)], traced[k % len(traced)]) for k in sorted(order[few:])], float(
-        share[order[:few]].sum()
-    )
+    return [
+        (light_sources[k // len(traced)], traced[k % len(traced)]) for k in sorted(order[few:])
+    ], float(share[order[:few]].sum())
 
 
 def _tangents(source, largest):
@@ -224,14 +226,16 @@ def _beams_of(real, powers, pair, intervals, iris) -> dict:
         iris,
     )
     with _lock:
-        found = {i: _beams[lens, i] for i in dict.fromkeys(intervals) if (lens, i) in _beams}
-    new = [i for i in dict.fromkeys(intervals) if i not in found]
+        beams_of_intervals = {
+            i: _beams[lens, i] for i in dict.fromkeys(intervals) if (lens, i) in _beams
+        }
+    new = [i for i in dict.fromkeys(intervals) if i not in beams_of_intervals]
     if new:
         limits = boxes(real, pair, new, float(np.median(powers.wavelength_nm)))
-        found |= dict.fromkeys(new)
+        beams_of_intervals |= dict.fromkeys(new)
         lit = [(i, b) for i, b in zip(new, limits) if b is not None]
         if lit:
-            made = beams(
+            traced_beams = beams(
                 real,
                 powers,
                 pair,
@@ -239,13 +243,15 @@ def _beams_of(real, powers, pair, intervals, iris) -> dict:
                 [b for _, b in lit for _ in range(2)],
                 iris=iris,
             )
-            found |= {i: (b, *made[2 * n : 2 * n + 2]) for n, (i, b) in enumerate(lit)}
+            beams_of_intervals |= {
+                i: (b, *traced_beams[2 * n : 2 * n + 2]) for n, (i, b) in enumerate(lit)
+            }
         with _lock:
-            _beams.update({(lens, i): found[i] for i in new})
-    return found
+            _beams.update({(lens, i): beams_of_intervals[i] for i in new})
+    return beams_of_intervals
 
 
-def _state(ledger, traced, left, dim, in_blocks, added):
+def _record_errors(ledger, traced, weak_pairs, weak_share, in_blocks, added):
     label = (
         "ghosts of lamps, 99 % of the tiles; the mean over tiles is 0.04, their flux is right to"
         " 0.006"
@@ -259,20 +265,20 @@ def _state(ledger, traced, left, dim, in_blocks, added):
         "ghosts of light that is summed in blocks of directions",
         key="ghosts of blocks",
     )
-    if left:
-        named = ", ".join(f"{p.front}-{p.back}" for p in left[-6:][::-1]) + (
-            " ..." if len(left) > 6 else ""
+    if weak_pairs:
+        named = ", ".join(f"{p.front}-{p.back}" for p in weak_pairs[-6:][::-1]) + (
+            " ..." if len(weak_pairs) > 6 else ""
         )
         ledger.left_out(
-            f"ghosts of {len(left)} of {len(left) + len(traced)} pairs of surfaces ({named})",
+            f"ghosts of {len(weak_pairs)} of {len(weak_pairs) + len(traced)} pairs of surfaces ({named})",
             "less light than the error allowed",
-            sum(p.share for p in left),
+            sum(p.share for p in weak_pairs),
             "share of the scene's light",
         )
-    if dim:
+    if weak_share:
         ledger.left_out(
             "weak ghosts of weak lamps",
             "less light than the error allowed",
-            dim,
+            weak_share,
             "share of the scene's light",
         )

@@ -28,19 +28,19 @@ PEAK = 10.0
 
 
 @dataclass(frozen=True)
-class SeenGhosts(GhostFlare):
+class BrightGhosts(GhostFlare):
     """The ghosts of a flare but those of `faint` pairs of surfaces."""
 
     faint: tuple[tuple[int, int], ...] = ()  # (front, back)
 
     def pairs(self, lens, wavelength_nm, largest_tangent: float):
         """Return (traced, left out), as `GhostFlare.pairs`."""
-        traced, left = super().pairs(lens, wavelength_nm, largest_tangent)
+        traced, weak = super().pairs(lens, wavelength_nm, largest_tangent)
         faint = [p for p in traced if (p.front, p.back) in self.faint]
-        return [p for p in traced if p not in faint], sorted(left + faint, key=lambda p: p.share)
+        return [p for p in traced if p not in faint], sorted(weak + faint, key=lambda p: p.share)
 
 
-class SeenFlares(NamedTuple):
+class LimitedFlares(NamedTuple):
     """Flares without what a sensor cannot tell."""
 
     flares: tuple
@@ -48,20 +48,20 @@ class SeenFlares(NamedTuple):
     notes: tuple[Note, ...] = ()  # what was left out, and its error
 
 
-def seen_ghosts(lens, mixed, flares, given, response) -> SeenFlares:
+def without_faint_ghosts(lens, mixed, flares, optics, response) -> LimitedFlares:
     """Return the flares without ghosts that the sensor cannot tell."""
     if not any(type(flare) is GhostFlare for flare in flares):
-        return SeenFlares(flares)
-    wave, total, out, notes = given.wavelength_nm, 0.0, [], []
+        return LimitedFlares(flares)
+    wave, total, out, notes = optics.wavelength_nm, 0.0, [], []
     centre = (
         1.0
-        if given.made is None
-        else np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in given.made.bands], float)
+        if optics.kernels is None
+        else np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in optics.kernels.bands], float)
     )
     light = wing_truncation.Light(
         np.asarray(mixed.values),
-        1.0 if given.relative is None else given.relative,
-        electrons(response, wave) * given.gains,
+        1.0 if optics.relative is None else optics.relative,
+        electrons(response, wave) * optics.gains,
         response,
     )
     unit = 2 * light.share(
@@ -75,12 +75,12 @@ def seen_ghosts(lens, mixed, flares, given, response) -> SeenFlares:
             total += share
             notes += left_out
             flare = (
-                SeenGhosts(**{f.name: getattr(flare, f.name) for f in fields(flare)}, faint=faint)
+                BrightGhosts(**{f.name: getattr(flare, f.name) for f in fields(flare)}, faint=faint)
                 if faint
                 else flare
             )
         out.append(flare)
-    return SeenFlares(tuple(out), total, tuple(notes))
+    return LimitedFlares(tuple(out), total, tuple(notes))
 
 
 def _faint(flare, lens, mixed, wave, unit, allowed):

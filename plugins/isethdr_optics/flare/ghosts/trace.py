@@ -108,11 +108,11 @@ def split(pairs: list[Pair], error_allowed: float) -> tuple[list[Pair], list[Pai
     """Return (traced, left out): the weakest are left out while their shares sum to at most
     `error_allowed`.
     """
-    kept, left, total = list(pairs), [], 0.0
-    while kept and total + kept[-1].share <= error_allowed:
-        total += kept[-1].share
-        left.append(kept.pop())
-    return kept, left
+    strong, weak, total = list(pairs), [], 0.0
+    while strong and total + strong[-1].share <= error_allowed:
+        total += strong[-1].share
+        weak.append(strong.pop())
+    return strong, weak
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +193,7 @@ def beams(
             for b in limits
         ]
     )
-    found = {m: np.reshape(glass.index(m, traced), (-1, 1, 1, 1)) for m in set(lens.media)}
+    indices = {m: np.reshape(glass.index(m, traced), (-1, 1, 1, 1)) for m in set(lens.media)}
     weight = np.ones((len(wave), *x.shape))
 
     def passed_on(k, reflects, forward, cosine):
@@ -205,17 +205,17 @@ def beams(
     p, d = (np.broadcast_to(v[:, None], (3, len(traced), *x.shape)) for v in (p, d))
     path = ghost_path(len(lens.surfaces), pair.back, pair.front)
     rays = follow(
-        lens.surfaces, [found[m] for m in lens.media], path, p, d, passed_on, keep_hits=iris
+        lens.surfaces, [indices[m] for m in lens.media], path, p, d, passed_on, keep_hits=iris
     )
     valid = np.isfinite(rays.margin)
 
-    def whole(half, sign=1):
+    def mirrored(half, sign=1):
         return np.concatenate([sign * half[:, :, ::-1], half], axis=2)
 
     def banded(value, sign=1):
-        return whole(np.einsum("bk,ktyx->btyx", between, np.where(valid, value, 0.0)), sign)
+        return mirrored(np.einsum("bk,ktyx->btyx", between, np.where(valid, value, 0.0)), sign)
 
-    parts = [banded(rays.position_mm[0]), banded(rays.position_mm[1], -1), whole(weight)]
+    parts = [banded(rays.position_mm[0]), banded(rays.position_mm[1], -1), mirrored(weight)]
     parts += [banded(rays.margin), banded(valid.astype(float))]
     stops = [
         (banded(x), banded(y, -1))

@@ -27,7 +27,7 @@ def scene(level=1e-3):
 
 
 def seen(mixed):
-    return sensor_limited.seen_ghosts(
+    return sensor_limited.without_faint_ghosts(
         LENS, mixed, (GHOSTS,), field_optics(LENS, mixed, (GHOSTS,)), RESPONSE
     )
 
@@ -61,7 +61,11 @@ def test_in_the_dark_no_ghost_is_traced_and_a_lamp_brings_all_back():
 
 def test_other_flares_and_ghosts_of_others_are_left_as_they_are():
     haze = build("flare", "haze")
-    assert sensor_limited.seen_ghosts(LENS, scene(), (haze,), None, RESPONSE) == ((haze,), 0.0, ())
+    assert sensor_limited.without_faint_ghosts(LENS, scene(), (haze,), None, RESPONSE) == (
+        (haze,),
+        0.0,
+        (),
+    )
 
 
 @pytest.mark.parametrize(
@@ -78,7 +82,7 @@ def test_uniform_light_piles_up_no_more_than_the_factor_says(prescription, coati
     traced, _ = flare.pairs(LENS, BANDS, float(np.hypot(x.max(), y.max())))
     peaks = []
     for pair in (p for p in traced if (p.front, p.back) in ((0, 4), (1, 11), (12, 13), (14, 15))):
-        alone = sensor_limited.SeenGhosts(
+        alone = sensor_limited.BrightGhosts(
             prescription=prescription,
             coating=coating,
             faint=tuple((p.front, p.back) for p in traced if p is not pair),
