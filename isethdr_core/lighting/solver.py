@@ -35,18 +35,26 @@ def dynamic_range(luminance, low_percentile: float, high_percentile: float) -> f
 
 
 def weight_for_mean(other_light, ambient, mean: float) -> float:
-    """Return w >= 0 so that mean(rest + w * ambient) = `mean`, or 0 where the rest alone exceeds
-    it.
+    """Return w >= 0 so that mean(other_light + w * ambient) = `mean`.
+
+    0 if the mean of the other light alone exceeds it, 1 without ambient light. The arguments are
+    maps and a mean in one unit.
     """
     mean_ambient = ambient.mean()
     return max(0.0, float((mean - other_light.mean()) / mean_ambient)) if mean_ambient > 0 else 1.0
 
 
 def weight_for_percentile(other_light, ambient, percentile: float, target_value: float) -> float:
-    """Return w >= 0 so that the percentile of rest + w * ambient is `target_value`.
+    """Return w >= 0 so that the percentile of other_light + w * ambient is `target_value`.
 
-    The percentile never falls with w, so a bracket and Brent's method find w. Where no w reaches
-    `target_value`: 0 if the rest alone is brighter, 1 if the ambient light is too dark where it matters.
+    The percentile never falls with w, so that a bracket and Brent's method find w. If no w reaches
+    the target: 0 if the other light alone is brighter, 1 if the ambient light is dark in too many
+    pixels.
+
+    Parameters
+    ----------
+    other_light, ambient : maps of one shape and unit. `percentile` : 0 to 100.
+    target_value : in the unit of the maps.
     """
 
     def miss(w):

@@ -10,7 +10,7 @@ from isethdr_core.errors import UnitError
 
 from .develop import PictureNoise, develop, finish, picture_attrs, solve_matrix
 from .development_fields import Development
-from .readout.combine import plain
+from .readout.combine import single_capture
 from .readout.electrons import check_captures, chosen, falloff, readouts
 from .spectra import light
 
@@ -40,7 +40,7 @@ class IdealIsp:
             )
         wavelength_nm = captures.wavelength.values
         reads = readouts(captures, light("daylight", wavelength_nm))
-        mosaics = [plain(read) for read in reads]
+        mosaics = [single_capture(read) for read in reads]
         how = Development(design_snr=np.inf)
         if not alone:
             return develop(mosaics[0], reads[:1], captures, how, how.balance)

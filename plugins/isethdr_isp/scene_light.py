@@ -68,11 +68,11 @@ def channel_means(reads: list[Readout], filters, channels: int) -> np.ndarray | 
     shape = height // rows, rows, width // columns, columns
     cells = np.moveaxis(level[:height, :width].reshape(shape), 2, 1)
     bright = cells.mean((2, 3))
-    known = np.isfinite(bright)
-    if not known.any():
+    finite = np.isfinite(bright)
+    if not finite.any():
         return None
-    limit = LAMP_MULTIPLE * max(float(np.percentile(bright[known], LAMP_PERCENTILE)), 0.0)
-    grey = cells[known & (np.nan_to_num(bright) <= limit)].mean(0)
+    limit = LAMP_MULTIPLE * max(float(np.percentile(bright[finite], LAMP_PERCENTILE)), 0.0)
+    grey = cells[finite & (np.nan_to_num(bright) <= limit)].mean(0)
     channel_of = filters[:rows, :columns]
     means = np.array(
         [grey[channel_of == c].mean() for c in range(channels) if np.any(channel_of == c)]

@@ -29,13 +29,13 @@ PLANTS = {
 
 
 def _grass(ground):
-    near = plants.grass(
+    near_grass = plants.grass(
         road.tufts(ground, 2, 22, ground.seed, 70, 5.0, 9.5), "near", 0.25, ground.seed
     )
-    far = plants.grass(
+    far_grass = plants.grass(
         road.tufts(ground, 20, 75, ground.seed + 1, 22, 5.0, 12), "far", 0.30, ground.seed + 1
     )
-    return piece.Assembly("grass").add(*near.parts, *far.parts)
+    return piece.Assembly("grass").add(*near_grass.parts, *far_grass.parts)
 
 
 def _deer(antlers, head_up):
@@ -81,8 +81,8 @@ def describe(
     surface) whose camera looks at `target`.
     """
     models, objects = place(spots, ground, light, scene.headlamp_beam)
-    known = used(models, scene.road_surface, scene.seed)
-    models, materials = varied(models, known, scene.seed)
+    materials_used = used(models, scene.road_surface, scene.seed)
+    models, materials = varied(models, materials_used, scene.seed)
     position = eye(ground, scene.camera_height_m)
     camera = Camera(
         tuple(position.tolist()),

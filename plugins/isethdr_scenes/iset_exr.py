@@ -24,7 +24,7 @@ from isethdr_core.plugins.ranges import check_ranges
 from isethdr_core.quantities import centres, scene_radiance
 
 from . import iset_exr_files as files
-from .iset_exr_files import there
+from .iset_exr_files import is_deposit_file
 from .limits import FileField, Luminance
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ class IsetExr:
         files_of_scene = sorted(Path(self.folder).expanduser().glob(f"{self.scene_id}_*.exr"))
         if not files_of_scene:
             raise self._missing()
-        return tuple(path for path in files_of_scene if there(path))
+        return tuple(path for path in files_of_scene if is_deposit_file(path))
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the light groups that have a file.
@@ -92,14 +92,14 @@ class IsetExr:
         for path in self._light_files().values():
             files.check_channels(path)
         path = self._path(".mat")
-        if files.there(path):
+        if files.is_deposit_file(path):
             with suppress(LookupError):  # a scene may lack the map; its ledger row says so
                 files.read_distance(path)
 
     def _light_files(self) -> dict[str, Path]:
         """Return the files of radiance that are there, by light group."""
         paths = {group: self._path(f"_{name}.exr") for group, name in FILES.items()}
-        present = {group: path for group, path in paths.items() if files.there(path)}
+        present = {group: path for group, path in paths.items() if files.is_deposit_file(path)}
         if not present:
             raise self._missing()
         return present
@@ -165,7 +165,7 @@ class IsetExr:
             ("distance", ".mat", files.read_distance),
         ):
             path = self._path(suffix)
-            if not files.there(path):
+            if not files.is_deposit_file(path):
                 ledger.left_out(f"label {label}", f"no file {path.name}", 0.0, "cd/m2")
                 continue
             try:
@@ -193,10 +193,10 @@ class IsetExr:
             return CatalogError(
                 f"{folder} is not a folder; type scene.folder=<folder with the deposit's files>"
             )
-        known = {
+        extensions = {
             p.name.split("_")[0] for name in FILES.values() for p in folder.glob(f"*_{name}.exr")
         }
         return CatalogError(
             f"{folder} has no EXR file of scene"
-            f" {self.scene_id!r}{did_you_mean(self.scene_id, known)}; type scene.scene_id=<id>"
+            f" {self.scene_id!r}{did_you_mean(self.scene_id, extensions)}; type scene.scene_id=<id>"
         )

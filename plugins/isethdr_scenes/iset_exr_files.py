@@ -138,19 +138,19 @@ def checked_distance(depth: np.ndarray, path: Path) -> np.ndarray:
     ------
     UnitError : no real numbers, a negative distance, or no distance at all.
     """
-    what = f"{path}: sceneMeta.depthMap"
+    label = f"{path}: sceneMeta.depthMap"
     expected = "expected real distances in metres, 0 or more; fetch the file again, or move it away"
     if depth.dtype.kind not in "fiu":
-        raise UnitError(f"{what} holds {depth.dtype} values; {expected}")
-    known = depth[np.isfinite(depth)]
-    if not known.size:
-        raise UnitError(f"{what} holds no finite value; {expected}")
-    if known.min() < 0:
-        raise UnitError(f"{what} holds {known.min():g}; {expected}")
+        raise UnitError(f"{label} holds {depth.dtype} values; {expected}")
+    finite = depth[np.isfinite(depth)]
+    if not finite.size:
+        raise UnitError(f"{label} holds no finite value; {expected}")
+    if finite.min() < 0:
+        raise UnitError(f"{label} holds {finite.min():g}; {expected}")
     return depth.astype(np.float32)
 
 
-def there(path: Path) -> bool:
+def is_deposit_file(path: Path) -> bool:
     """Return whether a file exists.
 
     Raises
@@ -161,7 +161,7 @@ def there(path: Path) -> bool:
         return True
     if path.is_symlink() or path.exists():
         raise CatalogError(
-            f"{path} is no file, or a link to a file that is gone; expected a file of the deposit; "
+            f"{path} is not a file, or is a link to a missing file; expected a file of the deposit; "
             "fetch it again, or remove it"
         )
     return False

@@ -200,6 +200,6 @@ def used(models, road_surface: RoadSurfaceName = DEFAULT, seed: int = 0) -> dict
     """Return the materials that the parts of `models` name, with textures of that seed; asphalt and
     markings by surface.
     """
-    known = MATERIALS | road_materials(road_surface)
+    all_materials = MATERIALS | road_materials(road_surface)
     names = sorted({p.material for m in models.values() for p in m.parts})
-    return {n: textured(known[n], seed) for n in names}
+    return {n: textured(all_materials[n], seed) for n in names}

@@ -34,11 +34,11 @@ def measured(name: str) -> np.ndarray:
     with needed("a lamp's measured spectrum", extra="mitsuba"):
         tables_of = version("colour-science")
     path = store.home() / "spectra" / f"colour-science-{tables_of}.json"
-    found = _read(path)
-    if found is None:
-        found = _looked_up()
-        _keep(path, found)
-    return found[name]
+    tables = _read(path)
+    if tables is None:
+        tables = _looked_up()
+        _keep(path, tables)
+    return tables[name]
 
 
 def _looked_up() -> dict[str, np.ndarray]:
@@ -57,24 +57,24 @@ def _read(path: Path) -> dict[str, np.ndarray] | None:
     other tables.
     """
     try:
-        held = json.loads(path.read_text())
+        content = json.loads(path.read_text())
         if (
-            held["tables"] != {name: list(where) for name, where in TABLES.items()}
-            or held["wavelength_nm"] != WAVELENGTH_NM.tolist()
+            content["tables"] != {name: list(where) for name, where in TABLES.items()}
+            or content["wavelength_nm"] != WAVELENGTH_NM.tolist()
         ):
             return None
-        found = {name: np.array(held["power"][name], float) for name in TABLES}
+        spectra = {name: np.array(content["power"][name], float) for name in TABLES}
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return (
-        found
-        if all(p.shape == WAVELENGTH_NM.shape and np.isfinite(p).all() for p in found.values())
+        spectra
+        if all(p.shape == WAVELENGTH_NM.shape and np.isfinite(p).all() for p in spectra.values())
         else None
     )
 
 
 def _keep(path: Path, power: dict[str, np.ndarray]) -> None:
-    held = {
+    content = {
         "tables": TABLES,
         "wavelength_nm": WAVELENGTH_NM.tolist(),
         "power": {name: values.tolist() for name, values in power.items()},
@@ -82,7 +82,7 @@ def _keep(path: Path, power: dict[str, np.ndarray]) -> None:
     temporary = path.with_name(f".{path.name}.{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(json.dumps(held))
+        temporary.write_text(json.dumps(content))
         temporary.replace(path)  # any number of processes may share the folder
     except OSError:
         with suppress(OSError):

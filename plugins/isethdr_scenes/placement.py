@@ -217,9 +217,9 @@ def plants(drive, rng) -> list[Spot]:
     """Return trees and bushes on both sides of the road, none on the house."""
     spots = []
     total = int(rng.integers(drive.trees[0], drive.trees[1] + 1))
-    for kind, (share, near) in PLANTS.items():
+    for kind, (share, near_m) in PLANTS.items():
         for k in range(round(share * total)):
-            s, y = rng.uniform(20, 230), rng.choice([-1.0, 1.0]) * (near + rng.gamma(1.6, 7))
+            s, y = rng.uniform(20, 230), rng.choice([-1.0, 1.0]) * (near_m + rng.gamma(1.6, 7))
             turn, scale = rng.uniform(0, 360), rng.uniform(0.75, 1.2)
             if y < 0 and abs(s - HOUSE[0]) < 16 and y > HOUSE[1] - 10:
                 y = -y

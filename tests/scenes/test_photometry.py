@@ -22,7 +22,7 @@ from isethdr_core.scene import IntensityTable
 def test_each_family_keeps_all_its_rules(name, rules):
     lamp = family(name)
     found = check(lamp.table, lamp.intensity_cd, rules)
-    assert found and not [f for f in found if not f.kept]
+    assert found and not [f for f in found if not f.is_met]
 
 
 def test_every_set_of_rules_has_a_family():
@@ -49,7 +49,7 @@ def test_a_lamp_outside_its_rules_is_told_by_name(change, broken):
     left, up = lamp.table.left_deg, lamp.table.up_deg
     changed = IntensityTable(left, up, lamp.table.value * change(left, up[:, None]))
     found = check(changed, lamp.intensity_cd, "r112_b")
-    assert broken <= {f.rule.name for f in found if not f.kept}
+    assert broken <= {f.rule.name for f in found if not f.is_met}
 
 
 def ies(kind, vertical, level, candela, factor=2.0):

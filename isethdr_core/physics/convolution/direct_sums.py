@@ -73,8 +73,9 @@ def _few_sources(image, psf, doubtful):
 
 
 def _reached(image, psf):
-    """Return where any lit pixel lies within the rectangle of the psf: elsewhere the result is
-    exactly zero.
+    """Return a mask of the pixels with light within the rectangle of the psf around them.
+
+    The result of all other pixels is exactly zero.
     """
     ky, kx = np.flatnonzero(psf.any(axis=1)), np.flatnonzero(psf.any(axis=0))
     reach = [(int(k[0]) - n // 2, int(k[-1]) - n // 2) for k, n in zip((ky, kx), psf.shape)]

@@ -48,10 +48,13 @@ def fft(columns):
 
 
 def hermitian(columns, n: int) -> np.ndarray:
-    """Return the transforms, real (n, column), of NumPy columns of which the first n // 2 + 1
-    values are given.
+    """Return the real transforms (n, column) of Hermitian columns.
 
-    The others are the conjugates of these in reverse order.
+    Parameters
+    ----------
+    columns : (n // 2 + 1, column), a NumPy array: the first values of each column. The others are
+        the conjugates of these in reverse order.
+    n : length of a full column.
     """
     if duccs:
         return duccs.c2r(columns, axes=(0,), lastsize=n, forward=True)

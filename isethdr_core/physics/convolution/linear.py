@@ -92,7 +92,7 @@ def prepare(psf: Any, shape: Sequence[int]) -> Kernel:
 
 
 def _prepare_mirrored(psf: Mirrored, shape: Sequence[int]) -> Kernel:
-    """Return `prepare` of a kernel of which half is kept."""
+    """Return `prepare` of a `Mirrored` kernel."""
     psf = psf.within(*(n - 1 for n in shape))
     low, high = _range(psf.half, np)
     peak, size = max(-low, high), transform.sizes(shape, psf.shape)
@@ -127,7 +127,7 @@ def convolve(image: Any, psf: Any, error_allowed: float = 0.0) -> Any:
 
 
 def convolve_with_bound(image: Any, psf: Any, error_allowed: float = 0.0) -> tuple[Any, Bound]:
-    """Return the convolution and a bound on its error as it came out; arguments as `convolve`."""
+    """Return the convolution and a bound on its actual error; arguments as `convolve`."""
     xp = namespace(image)
     image = xp.asarray(image)
     kernel = psf if isinstance(psf, Kernel) else prepare(psf, image.shape)
@@ -241,8 +241,7 @@ def _crop(psf: Any, shape: Sequence[int], xp: Any) -> Any:
     for k, n in zip(psf.shape, shape):
         centre = k // 2
         cut.append(slice(max(0, centre - (n - 1)), min(centre + n, k)))
-    # The centre of what is left need not sit at size // 2 any more: pad at the end or the start
-    # until it does.
+    # The centre of the cropped kernel may no longer be at size // 2: pad at the end or the start.
     part = psf[tuple(cut)]
     pad = []
     for k, s in zip(psf.shape, cut):

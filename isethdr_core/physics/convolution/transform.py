@@ -149,14 +149,15 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
 
 
 def columns(halves, multiply, size, apply=map) -> None:
-    """Transform planes along y, combine them, and transform back: the first planes of `halves`
-    become the results.
+    """Transform planes along y, combine them, and transform back.
 
     Parameters
     ----------
-    multiply : multiply(block, planes) takes the number of a block of columns and its transforms, a
-        list of (sy, columns) arrays that it may overwrite, and returns the transforms of the
-        outputs, at most as many.
+    halves : planes transformed along x. The first of them are overwritten with the results.
+    multiply : function(block, planes) -> transforms of the outputs, at most as many as `planes`.
+        `block` is the number of a block of columns; `planes` are its transforms, a list of arrays
+        (sy, columns) that the function may overwrite.
+    size : (sy, sx) of the padded image. `apply` : `map`, or the `map` of a pool of threads.
     """
     count, ny, _ = halves[0].shape
     local = threading.local()

@@ -164,10 +164,12 @@ def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> flo
 
 
 def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
-    """Return the electrons that arrived at constant light in `duration_s`, from the charge left:
-    the inverse of `flow`.
+    """Return the electrons that arrived at constant light, from the charge: the inverse of `flow`.
 
-    Readings at or below 0 come back as they are.
+    Parameters
+    ----------
+    charge_e : electrons in the well after the exposure. Values at or below 0 are returned as is.
+    duration_s : of the exposure. `well` : its overflow law.
 
     Notes
     -----
@@ -249,8 +251,9 @@ def steady_charge(current_e_per_s, well: Well, leak_per_s: float = 0.0) -> np.nd
 
 
 def _odds(charge_e, arrived_e, log_memory_s, well):
-    """Return (log(b J), s): s is the log of what the well forgets over what it keeps of its first
-    charge.
+    """Return (log(b J), s).
+
+    s is the log of the share of its first charge that the well loses, over the share that it keeps.
     """
     source = np.log(well.knee_e_per_s / well.thermal_e) + log_memory_s
     return source, ((charge_e - well.knee_e) + arrived_e) / well.thermal_e + source

@@ -30,9 +30,7 @@ from .noise import LARGEST_MEAN_E, poisson
 
 
 class Moments(NamedTuple):
-    """Means (e) and second moments (e^2) of the charge in the well and of all that spilled so
-    far.
-    """
+    """Means (e) and second moments (e^2) of the charge in the well and of all spilled charge."""
 
     charge_e: np.ndarray
     spilled_e: np.ndarray

@@ -129,8 +129,8 @@ def rows_per_block(width: int) -> int:
 
 
 def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
-    # `left` is how far the draw lies beyond the step from k - 1 to k; the near tail keeps 1e-12
-    # electrons right too.
+    # `remaining` is the distance of the draw beyond the step from k - 1 to k of the distribution.
+    # The smaller tail is summed, so that means of 1e-12 electrons are accurate too.
     if mean.size and mean.max() < 0.69:  # only upper draws with p < mean can count anything
         p, upper = tail(word)
         some, count = np.flatnonzero(upper & (p < mean)), np.zeros_like(mean)

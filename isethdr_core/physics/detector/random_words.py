@@ -53,8 +53,8 @@ def words(stream: tuple[object, ...], y0: int, y1: int, x0: int, x1: int) -> np.
     state, first = bits.state, x0 % 4
     out = np.empty((y1 - y0, x1 - x0), np.int64)
     for y in range(y0, y1):
-        # numpy adds 1 to the counter before it makes the next four words; position 4 says that none
-        # is left over
+        # numpy adds 1 to the counter before it computes the next four words; position 4 means that
+        # no word of the last four is left
         state["state"]["counter"][:] = x0 // 4, y, 0, 0
         state["buffer_pos"], state["has_uint32"] = 4, 0
         bits.state = state

@@ -1,6 +1,6 @@
 """Optics: pupils, wavefronts, diffraction, glasses, and exact and paraxial rays.
 
-| module                | what                                                                    |
+| module                | content                                                                 |
 |-----------------------|-------------------------------------------------------------------------|
 | `diffraction`         | the point spread function of any complex pupil                          |
 | `distortion`          | maps between field coordinates and distorted ones                       |
@@ -10,12 +10,12 @@
 | `lattice`             | the diffraction pattern of a pupil over a whole frame                   |
 | `paraxial`            | paraxial matrices (height, angle) of any path through surfaces          |
 | `pattern_columns`     | light from tile to tile in a few columns, from chords of the pupil      |
-| `projection`          | how field coordinates stand for directions                              |
+| `projection`          | field coordinates and the directions that they denote                   |
 | `pupil`               | blades, dust and scratches of an aperture, averaged over cells          |
 | `ray_sums`            | means of a scaling pattern over tiles and bands, along rays             |
 | `ray_trace`           | exact rays through a list of surfaces                                   |
 | `surfaces`            | surfaces of revolution: where a ray meets them, and their normals       |
-| `thin_film`           | what a stack of layers between two media reflects and transmits         |
+| `thin_film`           | reflectance and transmittance of a stack of layers between two media    |
 | `tile_weights`        | exact integrals of a band-limited function over tiles                   |
 | `whole_plane_pattern` | the diffraction pattern of a pupil with phase, at few wavenumbers       |
 | `zernike`             | wavefronts from OSA/ANSI Zernike coefficients                           |

@@ -101,9 +101,10 @@ def psf_from_pupil(
 def energy_of(amplitude: npt.ArrayLike, pupil_pitch_mm: float, cell_means: bool = False) -> float:
     """Return the integral of |amplitude|^2 over a sampled pupil, mm2.
 
-    Samples are summed. Means over cells are too, but the square of a mean is less than the mean of
-    squares: grey border cells miss about 0.6 / samples across. What they miss is in proportion to
-    the cell, so that the same sum over cells twice as wide tells it.
+    The squares of samples are summed. The squares of cell means give too little at the border of
+    the pupil, because the square of a mean is less than the mean of squares: about 0.6 / samples
+    across is missing. The missing energy is proportional to the cell. It is found from the same sum
+    over cells twice as wide, and added.
     """
     amplitude = np.asarray(amplitude)
     fine = _squares(amplitude)

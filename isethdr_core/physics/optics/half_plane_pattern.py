@@ -157,12 +157,20 @@ def _along_x(drawn, period, count, apply):
 
 
 def draw(pupil: RealPupil, cell_mm, period, strips: float = STRIPS) -> np.ndarray:
-    """Return the pupil (y, x), float32, in cells smoothed by B-splines; what is wider than `period`
-    cells is summed modulo it.
+    """Return the pupil (y, x), float32, in cells smoothed by B-splines.
 
-    Each chord adds its two ends to rows of differences, one cumulative sum fills them all. An end
-    in a later period also counts for all of the earlier ones: it then takes away from column 0,
-    once per period passed.
+    A pupil wider than `period` cells is folded: its cells are summed modulo the period.
+
+    Parameters
+    ----------
+    pupil : shapes and their weights. `cell_mm` : side of a cell.
+    period : cells of the result along y and x. `strips` : rows of chords per cell.
+
+    Notes
+    -----
+    Each chord adds its two ends to rows of differences; one cumulative sum then fills all rows. An
+    end in a later period also changes all earlier periods: it is subtracted from column 0, once
+    per period passed.
     """
     (dy, dx), pad = cell_mm, (ORDER + 1) // 2
     rows, columns = (2 * (int(np.ceil(pupil.radius_mm / d)) + pad) for d in cell_mm)

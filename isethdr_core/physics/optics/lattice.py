@@ -18,7 +18,7 @@ import scipy.fft as sf
 
 from .pupil import chord_ends
 
-ORDER = 7  # of the weights, a B-spline: so many boxes one after another
+ORDER = 7  # of the B-spline weights: the number of boxes that are convolved with each other
 
 
 def spline_taps(place, degree: int) -> list[np.ndarray]:

@@ -1,10 +1,9 @@
-"""Pattern columns: the light from one tile to another in a few columns of tiles, straight from the
-pupil's chords.
+"""Pattern columns: kernels in a few columns of tiles, computed directly from the pupil's chords.
 
-Along x every chord of the pupil is integrated in closed form, so columns may lie anywhere; along y
-it is transformed in smooth cells. No lattice, ray or running sum takes part: what comes out tells
-how wrong kernels are that were made with them. Of a pupil with phase the cells are smooth along
-both axes, finer than those of the kernels, and no other wavelength takes part.
+Along x every chord of the pupil is integrated in closed form, so that columns may lie anywhere.
+Along y it is transformed in smooth cells. No lattice, ray or running sum is used: the difference
+from the kernels made with them is the error of those kernels. A pupil with phase has cells that are
+smooth along both axes and finer than those of the kernels; no other wavelength is used.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ STEP = 0.42  # of wavelength x f-number; 0.5 holds all of the pattern
 PERIOD = 3.0  # of the field along y, in reaches
 STRIPS = 1.5  # of a row of cells
 BLOCK = 32  # columns at a time
-TOGETHER = 2048  # chords: with so many columns they stay in the processor's cache
+TOGETHER = 2048  # chords in one block, which fits the processor's cache
 MOVES = (
     1.2  # tiles that the outermost tile moves from one wavelength of a band to the next, at most
 )

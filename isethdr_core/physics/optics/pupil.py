@@ -232,14 +232,24 @@ def dirt(
     direction_deg: float = 0.0,
     direction_range_deg: float = 180.0,
 ) -> list[tuple[Convex, float]]:
-    """Draw dust and scratches over the square around a pupil of `radius` mm; no grid takes part.
+    """Draw dust and scratches over the square around a pupil, as exact shapes.
 
-    Counts are Poisson; positions uniform; dust radii log-normal about the median `dust_radius_um`
-    with sigma `dust_spread`; scratches are straight, 0.4 to 1.6 of `scratch_length_um` long and 0.5
-    to 1.5 of `scratch_width_um` wide, in groups of `together` parallel ones, 0.5 to 1.5 of
-    `spacing_um` apart, whose direction is uniform from `direction_deg` (0 along x) over
-    `direction_range_deg`. Each takes a share of the amplitude uniform between the two ends of its
-    `loss`. The same arguments give the same dirt.
+    Counts have a Poisson distribution, positions are uniform. The same arguments give the same
+    dirt.
+
+    Parameters
+    ----------
+    radius : of the pupil, mm.
+    dust_per_mm2 : mean number of grains. `dust_radius_um` : median of their radii, which are
+        log-normal with the sigma `dust_spread`.
+    scratches_per_mm2 : mean number of scratches, which are straight lines.
+    scratch_length_um, scratch_width_um : lengths are 0.4 to 1.6, widths 0.5 to 1.5 of these.
+    seed : of the random numbers.
+    dust_loss, scratch_loss : (low, high) share of the amplitude lost in one grain or scratch,
+        uniform between both.
+    together : parallel scratches in a group. `spacing_um` : their distance is 0.5 to 1.5 of it.
+    direction_deg : least direction of a group, 0 along x. `direction_range_deg` : directions are
+        uniform over this range.
 
     Returns
     -------
@@ -379,11 +389,15 @@ def transmission(aperture: Convex, losses, x, y) -> np.ndarray:
 
 
 def chord_ends(terms, y0: float, step: float, count: int, places=(0.5,)):
-    """Yield (strip, left, right, weight) of chords through strips of height `step` from `y0` on,
-    for all terms.
+    """Yield (strip, left, right, weight) of chords through horizontal strips, for all terms.
 
-    `places` are those of the chords within what the shape's height leaves of its strip, so level
-    edges are exact; the weights of a strip sum to the part of it that is left.
+    Parameters
+    ----------
+    terms : (shape, weight). `y0` : lower border of the first strip. `step` : height of a strip, in
+        the unit of the shapes. `count` : number of strips.
+    places : positions of chords within a strip, and their weights. If a shape fills only a part of
+        the strip's height, the chords lie in that part, and their weights sum to its share:
+        horizontal edges are exact.
     """
     edges = y0 + np.arange(count + 1) * step
     for shape, weight in terms:

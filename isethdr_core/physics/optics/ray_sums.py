@@ -1,17 +1,16 @@
-"""Ray sums: band means of a pattern that only scales with wavelength, by one running sum along
-every ray from the axis.
+"""Ray sums: band means of a pattern that scales with the wavelength, from running sums along rays.
 
 With P the pattern at the wavelength w0 and u = w0 / w, light at (s, t s) on the ray of slope t has
 the density u^2 P(u s, t u s). Its mean over a band from a to b is
 
     w0 / ((b - a) s)  x  integral of P(r, t r) dr from r = s w0 / b to s w0 / a.
 
-One running sum along a ray therefore serves all bands, whatever their width: each border of a band
-is one read. A tile's width across the ray is an interval of slopes, the same for all wavelengths:
-one sparse matrix serves all bands.
+One running sum along a ray therefore serves bands of any width: each border of a band is one read.
+A tile's width across the ray is an interval of slopes, the same for all wavelengths, so that one
+sparse matrix serves all bands.
 
-Where a phase changes the pattern with the wavelength, each band's is a weighted sum of a few
-patterns on the same lattice; their sums are added before they are averaged over tiles.
+If a phase changes the pattern with the wavelength, the pattern of each band is a weighted sum of a
+few patterns on the same lattice. Their running sums are added before they are averaged over tiles.
 """
 
 from __future__ import annotations
@@ -211,9 +210,9 @@ class _Reader:
         self.factor = sector.pitch_um[1] * sector.step_um * sector.wavelength_nm
         self.factor = self.factor / (edges[:, 1] - edges[:, 0])
         self.inside, self.weights = _triangle_rule(places)
-        # Where the band alone spreads a tile along the ray, the tile's length still makes it wider
-        # across a slanted ray:
-        # two triangles, as far apart as the tile's triangle along the major axis is wide
+        # If the band's width alone spreads a tile along the ray, the tile's length still widens it
+        # across a slanted ray: two triangles, whose distance is the width of the tile's triangle
+        # along the major axis
         self.lean = np.sqrt(1 / 6) if places == 1 else 0.0
         # A triangle across the rays is drawn narrower by what lines between samples widen it, in
         # the image of a middle wavelength

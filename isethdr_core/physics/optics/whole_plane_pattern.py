@@ -1,16 +1,16 @@
 """Whole-plane pattern: the diffraction pattern of a pupil with phase, sampled on a square lattice.
 
-The open pupil and its dirt are drawn once in cells smoothed by B-splines (`half_plane_pattern`),
-and turned by the phase at the middle of each cell. To turn and then to smooth is not the same: with
-b the smoothing, a the pupil and the phase straight over a cell,
+The open pupil and its dirt are drawn once in cells smoothed by B-splines (`half_plane_pattern`).
+Each cell is then multiplied by the phase factor at its middle. Multiplying before smoothing would
+differ: with b the smoothing, a the pupil, t the distance, and a phase that is linear over a cell,
 
-    b * (a exp(i phi)) = exp(i phi) (b * a - i phi' (t b) * a + ...),
+    b * (a exp(i phi)) = exp(i phi) (b * a - i phi' (t b) * a + ...).
 
-t the distance. The first moment (t b) * a is taken from differences between cells (`MOMENT`), and
-what is left is of second order in the change of phase from cell to cell, `MOST_TURNS` at most.
+The first moment (t b) * a is computed from differences between cells (`MOMENT`). The remaining
+error is of second order in the change of phase from cell to cell, which is `MOST_TURNS` at most.
 
-Drawn to the scale of one wavelength, the pattern is a smooth function of the wavenumber k: a
-polynomial through the patterns of a few wavenumbers (`interpolation_wavenumbers`) gives all others.
+At the scale of one wavelength, the pattern is a smooth function of the wavenumber k. A polynomial
+through the patterns of a few wavenumbers (`interpolation_wavenumbers`) gives all others.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from . import half_plane_pattern as half
 from .half_plane_pattern import HalfLattice, HalfPattern, RealPupil
 from .lattice import ORDER, lattice_pitch_mm, spline_response
 
-# of a change of phase, rms over the pupil, that a polynomial has to follow: measured 0.8 to 1.36,
-# with coma and defocus of 0.14 to 2.8 rad over the range of wavenumbers
+# effective change of phase for the polynomial over the rms change over the pupil: measured 0.8 to
+# 1.36, with coma and defocus of 0.14 to 2.8 rad over the range of wavenumbers
 FOLLOWED = 1.4
 
 PERIOD = 3.0  # of the field, in reaches
 # differences over 2, 4 and 6 cells that give the first moment of a B-spline of order 7, times -1:
-# 7 / (2 pi) (1 / u - pi cot(pi u)) of u cycles per cell, by least squares up to 1 / `PERIOD`; they
-# are right to 0.06, of 1.3 at most
+# 7 / (2 pi) (1 / u - pi cot(pi u)) of u cycles per cell, by least squares up to 1 / `PERIOD`; the
+# error is at most 0.06, of values up to 1.3
 MOMENT = (0.53853, -0.18845, 0.0531)
 SPARE = 3  # cells beside those that are lit
 MOST_TURNS = 1 / 64  # of phase from cell to cell: leaves 2 % of light at the border at most
@@ -136,18 +136,18 @@ def densities(
 
 
 def interpolation_wavenumbers(first: float, last: float, change_rad: float, error: float):
-    """Return wavenumbers through which a polynomial gives the patterns of all between `first` and
-    `last`, Chebyshev's.
+    """Return the Chebyshev nodes for interpolating patterns from wavenumber `first` to `last`.
 
     Parameters
     ----------
-    change_rad : of the phase from first to last, rms over the pupil.
-    error : relative, of light, L1.
+    first, last : wavenumbers, in one unit.
+    change_rad : change of the phase from first to last, rms over the pupil.
+    error : largest relative error of the light, L1 norm.
 
     Notes
     -----
-    Every pair of points of the pupil adds a wave in k to the pattern. A polynomial through n of
-    Chebyshev's places leaves R^n / (2^(n - 1) n!) of exp(i R t), t from -1 to 1 (Trefethen 2013,
+    Every pair of points of the pupil adds a wave in k to the pattern. A polynomial through n
+    Chebyshev nodes has the error R^n / (2^(n - 1) n!) for exp(i R t), t from -1 to 1 (Trefethen 2013,
     Approximation Theory and Approximation Practice, chapter 7, for entire functions); R is
     `FOLLOWED` times the change.
     """
@@ -159,8 +159,9 @@ def interpolation_wavenumbers(first: float, last: float, change_rad: float, erro
 
 
 def left_by(count: int, change_rad: float) -> float:
-    """Return the relative error, L1, that a polynomial through so many wavenumbers leaves of light;
-    arguments as `interpolation_wavenumbers`.
+    """Return the relative error of the light, L1 norm, with `count` interpolation wavenumbers.
+
+    `change_rad` is as of `interpolation_wavenumbers`.
     """
     return (FOLLOWED * change_rad) ** count / (2.0 ** (count - 1) * factorial(count))
 

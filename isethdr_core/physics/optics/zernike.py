@@ -283,8 +283,9 @@ def rotated(zernike_um, angle_rad: float) -> dict[int, float]:
 
 
 def mapped(zernike_um, matrix) -> dict[int, float]:
-    """Return the coefficients of the wavefront whose value at `matrix` (x, y) is that of the given
-    one at (x, y).
+    """Return the coefficients of a wavefront after a linear map of its coordinates.
+
+    Its value at `matrix` (x, y) is the value of the first wavefront at (x, y).
 
     Parameters
     ----------
@@ -306,16 +307,14 @@ def _terms_to(degree: int) -> int:
 
 @lru_cache(maxsize=256)
 def _substitution(matrix, count: int) -> np.ndarray:
-    """Return the (new, given) coefficients of all terms up to `count` with `matrix`^-1 (x, y) in
-    the place of (x, y).
+    """Return the matrix (new, old) of the coefficients after replacing (x, y) by `matrix`^-1 (x, y).
 
-    A polynomial stays one of the same degree, so that its values at more places than terms
-    determine it.
+    The degree of a polynomial does not change. Its values at more points than terms determine it.
     """
     radius = np.sqrt((np.arange(count) + 0.5) / count)
     turn = (
         np.pi * (3 - 5**0.5) * np.arange(count)
-    )  # a sunflower's: no two places on one line through the middle
+    )  # sunflower pattern: no two points lie on one line through the middle
     radius, turn = (np.concatenate([radius, radius]), np.concatenate([turn, turn + 1.0]))
     points = np.stack([radius * np.cos(turn), radius * np.sin(turn)])
     mapped_points = np.linalg.inv(np.array(matrix, float)) @ points

@@ -98,13 +98,12 @@ def detail_error(
     width_out: float,
     height_out: float,
 ) -> np.ndarray:
-    """Return how far the mean over each output rectangle may be off because tiles are taken for
-    even.
+    """Return the error of the mean over each output rectangle due to taking tiles as constant.
 
     Parameters
     ----------
-    deviation : (y, x) standard deviation of the values within each tile. The other arguments are
-        those of `resample_mean`.
+    deviation : (y, x) standard deviation of the values within each tile.
+    x_in, y_in, x_out, y_out, width_out, height_out : as of `resample_mean`.
 
     Returns
     -------
@@ -112,10 +111,10 @@ def detail_error(
 
     Notes
     -----
-    A rectangle that covers the fraction f of a tile errs there by the covariance of its indicator
-    and the values, at most sqrt(f (1 - f)) times their deviation (Cauchy and Schwarz), and not at
-    all where it covers the tile or misses it. Errors of different tiles add up in squares. With f =
-    g h, the fractions along both axes, f (1 - f) <= g h ((1 - g) + (1 - h)).
+    A rectangle that covers the fraction f of a tile has an error there: the covariance of its
+    indicator function and the values, at most sqrt(f (1 - f)) times their deviation (Cauchy and
+    Schwarz). It is 0 for f = 0 and f = 1. The squares of the errors of different tiles add up. With
+    f = g h, the fractions along both axes, f (1 - f) <= g h ((1 - g) + (1 - h)).
     """
     tile_x, tile_y = (
         float(c[-1] - c[0]) / (len(c) - 1) for c in (np.asarray(x_in), np.asarray(y_in))

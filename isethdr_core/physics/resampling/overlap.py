@@ -22,13 +22,14 @@ def borders(centres, pitch: float) -> np.ndarray:
 
 
 def overlap_areas(x_in, y_in, distortion, x_out, y_out) -> csr_array:
-    """Return the (output tile, input tile) matrix of the areas that preimages of output tiles share
-    with input tiles.
+    """Return the sparse matrix (output tile, input tile) of shared areas.
+
+    The area is that of an input tile within the preimage of an output tile.
 
     Parameters
     ----------
-    x_in, y_in, x_out, y_out : borders of evenly spaced tiles, (n + 1,), in field coordinates and in
-        focal lengths.
+    x_in, y_in : borders (n + 1,) of evenly spaced input tiles, field coordinates.
+    x_out, y_out : borders (n + 1,) of evenly spaced output tiles, focal lengths.
     distortion : a map with `inverse(x, y)`.
 
     Raises

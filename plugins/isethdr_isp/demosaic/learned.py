@@ -131,9 +131,9 @@ def is_shifted(rows: Sequence[str], cell: str) -> bool:
     """Return whether an array that repeats `rows` is the array of `cell`, shifted or not."""
     tile, rows_of_array = cell_of(cell), np.array([list(row) for row in rows])
     size = np.lcm(tile.shape, rows_of_array.shape)
-    whole, whole_other = (np.tile(t, size // t.shape) for t in (tile, rows_of_array))
+    tiled, tiled_other = (np.tile(t, size // t.shape) for t in (tile, rows_of_array))
     return any(
-        np.array_equal(np.roll(whole, s, (0, 1)), whole_other) for s in np.ndindex(tile.shape)
+        np.array_equal(np.roll(tiled, s, (0, 1)), tiled_other) for s in np.ndindex(tile.shape)
     )
 
 

@@ -67,13 +67,13 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
     if method == "learned" and len(names) > 1:
         _state_unknown_variance(method)
         planes = learned.learned(mosaic, filters, names, variance)
-        return Interpolated(planes, _near(bad, learned.RADIUS), None)
+        return Interpolated(planes, _dilated(bad, learned.RADIUS), None)
     if method == "malvar":
         planes = bayer(method, mosaic, filters, names)
-        return Interpolated(planes, _near(bad, REACH), malvar_kernels(filters, names))
+        return Interpolated(planes, _dilated(bad, REACH), malvar_kernels(filters, names))
     if method == "menon":
         _state_unknown_variance(method)
-        return Interpolated(bayer(method, mosaic, filters, names), _near(bad, REACH), None)
+        return Interpolated(bayer(method, mosaic, filters, names), _dilated(bad, REACH), None)
     rule = bilinear(filters, len(names))
     planes, invalid = interpolated(rule, mosaic), using_invalid(rule, bad)
     if method == "guided" and len(names) > 1:
@@ -101,11 +101,11 @@ def check_array(method: str, cell: Sequence[str]) -> None:
     if len(set("".join(cell))) == 1:  # every pixel samples the only channel
         return
     if method == "learned":
-        known = learned.arrays()
-        if not any(learned.is_shifted(cell, array) for array in known):
+        arrays = learned.arrays()
+        if not any(learned.is_shifted(cell, array) for array in arrays):
             raise ConfigError(
                 f"isp.demosaic is 'learned' and the filter array {'/'.join(cell)}, for which no "
-                f"filters are trained; expected one of {', '.join(known)}, shifted or not; "
+                f"filters are trained; expected one of {', '.join(arrays)}, shifted or not; "
                 "type isp.demosaic=guided"
             )
     if method in BAYER_ALONE and "".join(cell) not in BAYER:
@@ -154,7 +154,7 @@ def bayer(method: str, mosaic, filters, names):
     return np.stack([rgb[..., "RGB".index(name)] for name in names])
 
 
-def _near(bad, reach: int):
+def _dilated(bad, reach: int):
     """Return which pixels lie within `reach` rows and columns of a bad one."""
     from scipy.ndimage import binary_dilation
 

@@ -59,7 +59,7 @@ def joined_rows(blocks: list[Merged]) -> Merged:
     return Merged(signal, variance, valid, source, SampleNoise(tuple(parts[k] for k in order)))
 
 
-def plain(read: Readout) -> Merged:
+def single_capture(read: Readout) -> Merged:
     """Return one reading as a mosaic, without a margin below its top."""
     signal, variance = read.charge_e - read.dark_e, read.variance_e2()
     source = np.full(signal.shape, read.capture, np.uint8)

@@ -295,9 +295,9 @@ def chosen(captures, name: str):
     """Return the captures Dataset with only the capture called `name`; the first one when the name
     is empty.
     """
-    known = [str(c) for c in captures["capture"].values]
-    if name and name not in known:
+    names = [str(c) for c in captures["capture"].values]
+    if name and name not in names:
         raise UnitError(
-            f"capture {name!r} is not in this shot{did_you_mean(name, known)}; set isp.capture"
+            f"capture {name!r} is not in this shot{did_you_mean(name, names)}; set isp.capture"
         )
-    return captures.isel(capture=[known.index(name) if name else 0])
+    return captures.isel(capture=[names.index(name) if name else 0])

@@ -25,9 +25,17 @@ def read_ldt(path: Path) -> MeasuredLamp:
         flux = sum(number(HEAD_LINES + SET_LINES * k + 3) for k in range(sets))
         first = HEAD_LINES + SET_LINES * sets + RATIO_LINES
         values = np.array([float(v.replace(",", ".")) for v in lines[first:] if v])
-        c_deg, gamma_deg, rest = np.split(values, [planes, planes + angles])
-        given = {0: planes, 1: 1, 2: planes // 2 + 1, 3: planes // 2 + 1, 4: planes // 4 + 1}
-        candela = rest[: given[symmetry] * angles].reshape(given[symmetry], angles)
+        c_deg, gamma_deg, candelas = np.split(values, [planes, planes + angles])
+        stored_planes = {
+            0: planes,
+            1: 1,
+            2: planes // 2 + 1,
+            3: planes // 2 + 1,
+            4: planes // 4 + 1,
+        }
+        candela = candelas[: stored_planes[symmetry] * angles].reshape(
+            stored_planes[symmetry], angles
+        )
     except (ValueError, IndexError, KeyError):
         raise ConfigError(
             f"{path.name} ends early or holds other lines than EULUMDAT has; expected its 26 lines,"
@@ -41,18 +49,18 @@ def _whole_turn(symmetry, c_deg, candela):
     """Return C planes from 0 to 360 degrees and their candela, where one plane (symmetry 1), a half
     (2: C0 to C180, 3: C90 to C270) or a quarter (4) stands for all.
     """
-    whole = np.r_[c_deg, 360.0]
+    all_planes = np.r_[c_deg, 360.0]
     if symmetry == 1:
         return np.array([0.0, 360.0]), np.repeat(candela, 2, 0)
-    turn = np.mod(whole, 360)
+    turn = np.mod(all_planes, 360)
     if symmetry == 3:
-        given = c_deg[(c_deg >= 90) & (c_deg <= 270)]
+        half_turn = c_deg[(c_deg >= 90) & (c_deg <= 270)]
         turn = np.where(turn < 90, 180 - turn, np.where(turn > 270, 540 - turn, turn))
     else:
-        given = c_deg[: len(candela)]
+        half_turn = c_deg[: len(candela)]
         if symmetry in (2, 4):
             turn = np.minimum(turn, 360 - turn)
         if symmetry == 4:
             turn = np.minimum(turn, 180 - turn)
-    nearest = np.abs(turn[:, None] - given).argmin(1)
-    return whole, candela[nearest]
+    nearest = np.abs(turn[:, None] - half_turn).argmin(1)
+    return all_planes, candela[nearest]

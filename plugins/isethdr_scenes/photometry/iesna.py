@@ -21,12 +21,12 @@ TYPES = {1: "C", 2: "B", 3: "A"}
 def read_ies(path: Path) -> MeasuredLamp:
     """Return the lamp of a file; raise ConfigError where it is not what LM-63 says."""
     text = path.read_text(encoding="latin-1")
-    head, tilt, rest = text.partition("TILT=")
+    head, tilt, after_tilt = text.partition("TILT=")
     if not tilt:
         raise ConfigError(f"{path.name} has no line TILT=; expected a file of LM-63")
-    kind, _, rest = rest.partition("\n")
+    kind, _, after_tilt = after_tilt.partition("\n")
     try:
-        numbers = [float(v) for v in rest.replace(",", " ").split()]
+        numbers = [float(v) for v in after_tilt.replace(",", " ").split()]
         if kind.strip() == "INCLUDE":
             numbers = numbers[2 + 2 * int(numbers[1]) :]
         head_numbers, numbers = numbers[:13], numbers[13:]

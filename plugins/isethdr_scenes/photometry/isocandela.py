@@ -17,12 +17,12 @@ LOWEST = 0.002  # of the largest intensity: lines below are left out
 
 
 def plot(
-    path: Path, title: str, table: IntensityTable, intensity_cd: float, found: list[Finding]
+    path: Path, title: str, table: IntensityTable, intensity_cd: float, findings: list[Finding]
 ) -> None:
     """Write a picture: left is to the left, as the driver sees the beam on a wall."""
     with needed("a plot of equal intensities", extra="report"):
         figures = import_module("matplotlib.figure")
-    places = np.array([p for f in found for p in f.rule.places] or [(0.0, 0.0)])
+    places = np.array([p for f in findings for p in f.rule.places] or [(0.0, 0.0)])
     wide, high = np.maximum(1.2 * np.abs(places).max(0), (10.0, 5.0))
     left, up = np.linspace(-wide, wide, 401), np.linspace(-high, high, 301)[:, None]
     candela = intensity_cd * table.at(left, up)
@@ -31,14 +31,14 @@ def plot(
     levels = [v for v in LEVELS_CD if LOWEST * candela.max() <= v < candela.max()]
     lines = axes.contour(left, up[:, 0], candela, levels=levels, cmap="viridis", linewidths=1)
     axes.clabel(lines, fmt="%g cd", fontsize=7)
-    for one in found:
-        x, y = np.array(one.rule.places).T
-        colour = "tab:blue" if one.kept else "tab:red"
-        if one.rule.kind == "box":
+    for finding in findings:
+        x, y = np.array(finding.rule.places).T
+        colour = "tab:blue" if finding.is_met else "tab:red"
+        if finding.rule.kind == "box":
             x, y = x[[0, 1, 1, 0, 0]], y[[0, 0, 1, 1, 0]]
-        if one.rule.kind in ("box", "polygon"):
+        if finding.rule.kind in ("box", "polygon"):
             axes.plot(np.r_[x, x[0]], np.r_[y, y[0]], color=colour, lw=0.8, ls="--")
-        elif one.rule.kind in ("point", "sum"):
+        elif finding.rule.kind in ("point", "sum"):
             axes.plot(x, y, "+", color=colour, ms=6)
     axes.set(xlim=(wide, -wide), ylim=(-high, high), title=title)
     axes.set(xlabel="degrees to the left", ylabel="degrees up")

@@ -22,13 +22,13 @@ def lamp_of(lamp: str, rules: str = "") -> LampPattern:
     ------
     ConfigError : no such lamp or file, a file that cannot be read, or no such rules.
     """
-    asked = tuple(r for r in rules.split(",") if r)
-    for name in asked:
+    rule_names = tuple(r for r in rules.split(",") if r)
+    for name in rule_names:
         if name not in rule_sets():
             raise ConfigError(f"there are no rules {name!r}{did_you_mean(name, rule_sets())}")
     if lamp in FAMILIES:
-        known = family(lamp)
-        return known._replace(rules=asked or known.rules)
+        lamp_family = family(lamp)
+        return lamp_family._replace(rules=rule_names or lamp_family.rules)
     path = Path(lamp)
     if path.suffix.lower() not in READERS:
         raise ConfigError(
@@ -36,30 +36,30 @@ def lamp_of(lamp: str, rules: str = "") -> LampPattern:
         )
     if not path.is_file():
         raise ConfigError(f"there is no file {lamp}; type a path to a file of LM-63 or EULUMDAT")
-    return LampPattern(*READERS[path.suffix.lower()](path), asked)
+    return LampPattern(*READERS[path.suffix.lower()](path), rule_names)
 
 
 def report(lamp: str, rules: str = "", plot: str = "") -> bool:
     """Print what a lamp has where each rule asks, draw its plot where `plot` names a picture, and
     return whether all rules are kept.
     """
-    found = lamp_of(lamp, rules)
+    lamp_data = lamp_of(lamp, rules)
     everything: list[Finding] = []
-    print(f"{lamp}: largest intensity {found.intensity_cd:.4g} cd")
-    for name in found.rules:
-        findings = check(found.table, found.intensity_cd, name)
-        broken = sum(not f.kept for f in findings)
+    print(f"{lamp}: largest intensity {lamp_data.intensity_cd:.4g} cd")
+    for name in lamp_data.rules:
+        findings = check(lamp_data.table, lamp_data.intensity_cd, name)
+        broken = sum(not f.is_met for f in findings)
         print(f"\n{name}: {len(findings) - broken} of {len(findings)} rules are kept")
         for f in findings:
-            same = f.low_cd == f.high_cd
-            value = f"{f.low_cd:.4g}" if same else f"{f.low_cd:.4g}-{f.high_cd:.4g}"
+            is_limit = f.low_cd == f.high_cd
+            value = f"{f.low_cd:.4g}" if is_limit else f"{f.low_cd:.4g}-{f.high_cd:.4g}"
             limits = f"{f.least_cd:g} to {f.most_cd:g}"
-            verdict = "" if f.kept else "BROKEN"
+            verdict = "" if f.is_met else "BROKEN"
             print(f"  {f.rule.name:12s} {value:>16s} cd   {limits:20s} {verdict}".rstrip())
         everything += findings
-    if not found.rules:
+    if not lamp_data.rules:
         print(f"no rules; choose with --rules from {', '.join(rule_sets())}")
     if plot:
-        draw(Path(plot), lamp, found.table, found.intensity_cd, everything)
+        draw(Path(plot), lamp, lamp_data.table, lamp_data.intensity_cd, everything)
         print(f"\nplot: {plot}")
-    return all(f.kept for f in everything)
+    return all(f.is_met for f in everything)

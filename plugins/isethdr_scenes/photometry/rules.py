@@ -41,8 +41,8 @@ class Finding:
     most_cd: float
 
     @property
-    def kept(self) -> bool:
-        """Whether the rule is kept."""
+    def is_met(self) -> bool:
+        """Whether the rule is met."""
         return self.low_cd >= self.least_cd and self.high_cd <= self.most_cd
 
 
@@ -74,14 +74,14 @@ def check(table: IntensityTable, intensity_cd: float, rules: str) -> list[Findin
     sets = rule_sets()
     if rules not in sets:
         raise ConfigError(f"there are no rules {rules!r}{did_you_mean(rules, sets)}")
-    found: dict[str, Finding] = {}
+    findings: dict[str, Finding] = {}
     # those that others are relative to come first
     for rule in sorted(sets[rules], key=lambda r: bool(r.of)):
         values = intensity_cd * _values(table, rule)
-        factor = found[rule.of].high_cd if rule.of else 1.0
+        factor = findings[rule.of].high_cd if rule.of else 1.0
         limits = rule.least_cd * factor, rule.most_cd * factor
-        found[rule.name] = Finding(rule, float(values.min()), float(values.max()), *limits)
-    return [found[rule.name] for rule in sets[rules]]
+        findings[rule.name] = Finding(rule, float(values.min()), float(values.max()), *limits)
+    return [findings[rule.name] for rule in sets[rules]]
 
 
 def _rule(rows):

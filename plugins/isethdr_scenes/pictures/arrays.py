@@ -56,13 +56,13 @@ def array_scene(
         arrays = {"values": np.asarray(values)}
         if len(wavelength_nm):
             arrays["wavelength_nm"] = wavelength_nm
-    path = _kept({name: np.asarray(value) for name, value in arrays.items()})
+    path = _stored_path({name: np.asarray(value) for name, value in arrays.items()})
     fields = {"path": str(path), **fields}
     PictureFile(**fields).check_files()
     return ["scene=array", *(f"scene.{name}={_typed(value)}" for name, value in fields.items())]
 
 
-def _kept(arrays: dict[str, np.ndarray]) -> Path:
+def _stored_path(arrays: dict[str, np.ndarray]) -> Path:
     digest = hashlib.sha256()
     for name, array in arrays.items():
         digest.update(f"{name} {array.dtype} {array.shape} ".encode())

@@ -59,17 +59,17 @@ class Wanted:
     variable: str = ""
 
 
-def plain_array(values: np.ndarray, wanted: Wanted, path: Path) -> Content:
+def plain_array(values: np.ndarray, selection: Wanted, path: Path) -> Content:
     """Return the content of an array without names of its axes.
 
-    Two axes are luminance, (y, x). Three axes are colours, (y, x, 3), or bands where `wanted` names
+    Two axes are luminance, (y, x). Three axes are colours, (y, x, 3), or bands where `selection` names
     wavelengths, first or last.
 
     Raises
     ------
     UnitError : the axes fit none of these.
     """
-    bands = wanted.wavelength_nm
+    bands = selection.wavelength_nm
     shape = " x ".join(map(str, values.shape))
     if values.dtype.kind not in "fiu":
         raise UnitError(f"{path} holds {values.dtype} values; expected real numbers")

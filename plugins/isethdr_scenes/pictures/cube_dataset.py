@@ -21,7 +21,7 @@ NM_PER = {"nm": 1.0, "nanometer": 1.0, "nanometre": 1.0, "um": 1e3, "micrometer"
 HDF5 = b"\x89HDF"  # NetCDF 4 is HDF5; NetCDF 3 begins with CDF
 
 
-def read(path: Path, wanted: Wanted) -> Content:
+def read(path: Path, selection: Wanted) -> Content:
     """Return the content of a zarr store or a NetCDF file.
 
     Raises
@@ -30,7 +30,7 @@ def read(path: Path, wanted: Wanted) -> Content:
     UnitError : several arrays and none is named, other dims, or wavelengths of an unknown unit.
     """
     with _opened(path) as data:
-        return content_of(_chosen(data, wanted, path), path)
+        return content_of(_chosen(data, selection, path), path)
 
 
 def _opened(path: Path) -> xr.Dataset:
@@ -48,14 +48,14 @@ def _opened(path: Path) -> xr.Dataset:
         raise unreadable(path, "zarr or NetCDF", err) from None
 
 
-def _chosen(data: xr.Dataset, wanted: Wanted, path: Path) -> xr.DataArray:
+def _chosen(data: xr.Dataset, selection: Wanted, path: Path) -> xr.DataArray:
     cubes = [str(name) for name, v in data.data_vars.items() if "wavelength" in v.dims]
     usual = "radiance" if "radiance" in cubes else cubes[0] if len(cubes) == 1 else ""
-    name = wanted.variable or usual
+    name = selection.variable or usual
     if name not in data:
-        held = ", ".join(f"{n} {tuple(map(str, v.dims))}" for n, v in data.data_vars.items())
+        variables = ", ".join(f"{n} {tuple(map(str, v.dims))}" for n, v in data.data_vars.items())
         raise UnitError(
-            f"{path} holds {held or 'no array'}; expected one array with the dims wavelength, y, x;"
+            f"{path} holds {variables or 'no array'}; expected one array with the dims wavelength, y, x;"
             f" type for example scene.variable={cubes[0] if cubes else 'radiance'}"
         )
     return data[name]

@@ -22,7 +22,7 @@ from .content import LUMINANCE_CHANNELS, RGB_CHANNELS, XYZ_CHANNELS, Content, Wa
 _BAND = re.compile(r"S0\.(\d+)(?:[.,](\d+))?nm")
 
 
-def read(path: Path, wanted: Wanted) -> Content:
+def read(path: Path, selection: Wanted) -> Content:
     """Return the content of an EXR file.
 
     Raises
@@ -38,9 +38,9 @@ def read(path: Path, wanted: Wanted) -> Content:
     except (RuntimeError, ValueError, IndexError) as err:
         raise unreadable(path, "EXR", err) from None
     bands = {name: float(f"{m[1]}.{m[2] or 0}") for name in pixels if (m := _BAND.fullmatch(name))}
-    if bands and not wanted.channels:
+    if bands and not selection.channels:
         return Content(_stacked(pixels, tuple(bands), path), wavelength_nm=tuple(bands.values()))
-    names = wanted.channels or _usual(pixels, path)
+    names = selection.channels or _usual(pixels, path)
     missing = [name for name in names if name not in pixels]
     if missing or len(names) not in (1, 3):
         raise _wrong_channels(path, pixels, missing)
@@ -65,10 +65,10 @@ def _usual(pixels: Mapping[str, Any], path: Path) -> tuple[str, ...]:
 
 
 def _wrong_channels(path: Path, pixels: Mapping[str, Any], missing: list[str]) -> UnitError:
-    held = ", ".join(sorted(pixels)) or "none"
+    channels = ", ".join(sorted(pixels)) or "none"
     lacks = f" and lacks {', '.join(missing)}" if missing else ""
     return UnitError(
-        f"{path} has the channels {held}{lacks}; expected R, G, B, or X, Y, Z, or Y, or S0.<nm>nm;"
+        f"{path} has the channels {channels}{lacks}; expected R, G, B, or X, Y, Z, or Y, or S0.<nm>nm;"
         " type for example 'scene.channels=[layer.R,layer.G,layer.B]'"
     )
 

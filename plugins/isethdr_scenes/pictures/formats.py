@@ -43,13 +43,15 @@ def needs_path(path: str) -> Path:
             f"scene.path is {path!r}; expected a picture or a spectral cube; type for example"
             " scene.path=street.exr"
         )
-    found = Path(path).expanduser()
-    if not found.exists():
-        raise CatalogError(f"{found} does not exist; type scene.path=<file>")
-    return found
+    file = Path(path).expanduser()
+    if not file.exists():
+        raise CatalogError(f"{file} does not exist; type scene.path=<file>")
+    return file
 
 
-def checked_content(path: str, wanted: Wanted, coding: Coding, negative_to_zero: bool) -> Content:
+def checked_content(
+    path: str, selection: Wanted, coding: Coding, negative_to_zero: bool
+) -> Content:
     """Return the content of a file, linear and without what is not light.
 
     Parameters
@@ -62,25 +64,25 @@ def checked_content(path: str, wanted: Wanted, coding: Coding, negative_to_zero:
     CatalogError : the file is not there, or cannot be read.
     UnitError : channels, dims or values are not those of light.
     """
-    found = needs_path(path)
-    if found.suffix.lower() not in READERS:
+    file = needs_path(path)
+    if file.suffix.lower() not in READERS:
         raise ConfigError(
-            f"{found} ends in {found.suffix!r}{did_you_mean(found.suffix, READERS)}; expected one"
+            f"{file} ends in {file.suffix!r}{did_you_mean(file.suffix, READERS)}; expected one"
             " of these formats"
         )
-    if found.is_dir() and found.suffix.lower() != ".zarr":
-        raise CatalogError(f"{found} is a folder; expected a file, or a folder that ends in .zarr")
-    changed = found.stat().st_mtime_ns
-    return _checked(found, changed, wanted, coding, negative_to_zero)
+    if file.is_dir() and file.suffix.lower() != ".zarr":
+        raise CatalogError(f"{file} is a folder; expected a file, or a folder that ends in .zarr")
+    changed = file.stat().st_mtime_ns
+    return _checked(file, changed, selection, coding, negative_to_zero)
 
 
 @lru_cache(maxsize=1)
 def _checked(
-    path: Path, changed_ns: int, wanted: Wanted, coding: Coding, negative_to_zero: bool
+    path: Path, changed_ns: int, selection: Wanted, coding: Coding, negative_to_zero: bool
 ) -> Content:
     """Return the content of a file; the last one stays in memory for the checks of a run."""
     try:
-        content = READERS[path.suffix.lower()](path, wanted)
+        content = READERS[path.suffix.lower()](path, selection)
     except OSError as err:
         raise CatalogError(f"{path} cannot be read: {err.strerror}") from None
     content = _linear(sorted_bands(content, path), coding, path)

@@ -18,7 +18,7 @@ from .content import Content, Wanted, plain_array, unreadable
 BESIDE = ("wavelength_nm", "unit")
 
 
-def read(path: Path, wanted: Wanted) -> Content:
+def read(path: Path, selection: Wanted) -> Content:
     """Return the content of a .npy or .npz file.
 
     Raises
@@ -31,16 +31,16 @@ def read(path: Path, wanted: Wanted) -> Content:
         arrays = {"": loaded} if isinstance(loaded, np.ndarray) else dict(loaded)
     except Exception as err:  # noqa: BLE001 - zipfile and zlib raise their own for a cut-off file
         raise unreadable(path, "NumPy", err) from None
-    held = [name for name in arrays if name not in BESIDE]
-    name = wanted.variable or (held[0] if len(held) == 1 else "")
+    names = [name for name in arrays if name not in BESIDE]
+    name = selection.variable or (names[0] if len(names) == 1 else "")
     if name not in arrays:
         raise UnitError(
-            f"{path} holds the arrays {', '.join(held) or 'none'}; expected one; type for example"
-            f" scene.variable={held[0] if held else 'radiance'}"
+            f"{path} holds the arrays {', '.join(names) or 'none'}; expected one; type for example"
+            f" scene.variable={names[0] if names else 'radiance'}"
         )
-    if "wavelength_nm" in arrays and not wanted.wavelength_nm:
+    if "wavelength_nm" in arrays and not selection.wavelength_nm:
         bands = tuple(np.asarray(arrays["wavelength_nm"], float).ravel().tolist())
-        wanted = replace(wanted, wavelength_nm=bands)
-    content = plain_array(arrays[name], wanted, path)
+        selection = replace(selection, wavelength_nm=bands)
+    content = plain_array(arrays[name], selection, path)
     unit = str(arrays["unit"]) if "unit" in arrays else None
     return replace(content, unit=unit)

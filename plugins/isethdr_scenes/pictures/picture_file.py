@@ -174,8 +174,8 @@ class PictureFile:
         return self._dataset(cube, content, bands)
 
     def _content(self) -> Content:
-        wanted = Wanted(self.channels, self.wavelength_nm, self.variable)
-        return checked_content(self.path, wanted, self.encoding, self.negative_to_zero)
+        selection = Wanted(self.channels, self.wavelength_nm, self.variable)
+        return checked_content(self.path, selection, self.encoding, self.negative_to_zero)
 
     def _per_value(self, content: Content) -> float:
         """Return what multiplies the values: cd/m2 for colours, W m-2 sr-1 nm-1 for cubes.
@@ -188,7 +188,7 @@ class PictureFile:
         UnitError : the file states another one.
         """
         self._check_colours(content)
-        stated = None if content.unit is None else units.known(content.unit, self.path)
+        stated = None if content.unit is None else units.checked_unit(content.unit, self.path)
         unit = stated if self.unit == units.NOT_STATED else self.unit
         if stated is not None and unit != stated:
             raise UnitError(
@@ -267,7 +267,7 @@ class PictureFile:
     def _lifted(self, planes: np.ndarray, content: Content, bands: np.ndarray) -> np.ndarray:
         """Return the spectra (wavelength, y, x) of colours (channel, y, x) in cd/m2."""
         white = self._white(bands)
-        wanted = luminance_of(planes, content.channels, self.primaries)
+        luminance_in_file = luminance_of(planes, content.channels, self.primaries)
         if content.channels == LUMINANCE_CHANNELS:
             ledger.left_out(
                 "spectra of a file of luminance",
@@ -275,14 +275,14 @@ class PictureFile:
                 1.0,
                 "relative, of a band",
             )
-            cube = (white[:, None, None] * wanted).astype(np.float32)
+            cube = (white[:, None, None] * luminance_in_file).astype(np.float32)
         else:
-            found = linear_srgb(planes, self.primaries)
-            if found.moved:
+            rgb = linear_srgb(planes, self.primaries)
+            if rgb.moved:
                 ledger.left_out(
-                    f"saturation of {found.moved} pixels beyond the gamut of sRGB",
+                    f"saturation of {rgb.moved} pixels beyond the gamut of sRGB",
                     "mixed with white of the same luminance",
-                    found.most,
+                    rgb.most,
                     "share of white",
                 )
             ledger.left_out(
@@ -291,13 +291,13 @@ class PictureFile:
                 LIFT_ERROR,
                 "relative, of a camera's channels: rms of 24 patches in D65",
             )
-            cube = spectra(found.rgb, wanted, self._reflectances() * white, bands)
-        _state_luminance(luminance(cube, bands), wanted)
+            cube = spectra(rgb.rgb, luminance_in_file, self._reflectances() * white, bands)
+        _state_luminance(luminance(cube, bands), luminance_in_file)
         return cube
 
     def _cube(self, content: Content, scale: float, bands: np.ndarray) -> np.ndarray:
         """Return the spectra (light_group, wavelength, y, x) of a cube."""
-        stated = None if content.unit is None else units.known(content.unit, self.path)
+        stated = None if content.unit is None else units.checked_unit(content.unit, self.path)
         of_band = np.full(len(bands), scale)
         if units.REFLECTANCE in (self.unit, stated):
             of_band = scale * self._white(bands)
@@ -321,10 +321,10 @@ class PictureFile:
         return data
 
 
-def _state_luminance(made: np.ndarray, wanted: np.ndarray) -> None:
+def _state_luminance(luminance_made: np.ndarray, luminance_in_file: np.ndarray) -> None:
     """State the largest relative difference of the luminance of spectra (y, x) from the file's."""
-    lit = wanted > 0
-    off = np.abs(made[lit] / wanted[lit] - 1).max() if lit.any() else 0.0
+    lit = luminance_in_file > 0
+    off = np.abs(luminance_made[lit] / luminance_in_file[lit] - 1).max() if lit.any() else 0.0
     ledger.error(
         max(float(off), 2.0**-24),
         "relative",

@@ -60,8 +60,8 @@ def linear_srgb(values: np.ndarray, primaries: Primaries) -> InGamut:
     with np.errstate(invalid="ignore", divide="ignore"):
         white = np.where(least < 0, -least / (grey - least), 0.0)
     white = np.where(grey > 0, white, 1.0 * (least < 0))
-    kept = np.maximum((1 - white) * rgb + white * grey, 0.0)
-    return InGamut(kept, int(outside.sum()), float(white.max(initial=0.0)))
+    moved_to_white = np.maximum((1 - white) * rgb + white * grey, 0.0)
+    return InGamut(moved_to_white, int(outside.sum()), float(white.max(initial=0.0)))
 
 
 def luminance_of(values: np.ndarray, channels: tuple[str, ...], primaries: Primaries) -> np.ndarray:
@@ -80,8 +80,11 @@ def luminance_of(values: np.ndarray, channels: tuple[str, ...], primaries: Prima
 
 def named(chromaticities) -> str | None:
     """Return the name of chromaticities that a file states; None for others."""
-    given = np.asarray(chromaticities, float)
-    for name, known in CHROMATICITIES.items():
-        if given.shape == (8,) and np.abs(given - known).max() <= SAME:
+    chromaticities_given = np.asarray(chromaticities, float)
+    for name, standard in CHROMATICITIES.items():
+        if (
+            chromaticities_given.shape == (8,)
+            and np.abs(chromaticities_given - standard).max() <= SAME
+        ):
             return name
     return None

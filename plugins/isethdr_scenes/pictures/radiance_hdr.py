@@ -21,7 +21,7 @@ NEW_RUNS = (8, 0x7FFF)  # widths of scan lines that may be stored channel by cha
 EXPONENT_OFFSET = 136  # 128 of the exponent's code, 8 of the mantissa
 
 
-def read(path: Path, wanted: Wanted) -> Content:
+def read(path: Path, selection: Wanted) -> Content:
     """Return the content of an HDR file, linear RGB divided by the file's EXPOSURE.
 
     Raises

@@ -45,32 +45,32 @@ def _reflectances(bands_nm: tuple[float, ...], daylight: tuple[float, ...]) -> n
     # the white of the bands stands for that of the standard, so that the reflectances sum to 1
     standard = np.linalg.inv(XYZ_TO_SRGB)
     standard = standard / standard.sum(1)[1]
-    wanted = standard * (weights.sum(1) / standard.sum(1))[:, None]
+    target_white = standard * (weights.sum(1) / standard.sum(1))[:, None]
     steps = np.sqrt(count) * np.diff(np.eye(count), axis=0) / 10
-    each = np.eye(3)
+    unit_colours = np.eye(3)
     equations = np.vstack(
         [
-            np.kron(each, steps),
-            EXACT_WEIGHT * np.kron(each, weights),
+            np.kron(unit_colours, steps),
+            EXACT_WEIGHT * np.kron(unit_colours, weights),
             EXACT_WEIGHT * np.tile(np.eye(count), (1, 3)),
         ]
     )
     results = np.concatenate(
         [
             np.zeros(3 * (count - 1)),
-            EXACT_WEIGHT * wanted.T.ravel(),
+            EXACT_WEIGHT * target_white.T.ravel(),
             np.full(count, EXACT_WEIGHT),
         ]
     )
-    found = nnls(equations, results, maxiter=100 * equations.shape[1])[0].reshape(3, count)
-    missed = np.abs(found @ weights.T - wanted.T).max()
-    if not max(missed, np.abs(found.sum(0) - 1).max()) <= REACHED:
+    solution = nnls(equations, results, maxiter=100 * equations.shape[1])[0].reshape(3, count)
+    missed = np.abs(solution @ weights.T - target_white.T).max()
+    if not max(missed, np.abs(solution.sum(0) - 1).max()) <= REACHED:
         raise ConfigError(
             f"{count} bands from {bands_nm[0]:g} to {bands_nm[-1]:g} nm cannot hold the colours of"
             f" RGB (XYZ misses by {missed:.1g}); expected 400 to 700 nm in steps of at most 20 nm;"
             " type scene.first_nm=400 scene.last_nm=700 scene.step_nm=10"
         )
-    return found
+    return solution
 
 
 def spectra(
@@ -84,10 +84,12 @@ def spectra(
     luminance_cd_m2 : (y, x), which the spectra have.
     of_primaries : (3, wavelength), the reflectances of the primaries times the illuminant.
     """
-    made = np.tensordot(luminance(of_primaries, bands_nm, axis=1), rgb, 1)
-    scale = np.divide(luminance_cd_m2, made, out=np.zeros_like(made), where=made > 0)
+    spectra_of_rgb = np.tensordot(luminance(of_primaries, bands_nm, axis=1), rgb, 1)
+    scale = np.divide(
+        luminance_cd_m2, spectra_of_rgb, out=np.zeros_like(spectra_of_rgb), where=spectra_of_rgb > 0
+    )
     scaled = rgb * scale
-    out = np.empty((len(bands_nm), *made.shape), np.float32)
+    out = np.empty((len(bands_nm), *spectra_of_rgb.shape), np.float32)
     for band, weights in enumerate(of_primaries.T):
         out[band] = np.tensordot(weights, scaled, 1)
     return out

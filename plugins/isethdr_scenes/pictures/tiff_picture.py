@@ -9,7 +9,7 @@ import tifffile
 from .content import Content, Wanted, plain_array, unreadable
 
 
-def read(path: Path, wanted: Wanted) -> Content:
+def read(path: Path, selection: Wanted) -> Content:
     """Return the content of a TIFF file; planes of colours and an alpha channel are sorted out.
 
     Raises
@@ -23,8 +23,8 @@ def read(path: Path, wanted: Wanted) -> Content:
             axes = file.series[0].axes
     except (tifffile.TiffFileError, OSError, ValueError, IndexError, KeyError) as err:
         raise unreadable(path, "TIFF", err) from None
-    if values.ndim == 3 and axes.endswith("S") and not wanted.wavelength_nm:
+    if values.ndim == 3 and axes.endswith("S") and not selection.wavelength_nm:
         values = values[..., :3] if values.shape[2] == 4 else values
-    if values.ndim == 3 and axes.startswith("S") and not wanted.wavelength_nm:
+    if values.ndim == 3 and axes.startswith("S") and not selection.wavelength_nm:
         values = values[:3].transpose(1, 2, 0)
-    return plain_array(values, wanted, path)
+    return plain_array(values, selection, path)

@@ -38,18 +38,20 @@ SPELT = {
 }
 
 
-def known(spelt: str, path: object) -> str:
+def checked_unit(spelt: str, path: object) -> str:
     """Return a file's unit as `Unit` spells it.
 
     Raises
     ------
     UnitError : nobody knows it.
     """
-    plain = spelt.translate(str.maketrans({"µ": "u", "μ": "u", "²": "2", **dict.fromkeys(" .*^")}))
-    found = SPELT.get(plain, plain)
-    if found not in (*SPECTRAL, LUMINANCE, REFLECTANCE):
+    ascii_text = spelt.translate(
+        str.maketrans({"µ": "u", "μ": "u", "²": "2", **dict.fromkeys(" .*^")})
+    )
+    unit = SPELT.get(ascii_text, ascii_text)
+    if unit not in (*SPECTRAL, LUMINANCE, REFLECTANCE):
         raise UnitError(
             f"{path} states the unit {spelt!r}; expected one of {LUMINANCE},"
             f" {', '.join(SPECTRAL)}, {REFLECTANCE}; type scene.unit=<unit> in its place"
         )
-    return found
+    return unit

@@ -37,8 +37,8 @@ def haze(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 
 def ozone(wavelength_nm: npt.ArrayLike) -> np.ndarray:
     """Return the optical depth of ozone, straight up."""
-    away = (np.asarray(wavelength_nm, float) - OZONE_NM) / OZONE_WIDTH_NM
-    return OZONE * np.exp(-4 * np.log(2) * away**2)
+    distance = (np.asarray(wavelength_nm, float) - OZONE_NM) / OZONE_WIDTH_NM
+    return OZONE * np.exp(-4 * np.log(2) * distance**2)
 
 
 def transmission(wavelength_nm: npt.ArrayLike, mass: float) -> np.ndarray:

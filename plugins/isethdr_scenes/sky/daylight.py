@@ -55,8 +55,8 @@ def daylight(sun_deg: float, turbidity: float) -> Daylight:
         if chosen:  # by a renderer in this process
             mi.set_variant(chosen)
     above = np.concatenate([half, half[:, -2:0:-1]], 1)
-    whole = np.concatenate([np.repeat(above[:1], ROWS // 2, 0), above])
-    return Daylight(whole, sun)
+    full_sphere = np.concatenate([np.repeat(above[:1], ROWS // 2, 0), above])
+    return Daylight(full_sphere, sun)
 
 
 def _emitter(mi, altitude_deg, turbidity, sun, sky):

@@ -68,8 +68,11 @@ def dome_of(state: SkyState) -> SkyDome:
     fitted = SkyDome(parts, discs)
     # the fit keeps the light of level ground
     of_discs = luminance_of(_irradiance(np.zeros_like(above), nm, discs), nm)
-    wanted, found = luminance_of(down, nm), luminance_of(fitted.irradiance(nm), nm)
-    factor = (wanted - of_discs) / (found - of_discs)
+    target_luminance, model_luminance = (
+        luminance_of(down, nm),
+        luminance_of(fitted.irradiance(nm), nm),
+    )
+    factor = (target_luminance - of_discs) / (model_luminance - of_discs)
     parts = tuple(replace(part, pattern=part.pattern * factor) for part in parts)
     shining = tuple(_before_sky(disc, fitted) for disc in discs)
     return SkyDome(parts, shining)
@@ -140,8 +143,8 @@ def _moonlight(state):
     height = max(seen_deg, 0.0)
     towards = sky_direction(height, 0.0)
     directions = sky_direction(_elevations()[:, None], np.arange(COLUMNS) * (360 / COLUMNS))
-    away = np.degrees(np.arccos(np.clip(directions @ towards, -1, 1)))
-    level = moonlit_cd_m2(_elevations()[:, None], away, height, state.moon_phase_deg)
+    angle_deg = np.degrees(np.arccos(np.clip(directions @ towards, -1, 1)))
+    level = moonlit_cd_m2(_elevations()[:, None], angle_deg, height, state.moon_phase_deg)
     shown = float(np.clip(seen_deg / MOON_DIAMETER_DEG + 0.5, 0, 1))
     # the air has the rest: all of it where the moon is down
     rise = float(np.sin(np.radians(height)))
@@ -167,8 +170,10 @@ def _parts(cube, nm):
     ratio = np.divide(cube, mean, out=np.zeros_like(cube), where=lit)
     # the fit is of luminance and of energy alike: weights of the mean spectrum
     weight = np.sqrt(mean / mean.max())
-    found = np.linalg.lstsq((hats * weight).T, (ratio * weight).reshape(-1, len(nm)).T, rcond=None)
-    patterns = np.maximum(found[0], 0).reshape(len(NODES_NM), ROWS, COLUMNS)
+    solution = np.linalg.lstsq(
+        (hats * weight).T, (ratio * weight).reshape(-1, len(nm)).T, rcond=None
+    )
+    patterns = np.maximum(solution[0], 0).reshape(len(NODES_NM), ROWS, COLUMNS)
     return tuple(
         SkyPart(_spectrum(nm, mean * hat), pattern) for hat, pattern in zip(hats, patterns)
     )
@@ -184,8 +189,8 @@ def _with_ground(above, down):
 
 
 def _irradiance(above, nm, discs):
-    whole = np.concatenate([np.zeros((ROWS // 2, *above.shape[1:])), above])
-    out = np.array([cosine_integral(whole[..., k]) for k in range(len(nm))])
+    full_sphere = np.concatenate([np.zeros((ROWS // 2, *above.shape[1:])), above])
+    out = np.array([cosine_integral(full_sphere[..., k]) for k in range(len(nm))])
     for disc in discs:
         out = out + disc.radiance.at(nm) * disc.solid_angle_sr() * max(disc.direction()[2], 0)
     return out
@@ -204,10 +209,10 @@ def _extended(dome):
 def _turned(values, azimuth_deg):
     """Return values (row, column, ...) of a light at azimuth 0 for one at `azimuth_deg`."""
     step = azimuth_deg / (360 / COLUMNS)
-    whole = int(np.floor(step))
-    rest = step - whole
-    near = np.roll(values, whole, axis=1)
-    return (1 - rest) * near + rest * np.roll(near, 1, axis=1)
+    columns = int(np.floor(step))
+    fraction = step - columns
+    shifted = np.roll(values, columns, axis=1)
+    return (1 - fraction) * shifted + fraction * np.roll(shifted, 1, axis=1)
 
 
 def _from_sun():

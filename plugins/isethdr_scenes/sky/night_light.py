@@ -61,10 +61,12 @@ def moonlit_cd_m2(
     moon_deg : altitude of the moon.
     phase_deg : 0 full, 180 new.
     """
-    away = np.asarray(from_moon_deg, float)
+    angle_deg = np.asarray(from_moon_deg, float)
     star = 10 ** (-0.4 * (3.84 + 0.026 * phase_deg + 4e-9 * phase_deg**4))
-    molecules = 10**5.36 * (1.06 + np.cos(np.radians(away)) ** 2)
-    haze = np.where(away < 10, 6.2e7 / np.maximum(away, 2.0) ** 2, 10 ** (6.15 - away / 40))
+    molecules = 10**5.36 * (1.06 + np.cos(np.radians(angle_deg)) ** 2)
+    haze = np.where(
+        angle_deg < 10, 6.2e7 / np.maximum(angle_deg, 2.0) ** 2, 10 ** (6.15 - angle_deg / 40)
+    )
     on_the_way = 10 ** (-0.4 * EXTINCTION_MAG * path_length(moon_deg))
     lit = 1 - 10 ** (-0.4 * EXTINCTION_MAG * path_length(elevation_deg))
     return NANOLAMBERT_CD_M2 * (molecules + haze) * star * on_the_way * lit

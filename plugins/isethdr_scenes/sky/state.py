@@ -66,13 +66,13 @@ def sky_state(preset: str, hour: Mapping[str, Any]) -> SkyState:
     """
     for key in hour:
         if key not in (*STATE_KEYS, *PLACE_KEYS):
-            known = (*STATE_KEYS, *PLACE_KEYS)
-            raise ConfigError(f"scene.hour has no key {key!r}{did_you_mean(key, known)}")
+            allowed_keys = (*STATE_KEYS, *PLACE_KEYS)
+            raise ConfigError(f"scene.hour has no key {key!r}{did_you_mean(key, allowed_keys)}")
     own = {k: v for k, v in hour.items() if k in STATE_KEYS}
     place = {k: v for k, v in hour.items() if k in PLACE_KEYS}
-    found = replace(PRESETS[preset], **converted("scene.hour", SkyState, own, "+scene.hour."))
+    state = replace(PRESETS[preset], **converted("scene.hour", SkyState, own, "+scene.hour."))
     if not place:
-        return found
+        return state
     both = [k for k in own if k in FROM_PLACE]
     missing = [k for k in PLACE_KEYS[:3] if k not in place]
     if both or missing:
@@ -82,12 +82,17 @@ def sky_state(preset: str, hour: Mapping[str, Any]) -> SkyState:
             " longitude_deg, time_utc and heading_deg; type for example"
             " '+scene.hour={latitude_deg: 48.1, longitude_deg: 11.6, time_utc: 2026-06-21T11:15}'"
         )
-    here = PlaceAndTime(
+    place_and_time = PlaceAndTime(
         **converted("scene.hour", PlaceAndTime, {**place, "time_utc": str(place["time_utc"])}, "+")
     )
-    seen = positions(here.latitude_deg, here.longitude_deg, here.time_utc)
-    turned = {k: v - here.heading_deg * k.endswith("azimuth_deg") for k, v in seen.items()}
+    sun_and_moon = positions(
+        place_and_time.latitude_deg, place_and_time.longitude_deg, place_and_time.time_utc
+    )
+    turned = {
+        k: v - place_and_time.heading_deg * k.endswith("azimuth_deg")
+        for k, v in sun_and_moon.items()
+    }
     turned = {
         k: math.remainder(v, 360) if k.endswith("azimuth_deg") else v for k, v in turned.items()
     }
-    return replace(found, **turned)
+    return replace(state, **turned)

@@ -77,15 +77,15 @@ def scatter_of_readings(table: ReadBack, slopes, plain_e2, off_bend_e2) -> np.nd
     part = np.arange(len(rises)) // every(len(rises))
     by_part = np.add.reduceat(by_rise, np.flatnonzero(np.diff(part, prepend=-1)), axis=1)
     target = (true_e2 - entry_shares @ electrons - other_share) / true_e2
-    known = np.isfinite(target) & np.isfinite(by_part).all(
+    finite = np.isfinite(target) & np.isfinite(by_part).all(
         1
     )  # a level whose readings are all one code gives no equation
     count = part[-1] + 1
     from scipy.optimize import nnls  # slow to import
 
     factors, _ = nnls(
-        np.vstack([by_part[known], NEAR * np.eye(count)]),
-        np.append(target[known], np.full(count, NEAR)),
+        np.vstack([by_part[finite], NEAR * np.eye(count)]),
+        np.append(target[finite], np.full(count, NEAR)),
         maxiter=30 * count,
     )
     out = off_bend_e2.copy()

@@ -52,7 +52,7 @@ def captures(model, light, grid, mosaic: Mosaic) -> xr.Dataset:
         "row_e": [r.row_e for r in readings],
     }
 
-    def each(values, units, dtype=float):
+    def per_capture(values, units, dtype=float):
         return "capture", np.array(list(values), dtype), {"units": units}
 
     dataset = xr.Dataset(
@@ -60,13 +60,13 @@ def captures(model, light, grid, mosaic: Mosaic) -> xr.Dataset:
             "raw": (("capture", "y", "x"), mosaic.raw, {"units": "DN"}),
             "saturated": (("capture", "y", "x"), mosaic.saturated),
             "filter": (("y", "x"), mosaic.filters),
-            "exposure_s": each((model.exposure_of(d) for d in diodes), "s"),
-            "gain_dn_per_e": each((r.gain_dn_per_e for r in readings), "DN/e"),
-            "black_dn": each((r.black_dn for r in readings), "DN"),
-            "top_dn": each(
+            "exposure_s": per_capture((model.exposure_of(d) for d in diodes), "s"),
+            "gain_dn_per_e": per_capture((r.gain_dn_per_e for r in readings), "DN/e"),
+            "black_dn": per_capture((r.black_dn for r in readings), "DN"),
+            "top_dn": per_capture(
                 (converter.top_dn(r, d) for r, d in zip(readings, diodes, strict=True)), "DN"
             ),
-            "read_noise_e": each(
+            "read_noise_e": per_capture(
                 (
                     hypot(
                         r.read_noise_e,
@@ -78,17 +78,17 @@ def captures(model, light, grid, mosaic: Mosaic) -> xr.Dataset:
                 ),
                 "e",
             ),
-            "dark_e": each(dark, "e"),
-            "quantisation_e": each((converter.quantisation_e(r) for r in readings), "e"),
-            "area_m2": each((grid.pitch_m**2 * d.fill_factor for d in diodes), "m2"),
-            "charge": each((r.diode for r in readings), "1", int),
-            "silicon": each((silicon.index(d.silicon or d.name) for d in diodes), "1", int),
-            "prnu": each((d.prnu * model.noise for d in diodes), "1"),
-            "dark_spread_e": each(
+            "dark_e": per_capture(dark, "e"),
+            "quantisation_e": per_capture((converter.quantisation_e(r) for r in readings), "e"),
+            "area_m2": per_capture((grid.pitch_m**2 * d.fill_factor for d in diodes), "m2"),
+            "charge": per_capture((r.diode for r in readings), "1", int),
+            "silicon": per_capture((silicon.index(d.silicon or d.name) for d in diodes), "1", int),
+            "prnu": per_capture((d.prnu * model.noise for d in diodes), "1"),
+            "dark_spread_e": per_capture(
                 (e * d.dark_spread * model.noise for e, d in zip(dark, diodes, strict=True)), "e"
             ),
             **{
-                name: each((value * model.noise for value in values), "e")
+                name: per_capture((value * model.noise for value in values), "e")
                 for name, values in offsets.items()
             },
             "quantum_efficiency": (

@@ -125,8 +125,8 @@ def combined_model(model: SensorModel) -> SensorModel:
         inl_dn=0.0,
         companding=model.combine_companding,
     )
-    whole = replace(diode, full_well_e=reach_e)
-    return replace(model, photodiodes=(whole,), readings=(code,), combine_bits=0)
+    wide_model = replace(diode, full_well_e=reach_e)
+    return replace(model, photodiodes=(wide_model,), readings=(code,), combine_bits=0)
 
 
 def combine(model: SensorModel, raw, saturated) -> tuple[np.ndarray, np.ndarray]:
@@ -139,22 +139,22 @@ def combine(model: SensorModel, raw, saturated) -> tuple[np.ndarray, np.ndarray]
     order = sources(model)
     combined = combined_model(model)
     [code] = combined.readings
-    value, lost = None, None
+    value, last_lost = None, None
     for source in order:
         reading_e = _electrons(model.readings[source.number], raw[source.number])
         light_e = (reading_e - source.dark_e) / source.ratio
         if value is None:
-            value, lost = light_e, saturated[source.number].copy()
+            value, last_lost = light_e, saturated[source.number].copy()
             continue
         share = weight(reading_e, source)
         value = share * light_e + (1 - share) * value
         # a full well may read below its top
-        lost = np.where(saturated[source.number], lost, lost & (share < 1))
+        last_lost = np.where(saturated[source.number], last_lost, last_lost & (share < 1))
     top = converter.top_code(code)
     dn = code.black_dn + code.gain_dn_per_e * (value + order[-1].dark_e)
-    dn = np.where(lost, top, np.clip(np.floor(dn + 0.5), 0.0, top))
+    dn = np.where(last_lost, top, np.clip(np.floor(dn + 0.5), 0.0, top))
     codes = converter.companded(dn, code).astype(converter.raw_dtype([code]))
-    return codes[None], lost[None]
+    return codes[None], last_lost[None]
 
 
 def weight(own_e, source: Source) -> np.ndarray:

@@ -55,13 +55,13 @@ def nodes(wavelength_nm, breaks_nm=()) -> Nodes:
     return Nodes((middle + half * at).ravel(), (half * weight).ravel(), np.repeat(band, POINTS))
 
 
-def photon_means(curve, at: Nodes, known=None) -> np.ndarray:
+def photon_means(curve, at: Nodes, efficiency=None) -> np.ndarray:
     """Return the mean of a curve over each band, weighted as photons of an even energy spectrum
     are.
 
     Parameters
     ----------
-    curve : values at the nodes. `known` : boolean, nodes that the mean is over; None: all of them.
+    curve : values at the nodes. `efficiency` : boolean, nodes that the mean is over; None: all of them.
         A band without any has 0.
 
     Notes
@@ -69,10 +69,12 @@ def photon_means(curve, at: Nodes, known=None) -> np.ndarray:
     Even energy E per nm gives E wavelength / (h c) photons per nm, so that the mean of q is int q w
     dw / int w dw.
     """
-    photons = at.weight * at.wavelength_nm * (1.0 if known is None else known)
+    photons = at.weight * at.wavelength_nm * (1.0 if efficiency is None else efficiency)
     count = at.band.max() + 1
-    whole = np.bincount(at.band, photons, count)
-    return np.bincount(at.band, photons * curve, count) / np.where(whole > 0, whole, 1.0)
+    photons_of_bands = np.bincount(at.band, photons, count)
+    return np.bincount(at.band, photons * curve, count) / np.where(
+        photons_of_bands > 0, photons_of_bands, 1.0
+    )
 
 
 def smooth_spectrum_error(response, curves, at: Nodes, wavelength_nm, spectrum=None) -> float:

@@ -38,12 +38,12 @@ def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:
-        return _seen(model, spectral_curve(model, w), w)
+        return _with_response(model, spectral_curve(model, w), w)
     at = band_integration.nodes(w, _breaks_nm(model))
     curves = spectral_curve(model, at.wavelength_nm)
-    known = _known(model, at, w)
-    return _seen(
-        model, np.stack([band_integration.photon_means(row, at, known) for row in curves]), w
+    within_table = _nodes_in_table(model, at, w)
+    return _with_response(
+        model, np.stack([band_integration.photon_means(row, at, within_table) for row in curves]), w
     )
 
 
@@ -63,7 +63,7 @@ def spectral_curve(model: SensorModel, wavelength_nm) -> np.ndarray:
     return qe
 
 
-def _seen(model, qe, w):
+def _with_response(model, qe, w):
     """Return the quantum efficiency of the bands; raise ConfigError if all of it is 0."""
     if qe.any():
         return qe
@@ -81,7 +81,7 @@ def _breaks_nm(model) -> np.ndarray:
     return np.array(spectral_curves.FITTED_NM)
 
 
-def _known(model, at, w):
+def _nodes_in_table(model, at, w):
     """Return which nodes a band's mean is over: those within the table, where the band's centre is;
     None without a table.
     """
@@ -165,10 +165,10 @@ def _curve(model, letter, w):
     if model.qe_csv:
         table = spectral_curves.read_csv(model.qe_csv)
         if letter not in table:
-            known = [name for name in table if name != "wavelength_nm"]
+            channels = [name for name in table if name != "wavelength_nm"]
             raise ConfigError(
                 f"sensor.qe_csv={model.qe_csv!r} has no column for filter"
-                f" {letter!r}{did_you_mean(letter, known)}"
+                f" {letter!r}{did_you_mean(letter, channels)}"
             )
         response = table[letter] * (
             spectral_curves.infrared_cut(table["wavelength_nm"]) if model.infrared_cut else 1.0

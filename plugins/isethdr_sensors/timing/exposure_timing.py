@@ -28,13 +28,13 @@ def relative(model: SensorModel, diode: Photodiode, modulation, filters):
     if constant(modulation):
         return 1.0
     start_s, exposure_s = starts_s(model, diode, len(filters)), model.exposure_of(diode)
-    whole = relative_light(modulation, start_s, exposure_s)
+    full_exposure = relative_light(modulation, start_s, exposure_s)
     if model.lower_case_dark == 1.0:  # no pixel exposes for a shorter time
-        return whole
+        return full_exposure
     short_s = exposure_s * model.lower_case_dark
     lower = np.array([letter.islower() for letter in channels(model.cfa)])[filters]
     return np.where(
-        lower, relative_light(modulation, start_s + (exposure_s - short_s), short_s), whole
+        lower, relative_light(modulation, start_s + (exposure_s - short_s), short_s), full_exposure
     )
 
 

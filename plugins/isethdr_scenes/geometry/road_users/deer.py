@@ -17,10 +17,10 @@ def _on_skin(skin, inside, direction) -> np.ndarray:
     of the skin's vertices about that direction.
     """
     way = skin - inside
-    far = np.linalg.norm(way, axis=1)
+    distances = np.linalg.norm(way, axis=1)
     towards = unit(np.asarray(direction, float))
-    close = (far < 0.15) & (way @ towards > 0.97 * far)
-    return inside + (far[close].mean() - EYE_M[0] / 3) * towards
+    close = (distances < 0.15) & (way @ towards > 0.97 * distances)
+    return inside + (distances[close].mean() - EYE_M[0] / 3) * towards
 
 
 def deer(name="deer", height=1.0, antlers=True, head_up=1.0, step=0.16, turn=0.0, seed=0):
