@@ -2,18 +2,18 @@
 
 | module          | content                                                                    |
 |-----------------|----------------------------------------------------------------------------|
-| `abilities`     | what lenses and flares of this package offer each other                    |
+| `abilities`     | Protocols by which lenses and flares of this package use each other        |
 | `conf/`         | presets                                                                    |
 | `field/`        | point spread functions and colours that change over the field              |
 | `flare/`        | dirty apertures, haze and ghosts                                           |
 | `imaging/`      | mixed radiance to irradiance or photocurrent on the sensor plane           |
 | `lens_files/`   | lens files of other programs as prescriptions                              |
 | `lenses/`       | the components, their fields and their ranges                              |
-| `measured/`     | lenses that are tables of point spread functions or MTF                    |
-| `plan/`         | what of a field is needed, decided once, and applied to light              |
+| `measured/`     | lenses from tables of point spread functions or MTF                        |
+| `plan/`         | the decision what to leave out of a field, and its application to light    |
 | `prescription/` | a real lens from its surfaces, glasses, coatings and stop                  |
-| `psf/`          | how much of a tile's light reaches every other tile                        |
-| `pupil/`        | stop, wavefront, apodization and flares of a lens put together on any grid |
+| `psf/`          | kernels: the share of a tile's light that reaches every other tile         |
+| `pupil/`        | stop, wavefront, apodization and flares of a lens, combined on any grid    |
 """
 
 from __future__ import annotations

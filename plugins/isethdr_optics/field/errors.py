@@ -1,15 +1,16 @@
-"""Field errors: what errors of kernels do to light where point spreads vary over the field or
-colours are magnified.
+"""Field errors: effect of kernel errors if point spreads vary over the field, or with lateral
+colour.
 
-A point spread that varies: all light beyond the cores is spread by the axis's kernel, each tile's
-scaled to what its own core leaves, so its errors are those of one kernel and scaled light; and for
-light that is not on the axis it is another kernel than its own, as the outermost place differs at
-most. Cores of places err beyond their exact part. Whether neighbouring places err alike is not
-known; their shares w sum to 1, so (sum of w e)^2 is at most the sum of w e^2 (Jensen): light times
-the root of the share is what is squared.
+Point spreads that vary: light beyond the cores is spread by the kernel of the axis, scaled for each
+tile to the energy that its own core leaves. Its errors are those of one kernel with scaled light.
+A second error comes from using the kernel of the axis for other field points; it is at most the
+difference to the outermost field point. The cores of field points have errors beyond their exact
+part. It is not known whether the errors of adjacent field points are correlated. Their weights w
+sum to 1, so that (sum of w e)^2 is at most the sum of w e^2 (Jensen). The light is therefore
+multiplied by the root of the weight before it is squared.
 
-Colours that are magnified differently: errors are found where the light was spread, and moved with
-the bands, those together whose images lie closer than errors are known.
+Lateral colour: errors are computed on the grid of the convolution and moved with the bands. Bands
+whose images lie closer than the resolution of the errors are moved together.
 """
 
 from __future__ import annotations
@@ -30,14 +31,12 @@ APART = (
 
 
 def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray]:
-    """Return (deviation, bound) of the light that kernels bring, each (channel, y, x), on the
-    sensor's tiles.
+    """Return (deviation, bound) of the light on the sensor's tiles, each (channel, y, x).
 
     Parameters
     ----------
     mixed : mixed radiance. `optics` : `field_optics.FieldOptics` of its field.
-    weights : (channel, band) what is counted of irradiance, electrons per m2 and second for
-        example.
+    weights : (channel, band) factors of irradiance, for example electrons per m2 and second.
     """
     weights, sensor = np.asarray(weights, float), optics.sensor
     if sensor.scales is None:
@@ -55,7 +54,7 @@ def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _grouped(scales, shape) -> list[list[int]]:
-    """Return groups of bands; in each, images lie as near to the first as errors are known."""
+    """Return groups of bands whose images differ by less than the resolution of the errors."""
     near, radius = max(0.5, APART * max(shape)), np.hypot(*shape) / 2
     at = [
         (s.ratio if isinstance(s, Course) else s * np.ones(READ)) * np.linspace(0, radius, READ)

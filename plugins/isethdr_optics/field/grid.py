@@ -14,8 +14,8 @@ import numpy as np
 
 from isethdr_core.physics.optics.zernike import order
 
-# places on the first ring of an asymmetric wavefront; rings farther out have as many more as they
-# are longer
+# field points on the first ring for an asymmetric wavefront; their number grows with the length of
+# the ring
 AROUND = 8
 
 

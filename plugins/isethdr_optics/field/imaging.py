@@ -1,9 +1,9 @@
-"""Field imaging: point spreads that vary over the field, scattered from the source.
+"""Field imaging: convolution with point spreads that vary over the field.
 
-A tile's light is shared by the places of a polar grid (`field_grid`), each share is spread by the
-exact core of that place's own point spread, and all light that goes farther by the tail of the
-axis: nothing is negative, and the energy is that of one point spread. Wavefronts are interpolated,
-not point spreads: the grid is as fine as the error allowed asks for.
+The light of a tile is divided over the adjacent field points of a polar grid (`field.grid`). Each
+share is spread by the exact core of the point spread of that field point. Light that goes farther
+is spread by the wings of the axis. No weight is negative, and the energy of a point spread is kept.
+The grid is fine enough for the error allowed, judged by wavefronts interpolated between its points.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class FieldKernels:
 
     @cached_property
     def unlike_far(self) -> kernels.Kernels | None:
-        """The same as wrong as they are for the outermost place, that of the axis being right."""
+        """The kernels of the axis, with their difference to the outermost field point as error."""
         return self._beyond(
             np.broadcast_to(self.unlike, (len(self.axis.bands), len(self.unlike))), wrap=1.0
         )  # that bound is not asked for
@@ -143,14 +143,21 @@ class FieldTiles(NamedTuple):
 def field_kernels(
     lens, tiles: FieldTiles, wavelength_nm, flares, axis: kernels.Kernels
 ) -> tuple[FieldKernels | None, list[Note]]:
-    """Return the kernels of a lens whose point spread varies over the field, None where it does
-    not; and their errors, or what was spared.
+    """Return (kernels, notes) of a lens whose point spread varies over the field.
 
-    The error of the grid is measured between its places by the kernels that belong there.
+    The kernels are None if the point spread does not vary. The notes are their errors, or state
+    that nothing varies. The error of the grid is measured between its points, against kernels
+    computed there.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `tiles` : coordinates and pitch of the field's tiles.
+    wavelength_nm : of the bands. `flares` : its flare components.
+    axis : `kernels.Kernels` of the axis.
 
     Raises
     ------
-    ConfigError : where the field reaches beyond what is known of the wavefront.
+    ConfigError : the field reaches beyond the field angles of the wavefront.
     """
     x, y, projection, pitch_um = tiles
     shape = len(y), len(x)
@@ -311,13 +318,14 @@ def _half(along, waves, pitch_um, shape):
 
 
 def _reach(pairs, least, allowed: float):
-    """Return the (y, x) reach beyond which places have the axis's kernel, how unlike theirs it is
-    there per octave, and at most (L1).
+    """Return the reach (y, x) of the cores, and the difference beyond it per octave and at most.
+
+    Beyond the reach all field points use the kernel of the axis. Differences are L1 norms.
 
     Parameters
     ----------
-    pairs : [(kernel of the axis, kernel of the outermost place), ...] of some bands; the latter
-        within the widest reach there is.
+    pairs : [(kernel of the axis, kernel of the outermost field point), ...] of some bands; the
+        second kernel ends at the largest possible reach.
     allowed : relative per tile, mean of an octave.
     """
     wide = [n // 2 for n in pairs[0][1].shape]
@@ -357,7 +365,7 @@ def _unlike(pairs, wide, half):
     if len(unlike_nodes):
         unlike[unlike_nodes[-1] + 1 :] = unlike[
             unlike_nodes[-1]
-        ]  # farther out as at the border of what is known
+        ]  # beyond the largest reach, the value at its border
     return error, unlike
 
 

@@ -181,11 +181,14 @@ def moved(light, magnification, shape) -> np.ndarray:
 
 
 def displaced(light, course: Course, shape) -> np.ndarray:
-    """Return constant tiles (y, x), moved along the radius, on (y, x) tiles of `shape`: first along
-    x in every row, then along y.
+    """Return constant tiles moved along the radius: first along x in every row, then along y.
 
-    Every tile's light is spread evenly between the images of its borders: sums are kept but for
-    what leaves the border, uniform light comes out divided by the exact area ratio.
+    The light of a tile is spread evenly between the images of its borders. The sum is conserved
+    except for light that leaves the frame. Uniform light is divided by the exact area ratio.
+
+    Parameters
+    ----------
+    light : (y, x) tiles. `course` : magnification over the field. `shape` : (y, x) of the result.
     """
     height, width = np.shape(light)
     rows = (np.arange(height) - (height - 1) / 2)[:, None]
@@ -226,11 +229,14 @@ def _along(light, borders, count):
 
 
 def magnified(light, scale: float, shape) -> np.ndarray:
-    """Return constant tiles (y, x), magnified about the middle by `scale`, on (y, x) tiles of
-    `shape` and the same pitch.
+    """Return constant tiles magnified about the middle of the frame, on tiles of the same pitch.
 
-    Every tile's light is spread evenly over its image, and shared by area: sums are kept but for
-    what leaves the border.
+    The light of a tile is spread evenly over its image and divided by area. The sum is conserved
+    except for light that leaves the frame.
+
+    Parameters
+    ----------
+    light : (y, x) tiles. `scale` : magnification. `shape` : (y, x) of the result.
     """
     out = np.asarray(light, float)
     for axis, count in enumerate(shape):

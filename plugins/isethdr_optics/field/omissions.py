@@ -1,7 +1,6 @@
-"""Omissions: what a lens spares, said in the outline before a run and again by the plan, in the
-same words.
+"""Omissions: steps that a lens leaves out, stated in the outline before a run and by the plan.
 
-Each is exact but for rounding: forcing it in computes the same light in another way.
+Leaving them out is exact except for rounding: computing them would give the same light.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ ONE_POINT_SPREAD = LeftOut(
 
 
 def known_ahead(lens) -> list[LeftOut]:
-    """Return what a lens is known to spare before it has any light."""
+    """Return the steps that a lens will leave out, known before the light is."""
     none = not lens.lateral_colour_percent and lens.lateral_colour == "none"
     notes = [
         (lens.distortion == "none", NO_DISTORTION),

@@ -1,9 +1,8 @@
-"""Reference bands: at which wavelengths the places of the field are chosen, whatever bands a run
-asks for.
+"""Reference bands: the wavelengths at which field points are chosen, for any bands of a run.
 
-A band's image must not depend on which others are asked for, else leaving bands out would change
-what is kept. So what all bands share, the grid of places and the reach of their cores, is judged at
-fixed wavelengths of the part of the spectrum that bands lie in.
+The image of a band must not depend on which other bands a run uses: leaving bands out would change
+the others. All bands share the grid of field points and the reach of their cores. Both are
+therefore decided at fixed wavelengths within the spectral range of the bands.
 """
 
 from __future__ import annotations
@@ -23,12 +22,13 @@ WIDTH_NM = 10.0
 
 
 def references_nm(lens, wavelength_nm) -> list[float]:
-    """Return the wavelengths at which kernels of a lens are judged for some bands, rising; those of
-    the bands where the lens ends before.
+    """Return the reference wavelengths, nm, for the kernels of a lens in some bands, rising.
 
     Parameters
     ----------
-    lens : as it is at a place of the field; with a table of `focal_shift_um` they lie within it.
+    lens : the lens of one field point. With a table of `focal_shift_um` the wavelengths lie within
+        the table.
+    wavelength_nm : of the bands; these are returned if the lens is defined for no others.
     """
     wave = np.asarray(wavelength_nm, float)
     candidates_nm = np.array(

@@ -46,7 +46,7 @@ from ..psf.wings import check_delay
 
 @dataclass(frozen=True)
 class IdealFlare:
-    """No flare: the lens stays as it is."""
+    """No flare: the lens is unchanged."""
 
     def scatter(self, wavelength_nm, angle_rad):
         """Return 0 per steradian at every angle."""

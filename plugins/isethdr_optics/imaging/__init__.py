@@ -2,19 +2,19 @@
 
 | module              | content                                                                    |
 |---------------------|----------------------------------------------------------------------------|
-| `accuracy_shares`   | how a lens divides the error allowed over what it spends it on             |
+| `accuracy_shares`   | how a lens divides the error allowed over kernels, ghosts and convolution  |
 | `array_backend`     | bands convolved by another array library than NumPy                        |
-| `bright_tiles`      | what a spectral fit misses of their light, added around them band by band  |
+| `bright_tiles`      | light of bright tiles that a spectral fit misses, added band by band       |
 | `field_optics`      | sensor plane, kernels and throughput of one field                          |
 | `irradiance`        | mixed radiance to irradiance on the tiles of the field, band by band       |
-| `kernel_memory`     | the memory that the kernels of a frame take, known beforehand              |
+| `kernel_memory`     | memory of the kernels of a frame, before they are computed                 |
 | `kernel_statements` | error terms of the kernels of a field                                      |
 | `overlap_add`       | the sum of many parts of an image, each with a kernel of its own           |
-| `photocurrent`      | mixed radiance straight to the electrons of a sensor's channels            |
-| `photoelectron_map` | electrons that a sensor would make of the light before it is spread        |
-| `sensor_plane`      | where a lens sends the tiles of a field, and how much of their light       |
-| `spectral_fit`      | the few functionals of spectra that a sensor needs convolved               |
-| `spread_errors`     | what the errors of kernels do to the light of one scene, tile by tile      |
-| `threads`           | blocks of work on as many threads as are of use, and linear algebra on one |
-| `wing_truncation`   | where a kernel ends because no sensor can tell                             |
+| `photocurrent`      | mixed radiance directly to the electrons of a sensor's channels            |
+| `photoelectron_map` | electrons that a sensor would collect from a scene without blur            |
+| `sensor_plane`      | image positions of the tiles of a field, and their relative illumination   |
+| `spectral_fit`      | the weighted sums of bands that a sensor needs convolved                   |
+| `spread_errors`     | the effect of kernel errors on the light of each tile of a scene           |
+| `threads`           | blocks of work on a pool of threads, and linear algebra on one             |
+| `wing_truncation`   | kernels that end where the light beyond is too faint for any sensor        |
 """

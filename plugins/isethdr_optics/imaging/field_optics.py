@@ -64,7 +64,7 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
     pitch_um = tuple(1e6 * f_m * quantities.tile_pitch(mixed, d) for d in ("y", "x"))
     axis_lens, spatial_response = (without_geometry(lens), None if lens.field_varies else response)
 
-    details_of_kernels = []  # of all kernels that are made: the last are those that are used
+    details_of_kernels = []  # of all kernels that are computed; the last ones are used
 
     def make(reach):
         made_kernels, *details = fine_enough(

@@ -1,4 +1,4 @@
-"""Kernel memory: what the kernels of a frame take, known before any is made."""
+"""Kernel memory: the memory of the kernels of a frame, estimated before they are computed."""
 
 from __future__ import annotations
 

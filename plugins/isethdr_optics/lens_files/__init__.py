@@ -4,7 +4,7 @@
 |---|---|
 | command | `isethdr lens import` |
 | importing | from a lens file to a prescription, its figures, and its YAML |
-| lens_data | what every lens file says, in millimetres |
+| lens_data | content of a lens file of any program, in millimetres |
 | glasses | glass names, catalogue files .agf, codes of six digits |
 | zemax | reads .zmx |
 | code_v | reads .seq |

@@ -55,7 +55,7 @@ def _words(line: str) -> list[str]:
 
 
 class _File:
-    """What has been read so far; commands act on the last surface."""
+    """The part of a file that has been read; commands act on the last surface."""
 
     def __init__(self, lens: LensData, path: Path, problems: Problems):
         self.lens, self.path, self.problems = lens, path, problems

@@ -188,7 +188,7 @@ def _table_row(row: Row, glasses_of_name: dict[str, str], problems: Problems) ->
 
 
 def _open_stop(table: dict[str, Any], data: LensData) -> None:
-    """Set the stop's semi-diameter and the f-number from what the file says of the aperture."""
+    """Set the stop's semi-diameter and the f-number from the file's aperture."""
     lens = parse(table)
     optics, indices = lens.surfaces[:-1], lens.indices(lens.reference_nm)
     focal = paraxial.focal_length_mm(optics, indices)

@@ -1,4 +1,4 @@
-"""What a lens file says, in millimetres, whatever program wrote it."""
+"""Lens data: the content of a lens file of any program, in millimetres."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 | module              | content                                                                   |
 |---------------------|---------------------------------------------------------------------------|
-| `field_point_lens`  | a lens as light from one field point meets it                             |
+| `field_point_lens`  | a lens with the pupil of one field point everywhere                       |
 | `isetcam_parity`    | ISETCam's optical image, for comparison only                              |
 | `limits`            | ranges of the fields of lenses and flares, generous, each with its reason |
 | `measured_lens`     | tables of point spread functions or MTF, illumination and distortion      |

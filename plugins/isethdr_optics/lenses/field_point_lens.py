@@ -1,4 +1,4 @@
-"""Place lens: a lens as it is for light from one place of the field, everywhere the same."""
+"""Field-point lens: a lens with the pupil and wavefront of one field point everywhere."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class PlaceLens(DiffractionLimitedLens):
     uneven: tuple[
         tuple[int, float], ...
     ] = ()  # (OSA index, value) of the amplitude over the stop, its mean square 1; none: even
-    # from a place in the stop to its direction cosines at the image, both in units of the stop that
-    # the f-number says; x right, y down; rims, wavefront and amplitude are given over the stop.
-    # None: the same place
+    # map from a point of the stop to its direction cosines at the image, both in units of the stop
+    # of the f-number; x right, y down. Rims, wavefront and amplitude are defined over the stop.
+    # None: identity
     pupil_matrix: Matrix | None = None
 
     def colour_um(self, wavelength_nm: float) -> dict[int, float]:
@@ -74,7 +74,7 @@ class PlaceLens(DiffractionLimitedLens):
 
 @dataclass(frozen=True)
 class FieldLens(DiffractionLimitedLens):
-    """A lens that can tell what it is like as seen from one place of the field."""
+    """A lens that returns its field-point lens for any field angle."""
 
     def on_axis(self) -> DiffractionLimitedLens:
         """Return the lens whose point spread is everywhere that of this lens on the axis."""

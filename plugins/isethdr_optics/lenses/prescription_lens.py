@@ -262,8 +262,13 @@ class PrescribedLens(FieldLens):
         return DiffractionLimitedLens.image_size_m(self, width, height, projection)
 
     def state_field(self, width: float, height: float, projection: str = "tangent") -> None:
-        """State in the ledger what rims take from the corners of a field wider than the
-        prescription is made for.
+        """State in the ledger the vignetting in the corners of a field that is wider than the design
+        field of the prescription.
+
+        Parameters
+        ----------
+        width, height : of the field, in the units of `projection`.
+        projection : as in `isethdr_core.physics.optics.projection`.
         """
         state(self, width, height, projection)
 
@@ -283,8 +288,8 @@ class PrescribedLens(FieldLens):
         return (1 + tangent**2) ** -2 * area[1:] / area[0]
 
     def limits(self, widest_rad: float, wavelength_nm) -> list[Note]:
-        """Return what the prescription would do that this lens does not, at the border of the field
-        it is made for, and the errors of how it is drawn.
+        """Return the effects of the prescription that this lens neglects, and the errors of its
+        model, at the border of the design field.
 
         Parameters
         ----------

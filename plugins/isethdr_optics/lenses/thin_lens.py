@@ -103,8 +103,7 @@ class IdealLens:
         return plan(self, _sequence(flares), field, response, budget or LightBudget())
 
     def outline(self, flares, ahead, budget):
-        """Return what the plan will need of a field, and leave out for certain, before there is any
-        light.
+        """Return what the plan will need and certainly leave out, before the light is known.
 
         Parameters
         ----------
@@ -170,8 +169,8 @@ class IdealLens:
         )
 
     def held_bytes(self, frame, flares) -> dict[str, float]:
-        """Return {what: bytes} of the kernels over an `isethdr_core.pipeline.memory.Frame` and of
-        what they are made of; 0 without blur.
+        """Return {name: bytes} of the kernels of an `isethdr_core.pipeline.memory.Frame`, and of the
+        patterns they are computed from; 0 without blur.
 
         Raises
         ------
@@ -190,11 +189,18 @@ class IdealLens:
         return expected_s(self, _sequence(flares), frame)
 
     def spread_errors(self, mixed, flares, weights, response=None):
-        """Return how wrong the kernels may make light of `mixed`, as
-        `isethdr_core.uncertainty.error_terms.ErrorMaps` (channel, y, x).
+        """Return the errors of the light of `mixed` due to the kernels' errors.
 
-        `weights` (channel, band): what is counted of irradiance; `response` as the light was asked
-        for. One tile per tile of that light.
+        Parameters
+        ----------
+        mixed : mixed radiance (wavelength, y, x). `flares` : sequence or dictionary of flares.
+        weights : (channel, band) factors of irradiance.
+        response : `isethdr_core.demand.Response` with which the light was computed.
+
+        Returns
+        -------
+        `isethdr_core.uncertainty.error_terms.ErrorMaps` (channel, y, x), one value per tile of the
+        light.
         """
         plan = self.plan(flares, mixed, response)
         return plan.light_errors(mixed, weights)
@@ -239,8 +245,9 @@ class DiffractionLimitedLens(IdealLens):
     pupil_matrix = None  # nor an exit pupil that differs from the round stop of its f-number
 
     def colour_um(self, wavelength_nm: float) -> dict[int, float]:
-        """Return what a wavelength's wavefront has on top of that of all, {OSA index: um}: nothing
-        beside `focal_shift_um`.
+        """Return the wavefront of a wavelength minus that of all, {OSA index: um}; here empty.
+
+        `focal_shift_um` is added elsewhere.
         """
         return {}
 
@@ -281,7 +288,7 @@ def _sequence(flares) -> tuple:
 def _check(lens):
     check_ranges(lens)
     if os.environ.get("ISETHDR_ARRAYS"):
-        device_transfer()  # what it names is there
+        device_transfer()  # raises an error if the device is missing
     if not lens.object_distance_m > 2e-3 * lens.focal_length_mm:
         raise ConfigError(
             f"lens.object_distance_m is {lens.object_distance_m!r}; expected metres, more than"

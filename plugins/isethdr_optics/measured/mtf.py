@@ -1,9 +1,9 @@
 """Point spread functions of MTF curves.
 
-An MTF says nothing of phase: the point spread is taken to be its own mirror image, as it is on the
-axis. Between the tangential curve (detail along the radius of the field) and the sagittal one
-(across it) the square of the cosine weighs them. A curve ends at the diffraction limit of the lens,
-1 / (wavelength x f-number), to which it falls in a straight line from its last frequency.
+An MTF contains no phase: the point spread is assumed symmetric, as on the axis. Between the
+tangential curve (detail along the radius of the field) and the sagittal curve (detail across it),
+the square of the cosine of the angle weights them. A curve ends at the diffraction limit of the
+lens, 1 / (wavelength x f-number), to which it is extended by a straight line.
 """
 
 from __future__ import annotations

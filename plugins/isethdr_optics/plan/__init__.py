@@ -1,13 +1,13 @@
-"""Plan: what of a field and of a lens's effects is needed, decided once, then applied to light.
+"""Plan: decides once which parts of a field and effects of a lens are needed, then images light.
 
-Uses imaging, field, psf and flare. Nothing but the lenses uses it.
+Uses imaging, field, psf and flare. Only the lenses use it.
 
 | module            | content                                                                  |
 |-------------------|--------------------------------------------------------------------------|
-| `imaging_seconds` | what a lens expects to take for the light of a frame                     |
+| `imaging_seconds` | run time estimate of a lens for one frame                                |
 | `lens_plan`       | the plan of one lens and one field, applied to light                     |
-| `outline`         | what a plan will need of a field, known before there is any light        |
+| `outline`         | what a plan will need and leave out, before the light is known           |
 | `planning`        | the decisions: region, kernels, wings and ghosts, with their error terms |
-| `region`          | the bands and tiles of a field that go through the lens                  |
+| `region`          | the bands and tiles of a field that are imaged                           |
 | `window`          | the tiles that a lens needs for sensors that see a part of the plane     |
 """

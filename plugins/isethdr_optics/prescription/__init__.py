@@ -3,7 +3,7 @@
 | module         | content                                                                       |
 |----------------|-------------------------------------------------------------------------------|
 | `amplitude`    | amplitude over the exit pupil, as Zernike coefficients                        |
-| `coatings`     | coatings by name, and what every surface reflects                             |
+| `coatings`     | coatings by name, and the reflectance of every surface                        |
 | `exit_pupil`   | the stop as seen from an image point, in direction cosines                    |
 | `field`        | whether the beam reaches the corners of the camera's field                    |
 | `figures`      | chief rays, distortion, working f-number, relative illumination, focal length |

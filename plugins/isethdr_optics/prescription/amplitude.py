@@ -1,11 +1,12 @@
-"""Amplitude over the pupil of a prescription: how unevenly a beam that comes in even leaves for the
-image, as Zernike coefficients.
+"""Amplitude over the exit pupil of a prescription for a uniform incoming beam, as Zernike
+coefficients.
 
-The image depends on directions: it is the transform of the amplitude over direction cosines. Power
-per area of direction cosines is power per area of the incoming beam x the area of that beam per
-area of direction cosines (a Jacobian) x what surfaces and coatings transmit along the ray; its root
-is the amplitude. A lens that keeps the sine condition off the axis too, one free of coma, is even
-here (Abbe; Born and Wolf 1999, section 4.5), however unevenly its stop is filled.
+The point spread is the transform of the amplitude over direction cosines at the image. The power
+per area of direction cosines is a product: power per area of the incoming beam, times the area of
+that beam per area of direction cosines (a Jacobian), times the transmittance of surfaces and
+coatings along the ray. The amplitude is its square root. A lens that keeps the sine condition off
+the axis too, which means a lens without coma, has a uniform amplitude here (Abbe; Born and Wolf
+1999, section 4.5), even if the beam fills its stop unevenly.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ LEAST = 1e-7  # coefficients below are rounding
 def amplitude(
     lens, tangent: float, wavelength_nm: float
 ) -> tuple[tuple[tuple[int, float], ...], float]:
-    """Return the amplitude of light from a field tangent along +x, ((OSA index, value), ...) over
-    the exit pupil, and how uneven it is, rms.
+    """Return the amplitude over the exit pupil, ((OSA index, value), ...), and its rms variation.
 
     Parameters
     ----------
-    lens : `Prescription`, scaled and stopped. Rims do not cut the beam here.
+    lens : `Prescription`, scaled and stopped. Vignetting is not included.
+    tangent : of the field angle, along +x. `wavelength_nm` : nm.
 
     Notes
     -----

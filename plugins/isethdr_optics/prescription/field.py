@@ -39,8 +39,12 @@ def check(lens, width: float, height: float, projection: str) -> None:
 
 
 def state(lens, width: float, height: float, projection: str) -> None:
-    """State in the ledger how much rims cut of the beam towards the corners of a field that is
-    wider than the prescription is made for.
+    """State in the ledger the vignetting in the corners of a field wider than the design field.
+
+    Parameters
+    ----------
+    lens : `Prescription`. `width`, `height` : of the field, in the units of `projection`.
+    projection : as in `isethdr_core.physics.optics.projection`.
     """
     corner, made_for = _corner(width, height, projection), lens.real().half_field_deg
     if math.degrees(corner) > made_for * (1 + 1e-9):
@@ -64,8 +68,8 @@ def _remaining_share(lens, angle) -> float:
 
 
 def _fits(lens, width, height, projection) -> float:
-    """Return the horizontal field, degrees, of the same shape whose corners are as far off the axis
-    as the prescription is made for.
+    """Return the horizontal field, degrees, of the same aspect whose corners are at the border of
+    the design field.
     """
     made_for, half = math.radians(lens.real().half_field_deg), math.hypot(width, height) / 2
     if projection == "tangent":

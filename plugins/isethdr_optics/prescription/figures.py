@@ -1,9 +1,9 @@
 """Figures of a lens from exact rays: chief rays, distortion, working f-number, relative
 illumination, focal length.
 
-Directions are given as tangents in the orientation of the image: light that comes from +x is traced
-towards +x (the lens is turned by 180 degrees, which changes nothing else), so a lamp at tangent t
-lands near + focal length x t.
+Directions are tangents in the orientation of the image: light from +x is traced towards +x. A lamp
+at the tangent t is imaged near + focal length x t. This is the lens turned by 180 degrees, which
+has no other effect.
 """
 
 from __future__ import annotations
@@ -145,12 +145,16 @@ def pupil_area_mm2(
 
 
 def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> float:
-    """Return irradiance / radiance of a uniform scene at a place of the sensor, sr: rays from
-    there, back through all rims, into the scene.
+    """Return irradiance over radiance of a uniform scene at a point of the sensor, sr.
 
-    E = L times the integral of cos over the solid angle that looks out. Nothing is taken from the
-    scene's side: neither an entrance pupil nor chief rays nor the size of an image, so that coma
-    and borders of the beam that move with the field count as they do in a camera.
+    Rays are traced from the sensor back through all rims into the scene. E = L times the integral
+    of cos over the solid angle of the rays that pass. No entrance pupil, chief ray or image size is
+    used, so that coma and pupil aberrations are included as in a camera.
+
+    Parameters
+    ----------
+    lens : `Prescription`. `height_mm` : of the point above the axis. `wavelength_nm` : nm.
+    grid : rays along each side of the pupil.
     """
     sensor = lens.surfaces[-1].z_mm
     optics = [

@@ -1,9 +1,7 @@
-"""Rims: the part of a prescription's exit pupil that light off the axis fills, where rims of other
-surfaces cut its beam.
+"""Rims: vignetting of a prescription, as the part of the exit pupil that light off the axis fills.
 
-A rim seen from the stop is nearly a circle, and so it is in the exit pupil's own units, which make
-the stop a unit disc. Points where rays graze the rim are found there, and a circle is fitted to
-them.
+Seen from the stop, the rim of another surface is nearly a circle. It is so too in the units of the
+exit pupil, in which the stop is a unit disc. A circle is fitted to points where rays graze the rim.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
-"""Band phase: lenses and dust whose phase changes within a band by more than its parts can follow.
+"""Band phase: error of lenses and dust whose phase changes too much within a part of a band.
 
-Far kernels are made of parts of a band. Within a part (`wings._parts`) the pattern of its middle is
-taken for all wavelengths, scaled: its speckles stand still where those of the lens would wash out.
-To second order in the change of phase that leaves up to change^2 / 24 of a speckle.
+Beyond the core, kernels are computed from parts of a band. Within a part (`wings._parts`) the
+pattern of its middle wavelength is scaled to all others. The speckles of a real lens change with
+the phase and average out; those of the scaled pattern do not. To second order in the change of
+phase, a speckle is wrong by up to change^2 / 24.
 """
 
 from __future__ import annotations
@@ -47,8 +48,8 @@ def check(lens, flares, wavelength_nm) -> None:
 
 
 def errors(lenses, wavelength_nm) -> list[ErrorTerm]:
-    """Return what more parts of a band than are made would change; `lenses` of the places of the
-    field.
+    """Return the errors of dividing a band into too few parts; `lenses` are those of the field
+    points.
     """
     change, wave, _ = _worst(lenses, wavelength_nm)
     if _needed(change) <= wings.MOST_PARTS:

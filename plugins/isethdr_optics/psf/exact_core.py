@@ -1,5 +1,6 @@
-"""Exact core: a kernel near its axis, integrated over tiles and averaged over sub-bands; it does
-not depend on how the rest is made.
+"""Exact core: a kernel near its axis, integrated over tiles and averaged over sub-bands.
+
+It does not depend on the method for the wings.
 """
 
 from __future__ import annotations
@@ -18,9 +19,7 @@ _core_cache: dict[str, np.ndarray] | None = None
 
 @contextmanager
 def kept_cores():
-    """Keep the cores that are made inside: kernels that are made again there, with a smaller error,
-    have the same.
-    """
+    """Cache the cores computed within this context: finer kernels have the same cores."""
     global _core_cache
     before, _core_cache = _core_cache, {}
     try:

@@ -1,10 +1,10 @@
-"""Knots: wavelengths at which lattices of a pupil with phase are made, a few for all bands; lines
-between.
+"""Interpolation wavelengths: where patterns of a pupil with phase are computed, a few for all
+bands. Between them patterns are interpolated linearly.
 
-Drawn to the same scale, patterns of neighbouring wavelengths differ by what the phase has changed.
-A straight line between knots leaves, to second order, so much of a speckle times the square of that
-change. Far light comes from the rim and from dirt, so the largest change anywhere in the stop
-counts. Knots lie at fixed wavelengths: a band does not depend on which others there are.
+At the same scale, patterns of neighbouring wavelengths differ only by the change of phase. The
+error of linear interpolation is proportional to the square of that change. Light in the wings comes
+from the rim and from dirt, so that the largest change anywhere in the stop matters. The
+wavelengths are fixed: a band does not depend on which other bands a run has.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ APART = 0.35  # radians from knot to knot at most, anywhere in the stop
 # relative per tile, L1, for a radian: an estimate, for what any two lattices differ by hides most
 # of it (0.9 % clean, 0.12 % dirty)
 STRAIGHT = 0.05
-WORTH = 2.0  # bands that a step has to span: two lattices are made in place of one
+WORTH = 2.0  # least number of bands in a step: a step needs two lattices, a band one
 HELD_BYTES = 1.6e9  # of lattices that are kept; the two pairs that a band reads, always
 
 

@@ -106,9 +106,7 @@ def _ratio(a, b):
 
 
 class ColumnErrors:
-    """What `by_octave` and `deviation` say of whole kernels, from a few columns of tiles in which
-    the error is known.
-    """
+    """`by_octave` and `deviation` of whole kernels, from the errors of a few columns of tiles."""
 
     def __init__(self):
         self._sums = np.zeros((5, OCTAVES))  # |wrong|, wrong, light, wrong^2, light^2

@@ -1,10 +1,9 @@
-"""Kernel store: kernels and their transforms kept on disk between processes, under a name made of
-all that they depend on.
+"""Kernel store: kernels and their transforms on disk, shared by processes.
 
-A file holds, one after another in NumPy's format: one array per band, facts (float64), checksums
-(uint32). It is written under a temporary name and renamed, so any number of processes may share a
-folder; each maps the arrays into memory, where they are held once for all. Where nothing can be
-written, nothing is kept.
+The name of a file is a hash of everything the kernels depend on. The file holds, in NumPy's format:
+one array per band, facts (float64), checksums (uint32). It is written under a temporary name and
+renamed, so that any number of processes may share a folder. Each process maps the arrays into
+memory, where they exist once for all. If the folder cannot be written to, nothing is stored.
 """
 
 from __future__ import annotations
@@ -21,16 +20,19 @@ from isethdr_core import store
 from isethdr_core.runs import provenance
 
 LIMIT_BYTES = 8 << 30  # of all files together; beyond it those unused for longest go
-PART = "-band-"  # in the name of a file that holds one band, until all are made
+PART = "-band-"  # in the name of a file with one band, until all bands are computed
 REACH = "-reach-"  # in a name, before the tiles to the border, (y, x)
 ABANDONED_S = 3600.0  # age at which a temporary file's writer is taken for dead
 
 
 def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -> str | None:
-    """Return the file's name for kernels of these arguments and of the code that makes them; None
-    where they have no such name.
+    """Return the file name of kernels; None if their content cannot be named.
 
-    `way` : in which they are made, where there is more than one.
+    Parameters
+    ----------
+    lens, flares : components; with the code that computes kernels they are part of the name.
+    wavelength_nm : of the bands. `pitch_um` : (y, x) of a tile. `reach` : (y, x) tiles.
+    way : method of computing the kernels, if there are several.
     """
     if not provenance.have_source(lens, *flares):
         return None
@@ -82,13 +84,13 @@ def load(key: str):
 
 
 def reaches(key: str) -> list[tuple[int, ...]]:
-    """Return how far the kernels reach that are kept under a name, and under such as differ in
-    reach alone, (y, x) tiles; whether they are sound `load` finds out.
+    """Return the reaches (y, x), in tiles, of stored kernels whose names differ from `key` only in
+    the reach. Their checksums are not tested here but by `load`.
     """
     made_of = key.partition(REACH)[0]
     files = _folder().glob(f"{made_of}{REACH}*.npy")
     ends = [path.stem.partition(REACH)[2] for path in files if PART not in path.name]
-    # transforms of kernels are kept beside them, under a longer name
+    # transforms are stored beside the kernels, under a longer name
     return [tuple(map(int, end.split("x"))) for end in ends if "-" not in end]
 
 
@@ -129,7 +131,7 @@ def save(key: str, shape, dtype, bands, facts) -> None:
 
 
 def remove_parts(key: str) -> None:
-    """Remove what was kept of single bands: all of them have been saved together."""
+    """Remove the files of single bands, after all bands have been saved in one file."""
     for path in _folder().glob(f"{key}{PART}*.npy"):
         with suppress(OSError):
             path.unlink(missing_ok=True)

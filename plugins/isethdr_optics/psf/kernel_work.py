@@ -1,5 +1,4 @@
-"""Kernel work: the CPU seconds that kernels from patterns take, from what is known before they are
-made.
+"""Kernel work: the CPU seconds of kernels from patterns, estimated before they are computed.
 
 Parts of the work are counted and multiplied by measured times: samples of lattices, running sums
 along rays, reads at the borders of bands, weights of tiles, and chords of the pupil.
@@ -32,7 +31,7 @@ class Counts(NamedTuple):
 
 
 # CPU seconds of each part: least squares over 14 lenses and frames (f/1.6 to f/4, 8 and 31 bands,
-# 0.02 to 3 million tiles, with and without a wavefront), beside other work; right to 0.17
+# 0.02 to 3 million tiles, with and without a wavefront) on a busy machine; relative error 0.17
 SECONDS = Counts(
     samples=1.0e-9,
     sums=7.0e-8,

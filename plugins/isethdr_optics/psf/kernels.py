@@ -54,10 +54,10 @@ MOST_WAVELENGTHS = 32  # per band, however wide
 MOST_TILES = 4e6  # of a kernel whose coarse tiles were divided
 CACHE_BYTES = 3 << 30  # of kernels held by this process and not by a file
 SPECTRA_BYTES = 1 << 30  # of transforms of one lens's kernels that are held and not on disk
-SAMPLED = 64  # points of a kernel along each axis that stand for all of it
+SAMPLED = 64  # sample points of a kernel along each axis, for estimates
 WITHOUT_REACH = 4  # items of a cache's key, before how far kernels reach
-# CPU seconds beside other work: a wavelength of an exact core of usual size, a value of the two
-# lattices of a pupil, a tile read at one wavelength
+# CPU seconds, measured on a busy machine: one wavelength of an exact core of usual size, one value
+# of the two lattices of a pupil, one tile read at one wavelength
 CORE_WAVELENGTH_S, LATTICE_SAMPLE_S, READ_S = 0.06, 1.5e-7, 1.2e-8
 WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 
@@ -173,15 +173,16 @@ _lock = Lock()
 
 
 def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
-    """Return the kernels of a lens with `flares` for bands centred on `wavelength_nm`; kept in the
-    process and on disk.
+    """Return the kernels of a lens with flares; they are cached in the process and on disk.
 
     Parameters
     ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : centres of the bands.
     pitch_um : (y, x) tile pitch.
     reach : (y, x) tiles from the axis to the kernel's border; (ny - 1, nx - 1) is the full frame.
-    make : function of the same arguments that makes them another way; these are kept on disk
-        however fast they were made.
+    make : function of the same arguments that computes the kernels by another method. Its results
+        are always stored on disk.
     """
     wavelength_nm = np.asarray(wavelength_nm, float)
     key = _key(lens, flares, wavelength_nm, pitch_um, reach, make)
@@ -306,7 +307,7 @@ def _name(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> str | None
     """Return the name of kernels on disk; None if they are not kept there."""
     if not all(map(_described, (lens, *flares))):
         return None
-    # Kernels from one pattern are made faster than they are read from a disk: none are kept there
+    # Kernels from one pattern are computed faster than read from disk: they are not stored
     if not make and from_one_pattern(lens, flares, wavelength_nm, pitch_um, reach):
         return None
     return kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__)
@@ -540,7 +541,7 @@ def _computed(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=
 
     def one_band(
         centre, width
-    ):  # knots are the same whatever the bands: one does not depend on which others there are
+    ):  # interpolation wavelengths are fixed: a band does not depend on the other bands
         split, fine, wide = fine_tiles(lens, centre - width / 2, pitch_um, reach)
         kernel, wrong, energy = _Plan(
             lens, flares, centre, width, fine, wide, split, lattices, shared
@@ -616,9 +617,14 @@ def _split(lens, shortest_nm, pitch_um, reach):
 def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
     """Return the (y, x) tiles from the axis to the border of the exact core, `reach` at most.
 
-    Samples are half the finest detail, wavelength x f-number, wide or finer. Where tiles are finer
-    still (slow lenses, small pixels) and the frame is no wider than the core would be in such
-    details, the core covers all of it, up to `CORE_TILES`.
+    Samples are at most half as wide as the finest detail, wavelength x f-number. If tiles are finer
+    still (slow lenses, small pixels) and the frame is not wider than such a core, the core covers
+    the whole frame, up to `CORE_TILES`.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `shortest_nm` : wavelength. `pitch_um` : (y, x) of a tile.
+    reach : (y, x) tiles of the kernel.
     """
     blur = sampled_pupil.blur_um(lens, shortest_nm)
     half = [

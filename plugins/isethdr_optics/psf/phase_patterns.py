@@ -1,11 +1,11 @@
 """Phase patterns: the kernels of all bands of a lens with a wavefront, from its patterns at a few
 wavenumbers.
 
-A wavefront that is the same length at all wavelengths is a phase in proportion to the wavenumber.
-Drawn to one scale, the pattern is then a smooth function of the wavenumber, and a polynomial
+A wavefront with the same path difference at all wavelengths is a phase proportional to the
+wavenumber. At one scale, the pattern is then a smooth function of the wavenumber. A polynomial
 through a few patterns gives that of every band (`whole_plane_pattern`). Means over tiles and bands
-are read from running sums along rays, as those of `scaled_pattern`, which also says how finely. The
-exact core is made band by band (`exact_core`).
+are read from running sums along rays, with the sampling of `scaled_pattern`. The exact core is
+computed band by band (`exact_core`).
 """
 
 from __future__ import annotations
@@ -64,9 +64,7 @@ def serves(lens, flares, frame: Frame) -> bool:
 
 
 def memory_bytes(lens, flares, frame: Frame) -> float:
-    """Return the bytes of the kernels of a frame, and of the patterns of the largest lattice while
-    the last is made.
-    """
+    """Return the peak memory, bytes: kernels of a frame, and patterns of the largest lattice."""
     kernel_bytes = 4.0 * len(frame.edges_nm) * np.prod([2.0 * r + 1 for r in frame.reach])
     *_, (_, _, lattice) = lattices(lens, frame, scaled.usual_rings(lens, frame))
     pattern = 4.0 * np.prod([2.0 * n + 1 for n in lattice.samples_to_border])
@@ -75,7 +73,7 @@ def memory_bytes(lens, flares, frame: Frame) -> float:
 
 
 def wavenumbers(lens, flares, frame: Frame) -> np.ndarray:
-    """Return the wavenumbers, 1 / nm, at which patterns are made."""
+    """Return the wavenumbers, 1 / nm, at which patterns are computed."""
     ends = 1 / frame.edges_nm.max(), 1 / frame.edges_nm.min()
     return whole.interpolation_wavenumbers(*ends, _change(lens, flares, frame), INTERPOLATED)
 
@@ -220,9 +218,7 @@ def _displacement_um(lens, frame) -> float:
 
 
 def _period(lens, frame, reach_um: float, turns: float) -> float:
-    """Return the period of the field, in reaches, at which the phase changes by so many turns from
-    one cell of the pupil to the next.
-    """
+    """Return the period of the field, in reaches, for `turns` of phase between adjacent cells."""
     return max(whole.PERIOD, _displacement_um(lens, frame) / (turns * reach_um))
 
 

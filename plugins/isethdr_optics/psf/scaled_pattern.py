@@ -30,7 +30,7 @@ FINEST = 8.0  # times the samples and rays that are read as usual
 USUAL_TILE = (
     1.9  # wavelengths x f-number wide; wider ones take more rays, so that these lie as close
 )
-# wavelengths x f-number: wider tiles hold so many speckles that samples may lie farther apart
+# wavelengths x f-number: wider tiles average over many speckles, and samples may be coarser
 WIDE_TILE = 8.0
 WIDEST_TILE = 60.0  # wavelengths x f-number: the exact core of wider ones outgrows memory
 USUAL_ERROR = 0.03  # of a tile's light that these leave at most
@@ -74,7 +74,7 @@ class Level:
     places: float = 5.5  # under a tile's triangle, over the tiles that its light moves in a band
 
     def finer(self, times: float) -> Level:
-        """Return the level with so many times the samples of a lattice, and rays and places."""
+        """Return the level with `times` the samples of a lattice, rays and positions."""
         root = np.sqrt(times)
         return Level(
             self.moves, self.step / root, self.per_tile * root, self.rays * root, self.places * root
@@ -92,7 +92,7 @@ class Rings:
     columns: Mapping[str, float] = field(default_factory=dict)  # of direct sums, as `Place`
 
     def finer(self, times: float) -> Rings:
-        """Return rings with so many times the samples, rays and places."""
+        """Return rings with `times` the samples, rays and positions."""
         return replace(self, levels=tuple(level.finer(times) for level in self.levels))
 
 
@@ -171,7 +171,7 @@ def lattices_fit(lens, frame: Frame) -> bool:
 
 
 def memory_bytes(lens, frame: Frame, read: Rings | None = None) -> float:
-    """Return the bytes of the kernels of a frame, and of the largest lattice while it is made."""
+    """Return the peak memory, bytes: kernels of a frame, and the largest lattice."""
     rows, columns = frame.reach
     read = read or usual_rings(lens, frame)
     kernel_bytes = 4.0 * len(frame.edges_nm) * (rows + 1) * (2.0 * columns + 1)
@@ -181,7 +181,7 @@ def memory_bytes(lens, frame: Frame, read: Rings | None = None) -> float:
 
 
 def wide_tiles(lens, frame: Frame) -> bool:
-    """Return whether tiles hold so many speckles that samples may lie farther apart."""
+    """Return whether tiles average over enough speckles for coarser samples."""
     return _width(lens, frame) > WIDE_TILE
 
 
@@ -194,7 +194,7 @@ def usual_rings(lens, frame: Frame) -> Rings:
     """Return how rings of a frame are read, unless a sensor asks for more."""
     if not wide_tiles(lens, frame):
         return USUAL
-    # rays and places are fewer by the root of what the tiles are wider: half of the error is left
+    # fewer rays and positions, by the root of the ratio of the tile widths: the error halves
     share = np.sqrt(USUAL_TILE / _width(lens, frame))
     levels = (replace(v, rays=v.rays * share, places=v.places * share) for v in WIDE.levels)
     return replace(WIDE, levels=tuple(levels))
@@ -417,8 +417,14 @@ def exact_wavelengths(lens, band_nm, pitch_um, reach) -> np.ndarray:
 
 
 def gauss_wavelengths(lens, band_nm, pitch_um, reach) -> Wavelengths:
-    """Return Gauss's places in a band for a core of `reach`: the pattern is a band-limited
-    function of the wavelength, which so many places integrate all but exactly.
+    """Return the Gauss-Legendre wavelengths, nm, in a band for a core of `reach`.
+
+    The pattern is a band-limited function of the wavelength, which they integrate almost exactly.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `band_nm` : (low, high). `pitch_um` : (y, x) of a tile.
+    reach : (y, x) tiles of the core.
     """
     low, high = band_nm
     middle, width = (low + high) / 2, high - low
@@ -507,9 +513,14 @@ class Core(NamedTuple):
 
 
 def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) -> Core:
-    """Return an exact core of so many tiles, with its error against direct sums over the pupil.
+    """Return an exact core of `tiles`, with its error against direct sums over the pupil.
 
-    Direct sums are made finer than for `errors`, because the core errs by less than those do.
+    Direct sums are finer than in `errors`, because the error of the core is smaller.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components. `frame` : of the kernels.
+    tiles : from the axis to the border of the core. `apply` : `map`, or that of a pool of threads.
     """
     reach = wider_reach(frame, tiles)
     exact = exact_halves(lens, flares, frame, reach, apply, wide=True)
@@ -535,7 +546,7 @@ def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) ->
 
 
 def wider_reach(frame: Frame, tiles: int) -> tuple[int, int]:
-    """Return the (y, x) reach of an exact core of so many tiles."""
+    """Return the reach (y, x) of an exact core of `tiles`, at most that of the frame."""
     return tuple(min(tiles, r) for r in frame.reach)
 
 

@@ -1,16 +1,16 @@
-"""Far: kernels beyond the exact core, from the diffraction pattern on lattices of points.
+"""Wings: kernels beyond the exact core, from the diffraction pattern on lattices of points.
 
-A lattice (`physics.lattice`) holds the pattern of one wavelength somewhat finer than its speckles,
-at half the distance that they may lie apart without loss. Weighting its points with the triangle
-that two constant tiles make of a point gives tile means, on a grid finer than tiles. The pattern of
-a neighbouring wavelength is the same, scaled about the axis: the mean over a band reads the grid at
-tile centres drawn in and out, for so many wavelengths that from one to the next no tile moves by
-more than half a tile. Speckles thus become radial streaks, whatever the number of bands.
+A lattice (`physics.optics.lattice`) samples the pattern of one wavelength somewhat finer than its
+speckles. Its points are weighted with a triangle, the convolution of two constant tiles, which
+gives tile means on a grid finer than the tiles. The pattern of a neighbouring wavelength is the
+same, scaled about the axis. The mean over a band therefore reads the grid at scaled tile centres,
+at wavelengths so close that no tile moves by more than half a tile from one to the next. Speckles
+become radial streaks for any number of bands.
 
-Without phase one pattern scales to all wavelengths: two lattices, half a step apart, serve every
-band. With a wavefront or a third-party pupil a pair of lattices serves a part of the band, over
-which the phase hardly changes. Either way two independent halves result, and half their difference
-states the error.
+Without phase, one pattern scales to all wavelengths: two lattices, offset by half a step, serve
+every band. With a wavefront or a third-party pupil, a pair of lattices serves a part of the band,
+in which the phase hardly changes. In both cases there are two independent estimates, and half of
+their difference states the error.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ PERIOD = 3.0  # of the field, in reaches
 WRAP = 0.018
 WRAP_SHARED = 0.0015  # and of a pupil without phase, whose lattices serve all bands
 RING_PUPIL = 500  # least cells across the stop
-SHARED_SAMPLES = 1.2e8  # of one shared lattice, about a gigabyte while it is made
+SHARED_SAMPLES = 1.2e8  # of one shared lattice: about a gigabyte while it is computed
 OWN_SAMPLES = (
-    1.2e8  # of a lattice with phase: the same while it is made, a third of that while it is kept
+    1.2e8  # of a lattice with phase: a gigabyte while it is computed, then a third of that
 )
 GRID = 3  # of tile means, per tile: the nearest stands in for a place between them
 # of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles
@@ -56,7 +56,7 @@ LEAST_READS, MOST_READS = 12, 256
 FINER = (1, 2, 4)  # times the reads, tried until the error is what the lens allows
 STRETCHED = 1.15  # times the frame, that lattices at knots are read over
 FINEST = 0.8  # times a step, at least: what counts as finer
-DEFAULT_ERROR = 0.03  # for which lattices are made; for less they are finer
+DEFAULT_ERROR = 0.03  # error of lattices with the usual sampling
 MOST_ACROSS, MOST_ACROSS_PHASE = (
     3e5,
     8e4,
@@ -181,16 +181,17 @@ def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=
 
 
 def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
-    """Return the bytes of the two lattices of a pupil while the second is made: a complex field
-    over its period, and both patterns.
+    """Return the peak memory, bytes, of the two lattices of a pupil.
+
+    It consists of a complex field over its period, and both patterns.
 
     Parameters
     ----------
-    tiles : `kernels.Grid` of the frame.
+    lens : a lens of this package. `shortest_nm` : wavelength. `tiles` : `kernels.Grid` of the frame.
 
     Raises
     ------
-    ConfigError : the frame is so much wider than the finest detail that the pupil would take hours.
+    ConfigError : the frame is too wide for the finest detail; the pupil would take hours.
     """
     phase = bool(lens.zernike_um or lens.focal_shift_um)
     # a table of focal shifts may not reach below the shortest band
@@ -229,10 +230,15 @@ def _check_pupil(lens, wave_nm: float, cells_mm, most: float) -> float:
 
 
 def rings(plan, centre, width, energy):
-    """Return the kernel of a band beyond the core, and half the difference of its halves, 0 within.
+    """Return the kernel of a band beyond the core, and half the difference of its two estimates.
 
-    Where their error is more than the lens allows, as far out as that is, finer rings take their
-    place.
+    Both are 0 within the core. Rings whose error is larger than the lens allows are computed again
+    with finer sampling.
+
+    Parameters
+    ----------
+    plan : lens, flares and lattices. `centre`, `width` : of the band, nm.
+    energy : of the open pupil, mm2.
     """
     reach, fine = plan.reach, FINER[0]
     kernel, wrong = ring(plan, reach, plan.half, centre, width, energy, fine)
@@ -285,8 +291,9 @@ def tile_sums(fine, s):
 
 
 def _error_wanted(lens):
-    """Return how fine lattices with phase are for the error that a lens allows: what they miss
-    falls faster than their samples grow.
+    """Return the factor by which lattices with phase are finer, for the error that a lens allows.
+
+    The error falls faster than the number of samples grows.
     """
     return max(1.0, DEFAULT_ERROR / lens.speckle_error) ** 0.5
 
@@ -367,14 +374,13 @@ def parts_of(plan, centre: float, width: float) -> int:
 
 
 def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -> None:
-    """Raise ConfigError where dust delays light by so much that the phase changes by more within a
-    band than its parts can follow.
+    """Raise ConfigError if the phase of dust changes too much within a part of a band.
 
     Parameters
     ----------
     delay_um : largest optical path difference of a grain.
-    wavelength_nm, width_nm : centres and widths of the bands; `beside` the change of the lens's own
-        phase within a band, radians rms.
+    wavelength_nm, width_nm : centres and widths of the bands.
+    beside : change of the lens's own phase within a band, radians rms.
     """
     wave, width = np.asarray(wavelength_nm, float), np.asarray(width_nm, float)
     change = 2e3 * np.pi * abs(delay_um) * (1 / (wave - width / 2) - 1 / (wave + width / 2))

@@ -4,6 +4,6 @@
 |------------------|-----------------------------------------------------------------|
 | `draw`           | light sources of the scene, and their ghost rays drawn on grids |
 | `ghost_flare`    | the flare `ghosts`                                              |
-| `sensor_limited` | the ghosts that a sensor can tell in this scene                 |
+| `sensor_limited` | the ghosts that are bright enough for a sensor in this scene    |
 | `trace`          | ghost pairs ranked by paraxial matrices, and their real rays    |
 """

@@ -62,21 +62,15 @@ class GhostFlare:
             check_coating(self.coating)
 
     def input_files(self):
-        """Return the user's own prescription file, if one is named: its content is part of a run's
-        name.
-        """
+        """Return the user's own prescription file, if any. Its content is part of a run's name."""
         return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
 
     def irradiance(self, lens, mixed):
-        """Return the ghosts' light, W m-2 nm-1, (wavelength, y, x) on the tiles of `mixed` seen by
-        `lens`.
-        """
+        """Return the irradiance of the ghosts, W m-2 nm-1, (wavelength, y, x) on the tiles of `mixed`."""
         return _irradiance(self, lens, mixed)
 
     def of_lens(self, lens):
-        """Return the prescription as it stands behind `lens`: its focal length, its f-number, this
-        coating.
-        """
+        """Return the prescription with the focal length and f-number of `lens`, and this coating."""
         real = load(self.prescription).scaled(lens.focal_length_mm).stopped(lens.f_number)
         return real.with_coating(self.coating) if self.coating else real
 
@@ -88,8 +82,13 @@ class GhostFlare:
         return Iris(self.blades, self.rotation_deg, real.surfaces[real.stop].semi_diameter_mm)
 
     def pairs(self, lens, wavelength_nm, largest_tangent: float):
-        """Return (traced, left out), lists of `trace.Pair`, strongest first and weakest
+        """Return two lists of `trace.Pair`: those to trace, strongest first; the others, weakest
         first.
+
+        Parameters
+        ----------
+        lens : a lens of this package. `wavelength_nm` : of the bands.
+        largest_tangent : of the field angle.
         """
         wave = tuple(map(float, wavelength_nm))
         ranked = _ranked(
@@ -99,23 +98,28 @@ class GhostFlare:
 
 
 def ghost_seconds(flare: GhostFlare, lens, wavelength_nm, largest_tangent: float) -> float:
-    """Return the CPU seconds that the ghosts of a typical night take, `TYPICAL_SOURCES` sources in
-    all pairs of surfaces that are traced.
+    """Return the CPU seconds of the ghosts of a typical night, with `TYPICAL_SOURCES` sources.
+
+    Parameters
+    ----------
+    flare : the ghosts. `lens` : a lens of this package. `wavelength_nm` : of the bands.
+    largest_tangent : of the field angle.
     """
     traced, _ = flare.pairs(lens, wavelength_nm, largest_tangent)
     return len(traced) * (TRACED_S + SOURCE_S * TYPICAL_SOURCES * len(wavelength_nm))
 
 
-TYPICAL_SOURCES = 40  # lamps and blocks of directions that are worth drawing
-# CPU seconds of one source, pair and band, and of the rays of a pair, 31 bands, beside other work
+TYPICAL_SOURCES = 40  # lamps and blocks of directions that are drawn
+# CPU seconds of one source, pair and band, and of the rays of a pair, 31 bands; measured on a busy
+# machine
 SOURCE_S, TRACED_S = 1.7e-4, 0.1
 RADIAL_BINS = 24  # of the field, in which rays of lamps are traced once and kept
-# of a tile's ghosts, in 99 % of the tiles; measured on three prescriptions against 4 times the rays
-# and points
+# relative error of a tile's ghosts, in 99 % of the tiles; measured on three prescriptions against 4
+# times the rays and points
 DRAWING = 0.1
 MOST_BEAMS = 2000  # 0.3 MB each with 31 bands
 _beams: LRUCache[tuple, tuple | None] = LRUCache(maxsize=MOST_BEAMS)
-_lock = Lock()  # reading an entry moves it
+_lock = Lock()  # reading an entry changes the order of the cache
 
 
 @lru_cache(maxsize=8)
@@ -187,8 +191,9 @@ def _irradiance(flare, lens, mixed):
 
 
 def _worth_drawing(light_sources, traced, error_allowed):
-    """Return [(source, pair), ...] without the weakest, which sum to at most `error_allowed` of the
-    light, and that sum.
+    """Return [(source, pair), ...] without the weakest, and the share of the light of the weakest.
+
+    The share is at most `error_allowed`.
     """
     if not light_sources or not traced:
         return [], 0.0
@@ -202,8 +207,8 @@ def _worth_drawing(light_sources, traced, error_allowed):
 
 
 def _tangents(source, largest):
-    """Return two field tangents around a source: the borders of its radial bin, or its own extent
-    where that is wider.
+    """Return two field tangents around a source: those of its radial bin, or of its extent if that
+    is wider.
     """
     reach = np.hypot(source.half_x, source.half_y)
     middle, step = np.hypot(source.x, source.y), largest / RADIAL_BINS
@@ -214,8 +219,9 @@ def _tangents(source, largest):
 
 
 def _beams_of(real, powers, pair, intervals, iris) -> dict:
-    """Return {(low, high) tangents: (box, beam at low, beam at high) or None where no light
-    passes}, kept in the process.
+    """Return {(low, high) tangents: (box, beam at low, beam at high)}, cached in the process.
+
+    The value is None if no light passes.
     """
     lens = (
         real,
@@ -253,8 +259,7 @@ def _beams_of(real, powers, pair, intervals, iris) -> dict:
 
 def _record_errors(ledger, traced, weak_pairs, weak_share, in_blocks, added):
     label = (
-        "ghosts of lamps, 99 % of the tiles; the mean over tiles is 0.04, their flux is right to"
-        " 0.006"
+        "ghosts of lamps, 99 % of the tiles; the mean error of a tile is 0.04, of the flux 0.006"
     )
     ledger.error(DRAWING, "relative", "measured", label, key="ghost drawing", part=PART)
     ledger.light_part(PART, added)

@@ -1,10 +1,9 @@
-"""Ghosts that a sensor can tell in this scene: the other pairs of surfaces are left out, with a
-bound on all their light together.
+"""Sensor-limited ghosts: leaves out pairs of surfaces whose ghosts are too faint for a sensor.
 
-A pair maps the field onto the sensor with a magnification of its own, so even if every tile were as
-bright as the brightest its ghost could nowhere be brighter than that tile's image x the pair's
-share of the light / magnification squared. That is paraxial; real rays of uniform light pile up to
-`PEAK` times as much.
+A bound on the sum of their light is stated. A pair of surfaces images the field onto the sensor
+with its own magnification. If every tile were as bright as the brightest one, the ghost would be as
+bright as the image of that tile, times the pair's share of the light, divided by the square of the
+magnification. This holds for paraxial rays; with real rays the peak is up to `PEAK` times brighter.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ class BrightGhosts(GhostFlare):
 
 
 class LimitedFlares(NamedTuple):
-    """Flares without what a sensor cannot tell."""
+    """Flares without the ghosts that are too faint for a sensor."""
 
     flares: tuple
     bound: float = 0.0  # on the rest, standard deviations of the sensor's noise
@@ -49,7 +48,14 @@ class LimitedFlares(NamedTuple):
 
 
 def without_faint_ghosts(lens, mixed, flares, optics, response) -> LimitedFlares:
-    """Return the flares without ghosts that the sensor cannot tell."""
+    """Return the flares without the ghosts that are too faint for the sensor.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `mixed` : mixed radiance (wavelength, y, x).
+    flares : flare components. `optics` : `field_optics.FieldOptics` of the field.
+    response : `isethdr_core.demand.Response` of the sensors.
+    """
     if not any(type(flare) is GhostFlare for flare in flares):
         return LimitedFlares(flares)
     wave, total, out, notes = optics.wavelength_nm, 0.0, [], []
@@ -84,8 +90,9 @@ def without_faint_ghosts(lens, mixed, flares, optics, response) -> LimitedFlares
 
 
 def _faint(flare, lens, mixed, wave, unit, allowed):
-    """Return the (front, back) of pairs whose ghosts together stay below what is `allowed`, their
-    bound, and the notes that say so.
+    """Return the pairs (front, back) whose ghosts together stay below `allowed`; their bound; notes.
+
+    `unit` is the peak ghost of a pair with share and magnification 1, over the sensor's noise.
     """
     x, y = (np.abs(mixed[d].values).max() for d in ("x", "y"))
     traced, _ = flare.pairs(lens, wave, float(np.hypot(x, y)))
@@ -100,7 +107,7 @@ def _faint(flare, lens, mixed, wave, unit, allowed):
     bound = float(bounds[count - 1])
     left_out = LeftOut(
         f"ghosts of {count} of {len(ranked)} pairs of surfaces",
-        "no tile is so bright that the sensor could tell",
+        "no tile is bright enough for the sensor to see them",
         bound,
         wing_truncation.UNIT,
         needless=True,

@@ -23,7 +23,7 @@ FIELDS = 9  # field angles at which the matrices are asked for the widest beam
 
 @dataclass(frozen=True)
 class Pair:
-    """Two surfaces that reflect, and what the matrices say of their ghost."""
+    """Two reflecting surfaces, and the paraxial figures of their ghost."""
 
     front: int
     back: int
