@@ -99,7 +99,8 @@ def _map(text, projection):
     for key in parameters:
         if key not in parameter_names:
             raise ConfigError(
-                f"lens.distortion has no key {key!r} for model {model}{did_you_mean(key, parameter_names)}"
+                f"lens.distortion has no key {key!r} for model"
+                f" {model}{did_you_mean(key, parameter_names)}"
             )
     numbers = {key: _numbers(model, key, value) for key, value in parameters.items()}
     try:

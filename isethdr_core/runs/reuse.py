@@ -169,12 +169,12 @@ def cache_bytes(config: Mapping[str, Any]) -> int:
     number = isinstance(size_gb, (int, float)) and not isinstance(size_gb, bool)
     if not (number and 0 <= size_gb < math.inf):
         raise ConfigError(
-            f"cache_gb is {size_gb!r}; expected the gigabytes that intermediate results may take, 0 "
-            "to keep none; type for example cache_gb=4"
+            f"cache_gb is {size_gb!r}; expected the gigabytes that intermediate results may take, 0"
+            " to keep none; type for example cache_gb=4"
         )
     return int(size_gb * 1e9)
 
 
 def _worth(cpu_s: float) -> float:
-    """Return how large a result may be that took so long."""
+    """Return the largest size, bytes, at which a result of `cpu_s` is worth storing."""
     return max(SMALL_BYTES, cpu_s * WORTH_BYTES_PER_S)

@@ -161,8 +161,8 @@ def is_deposit_file(path: Path) -> bool:
         return True
     if path.is_symlink() or path.exists():
         raise CatalogError(
-            f"{path} is not a file, or is a link to a missing file; expected a file of the deposit; "
-            "fetch it again, or remove it"
+            f"{path} is not a file, or is a link to a missing file; expected a file of the deposit;"
+            " fetch it again, or remove it"
         )
     return False
 

@@ -33,7 +33,7 @@ from isethdr_core.physics.photometry import v_lambda
 from isethdr_core.scene import RetroReflection, Spectrum
 
 RED_OVER_WHITE = 45 / 250  # EN 12899-1, sheeting of class RA2 at 0.2 / 5 degrees; from memory
-AMBER_OVER_RED = 2.5  # UN R3: amber reflectors send back so much more
+AMBER_OVER_RED = 2.5  # UN R3: reflected light of amber over that of red reflectors
 
 
 @cache

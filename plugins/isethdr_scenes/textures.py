@@ -19,7 +19,7 @@ class Look:
     """Difference of both spectra from their mean, and sizes of patches and grain."""
 
     contrast: float  # relative, of both spectra at 550 nm
-    tilt: float = 0.0  # relative per 100 nm: the brighter one is redder by so much
+    tilt: float = 0.0  # relative per 100 nm: spectral slope of the ratio of brighter to darker
     patch_m: float = 1.0
     grain_m: float = 0.02
     grain: float = 0.3  # share of the grain, the rest are patches

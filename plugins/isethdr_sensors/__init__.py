@@ -4,7 +4,7 @@
 |------------------|------------------------------------------------------------------------------|
 | `bayer`          | one photodiode and one reading per pixel under red, green or blue filters    |
 | `dual_gain`      | two readings of one charge, at high and at low conversion gain               |
-| `ideal`          | the sensor that every other becomes when its effects are off                 |
+| `ideal`          | the sensor without any effect: the limit of all others                       |
 | `imaging_sensor` | the fields and calls that all photodiode sensors share                       |
 | `interleaved`    | two exposures or two sensitivities side by side in the filter array          |
 | `limits`         | ranges of the fields of sensors                                              |

@@ -169,7 +169,7 @@ def test_a_delay_that_bands_cannot_follow_is_refused_before_any_work(monkeypatch
         raise Computed
 
     monkeypatch.setattr("isethdr_optics.psf.kernels._cache", OrderedDict())
-    monkeypatch.setattr("isethdr_optics.psf.kernels._made", work)
+    monkeypatch.setattr("isethdr_optics.psf.kernels._computed", work)
     with pytest.raises(ConfigError, match="narrower bands"):
         kernels(LENS, [refused], BANDS, (3.0, 3.0), (20, 20))
     with pytest.raises(Computed):

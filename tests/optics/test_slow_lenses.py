@@ -123,7 +123,7 @@ def test_lattices_of_slow_lenses_are_right_to_what_they_state(name, monkeypatch)
 def test_small_frames_take_little_time_and_memory(f_number, tiles, pitch_um):
     code = (
         "import resource; import numpy as np; from isethdr_core.plugins.registry import build;"
-        " import isethdr_optics.psf.kernels as k;k._made(build('lens', 'diffraction_limited',"
+        " import isethdr_optics.psf.kernels as k;k._computed(build('lens', 'diffraction_limited',"
         f" f_number={f_number}), (), np.array([550.0]), ({pitch_um},) * 2, ({tiles - 1},) * 2);use"
         " = resource.getrusage(resource.RUSAGE_SELF); print(use.ru_utime + use.ru_stime,"
         " use.ru_maxrss * 1024)"

@@ -156,7 +156,7 @@ def test_the_report_prints_what_is_broken_and_draws_the_plot(tmp_path, capsys):
     picture = tmp_path / "beam.png"
     assert report("dipped_r112_b", plot=str(picture))
     assert picture.stat().st_size > 10_000
-    assert "16 of 16 rules are kept" in capsys.readouterr().out
+    assert "16 of 16 rules are met" in capsys.readouterr().out
     assert not report("rear_position", "stop")
     assert "BROKEN" in capsys.readouterr().out
 

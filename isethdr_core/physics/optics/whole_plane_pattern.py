@@ -147,8 +147,8 @@ def interpolation_wavenumbers(first: float, last: float, change_rad: float, erro
     Notes
     -----
     Every pair of points of the pupil adds a wave in k to the pattern. A polynomial through n
-    Chebyshev nodes has the error R^n / (2^(n - 1) n!) for exp(i R t), t from -1 to 1 (Trefethen 2013,
-    Approximation Theory and Approximation Practice, chapter 7, for entire functions); R is
+    Chebyshev nodes has the error R^n / (2^(n - 1) n!) for exp(i R t), t from -1 to 1 (Trefethen
+    2013, Approximation Theory and Approximation Practice, chapter 7, for entire functions); R is
     `FOLLOWED` times the change.
     """
     count = 1

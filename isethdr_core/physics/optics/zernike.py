@@ -307,7 +307,7 @@ def _terms_to(degree: int) -> int:
 
 @lru_cache(maxsize=256)
 def _substitution(matrix, count: int) -> np.ndarray:
-    """Return the matrix (new, old) of the coefficients after replacing (x, y) by `matrix`^-1 (x, y).
+    """Return the matrix (new, old) of coefficients after replacing (x, y) by `matrix`^-1 (x, y).
 
     The degree of a polynomial does not change. Its values at more points than terms determine it.
     """

@@ -20,8 +20,8 @@ from ..readout.noise_propagation import SampleNoise
 
 REACH = 10  # pixels to each side that are searched for similar ones
 PATCH = 5  # pixels, side of the surroundings
-# mean squared difference of stabilised patches, of which noise makes 2 +- 0.6; below it the weight
-# is 1
+# mean squared difference of stabilised patches; noise alone gives 2 +- 0.6. The weight of a smaller
+# difference is 1.
 ALIKE = 2.5
 SOFTNESS = 0.6  # beyond this difference, the further difference that costs 1 - 1/e of the weight
 BINS = 512

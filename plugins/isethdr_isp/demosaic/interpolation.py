@@ -223,7 +223,7 @@ def array_period(filters) -> tuple[int, int]:
 
 
 def _period(filters) -> int:
-    """Return the smallest shift along the first axis that leaves the pattern as it is."""
+    """Return the smallest shift along the first axis that does not change the pattern."""
     for period in range(1, LARGEST_RADIUS + 1):
         if period >= len(filters) or np.array_equal(filters[period:], filters[:-period]):
             return min(period, len(filters))

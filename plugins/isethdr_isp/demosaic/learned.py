@@ -195,8 +195,6 @@ def load() -> dict[str, np.ndarray]:
 
 
 def provenance() -> dict:
-    """Return how the shipped filters were made: the recipe, its hash, and a description of the
-    pictures.
-    """
+    """Return the origin of the shipped filters: recipe, its hash, and the training pictures."""
     with np.load(TABLE) as table:
         return json.loads(str(table["provenance"]))

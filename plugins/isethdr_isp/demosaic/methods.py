@@ -28,7 +28,7 @@ from .interpolation import bilinear, demosaic, folded, interpolated, places, usi
 BAYER_ALONE = ("malvar", "menon")
 BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 METHODS = ("bilinear", "guided", "malvar", "menon", "learned")
-FOLLOWS_VARIANCE = ("guided", "learned")  # what they make depends on the variance of the mosaic
+FOLLOWS_VARIANCE = ("guided", "learned")  # their result depends on the variance of the mosaic
 # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4
 # array
 RADIUS = 3
@@ -42,7 +42,7 @@ class Interpolated(NamedTuple):
     invalid: np.ndarray  # (y, x) bool, the pixel depends on a sample that is not valid
     noise_map: (
         NoiseMap | None
-    )  # what the samples' noise becomes; None where the method does not say
+    )  # propagation of the samples' noise; None if the method does not state it
 
 
 def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -> Interpolated:

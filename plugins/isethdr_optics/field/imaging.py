@@ -215,7 +215,9 @@ def field_kernels(
     def cores(place):
         flips, cores_of_nodes = turned(
             place,
-            lambda at: kernels.kernels(at, flares, waves, pitch_um, half, field_point_psf.made),
+            lambda at: kernels.kernels(
+                at, flares, waves, pitch_um, half, field_point_psf.field_point_kernels
+            ),
         )
         return replace(
             cores_of_nodes, bands=[np.flip(band, flips) for band in cores_of_nodes.bands]

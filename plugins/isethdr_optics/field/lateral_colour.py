@@ -84,7 +84,8 @@ def scales(lens, wavelength_nm) -> np.ndarray:
     wavelengths_nm, wave = sorted(table), np.asarray(wavelength_nm, float)
     if wavelengths_nm and not wavelengths_nm[0] <= wave.min() <= wave.max() <= wavelengths_nm[-1]:
         raise ConfigError(
-            f"lens.lateral_colour_percent is known from {wavelengths_nm[0]:g} to {wavelengths_nm[-1]:g} nm; expected"
+            f"lens.lateral_colour_percent is known from {wavelengths_nm[0]:g} to"
+            f" {wavelengths_nm[-1]:g} nm; expected"
             f" {wave.min():g} to {wave.max():g} nm within it; add those wavelengths to the table"
         )
     return (

@@ -82,8 +82,8 @@ def photocurrent(cube, optics: FieldOptics, response) -> Photocurrent | None:
         fit.noise_share,
         "standard deviations of the sensor's noise",
         "measured",
-        f"{_functional_count(fit)} functionals of the spectrum in place of {len(cube)} bands, largest of"
-        f" {fit.sample_count} sampled values",
+        f"{_functional_count(fit)} functionals of the spectrum in place of {len(cube)} bands,"
+        f" largest of {fit.sample_count} sampled values",
         key=FUNCTIONALS,
         acts_on=Quantity.PHOTOCURRENT,
     )

@@ -262,8 +262,7 @@ class PrescribedLens(FieldLens):
         return DiffractionLimitedLens.image_size_m(self, width, height, projection)
 
     def state_field(self, width: float, height: float, projection: str = "tangent") -> None:
-        """State in the ledger the vignetting in the corners of a field that is wider than the design
-        field of the prescription.
+        """State in the ledger the vignetting in the corners of a field wider than the design field.
 
         Parameters
         ----------

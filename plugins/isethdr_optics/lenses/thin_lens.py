@@ -169,8 +169,9 @@ class IdealLens:
         )
 
     def held_bytes(self, frame, flares) -> dict[str, float]:
-        """Return {name: bytes} of the kernels of an `isethdr_core.pipeline.memory.Frame`, and of the
-        patterns they are computed from; 0 without blur.
+        """Return {name: bytes} of the kernels of an `isethdr_core.pipeline.memory.Frame`.
+
+        The patterns from which they are computed are included; without blur all is 0.
 
         Raises
         ------

@@ -158,7 +158,7 @@ class LensPlan:
         return light
 
     def _added(self, mixed):
-        """Yield the irradiance (wavelength, y, x) in place of truncated wings, then of each flare."""
+        """Yield the irradiance (wavelength, y, x) that replaces truncated wings, and of flares."""
         optics = self.optics
         shape = (len(optics.wavelength_nm), len(optics.sensor.y), len(optics.sensor.x))
         if isinstance(optics.kernels, wing_truncation.TruncatedKernels):

@@ -217,7 +217,7 @@ def _largest_reach(inner, frame) -> int:
 
 
 def _brightest(mixed, inner, factor):
-    """Return function(reach) -> brightest light per band of tiles beyond `reach` from the window."""
+    """Return function(reach) -> brightest light per band of tiles beyond it."""
     rows, columns = (mixed.values.max(axis=axis) for axis in (2, 1))
 
     def brightest(reach):
@@ -235,7 +235,7 @@ def _brightest(mixed, inner, factor):
 
 
 def _beyond(kernel, reach) -> float:
-    """Return the energy of a kernel farther than `reach` tiles from its middle along either axis."""
+    """Return the energy of a kernel beyond `reach` tiles from its middle, along either axis."""
     return 1 - float(
         kernel[tuple(slice(max(n // 2 - reach, 0), n // 2 + reach + 1) for n in kernel.shape)].sum(
             dtype=float

@@ -35,7 +35,7 @@ class Knots:
     """
 
     def __init__(self):
-        self._made: OrderedDict[tuple, tuple] = OrderedDict()
+        self._patterns: OrderedDict[tuple, tuple] = OrderedDict()
         self._lock = Lock()
 
     def around(
@@ -66,16 +66,16 @@ class Knots:
         )  # the same, into however many parts a band divides tiles
         key = wave, extent, stretch, fine
         with self._lock:
-            lock = self._made.setdefault(key, (Lock(), []))
-            self._made.move_to_end(key)
+            lock = self._patterns.setdefault(key, (Lock(), []))
+            self._patterns.move_to_end(key)
             while (
-                len(self._made) > 2
+                len(self._patterns) > 2
                 and sum(
-                    pattern.values.nbytes for _, pair in self._made.values() for pattern in pair
+                    pattern.values.nbytes for _, pair in self._patterns.values() for pattern in pair
                 )
                 > HELD_BYTES
             ):
-                self._made.popitem(last=False)
+                self._patterns.popitem(last=False)
         with lock[0]:
             if not lock[1]:
                 lock[1].extend(wings.own(plan, reach, wave, stretch, energy, fine))

@@ -187,7 +187,8 @@ def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
 
     Parameters
     ----------
-    lens : a lens of this package. `shortest_nm` : wavelength. `tiles` : `kernels.Grid` of the frame.
+    lens : a lens of this package. `shortest_nm` : wavelength.
+    tiles : `kernels.Grid` of the frame.
 
     Raises
     ------
@@ -412,19 +413,20 @@ def _parts(plan, centre, width):
 
 
 def _read(out, half, pattern_half, middle, span, pitch_um, reach, grid, often, weight):
-    """Add `weight` x the mean over a part of a band to `out`, whose rows start at the kernel's
-    first.
+    """Add `weight` times the mean over a part of a band to `out`.
 
     Parameters
     ----------
-    half : 0 or 1, of all wavelengths those that are read. `pattern_half` : [(lattice, share), ...] of the
-        pattern at `middle`.
-    often : times the usual number of wavelengths.
+    out : (y, x), from the first row of the kernel on.
+    half : 0 or 1: reads every second wavelength, from this one on.
+    pattern_half : [(lattice, share), ...] of the pattern at `middle`, nm. `span` : of the part, nm.
+    pitch_um : (y, x) of a tile. `reach` : (y, x) tiles. `grid` : points per tile.
+    often : factor on the usual number of wavelengths. `weight` : of the part in the band.
 
     Notes
     -----
-    Blocks of tiles stay in the processor's cache, and each reads as many wavelengths as its own
-    outermost tile asks for.
+    Blocks of tiles fit the processor's cache. The outermost tile of a block determines the number
+    of wavelengths that it reads.
     """
     draw = 1 / (1 - span / 2 / middle)
     border = [int(np.ceil(r * draw * grid)) + 1 for r in reach]

@@ -34,7 +34,8 @@ def _focal_shift_um(lens, wavelength_nm):
     wavelengths_nm = sorted(table)
     if not wavelengths_nm[0] <= wavelength_nm <= wavelengths_nm[-1]:
         raise ConfigError(
-            f"lens.focal_shift_um is known from {wavelengths_nm[0]:g} to {wavelengths_nm[-1]:g} nm; expected"
+            f"lens.focal_shift_um is known from {wavelengths_nm[0]:g} to"
+            f" {wavelengths_nm[-1]:g} nm; expected"
             f" {wavelength_nm:g} nm within it, the border of a band; add that wavelength to the"
             " table"
         )

@@ -1,4 +1,4 @@
-"""Charts with known answers: scene radiance in closed form, no renderer.
+"""Test charts: scene radiance in closed form, without a renderer.
 
 | module           | content                                                           |
 |------------------|-------------------------------------------------------------------|

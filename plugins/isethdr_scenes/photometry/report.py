@@ -40,8 +40,13 @@ def lamp_of(lamp: str, rules: str = "") -> LampPattern:
 
 
 def report(lamp: str, rules: str = "", plot: str = "") -> bool:
-    """Print what a lamp has where each rule asks, draw its plot where `plot` names a picture, and
-    return whether all rules are kept.
+    """Print the intensities of a lamp at the points of each rule; return whether all rules are met.
+
+    Parameters
+    ----------
+    lamp : a family of lamps, or the path of a .ies or .ldt file.
+    rules : names of sets of rules, separated by commas; empty: those of the lamp.
+    plot : path of a picture for the isocandela plot; empty: no plot.
     """
     lamp_data = lamp_of(lamp, rules)
     everything: list[Finding] = []
@@ -49,7 +54,7 @@ def report(lamp: str, rules: str = "", plot: str = "") -> bool:
     for name in lamp_data.rules:
         findings = check(lamp_data.table, lamp_data.intensity_cd, name)
         broken = sum(not f.is_met for f in findings)
-        print(f"\n{name}: {len(findings) - broken} of {len(findings)} rules are kept")
+        print(f"\n{name}: {len(findings) - broken} of {len(findings)} rules are met")
         for f in findings:
             is_limit = f.low_cd == f.high_cd
             value = f"{f.low_cd:.4g}" if is_limit else f"{f.low_cd:.4g}-{f.high_cd:.4g}"

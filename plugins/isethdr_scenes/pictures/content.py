@@ -16,7 +16,7 @@ XYZ_CHANNELS = ("X", "Y", "Z")
 
 @dataclass(frozen=True)
 class Content:
-    """Numbers of a file with what the file says of them.
+    """The values of a file, and what the file states about them.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Content:
     chromaticities : (x, y) of red, green, blue and white, as the file states them; None where it
         does not.
     groups : names of the light groups.
-    zeroed, most_negative : how many negative values were set to 0, and the largest of them.
+    zeroed, most_negative : number of negative values set to 0, and the most negative of them.
     """
 
     values: np.ndarray
@@ -62,8 +62,8 @@ class Wanted:
 def plain_array(values: np.ndarray, selection: Wanted, path: Path) -> Content:
     """Return the content of an array without names of its axes.
 
-    Two axes are luminance, (y, x). Three axes are colours, (y, x, 3), or bands where `selection` names
-    wavelengths, first or last.
+    Two axes are luminance, (y, x). Three axes are colours, (y, x, 3). If `selection` names
+    wavelengths, three axes are bands, and the band axis is the first or the last.
 
     Raises
     ------

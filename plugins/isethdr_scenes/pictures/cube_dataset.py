@@ -55,8 +55,8 @@ def _chosen(data: xr.Dataset, selection: Wanted, path: Path) -> xr.DataArray:
     if name not in data:
         variables = ", ".join(f"{n} {tuple(map(str, v.dims))}" for n, v in data.data_vars.items())
         raise UnitError(
-            f"{path} holds {variables or 'no array'}; expected one array with the dims wavelength, y, x;"
-            f" type for example scene.variable={cubes[0] if cubes else 'radiance'}"
+            f"{path} holds {variables or 'no array'}; expected one array with the dims wavelength,"
+            f" y, x; type for example scene.variable={cubes[0] if cubes else 'radiance'}"
         )
     return data[name]
 

@@ -68,8 +68,8 @@ def _wrong_channels(path: Path, pixels: Mapping[str, Any], missing: list[str]) -
     channels = ", ".join(sorted(pixels)) or "none"
     lacks = f" and lacks {', '.join(missing)}" if missing else ""
     return UnitError(
-        f"{path} has the channels {channels}{lacks}; expected R, G, B, or X, Y, Z, or Y, or S0.<nm>nm;"
-        " type for example 'scene.channels=[layer.R,layer.G,layer.B]'"
+        f"{path} has the channels {channels}{lacks}; expected R, G, B, or X, Y, Z, or Y, or"
+        " S0.<nm>nm; type for example 'scene.channels=[layer.R,layer.G,layer.B]'"
     )
 
 

@@ -4,8 +4,8 @@ Mallett, Yuksel (2019), "Spectral primary decomposition for rendering with sRGB 
 Eurographics Symposium on Rendering, section 3: three reflectances that are never negative, sum to 1
 at every wavelength, have the colours of the primaries, and are as smooth as that allows. Spectra
 are then linear in RGB: white has the spectrum of the illuminant, and no light is negative.
-Here the sum of squared steps from band to band is least, and colours are those of the bands of the
-scene, so that a sum over its bands gives them back.
+Here the sum of squared differences between adjacent bands is minimised. Colours are computed from
+the bands of the scene, so that a sum over its bands gives the same RGB.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The sky of a state of sun, moon and site, as a table of radiance by direction.
 
-By day the sky is Mitsuba's (`daylight`), as it is for a sun above 20 degrees. Towards 5 degrees it
-is scaled to the measured illuminance of `illuminance`, which holds below. From there to -5 degrees
-its shape passes into that of twilight. Light of the moon, of airglow and stars, and of towns is
-added at all hours.
+The sky by day is Mitsuba's (`daylight`), unchanged for a sun above 20 degrees. Between 20 and 5
+degrees it is scaled gradually to the measured values of `illuminance`, which are used below 5
+degrees. Between 5 and -5 degrees its shape changes gradually into that of twilight. Light of the
+moon, of airglow and stars, and of towns is added at all hours.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ MOON_DIAMETER_DEG = 0.518
 MOST_MOONLIT = 0.5  # of the moon's light may come from the air
 GROUND = 0.2  # reflectance of the land below the horizon, beyond the scene's own ground
 HAZE_DEG = 3.0  # below the horizon the land has taken the place of the sky
-# of the ratio to the mean spectrum: half of the radiances are within 1 % (2 % in deep twilight), 99
-# of 100 within 7 % (13 %), luminance within 2 %
+# terms of the ratio to the mean spectrum: the error of half of the radiances is below 1 % (2 % in
+# deep twilight), of 99 % of them below 7 % (13 %), of the luminance below 2 %
 NODES_NM = np.array([400.0, 470.0, 590.0, 690.0])
 
 
@@ -122,7 +122,10 @@ def sun_and_sky(state: SkyState) -> _Light:
 
 
 def _towards_twilight(altitude, day, lux):
-    """Return the sky between day and night, of so many lx: `day` at 0.5, twilight at -5 degrees."""
+    """Return the sky between day and night with an illuminance of `lux`.
+
+    It equals `day` for a sun at 0.5 degrees, and twilight at -5 degrees.
+    """
     around = _from_sun()
     blue, glow = twilight_patterns(altitude, _elevations()[:, None], around)
     late = blue[..., None] * sky_spectrum("twilight") + glow[..., None] * sky_spectrum("glow")

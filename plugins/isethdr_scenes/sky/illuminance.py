@@ -30,10 +30,10 @@ SET_DEG = -0.8  # the fits of the moon end there
 
 
 def sun_illuminance_lx(altitude_deg: npt.ArrayLike) -> np.ndarray:
-    """Return the illuminance by the sun and the sky that it lights, lx, without the night's own.
+    """Return the illuminance by the sun and the sky that it lights, lx, without the night sky.
 
-    The fit's value at -18 degrees, the light of a night without moon, is taken off all of it, so
-    that it ends there at 0.
+    The value of the fit at -18 degrees, the light of a night without moon, is subtracted, so that
+    the result is 0 there.
     """
     altitude = np.asarray(altitude_deg, float)
     return np.maximum(_fit(SUN, altitude) - _fit(SUN, np.array(NIGHT_DEG)), 0.0)

@@ -1,9 +1,9 @@
-"""How the light of twilight is spread over the sky: a blue dome and a glow above the sun.
+"""Distribution of the light of twilight over the sky: a blue dome and a glow above the sun.
 
-A model of our own, drawn by hand: levels are those of `illuminance`, shapes and ratios are assumed
-in the range that twilights show (Rozenberg 1966, Twilight, chapter 2): the horizon above the sun is
-some 6 times as bright as the zenith at sunset, 25 times at -6 degrees and 60 times at -12, and the
-glow shrinks towards the sun's azimuth.
+The model is designed by hand. Levels are those of `illuminance`. Shapes and ratios are assumptions
+within the range of observed twilights (Rozenberg 1966, Twilight, chapter 2). The horizon above the
+sun is some 6 times as bright as the zenith at sunset, 25 times at -6 degrees and 60 times at -12
+degrees. The glow becomes narrower about the sun's azimuth.
 """
 
 from __future__ import annotations

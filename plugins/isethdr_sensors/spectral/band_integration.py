@@ -55,21 +55,20 @@ def nodes(wavelength_nm, breaks_nm=()) -> Nodes:
     return Nodes((middle + half * at).ravel(), (half * weight).ravel(), np.repeat(band, POINTS))
 
 
-def photon_means(curve, at: Nodes, efficiency=None) -> np.ndarray:
-    """Return the mean of a curve over each band, weighted as photons of an even energy spectrum
-    are.
+def photon_means(curve, at: Nodes, nodes_used=None) -> np.ndarray:
+    """Return the mean of a curve over each band, weighted by photons of a constant energy spectrum.
 
     Parameters
     ----------
-    curve : values at the nodes. `efficiency` : boolean, nodes that the mean is over; None: all of them.
-        A band without any has 0.
+    curve : values at the nodes `at`.
+    nodes_used : mask of the nodes; None: all. A band without any node has 0.
 
     Notes
     -----
-    Even energy E per nm gives E wavelength / (h c) photons per nm, so that the mean of q is int q w
-    dw / int w dw.
+    A constant energy E per nm is E wavelength / (h c) photons per nm, so that the mean of q is
+    int q w dw / int w dw.
     """
-    photons = at.weight * at.wavelength_nm * (1.0 if efficiency is None else efficiency)
+    photons = at.weight * at.wavelength_nm * (1.0 if nodes_used is None else nodes_used)
     count = at.band.max() + 1
     photons_of_bands = np.bincount(at.band, photons, count)
     return np.bincount(at.band, photons * curve, count) / np.where(
@@ -78,15 +77,16 @@ def photon_means(curve, at: Nodes, efficiency=None) -> np.ndarray:
 
 
 def smooth_spectrum_error(response, curves, at: Nodes, wavelength_nm, spectrum=None) -> float:
-    """Return how wrong the electrons of a channel are at most, relative, for smooth spectra of
-    which the band means are known.
+    """Return the largest relative error of a channel's electrons, for smooth spectra with known
+    band means.
 
     Parameters
     ----------
-    response : (channel, band) electrons per photon of the bands. `curves` : (channel, node), the
-        same at the nodes.
-    spectrum : (band,) mean energy per nm of the light in its bands, straight from band to band;
-        None: black bodies alone.
+    response : (channel, band) electrons per photon of the bands.
+    curves : (channel, node) electrons per photon at the nodes `at`.
+    wavelength_nm : centres of the bands.
+    spectrum : (band,) mean energy per nm of the light in its bands, linear between band centres;
+        None: black bodies only.
     """
     w = np.asarray(wavelength_nm, float)
     spectra = [planck_radiance(at.wavelength_nm, k) for k in SMOOTH_K]

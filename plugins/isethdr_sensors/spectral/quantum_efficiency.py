@@ -20,7 +20,7 @@ NEGLIGIBLE = (
     1e-6  # of the largest quantum efficiency: bands below it at both ends need not be rendered
 )
 BLIND = 0.02  # of a curve's peak: a table may end here
-BEYOND_NM = 10.0  # so far light may reach beyond a table's end: the sub-bands of a last band do
+BEYOND_NM = 10.0  # light may lie so much beyond the end of a table, as sub-bands of its last band
 
 
 def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
@@ -82,8 +82,8 @@ def _breaks_nm(model) -> np.ndarray:
 
 
 def _nodes_in_table(model, at, w):
-    """Return which nodes a band's mean is over: those within the table, where the band's centre is;
-    None without a table.
+    """Return a mask of the nodes that a band's mean uses: those within the table, if the band's
+    centre is within it. None without a table.
     """
     if not model.qe_csv:
         return None

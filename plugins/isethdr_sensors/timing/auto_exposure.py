@@ -74,11 +74,16 @@ def exposed(sensor, light, generator):
 
 
 def exposed_each(sensor, light, generator):
-    """Return the captures of a staggered sensor with every exposure solved: the first by the rule,
-    the last for the brightest pixel, lamps included.
+    """Return the captures of a staggered sensor with automatic exposures.
 
-    Those between lie at equal ratios. Where the first already keeps the brightest pixel, the shares
-    stay as they are: the bracket is then wider than the light.
+    The rule determines the first exposure, the brightest pixel, lamps included, the last one. The
+    others lie between at equal ratios. If the brightest pixel is not saturated in the first
+    exposure, the ratios of the config are used.
+
+    Parameters
+    ----------
+    sensor : a staggered sensor. `light` : irradiance or photocurrent on the sensor plane.
+    generator : key of the random numbers.
     """
     first = settle(replace(sensor, exposure_each=False), light)
     last_s, more = solve(

@@ -58,14 +58,17 @@ def test_bands_that_change_too_fast_for_lines_are_exact_beside_others_that_do_no
         WavefrontLens(focal_shift_um={300.0: 0.0, 500.0: 0.0, 540.0: 400.0, 700.0: 400.0}), {}, 0.0
     )
     waves = np.array([440.0, 460.0, 480.0, 500.0, 520.0])
-    made, few = (field_point_psf.made(lens, (), w, (6.0, 6.0), (6, 6)) for w in (waves, waves[1:]))
+    made, few = (
+        field_point_psf.field_point_kernels(lens, (), w, (6.0, 6.0), (6, 6))
+        for w in (waves, waves[1:])
+    )
     drawn = field_point_psf._worth_computing(
         field_point_psf._read(lens, (), waves, (6, 6)), np.full(5, 20.0)
     )
     assert drawn.tolist() == [True, True, True, False, False]
     for band, other in zip(made.bands[1:], few.bands):
         np.testing.assert_array_equal(band, other)
-    exact = field_point_psf.kernels._made(lens, (), waves, (6.0, 6.0), (6, 6))
+    exact = field_point_psf.kernels._computed(lens, (), waves, (6.0, 6.0), (6, 6))
     for k, line in enumerate(drawn):
         off = np.abs(made.bands[k] - exact.bands[k].astype(float)).sum()
         assert off < 0.02 if line else off == 0  # half a radian from knot to knot

@@ -70,7 +70,9 @@ def test_forced_in_it_changes_nothing_beyond_the_bound(flares, bands):
         quantities.PHOTOCURRENT if len(bands) == 13 else quantities.IRRADIANCE
     )
     [left] = [
-        o for o in book[0].left_out if o.why == "no tile is so bright that the sensor could tell"
+        o
+        for o in book[0].left_out
+        if o.why == "no tile is bright enough for the sensor to see a difference"
     ]
     assert left.unit == wing_truncation.UNIT and 0 < left.bound <= wing_truncation.SHARE * 0.1
     few, every = (SENSOR.expected(light).values for light in (short, LENS(mixed, flares)))

@@ -190,7 +190,7 @@ def test_ledger_states_the_convolution_as_it_happened(monkeypatch):
         books.append(({e.label: e for e in book[0].errors}, light))
     (whole, exact), (cut, rough) = books
     assert not any("too dark" in w for w in whole)
-    assert whole["convolution of the given kernel"].value < 1e-7
+    assert whole["convolution with the kernel"].value < 1e-7
     (note,) = [e for w, e in cut.items() if "too dark" in w]
     assert (
         note.unit == quantities.IRRADIANCE and 0 < float(np.abs(exact - rough).max()) < note.value

@@ -40,7 +40,7 @@ def fresh_kernels(monkeypatch=None):
     """Return kernels with an empty memory cache; with `monkeypatch`, computing kernels fails."""
     kernels._cache.clear()
     if monkeypatch:
-        monkeypatch.setattr(kernels, "_made", None)
+        monkeypatch.setattr(kernels, "_computed", None)
     return kernels.kernels(LENS, FLARES, *SAMPLING)
 
 

@@ -66,11 +66,11 @@ class GhostFlare:
         return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
 
     def irradiance(self, lens, mixed):
-        """Return the irradiance of the ghosts, W m-2 nm-1, (wavelength, y, x) on the tiles of `mixed`."""
+        """Return the irradiance of the ghosts, W m-2 nm-1, on the tiles of `mixed`."""
         return _irradiance(self, lens, mixed)
 
     def of_lens(self, lens):
-        """Return the prescription with the focal length and f-number of `lens`, and this coating."""
+        """Return the prescription with this coating, focal length and f-number of `lens`."""
         real = load(self.prescription).scaled(lens.focal_length_mm).stopped(lens.f_number)
         return real.with_coating(self.coating) if self.coating else real
 
@@ -274,8 +274,9 @@ def _record_errors(ledger, traced, weak_pairs, weak_share, in_blocks, added):
         named = ", ".join(f"{p.front}-{p.back}" for p in weak_pairs[-6:][::-1]) + (
             " ..." if len(weak_pairs) > 6 else ""
         )
+        count = len(weak_pairs) + len(traced)
         ledger.left_out(
-            f"ghosts of {len(weak_pairs)} of {len(weak_pairs) + len(traced)} pairs of surfaces ({named})",
+            f"ghosts of {len(weak_pairs)} of {count} pairs of surfaces ({named})",
             "less light than the error allowed",
             sum(p.share for p in weak_pairs),
             "share of the scene's light",

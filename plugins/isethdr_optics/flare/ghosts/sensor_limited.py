@@ -90,7 +90,7 @@ def without_faint_ghosts(lens, mixed, flares, optics, response) -> LimitedFlares
 
 
 def _faint(flare, lens, mixed, wave, unit, allowed):
-    """Return the pairs (front, back) whose ghosts together stay below `allowed`; their bound; notes.
+    """Return the pairs (front, back) whose ghosts together stay below `allowed`, bound and notes.
 
     `unit` is the peak ghost of a pair with share and magnification 1, over the sensor's noise.
     """

@@ -13,8 +13,8 @@ from .wheels import plate
 
 
 def rear(b: Body, c: Car):
-    """Cut tail lamps (tail, brake, indicator, reverse from outside to inside) and diffuser; add
-    what is fitted.
+    """Cut tail lamps (tail, brake, indicator, reverse from outside to inside) and diffuser; add the
+    attached parts.
     """
     half, back = c.width / 2, (-1.0, 0.0, 0.0)
     u, ay, z, _ = b.at()
