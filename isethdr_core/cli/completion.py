@@ -70,7 +70,7 @@ def complete(app: typer.Typer, words: list[str]) -> list[str]:
         ]
         return _beginning(current, places[len(before) - 1] if len(before) <= len(places) else [])
     if command == NEW_PLUGIN:
-        return _beginning(current, known.names) if len(before) == 1 else []
+        return _beginning(current, known_words.names) if len(before) == 1 else []
     if before[1:2] and before[1] in OF_RUNS:
         return _beginning(current, _stored())
     return _beginning(current, known_words.commands.get(command, [])) if len(before) == 1 else []

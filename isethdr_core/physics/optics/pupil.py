@@ -216,22 +216,31 @@ def strip(x: float, y: float, length: float, width: float, angle_rad: float) -> 
     return Convex(planes=planes, low=y - tall, high=y + tall)
 
 
-def dirt(
-    radius: float,
-    dust_per_mm2: float,
-    dust_radius_um: float,
-    scratches_per_mm2: float,
-    scratch_width_um: float,
-    scratch_length_um: float,
-    seed: int,
-    dust_spread: float = 0.5,
-    dust_loss: tuple[float, float] = (0.5, 1.0),
-    scratch_loss: tuple[float, float] = (0.3, 1.0),
-    together: int = 1,
-    spacing_um: float = 0.0,
-    direction_deg: float = 0.0,
-    direction_range_deg: float = 180.0,
-) -> list[tuple[Convex, float]]:
+@dataclass(frozen=True)
+class Dust:
+    """Statistics of the grains of dust on a pupil."""
+
+    per_mm2: float  # mean number
+    radius_um: float  # median; radii are log-normal
+    spread: float = 0.5  # sigma of the logarithm of the radius
+    loss: tuple[float, float] = (0.5, 1.0)  # least and most amplitude lost in a grain, uniform
+
+
+@dataclass(frozen=True)
+class Scratches:
+    """Statistics of the scratches on a pupil: straight lines in parallel groups."""
+
+    per_mm2: float  # mean number
+    width_um: float  # widths are 0.5 to 1.5 of it
+    length_um: float  # lengths are 0.4 to 1.6 of it
+    loss: tuple[float, float] = (0.3, 1.0)  # least and most amplitude lost in a scratch, uniform
+    together: int = 1  # scratches in a group
+    spacing_um: float = 0.0  # distances in a group are 0.5 to 1.5 of it
+    direction_deg: float = 0.0  # least direction of a group; 0 along x
+    direction_range_deg: float = 180.0  # directions are uniform over this range
+
+
+def dirt(radius: float, dust: Dust, scratches: Scratches, seed: int) -> list[tuple[Convex, float]]:
     """Draw dust and scratches over the square around a pupil, as exact shapes.
 
     Counts have a Poisson distribution, positions are uniform. The same arguments give the same
@@ -240,16 +249,8 @@ def dirt(
     Parameters
     ----------
     radius : of the pupil, mm.
-    dust_per_mm2 : mean number of grains. `dust_radius_um` : median of their radii, which are
-        log-normal with the sigma `dust_spread`.
-    scratches_per_mm2 : mean number of scratches, which are straight lines.
-    scratch_length_um, scratch_width_um : lengths are 0.4 to 1.6, widths 0.5 to 1.5 of these.
+    dust, scratches : their statistics.
     seed : of the random numbers.
-    dust_loss, scratch_loss : (low, high) share of the amplitude lost in one grain or scratch,
-        uniform between both.
-    together : parallel scratches in a group. `spacing_um` : their distance is 0.5 to 1.5 of it.
-    direction_deg : least direction of a group, 0 along x. `direction_range_deg` : directions are
-        uniform over this range.
 
     Returns
     -------
@@ -258,29 +259,29 @@ def dirt(
     rng = np.random.default_rng(seed)
     square = 4 * radius**2
     out = []
-    for _ in range(rng.poisson(dust_per_mm2 * square)):
+    for _ in range(rng.poisson(dust.per_mm2 * square)):
         x, y = rng.uniform(-radius, radius, 2)
         out.append(
             (
-                disc(x, y, 1e-3 * dust_radius_um * rng.lognormal(0, dust_spread)),
-                rng.uniform(*dust_loss),
+                disc(x, y, 1e-3 * dust.radius_um * rng.lognormal(0, dust.spread)),
+                rng.uniform(*dust.loss),
             )
         )
-    for _ in range(rng.poisson(scratches_per_mm2 * square / together)):
+    for _ in range(rng.poisson(scratches.per_mm2 * square / scratches.together)):
         x, y = rng.uniform(-radius, radius, 2)
         angle, across = None, 0.0
-        for number in range(together):
+        for number in range(scratches.together):
             length, width = (
-                1e-3 * scratch_length_um * rng.uniform(0.4, 1.6),
-                1e-3 * scratch_width_um * rng.uniform(0.5, 1.5),
+                1e-3 * scratches.length_um * rng.uniform(0.4, 1.6),
+                1e-3 * scratches.width_um * rng.uniform(0.5, 1.5),
             )
             if angle is None:
-                angle = np.radians(direction_deg) + direction_range_deg / 180 * rng.uniform(
-                    0, np.pi
-                )
-            loss = rng.uniform(*scratch_loss)
+                angle = np.radians(
+                    scratches.direction_deg
+                ) + scratches.direction_range_deg / 180 * rng.uniform(0, np.pi)
+            loss = rng.uniform(*scratches.loss)
             if number:
-                across += 1e-3 * spacing_um * rng.uniform(0.5, 1.5)
+                across += 1e-3 * scratches.spacing_um * rng.uniform(0.5, 1.5)
             out.append(
                 (
                     strip(

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics.optics.pupil import blades, dirt, transmission
+from isethdr_core.physics.optics.pupil import Dust, Scratches, blades, dirt, transmission
 from isethdr_core.physics.radiometry import band_widths_nm
 from isethdr_core.plugins.ranges import Seed, Share, check_ranges
 
@@ -127,22 +127,20 @@ class ApertureFlare:
     def pupil_shapes(self, radius_mm):
         """Return the iris and its dirt as convex shapes, for a lens whose stop has `radius_mm`."""
         radius = self.radius_mm or radius_mm
-        drawn = dirt(
-            radius,
-            self.dust_per_mm2,
-            self.dust_radius_um,
+        dust = Dust(
+            self.dust_per_mm2, self.dust_radius_um, self.dust_spread, tuple(self.dust_opacity)
+        )
+        scratches = Scratches(
             self.scratches_per_mm2,
             self.scratch_width_um,
             self.scratch_length_um,
-            self.seed,
-            dust_spread=self.dust_spread,
-            dust_loss=tuple(self.dust_opacity),
-            scratch_loss=tuple(self.scratch_opacity),
-            together=self.scratches_together,
-            spacing_um=self.scratch_spacing_um,
-            direction_deg=self.scratch_direction_deg,
-            direction_range_deg=self.scratch_range_deg,
+            tuple(self.scratch_opacity),
+            self.scratches_together,
+            self.scratch_spacing_um,
+            self.scratch_direction_deg,
+            self.scratch_range_deg,
         )
+        drawn = dirt(radius, dust, scratches, self.seed)
         if self.dust_delay_um:
             drawn = [
                 (shape, loss, self.dust_delay_um) if shape.discs else (shape, loss)

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, NamedTuple
+
 import numpy as np
 
 from isethdr_core.physics.convolution.spectral import matrix_product
+
+if TYPE_CHECKING:
+    from .field_optics import FieldOptics
 
 # radii in tiles of the squares corrected around bright tiles, at most `kernel_spectra.NEAR`
 RADII = (96, 64, 32, 16, 8, 4)
@@ -29,18 +34,26 @@ def radii(rate) -> np.ndarray:
     return chosen
 
 
-def correct(out, cube, relative, weights, fit, kernels, apply=map) -> None:
+class _Group(NamedTuple):
+    """Bright tiles with the same radius."""
+
+    tiles: np.ndarray  # flat indices
+    missed: np.ndarray  # (band, tile) radiance that the fit misses
+    cores: np.ndarray  # (band, tile of the core) kernels within the radius
+    half_widths: list[int]  # (y, x) tiles of the cores
+
+
+def correct(out, cube, weights, fit, optics: FieldOptics, apply=map) -> None:
     """Add to `out` what `fit` misses of the light of its bright tiles, within their radii.
 
     Parameters
     ----------
     out : photocurrent (channel, y, x).
-    cube : radiance (band, y, x). `relative` : factor of the tiles' light (y, x), or None.
+    cube : radiance (band, y, x). `optics` : of its field, for relative illumination and kernels.
     weights : (channel, band) photocurrent per radiance. `fit` : `spectral_fit.Fit`.
-    kernels : `psf.kernels.Kernels`.
     apply : `map`, or the `map` of a pool of threads.
     """
-    groups = []
+    groups, kernels, relative = [], optics.kernels, optics.relative
     for radius in np.unique(fit.radii):
         half_widths = [min(int(radius), n // 2) for n in kernels.bands[0].shape]
         core_window = tuple(
@@ -53,7 +66,7 @@ def correct(out, cube, relative, weights, fit, kernels, apply=map) -> None:
             float
         )
         groups.append(
-            (
+            _Group(
                 tiles,
                 missed if relative is None else missed * relative.ravel()[tiles],
                 cores,
@@ -64,7 +77,7 @@ def correct(out, cube, relative, weights, fit, kernels, apply=map) -> None:
     def strip(task):
         number, first = task
         for group in groups:
-            _spread(out[number, first : first + strip_rows], first, weights[number], *group)
+            _spread(out[number, first : first + strip_rows], first, weights[number], group)
 
     strip_rows = -(-out.shape[1] // STRIPS)
     list(
@@ -79,8 +92,9 @@ def correct(out, cube, relative, weights, fit, kernels, apply=map) -> None:
     )
 
 
-def _spread(out, first, weights, tiles, missed, cores, half_widths):
-    """Add the light of all bright tiles to some rows of one channel, from row `first` on."""
+def _spread(out, first, weights, group: _Group):
+    """Add the light of a group to some rows of one channel, from row `first` on."""
+    tiles, missed, cores, half_widths = group
     (ny, nx), shape = out.shape, tuple(2 * h + 1 for h in half_widths)
     rows, columns = tiles // nx - first, tiles % nx
     reaches = (rows + half_widths[0] >= 0) & (rows - half_widths[0] < ny)

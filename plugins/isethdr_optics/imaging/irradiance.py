@@ -41,27 +41,25 @@ def irradiance(values, optics: FieldOptics, error_allowed: float = 0.0) -> Irrad
     kernels, field, gains = optics.kernels, optics.field, optics.gains
     to_device = array_backend.device_transfer()
     out = np.empty(values.shape, np.result_type(values.dtype, np.float32))
+
+    def one_band(b, apply):
+        """Write the irradiance of band `b`; return the bound of its convolution, None without."""
+        kernel, relative, gain = kernels and kernels.ready(b), optics.relative, gains[b]
+        if kernel is None:
+            out[b] = values[b] * (gain if relative is None else gain * relative)
+            return None
+        arguments = out[b], values[b], kernel, error_allowed, relative, gain
+        if to_device:
+            return array_backend.convolve_on_device(to_device, *arguments)
+        return convolve_into(*arguments, apply=apply)
+
     with (
         threads() as apply,
         ThreadPoolExecutor(2) as band_pool,
         sf.set_workers(1),
     ):  # two bands at a time keep memory low and all threads busy
         if field is None:
-            bounds = list(
-                band_pool.map(
-                    lambda b: _band(
-                        out[b],
-                        values[b],
-                        kernels and kernels.ready(b),
-                        optics.relative,
-                        gains[b],
-                        apply,
-                        error_allowed,
-                        to_device,
-                    ),
-                    range(len(gains)),
-                )
-            )
+            bounds = list(band_pool.map(lambda b: one_band(b, apply), range(len(gains))))
         else:
             bounds = apply(
                 lambda b: field.spread(
@@ -72,21 +70,6 @@ def irradiance(values, optics: FieldOptics, error_allowed: float = 0.0) -> Irrad
     if kernels is None:
         return Irradiance(out, [])
     return Irradiance(out, _errors(list(bounds), float(np.finfo(out.dtype).eps) / 2))
-
-
-def _band(out, light, kernel, relative, gain, apply, error_allowed, to_device):
-    """Write one band's irradiance into `out`; return the bound of its convolution.
-
-    Returns None if the lens makes no blur.
-    """
-    if kernel is None:
-        out[...] = light * (gain if relative is None else gain * relative)
-        return None
-    if to_device:
-        return array_backend.convolve_on_device(
-            to_device, out, light, kernel, error_allowed, relative, gain
-        )
-    return convolve_into(out, light, kernel, error_allowed, factor=relative, gain=gain, apply=apply)
 
 
 def _errors(bounds, rounding) -> list[ErrorTerm]:

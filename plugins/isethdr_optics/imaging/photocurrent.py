@@ -75,7 +75,7 @@ def photocurrent(cube, optics: FieldOptics, response) -> Photocurrent | None:
             response.read_noise_e, 1.0
         ):
             return None
-        bright_tiles.correct(out, cube, optics.relative, weights, fit, optics.kernels, apply)
+        bright_tiles.correct(out, cube, weights, fit, optics, apply)
     lowest = float(out.min())
     np.maximum(out, 0.0, out=out)
     functionals = term(

@@ -264,9 +264,9 @@ def _lattices_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     mirrored, total, cells = not sampled_pupil.has_phase(lens, flares), 0.0, set()
     for centre, width in zip(wavelength_nm, band_widths_nm(wavelength_nm)):
         shortest = centre - width / 2
-        split, fine, wide = fine_tiles(lens, shortest, pitch_um, reach)
+        grid = split, fine, wide = fine_tiles(lens, shortest, pitch_um, reach)
         half = core_half(lens, shortest, fine, wide)
-        plan = _Plan(lens, flares, centre, width, fine, wide, split, [], None)
+        plan = _Plan(lens, flares, (centre, width), grid)
         waves = plan.wavelengths(centre, width, max(half) / split, 3 if split == 1 else 1)
         blur = sampled_pupil.blur_um(lens, shortest)
         samples = max(h * np.ceil(2 * p / blur) for h, p in zip(half, fine))
@@ -491,9 +491,8 @@ def _interpolated(lens, flares, frame) -> Kernels:
     bands = np.empty((count, *sides), np.float32)
 
     def exact(band):
-        plan = _Plan(
-            lens, flares, middles[band], widths[band], frame.pitch_um, frame.core, 1, [], None
-        )
+        grid = wings.Grid(1, frame.pitch_um, frame.core)
+        plan = _Plan(lens, flares, (middles[band], widths[band]), grid)
         return plan.band(middles[band], widths[band])[0]
 
     with executor(min(cpus(), MOST_THREADS)) as pool:
@@ -542,10 +541,10 @@ def _computed(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=
     def one_band(
         centre, width
     ):  # interpolation wavelengths are fixed: a band does not depend on the other bands
-        split, fine, wide = fine_tiles(lens, centre - width / 2, pitch_um, reach)
-        kernel, wrong, energy = _Plan(
-            lens, flares, centre, width, fine, wide, split, lattices, shared
-        ).band(centre, width)
+        grid = fine_tiles(lens, centre - width / 2, pitch_um, reach)
+        split = grid.split
+        plan = _Plan(lens, flares, (centre, width), grid, lattices, shared)
+        kernel, wrong, energy = plan.band(centre, width)
         kernel = np.asarray(
             scatter.mix(tile_sums(kernel, split), flares, centre, pitch_um, lens.focal_length_mm),
             np.float32,
@@ -657,22 +656,18 @@ def without_lattices(lens, shortest_nm: float, pitch_um, reach) -> bool:
     return core_half(lens, shortest_nm, fine, wide) == tuple(wide)
 
 
-class Grid(NamedTuple):
-    """Tiles of a kernel before it is summed: parts of a tile per axis, (y, x) um of a part, parts
-    from the axis to the border.
-    """
+def fine_tiles(lens, shortest_nm, pitch_um, reach) -> wings.Grid:
+    """Return the tiles of which a kernel is composed.
 
-    split: int
-    pitch_um: list[float]
-    reach: list[int]
+    They are parts of the frame's tiles if these are much wider than the finest detail.
 
-
-def fine_tiles(lens, shortest_nm, pitch_um, reach) -> Grid:
-    """Return the tiles of which a kernel is composed: parts of the frame's tiles where these are
-    much wider than the finest detail.
+    Parameters
+    ----------
+    lens : a lens of this package. `shortest_nm` : wavelength.
+    pitch_um : (y, x) of a tile. `reach` : (y, x) tiles.
     """
     split = _split(lens, shortest_nm, pitch_um, reach)
-    return Grid(split, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
+    return wings.Grid(split, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
 
 
 def held_bytes(lens, flares, wavelength_nm, pitch_um, reach) -> float:
@@ -701,9 +696,17 @@ def _described(flare) -> bool:
 class _Plan:
     """One band: the pupil of the core, its energy, the grids of the rings."""
 
-    def __init__(
-        self, lens, flares, centre_nm, width_nm, pitch_um, reach, split, lattices, shared=None
-    ):
+    def __init__(self, lens, flares, band_nm, grid: wings.Grid, lattices=(), shared=None):
+        """Compute the core's grid of one band.
+
+        Parameters
+        ----------
+        lens : a lens of this package. `flares` : its flare components.
+        band_nm : (centre, width). `grid` : tiles of the kernel.
+        lattices : of the pattern, if it is one for all wavelengths.
+        shared : `interpolation_wavelengths.Knots` that other bands use too.
+        """
+        (centre_nm, width_nm), (split, pitch_um, reach) = band_nm, grid
         self.lens, self.flares, self.pitch, self.reach = lens, flares, tuple(pitch_um), tuple(reach)
         self.distance, self.split, self.lattices, self.knots = (
             sampled_pupil.distance_mm(lens),

@@ -16,6 +16,7 @@ their difference states the error.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.fft as sf
@@ -83,21 +84,31 @@ class Lattice:
     offset: tuple[float, float]
 
 
+class Grid(NamedTuple):
+    """Tiles of a kernel before it is summed: parts of the frame's tiles."""
+
+    split: int  # parts per tile, along each axis
+    pitch_um: tuple[float, float]  # (y, x) of a part
+    reach: tuple[int, int]  # (y, x) parts from the axis to the border
+
+
+class _Size(NamedTuple):
+    """Extent and fineness of a lattice."""
+
+    most: float  # samples
+    stretch: float = 1.0  # extent over that of the frame
+    fine: float = 1.0  # samples over the usual number
+    shared: bool = False  # one pattern for all wavelengths
+
+
 def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all
     wavelengths of a frame.
     """
     wave = min(shortest_nm, REFERENCE_NM)
-    step, far, period, cells = _sampling(
-        lens,
-        wave,
-        pitch_um,
-        reach,
-        1.0,
-        SHARED_SAMPLES,
-        max(1.0, DEFAULT_ERROR / lens.speckle_error),
-        shared=True,
-    )
+    fine = max(1.0, DEFAULT_ERROR / lens.speckle_error)
+    size = _Size(SHARED_SAMPLES, fine=fine, shared=True)
+    step, far, period, cells = _sampling(lens, wave, Grid(1, pitch_um, reach), size)
     _check_pupil(lens, wave, cells, MOST_ACROSS)
     energy, distance = (
         sampled_pupil.open_energy_mm2(lens, flares, wave),
@@ -120,9 +131,8 @@ def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     to `stretch` times the frame.
     """
     lens, flares = plan.lens, plan.flares
-    step, far, period, cells = _sampling(
-        lens, wave, plan.pitch, reach, stretch, OWN_SAMPLES, fine, plan.split
-    )
+    grid, size = Grid(plan.split, plan.pitch, reach), _Size(OWN_SAMPLES, stretch, fine)
+    step, far, period, cells = _sampling(lens, wave, grid, size)
     _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE)
     offsets = ((0.0, 0.0), (0.5, 0.5))
     folded, out = sampled_pupil.folded(lens, flares, wave, cells, period, offsets), []
@@ -142,12 +152,13 @@ def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     return out
 
 
-def _sampling(lens, wave, pitch_um, reach, stretch, most, fine, split=1, shared=False):
+def _sampling(lens, wave, grid: Grid, size: _Size):
     """Return (step um, samples to the border, period, cells mm) of a lattice.
 
-    `split` : parts of a tile, per axis, of which `pitch_um` is one. So wide a tile holds many
-        speckles, and samples of it are enough.
+    A tile of several parts is wide: it averages over many speckles, and the step may be coarser.
     """
+    split, pitch_um, reach = grid
+    most, stretch, fine, shared = size
     extent = [(r + 1) * p * stretch for r, p in zip(reach, pitch_um)]
     blur, pitch = sampled_pupil.blur_um(lens, wave), min(pitch_um)
     if shared:
@@ -188,7 +199,7 @@ def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
     Parameters
     ----------
     lens : a lens of this package. `shortest_nm` : wavelength.
-    tiles : `kernels.Grid` of the frame.
+    tiles : of the frame.
 
     Raises
     ------
@@ -202,9 +213,8 @@ def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
         if phase
         else (min(shortest_nm, REFERENCE_NM), 1.0, SHARED_SAMPLES)
     )
-    _, far, period, cells = _sampling(
-        lens, wave, tiles.pitch_um, tiles.reach, stretch, most, 1.0, tiles.split, shared=not phase
-    )
+    size = _Size(most, stretch, shared=not phase)
+    _, far, period, cells = _sampling(lens, wave, tiles, size)
     across = _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE if phase else MOST_ACROSS)
     return (
         8 * float(np.prod(period, dtype=float))
@@ -242,7 +252,7 @@ def rings(plan, centre, width, energy):
     energy : of the open pupil, mm2.
     """
     reach, fine = plan.reach, FINER[0]
-    kernel, wrong = ring(plan, reach, plan.half, centre, width, energy, fine)
+    kernel, wrong = ring(plan, reach, centre, width, energy, fine)
     while True:
         over = np.flatnonzero(_errors(plan, kernel, wrong) > plan.lens.speckle_error)
         if not len(over):
@@ -254,7 +264,7 @@ def rings(plan, centre, width, energy):
         reach, fine = nearer, _finer(plan, centre, reach, nearer, fine)
         if not fine:
             return kernel, wrong
-        ring_values, off = ring(plan, reach, plan.half, centre, width, energy, fine)
+        ring_values, off = ring(plan, reach, centre, width, energy, fine)
         middle = tuple(slice(r - n, r + n + 1) for r, n in zip(plan.reach, reach))
         if (
             _errors(plan, ring_values, off).max()
@@ -308,18 +318,26 @@ def _finer(plan, wave, reach, nearer, fine):
     error_wanted, tries = _error_wanted(plan.lens), ((reach, fine), *((nearer, f) for f in FINER))
     now, *steps = (
         _sampling(
-            plan.lens, wave, plan.pitch, r, STRETCHED, OWN_SAMPLES, f * error_wanted, plan.split
+            plan.lens,
+            wave,
+            Grid(plan.split, plan.pitch, r),
+            _Size(OWN_SAMPLES, STRETCHED, f * error_wanted),
         )[0]
         for r, f in tries
     )
     return next((f for f, step in zip(FINER, steps) if step < FINEST * now), 0)
 
 
-def ring(plan, reach, hole, centre, width, energy, fine=1):
-    """Return a ring's kernel, averaged over the band, and half the difference of its halves, 0 in
-    the `hole`.
+def ring(plan, reach, centre, width, energy, fine=1):
+    """Return a ring's kernel, averaged over a band, and half the difference of its two estimates.
 
-    `fine` times as many wavelengths and places between tiles are read as usual.
+    The difference is 0 within the exact core.
+
+    Parameters
+    ----------
+    plan : lens, flares, lattices and core. `reach` : (y, x) tiles to the border of the ring.
+    centre, width : of the band, nm. `energy` : of the open pupil, mm2.
+    fine : factor on the usual number of wavelengths and points between tiles.
     """
     grid = int(np.ceil(GRID * np.sqrt(fine)))
     finer = fine * _error_wanted(plan.lens)
@@ -334,31 +352,28 @@ def ring(plan, reach, hole, centre, width, energy, fine=1):
             plan, reach, middle, span, energy, finer
         )
         for half, pattern_half in enumerate(pair):
-            _read(
-                halves[half],
-                half,
+            pattern = _Pattern(
                 pattern_half,
                 sampled_pupil.scaled_nm(plan.lens, middle),
                 span,
-                plan.pitch,
-                reach,
-                grid,
                 fine / parts,
                 1 / parts,
             )
+            _read(halves[half], half, pattern, plan.pitch, reach, grid)
     both = [(halves[0] + halves[1]) / 2, (halves[0] - halves[1]) / 2]
     for k, half in enumerate(both if plan.lattices else ()):
         both[k] = np.concatenate([half, half[-2::-1, ::-1]])
         both[k][reach[0]] = (both[k][reach[0]] + both[k][reach[0], ::-1]) / 2
     kernel, wrong = both
-    wrong[tuple(slice(r - h, r + h + 1) for r, h in zip(reach, hole))] = 0.0
+    wrong[tuple(slice(r - h, r + h + 1) for r, h in zip(reach, plan.half))] = 0.0
     return kernel, wrong
 
 
 def samples_of(lens, wave, pitch_um, reach, stretch: float, shared_by_all: bool) -> float:
     """Return the samples of one lattice at a wavelength."""
     most = SHARED_SAMPLES if shared_by_all else OWN_SAMPLES
-    period = _sampling(lens, wave, pitch_um, reach, stretch, most, 1.0, shared=shared_by_all)[2]
+    size = _Size(most, stretch, shared=shared_by_all)
+    period = _sampling(lens, wave, Grid(1, pitch_um, reach), size)[2]
     return float(np.prod(period, dtype=float))
 
 
@@ -412,22 +427,32 @@ def _parts(plan, centre, width):
     )
 
 
-def _read(out, half, pattern_half, middle, span, pitch_um, reach, grid, often, weight):
-    """Add `weight` times the mean over a part of a band to `out`.
+class _Pattern(NamedTuple):
+    """The pattern of a part of a band, and how it is read."""
+
+    lattices: list[tuple[Lattice, float]]  # with their weights: the pattern at `middle_nm`
+    middle_nm: float
+    span_nm: float  # width of the part
+    often: float  # factor on the usual number of wavelengths
+    weight: float  # of the part in the band
+
+
+def _read(out, half, pattern: _Pattern, pitch_um, reach, grid):
+    """Add the weighted mean over a part of a band to `out`.
 
     Parameters
     ----------
     out : (y, x), from the first row of the kernel on.
     half : 0 or 1: reads every second wavelength, from this one on.
-    pattern_half : [(lattice, share), ...] of the pattern at `middle`, nm. `span` : of the part, nm.
+    pattern : of the part of the band.
     pitch_um : (y, x) of a tile. `reach` : (y, x) tiles. `grid` : points per tile.
-    often : factor on the usual number of wavelengths. `weight` : of the part in the band.
 
     Notes
     -----
     Blocks of tiles fit the processor's cache. The outermost tile of a block determines the number
     of wavelengths that it reads.
     """
+    pattern_half, middle, span, often, weight = pattern
     draw = 1 / (1 - span / 2 / middle)
     border = [int(np.ceil(r * draw * grid)) + 1 for r in reach]
     last = int(np.ceil((out.shape[0] - 1 - reach[0]) * draw * grid)) + 1

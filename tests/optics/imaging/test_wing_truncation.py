@@ -51,7 +51,6 @@ def needed(mixed, flares=(), allowed=0.1):
         flares,
         mixed,
         sensor_plane(LENS, mixed),
-        PITCH_UM,
         response(allowed),
     )
 

@@ -27,12 +27,12 @@ def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
     monkeypatch.setattr(kernels, "CORE_SAMPLES", 30)
     lens, reach = WavefrontLens(zernike_um={8: 0.3, 4: 0.15}), (12, 12)
     change = sampled_pupil.phase_change(lens, (), WAVE - WIDTH / 2, WAVE + WIDTH / 2)
-    plan = _Plan(lens, (), WAVE, WIDTH, (3.0, 3.0), reach, 1, [])
+    plan = _Plan(lens, (), (WAVE, WIDTH), wings.Grid(1, (3.0, 3.0), reach))
     energy = sampled_pupil.open_energy_mm2(lens, (), WAVE)
 
     def ring(parts):
         monkeypatch.setattr(wings, "_parts", lambda *given: parts)
-        return wings.ring(plan, reach, plan.half, WAVE, WIDTH, energy)
+        return wings.ring(plan, reach, WAVE, WIDTH, energy)
 
     true, wrong = ring(4)
     seen = wrong != 0

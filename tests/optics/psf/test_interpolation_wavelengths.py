@@ -25,7 +25,7 @@ class Unknown:
 
 
 def plan(lens, flares=(DIRT,), wave=455.0, width=10.0):
-    return _Plan(lens, flares, wave, width, *AT, 1, [])
+    return _Plan(lens, flares, (wave, width), wings.Grid(1, *AT))
 
 
 def ring(lens, flares, wave, width=10.0):
@@ -33,7 +33,6 @@ def ring(lens, flares, wave, width=10.0):
     return wings.ring(
         given,
         given.reach,
-        given.half,
         wave,
         width,
         sampled_pupil.open_energy_mm2(lens, flares, wave),

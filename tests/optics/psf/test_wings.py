@@ -60,9 +60,8 @@ def one_band(lens, flare, centre, width, pitch_um, reach):
     """Return the kernel of one band and its stated error, the largest of all radii."""
     pitch = (pitch_um, pitch_um)
     lattices = _lattices(lens, [flare], np.array([centre]), np.array([width]), pitch, reach)
-    kernel, wrong, _ = _Plan(lens, [flare], centre, width, pitch, reach, 1, lattices).band(
-        centre, width
-    )
+    plan = _Plan(lens, [flare], (centre, width), wings.Grid(1, pitch, reach), lattices)
+    kernel, wrong, _ = plan.band(centre, width)
     return kernel, 0.0 if wrong is None else kernel_sampling_error.by_octave(wrong, kernel).max()
 
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from isethdr_core.physics.optics.pupil import (
+    Dust,
+    Scratches,
     blades,
     dirt,
     disc,
@@ -42,7 +44,7 @@ def test_areas():
 
 
 def test_cells_average_the_points():
-    shape, losses = blades(0.5, 5, 8.0, 0.3), dirt(0.5, 30, 20, 8, 10, 300, seed=3)
+    shape, losses = blades(0.5, 5, 8.0, 0.3), dirt(0.5, Dust(30, 20), Scratches(8, 10, 300), seed=3)
     n, sub = 60, 24
     x = axis(n * sub)
     points = (
@@ -56,7 +58,7 @@ def test_cells_average_the_points():
 
 def test_overlaps_are_those_of_all_pairs():
     """Shapes whose bounds lie apart are not compared: nothing that overlaps may be missed."""
-    shape, losses = blades(0.5, 6, 17.0), dirt(0.5, 120, 20, 30, 10, 400, seed=4)
+    shape, losses = blades(0.5, 6, 17.0), dirt(0.5, Dust(120, 20), Scratches(30, 10, 400), seed=4)
     found = {held for _, held in overlaps(shape, [s for s, _ in losses])}
     pairs = {
         (a, b)
@@ -98,15 +100,9 @@ def test_y_points_down_and_x_right():
 
 
 def test_seeded():
-    kind = dict(
-        dust_per_mm2=40,
-        dust_radius_um=9,
-        scratches_per_mm2=5,
-        scratch_width_um=3,
-        scratch_length_um=400,
-    )
-    assert dirt(0.5, **kind, seed=1) == dirt(0.5, **kind, seed=1)
-    assert dirt(0.5, **kind, seed=1) != dirt(0.5, **kind, seed=2)
+    kinds = Dust(40, 9), Scratches(5, 3, 400)
+    assert dirt(0.5, *kinds, seed=1) == dirt(0.5, *kinds, seed=1)
+    assert dirt(0.5, *kinds, seed=1) != dirt(0.5, *kinds, seed=2)
     with pytest.raises(ValueError, match="rounding"):
         blades(0.5, 6, rounding=1.5)
 
@@ -123,7 +119,7 @@ def test_energy_from_areas():
     assert energy(blades(0.5, 6, 0.0), []) == pytest.approx(
         6 / 2 * 0.25 * np.sin(np.pi / 3), rel=1e-6
     )
-    losses = dirt(0.5, 60, 20, 8, 10, 300, seed=3)
+    losses = dirt(0.5, Dust(60, 20), Scratches(8, 10, 300), seed=3)
     x = axis(1500, 0.5)
     want = np.mean(transmission(disc(0, 0, 0.5), losses, x[None, :], x[:, None]) ** 2)
     assert energy(disc(0, 0, 0.5), losses) == pytest.approx(want, rel=3e-4)  # 2 million points

@@ -7,14 +7,16 @@ import pytest
 
 from isethdr_core.physics.optics import half_plane_pattern as half
 from isethdr_core.physics.optics import whole_plane_pattern as whole
-from isethdr_core.physics.optics.pupil import blades, dirt, opening
+from isethdr_core.physics.optics.pupil import Dust, Scratches, blades, dirt, opening
 
 RADIUS, DISTANCE = 0.5, 4.0
 BLUR_UM = 0.55 * DISTANCE / (2 * RADIUS)
 
 
 def pupil():
-    terms = opening(blades(RADIUS, 5, 11.0), dirt(RADIUS, 60, 20, 8, 8, 300, seed=2))
+    terms = opening(
+        blades(RADIUS, 5, 11.0), dirt(RADIUS, Dust(60, 20), Scratches(8, 8, 300), seed=2)
+    )
     return half.RealPupil(terms, RADIUS, DISTANCE, 0.5)
 
 
@@ -44,7 +46,7 @@ def test_without_phase_they_are_the_half_plane_pattern_twice():
 def test_a_tilt_moves_the_pattern(monkeypatch):
     """Smoothed cells stay where the pupil is while light moves: differences make up for it."""
     of = drawn()
-    far = of.lattice.far[0]
+    far = of.lattice.samples_to_border[0]
     assert 2 / min(of.lattice.period) < whole.MOST_TURNS
 
     def wrong():
