@@ -1,11 +1,27 @@
-# make run: set up and run the main job.  make test: set up and run the tests.  VENV=... chooses the environment's folder.
+# Usage:
+#   make run        set up .venv and run the main job
+#   make test       set up .venv, check format and types, run the tests
+#   make test-slow  run the long tests
+#   make bench      run the benchmarks
+#   make lint       check format, lint rules, types and import contracts
+#   make clean      remove .venv
+# VENV=folder uses another folder than .venv.
+
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-# one BLAS thread per test process: two of them share two cores; memory of arrays below 32 MiB is kept once freed, for fresh pages
-# take a tenth of the CPU time of tests with frames; compiled modules are kept, for tests start isethdr in many processes
-TEST_ENV := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MALLOC_MMAP_THRESHOLD_=33554432 MALLOC_TRIM_THRESHOLD_=1073741824 PYTHONDONTWRITEBYTECODE=
-# named, for pytest would rewrite the assertions of every other package that brings a plugin: three CPU seconds
+
+# Settings of the test processes:
+# - One thread per process for linear algebra, because two processes share two cores.
+# - The memory allocator keeps freed arrays below 32 MiB instead of returning them to the system.
+#   This saves a tenth of the CPU time of tests with frames.
+# - Python writes compiled modules, because many tests start isethdr in a new process.
+TEST_ENV := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+TEST_ENV += MALLOC_MMAP_THRESHOLD_=33554432 MALLOC_TRIM_THRESHOLD_=1073741824
+TEST_ENV += PYTHONDONTWRITEBYTECODE=
+
+# Only these plugins of pytest are loaded. With all of them, pytest would also rewrite the
+# assertions of the packages that contain the others, which takes three CPU seconds.
 TEST_PLUGINS := --disable-plugin-autoload -p xdist -p _hypothesis_pytestplugin
 
 .PHONY: run test test-slow bench lint docs clean
@@ -22,7 +38,7 @@ test-slow: $(READY)
 bench: $(READY)
 	for file in benchmarks/*.py; do $(BIN)/python $$file || exit 1; done
 
-# all that continuous integration checks beside the tests; mypy and import-linter keep caches
+# The checks of continuous integration other than the tests. mypy and import-linter use caches.
 lint: $(READY)
 	$(BIN)/python -m ruff format --check --quiet .
 	$(BIN)/python -m ruff check --quiet .
