@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from isethdr_core import quantities
 from isethdr_core.data.camera_geometry import projection_of
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Note
@@ -21,7 +22,7 @@ from ..psf import band_phase, scatter
 from ..psf import kernels as kernel_module
 from . import wing_truncation
 from .photoelectron_map import PhotoelectronMap
-from .sensor_plane import SensorPlane, sensor_plane, tile_pitch_um, without_geometry
+from .sensor_plane import SensorPlane, sensor_plane, without_geometry
 from .spread_errors import fine_enough
 
 
@@ -59,7 +60,8 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
     """
     sensor = sensor or sensor_plane(lens, mixed)
     wavelength_nm = mixed.wavelength.values.astype(float)
-    pitch_um = tile_pitch_um(lens, mixed)
+    f_m = 1e-3 * lens.focal_length_mm
+    pitch_um = tuple(1e6 * f_m * quantities.tile_pitch(mixed, d) for d in ("y", "x"))
     axis_lens, spatial_response = (without_geometry(lens), None if lens.field_varies else response)
 
     details_of_kernels = []  # of all kernels that are computed; the last ones are used
@@ -76,7 +78,7 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
         return made_kernels
 
     kernels_of_axis = wing_truncation.truncated_kernels(
-        make, axis_lens, flares, mixed, sensor, spatial_response
+        make, axis_lens, flares, mixed, sensor, pitch_um, spatial_response
     ) or make(tuple(mixed.sizes[d] - 1 for d in ("y", "x")))
     field, notes = None, []
     if lens.blurs:

@@ -123,12 +123,6 @@ class SensorPlane:
         return added[:, top : top + len(self.y), left : left + len(self.x)]
 
 
-def tile_pitch_um(lens, mixed) -> tuple[float, float]:
-    """Return the (y, x) pitch of a field's tiles on the sensor plane, um."""
-    f_m = 1e-3 * lens.focal_length_mm
-    return tuple(1e6 * f_m * quantities.tile_pitch(mixed, d) for d in ("y", "x"))
-
-
 def without_geometry(lens):
     """Return the lens with the blur of its axis, without distortion and falloff.
 

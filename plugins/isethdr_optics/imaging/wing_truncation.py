@@ -23,7 +23,6 @@ from ..psf import kernel_spectra, kernels
 from ..psf.error_parts import term
 from ..pupil import sampled_pupil
 from .photoelectron_map import electrons
-from .sensor_plane import tile_pitch_um
 
 SHARE = 0.5  # of the error allowed of light
 WORTH = 0.5  # of the frame's reach: larger kernels take about as long as those of the whole frame
@@ -84,7 +83,7 @@ def truncation_noise_share(kernels_of_field: kernels.Kernels | None) -> float:
 
 
 def truncated_kernels(
-    make_kernels, lens, flares, mixed, sensor, response
+    make_kernels, lens, flares, mixed, sensor, pitch_um, response
 ) -> TruncatedKernels | None:
     """Return kernels that end where a sensor sees no difference; None if none end early.
 
@@ -93,13 +92,12 @@ def truncated_kernels(
     make_kernels : function((y, x) reach in tiles) -> `kernels.Kernels` of the bands of `mixed`.
     lens : without geometry. `flares` : its flare components.
     mixed : mixed radiance (wavelength, y, x).
-    sensor : `sensor_plane.SensorPlane` of the field.
+    sensor : `sensor_plane.SensorPlane` of the field. `pitch_um` : (y, x) of a tile.
     response : `isethdr_core.demand.Response` of the sensors; None: kernels are not truncated.
     """
     if response is None or not lens.blurs or sensor.areas is not None or sensor.scales is not None:
         return None
     wave, shape = mixed.wavelength.values.astype(float), mixed.shape[1:]
-    pitch_um = tile_pitch_um(lens, mixed)
     first, full = _core(lens, wave, pitch_um, shape), [n - 1 for n in shape]
     if any(r >= WORTH * n for r, n in zip(first, full)):
         return None

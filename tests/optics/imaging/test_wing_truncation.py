@@ -51,6 +51,7 @@ def needed(mixed, flares=(), allowed=0.1):
         flares,
         mixed,
         sensor_plane(LENS, mixed),
+        PITCH_UM,
         response(allowed),
     )
 
