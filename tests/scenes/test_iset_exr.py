@@ -219,7 +219,9 @@ def test_a_link_to_a_file_that_is_gone_is_named_before_work_starts(deposit):
     link.symlink_to(folder / "gone.exr")
     scene = IsetExr(str(folder), "1112184733")
     for call in (scene, scene.input_files):
-        with pytest.raises(CatalogError, match="streetlights.exr is not a file, or is a link to a missing file"):
+        with pytest.raises(
+            CatalogError, match="streetlights.exr is not a file, or is a link to a missing file"
+        ):
             call()
 
 
