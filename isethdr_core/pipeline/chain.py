@@ -140,7 +140,7 @@ def chain(config) -> Chain:
     looked_at = switch(config, "report") or not leave_out
     built = Chain(
         scene=build_from_config("scene", config.scene),
-        renderer=budget.with_render_error(
+        renderer=budget.renderer_with_error(
             build_from_config("renderer", renderer) if renderer else None, allowed
         ),
         lighting=build_from_config("lighting", config.lighting),
@@ -160,7 +160,7 @@ def chain(config) -> Chain:
     check_rendered(built.scene, built.renderer)
     early_checks.check_shots(tuple(built.cameras.values()), built.isp)
     early_checks.check_scene(built.scene, built.lighting, tuple(built.versions.values()))
-    return spending.told(built, lambda: relative_allowed(built))
+    return spending.with_shares(built, lambda: relative_allowed(built))
 
 
 TABLES = {"sensor": "cameras", "lighting": "versions", "flare": "flare", "metric": "metric"}
@@ -564,7 +564,9 @@ def state_picture(
                 f"not known: the captures lack {', '.join(lacking)}",
             )
             return
-        sampled = propagation.some_of(camera.captures) if chain.leave_out else camera.captures
+        sampled = (
+            propagation.regular_sample(camera.captures) if chain.leave_out else camera.captures
+        )
         rows_of_camera = [
             row
             for row in rows

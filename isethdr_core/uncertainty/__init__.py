@@ -1,4 +1,4 @@
-"""Uncertainty: stated errors, their share of a budget, and what they do to pixels and scores.
+"""Uncertainty: stated errors, their share of a budget, and their effect on pixels and scores.
 
 | module            | content                                                                    |
 |-------------------|----------------------------------------------------------------------------|
@@ -9,7 +9,7 @@
 | `ledger`          | seconds, peak memory, errors and what was left out, per stage              |
 | `propagation`     | stated errors carried to the electrons of each capture                     |
 | `render_noise`    | the renderer's own noise, tile by tile, and in the pixels of a camera      |
-| `score_errors`    | how far the renderer's noise moves the scores                              |
-| `spending`        | what the components of a chain spend the error allowed on                  |
-| `score_intervals` | one 95 % interval per score, over sensor noise and renderer noise together |
+| `score_errors`    | errors of scores due to the renderer's noise                               |
+| `spending`        | error shares that the components of a chain ask for, and get               |
+| `score_intervals` | one 95 % interval per score, for sensor noise and renderer noise together  |
 """

@@ -1,10 +1,11 @@
-"""Accuracy: what a run may be wrong by, as a share of the sensor's noise, and how the stages share
-it at the least cost.
+"""Error budget: the error that a run may have, relative to the sensor's noise, and its division
+over the stages at the least cost.
 
-config node `accuracy`:
-  noise_fraction_allowed  of the noise's standard deviation, per pixel: for everything after the
-  stored radiance render_error_allowed    relative noise of each light group; null leaves it to the
-  renderer's own fields
+Config node `accuracy`:
+
+noise_fraction_allowed : share of the standard deviation of the noise, per pixel, that all stages
+    after the stored radiance may add.
+render_error_allowed : relative noise of each light group; null: the fields of the renderer decide.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ STORE_KEY, LIGHT_KEY = "store", "light"  # whose costs the core knows
 
 @dataclass(frozen=True)
 class Spending:
-    """What one component spends the error allowed on.
+    """One error of a component that takes a share of the error allowed.
 
     Parameters
     ----------
@@ -45,15 +46,14 @@ class Division:
     """Shares of the error allowed, 1 in all."""
 
     store: float  # rounding of stored radiance
-    light: float  # what the lens is told
-    told: dict[tuple[str, str], float] = field(default_factory=dict)  # {(who, field): share}
+    light: float  # share of lens and flares
+    by_field: dict[tuple[str, str], float] = field(default_factory=dict)  # {(who, field): share}
 
 
 def division(spending: Sequence[Spending] = ()) -> Division:
-    """Return the cheapest division of the error allowed over the store and all that spend it.
+    """Return the division of the error allowed, over the store and `spending`, at the least cost.
 
-    A lens that declares no cost is taken for one whose cost leaves it the usual 89 % beside the
-    store.
+    A lens that declares no cost gets the usual 89 %, and the store the rest.
 
     Raises
     ------
@@ -62,10 +62,18 @@ def division(spending: Sequence[Spending] = ()) -> Division:
     if not spending:
         return Division(STORE, 1 - STORE)
     costs: dict[Any, Cost] = {STORE_KEY: STORE_COST}
-    if not any(one.kind == "lens" for one in spending):
+    if not any(spender.kind == "lens" for spender in spending):
         costs[LIGHT_KEY] = Cost(STORE_COST.seconds * (1 - STORE) / STORE)
-    costs |= {k: one.share.cost for k, one in enumerate(spending) if one.share.cost is not None}
-    reserved = {k: one.share.reserved for k, one in enumerate(spending) if one.share.cost is None}
+    costs |= {
+        k: spender.share.cost
+        for k, spender in enumerate(spending)
+        if spender.share.cost is not None
+    }
+    reserved = {
+        k: spender.share.reserved
+        for k, spender in enumerate(spending)
+        if spender.share.cost is None
+    }
     if sum(reserved.values()) >= 1:
         listed = ", ".join(f"{spending[k].who} {share:g}" for k, share in reserved.items())
         raise ConfigError(
@@ -73,9 +81,13 @@ def division(spending: Sequence[Spending] = ()) -> Division:
         )
     bought = divided(USUAL * (1 - sum(reserved.values())), costs)
     shares = {key: error / USUAL for key, error in bought.items()} | reserved
-    told = {(one.who, one.field): shares[k] for k, one in enumerate(spending) if one.field}
-    light = sum(shares[k] for k, one in enumerate(spending) if one.kind == "lens")
-    return Division(shares[STORE_KEY], shares.get(LIGHT_KEY, 0.0) + light, told)
+    by_field = {
+        (spender.who, spender.field): shares[k]
+        for k, spender in enumerate(spending)
+        if spender.field
+    }
+    light = sum(shares[k] for k, spender in enumerate(spending) if spender.kind == "lens")
+    return Division(shares[STORE_KEY], shares.get(LIGHT_KEY, 0.0) + light, by_field)
 
 
 @dataclass(frozen=True)
@@ -89,20 +101,20 @@ class Allowed:
 def allowed(config: Mapping[str, Any]) -> Allowed:
     """Return what a composed config allows; ConfigError for a share that is no number above 0."""
     node = config.get("accuracy") or {}
-    known = ("noise_fraction_allowed", "render_error_allowed")
+    names = ("noise_fraction_allowed", "render_error_allowed")
     for key in node:
-        if key not in known:
-            raise ConfigError(f"accuracy has no key {key!r}; expected {' or '.join(known)}")
-    fraction, render = node.get(known[0], Allowed.noise_fraction), node.get(known[1])
+        if key not in names:
+            raise ConfigError(f"accuracy has no key {key!r}; expected {' or '.join(names)}")
+    fraction, render = node.get(names[0], Allowed.noise_fraction), node.get(names[1])
     _check(
-        known[0],
+        names[0],
         fraction,
         1.0,
         "a share of the sensor's noise above 0, at most 1: no error at all takes for ever",
         "0.1",
     )
     if render is not None:
-        _check(known[1], render, 1.0, "a relative noise above 0 and at most 1, or null", "0.1")
+        _check(names[1], render, 1.0, "a relative noise above 0 and at most 1, or null", "0.1")
     return Allowed(float(fraction), None if render is None else float(render))
 
 
@@ -113,13 +125,18 @@ def _check(name: str, value: object, most: float, expected: str, example: str) -
         )
 
 
-def with_render_error(renderer: Any, given: Allowed) -> Any:
-    """Return the renderer told to go on until its noise is allowed; ConfigError where it cannot be
-    told, or is told otherwise.
+def renderer_with_error(renderer: Any, allowed: Allowed) -> Any:
+    """Return the renderer with the error that a run allows.
 
-    It is told in the field that it declares as a budgeted knob, else in one named `error_allowed`.
+    The error is set in the field that the renderer declares as a budgeted knob, or else in its
+    field `error_allowed`.
+
+    Raises
+    ------
+    ConfigError : the run has no renderer, the renderer has no such field, or the field has another
+        value.
     """
-    if given.render_error is None:
+    if allowed.render_error is None:
         return renderer
     if renderer is None:
         raise ConfigError(
@@ -133,40 +150,39 @@ def with_render_error(renderer: Any, given: Allowed) -> Any:
             f" {name}; choose another renderer, or type accuracy.render_error_allowed=null"
         )
     now = getattr(renderer, name)
-    if now not in (None, given.render_error):
+    if now not in (None, allowed.render_error):
         raise ConfigError(
             f"renderer.{name} is {now!r}, accuracy.render_error_allowed"
-            f" {given.render_error!r}; set one of them"
+            f" {allowed.render_error!r}; set one of them"
         )
-    return replace(renderer, **{name: given.render_error})
+    return replace(renderer, **{name: allowed.render_error})
 
 
 def budgeted(demand: Demand, allowed: Allowed, shares: Division | None = None) -> Demand:
-    """Return the demand with the error allowed of all light after the radiance, in the sensors'
-    terms and relative.
+    """Return the demand with the error allowed of all light after the radiance.
 
-    Sensors without noise put no response into the demand: nothing is small beside their noise, and
-    light is asked for exactly.
+    The error is given as a share of the sensors' noise and as a relative error. Sensors without
+    noise put no response into the demand; light is then computed exactly.
 
     Parameters
     ----------
     demand : with the response of the sensors.
     allowed : share of the sensors' noise that a config allows.
-    shares : who has how much of it; None: the store its own, and the lens the rest.
+    shares : its division; None: the usual share for the store, and the rest for the lens.
     """
     if demand.response is None:
         return demand
     shares = shares or division()
-    whole = replace(demand.response, noise_fraction_allowed=allowed.noise_fraction)
+    full_response = replace(demand.response, noise_fraction_allowed=allowed.noise_fraction)
     ledger.error(
-        whole.error_allowed,
+        full_response.error_allowed,
         "relative",
         "bound",
         f"allowed of light after the radiance: {allowed.noise_fraction:g} of the noise at full"
         " scale",
     )
-    response = replace(whole, noise_fraction_allowed=shares.light * allowed.noise_fraction)
-    stored = shares.store * whole.error_allowed
+    response = replace(full_response, noise_fraction_allowed=shares.light * allowed.noise_fraction)
+    stored = shares.store * full_response.error_allowed
     ledger.error(
         stored,
         "relative",
@@ -179,9 +195,9 @@ def budgeted(demand: Demand, allowed: Allowed, shares: Division | None = None) -
         "bound",
         f"of it for lens and flares, {response.noise_fraction_allowed:.2g} of the noise",
     )
-    for (who, name), share in shares.told.items():
+    for (who, name), share in shares.by_field.items():
         label = f"of it for {who}, {share * allowed.noise_fraction:.2g} of the noise, as {name}"
-        ledger.error(share * whole.error_allowed, "relative", "bound", label)
+        ledger.error(share * full_response.error_allowed, "relative", "bound", label)
     return replace(
         demand,
         response=response,
@@ -191,7 +207,5 @@ def budgeted(demand: Demand, allowed: Allowed, shares: Division | None = None) -
 
 
 def stored_error(demand: Demand) -> float:
-    """Return the relative error that a store's rounding may have, 0 where no sensor says what it
-    can tell.
-    """
+    """Return the relative error allowed for the rounding of a store; 0 without sensor response."""
     return demand.stored_error_allowed

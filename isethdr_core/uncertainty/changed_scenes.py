@@ -1,16 +1,15 @@
-"""Changed scenes: the picture and the reference picture that a camera would have of a scene whose
-renderer noise is other.
+"""Changed scenes: picture and reference picture of the same scene with other renderer noise.
 
-A renderer says by how much the light that either half of its paths found differs from their mean. A
-changed scene shows the light of one half or the other in each tile, by lot (the wild bootstrap: Wu
-1986). It goes through sensor and image processing again, with the same noise of the sensor; the
-reference picture is changed alike. What of the light was spread stays: noise has averaged out in
-it.
+A renderer states half buffers: half of the difference between the light of two halves of its
+samples. In a changed scene, each tile shows the light of one half or of the other, at random (the
+wild bootstrap: Wu 1986). The scene is exposed and processed again with the same noise of the
+sensor. The reference picture is changed in the same way. Light that was spread by the lens is not
+changed, because noise averages out in it.
 
-Sensor and image processing take most of the time, and a pixel depends on tiles nearby only. So two
-changed pictures serve for many: of one lot and of its opposite, by which every tile shows each half
-once. A picture that is the first in some blocks and the second in the others is that of one more
-lot.
+Sensor and image processing take most of the time, and a pixel depends only on tiles nearby. Two
+changed pictures therefore replace many: that of one random choice, and that of the opposite choice.
+A picture that takes some blocks from the first and the others from the second is that of another
+random choice.
 """
 
 from __future__ import annotations
@@ -42,7 +41,8 @@ if TYPE_CHECKING:
 # are about 10 wide
 BLOCK = 48
 PARTS_ACROSS = 3  # a picture is cut into PARTS_ACROSS x PARTS_ACROSS parts
-LOT_SEED = 20260  # of its own: the shot's noise must not depend on whether scores are asked for
+# not the seed of the run: the noise of a shot must not depend on whether scores are computed
+LOT_SEED = 20260
 
 
 class Pair(NamedTuple):
@@ -54,7 +54,7 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ScoredShot:
-    """One shot of a camera with its scores, and what the camera makes of other light.
+    """One shot of a camera with its scores, and a function that exposes other light.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class ScoredShot:
 
 @dataclass(frozen=True, eq=False)
 class ChangedScenes:
-    """The pictures that the camera of a shot has of scenes with other renderer noise.
+    """Pictures by the camera of a shot, of scenes with other renderer noise.
 
     Attributes
     ----------

@@ -60,7 +60,7 @@ def term_of(note: ErrorNote, kind: str, name: str) -> ErrorTerm:
         acts_on, part = quantity_and_part(note.quantity, part)
     else:
         acts_on = RETURNED.get(kind, Quantity.OTHER)
-    # A key set apart what the unit now leaves alike.
+    # The key distinguished errors that now have the same unit.
     key = f"{note.source}, {note.unit}" if note.source and unit != note.unit else note.source
     return ErrorTerm(
         Source(kind, name, key),

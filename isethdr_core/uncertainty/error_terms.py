@@ -29,7 +29,7 @@ class Quantity(StrEnum):
     # An error of these changes no electron, picture or score that follows from it alone.
     RAW = "raw"  # digital numbers: what a sensor reads out
     ATTRIBUTES = "attributes"  # what attributes of the data say; the data itself is right
-    TARGET = "target"  # what a solver or a run was asked for; its result is right
+    TARGET = "target"  # a limit that was requested from a solver or a run; not an error of a result
     OTHER = "other"  # within the stage; `part` says what
     POINT_SPREAD = OTHER  # earlier name, accepted until version 1.0
 

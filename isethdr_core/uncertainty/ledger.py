@@ -38,7 +38,7 @@ class LeftOut:
     unit: str
     key: str = ""
     needless: bool = (
-        False  # nobody needs it; otherwise it is not known, or the setting leaves it out
+        False  # True: no result depends on it. False: it is unknown, or left out by a setting
     )
 
 
@@ -203,9 +203,9 @@ def rest_part(name: str) -> None:
 
 def _declare(name: str, part: LightPart) -> None:
     if row := _row.get():
-        known = row.light_parts.get(name)
-        if known is not None and known.light is not None and part.light is not None:
-            light = part.light.copy(data=known.light.values + part.light.values)
+        declared = row.light_parts.get(name)
+        if declared is not None and declared.light is not None and part.light is not None:
+            light = part.light.copy(data=declared.light.values + part.light.values)
             part = replace(part, light=light)
         row.light_parts[name] = part
 
@@ -233,7 +233,7 @@ def left_out(
     what, why : for people.
     bound, unit : on the change.
     key : what was left out, for code that asks for it.
-    needless : nobody needs it.
+    needless : no result depends on it.
     """
     if row := _row.get():
         row.left_out.append(LeftOut(what, why, float(bound), unit, key, needless))
@@ -255,20 +255,20 @@ def record_left_out(*notes: LeftOut) -> None:
 
 
 class Kept(NamedTuple):
-    """What is kept of some data, and what that leaves out."""
+    """The part of some data that is kept, and the rows for what is left out."""
 
     kept: Any
     left_out: tuple[LeftOut, ...] = ()
 
 
 def record_kept(kept: Kept) -> Any:
-    """Add what was left out to the running stage, and return what is kept."""
+    """Add the rows for what was left out to the running stage; return the data that is kept."""
     record_left_out(*kept.left_out)
     return kept.kept
 
 
 class Collected(NamedTuple):
-    """What a call returned, and what it stated."""
+    """The result of a call, and the rows that it stated."""
 
     result: Any
     row: Row
@@ -291,13 +291,13 @@ def collected(call: Callable[[], Any]) -> Collected:
 
 @contextmanager
 def gathered(title: str) -> Iterator[Row]:
-    """Collect what is stated inside in a row of its own, in a run or not; none of it is stated.
+    """Collect what is stated within this context in a separate row, outside the ledger.
 
-    For plans, which carry their terms until somebody makes the light.
+    Plans use this: they carry their terms until light is computed with them.
 
     Parameters
     ----------
-    title : of the row where no stage of that kind is running.
+    title : of the row if no stage is running.
     """
     running = _row.get()
     row = Row(running.stage if running and running.kind == Row(title).kind else title)
@@ -324,10 +324,9 @@ def record_light_parts(other: Row) -> None:
 
 
 def row_of_sum(parts: Iterable[Row]) -> Row:
-    """Return what is stated of a sum of light, from what is stated of its parts.
+    """Return the row for a sum of light, from the rows for its parts.
 
-    Errors add up as in `error_terms.of_sum`. What was left out of several parts in the same words,
-    or under one key, is listed once.
+    Errors add up as in `error_terms.of_sum`. Omissions with the same text or key are listed once.
     """
     parts = list(parts)
     out = Row(parts[0].stage if parts else "", errors=error_terms.of_sum(p.errors for p in parts))

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     MapsOfErrors = Callable[[xr.DataArray, np.ndarray], ErrorMaps | None]
 
 UNIT = "standard deviations of the sensor's noise"
-# kinds of the stages after the renderer whose errors reach the electrons as light does; of
-# `radiance` these are its own, the rounding of its store: what it restates is the renderer's
+# kinds of the stages after the renderer whose errors propagate to the electrons. Of `radiance` only
+# the rounding of the store counts: the errors that it restates are those of the renderer
 AFTER = ("scene", "radiance", "lighting", "lens", "flare")
 UNITS = (error_terms.RELATIVE, IRRADIANCE, "electrons", UNIT)  # of errors of a pixel's electrons
 # keys of the figures of a picture
@@ -47,28 +47,26 @@ RENDERER, AFTER_RENDERER, SENSOR, WHOLE = (
     "all stages",
 )
 TWO_SIDED = 2.5758  # standard deviations that 99 % of normal deviates stay within, both signs
-MOST_PIXELS = 65536  # spread evenly, that stand for all
-ENOUGH = 32768  # pixels of a capture, spread evenly, whose errors stand for those of all
-# relative: two figures of which one holds more errors than the other come out in that order, but
-# for this
+MOST_PIXELS = 65536  # largest regular sample of pixels
+ENOUGH = 32768  # smallest regular sample of the pixels of a capture
+# relative tolerance of a figure: a figure with more errors is never smaller than one with fewer,
+# except by this
 CLOSE = 1e-9
-SHARE = 0.99  # of the pixels, for the figure that speaks for a picture
+SHARE = 0.99  # of the pixels, within the figure that is stated for a picture
 
 
 @dataclass(frozen=True, eq=False)
 class Electrons:
-    """Mean light electrons of one capture, (y, x): all of them, those of the tiles that a pixel
-    looks at, and the noise.
-    """
+    """Mean light electrons of one capture (y, x), those of direct light, and the noise."""
 
     capture: str
     total: np.ndarray
-    image: np.ndarray  # from the tiles that a pixel looks at, none of it blurred or scattered
+    image: np.ndarray  # of direct light, neither blurred nor scattered
     sigma: np.ndarray  # standard deviation of shot, read and converter noise
     renderer: np.ndarray  # standard deviation that the noise of the scene makes
     unsaturated: np.ndarray
     per_irradiance: float  # electrons per W m-2 nm-1 in every band, of the most sensitive channel
-    maps: ErrorMaps | None = None  # (y, x) each: what the lens knows pixel by pixel
+    maps: ErrorMaps | None = None  # (y, x) each: errors that the lens states pixel by pixel
     parts: Mapping[str, np.ndarray] = field(
         default_factory=dict
     )  # electrons of the parts of the light that stages declared
@@ -92,7 +90,7 @@ class TermsAfter(NamedTuple):
     """Errors of the stages after the renderer."""
 
     of_electrons: list[ErrorTerm]
-    others: list[ErrorTerm]  # that have no way to electrons
+    without_electrons: list[ErrorTerm]  # that have no way to electrons
 
 
 class Rates(NamedTuple):
@@ -126,30 +124,29 @@ def missing(captures: xr.Dataset) -> list[str]:
     ]
 
 
-def some_of(captures: xr.Dataset) -> xr.Dataset:
-    """Return captures at every so many pixels along both axes, `ENOUGH` at least; all of them where
-    a lens distorts, which asks for whole areas.
+def regular_sample(captures: xr.Dataset) -> xr.Dataset:
+    """Subsample the captures on a regular grid of at least `ENOUGH` pixels.
 
-    The share of all pixels whose error is within a figure that holds for `SHARE` of these is
-    stated, to three standard errors.
+    Distorting lenses need every pixel, so their captures are returned unchanged. The ledger states
+    the error of the sample: three standard errors of the share of pixels within a figure.
     """
     sizes = [captures.sizes[d] for d in ("y", "x")]
     step = int(np.sqrt(np.prod(sizes) / ENOUGH))
-    step -= step % 2 == 0  # odd: all colours of a filter array take part
+    step -= step % 2 == 0  # odd: every colour of a filter array is sampled
     if step < 3 or not isinstance(camera_geometry.map_of(captures), camera_geometry.Identity):
         return captures
-    few = captures.isel(
+    sampled = captures.isel(
         {d: slice(min(step // 2, n - 1), None, step) for d, n in zip(("y", "x"), sizes)}
     )
-    looked_at = few.sizes["y"] * few.sizes["x"]
+    count = sampled.sizes["y"] * sampled.sizes["x"]
     ledger.left_out(
-        f"errors of {np.prod(sizes) - looked_at} of {np.prod(sizes)} pixels",
-        f"others stand for them: one in {step} along each axis",
-        3 * float(np.sqrt(SHARE * (1 - SHARE) / looked_at)),
-        f"of the pixels, beside the {SHARE:.0%} that a figure speaks for",
+        f"errors of {np.prod(sizes) - count} of {np.prod(sizes)} pixels",
+        f"estimated from a sample: one pixel in {step} along each axis",
+        3 * float(np.sqrt(SHARE * (1 - SHARE) / count)),
+        f"of the pixels, added to or subtracted from the {SHARE:.0%} of a figure",
         needless=True,
     )
-    return few
+    return sampled
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,24 +184,28 @@ def electrons(
     light, mixed = time_mean(exposure.light), time_mean(exposure.mixed)
     at_mean = replace(exposure, light=light, mixed=mixed)
     noise = relative_noise(exposure.scene, mixed)
-    known: dict[bytes, tuple[Rates, ErrorMaps | None]] = {}  # most captures see light alike
+    rates_of_light: dict[
+        bytes, tuple[Rates, ErrorMaps | None]
+    ] = {}  # most captures see light alike
     out = []
     for k, name in enumerate(map(str, captures.capture.values)):
-        one = captures.isel(capture=k)
-        counting = one["quantum_efficiency"].values * photons_per_energy(captures.wavelength.values)
-        if counting.tobytes() not in known:
+        capture = captures.isel(capture=k)
+        counting = capture["quantum_efficiency"].values * photons_per_energy(
+            captures.wavelength.values
+        )
+        if counting.tobytes() not in rates_of_light:
             maps = error_maps(mixed, counting) if error_maps else None
-            known[counting.tobytes()] = (
+            rates_of_light[counting.tobytes()] = (
                 _rates(counting, at_mean, noise, scene_noise),
                 _at_filters(maps, captures, light),
             )
-        scale = float(one["exposure_s"]) * float(one["area_m2"])
-        rates, maps = known[counting.tobytes()]
+        scale = float(capture["exposure_s"]) * float(capture["area_m2"])
+        rates, maps = rates_of_light[counting.tobytes()]
         rates = rates.scaled(scale)
         if maps is not None:
             maps = maps._replace(deviation=scale * maps.deviation, bound=scale * maps.bound)
-        read = float(one["read_noise_e"]) ** 2 + float(one["quantisation_e"]) ** 2 / 12
-        variance = np.maximum(rates.total + float(one["dark_e"]) + read, np.finfo(float).tiny)
+        read = float(capture["read_noise_e"]) ** 2 + float(capture["quantisation_e"]) ** 2 / 12
+        variance = np.maximum(rates.total + float(capture["dark_e"]) + read, np.finfo(float).tiny)
         out.append(
             Electrons(
                 capture=name,
@@ -212,7 +213,7 @@ def electrons(
                 image=rates.image,
                 sigma=np.sqrt(variance),
                 renderer=rates.renderer,
-                unsaturated=~one["saturated"].values,
+                unsaturated=~capture["saturated"].values,
                 per_irradiance=scale * float(counting.sum(1).max()),
                 maps=maps,
             )
@@ -409,10 +410,10 @@ def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> fl
     def missing(limit: float) -> float:
         with np.errstate(over="ignore"):  # far above a bound without deviation: erf(inf) is 1
             below = np.where(limit >= bound, erf(np.maximum(limit - bound, 0.0) / scale), 0.0)
-        return wanted - float(below.mean())
+        return target - float(below.mean())
 
     # just below: a limit that holds the very share is not a root, the smallest such limit is
-    wanted = float(np.nextafter(share, 0.0))
+    target = float(np.nextafter(share, 0.0))
     highest = float((bound + 10 * deviation).max())
     if not np.isfinite(highest) or missing(highest) > 0:
         return highest  # some error has no bound, or most are bounds of this very value
@@ -480,15 +481,16 @@ def terms_of_sensor(rows: Sequence[Row]) -> list[ErrorTerm]:
 
 @dataclass(frozen=True)
 class Figures:
-    """How wrong one capture is: the errors of 99 % of its unsaturated pixels are at most this, in
-    standard deviations of its noise.
+    """Errors of one capture, which 99 % of its unsaturated pixels do not exceed.
+
+    The unit is the standard deviation of its noise.
     """
 
-    whole: float
+    all_stages: float
     renderer: float
     later: float  # stages after the renderer, up to the sensor
     sensor: float
-    worst: float  # of the pixels: 99 % of its errors are at most this
+    worst: float  # of the worst pixel, 99th percentile
     capture: str
 
 
@@ -508,13 +510,16 @@ def figures_of(
         return None
     renderer = shot.renderer[use] / shot.sigma[use]
     bound, deviation = (e[use] / shot.sigma[use] for e in after(shot, terms))
-    counting = [e[use] / shot.sigma[use] for e in after(replace(shot, maps=None), of_sensor)]
-    bounds, deviations = bound + counting[0], np.sqrt(renderer**2 + deviation**2 + counting[1] ** 2)
+    sensor_errors = [e[use] / shot.sigma[use] for e in after(replace(shot, maps=None), of_sensor)]
+    bounds, deviations = (
+        bound + sensor_errors[0],
+        np.sqrt(renderer**2 + deviation**2 + sensor_errors[1] ** 2),
+    )
     return Figures(
-        whole=within(bounds, deviations),
+        all_stages=within(bounds, deviations),
         renderer=within(np.zeros_like(renderer), renderer),
         later=within(bound, deviation),
-        sensor=within(*counting),
+        sensor=within(*sensor_errors),
         worst=float((bounds + TWO_SIDED * deviations).max()),
         capture=shot.capture,
     )
@@ -523,52 +528,51 @@ def figures_of(
 def record_figures(
     shots: Sequence[Electrons], rows: Sequence[Row], allowed: float, seconds: Seconds
 ) -> None:
-    """State in the ledger how wrong a picture is in units of its own noise, first of all captures,
-    then of each.
+    """State the error of a picture in units of its own noise: of the worst capture, then of each.
 
     Parameters
     ----------
     shots : as `electrons` returns them.
-    rows : the ledger so far, of the sensors that of the picture's alone.
-    allowed : share of the noise that everything after the renderer may take.
-    seconds : that the picture took.
+    rows : of the ledger; of the sensors only that of this picture.
+    allowed : largest error of all stages after the renderer, as a share of the noise.
+    seconds : run time of the picture.
     """
     terms = {shot.capture: _terms_of(shot, rows) for shot in shots}
-    counting = terms_of_sensor(rows)
+    sensor_terms = terms_of_sensor(rows)
     figures = [
-        one
+        figure
         for shot in shots
-        if (one := figures_of(shot, terms[shot.capture].of_electrons, counting))
+        if (figure := figures_of(shot, terms[shot.capture].of_electrons, sensor_terms))
     ]
     if not figures:
         label = "no pixel is below saturation"
         _record_figure(0.0, "statistical", label, WHOLE)
         return
-    most = max(figures, key=lambda one: one.whole)
+    most = max(figures, key=lambda figure: figure.all_stages)
     label = (
         f"99 % of the unsaturated pixels of {most.capture} (worst pixel {most.worst:.3g}): renderer"
         f" {most.renderer:.3g} in {seconds.rendering:.3g} s; later stages {most.later:.3g} of the"
         f" allowed {allowed:g} in {seconds.later:.3g} s{_why(figures, shots, rows, allowed)}; error"
         f" of the sensor {most.sensor:.3g}"
     )
-    _record_figure(most.whole, "statistical", label, WHOLE)
-    for one in figures:
-        of = f"electrons of {one.capture}"
-        _record_figure(one.renderer, "statistical", f"{of}: renderer", RENDERER, one.capture)
+    _record_figure(most.all_stages, "statistical", label, WHOLE)
+    for figure in figures:
+        of = f"electrons of {figure.capture}"
+        _record_figure(figure.renderer, "statistical", f"{of}: renderer", RENDERER, figure.capture)
         label = f"{of}: all after the renderer"
-        _record_figure(one.later, "bound", label, AFTER_RENDERER, one.capture)
+        _record_figure(figure.later, "bound", label, AFTER_RENDERER, figure.capture)
         label = f"{of}: counted by the sensor"
-        _record_figure(one.sensor, "bound", label, SENSOR, one.capture)
+        _record_figure(figure.sensor, "bound", label, SENSOR, figure.capture)
     if any(row.kind == "radiance" for row in rows) and not any(
         shot.renderer.any() for shot in shots
     ):
         ledger.left_out(
             "noise of the renderer",
-            "it states none: several passes, or more paths, would",
+            "the renderer states none; it does with several passes, or with more samples",
             np.inf,
             UNIT,
         )
-    for term in terms[shots[-1].capture].others:
+    for term in terms[shots[-1].capture].without_electrons:
         ledger.left_out(
             term.label, "no error of a pixel's electrons follows from it", term.value, term.unit
         )
@@ -584,8 +588,8 @@ def _record_figure(
 def _why(
     figures: Sequence[Figures], shots: Sequence[Electrons], rows: Sequence[Row], allowed: float
 ) -> str:
-    """Return which error is most of what is more than allowed; nothing where all is within."""
-    most = max(figures, key=lambda one: one.later)
+    """Return the largest cause of an error above the allowed one; "" if the error is allowed."""
+    most = max(figures, key=lambda figure: figure.later)
     if most.later <= allowed:
         return ""
     shot = next(s for s in shots if s.capture == most.capture)
@@ -593,7 +597,7 @@ def _why(
     causes = [(_later(alone, [term]), term.label) for term in _terms_of(shot, rows).of_electrons]
     if shot.maps:
         causes.append((_later(replace(alone, maps=shot.maps), []), shot.maps.label))
-    share, label = max(causes, key=lambda one: one[0])
+    share, label = max(causes, key=lambda figure: figure[0])
     return f"; more than allowed, {share:.3g} of it by: {label}"
 
 

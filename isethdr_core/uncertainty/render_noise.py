@@ -1,6 +1,4 @@
-"""Scene noise: what of a scene's light is the renderer's own noise, tile by tile, and what of it
-reaches the pixels of a camera.
-"""
+"""Render noise: the renderer's own noise in each tile of a scene, and in the pixels of a camera."""
 
 from __future__ import annotations
 
@@ -23,8 +21,7 @@ if TYPE_CHECKING:
 
 # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
 NOISE = "xyz_noise"
-# variable (light_group, y, x): half of what two halves of a renderer's paths differ by in
-# luminance, cd/m2
+# variable (light_group, y, x): half of the luminance difference of two halves of the samples, cd/m2
 HALVES = "half_difference"
 WINDOW_TILES = 3  # side of the window that tells noise from the scene
 
@@ -50,11 +47,14 @@ def relative_noise(scene: xr.Dataset, mixed: xr.DataArray) -> np.ndarray | None:
 
 
 def relative_halves(scene: xr.Dataset, mixed: xr.DataArray) -> np.ndarray | None:
-    """Return half of what two halves of the paths differ by in luminance (y, x), over that of
-    `mixed`; at least -1 and at most 1.
+    """Return half of the relative luminance difference (y, x) of two halves of the samples.
 
-    Its sign is chance, its variance that of the light's own noise. None where the scene states
-    none, or one pass alone was rendered.
+    The values lie between -1 and 1. Their sign is random; their variance is that of the noise of
+    the light. None if the scene states no half buffers, or has only one pass.
+
+    Parameters
+    ----------
+    scene : scene radiance. `mixed` : mixed radiance made of it.
     """
     if HALVES not in scene:
         return None
@@ -156,7 +156,7 @@ def pixel_variance(
         across, down = (overlaps(field[d].values, at[d], side, d) / side for d in ("x", "y"))
         across, down = across.multiply(across).tocsr(), down.multiply(down).tocsr()
         flat = np.reshape(variance, (-1, *np.shape(variance)[-2:]))
-        return np.stack([(across @ (down @ one).T).T for one in flat]).reshape(
+        return np.stack([(across @ (down @ tile_variance).T).T for tile_variance in flat]).reshape(
             *np.shape(variance)[:-2], len(at["y"]), len(at["x"])
         )
     areas = camera_geometry.field_areas(
@@ -170,15 +170,16 @@ def pixel_variance(
 
 
 def direct_share(light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
-    """Return the share (plane, y, x) of `light` that comes straight from the field: neither spread
-    nor flare; 0 to 1, 0 where there is no light.
+    """Return the share (plane, y, x) of `light` that is direct: neither spread nor flare.
+
+    It lies between 0 and 1, and is 0 without light.
 
     Parameters
     ----------
     light : irradiance or photocurrent. `mixed` : the mixed radiance that it was made of, constant
         over time.
     """
-    whole, f_m = time_mean(light).values, light.attrs["focal_length_mm"] * 1e-3
+    total, f_m = time_mean(light).values, light.attrs["focal_length_mm"] * 1e-3
     bands = mixed.sel(wavelength=bands_nm(light)).values
     if light.attrs["units"] == PHOTOCURRENT:
         counting = np.asarray(light.attrs["efficiency"]) * photons_per_energy(bands_nm(light))
@@ -186,8 +187,8 @@ def direct_share(light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
     gain = light.attrs["throughput_sr"] * camera_geometry.relative_illumination(
         light.attrs, light.x.values[None, :] / f_m, light.y.values[:, None] / f_m
     )
-    out = np.empty(whole.shape, np.float32)
-    for share, tiles, plane in zip(out, bands, whole):
+    out = np.empty(total.shape, np.float32)
+    for share, tiles, plane in zip(out, bands, total):
         np.clip(
             gain * on_light(tiles, mixed, light) / np.where(plane > 0, plane, np.inf),
             0.0,

@@ -1,11 +1,11 @@
-"""Score errors: how far the renderer's own noise moves the scores of a picture, shift and scatter,
-by changes of the scene (`changed_scenes`).
+"""Score errors: shift and scatter of the scores of a picture due to the renderer's own noise.
 
-Who is asked what depends on the size of the picture. All scores of a small picture are asked of
-several changed scenes. Of a large picture, one changed scene and its opposite are exposed. A score
-that is the mean of the scores of a picture's parts is asked of some parts, each a sample of its
-own. Every other score is asked of whole pictures, joined of blocks of both. One more scene has its
-noise smoothed away: it tells how far noise has shifted a score already.
+They are measured with changes of the scene (`changed_scenes`). The method depends on the size of
+the picture. A small picture is computed for several changed scenes. For a large picture, one
+changed scene and its opposite are exposed. If a score is the mean of the scores of parts of the
+picture, it is computed for some parts; each of them is an independent sample. All other scores are
+computed for whole pictures, composed of blocks of both. One more scene has its noise smoothed away:
+it shows how far noise has already shifted a score.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ if TYPE_CHECKING:
 
 RENDERER = "renderer"  # key of the terms
 RENDERED = "rendered_s"  # attribute of scenes that a renderer made
-CHANGES = 6  # pictures that scores of the whole are asked of, even
-PARTS_ASKED = 6  # of the parts of a large picture
+CHANGES = 6  # changed pictures for scores of whole pictures; an even number
+PARTS_ASKED = 6  # parts of a large picture for which scores are computed
 SURE = 0.9  # share of runs for which the stated factor holds
-# that a score may rest on: each knows its own noise from one difference of half buffers
+# least number of tiles that a score depends on: each tile has one difference of half buffers
 FEW_TILES = 8
 
 Values = dict[ScoreKey, float]
@@ -55,7 +55,7 @@ Values = dict[ScoreKey, float]
 
 @dataclass(frozen=True)
 class ScoreErrors:
-    """The error that the renderer's noise leaves in each score, and what the ledger says of it."""
+    """The error of each score due to the renderer's noise, and the rows for the ledger."""
 
     errors: dict[ScoreKey, RendererError] = field(default_factory=dict)
     terms: tuple[ErrorTerm, ...] = ()
@@ -66,15 +66,15 @@ class Movement(NamedTuple):
     """How renderer noise moves one score, in the unit of the score."""
 
     scatter: float  # standard error of one rendering
-    freedom: int  # degrees of freedom of `scatter`, but for those of the tiles
-    shift: float  # mean change by more noise, as far as it exceeds its own scatter
+    freedom: int  # degrees of freedom of `scatter`, without those of the tiles
+    shift: float  # mean change by more noise, if larger than its own scatter; else 0
     rms: float  # of scatter and shift
     rms_freedom: int  # degrees of freedom of `rms`
     how: str  # for people
 
 
 class Question(NamedTuple):
-    """A metric, with what its scores of a changed picture are compared with."""
+    """A metric, and its scores before the change of the picture."""
 
     metric: Metric
     labels: xr.Dataset | None
@@ -82,20 +82,20 @@ class Question(NamedTuple):
 
 
 def of_scores(shot: ScoredShot, metrics: Iterable[Metric], count: int = CHANGES) -> ScoreErrors:
-    """Return the error that the scene's noise leaves in each score, in its unit.
+    """Return the error of each score due to the noise of the scene, in the unit of the score.
 
     Parameters
     ----------
     shot : with the scores of its picture. Without half buffers in its scene nothing is stated.
-    metrics : as the run asks them. One whose class says `MEAN_OF_PARTS = True` has scores of the
-        frame that need no labels and are, nearly, means of those of the picture's parts.
-    count : pictures that the scores of whole pictures are asked of, even.
+    metrics : of the run. If the class of a metric has `MEAN_OF_PARTS = True`, its scores of the
+        frame need no labels, and are nearly the means of the scores of parts of the picture.
+    count : changed pictures for scores of whole pictures; an even number.
 
     Returns
     -------
-    The error of each score; none where the scene stores no half buffers. It is `NOT_MEASURED` for a
-    score that the smoothed scene lacks, or all but one of the changed pictures. It has scores of
-    objects where the picture is too small to be cut into parts.
+    The error of each score; none without half buffers. It is `NOT_MEASURED` if the smoothed scene,
+    or all changed pictures but one, do not have the score. Scores of objects are included if the
+    picture is too small to be divided into parts.
     """
     metrics = list(metrics)
     if not metrics:
@@ -108,14 +108,15 @@ def of_scores(shot: ScoredShot, metrics: Iterable[Metric], count: int = CHANGES)
 def of_each(
     shot: ScoredShot, metrics: Sequence[Metric], scores: Sequence[Sequence[Score]]
 ) -> list[ScoreErrors]:
-    """Return what `of_scores` returns, metric by metric: that of one does not depend on the others.
+    """Return the result of `of_scores` for each metric.
 
-    The metrics share the changed pictures, which take most of the time.
+    The result of one metric does not depend on the others. The metrics share the changed pictures,
+    which take most of the time.
 
     Parameters
     ----------
-    shot : with the scores of its picture, those of all metrics.
-    metrics : those whose scores are asked for.
+    shot : with the scores of its picture by all metrics.
+    metrics : whose scores are computed.
     scores : of the picture, by each of these metrics.
     """
     if not metrics:
@@ -126,12 +127,12 @@ def of_each(
     return [_stated(own, measured) for own in scores]
 
 
-def joined(found: Sequence[ScoreErrors]) -> ScoreErrors:
+def joined(errors_of_metrics: Sequence[ScoreErrors]) -> ScoreErrors:
     """Return the errors of the scores of several metrics as one."""
     return ScoreErrors(
-        errors={key: error for one in found for key, error in one.errors.items()},
-        terms=tuple(term for one in found for term in one.terms),
-        left_out=tuple(dict.fromkeys(row for one in found for row in one.left_out)),
+        errors={key: error for one in errors_of_metrics for key, error in one.errors.items()},
+        terms=tuple(term for one in errors_of_metrics for term in one.terms),
+        left_out=tuple(dict.fromkeys(row for one in errors_of_metrics for row in one.left_out)),
     )
 
 
@@ -199,16 +200,16 @@ def _of_large_picture(
 
 
 def _stated(scores: Sequence[Score], measured: _Measured) -> ScoreErrors:
-    """Return what is known of these scores."""
-    asked = [score for score in scores if measured.of_objects or not score.object]
+    """Return the errors of these scores."""
+    scores_measured = [score for score in scores if measured.of_objects or not score.object]
     left_out: tuple[LeftOut, ...] = ()
-    if len(asked) < len(scores):
+    if len(scores_measured) < len(scores):
         why = (
             "objects of large pictures are not measured again: their intervals hold the noise"
             " realisations only"
         )
         left_out = (LeftOut("renderer noise in scores of objects", why, math.inf, "1"),)
-    errors = dict.fromkeys(map(key_of, asked), NOT_MEASURED)
+    errors = dict.fromkeys(map(key_of, scores_measured), NOT_MEASURED)
     movements = {key: moved for key, moved in measured.movements.items() if key in errors}
     smoothed = measured.smoothed
     errors |= {
@@ -319,11 +320,11 @@ def _of_whole(
     questions = []
     for metric in metrics:
         scores = _ask(metric, shot.pair, few)
-        same = all(
+        same_scores = all(
             np.array_equal(s.value, before.get(key_of(s), math.inf), equal_nan=True) for s in scores
         )
         if scores:  # one that speaks of objects alone is asked no more
-            questions.append(Question(metric, few if same else shot.labels, before))
+            questions.append(Question(metric, few if same_scores else shot.labels, before))
     return questions
 
 
@@ -350,11 +351,11 @@ def _scores_of_part(metrics: Sequence[Metric], pair: Pair, part: dict[str, np.nd
 
 
 def _changes(questions: Sequence[Question], pair: Pair, objects: bool = False) -> Values:
-    """Return by how much the scores of a changed pair differ from those before.
+    """Return the change of the scores of a changed pair.
 
     Parameters
     ----------
-    questions : what is asked of the pair.
+    questions : metrics, and their scores before the change.
     pair : changed picture and reference picture.
     objects : whether scores of objects count.
     """
@@ -366,9 +367,7 @@ def _changes(questions: Sequence[Question], pair: Pair, objects: bool = False) -
 
 
 def _difference(after: Values, before: Values) -> Values:
-    """Return by how much scores differ from those before; what has no number on either side tells
-    nothing.
-    """
+    """Return the differences of scores. Scores without a number before or after are left out."""
     differences = {name: value - before.get(name, math.nan) for name, value in after.items()}
     return {name: value for name, value in differences.items() if math.isfinite(value)}
 

@@ -1,5 +1,5 @@
-"""Spending: what the components of one chain declare that they spend the error allowed on, and
-their shares, put into the fields that take them.
+"""Spending: the errors for which the components of a chain need a share of the error allowed, and
+the fields in which they receive their shares.
 """
 
 from __future__ import annotations
@@ -18,49 +18,48 @@ Parts = TypeVar("Parts")
 
 
 def of_chain(parts: Any) -> list[Spending]:
-    """Return what the components of a chain spend the error allowed on.
+    """Return the errors for which the components of a chain need a share of the error allowed.
 
-    A budgeted field that holds a number of the user's own is outside the budget: it neither takes a
-    share nor leaves one.
+    A budgeted field with a value set by the user takes no share.
 
     Parameters
     ----------
-    parts : `isethdr_core.pipeline.chain.Chain`, before `told`.
+    parts : `isethdr_core.pipeline.chain.Chain`, before `with_shares`.
     """
-    found = []
+    spendings = []
     for kind, name, component in _components(parts):
         who = f"{kind} {name}".strip()
-        found += [Spending(kind, who, share) for share in shares_of(component)]
-        found += [
+        spendings += [Spending(kind, who, share) for share in shares_of(component)]
+        spendings += [
             Spending(kind, who, ErrorShare(knob.field, knob.cost), knob.field)
             for knob in knobs_of(component)
             if knob.budgeted
             and isinstance(knob.cost, Cost)
             and getattr(component, knob.field) is None
         ]
-    return found
+    return spendings
 
 
-def told(parts: Parts, relative: Callable[[], float]) -> Parts:
-    """Return a chain that knows its division, with the shares in the fields that take them.
+def with_shares(parts: Parts, relative: Callable[[], float]) -> Parts:
+    """Return the chain with the division of its error budget, and the shares in its fields.
 
     Parameters
     ----------
     parts : `isethdr_core.pipeline.chain.Chain`.
-    relative : function() -> the relative error that is allowed in all; 0 where light is asked for
-        exactly, and no field is set. Called where a field takes a share.
+    relative : function() -> the total relative error allowed. 0 means that light is computed
+        exactly; no field is then set. It is called only if a field takes a share.
     """
     shares = division(of_chain(parts))
     chain: Any = replace(parts, shares=shares)  # type: ignore[type-var]
-    allowed = relative() if shares.told else 0.0
+    allowed = relative() if shares.by_field else 0.0
     if not allowed:
         return cast(Parts, chain)
     for kind in SINGLE:
-        component = _told(getattr(chain, kind), kind, shares, allowed)
+        component = _with_shares(getattr(chain, kind), kind, shares, allowed)
         chain = replace(chain, **{kind: component})
     for kind, table in TABLES.items():
         components = {
-            name: _told(component, f"{kind} {name}", shares, allowed)
+            name: _with_shares(component, f"{kind} {name}", shares, allowed)
             for name, component in getattr(chain, table).items()
         }
         chain = replace(chain, **{table: components})
@@ -68,7 +67,7 @@ def told(parts: Parts, relative: Callable[[], float]) -> Parts:
 
 
 def _components(parts: Any) -> Iterator[tuple[str, str, Any]]:
-    """Yield (kind, name in its table, component) of all whose errors reach the electrons."""
+    """Yield (kind, name in its table, component) of the components that change the electrons."""
     for kind in SINGLE:
         yield kind, "", getattr(parts, kind)
     for kind, table in TABLES.items():
@@ -76,6 +75,10 @@ def _components(parts: Any) -> Iterator[tuple[str, str, Any]]:
             yield kind, name, component
 
 
-def _told(component: Any, who: str, shares: Division, allowed: float) -> Any:
-    fields = {name: share * allowed for (one, name), share in shares.told.items() if one == who}
+def _with_shares(component: Any, who: str, shares: Division, allowed: float) -> Any:
+    fields = {
+        name: share * allowed
+        for (field_owner, name), share in shares.by_field.items()
+        if field_owner == who
+    }
     return replace(component, **fields) if fields else component

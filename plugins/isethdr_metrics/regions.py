@@ -110,7 +110,7 @@ def _regions(shape, labels) -> list[Region]:
             f"labels have shape {instance.shape}, the picture {shape}; "
             "use isethdr_core.truth.labels_on(scene, picture)"
         )
-    known = {
+    names = {
         int(o["instance"]): str(o.get("name") or o.get("category") or o["instance"])
         for o in labels.attrs.get("objects", [])
     }
@@ -122,7 +122,7 @@ def _regions(shape, labels) -> list[Region]:
     used_names: set[str] = set()
     regions = [frame]
     for number, window in zip(numbers.tolist(), windows, strict=True):
-        name = known.get(number, str(number))
+        name = names.get(number, str(number))
         if name in used_names:
             name = f"{name} {number}"
         used_names.add(name)

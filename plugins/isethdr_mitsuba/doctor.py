@@ -44,27 +44,27 @@ assert np.isfinite(image).all()
 """
 
 
-def choose_variant(asked: str) -> str:
+def choose_variant(requested: str) -> str:
     """Return the Mitsuba variant for "auto", "cuda", "llvm" or "scalar".
 
     Raises
     ------
     ConfigError : mitsuba is not installed, or the requested variant does not work here.
     """
-    found = doctor()
-    if not found["mitsuba"]:
+    working = doctor()
+    if not working["mitsuba"]:
         raise ConfigError(
             "renderer mitsuba needs the package mitsuba, which is not installed; type pip install"
             " 'isethdr[mitsuba]'"
         )
-    if asked == "auto":
-        asked = next(name for name in VARIANTS if found[name] == "works" or name == "scalar")
-    if found[asked] != "works":
+    if requested == "auto":
+        requested = next(name for name in VARIANTS if working[name] == "works" or name == "scalar")
+    if working[requested] != "works":
         raise ConfigError(
-            f"renderer variant {asked!r} does not work here: {found[asked]}; {HELP[asked]}; or type"
-            " renderer.variant=auto"
+            f"renderer variant {requested!r} does not work here: {working[requested]};"
+            f" {HELP[requested]}; or type renderer.variant=auto"
         )
-    return VARIANTS[asked]
+    return VARIANTS[requested]
 
 
 @cache
@@ -90,14 +90,14 @@ def doctor() -> dict[str, str]:
             _llvm_libraries(),
         ]
     )
-    kept = _read()
-    if kept.get("key") != key:
-        kept = {
+    stored = _read()
+    if stored.get("key") != key:
+        stored = {
             "key": key,
             "found": {"mitsuba": version, **{name: _probe(v) for name, v in VARIANTS.items()}},
         }
-        _write(kept)
-    return kept["found"]
+        _write(stored)
+    return stored["found"]
 
 
 def doctor_command(fresh: bool = False):
@@ -105,12 +105,12 @@ def doctor_command(fresh: bool = False):
     if fresh:
         _write({})
         doctor.cache_clear()
-    found = doctor()
-    print(f"mitsuba {found['mitsuba'] or 'is not installed: pip install isethdr[mitsuba]'}")
+    working = doctor()
+    print(f"mitsuba {working['mitsuba'] or 'is not installed: pip install isethdr[mitsuba]'}")
     for name in VARIANTS:
         print(
-            f"{name:7s} {found[name]}"
-            + ("" if found[name] == "works" else f"\n        {HELP[name]}")
+            f"{name:7s} {working[name]}"
+            + ("" if working[name] == "works" else f"\n        {HELP[name]}")
         )
 
 

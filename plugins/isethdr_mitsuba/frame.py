@@ -62,10 +62,10 @@ def render_frame(
     lamps = placed_lamps(description, settings.normalise, groups)
     lamps += disc_lamps(description, "sky" in groups)
     surfaces = ramp_surfaces(description)
-    lost, worst = lost_light(description.materials.values())
-    if lost > 0:
+    lost_share, worst = lost_light(description.materials.values())
+    if lost_share > 0:
         why = f"Mitsuba follows light to one facet alone; most at grazing angles, of {worst}"
-        ledger.left_out("light from facet to facet", why, lost, "relative", key="facets")
+        ledger.left_out("light from facet to facet", why, lost_share, "relative", key="facets")
     world = build_world(description, surfaces)
     layer, error = visible_lamps(world, view, lamps, groups, bands_nm, settings.step_nm)
     paths = one_pass = None
@@ -99,10 +99,10 @@ def render_frame(
             "bound",
             f"part of a lamp's footprint on a tile, where the lamp is partly hidden{arcs}",
         )
-    found, objects = cut_labels(
+    labels, objects = cut_labels(
         view.cut, *label_tiles(world, wide, description, demand.labels)
     )  # an object may extend beyond the field
-    ds = cube.dataset(radiance, **found)
+    ds = cube.dataset(radiance, **labels)
     if by_need:
         ds.attrs["limit_share"] = settings.limit_share()
     # stored beside its light, so that the share of renderer noise in a picture can be computed
@@ -199,11 +199,11 @@ def even_passes(paths):
     """
     groups, bands = len(paths.lamps.groups), len(paths.wavelength_nm)
 
-    def one_pass(seed, samples, wanted=None):
-        found = paths.even_pass(seed, samples, wanted)
-        for g in range(groups) if wanted is None else wanted:
+    def one_pass(seed, samples, groups_wanted=None):
+        sums = paths.even_pass(seed, samples, groups_wanted)
+        for g in range(groups) if groups_wanted is None else groups_wanted:
             for band in range(bands):
-                yield g, band, found[g, band].astype(float) / samples
+                yield g, band, sums[g, band].astype(float) / samples
 
     return one_pass
 

@@ -20,7 +20,7 @@ PAIRS = 1_000_000  # pairs of triangle and tile tested at a time; limits memory
 OFF = 0.25
 
 
-def label_tiles(world, view, description, wanted):
+def label_tiles(world, view, description, label_names):
     """Return the requested labels, and the table of objects if `instance` is among them.
 
     depth : m along the optical axis, negative behind the camera; distance : m along the ray. Both
@@ -30,7 +30,7 @@ def label_tiles(world, view, description, wanted):
     normal : unit vector of the smoothed surface in world axes, turned towards the camera; 0 for the
         sky.
     """
-    if not wanted:
+    if not label_names:
         return {}, None
     numbers = [0]
     for placed in description.objects:
@@ -47,26 +47,26 @@ def label_tiles(world, view, description, wanted):
         world, view.origin_m, direction
     )
     normal *= -np.sign(np.einsum("nk,nk->n", normal, direction))[:, None]
-    found = {
+    labels = {
         "instance": instance.astype(np.uint32),
         "category": np.array(numbers, np.uint16)[instance],
         "distance": distance.astype(np.float32),
         "depth": depth_m(distance, x, y, view.projection).astype(np.float32),
     }
-    found = {name: value.reshape(rows, columns) for name, value in found.items()}
-    found["normal"] = normal.reshape(rows, columns, 3).astype(np.float32)
-    objects = object_table(description, view, found) if "instance" in wanted else None
-    return {name: found[name] for name in wanted}, objects
+    labels = {name: value.reshape(rows, columns) for name, value in labels.items()}
+    labels["normal"] = normal.reshape(rows, columns, 3).astype(np.float32)
+    objects = object_table(description, view, labels) if "instance" in label_names else None
+    return {name: labels[name] for name in label_names}, objects
 
 
 def instances(world, view) -> np.ndarray:
     """Return the number (row, column) of the object at the centre of each tile; 0 for the sky."""
     x, y = (a.ravel() for a in np.meshgrid(view.x, view.y))
-    found = _first_hits(world, view.origin_m, view.to_world(view.rays(x, y)))
-    return found[0].reshape(view.shape)
+    hits = _first_hits(world, view.origin_m, view.to_world(view.rays(x, y)))
+    return hits[0].reshape(view.shape)
 
 
-def cut_labels(cut, found: dict, objects):
+def cut_labels(cut, labels: dict, objects):
     """Return labels and object table without the outermost `cut` (rows, columns). The boxes of
     objects are counted from the remaining tiles.
     """
@@ -74,14 +74,14 @@ def cut_labels(cut, found: dict, objects):
     moved = objects and [
         {**o, "box": [o["box"][0] - cut[1], o["box"][1] - cut[0], *o["box"][2:]]} for o in objects
     ]
-    return {name: values[rows, columns] for name, values in found.items()}, moved
+    return {name: values[rows, columns] for name, values in labels.items()}, moved
 
 
-def object_table(description, view, found) -> list[dict]:
+def object_table(description, view, labels) -> list[dict]:
     """Return the objects that are visible in at least one tile, as dictionaries of plain numbers
     and names.
     """
-    instance = found["instance"]
+    instance = labels["instance"]
     out = []
     for number, placed in enumerate(description.objects, 1):
         rows, columns = np.nonzero(instance == number)
@@ -101,14 +101,14 @@ def object_table(description, view, found) -> list[dict]:
                 "visible_fraction": visible_fraction(
                     description.models[placed.model], placed.pose, view, len(rows)
                 ),
-                "distance_m": float(found["distance"][rows, columns].min()),
+                "distance_m": float(labels["distance"][rows, columns].min()),
                 "position_m": [float(v) for v in np.asarray(placed.pose, float)[:3, 3]],
             }
         )
     return out
 
 
-def visible_fraction(model, pose, view, seen: int) -> float:
+def visible_fraction(model, pose, view, visible_tiles: int) -> float:
     """Return the number of visible tiles of an object divided by the number of tiles that it would
     cover with nothing in front. The second number comes from rasterising the triangles of the
     object.
@@ -128,7 +128,7 @@ def visible_fraction(model, pose, view, seen: int) -> float:
         triangles.append(corners[faces])
     if triangles:
         fill(covered, view, np.concatenate(triangles))
-    return min(1.0, seen / max(int(covered.sum()), seen))
+    return min(1.0, visible_tiles / max(int(covered.sum()), visible_tiles))
 
 
 def _reach_centres(flat, faces, view):

@@ -13,8 +13,8 @@ from pathlib import Path
 
 def unpacked() -> Path | None:
     """Return the libLLVM unpacked below this Python environment, or None."""
-    found = sorted(Path(sys.prefix, "lib", "llvm").glob("libLLVM*.so*"))
-    return found[0] if found else None
+    libraries = sorted(Path(sys.prefix, "lib", "llvm").glob("libLLVM*.so*"))
+    return libraries[0] if libraries else None
 
 
 @cache
@@ -35,10 +35,10 @@ def use_unpacked() -> None:
     )
     waiting = [p for p in sorted(library.parent.glob("*.so*")) if p != library]
     while waiting:
-        left = [p for p in waiting if not _loaded(p)]
-        if len(left) == len(waiting):
+        not_loaded = [p for p in waiting if not _loaded(p)]
+        if len(not_loaded) == len(waiting):
             break
-        waiting = left
+        waiting = not_loaded
 
 
 def _loaded(path: Path) -> bool:

@@ -136,11 +136,11 @@ class MitsubaRenderer:
         """Return whether a light group known from so many paths per tile, with that relative noise
         (None: dark), needs no more of them.
         """
-        asked = self.decided()
-        if asked.error_allowed is None or paths < 2:  # one path knows no noise
-            return asked.error_allowed is None and paths >= asked.samples
-        return paths >= asked.samples and (
-            noise is None or noise <= asked.error_allowed or paths >= asked.most_samples
+        settings = self.decided()
+        if settings.error_allowed is None or paths < 2:  # one path knows no noise
+            return settings.error_allowed is None and paths >= settings.samples
+        return paths >= settings.samples and (
+            noise is None or noise <= settings.error_allowed or paths >= settings.most_samples
         )
 
     def expected_paths(self, paths: int, noise: float | None) -> int:
@@ -149,13 +149,13 @@ class MitsubaRenderer:
         """
         if self.limit_share() is not None:  # what cameras need hangs on the scene most
             return max(paths, LEAST_SAMPLES)
-        asked = self.decided()
-        if asked.error_allowed is None or noise is None:
-            return asked.samples
+        settings = self.decided()
+        if settings.error_allowed is None or noise is None:
+            return settings.samples
         return int(
             min(
-                max(paths * (noise / asked.error_allowed) ** 2, asked.samples),
-                max(asked.most_samples, asked.samples),
+                max(paths * (noise / settings.error_allowed) ** 2, settings.samples),
+                max(settings.most_samples, settings.samples),
             )
         )
 
@@ -213,12 +213,12 @@ class MitsubaRenderer:
         `known` says what earlier renderings found: only paths that they lack are followed, and only
         those are in what is returned.
         """
-        wanted, bands = self._groups(description, demand), self._bands(demand)
-        check_bands(description, wanted, bands)
+        groups, bands = self._groups(description, demand), self._bands(demand)
+        check_bands(description, groups, bands)
         variant = choose_variant(self.variant)
         if variant == SCALAR:
-            self._say_how_slow(len(wanted), len(bands), description.camera.projection)
-        return render_frame(self, description, wanted, bands, demand or Demand(), variant, known)
+            self._say_how_slow(len(groups), len(bands), description.camera.projection)
+        return render_frame(self, description, groups, bands, demand or Demand(), variant, known)
 
     def _say_how_slow(self, groups, bands, projection):
         tiles, asked = self.width * self.height * (1 + 2 * self.margin) ** 2, self.decided()
@@ -241,29 +241,32 @@ class MitsubaRenderer:
             )
 
     def _groups(self, description, demand):
-        there = description.light_groups()
-        if not there:
+        groups_of_scene = description.light_groups()
+        if not groups_of_scene:
             raise ConfigError(
                 f"scene {description.name!r} has no light: no lamp and no sky; "
                 "expected at least one emitter, for example sky=isethdr_core.scene.flat(1e-6)"
             )
-        asked = there if demand is None or demand.groups is None else tuple(demand.groups)
-        for name in set(asked) - set(there):
+        requested = (
+            groups_of_scene if demand is None or demand.groups is None else tuple(demand.groups)
+        )
+        for name in set(requested) - set(groups_of_scene):
             ledger.left_out(
                 f"light group {name}",
                 f"scene {description.name!r} has no such emitter",
                 0.0,
                 "cd/m2",
             )
-        kept = [g for g in there if g in asked]
-        if not kept:
+        chosen = [g for g in groups_of_scene if g in requested]
+        if not chosen:
             raise ConfigError(
                 f"no light group of scene {description.name!r} is asked for: asked"
-                f" {', '.join(asked) or 'none'}" + did_you_mean(asked[0] if asked else "", there)
+                f" {', '.join(requested) or 'none'}"
+                + did_you_mean(requested[0] if requested else "", groups_of_scene)
             )
-        for name in set(there) - set(kept):
+        for name in set(groups_of_scene) - set(chosen):
             ledger.left_out(f"light group {name}", "not demanded", 0.0, "cd/m2", needless=True)
-        return kept
+        return chosen
 
     def check_field(self, width: float, height: float, projection: str) -> None:
         """Refuse a number of tiles that cannot lie on a camera's field: before any work."""
@@ -286,20 +289,21 @@ class MitsubaRenderer:
         if demand is None or demand.wavelength_nm is None:
             return bands
         # a demanded wavelength needs the bands on both sides of it, to interpolate between
-        asked = np.asarray(demand.wavelength_nm, float)
-        near = np.abs(bands[:, None] - asked) < self.step_nm * (1 - 1e-9)
-        kept = bands[near.any(1)]
-        if not len(kept):
+        requested_nm = np.asarray(demand.wavelength_nm, float)
+        matches = np.abs(bands[:, None] - requested_nm) < self.step_nm * (1 - 1e-9)
+        chosen = bands[matches.any(1)]
+        if not len(chosen):
             raise ConfigError(
-                f"no band between {bands[0]:g} and {bands[-1]:g} nm is asked for: asked {asked} nm"
+                f"no band between {bands[0]:g} and {bands[-1]:g} nm is asked for: asked"
+                f" {requested_nm} nm"
             )
-        if len(kept) < len(bands):
+        if len(chosen) < len(bands):
             ledger.left_out(
-                f"{len(bands) - len(kept)} of {len(bands)} bands",
+                f"{len(bands) - len(chosen)} of {len(bands)} bands",
                 "wavelengths not demanded",
                 0.0,
                 "W m-2 sr-1 nm-1",
                 key="bands",
                 needless=True,
             )
-        return kept
+        return chosen

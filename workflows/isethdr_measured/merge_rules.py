@@ -66,7 +66,7 @@ def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[di
                     "asked": "",
                 }
             )
-    return rows + asked(rows, model)
+    return rows + required_figures(rows, model)
 
 
 def rules() -> dict:
@@ -202,7 +202,7 @@ def default_levels(model) -> list[float]:
     return sorted({*np.geomspace(7e-3, 7e5, 33).round(6), *np.round(around, 1)})
 
 
-def asked(rows, model) -> list[dict]:
+def required_figures(rows, model) -> list[dict]:
     """Return rows that test the requirements on the default rule, from 1 e to 4 sd below the end of
     the small photodiode.
 
@@ -266,7 +266,7 @@ def asked(rows, model) -> list[dict]:
 
 def verdict(rows, model) -> dict:
     """Return the worst figures of the default rule in `asked`, as numbers."""
-    bias, variance, fair, beaten = asked(rows, model)
+    bias, variance, fair, beaten = required_figures(rows, model)
     ours = next(r for r in rows if r["rule"] == DEFAULT and r["level_e"] == beaten["level_e"])
     return {
         "worst_bias_percent": 100 * _bias(bias),

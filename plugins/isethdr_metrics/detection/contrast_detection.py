@@ -49,7 +49,7 @@ class Pairs(NamedTuple):
     contrast: np.ndarray  # of the truth
 
 
-class Asked(NamedTuple):
+class Question(NamedTuple):
     """What contrast detection looks at in one region; all of it follows from truth and labels."""
 
     name: str
@@ -115,20 +115,24 @@ class ContrastDetection:
             lambda: self._asked(model.true, labels),
         )
         # all regions at once: many small calls would take several times as long
-        together = Pairs(*(np.concatenate(parts) for parts in zip(*(one.pairs for one in regions))))
-        sizes = [one.pairs.first.size for one in regions]
+        together = Pairs(
+            *(np.concatenate(parts) for parts in zip(*(region.pairs for region in regions)))
+        )
+        sizes = [region.pairs.first.size for region in regions]
         value = self._right_near_medians(model, together, regions)
         ends = np.cumsum(sizes)[:-1]
-        for one, values in zip(regions, np.split(value, ends), strict=True):
-            if one.place is not None:
-                values = np.bincount(one.place, values) / np.bincount(one.place)
+        for region, values in zip(regions, np.split(value, ends), strict=True):
+            if region.place is not None:
+                values = np.bincount(region.place, values) / np.bincount(region.place)
             if values.size:
-                median = median_interval(values, one.independent(values.size))
-                scores.append(Score("contrast_detection", median[0], "", one.name, *median[1:]))
+                median = median_interval(values, region.independent(values.size))
+                scores.append(Score("contrast_detection", median[0], "", region.name, *median[1:]))
             else:
-                what = f"contrast_detection of {one.name}" if one.name else "contrast_detection"
+                title = (
+                    f"contrast_detection of {region.name}" if region.name else "contrast_detection"
+                )
                 why = "no two pixels of the reference picture differ by the lowest contrast"
-                ledger.left_out(what, why, NAN, "probability")
+                ledger.left_out(title, why, NAN, "probability")
         return scores
 
     def map(self, picture, truth):
@@ -158,8 +162,8 @@ class ContrastDetection:
 
         local_y = local(y)
         local_true = once(("local", valid.tobytes()), (truth,), lambda: local(true))
-        kept = np.divide(local_y, local_true, out=np.ones_like(y), where=local_true > 0)
-        mean = true * np.clip(kept, 0.0, 1.0) + np.maximum(local_y - local_true, 0.0)
+        loss = np.divide(local_y, local_true, out=np.ones_like(y), where=local_true > 0)
+        mean = true * np.clip(loss, 0.0, 1.0) + np.maximum(local_y - local_true, 0.0)
         variance = luminance_variance(picture)
         # Local means on both sides. The true luminance is free of noise, which would flatten the
         # line. The mean of the variances has no bias where electrons are few; their median has.
@@ -172,7 +176,7 @@ class ContrastDetection:
         shot = np.divide(variance - read, mean, out=np.zeros_like(y), where=mean > 0)
         return Expected(true, mean, variance, np.clip(shot, 0.0, step), valid)
 
-    def _asked(self, true, labels) -> list[Asked]:
+    def _asked(self, true, labels) -> list[Question]:
         """Return what is looked at in the frame and in each object."""
         frame, *objects = regions_of(true.shape, labels)
         out = [self._of_frame(true)]
@@ -184,18 +188,18 @@ class ContrastDetection:
             )
             places = (np.ravel_multi_index(at, true.shape) for at in drawn)
             pairs, _ = self._with_their_contrast(true, *places)
-            out.append(Asked(region.name, pairs, int(region.mask.sum()), None))
+            out.append(Question(region.name, pairs, int(region.mask.sum()), None))
         return out
 
-    def _of_frame(self, true) -> Asked:
+    def _of_frame(self, true) -> Question:
         """Return the pairs of some pixels with contrast, each with the pixels `reach` away."""
         (height, width), r = true.shape, self.reach
         steps = [(dy, dx) for dy in (-r, 0, r) for dx in (-r, 0, r) if dy or dx]
-        held = np.zeros(height * width, bool)
+        taken_pixels = np.zeros(height * width, bool)
         for dy, dx in steps[4:]:
             firsts = self._with_contrast(true, dy, dx)
-            held[firsts] = held[firsts + dy * width + dx] = True
-        pixels = np.flatnonzero(held)
+            taken_pixels[firsts] = taken_pixels[firsts + dy * width + dx] = True
+        pixels = np.flatnonzero(taken_pixels)
         # the choice is part of the score's definition: the same picture has the same score
         chosen = pixels
         if pixels.size > FRAME_PIXELS:
@@ -213,7 +217,7 @@ class ContrastDetection:
         pairs = Pairs(*(np.concatenate(parts) for parts in zip(*counted)))
         # pixels without any pair that counts are none of the frame's
         _, place = np.unique(np.concatenate(places), return_inverse=True)
-        return Asked("", pairs, pixels.size, place)
+        return Question("", pairs, pixels.size, place)
 
     def _map(self, model):
         (height, width), r = model.true.shape, self.reach
@@ -266,7 +270,7 @@ class ContrastDetection:
         value = of_signals(*_signals(model, pairs), pairs.contrast, self.interval_percent / 100)
         return np.where(_both_valid(model, pairs), value, 0.0)
 
-    def _right_near_medians(self, model: Expected, pairs: Pairs, regions: list[Asked]):
+    def _right_near_medians(self, model: Expected, pairs: Pairs, regions: list[Question]):
         """Return the probability of each pair; only those that may decide the median of their
         region, or the ends of its interval where that is wanted, are worked out.
 
@@ -289,14 +293,14 @@ class ContrastDetection:
         estimate = estimated(bright, dark, pairs.contrast, interval)
         value, bound = np.where(valid, estimate.value, 0.0), np.where(valid, estimate.bound, 0.0)
         for first_guess in (True, False):
-            asked = np.flatnonzero(_may_be_median(value, bound, regions, first_guess))
-            signals = (Signal(*(values[asked] for values in of)) for of in (bright, dark))
-            value[asked] = of_signals(*signals, pairs.contrast[asked], interval)
-            bound[asked] = 0.0
+            uncertain = np.flatnonzero(_may_be_median(value, bound, regions, first_guess))
+            signals = (Signal(*(values[uncertain] for values in of)) for of in (bright, dark))
+            value[uncertain] = of_signals(*signals, pairs.contrast[uncertain], interval)
+            bound[uncertain] = 0.0
         return value
 
 
-def _may_be_median(value, bound, regions: list[Asked], first_guess: bool):
+def _may_be_median(value, bound, regions: list[Question], first_guess: bool):
     """Return which pairs (bool) are uncertain and may decide the median of their region, or the
     ends of its interval where that is wanted.
 
@@ -307,9 +311,9 @@ def _may_be_median(value, bound, regions: list[Asked], first_guess: bool):
     first_guess : the medians are taken to be where they are estimated.
     """
     uncertain, end = bound > 0, 0
-    for one in regions:
-        start, end = end, end + one.pairs.first.size
-        some, place = slice(start, end), one.place
+    for region in regions:
+        start, end = end, end + region.pairs.first.size
+        some, place = slice(start, end), region.place
         if start == end:
             continue
         least, most, middle = value[some] - bound[some], value[some] + bound[some], value[some]
@@ -317,7 +321,7 @@ def _may_be_median(value, bound, regions: list[Asked], first_guess: bool):
             count = np.bincount(place)
             least, most, middle = (np.bincount(place, v) / count for v in (least, most, middle))
         low, high = (middle, middle) if first_guess else (least, most)
-        shares = median_shares(one.independent(len(middle)))
+        shares = median_shares(region.independent(len(middle)))
         # a little wider: sums in another order are rounded differently
         from_below, to_above = _around(low, shares)[0] - TIE, _around(high, shares)[1] + TIE
         near = np.zeros(len(middle), bool)
@@ -424,9 +428,9 @@ def draw_pairs_of(region, reach: int):
     pick = inside[rng.integers(len(inside), size=8 * PAIRS)]
     offsets = np.argwhere(np.hypot(*np.indices((2 * reach + 1,) * 2) - reach) <= reach) - reach
     other = pick + offsets[rng.integers(len(offsets), size=len(pick))]
-    held = np.all((other >= 0) & (other < region.shape), axis=1)
+    in_frame = np.all((other >= 0) & (other < region.shape), axis=1)
     place = other - start
-    within = held & np.all((place >= 0) & (place < mask.shape), axis=1)
-    held[within] = ~mask[tuple(place[within].T)]
-    pick, other = pick[held][:PAIRS], other[held][:PAIRS]
+    within = in_frame & np.all((place >= 0) & (place < mask.shape), axis=1)
+    in_frame[within] = ~mask[tuple(place[within].T)]
+    pick, other = pick[in_frame][:PAIRS], other[in_frame][:PAIRS]
     return tuple(pick.T), tuple(other.T)

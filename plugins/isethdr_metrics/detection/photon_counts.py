@@ -109,8 +109,8 @@ def estimated(bright: Signal, dark: Signal, contrast, interval: float) -> Estima
     np.clip(value, 0.0, 1.0, out=value)
     largest = np.maximum(first.skewness, second.skewness)
     bound = np.where(largest < 0.4, 0.007 + 0.06 * largest, 0.18 * largest)
-    known = np.minimum(first.read_e2, second.read_e2) >= ESTIMATED_READ_NOISE_E**2
-    return Estimate(value, np.where(normal, 0.0, np.where(known, bound, 1.0)))
+    noisy_enough = np.minimum(first.read_e2, second.read_e2) >= ESTIMATED_READ_NOISE_E**2
+    return Estimate(value, np.where(normal, 0.0, np.where(noisy_enough, bound, 1.0)))
 
 
 def representation(signal: Signal) -> np.ndarray:
@@ -156,8 +156,8 @@ def _electrons(signal: Signal):
     lit = (signal.step > 0) & (signal.mean > 0)
     step = np.where(lit, signal.step, 1.0)
     counts = np.where(lit, signal.mean / step, 0.0)
-    rest = signal.variance / step**2 - counts
-    return counts, np.where(rest > NO_READ_NOISE * (counts + 1), rest, 0.0)
+    excess_variance = signal.variance / step**2 - counts
+    return counts, np.where(excess_variance > NO_READ_NOISE * (counts + 1), excess_variance, 0.0)
 
 
 def _mixture(signal: Signal, kind: int) -> Mixture:

@@ -163,10 +163,10 @@ class LampTables:
         # light counts on the side of the surface from which the path came
         side = si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))
         cos_lamp, cos_here = -dr.dot(d, normal), dr.dot(d, side)
-        seen = active & (cos_lamp > 0) & (cos_here > 0)
+        lit = active & (cos_lamp > 0) & (cos_here > 0)
         pattern = _cone(-dr.dot(d, axis), inner, outer)
-        pattern = self.grids.pattern(lamp, -d, axis, pattern, seen)
-        sent = dr.select(seen, peak * (pattern + floor) / (1 + floor), 0)
+        pattern = self.grids.pattern(lamp, -d, axis, pattern, lit)
+        sent = dr.select(lit, peak * (pattern + floor) / (1 + floor), 0)
         return p, d, sent, cos_here, _density(per_area, r2, cos_lamp)
 
     @dr.syntax

@@ -35,42 +35,42 @@ class NearList(NamedTuple):
     slots: np.ndarray  # (block, slot) of the other lamps
 
 
-def near_list(known, slots, chance) -> NearList:
+def near_list(known_lamps, slots, chance) -> NearList:
     """Return the near lamps of each block.
 
     Parameters
     ----------
-    known : (block,) whether some lamp lights a point of the block; otherwise no lamp is near.
+    known_lamps : (block,) whether some lamp lights a point of the block; otherwise no lamp is near.
     slots : (block, slot) numbers of lamps; all slots are equally likely.
     chance : (block, lamp) share of the slots that a lamp has.
     """
     blocks, count = chance.shape
     order = np.argsort(-chance, axis=1, kind="stable")[:, :MOST_NEAR]
     least = max(SEEN / slots.shape[1], LEAST_SHARE)
-    length = (np.take_along_axis(chance, order, 1) > least).sum(1) * known
+    length = (np.take_along_axis(chance, order, 1) > least).sum(1) * known_lamps
     rows, places = np.arange(blocks)[:, None], np.arange(order.shape[1])
-    near = np.zeros(chance.shape, bool)
-    near[rows, order] = places < length[:, None]
+    near_mask = np.zeros(chance.shape, bool)
+    near_mask[rows, order] = places < length[:, None]
     lamps = np.zeros((blocks, MOST_NEAR), int)
     lamps[:, : order.shape[1]] = order
-    return NearList(lamps, length, _without(slots, chance, near))
+    return NearList(lamps, length, _without(slots, chance, near_mask))
 
 
-def _without(slots, chance, near):
-    """Return slots (block, slot) without the lamps that are `near` (block, lamp). Each other lamp
+def _without(slots, chance, near_mask):
+    """Return slots (block, slot) without the near lamps, `near_mask` (block, lamp). Each other lamp
     has at least as many slots as before. A block without other lamps does not change.
     """
-    rest = np.where(near, 0.0, chance)
-    some = near.any(1) & (rest.sum(1) > 0)
-    ends = np.cumsum(rest[some], axis=1)
+    far_chance = np.where(near_mask, 0.0, chance)
+    some = near_mask.any(1) & (far_chance.sum(1) > 0)
+    ends = np.cumsum(far_chance[some], axis=1)
     ends /= ends[:, -1:]
     blocks, places = len(ends), slots.shape[1]
     # every other lamp's share has grown beyond a slot's, so that it holds the middle of one
     at = (np.arange(places) + 0.5) / places
     row = np.arange(blocks)[:, None]
-    found = np.searchsorted((ends + row).ravel(), (at + row).ravel()).reshape(blocks, places)
+    positions = np.searchsorted((ends + row).ravel(), (at + row).ravel()).reshape(blocks, places)
     out = slots.copy()
-    out[some] = found - row * chance.shape[1]
+    out[some] = positions - row * chance.shape[1]
     return out
 
 
@@ -87,9 +87,9 @@ class NearLamps:
         blocks : number of blocks.
         """
         self.lamps, self.lengths = [], []
-        for found, mine in zip(lists, map(np.asarray, members), strict=True):
-            lamps, length = (np.zeros(1), np.zeros(1)) if found is None else found[:2]
-            if found is not None:
+        for list_lengths, mine in zip(lists, map(np.asarray, members), strict=True):
+            lamps, length = (np.zeros(1), np.zeros(1)) if list_lengths is None else list_lengths[:2]
+            if list_lengths is not None:
                 lamps = mine[lamps]
             self.lamps.append(mi.UInt32(aligned(lamps, np.uint32)))
             self.lengths.append(mi.UInt32(aligned(length, np.uint32)))

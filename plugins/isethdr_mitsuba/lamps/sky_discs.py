@@ -25,8 +25,8 @@ def disc_mesh(disc: SkyDisc, camera_m) -> tuple[np.ndarray, np.ndarray]:
     side /= np.linalg.norm(side)
     other = np.cross(towards, side)
     # the polygon's area is that of the disc
-    same = np.sqrt(2 * np.pi / (SIDES * np.sin(2 * np.pi / SIDES)))
-    radius = FAR_M * np.tan(np.radians(disc.diameter_deg / 2)) * same
+    equal_area = np.sqrt(2 * np.pi / (SIDES * np.sin(2 * np.pi / SIDES)))
+    radius = FAR_M * np.tan(np.radians(disc.diameter_deg / 2)) * equal_area
     turn = 2 * np.pi * np.arange(SIDES) / SIDES
     rim = radius * (np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * other)
     vertices = np.asarray(camera_m, float) + FAR_M * towards + np.vstack([np.zeros(3), rim])
@@ -35,9 +35,10 @@ def disc_mesh(disc: SkyDisc, camera_m) -> tuple[np.ndarray, np.ndarray]:
     return vertices, faces
 
 
-def disc_lamps(description: SceneDescription, wanted: bool) -> list[PlacedLamp]:
-    """Return sun and moon as lamps of the light group `sky`, dark unless `wanted`; as objects they
-    are the sky, number 0.
+def disc_lamps(description: SceneDescription, include_sun: bool) -> list[PlacedLamp]:
+    """Return sun and moon as lamps of the light group `sky`, dark unless `include_sun`.
+
+    Their object number is 0, that of the sky.
     """
     out = []
     for disc in discs_of(description):
@@ -45,7 +46,7 @@ def disc_lamps(description: SceneDescription, wanted: bool) -> list[PlacedLamp]:
         luminance = float(disc.radiance.at(SPECTRUM_NM) @ v_lambda(SPECTRUM_NM)) * LM_PER_W
         candela = luminance * disc.solid_angle_sr() * FAR_M**2
         lamp = Lamp(disc.name, "sky", candela, disc.radiance, tuple(-disc.direction()))
-        level = luminance * wanted
+        level = luminance * include_sun
         axis = -disc.direction()
         out.append(PlacedLamp(0, "sky", lamp, vertices[faces], axis, level, 0.0, 0.0, 0.0))
     return out

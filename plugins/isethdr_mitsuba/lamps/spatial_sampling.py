@@ -58,20 +58,20 @@ class Chances:
         chance, self.slots, self.count = np.zeros((places, len(strength))), [], []
         blocks, lists = across * down, []
         for mine in map(np.array, members):
-            slots, near = np.zeros((1, 1), int), None  # for a group without lamps; never read
+            slots, near_lamps = np.zeros((1, 1), int), None  # for a group without lamps; never read
             if len(mine):
                 voted = votes(places, place, light[:, mine])
                 own = slots_of(voted, strength[mine])
-                known = voted[:blocks].any(1)
-                near = near_list(known, own[:blocks], shares_of(own[:blocks], len(mine)))
-                own[:blocks] = near.slots
+                has_votes = voted[:blocks].any(1)
+                near_lamps = near_list(has_votes, own[:blocks], shares_of(own[:blocks], len(mine)))
+                own[:blocks] = near_lamps.slots
                 share, slots = shares_of(own, len(mine)), mine[own]
                 # if all lamps are near, none is left to choose: the slots then hold lamps that
                 # count as 0
-                listed = np.arange(near.lamps.shape[1]) < near.length[:, None]
-                share[np.nonzero(listed)[0], near.lamps[listed]] = 0.0
+                listed = np.arange(near_lamps.lamps.shape[1]) < near_lamps.length[:, None]
+                share[np.nonzero(listed)[0], near_lamps.lamps[listed]] = 0.0
                 chance[:, mine] = share
-            lists.append(near)
+            lists.append(near_lamps)
             self.slots.append(mi.UInt32(aligned(slots, np.uint32)))
             self.count.append(dr.opaque(mi.UInt32, slots.shape[1]))
         self.chance, self.lamps = (
@@ -103,12 +103,13 @@ class Chances:
         return dr.gather(mi.Float, self.chance, place * self.lamps + lamp, active)
 
 
-def cell_of(away):
-    """Return the number of the cell at the horizontal displacement `away` from the camera."""
+def cell_of(distance):
+    """Return the number of the cell at the horizontal displacement `distance` from the camera."""
     around, rings = CELLS
-    turn = dr.atan2(away.y, away.x) / (2 * dr.pi) + 0.5
+    turn = dr.atan2(distance.y, distance.x) / (2 * dr.pi) + 0.5
     ring = dr.log(
-        dr.maximum(dr.sqrt(away.x * away.x + away.y * away.y), RINGS_M[0]) / RINGS_M[0]
+        dr.maximum(dr.sqrt(distance.x * distance.x + distance.y * distance.y), RINGS_M[0])
+        / RINGS_M[0]
     ) * (rings / np.log(RINGS_M[1] / RINGS_M[0]))
     return dr.minimum(mi.UInt32(turn * around), around - 1) * rings + dr.minimum(
         mi.UInt32(ring), rings - 1
@@ -119,8 +120,8 @@ def votes(places: int, place, light) -> np.ndarray:
     """Return the sum of votes (place, lamp) of the points at `place` (point,). A vote is the share
     of each lamp in the light (point, lamp) of the point, so that bright points do not count more.
     """
-    out, whole = np.zeros((places, light.shape[1])), light.sum(1, keepdims=True)
-    np.add.at(out, place, np.divide(light, whole, out=np.zeros(light.shape), where=whole > 0))
+    out, total = np.zeros((places, light.shape[1])), light.sum(1, keepdims=True)
+    np.add.at(out, place, np.divide(light, total, out=np.zeros(light.shape), where=total > 0))
     return out
 
 
@@ -142,21 +143,21 @@ def slots_of(light, strength) -> np.ndarray:
     ends /= ends[:, -1:]
     at = (np.arange((SLOTS - 1) * count) + 0.5) / ((SLOTS - 1) * count)
     place = np.arange(len(light))[:, None]
-    found = (
+    slots = (
         np.searchsorted((ends + place).ravel(), (at + place).ravel()).reshape(len(light), -1)
         - place * count
     )
-    return np.hstack([np.tile(np.arange(count), (len(light), 1)), np.clip(found, 0, count - 1)])
+    return np.hstack([np.tile(np.arange(count), (len(light), 1)), np.clip(slots, 0, count - 1)])
 
 
 def shares_of(slots, count: int) -> np.ndarray:
     """Return the share of slots (place, slot) that each of `count` lamps holds (place, lamp)."""
-    places, each = slots.shape
+    places, per_place = slots.shape
     return (
         np.bincount(
             (np.arange(places)[:, None] * count + slots).ravel(), minlength=places * count
         ).reshape(places, count)
-        / each
+        / per_place
     )
 
 
@@ -219,9 +220,9 @@ def _met(scene, hits, surfaces, ray, active=True):
     si, shape = hits.meet(scene, ray, mi.Bool(active))
     lit = active & si.is_valid()
     lit &= surfaces.is_smooth(surfaces.material_at(shape, lit), lit)
-    found = mi.Point3f(si.p), mi.Normal3f(si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))), lit
-    dr.eval(*found)
-    return found
+    hit = mi.Point3f(si.p), mi.Normal3f(si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))), lit
+    dr.eval(*hit)
+    return hit
 
 
 def _tried(scene, lamps, middle, reach, area, p, n, lit):

@@ -18,24 +18,27 @@ def seen_points(scene, view) -> np.ndarray:
     rows, columns = view.shape
     step = max(1, int(np.sqrt(rows * columns / POINTS)))
     x, y = np.meshgrid(view.x[step // 2 :: step], view.y[step // 2 :: step])
-    found = []
+    points = []
     for d in view.to_world(view.rays(x.ravel(), y.ravel())):
         hit = scene.ray_intersect_preliminary(mi.Ray3f(view.origin_m, d))
         if hit.is_valid():
-            found.append(view.origin_m + hit.t * d)
-    return np.reshape(found, (-1, 3))
+            points.append(view.origin_m + hit.t * d)
+    return np.reshape(points, (-1, 3))
 
 
 def illuminance(spots: list[Spot], points) -> tuple[np.ndarray, np.ndarray]:
     """Return (spot, point) illuminance, lx, of faces turned towards each spot with nothing in
     between; and distance, m.
     """
-    found, distance = np.zeros((len(spots), len(points))), np.ones((len(spots), len(points)))
+    illuminance_lx, distance = (
+        np.zeros((len(spots), len(points))),
+        np.ones((len(spots), len(points))),
+    )
     for k, s in enumerate(spots):
         way = points - s.point
         distance[k] = np.maximum(np.linalg.norm(way, axis=1), 1e-3)
-        found[k] = s.candela(way / distance[k][:, None]) / distance[k] ** 2
-    return found, distance
+        illuminance_lx[k] = s.candela(way / distance[k][:, None]) / distance[k] ** 2
+    return illuminance_lx, distance
 
 
 def shares(spots: list[Spot], lux) -> np.ndarray:

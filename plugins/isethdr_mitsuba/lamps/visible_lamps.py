@@ -37,14 +37,14 @@ def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
     level = {}  # (group, spectrum) -> luminance per tile
     error = 0.0 if view.projection == "tangent" else 4 * OFF
     for lot in _lots(lamps, groups, view):
-        for key, tile, value, seen in _luminances(world, view, lamps, lot):
+        for key, tile, value, visible_share in _luminances(world, view, lamps, lot):
             where = groups.index(key.group), spectra.index(key.spectrum)
             np.add.at(
                 level.setdefault(where, np.zeros(tiles)),
                 tile,
                 value / (view.pitch_x * view.pitch_y),
             )
-            if np.any((seen > 0) & (seen < 1)):
+            if np.any((visible_share > 0) & (visible_share < 1)):
                 error = max(error, 1 / POINTS)
     layer = np.zeros((len(groups), len(bands_nm), tiles))
     for (g, s), luminance in level.items():
@@ -169,11 +169,11 @@ def cut(polygon, plane, least=0.0):
     both = np.stack([polygon, meeting], 2).reshape(count, 2 * corners, 3)
     used = np.stack([inside, crosses], 2).reshape(count, 2 * corners)
     order = np.argsort(~used, axis=1, kind="stable")[:, : corners + 1]
-    kept = np.minimum(used.sum(1), corners + 1)
-    last = np.maximum(kept - 1, 0)[:, None]
+    corner_count = np.minimum(used.sum(1), corners + 1)
+    last = np.maximum(corner_count - 1, 0)[:, None]
     order = np.take_along_axis(order, np.minimum(np.arange(order.shape[1]), last), 1)
     out = np.take_along_axis(both, order[..., None], 1)
-    out[kept < 3] = np.nan
+    out[corner_count < 3] = np.nan
     return out
 
 
@@ -186,8 +186,10 @@ def _luminances(world, view, lamps, lot):
     indices = np.repeat([entry[0] for entry in lot], counts)
     directions = np.concatenate([direction for _, direction, _ in rays])
     distances = np.concatenate([distance.ravel() for *_, distance in rays])
-    seen = np.split(_sees(world, view, directions, distances, indices), np.cumsum(counts)[:-1])
-    for (index, tile, *_), (area, direction, distance), sees in zip(lot, rays, seen, strict=True):
+    visible = np.split(_sees(world, view, directions, distances, indices), np.cumsum(counts)[:-1])
+    for (index, tile, *_), (area, direction, distance), sees in zip(
+        lot, rays, visible, strict=True
+    ):
         placed, sees = lamps[index], sees.reshape(distance.shape)
         pattern = placed.relative(-direction).reshape(distance.shape)
         value = area * placed.peak_cd_m2 * (pattern * sees).mean(1)

@@ -34,12 +34,12 @@ class HitTables:
         )
         faces = [f + np.uint32(start) for f, start in zip(faces, starts, strict=True)]
         # without any surface: one corner that no ray meets
-        whole = lambda arrays: np.concatenate(arrays) if arrays else np.zeros(3)
-        numbers = lambda arrays: mi.Float(aligned(whole(arrays), np.float32))
+        joined = lambda arrays: np.concatenate(arrays) if arrays else np.zeros(3)
+        numbers = lambda arrays: mi.Float(aligned(joined(arrays), np.float32))
         self.positions, self.normals, self.faces = (
             numbers(positions),
             numbers(normals),
-            mi.UInt32(aligned(whole(faces), np.uint32)),
+            mi.UInt32(aligned(joined(faces), np.uint32)),
         )
         triangle = dict(zip(map(id, meshes), map(int, first), strict=True))
         self.first = mi.UInt32(world.table(lambda s: triangle.get(id(s), 0)))
@@ -66,29 +66,33 @@ class HitTables:
         """Return the SurfaceInteraction3f of the first hit of `ray`, with t (infinite without one),
         p, n, sh_frame, wi and wavelengths, and the shape's number.
         """
-        found = scene.ray_intersect_preliminary(ray, active=active)
-        hit = active & found.is_valid()
+        preliminary = scene.ray_intersect_preliminary(ray, active=active)
+        hit = active & preliminary.is_valid()
         # 0, no instance, is a shape written out at its place; of an instance Mitsuba says which of
         # its parts
-        placed = dr.reinterpret_array(mi.UInt32, found.instance)
+        placed = dr.reinterpret_array(mi.UInt32, preliminary.instance)
         part = dr.gather(
             mi.UInt32,
             self.parts,
-            dr.gather(mi.UInt32, self.part, placed, hit) + found.shape_index,
+            dr.gather(mi.UInt32, self.part, placed, hit) + preliminary.shape_index,
             hit & (placed > 0),
         )
-        shape = dr.select(placed > 0, part, dr.reinterpret_array(mi.UInt32, found.shape))
+        shape = dr.select(placed > 0, part, dr.reinterpret_array(mi.UInt32, preliminary.shape))
         si = dr.zeros(mi.SurfaceInteraction3f)
-        si.t, si.time, si.wavelengths = dr.select(hit, found.t, dr.inf), ray.time, ray.wavelengths
+        si.t, si.time, si.wavelengths = (
+            dr.select(hit, preliminary.t, dr.inf),
+            ray.time,
+            ray.wavelengths,
+        )
         corner = dr.gather(
             mi.Vector3u,
             self.faces,
-            dr.gather(mi.UInt32, self.first, shape, hit) + found.prim_index,
+            dr.gather(mi.UInt32, self.first, shape, hit) + preliminary.prim_index,
             hit,
         )
         at = lambda table: [dr.gather(mi.Vector3f, table, corner[k], hit) for k in range(3)]
         a, b, c = at(self.positions)
-        u, v = found.prim_uv.x, found.prim_uv.y
+        u, v = preliminary.prim_uv.x, preliminary.prim_uv.y
         ab, ac = b - a, c - a
         across = dr.cross(ab, ac)
         na, nb, nc = at(self.normals)

@@ -92,12 +92,14 @@ class Paths:
         """Return a bit mask with the bits of all light groups set."""
         return (1 << len(self.lamps.groups)) - 1
 
-    def even_pass(self, seed: int, samples: int, wanted=None) -> np.ndarray:
+    def even_pass(self, seed: int, samples: int, group_numbers=None) -> np.ndarray:
         """Return radiance (group, band, tile), summed over `samples` paths of each tile. The sum is
-        float32, so `samples` should not exceed 1024. Groups not in `wanted` (numbers; None: all)
+        float32, so `samples` should not exceed 1024. Groups not in `group_numbers` (numbers; None: all)
         are 0.
         """
-        groups = self.all_groups() if wanted is None else sum(1 << int(g) for g in wanted)
+        groups = (
+            self.all_groups() if group_numbers is None else sum(1 << int(g) for g in group_numbers)
+        )
         tiles = self.view.shape[0] * self.view.shape[1]
         return self.launch(seed, even_work(tiles, samples, groups)).radiance
 
@@ -119,14 +121,17 @@ class Paths:
         row, column = row + self.view.cut[0], column + self.view.cut[1]
         # number of a tile in the complete grid; its random numbers depend on it
         rows, columns = self.view.whole
-        whole = (work.streams * rows + row) * columns + column
-        each = lambda values: mi.UInt32(aligned(values, np.uint32))
-        at_items = lambda values: each(values[work.owner])
+        stream_numbers = (work.streams * rows + row) * columns + column
+        device_vector = lambda values: mi.UInt32(aligned(values, np.uint32))
+        at_items = lambda values: device_vector(values[work.owner])
         items = _Items(
             at_items(row),
             at_items(column),
-            at_items(whole),
-            *map(each, (work.owner, work.lane, work.lanes, work.paths, work.shares, work.groups)),
+            at_items(stream_numbers),
+            *map(
+                device_vector,
+                (work.owner, work.lane, work.lanes, work.paths, work.shares, work.groups),
+            ),
         )
         return _trace(
             self.world.scene,
@@ -202,8 +207,8 @@ def _light_of(scene, surfaces, spectra, place, si, material, colour, beta, aimed
 
 @dr.syntax
 def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, weights, max_depth):
-    row, column, tile, owner, lane, lanes, left, most_shares, wanted = items
-    on = [(wanted & (1 << g)) != 0 for g in range(len(lamps.groups))]
+    row, column, tile, owner, lane, lanes, left, most_shares, groups_wanted = items
+    on = [(groups_wanted & (1 << g)) != 0 for g in range(len(lamps.groups))]
     # place from which lamps are chosen, and the number of candidates
     block, origin = lamps.chances.block(row, column), mi.UInt32(0)
     tries = mi.UInt32(CANDIDATES)
@@ -254,10 +259,10 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
         material = surfaces.material_at(shape, hit)
 
         # light that a path hits by itself: the sky always, a lamp only after the first surface
-        seen = dr.select(
+        visible = dr.select(
             depth == 0, sky_row + lamps.sky_rows, sky_row
         )  # all paths of one camera ray use the mean of the sky
-        colour = spectra.at(place, dr.select(hit, material, seen), going)
+        colour = spectra.at(place, dr.select(hit, material, visible), going)
         if dr.hint(sky >= 0, mode="scalar"):
             level = dr.select(going & ~hit & on[sky], dr.select(depth == 0, mi.Float(shares), 1), 0)
             if dr.hint(lamps.dome is None, mode="scalar"):
@@ -267,20 +272,22 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
                 if level > 0:
                     # a tile of pure sky takes the value at its centre, and so has no noise
                     way_out = dr.select(depth == 0, centre, ray.d)
-                    shine = lamps.dome.light(spectra, place, seen, way_out, level > 0)
+                    shine = lamps.dome.light(spectra, place, visible, way_out, level > 0)
                     for k in range(packets):
                         total[sky][k] += beta[k] * shine[k] * level
         if dr.hint(len(lit) > 0, mode="scalar"):
             lamp = lamps.lamp_at(shape, hit & (depth > 0))
             cos_lamp = -dr.dot(ray.d, si.n)
-            found = (lamp != lamps.none) & (cos_lamp > 0)
-            if found:
-                level = lamps.luminance(lamp, -ray.d, found)
-                rival = lamps.rival(lamp, origin, tries, dr.square(si.t), cos_lamp, found)
+            has_lamp = (lamp != lamps.none) & (cos_lamp > 0)
+            if has_lamp:
+                level = lamps.luminance(lamp, -ray.d, has_lamp)
+                rival = lamps.rival(lamp, origin, tries, dr.square(si.t), cos_lamp, has_lamp)
                 level *= dr.select(specular, 1, bsdf_density / (bsdf_density + rival))
-                mine = dr.gather(mi.UInt32, lamps.group, lamp, found)
+                mine = dr.gather(mi.UInt32, lamps.group, lamp, has_lamp)
                 light = spectra.at(
-                    place, spectra.lights + dr.gather(mi.UInt32, lamps.row, lamp, found), found
+                    place,
+                    spectra.lights + dr.gather(mi.UInt32, lamps.row, lamp, has_lamp),
+                    has_lamp,
                 )
                 for g in lit:
                     for k in range(packets):
@@ -317,11 +324,11 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
         for g in lit:
             if smooth & on[g]:
                 aimed = lamps.choose(g, group_rng[g], si, origin, tries, smooth)
-                found = _light_of(
+                has_lamp = _light_of(
                     scene, surfaces, spectra, place, si, material, colour, beta, aimed
                 )
                 for k in range(packets):
-                    total[g][k] += found[k]
+                    total[g][k] += has_lamp[k]
         # at the first surface, one more shadow ray for each near lamp
         for g in lit:
             turn = mi.UInt32(0)
@@ -329,11 +336,11 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
             count = dr.select(near, lamps.near_count(g, block, near), 0)
             while turn < count:
                 aimed = lamps.near_point(g, turn, group_rng[g], si, block, near)
-                found = _light_of(
+                has_lamp = _light_of(
                     scene, surfaces, spectra, place, si, material, colour, beta, aimed
                 )
                 for k in range(packets):
-                    total[g][k] += found[k]
+                    total[g][k] += has_lamp[k]
                 turn += 1
 
         # continue with the next segment

@@ -66,15 +66,15 @@ class Rounds:
         """Follow the paths of a lot into a buffer."""
         for start in range(0, len(lot.tiles), LARGEST_LIST):
             part = slice(start, start + LARGEST_LIST)
-            left = lot.paths[part]
-            while left.any():
-                now, on = np.minimum(left, LONGEST), np.flatnonzero(left)
+            paths_left = lot.paths[part]
+            while paths_left.any():
+                now, on = np.minimum(paths_left, LONGEST), np.flatnonzero(paths_left)
                 words = np.random.SeedSequence(self.seed, spawn_key=(self.first, self.launches))
                 work = listed_work(lot.tiles[part][on], now[on], lot.groups[part][on])
-                found = self.paths.launch(int(words.generate_state(1)[0]), work)
-                self.buffers[buffer].add(work, found)
+                sums = self.paths.launch(int(words.generate_state(1)[0]), work)
+                self.buffers[buffer].add(work, sums)
                 self.launches += 1
-                left = left - now
+                paths_left = paths_left - now
 
     def pilot(self) -> None:
         """Follow the first paths of all tiles and groups."""
@@ -90,13 +90,15 @@ class Rounds:
         """
         weights = [limit.weights.get(group, 0.0) for group in self.paths.lamps.groups]
         allowed = share * limit.xyz.reshape(3, -1)
-        each = [path_variance([tally], self.near) for tally in self.buffers]
-        of_batches = sum(v * share_of(t) for v, t in zip(each, self.buffers))
+        variances = [path_variance([tally], self.near) for tally in self.buffers]
+        of_batches = sum(v * share_of(t) for v, t in zip(variances, self.buffers))
         scale, plans = spread_of_buffers(*self.buffers, of_batches), []
-        for buffer, variance in zip(self.buffers, reversed(each)):
-            wanted = need_plan.needed(scale * variance, allowed, weights, self.group_us) / 2
-            wanted = np.minimum(wanted, np.minimum(GROWTH * buffer.paths, self.most / 2))
-            plans.append(need_plan.more_paths(wanted, buffer.paths))
+        for buffer, variance in zip(self.buffers, reversed(variances)):
+            paths_needed = need_plan.needed(scale * variance, allowed, weights, self.group_us) / 2
+            paths_needed = np.minimum(
+                paths_needed, np.minimum(GROWTH * buffer.paths, self.most / 2)
+            )
+            plans.append(need_plan.more_paths(paths_needed, buffer.paths))
         added = float(sum(more.max(0).mean() for more in plans))
         title = f"round {number}: {added:.3g} paths per tile where noise is seen"
         every = [(buffer, lot) for buffer in range(2) for lot in need_plan.lots(plans[buffer])]
@@ -121,8 +123,8 @@ class Rounds:
         """Return standard errors (group, 3, tile) of X, Y and Z, cd/m2: as batches tell them tile
         by tile, times what the buffers tell of the whole group.
         """
-        each = path_variance(self.buffers, self.near)
-        of_batches = each * sum(share_of(t) for t in self.buffers)
+        variances = path_variance(self.buffers, self.near)
+        of_batches = variances * sum(share_of(t) for t in self.buffers)
         return np.sqrt(spread_of_buffers(*self.buffers, of_batches) * of_batches)
 
     def half_difference(self) -> np.ndarray:

@@ -43,19 +43,19 @@ def needed(variance: np.ndarray, limit: np.ndarray, weights, group_us) -> np.nda
     root, us = np.sqrt(relative.max(1)), np.sqrt(group_us)[:, None]
     paths = root / us * (root * us).sum(0)
     cost = np.asarray(group_us) @ paths
-    seen = np.isfinite(limit).any(0)
-    if not seen.any():
+    has_limit = np.isfinite(limit).any(0)
+    if not has_limit.any():
         return np.zeros_like(paths)
-    dearest = np.quantile(cost[seen], 1 - GIVEN_UP)
+    dearest = np.quantile(cost[has_limit], 1 - GIVEN_UP)
     return paths * np.where(cost > dearest, dearest / np.where(cost > 0, cost, 1), 1)
 
 
-def more_paths(wanted: np.ndarray, have: np.ndarray) -> np.ndarray:
+def more_paths(planned: np.ndarray, have: np.ndarray) -> np.ndarray:
     """Return the paths (group, tile) that are added to those there are: whole steps, none for
     little.
     """
-    steps = np.ceil(np.maximum(wanted - have, 0) / STEP).astype(int) * STEP
-    return np.where(wanted > WORTH * have, steps, 0)
+    steps = np.ceil(np.maximum(planned - have, 0) / STEP).astype(int) * STEP
+    return np.where(planned > WORTH * have, steps, 0)
 
 
 def lots(more: np.ndarray) -> Iterator[Lot]:

@@ -98,12 +98,14 @@ def estimate(
         _Sums(known, wavelength_nm, shape, settings.seed, judged or (slice(None),) * 2),
         math.prod(whole or shape),
     )
-    for wanted in sums.alike(range(len(groups))):
-        stored = known[wanted[0]].paths
+    for same_paths in sums.alike(range(len(groups))):
+        stored = known[same_paths[0]].paths
         lacking = max(settings.samples - stored, 0)
         # where the noise matters, follow enough passes to measure it
         fewest = LEAST_PASSES if lacking and (stored or settings.error_allowed is not None) else 0
-        sums.add_all(one_pass, pass_sizes(max(lacking, fewest), tiles), wanted, "passes of paths")
+        sums.add_all(
+            one_pass, pass_sizes(max(lacking, fewest), tiles), same_paths, "passes of paths"
+        )
     if settings.error_allowed is not None:
         _refine(one_pass, settings, sums, tiles)
     return Estimate(
@@ -125,14 +127,14 @@ def _refine(one_pass, settings, sums, tiles):
     """
     while True:
         noise, paths = sums.whole_noise(), sums.whole_paths()
-        wanted = [
+        unfinished = [
             g
             for g in range(len(noise))
             if noise[g] > settings.error_allowed and paths[g] < settings.most_samples
         ]
-        if not wanted:
+        if not unfinished:
             return
-        for some in sums.alike(wanted):
+        for some in sums.alike(unfinished):
             done = int(paths[some[0]])
             fewest = 1 if sums.passes[some].all() else LEAST_PASSES
             more = max(min(next_rung(done), settings.most_samples) - done, fewest)
@@ -164,37 +166,37 @@ class _Sums:
             np.zeros(groups),
         )
 
-    def alike(self, wanted) -> list[list[int]]:
-        """Return the `wanted` groups in lists. The groups of one list have the same number of paths
+    def alike(self, groups) -> list[list[int]]:
+        """Return the `groups` groups in lists. The groups of one list have the same number of paths
         and the same next path, so that one pass serves them all.
         """
         lots: dict[tuple, list[int]] = {}
-        for g in wanted:
+        for g in groups:
             lots.setdefault((self._next(g), int(self.whole_paths()[g])), []).append(g)
         return list(lots.values())
 
     def _next(self, g) -> int:
         return self.known[g].next + int(self.paths[g])
 
-    def add_all(self, one_pass, sizes, wanted, title):
+    def add_all(self, one_pass, sizes, groups, title):
         for samples in track(sizes, title) if sizes else ():
-            self.add(one_pass, samples, wanted)
+            self.add(one_pass, samples, groups)
 
-    def add(self, one_pass, samples, wanted):
+    def add(self, one_pass, samples, groups):
         # the number of the first path seeds a pass, so that equal paths get equal random numbers
         seed = int(
-            np.random.SeedSequence(self.seed, spawn_key=(self._next(wanted[0]),)).generate_state(1)[
+            np.random.SeedSequence(self.seed, spawn_key=(self._next(groups[0]),)).generate_state(1)[
                 0
             ]
         )
         start = time.perf_counter()
         xyz = np.zeros(self.squares.shape)
-        for g, band, values in one_pass(seed, samples, wanted):
+        for g, band, values in one_pass(seed, samples, groups):
             values = np.asarray(values, float)
             self.total[g, band] += values * samples
             xyz[g] += self.weights[:, band, None] * values
         self.squares += samples * xyz**2
-        for g in wanted:
+        for g in groups:
             fewer = (
                 -1 if self.more[g, 0] > 0 else 1
             )  # each pass goes to the half that has fewer paths
@@ -204,9 +206,9 @@ class _Sums:
             to_half = samples * np.array([fewer, pair, fewer * pair])
             self.apart[g] += to_half[:, None] * xyz[g, 1]
             self.more[g] += to_half
-        self.paths[wanted] += samples
-        self.passes[wanted] += 1
-        self.seconds[wanted] += time.perf_counter() - start
+        self.paths[groups] += samples
+        self.passes[groups] += 1
+        self.seconds[groups] += time.perf_counter() - start
 
     def whole_paths(self):
         return self.paths + [k.paths for k in self.known]
@@ -243,9 +245,9 @@ class _Sums:
                 )
                 used = level > 0.01 * level.mean()
                 halves = self._half_differences(g)
-                known = [self._judged(half)[used] for half in halves if np.isfinite(half[0])]
+                estimates = [self._judged(half)[used] for half in halves if np.isfinite(half[0])]
                 if used.any():
-                    out[g] = group_noise(level[used], np.array(known), spread[used])
+                    out[g] = group_noise(level[used], np.array(estimates), spread[used])
         return out
 
     def _level(self, g):
@@ -303,9 +305,9 @@ class _Sums:
         one half has nearly all paths; the first split is never NaN.
         """
         share = (self.more[g] / self.paths[g])[:, None]
-        rest = 1 - share**2
-        rest[1:][np.abs(share[1:]) > ONE_SIDED] = np.nan
-        return (self.apart[g] / self.paths[g] - share * self._level(g)) / np.sqrt(rest)
+        remaining = 1 - share**2
+        remaining[1:][np.abs(share[1:]) > ONE_SIDED] = np.nan
+        return (self.apart[g] / self.paths[g] - share * self._level(g)) / np.sqrt(remaining)
 
 
 def group_noise(level, halves, spread) -> float:
@@ -317,12 +319,14 @@ def group_noise(level, halves, spread) -> float:
     halves : (split, tile) half of the difference between two halves of the paths.
     spread : (tile,) standard errors.
     """
-    found = np.abs(halves) / level
-    lit = found.max(axis=0, initial=0.0) > ROUNDING
+    differences = np.abs(halves) / level
+    lit = differences.max(axis=0, initial=0.0) > ROUNDING
     if not lit.any():
         return 0.0
     weight = level[lit]
-    of_halves = weighted_median(found[:, lit].ravel(), np.tile(weight, len(found))) / NORMAL
+    of_halves = (
+        weighted_median(differences[:, lit].ravel(), np.tile(weight, len(differences))) / NORMAL
+    )
     of_tiles = weighted_median(spread[lit] / weight, weight)
     return max(of_halves, math.hypot(of_halves, of_tiles) / math.sqrt(2))
 

@@ -42,7 +42,7 @@ class Tally:
             np.zeros((groups, 3, tiles)),
         )
 
-    def add(self, work: Work, found: Found) -> None:
+    def add(self, work: Work, sums: Found) -> None:
         """Add what a launch found; a tile is at most once in its list."""
         first = np.flatnonzero(work.lane == 0)
         paths = np.add.reduceat(work.paths.astype(float), first)
@@ -52,10 +52,10 @@ class Tally:
             on = (work.groups[first] >> g & 1).astype(bool)
             if not on.any():
                 continue
-            tiles, values = work.tiles[on], found.batches[g].astype(float)
+            tiles, values = work.tiles[on], sums.batches[g].astype(float)
             self.paths[g, tiles] += paths[on]
             self.batches[g, tiles] += work.lanes[first][on]
-            self.radiance[g][:, tiles] += found.radiance[g, :bands][:, on]
+            self.radiance[g][:, tiles] += sums.radiance[g, :bands][:, on]
             self.xyz[g][:, tiles] += over_items(values)[:, on]
             self.squares[g][:, tiles] += over_items(values**2 / work.paths)[:, on]
 
@@ -82,8 +82,8 @@ class Neighbours:
                 )
                 for sign in (1, -1)
             )
-            same = (instance[to] == instance[of]).astype(np.float32)
-            self.pairs.append((max(abs(down), abs(right)), to, of, same))
+            same_object = (instance[to] == instance[of]).astype(np.float32)
+            self.pairs.append((max(abs(down), abs(right)), to, of, same_object))
         one = np.ones((1, instance.size), np.float32)
         self.counts = {reach: self.sum(one, reach)[0] for reach in (1, REACH)}
 
@@ -92,9 +92,9 @@ class Neighbours:
         planes = np.asarray(values, np.float32).reshape(-1, *self.shape)
         out = np.zeros(planes.shape, np.float32)
         for total, plane in zip(out, planes):  # one after the other: they stay in the cache
-            for far, to, of, same in self.pairs:
-                if far <= reach:
-                    total[to] += plane[of] * same
+            for distance, to, of, same_object in self.pairs:
+                if distance <= reach:
+                    total[to] += plane[of] * same_object
         return out.reshape(np.shape(values))
 
 

@@ -55,9 +55,9 @@ def lost_light(materials: Iterable[Material]) -> tuple[float, str]:
     rough = [m for m in materials if m.kind in ("plastic", "conductor")]
     if not rough:
         return 0.0, ""
-    lost = [1 - coat_energy(m.kind, m.roughness, m.index).least for m in rough]
-    worst = int(np.argmax(lost))
-    return lost[worst], rough[worst].name
+    losses = [1 - coat_energy(m.kind, m.roughness, m.index).least for m in rough]
+    worst = int(np.argmax(losses))
+    return losses[worst], rough[worst].name
 
 
 @cache

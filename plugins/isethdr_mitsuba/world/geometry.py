@@ -63,13 +63,13 @@ class World:
             np.zeros(numbers.max(initial=0) + 1, np.uint32),
             [0],
         )
-        known = {}
+        index_of = {}
         for number, s in zip(numbers, placed, strict=True):
             poses[number] = s.pose
-            if s.parts not in known:
-                known[s.parts] = len(parts)
+            if s.parts not in index_of:
+                index_of[s.parts] = len(parts)
                 parts.extend(_numbers(s.parts))
-            first[number] = known[s.parts]
+            first[number] = index_of[s.parts]
         return poses, first, np.array(parts, np.uint32)
 
 

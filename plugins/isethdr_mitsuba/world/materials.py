@@ -33,24 +33,24 @@ def ramp_surfaces(description) -> dict:
     """
     import mitsuba as mi
 
-    made = {}
+    surfaces = {}
     for name, m in description.materials.items():
-        told = {"roughness": m.roughness} if m.kind in ("plastic", "conductor") else {}
-        told |= {"index": m.index} if m.kind in ("plastic", "thin_glass") else {}
-        told |= {"granular": m.granular} if m.kind == "granular" else {}
-        told |= {"retro": m.retro} if m.retro else {}
-        made[name] = _ramp_surface(mi.variant(), m.kind, **told)
-    return made
+        roughness = {"roughness": m.roughness} if m.kind in ("plastic", "conductor") else {}
+        roughness |= {"index": m.index} if m.kind in ("plastic", "thin_glass") else {}
+        roughness |= {"granular": m.granular} if m.kind == "granular" else {}
+        roughness |= {"retro": m.retro} if m.retro else {}
+        surfaces[name] = _ramp_surface(mi.variant(), m.kind, **roughness)
+    return surfaces
 
 
 @lru_cache(maxsize=256)
-def _ramp_surface(variant, kind, **told):
+def _ramp_surface(variant, kind, **roughness):
     """Return the BSDF with ramp reflectance. It is kept, because Mitsuba computes tables for each
     rough plastic (0.05 CPU s). `variant` is the Mitsuba variant of its types.
     """
     import mitsuba as mi
 
-    return mi.load_dict(surface(Material(kind, kind, RAMP, **told), *RAMP_NM))
+    return mi.load_dict(surface(Material(kind, kind, RAMP, **roughness), *RAMP_NM))
 
 
 def coloured_surfaces(description, first_nm: float, last_nm: float) -> dict:

@@ -78,18 +78,18 @@ def test_the_renderer_is_told_or_it_is_said_why_not():
 
     given = budget.Allowed(render_error=0.2)
     assert (
-        budget.with_render_error(Told(), given)
+        budget.renderer_with_error(Told(), given)
         == Told(0.2)
-        == budget.with_render_error(Told(0.2), given)
+        == budget.renderer_with_error(Told(0.2), given)
     )
-    assert budget.with_render_error(Untold(), budget.Allowed()) == Untold()
+    assert budget.renderer_with_error(Untold(), budget.Allowed()) == Untold()
     for wrong, said in (
         (Untold(), "Untold has no field error_allowed"),
         (None, "no renderer"),
         (Told(0.3), "set one of them"),
     ):
         with pytest.raises(ConfigError, match=said):
-            budget.with_render_error(wrong, given)
+            budget.renderer_with_error(wrong, given)
 
 
 def test_the_error_allowed_is_that_of_the_largest_signal_to_noise_ratio():
@@ -242,12 +242,12 @@ def test_a_component_is_told_its_share_in_its_field_unless_a_user_has_set_it():
     lens, sensor = build("lens", "diffraction_limited"), build("sensor", "bayer")
     flares = {"told": Veil(), "set": Veil(0.25)}
     parts = Chain(None, None, None, {}, lens, flares, {"c": sensor}, None, {})
-    done = spending.told(parts, lambda: 1e-3)
+    done = spending.with_shares(parts, lambda: 1e-3)
     share = done.shares.told["flare told", "error_allowed"]
     assert done.flares == {"told": Veil(share * 1e-3), "set": Veil(0.25)} and share > 0
     assert ("flare set", "error_allowed") not in done.shares.told
     assert done.lens is lens and done.cameras == {"c": sensor}
-    exact = spending.told(parts, lambda: 0.0)
+    exact = spending.with_shares(parts, lambda: 0.0)
     assert exact.flares == flares  # light is asked for exactly: nobody is told an error
 
 
@@ -266,9 +266,9 @@ def test_a_renderer_is_told_in_the_field_that_it_declares():
         )
 
     given = budget.Allowed(render_error=0.2)
-    assert budget.with_render_error(Acme(), given) == Acme(0.2)
+    assert budget.renderer_with_error(Acme(), given) == Acme(0.2)
     with pytest.raises(ConfigError, match="renderer.target is 0.3.*set one of them"):
-        budget.with_render_error(Acme(0.3), given)
+        budget.renderer_with_error(Acme(0.3), given)
 
 
 def test_a_flare_of_an_outside_package_is_told_its_share_by_the_composed_chain(monkeypatch):

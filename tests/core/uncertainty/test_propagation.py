@@ -290,7 +290,7 @@ def test_some_pixels_stand_for_all():
     colour = np.add.outer(2 * (np.arange(1050) % 2), np.arange(1402) % 2)
     captures = xr.Dataset({"wrong": (("y", "x"), wrong), "filter": (("y", "x"), colour)})
     with ledger.stage(rows := ledger.Ledger(), "picture"):
-        few = propagation.some_of(captures)
+        few = propagation.regular_sample(captures)
     [left], looked_at = rows[0].left_out, few["wrong"].size
     assert (
         propagation.ENOUGH <= looked_at < 2 * propagation.ENOUGH
@@ -313,7 +313,7 @@ def test_some_pixels_hold_what_they_hold_among_all():
     )
     (few,), (every,) = (
         propagation.electrons(propagation.Exposure(c, light, mixed, scene))
-        for c in (propagation.some_of(captures), captures)
+        for c in (propagation.regular_sample(captures), captures)
     )
     for name in ("total", "image", "renderer", "sigma", "unsaturated"):
         np.testing.assert_array_equal(getattr(few, name), getattr(every, name)[1::3, 1::3])
@@ -323,11 +323,11 @@ def test_small_pictures_and_those_of_lenses_that_distort_are_looked_at_whole():
     captures = xr.Dataset({"a": (("y", "x"), np.zeros((600, 800)))})
     bent = captures.assign_attrs(distortion={"model": "brown_conrady", "k1": -0.1})
     assert (
-        propagation.some_of(bent) is bent
-        and propagation.some_of(small := captures.isel(x=slice(0, 400))) is small
+        propagation.regular_sample(bent) is bent
+        and propagation.regular_sample(small := captures.isel(x=slice(0, 400))) is small
     )
     line = xr.Dataset({"a": (("y", "x"), np.zeros((1, 600_000)))})
-    assert dict(propagation.some_of(line).sizes) == {"y": 1, "x": 200_000}
+    assert dict(propagation.regular_sample(line).sizes) == {"y": 1, "x": 200_000}
 
 
 def test_noise_that_is_not_known_is_said_to_be_so():

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from isethdr_measured.merge_rules import (
-    asked,
     default_levels,
     ends_e,
     judged,
     merge_rules,
+    required_figures,
     rules,
     shot,
     verdict,
@@ -53,7 +53,7 @@ def test_a_rule_that_is_unbiased_and_better_would_be_named(rows):
         for r in rows
         if r["rule"] == "inverse_variance" and not r["asked"]
     ]
-    found = asked([r for r in rows if not r["asked"]] + better, MODEL)
+    found = required_figures([r for r in rows if not r["asked"]] + better, MODEL)
     assert (
         found[2]["rule"] == "oracle"
         and "of 1 other rules unbiased at every level: +0.200 dB" in found[2]["asked"]

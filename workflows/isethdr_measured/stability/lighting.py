@@ -39,23 +39,28 @@ def cases():
         yield f"a dynamic range of {ratio:g}", lambda v=ratio: reached(_night(), dynamic_range=v)
     yield (
         "a median over a dark group",
-        lambda: said({"lamp": patchy(SHAPE), "sky": np.zeros(SHAPE)}, median_cd_m2=1e6),
+        lambda: solved_weight({"lamp": patchy(SHAPE), "sky": np.zeros(SHAPE)}, median_cd_m2=1e6),
     )
     yield (
         "a mean below what the lamps give",
-        lambda: said({"lamp": patchy(SHAPE), "sky": patchy(SHAPE, 2)}, mean_cd_m2=1e-6),
+        lambda: solved_weight({"lamp": patchy(SHAPE), "sky": patchy(SHAPE, 2)}, mean_cd_m2=1e-6),
     )
-    yield "a dynamic range below that of the picture", lambda: said(_night(), dynamic_range=1.01)
+    yield (
+        "a dynamic range below that of the picture",
+        lambda: solved_weight(_night(), dynamic_range=1.01),
+    )
     yield (
         "a luminance of a dark group",
-        lambda: said(
+        lambda: solved_weight(
             {"lamp": np.zeros(SHAPE), "sky": patchy(SHAPE)},
             targets={"lamp": {"statistic": "max", "cd_m2": 10.0}},
         ),
     )
     yield (
         "all groups dark, a dynamic range",
-        lambda: said({"lamp": np.zeros(SHAPE), "sky": np.zeros(SHAPE)}, dynamic_range=100.0),
+        lambda: solved_weight(
+            {"lamp": np.zeros(SHAPE), "sky": np.zeros(SHAPE)}, dynamic_range=100.0
+        ),
     )
     yield "a weight of NaN", lambda: mixing({"a": float("nan"), "b": 1.0, "c": 1.0}), ConfigError
     yield "a negative weight", lambda: mixing({"a": -1.0, "b": 1.0, "c": 1.0}), ConfigError
@@ -110,7 +115,7 @@ def reached(maps: dict, **targets) -> Measured:
     )
 
 
-def said(maps: dict, **targets) -> Measured:
+def solved_weight(maps: dict, **targets) -> Measured:
     """A target out of reach is named, and the stated value is the true one."""
     return _shown(maps, out_of_reach=True, **targets)
 

@@ -106,7 +106,7 @@ def configured_knobs(config: Any, chain: Chain) -> list[ConfiguredKnob]:
             f" it ({', '.join(silent)}); expected `accuracy_knobs` on one of them"
             " (docs/how-to/plugins.md); type for example lens=diffraction_limited"
         )
-    told_fields = chain.shares is not None and chain.shares.told
+    told_fields = chain.shares is not None and chain.shares.by_field
     if shares_of(chain.lens) or told_fields:
         finest: dict[str, Any] = {}
         for shared_knob in knobs:

@@ -50,7 +50,7 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
         100 * float(np.mean(~combined["valid"].values.astype(bool))),
     ]
     rows = [
-        {"capture": name, "saturated_percent": float(s), **kept(picture_of_name, true)}
+        {"capture": name, "saturated_percent": float(s), **shown_luminance(picture_of_name, true)}
         for (name, picture_of_name), s in zip(pictures.items(), saturated)
     ]
     if picture:
@@ -64,7 +64,7 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
     return rows
 
 
-def kept(picture, true) -> dict:
+def shown_luminance(picture, true) -> dict:
     """Return the decades of luminance in a picture, and its distance from the truth."""
     y, sd, want = (
         picture["xyz"].values[..., 1],
