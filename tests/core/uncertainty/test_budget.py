@@ -212,7 +212,7 @@ def test_the_budget_is_divided_over_whatever_the_components_declare():
     )
     shares = budget.division(found := spending.of_chain(parts))
     assert [one.who for one in found] == ["lens"] * 3 + ["flare v"]
-    [(who, veil)] = shares.told.items()
+    [(who, veil)] = shares.by_field.items()
     assert who == ("flare v", "error_allowed")
     assert shares.store + shares.light + veil == pytest.approx(1.0, rel=1e-12)
     # Lagrange: a little more error saves the flare as many seconds as it saves the store
@@ -230,7 +230,7 @@ def test_without_declarations_and_with_bundled_lenses_the_store_has_its_usual_sh
         )
     for shares in of.values():
         # the root is found to 2e-12
-        assert shares.store == pytest.approx(STORE, rel=1e-11) and not shares.told
+        assert shares.store == pytest.approx(STORE, rel=1e-11) and not shares.by_field
         assert shares.light == pytest.approx(1 - STORE, rel=1e-11)
     lone = budget.division([budget.Spending("flare", "f", ErrorShare("e", Cost(1.0)), "e")])
     # a lens that declares nothing beside a flare that does: their ratio is that of the costs
@@ -243,9 +243,9 @@ def test_a_component_is_told_its_share_in_its_field_unless_a_user_has_set_it():
     flares = {"told": Veil(), "set": Veil(0.25)}
     parts = Chain(None, None, None, {}, lens, flares, {"c": sensor}, None, {})
     done = spending.with_shares(parts, lambda: 1e-3)
-    share = done.shares.told["flare told", "error_allowed"]
+    share = done.shares.by_field["flare told", "error_allowed"]
     assert done.flares == {"told": Veil(share * 1e-3), "set": Veil(0.25)} and share > 0
-    assert ("flare set", "error_allowed") not in done.shares.told
+    assert ("flare set", "error_allowed") not in done.shares.by_field
     assert done.lens is lens and done.cameras == {"c": sensor}
     exact = spending.with_shares(parts, lambda: 0.0)
     assert exact.flares == flares  # light is asked for exactly: nobody is told an error
@@ -278,7 +278,7 @@ def test_a_flare_of_an_outside_package_is_told_its_share_by_the_composed_chain(m
     parts = chain(compose(told))
     rows = ledger.Ledger()
     demand = plan(parts, rows)
-    share = parts.shares.told["flare v", "error_allowed"]
+    share = parts.shares.by_field["flare v", "error_allowed"]
     allowed = [e.value for e in rows[0].errors if e.label.startswith("allowed of light")]
     assert parts.flares["v"].error_allowed == pytest.approx(share * allowed[0], rel=1e-12)
     assert demand.response.noise_fraction_allowed == pytest.approx(
@@ -286,6 +286,6 @@ def test_a_flare_of_an_outside_package_is_told_its_share_by_the_composed_chain(m
     )
     assert budget.stored_error(demand) == pytest.approx(parts.shares.store * allowed[0], rel=1e-12)
     mine = chain(compose([*told, "flare.v.error_allowed=0.01"]))
-    assert mine.flares["v"] == Veil(0.01) and not mine.shares.told
+    assert mine.flares["v"] == Veil(0.01) and not mine.shares.by_field
     exact = chain(compose([*told, "sensor.noise=false"]))
     assert exact.flares["v"] == Veil()  # nothing is small beside no noise
