@@ -2,14 +2,14 @@
 
 | module     | content                                                                        |
 |------------|--------------------------------------------------------------------------------|
-| `bands`    | bands that something has no data for are refused                                |
-| `doctor`   | which Mitsuba variants work on this machine, found out in a child process      |
-| `frame`    | world, passes, lamps seen directly, labels, and the Dataset made of them       |
+| `bands`    | an error for bands without data of a material or lamp                          |
+| `doctor`   | tests in a child process which Mitsuba variants work on this machine           |
+| `frame`    | one frame: world, passes, visible lamps, labels, and the Dataset               |
 | `labels`   | labels by one ray through each tile's centre: exact, and all from the same hit |
-| `llvm`     | where LLVM is taken from                                                       |
+| `llvm`     | finds the LLVM library                                                         |
 | `renderer` | the renderer `mitsuba`                                                         |
 | `conf/`    | presets                                                                        |
-| `lamps/`   | from candela to radiance, and which lamp a path looks for                      |
+| `lamps/`   | from candela to radiance, and the sampling of lamps                            |
 | `paths/`   | the integrator, its passes, and the tables that it reads on the device         |
 | `world/`   | a scene description as Mitsuba objects, and the camera's grid of tiles         |
 """

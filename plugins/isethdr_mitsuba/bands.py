@@ -47,7 +47,7 @@ def _spectra(description, groups) -> Iterator[tuple[str, Spectrum | SkyDome]]:
         yield "the sky", description.sky
     used = {}
     for placed in description.objects:
-        model = description.models.get(placed.model)  # one that is missing is told of later
+        model = description.models.get(placed.model)  # a missing model is reported later
         for part in model.parts if model else ():
             used[part.material] = None
             if part.lamp is not None and part.lamp.group in groups:

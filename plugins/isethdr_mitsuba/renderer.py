@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from isethdr_core.runs.sample_accumulation import Known
     from isethdr_core.scene import SceneDescription
 
-# where neither paths nor an error are asked for: of the noise of the cameras, and without them of
-# the light of a group
+# defaults if neither `samples` nor an error is set: a share of the cameras' noise, or, without
+# cameras, the relative noise of a light group
 NOISE_SHARE = 0.6
 ERROR_ALLOWED = 0.1
-LEAST_SAMPLES = 16  # paths per tile that any noise is told from
+LEAST_SAMPLES = 16  # samples per tile that are needed to estimate noise
 SCALAR = "scalar_spectral"
 # the main job at 640x360: CPU us of a tile, for the first paths and for those that follow, and
 # seconds for the scene's tables
@@ -133,8 +133,11 @@ class MitsubaRenderer:
             )
 
     def enough(self, paths: int, noise: float | None) -> bool:
-        """Return whether a light group known from so many paths per tile, with that relative noise
-        (None: dark), needs no more of them.
+        """Return whether a light group needs no more samples.
+
+        Parameters
+        ----------
+        paths : samples per tile so far. `noise` : relative noise of their mean; None: no light.
         """
         settings = self.decided()
         if settings.error_allowed is None or paths < 2:  # one path knows no noise
@@ -207,11 +210,13 @@ class MitsubaRenderer:
         demand: Demand | None = None,
         known: dict[str, Known] | None = None,
     ) -> xr.Dataset:
-        """Return the scene radiance of `description` with the light groups, bands and labels of
-        `demand`.
+        """Return the scene radiance with the light groups, bands and labels of a demand.
 
-        `known` says what earlier renderings found: only paths that they lack are followed, and only
-        those are in what is returned.
+        Parameters
+        ----------
+        description : the scene. `demand` : light groups, bands, labels and accuracy.
+        known : {light group: samples and noise of earlier renderings}. Only samples that they lack
+            are computed, and the result consists of these only.
         """
         groups, bands = self._groups(description, demand), self._bands(demand)
         check_bands(description, groups, bands)

@@ -47,8 +47,8 @@ class LampTables:
             self.groups.index(p.lamp.group) if p.lamp.group in self.groups else NOWHERE
             for p in lamps
         ] + [NOWHERE]
-        # an entry for "no lamp" at the end keeps every lookup inside its table; what a scene has is
-        # data, so that its kernel is that of other scenes
+        # the last entry is "no lamp", so that every lookup lies inside its table. The lamps are data
+        # and not code, so that all scenes share one compiled kernel
         self.none = dr.opaque(mi.UInt32, len(lamps))
         last = lambda values, fill: mi.Float([*values, fill])
         self.lamp_of_shape = mi.UInt32(

@@ -20,8 +20,8 @@ from ..paths.device_memory import aligned
 # for each group and block: on the night drive, 90 % of the blocks have no more lit lamps
 MOST_NEAR = 8
 SEEN = 1.01  # equal shares of the probability: a lamp with a larger share got a vote
-# a lamp with less of a block's light is not worth a shadow ray of its own: with 1,000 lamps the
-# eight likeliest have 6 % of it together
+# least share of a block's light for a shadow ray of its own. With 1,000 lamps the eight most
+# probable ones have 6 % of the light together
 LEAST_SHARE = 0.02
 
 

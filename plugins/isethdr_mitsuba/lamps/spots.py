@@ -20,8 +20,8 @@ PIECE_M = 0.3  # larger lamps become several spots
 # spots stand this far in front of the foremost point of their piece, out of its own shadow
 CLEAR_M = 2e-3
 WIDEST_DEG = 88.0  # of a spot: a Lambertian lamp loses 0.12 % of its flux beyond
-# cones of a lamp with a table, beyond which its light is lost: the first that keeps all but
-# LOST_LIGHT of it. Texels are 0.1 and 0.6 degrees wide on the axis.
+# half angles of the cone of a lamp with a table. The first cone that loses at most LOST_LIGHT of
+# the light is used. Texels are 0.1 and 0.6 degrees wide on the axis.
 TABLE_DEG, OF_TABLE, LOST_LIGHT = (40.0, 80.0), 1024, 0.03
 NARROW, WIDE = (
     128,

@@ -1,8 +1,8 @@
-"""Visible lamps, with exact areas: a lamp far smaller than a tile keeps its flux to the last digit.
+"""Visible lamps, with exact areas: the flux of a lamp far smaller than a tile is exact.
 
-A random path hits a lamp that fills a thousandth of a tile once in a thousand paths, so its light
-would be noise. Here every lit triangle is cut along the borders of the tiles (exact areas), and
-rays to points on each piece tell which part of it is visible.
+A random path hits a lamp that fills a thousandth of a tile once in a thousand samples: the light
+would be noisy. Here every emitting triangle is cut along the borders of the tiles, with exact
+areas. Rays to points on each piece determine its visible part.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
-"""Rounds: a pilot through all tiles, then paths where cameras would see the noise.
+"""Need-driven sampling: a pilot pass through all tiles, then paths in tiles whose noise cameras see.
 
-Two buffers of independent paths. Those of either are planned by what the other found, and each is
-half of the result whatever its paths: so no light decides on its own weight. With one buffer tiles
-that found little would stop early and stay dark.
+There are two half buffers of independent paths. The paths of either buffer are planned from the
+light of the other. The result is the mean of both buffers, independent of their numbers of paths.
+Light therefore never influences its own weight. With one buffer, tiles that found little light by
+chance would stop early and be too dark.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from .tallies import Neighbours, Tally, path_variance, spread_of_buffers
 from .work_items import listed_work
 
 PILOT = 16  # paths of both buffers together
-GROWTH = 4.0  # a round adds at most so many times what there is, as counts are wrong by a factor
+GROWTH = 4.0  # largest ratio of new to earlier paths in a round: early estimates are uncertain
 MOST_ROUNDS = 6
 LITTLE = 0.5  # paths per tile: a round that adds fewer is the last one
 LARGEST_LIST = 1 << 17  # tiles of one launch: bounds memory
@@ -36,14 +37,14 @@ EXPOSURE_CHANGED = 0.1  # relative: then the need is worked out once more
 
 @dataclass(eq=False)
 class Rounds:
-    """Two buffers that grow round by round.
+    """Two half buffers that grow round by round.
 
     Attributes
     ----------
     paths : the integrator.
-    instance : (row, column) number of the object that each tile shows.
-    seed, first : of the renderer, and number of the first path: together they name random numbers.
-    most : paths per tile and group of both buffers at which a tile is given up.
+    instance : (row, column) number of the object in each tile.
+    seed, first : of the renderer, and number of the first path: the key of the random numbers.
+    most : largest number of paths per tile and group, in both buffers together.
     """
 
     paths: Paths
@@ -120,8 +121,10 @@ class Rounds:
         return out
 
     def xyz_noise(self) -> np.ndarray:
-        """Return standard errors (group, 3, tile) of X, Y and Z, cd/m2: as batches tell them tile
-        by tile, times what the buffers tell of the whole group.
+        """Return standard errors (group, 3, tile) of X, Y and Z, cd/m2.
+
+        They follow from the batches of each tile. A factor for each group makes them agree with the
+        difference between the two buffers.
         """
         variances = path_variance(self.buffers, self.near)
         of_batches = variances * sum(share_of(t) for t in self.buffers)
@@ -138,8 +141,9 @@ class Rounds:
 
 
 def share_of(tally: Tally) -> np.ndarray:
-    """Return what the variance of single paths counts in that of the light (group, 1, tile): a
-    buffer is half of it.
+    """Return the factor (group, 1, tile) from the variance of single paths to that of the light.
+
+    A buffer has half of the weight.
     """
     return (0.25 / np.maximum(tally.paths, 1)).astype(np.float32)[:, None]
 
@@ -147,12 +151,17 @@ def share_of(tally: Tally) -> np.ndarray:
 def render_by_need(
     rounds: Rounds, noise_limit: Callable[[np.ndarray], NoiseLimit], share: float
 ) -> float:
-    """Follow paths until the noise of the light is `share` of the cameras', and return the seconds
-    that it took, those of `noise_limit` left out.
+    """Follow paths until the noise of the light is `share` of the cameras' noise.
 
     Parameters
     ----------
-    noise_limit : function(radiance (group, band, tile) so far).
+    rounds : the half buffers, which this function fills.
+    noise_limit : function(radiance (group, band, tile) so far) -> `NoiseLimit`.
+    share : of the cameras' noise.
+
+    Returns
+    -------
+    The run time in seconds, without that of `noise_limit`.
     """
     start = time.perf_counter()
     rounds.pilot()
@@ -173,12 +182,13 @@ def render_by_need(
 
 
 def estimate(rounds: Rounds, known: list[Known], seconds: float, judged) -> Estimate:
-    """Return what both buffers found, as `passes.estimate` does.
+    """Return the light of both buffers, in the form of `passes.estimate`.
 
     Parameters
     ----------
-    known : (group,) what was known before. `seconds` : that the paths took.
-    judged : (rows, columns) slices, the tiles whose noise speaks for a group.
+    rounds : the half buffers.
+    known : (group,) light of earlier renderings. `seconds` : run time of the paths.
+    judged : (rows, columns) slices: tiles from which the noise of a group is computed.
     """
     shape = rounds.instance.shape
     groups = len(known)

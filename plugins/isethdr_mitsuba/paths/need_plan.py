@@ -1,7 +1,7 @@
-"""Plan of paths: the fewest that bring the noise of every tile below what cameras let through.
+"""Plan of paths: the least run time that brings the noise of every tile below a limit.
 
-Of a tile whose paths of group g have the variance v_g and take the time t_g each, the noise sum of
-v_g / n_g is reached in the least time by n_g ~ sqrt(v_g / t_g) (Cochran 1977, eq. 5.24: optimum
+In a tile, a path of the group g has the variance v_g and takes the time t_g. The variance sum of
+v_g / n_g is reached in the least time with n_g ~ sqrt(v_g / t_g) (Cochran 1977, eq. 5.24: optimum
 allocation over strata).
 """
 
@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-# CPU us of a path, measured at 640x360: what it takes whatever its groups, with the sky, and with a
-# group of lamps
+# CPU us of a path, measured at 640x360: without any group, for the sky, and for a group of lamps
 BASE_US, SKY_US, LAMPS_US = 1.1, 0.4, 1.3
 GIVEN_UP = (
     0.01  # share of the tiles: those that would take most get what the dearest other one gets

@@ -46,10 +46,8 @@ class Estimate:
     samples: np.ndarray  # (group,) paths per tile
     seconds: np.ndarray  # (group,) of the passes that the group was part of
     first: np.ndarray  # (group,) number of the first path: those before it were known
-    known: list[Known]  # (group,) what was known before
-    whole_noise: (
-        np.ndarray
-    )  # (group,) noise of the mean of these paths and of those that were known before
+    known: list[Known]  # (group,) light of earlier renderings
+    whole_noise: np.ndarray  # (group,) noise of the mean of these paths and of the earlier ones
 
 
 def pass_sizes(samples: int, tiles: int) -> list[int]:
@@ -158,7 +156,7 @@ class _Sums:
         self.weights = xyz_weights(wavelength_nm)
         self.total = np.zeros((groups, len(wavelength_nm), self.tiles))  # sum of radiance x paths
         self.squares = np.zeros((groups, 3, self.tiles))  # of X, Y, Z, each squared x paths
-        # of one half, less the other: Y x paths, and paths
+        # of one half minus the other: sums of Y, and numbers of paths
         self.apart, self.more = np.zeros((groups, SPLITS, self.tiles)), np.zeros((groups, SPLITS))
         self.paths, self.passes, self.seconds = (
             np.zeros(groups, int),
@@ -349,8 +347,9 @@ def with_known(noise, paths, known) -> np.ndarray:
 
 
 def _around(values, reach):
-    """Return the mean (..., row, column) of the tiles so many rows and columns around each; not a
-    running sum, which a lamp would leave its rounding in.
+    """Return the mean (..., row, column) of the tiles within `reach` rows and columns of each.
+
+    No running sum is used, because the rounding error of a lamp would remain in it.
     """
     rows, columns = values.shape[-2:]
     wide, side = (

@@ -1,9 +1,9 @@
-"""Tallies: what the paths of one buffer add up to, tile by tile, and how much single paths vary.
+"""Tallies: sums of the paths of one buffer in each tile, and the variance of single paths.
 
-Light that one path in many meets makes a tile bright and its spread wide at once; a tile that met
-none of it is dark, and its own spread says nothing. So the spread of a tile's own batches counts
-together with that of its neighbours on the same object, per light, times the light of the tile and
-of those around it.
+A rare bright path makes a tile bright and its variance large at the same time. A tile that such
+paths missed is dark, and its own variance is too small. The ratio of variance to light is therefore
+averaged over a tile and its neighbours on the same object, and multiplied by the light of the tile
+and of those around it.
 """
 
 from __future__ import annotations

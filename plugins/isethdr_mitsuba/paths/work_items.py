@@ -15,7 +15,7 @@ import numpy as np
 # paths per camera ray: two take 0.73, four 0.61 of the time of as many rays; eight 0.53, but
 # 1.35 times the variance
 MOST_SHARES = 4
-# camera rays of a pass through each tile: as far as there are so many paths, none is shared before
+# camera rays of a pass through each tile; only further paths share a camera ray
 LEAST_RAYS = 64
 MOST_LANES = 16  # adjacent lanes that follow paths of one tile, because they meet the same surfaces
 LEAST_A_LANE = 32  # paths per lane: with fewer, most lanes wait for the last ones
@@ -40,8 +40,10 @@ class Work:
 
 
 def lanes_and_shares(samples: int) -> tuple[int, int]:
-    """Return the number of lanes that follow the `samples` paths of a tile, a power of two, and the
-    number of paths that share a camera ray.
+    """Return (lanes, shares) for `samples` paths of a tile.
+
+    `lanes` is the number of lanes, a power of two; `shares` is the number of paths that share a
+    camera ray.
     """
     lanes = 1
     while lanes < MOST_LANES and samples >= 2 * lanes * LEAST_A_LANE:

@@ -3,10 +3,10 @@
 | module            | content                                                              |
 |-------------------|----------------------------------------------------------------------|
 | `angle_sensor`    | a camera on a grid of angles for Mitsuba's own integrators           |
-| `coat_energy`     | light lost between facets, and what is given back                    |
+| `coat_energy`     | light lost between facets, and its compensation                      |
 | `geometry`        | parts, models and poses as a Mitsuba scene                           |
 | `materials`       | materials as Mitsuba surfaces                                        |
 | `retro_surface`   | retro-reflection as a Mitsuba surface, in Python                     |
-| `triangle_chords` | triangles cut until chords serve for arcs on a grid of angles        |
+| `triangle_chords` | triangles subdivided until their sides are straight in angles        |
 | `view`            | the camera as a grid of tiles in tangents or angles, margin included |
 """

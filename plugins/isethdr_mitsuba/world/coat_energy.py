@@ -49,8 +49,9 @@ def coat_energy(kind: str, roughness: float, index: float = 1.5) -> CoatEnergy:
 
 
 def lost_light(materials: Iterable[Material]) -> tuple[float, str]:
-    """Return the largest share of its light that one of `materials` loses at any angle, and its
-    name: that of a white one, which bounds that of a darker one.
+    """Return the largest share of light that one of `materials` loses at any angle, and its name.
+
+    The share is that of a white material, an upper bound for a darker one.
     """
     rough = [m for m in materials if m.kind in ("plastic", "conductor")]
     if not rough:

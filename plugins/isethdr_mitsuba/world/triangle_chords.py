@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-LONGEST = 0.2  # rad: longest side that is taken as it is
-# each halves the sides; what is not straight then surrounds the point right behind the camera, or
-# touches the pinhole
+LONGEST = 0.2  # rad: longest side that is not subdivided
+# each subdivision halves the sides; a triangle that is still bent surrounds the point behind the
+# camera, or touches the pinhole
 LEVELS = 16
 
 

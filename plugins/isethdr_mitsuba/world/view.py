@@ -45,8 +45,8 @@ class View:
 
     @property
     def whole(self) -> tuple[int, int]:
-        """Rows and columns before any were left out: they number the tiles, so that a tile's paths
-        do not depend on what is left out.
+        """Rows and columns of the full field. They number the tiles, so that the paths of a tile do
+        not depend on which tiles are left out.
         """
         return self.shape[0] + 2 * self.cut[0], self.shape[1] + 2 * self.cut[1]
 
