@@ -47,8 +47,8 @@ class LampTables:
             self.groups.index(p.lamp.group) if p.lamp.group in self.groups else NOWHERE
             for p in lamps
         ] + [NOWHERE]
-        # the last entry is "no lamp", so that every lookup lies inside its table. The lamps are data
-        # and not code, so that all scenes share one compiled kernel
+        # The last entry is "no lamp", so that every lookup lies inside its table. Lamps are data
+        # and not code, so that all scenes share one compiled kernel.
         self.none = dr.opaque(mi.UInt32, len(lamps))
         last = lambda values, fill: mi.Float([*values, fill])
         self.lamp_of_shape = mi.UInt32(

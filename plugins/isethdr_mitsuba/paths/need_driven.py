@@ -1,4 +1,4 @@
-"""Need-driven sampling: a pilot pass through all tiles, then paths in tiles whose noise cameras see.
+"""Need-driven sampling: a pilot pass, then more paths in tiles whose noise cameras see.
 
 There are two half buffers of independent paths. The paths of either buffer are planned from the
 light of the other. The result is the mean of both buffers, independent of their numbers of paths.
