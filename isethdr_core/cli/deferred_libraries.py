@@ -1,7 +1,7 @@
 """Deferred libraries: large libraries that the command line loads when they are first used.
 
-Components are imported to compose a config, for their fields are the config. Most of their modules
-import xarray, and xarray imports pandas: together half of the time to compose. A mistake in a
+A config is composed from the fields of the components, so that their modules are imported. Most of
+them import xarray, which imports pandas: together half of the time to compose. An error in a
 config, or `isethdr run --cfg job`, needs neither. Programs that import isethdr are not affected.
 """
 
@@ -15,7 +15,7 @@ from threading import RLock
 from types import ModuleType
 from typing import Any
 
-LIBRARIES = ("xarray",)  # only such as are imported whole: `import xarray as xr`
+LIBRARIES = ("xarray",)  # must be imported as a module everywhere: `import xarray as xr`
 
 _loading = RLock()
 _executing: list[ModuleType] = []  # modules whose code runs now, in the thread that holds the lock
@@ -40,7 +40,7 @@ class _Deferred(ModuleType):
         Raises
         ------
         AttributeError
-            If the module itself asks for `name` before it has defined it.
+            If the module itself uses `name` before it defines it.
         """
         if self in _executing:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r} yet")
@@ -55,13 +55,13 @@ class _Deferred(ModuleType):
 
 
 class _DeferringLoader(Loader):
-    """Leaves the code of a module for later."""
+    """Delays the execution of a module."""
 
     def __init__(self, loader: Loader) -> None:
         self._loader = loader
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        """Return the module as the library's own loader makes it; None for an ordinary one."""
+        """Return the module that the library's own loader creates; None for the default."""
         return self._loader.create_module(spec)
 
     def exec_module(self, module: ModuleType) -> None:
@@ -69,7 +69,7 @@ class _DeferringLoader(Loader):
         module.__class__ = _Deferred
 
     def execute(self, module: ModuleType) -> None:
-        """Execute the module, and make its own loader its loader from then on."""
+        """Execute the module, and restore the library's own loader."""
         self._loader.exec_module(module)
         if module.__spec__ is not None:
             module.__spec__.loader = self._loader
@@ -82,7 +82,7 @@ class _Finder(MetaPathFinder):
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the specification of a library that is not there yet; None for all others."""
+        """Return the specification of a deferred library; None for others and for loaded ones."""
         if name not in LIBRARIES or name in sys.modules:
             return None
         spec = PathFinder.find_spec(name, path, target)
@@ -92,6 +92,6 @@ class _Finder(MetaPathFinder):
 
 
 def defer() -> None:
-    """Load large libraries on first use from now on; loaded ones stay."""
+    """From now on, load large libraries on first use. Loaded libraries do not change."""
     if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
         sys.meta_path.insert(0, _Finder())

@@ -26,7 +26,7 @@ from .promise import close, holds, keeps, refuses, repeatable, same, stated
 
 # of the largest value: float32 results of Fourier transforms of this size carry 1e-6 of it
 ROUNDING = 1e-5
-# attributes hold one number for all bands, but colours have pupils and images of different size:
+# attributes have one number for all bands, but the sizes of pupil and image depend on wavelength:
 # 0.4 % in a double Gauss, mean of 400 to 700 nm
 COLOURS = 1e-2
 AREA_EXPOSURE_M2_S = 3e-6**2 * 0.016  # a pixel of 3 um, 16 ms
@@ -82,7 +82,7 @@ def _check_components(subject: str, lens: Lens, scene: xr.DataArray, light: xr.D
         pulsed = lens(in_components(scene, frequency_hz=90.0, duty=0.1, phase=0.3))
     holds(
         subject,
-        "hands on how each component varies",
+        "copies the modulation of each component",
         [m for m, _ in components(pulsed)] == [Modulation(90.0, 0.1, 0.0, 0.3)],
     )
     same(
@@ -156,7 +156,7 @@ def _check_window(subject: str, lens: MakesPhotocurrent, scene: xr.DataArray) ->
     # factor two: each of the two results may have the error allowed
     close(
         subject,
-        "in the window that a response states light is as without one, within the error allowed",
+        "a window in the response does not change the light in it, within the error allowed",
         part,
         full_light,
         0.0,
@@ -210,15 +210,18 @@ def _check_energy(subject: str, lens: Lens) -> None:
     total = float(uniform.mean("wavelength").sum())
     holds(
         subject,
-        "a uniform field's light is at most throughput_sr times radiance times the relative"
-        " illumination it states",
+        "the light of a uniform field is at most throughput_sr times radiance times the stated"
+        " relative illumination",
         total <= passed.sum() * (1 + COLOURS),
         f"{total:.6g} > {passed.sum():.6g}",
     )
     more = float((uniform.max("wavelength").values - passed).max() / expected)
     # 2 %: coma and lateral colour move light from one place to another
     holds(
-        subject, "nowhere more light by 2 % of that on the axis", more <= 2e-2, f"{more:.4f} more"
+        subject,
+        "a uniform field exceeds the stated light nowhere by 2 % of that on the axis",
+        more <= 2e-2,
+        f"{more:.4f} more",
     )
 
 
@@ -265,7 +268,7 @@ def _check_place(
     off = max(abs(x - want_x) / tile_pitch(light, "x"), abs(y - want_y) / tile_pitch(light, "y"))
     holds(
         subject,
-        "a lamp lands where focal length and distortion of its light say, within a tile",
+        "a lamp is imaged at the position that focal length and distortion state, within a tile",
         off <= 1.0,
         f"at ({x:.4g}, {y:.4g}) m, stated ({want_x:.4g}, {want_y:.4g}) m, {off:.1f} tiles off",
     )
@@ -294,8 +297,9 @@ def _passed_sr(lens: Lens, source: xr.DataArray) -> float:
 
 
 def _tiles_ratio(source: xr.DataArray, image: xr.DataArray) -> float:
-    """Return how many tiles of the image one tile of the source covers on the axis: 1 where a lens
-    keeps the grid.
+    """Return the number of image tiles that one tile of the source covers on the axis.
+
+    It is 1 for a lens that keeps the grid.
     """
     f_m = 1e-3 * image.attrs["focal_length_mm"]
     return math.prod(float(f_m * tile_pitch(source, d) / tile_pitch(image, d)) for d in "xy")
