@@ -36,9 +36,8 @@ from .retro_reflectors import luminous_mean
 from .road_photometry import EN_1436_DEG
 
 RoadSurfaceName = Literal["r1", "r2", "r3", "r4", "c1", "c2", "damp", "w1", "w2", "c2w3", "c2w4"]
-DEFAULT: RoadSurfaceName = (
-    "c2"  # asphalt as the wet classes know it: dry, damp and wet are one road
-)
+# the dry state of the asphalt whose wet states are damp, w1, w2, c2w3 and c2w4
+DEFAULT: RoadSurfaceName = "c2"
 FIELDS = (
     "name,kind,gloss,reflectance,roughness,flatness,narrow_share,wide_alpha,wide_index,"
     "narrow_alpha,narrow_index,q0,s1,s2,r_l"
@@ -52,15 +51,15 @@ PAINT = Granular(
     gloss=0.1, roughness=0.6, flatness=0.25, wide=Facets(0.4, 1.5), narrow=Facets(0.4, 1.5)
 )
 PAINT_R_L = 19.54  # mcd m-2 lx-1 of the paint between the beads, per reflectance
-BEAD_HALF_WIDTH_DEG = 6.0  # a model: beads in paint send light back into some degrees
+BEAD_HALF_WIDTH_DEG = 6.0  # a model: angle over which beads in paint reflect light back
 
 
 @dataclass(frozen=True)
 class RoadSurface:
-    """A fitted surface with the figures of the table that it was fitted to."""
+    """A fitted surface, and the figures of the table to which it was fitted."""
 
     name: str
-    reflectance: float  # of the grains, where the table is met
+    reflectance: float  # of the grains
     granular: Granular
     q0: float  # of the table, 1/sr
     s1: float

@@ -75,7 +75,7 @@ LENS_FAULTS = {
         lambda out, *_: keep(
             out, out.values * (1 + 0.1 * ((np.arange(32) == 20) & (np.arange(24)[:, None] == 4)))
         ),
-        "nowhere more light",
+        "exceeds the stated light nowhere",
     ),
     "bands mixed": (lambda out, *_: keep(out, out.values * 0.5 + out.values.mean(0) * 0.5), "band"),
     "focal length misstated": (

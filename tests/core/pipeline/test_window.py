@@ -327,7 +327,7 @@ class Shortsighted(IdealLens):
     ("kind", "cls", "promise"),
     [
         ("sensor", Blinkered, "sees no light beyond the window"),
-        ("lens", Shortsighted, "in the window that a response states"),
+        ("lens", Shortsighted, "a window in the response does not change the light"),
     ],
 )
 def test_the_kit_catches_who_narrows_too_much(kind, cls, promise, offer):
