@@ -69,7 +69,7 @@ LENS_FAULTS = {
         lambda out, *_: keep(
             out, out.values * (1 + 1e5 * (out.x.values**2 + out.y.values[:, None] ** 2))
         ),
-        "relative illumination it states",
+        "the stated relative illumination",
     ),
     "one tile too bright": (
         lambda out, *_: keep(
@@ -80,7 +80,7 @@ LENS_FAULTS = {
     "bands mixed": (lambda out, *_: keep(out, out.values * 0.5 + out.values.mean(0) * 0.5), "band"),
     "focal length misstated": (
         lambda out, *_: out.assign_attrs(focal_length_mm=2 * out.attrs["focal_length_mm"]),
-        "where focal length and distortion",
+        "that focal length and distortion",
     ),
     "other units": (lambda out, *_: out.assign_attrs(units="lx"), "returns irradiance"),
     "throughput missing": (

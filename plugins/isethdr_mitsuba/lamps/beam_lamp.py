@@ -16,8 +16,8 @@ from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_tabl
 
 PLUGIN = "isethdr_beam_lamp"
 NEAR_CLIP_M = 1e-3
-# sampling weight of a lamp that is not looked for; with 0 Mitsuba would count what is found by
-# chance in full
+# sampling weight of a lamp that is not sampled. With 0, Mitsuba would give full weight to rays that
+# hit the lamp by chance
 NEVER = 1e-7
 
 
@@ -27,10 +27,10 @@ def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False)
     Parameters
     ----------
     placed : lamp.
-    hidden_from : a point in the world, or None. Rays that start there do not see the emitter: the
-        pinhole, when the lamp's direct light is added by `visible_lamps`.
-    mirrored_only : shine on no surface, be seen in perfect mirrors and through panes only: where
-        `spots` light the surfaces. Switched by the attribute `on`.
+    hidden_from : a point in the world, or None. Rays that start there do not hit the emitter. Use
+        the pinhole if `visible_lamps` adds the direct light of the lamp.
+    mirrored_only : the lamp lights no surface, and is visible only in perfect mirrors and through
+        panes. Use it if `spots` light the surfaces. The attribute `on` switches the lamp.
     """
     mi.register_emitter(PLUGIN, lambda properties: _beam_class()(properties))
     table = emission_table([placed.lamp.spectrum])[0] * placed.peak_cd_m2
@@ -163,8 +163,8 @@ def _beam_class():
                 return mi.Spectrum(0)
             outwards = si.to_world(si.wi)
             start = si.p + outwards * dr.select(dr.isfinite(si.t), si.t, 0)
-            # camera rays start on the near plane; and float32 brings a start back to about 1e-6 of
-            # the ray's length
+            # camera rays start on the near plane; in float32 the start of a ray is computed with an
+            # error of about 1e-6 of its length
             far = dr.norm(start - self.hidden_from) > 3 * NEAR_CLIP_M + 1e-5 * dr.select(
                 dr.isfinite(si.t), si.t, 0
             )
@@ -183,8 +183,8 @@ def _beam_class():
 
         def pdf_direction(self, it, ds, active=True):
             if self.mirrored_only:
-                # so that rays from surfaces that a spot lights weigh nothing; those from mirrors
-                # ask no density
+                # rays from surfaces that a spot lights get no weight; rays from mirrors use no
+                # density
                 return 1e18
             return dr.select(
                 dr.dot(ds.d, ds.n) < 0, self.get_shape().pdf_direction(it, ds, active), 0.0

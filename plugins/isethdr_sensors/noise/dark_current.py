@@ -8,7 +8,11 @@ DOUBLING_K = 8.0
 
 
 def dark_electrons(dark_e_per_s: float, exposure_s: float, temperature_c: float) -> float:
-    """Return the mean dark charge of an exposure, electrons; `dark_e_per_s` holds at 60 degrees
-    Celsius.
+    """Return the mean dark charge of an exposure, electrons.
+
+    Parameters
+    ----------
+    dark_e_per_s : dark current at 60 degrees Celsius.
+    exposure_s : exposure time. `temperature_c` : of the sensor.
     """
     return dark_e_per_s * exposure_s * 2.0 ** ((temperature_c - REFERENCE_C) / DOUBLING_K)

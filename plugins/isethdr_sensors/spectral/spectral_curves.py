@@ -1,9 +1,10 @@
-"""Spectral curves of colour filters on silicon, fitted by us, and a user's own curve from a CSV
+"""Spectral curves: fitted curves of colour filters on silicon, and a user's own curve from a CSV
 file.
 
 Each filter is a sum of skewed Gaussians (amplitude, centre nm, width nm below the centre, width nm
-above it). Fitted by least squares to the AR0132AT data sheet's curves as ISETCam holds them,
-380-780 nm in steps of 5 nm, relative to the largest peak. Residuals, rms / largest: R 0.008 /
+above it). They are fitted by least squares to the curves of the AR0132AT data sheet, as ISETCam
+distributes them: 380-780 nm in steps of 5 nm, relative to the largest peak. Residuals, rms /
+largest: R 0.008 /
 0.023, G 0.005 / 0.014, B 0.007 / 0.039, W 0.005 / 0.017. ISETCam's public IMX363 curves are the
 same RGB shapes times 0.62.
 """
@@ -50,8 +51,9 @@ LETTERS = (*AR0132AT, "C", "Y", "M")
 
 
 def check_letters(letters) -> None:
-    """Refuse letters that have no curve; a lower case letter is the same filter on a less sensitive
-    pixel.
+    """Raise ConfigError for a letter without a curve.
+
+    A lower case letter is the same filter on a less sensitive pixel.
     """
     for letter in letters:
         if letter.upper() not in LETTERS:
@@ -63,19 +65,23 @@ def check_letters(letters) -> None:
 
 
 def filter_curve(letter: str, wavelength_nm) -> np.ndarray:
-    """Return the relative quantum efficiency of a filter; outside 380-780 nm the value at the
-    end.
+    """Return the relative quantum efficiency of a filter.
+
+    Outside 380-780 nm it is the value at the end of this range.
     """
     check_letters(letter)
-    w = np.clip(np.asarray(wavelength_nm, float), *FITTED_NM)
+    clipped_nm = np.clip(np.asarray(wavelength_nm, float), *FITTED_NM)
     if letter == "C":
-        return filter_curve("W", w)
+        return filter_curve("W", clipped_nm)
     if letter == "Y":
-        return filter_curve("W", w) / (1.0 + np.exp((500.0 - w) / 7.0))
+        return filter_curve("W", clipped_nm) / (1.0 + np.exp((500.0 - clipped_nm) / 7.0))
     if letter == "M":
-        return filter_curve("W", w) * (1.0 - 0.9 * np.exp(-0.5 * ((w - 540.0) / 35.0) ** 2))
+        return filter_curve("W", clipped_nm) * (
+            1.0 - 0.9 * np.exp(-0.5 * ((clipped_nm - 540.0) / 35.0) ** 2)
+        )
     return sum(
-        a * np.exp(-0.5 * ((w - centre) / np.where(w < centre, below, above)) ** 2)
+        a
+        * np.exp(-0.5 * ((clipped_nm - centre) / np.where(clipped_nm < centre, below, above)) ** 2)
         for a, centre, below, above in AR0132AT[letter]
     )
 
@@ -86,10 +92,10 @@ def infrared_cut(wavelength_nm) -> np.ndarray:
     Three edges fitted to ISETCam's public measured filter, 380-780 nm: residual rms 0.020, largest
     0.051.
     """
-    w = np.asarray(wavelength_nm, float)
+    nm = np.asarray(wavelength_nm, float)
 
     def edge(centre, width):
-        return 1.0 / (1.0 + np.exp(np.clip((w - centre) / width, -700, 700)))
+        return 1.0 / (1.0 + np.exp(np.clip((nm - centre) / width, -700, 700)))
 
     return 0.98 * edge(414.16, -2.88) * edge(645.85, 31.16) * edge(685.37, 4.22)
 
