@@ -93,9 +93,13 @@ class Paths:
         return (1 << len(self.lamps.groups)) - 1
 
     def even_pass(self, seed: int, samples: int, group_numbers=None) -> np.ndarray:
-        """Return radiance (group, band, tile), summed over `samples` paths of each tile. The sum is
-        float32, so `samples` should not exceed 1024. Groups not in `group_numbers` (numbers; None: all)
-        are 0.
+        """Return radiance (group, band, tile), summed over `samples` paths of each tile.
+
+        Parameters
+        ----------
+        seed : of the random numbers.
+        samples : at most 1024, because the sum is float32.
+        group_numbers : light groups to compute, others are 0; None: all.
         """
         groups = (
             self.all_groups() if group_numbers is None else sum(1 << int(g) for g in group_numbers)
