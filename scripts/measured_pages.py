@@ -56,6 +56,20 @@ PAGES = {
         ("python -m isethdr_measured budget",),
         "several minutes",
     ),
+    "catalog": Page(
+        "Queries of the catalog",
+        "Synthetic records: 150 properties, eight scores of the picture, four of objects and three"
+        " objects each. Times of the library call, of DuckDB over a Parquet file of the same"
+        " records (properties as JSON), the ratio of their CPU times, and the whole command. The"
+        " 20,000 are stores on disk; the million exist in the index only. `CPU` counts all"
+        " threads.",
+        ("python benchmarks/catalog_queries.py million",),
+        "5 CPU min",
+        (
+            "A command takes one to two seconds, almost all of which is the start of Python and the"
+            " import of libraries.",
+        ),
+    ),
     "charge_dynamics": Page(
         "Integrators of a pixel that overflows",
         "Error against run time of integrators of the charge equation"

@@ -3,7 +3,8 @@
 | module          | content                                                    |
 |-----------------|------------------------------------------------------------|
 | `record`        | what is known of one store, from its root attributes alone |
-| `index`         | `refresh`: rebuild index.parquet, a cache of all records   |
+| `index`         | `refresh`: rebuild index.duckdb, a cache of all records   |
+| `index_file`    | the index: records in typed columns of a DuckDB file       |
 | `query`         | `find`, `sql`, `show`                                      |
 | `compare`       | what differs between two runs, and by more than intervals  |
 | `comparison_summary` | what `isethdr catalog compare` prints                 |

@@ -25,7 +25,7 @@ from isethdr_core.storage.manifest import (
 )
 from isethdr_core.store import FORMAT, ROOT_FILE, WITHOUT_MANIFEST
 
-from .index import stores
+from .index import forget, stores
 from .verify import verify_store
 
 
@@ -48,6 +48,7 @@ def adopt(folder) -> list[Adoption]:
                 adoptions.append(Adoption(path, ""))
         except CatalogError as error:
             adoptions.append(Adoption(path, str(error)))
+    forget(Path(folder))
     return adoptions
 
 

@@ -158,7 +158,7 @@ def adopt() -> None:
 
 @catalog.command(
     help=(
-        "Rebuild index.parquet from the stores (find and sql do so by themselves when stores were"
+        "Rebuild index.duckdb from the stores (find and sql do so by themselves when stores were"
         " added)."
     )
 )

@@ -1,41 +1,42 @@
-"""Index: `index.parquet`, a cache of all records. Queries include every store, whether it is in the
+"""Index: `index.duckdb`, a cache of all records. Queries include every store, whether it is in the
 index or not.
 
 The stores are authoritative. Stores and records are compared by path and by the state of the root
 metadata file (inode, time, size), never by the order of times, so a clock that is set back does no
-harm. Writers of stores do not touch the index, so it needs no lock. It can be deleted at any time.
+harm. Where the folders of the stores have not changed since the last comparison, it is left out.
+Writers of stores do not touch the index, so it needs no lock. It can be deleted at any time.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import os
 import shutil
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from isethdr_core.errors import CatalogError
-from isethdr_core.extras import needed
 from isethdr_core.runs.labels import SUFFIX as LABELS
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 
-from .record import COLUMNS, SCHEMA, records
+from . import index_file
+from .record import records
 
 if TYPE_CHECKING:
     import duckdb
 
 FOLDERS = ("scenes", "runs", "studies")
-DETAILS = ("objects", "scores", "ledger", "assets")  # columns that `find` does not need
-STORED_COLUMNS = COLUMNS | {"stamp": "VARCHAR"}
-FROM_BATCH = f"SELECT unnest(from_json(?, '{json.dumps([STORED_COLUMNS])}'), recursive := true)"
-BATCH_BYTES = (
-    1_000_000  # of records that are handed to DuckDB at once; ten times as much takes 200 MB
-)
-ROWS_AT_ONCE = 2048  # of a Parquet row group, the least possible: DuckDB holds one in memory
+INDEX = "index.duckdb"
+STATE = "index.state.json"  # of the folders when the index was last compared with them
+EARLIER = "index.parquet"  # the index of earlier versions
+# A folder counts as unchanged by its time of change only if this was so long before the comparison:
+# two changes within one tick of a file system's clock have the same time.
+SETTLED_S = 3.0
 # scratch folders without a writer's name, of an older version, are left alone for so long
 OLD_SCRATCH_S = 3600.0
 
@@ -51,15 +52,14 @@ class Refreshed:
 
 @dataclass
 class _Reading:
-    """Records of stores, read in batches, and which stores were skipped on the way."""
+    """Records of stores, and which stores were skipped on the way."""
 
     folder: Path
     stamps: dict[str, str]  # of the stores to read, by path
     skipped: dict[str, str] = field(default_factory=dict)
 
-    def batches(self) -> Iterator[str]:
-        """Yield JSON arrays of records; damaged stores are named in `skipped`."""
-        batch, size = [], 0
+    def __iter__(self) -> Iterator[tuple[str, str, list[dict[str, Any]]]]:
+        """Yield path, stamp and records of each store; damaged ones are named in `skipped`."""
         for path, stamp in self.stamps.items():
             try:
                 rows = records(self.folder / path, self.folder)
@@ -70,18 +70,12 @@ class _Reading:
                 KeyError,
                 ValueError,
             ) as error:  # readable JSON of an unexpected shape
-                self.skipped[str(self.folder / path)] = str(error) or type(error).__name__
+                self.skipped[path] = str(error) or type(error).__name__
                 continue
-            batch += [json.dumps(_finite(row | {"stamp": stamp}), allow_nan=False) for row in rows]
-            size += sum(map(len, batch[-len(rows) :]))
-            if size > BATCH_BYTES:
-                yield f"[{','.join(batch)}]"
-                batch, size = [], 0
-        if batch:
-            yield f"[{','.join(batch)}]"
+            yield path, stamp, rows
 
 
-def stores(folder) -> list[Path]:
+def stores(folder: str | os.PathLike[str]) -> list[Path]:
     """Return the paths of all stores of a home folder, complete or not."""
     return [path for part in FOLDERS for path in sorted(Path(folder).glob(f"{part}/*.zarr"))]
 
@@ -109,11 +103,11 @@ def stamps(folder: Path) -> dict[str, str]:
     return found
 
 
-def refresh(folder) -> Refreshed:
-    """Bring `<folder>/index.parquet` up to date: read new stores only, forget those that are gone.
+def refresh(folder: str | os.PathLike[str]) -> Refreshed:
+    """Bring `<folder>/index.duckdb` up to date: read new stores only, forget those that are gone.
 
-    Damaged stores are named and skipped. Records pass through one at a time, so memory does not
-    grow with them.
+    Damaged stores are named and skipped. Records pass through in batches, so memory does not grow
+    with them.
 
     Raises
     ------
@@ -123,145 +117,176 @@ def refresh(folder) -> Refreshed:
     return _refresh(folder, stamps(folder))
 
 
-def _refresh(folder: Path, current: dict[str, str]) -> Refreshed:
-    with needed("the index of the catalog", extra="catalog"):
-        import duckdb
+def attach(
+    base: duckdb.DuckDBPyConnection, folder: str | os.PathLike[str]
+) -> dict[str, Any] | None:
+    """Attach an index of all stores of a home folder, and bring it up to date first.
 
-    index = folder / "index.parquet"
-    with duckdb.connect() as base:
-        # one row group in memory at a time
-        base.execute("SET threads=1")
-        base.execute("SET preserve_insertion_order=false")
-        _current_table(base, current)
-        known = _known(base, index)
-        reading = _Reading(
-            folder, {path: stamp for path, stamp in current.items() if known.get(path) != stamp}
-        )
-        try:
-            _remove_scratch(folder)
-            stale = any(current.get(path) != stamp for path, stamp in known.items())
-            if reading.stamps or stale:
-                _rewrite(
-                    base, index, reading, keep=_still_current(index) if known else "", stale=stale
-                )
-        except OSError as error:
-            raise CatalogError(
-                f"cannot write {index}: {error}; choose a folder you may write with"
-                " ISETHDR_HOME=/path"
-            ) from error
-        count = (
-            base.execute(f"SELECT count(*) FROM {_file(index)}").fetchone()[0]
-            if index.exists()
-            else 0
-        )
-    return Refreshed(index, count, reading.skipped)
+    Where it cannot be written, or was replaced meanwhile by a process that knew fewer stores, a
+    temporary copy takes its place.
 
+    Returns
+    -------
+    The state of the home for which the attached file holds, as long as `state` returns the same;
+    None where the file holds for this moment only.
 
-def load(base: duckdb.DuckDBPyConnection, folder, details: bool = True) -> None:
-    """Make the table `shots` of all records in memory.
-
-    The index is brought up to date first. Where it cannot be written, or was replaced meanwhile by
-    a process that knew fewer stores, the records that it lacks are read from the stores.
-
-    Parameters
-    ----------
-    details : False leaves the columns `DETAILS` empty, which are most of the memory.
+    Raises
+    ------
+    CatalogError : neither the home nor the folder of temporary files can be written.
     """
     folder = Path(folder)
-    index, current = folder / "index.parquet", stamps(folder)
+    before = state(folder)
+    if before is not None:
+        if index_file.attach(base, folder / INDEX):
+            if state(folder) == before:
+                return before
+            index_file.detach(base)
+    compared, current = _begin_comparison(folder), stamps(folder)
+    skipped: dict[str, str] = {}
     with suppress(CatalogError):  # a home that cannot be written is queried all the same
-        _refresh(folder, current)
-    columns = ", ".join(f"{name} {kind}" for name, kind in STORED_COLUMNS.items())
-    base.execute(f"CREATE TABLE shots ({columns})")
-    _current_table(base, current)
-    selected = "*" if details else f"* REPLACE ({', '.join(f'NULL AS {name}' for name in DETAILS)})"
-    if _known(base, index):
-        base.execute(f"INSERT INTO shots SELECT {selected} FROM ({_still_current(index)})")
-    indexed = dict(base.execute("SELECT DISTINCT path, stamp FROM shots").fetchall())
-    missing = _Reading(
-        folder, {path: stamp for path, stamp in current.items() if indexed.get(path) != stamp}
-    )
-    for batch in missing.batches():
-        base.execute(f"INSERT INTO shots SELECT {selected} FROM ({FROM_BATCH})", [batch])
-    base.execute("DROP TABLE current")
-    base.execute("ALTER TABLE shots DROP COLUMN stamp")
-    _pass_on_lighting(base)
+        skipped = _refresh(folder, current).skipped
+    index = _stamp(folder / INDEX)
+    wanted = {p: s for p, s in current.items() if str(folder / p) not in skipped}
+    if index_file.attach(base, folder / INDEX):
+        if index_file.known(base) == wanted:
+            if compared is not None and _stamp(folder / INDEX) == index:
+                _remember(folder, compared | {"index": index})
+            return None
+        index_file.detach(base)
+    with tempfile.TemporaryDirectory(prefix="isethdr-index-") as scratch:
+        copy, changes = Path(scratch) / INDEX, _changes(folder, current)
+        _write(changes, copy, changes.reading)
+        index_file.attach(base, copy)  # stays open after its name is gone
+    return None
 
 
-def _stamp(file: str) -> str:
+def state(folder: Path) -> dict[str, Any] | None:
+    """Return the state of a home that has not changed since its index was compared with its stores;
+    None where it has changed, or may have.
+    """
+    try:
+        remembered = json.loads((folder / STATE).read_bytes())
+    except (OSError, ValueError):
+        return None
+    now = {part: _folder_state(folder / part) for part in FOLDERS}
+    same = remembered == now | {"index": _stamp(folder / INDEX)}
+    return remembered if same else None
+
+
+def forget(folder: Path) -> None:
+    """Have the next query compare the index with all stores: a store has changed in its place."""
+    (folder / STATE).unlink(missing_ok=True)
+
+
+@dataclass
+class _Changes:
+    """What an index file lacks, and what it holds too much."""
+
+    index: Path
+    records: int  # in the file
+    stale: list[str]  # paths of stores that are gone or changed
+    reading: _Reading  # of the stores that it lacks
+
+
+def _changes(folder: Path, current: dict[str, str]) -> _Changes:
+    index = folder / INDEX
+    known, records_in_file = {}, 0
+    with index_file.connected() as base:
+        if index_file.attach(base, index):
+            known = index_file.known(base)
+            records_in_file = index_file.count(base)
+    stale = [path for path, stamp in known.items() if current.get(path) != stamp]
+    missing = {path: stamp for path, stamp in current.items() if known.get(path) != stamp}
+    return _Changes(index, records_in_file, stale, _Reading(folder, missing))
+
+
+def _refresh(folder: Path, current: dict[str, str]) -> Refreshed:
+    changes = _changes(folder, current)
+    index, reading = changes.index, changes.reading
+    arriving = iter(reading)
+    count = changes.records
+    try:
+        _remove_scratch(folder)
+        first = next(arriving, None)
+        if first is not None or changes.stale:
+            folder.mkdir(parents=True, exist_ok=True)
+            scratch = temporary_path(folder, "index")
+            scratch.mkdir()
+            try:
+                found = chain([first], arriving) if first else arriving
+                count = _write(changes, scratch / INDEX, found)
+                os.replace(scratch / INDEX, index)
+            finally:
+                shutil.rmtree(scratch, ignore_errors=True)
+        (folder / EARLIER).unlink(missing_ok=True)
+    except OSError as error:
+        raise CatalogError(
+            f"cannot write {index}: {error}; choose a folder you may write with ISETHDR_HOME=/path"
+        ) from error
+    return Refreshed(index, count, {str(folder / p): why for p, why in reading.skipped.items()})
+
+
+def _write(
+    changes: _Changes, fresh: Path, stores: Iterable[tuple[str, str, list[dict[str, Any]]]]
+) -> int:
+    """Write `fresh`, the index with its changes, and return the number of its records."""
+    if changes.records:
+        shutil.copyfile(changes.index, fresh)
+    with index_file.connected() as base:
+        writer = index_file.Writer(base, fresh)
+        writer.remove(changes.stale)
+        writer.add(stores)
+        return writer.close()
+
+
+def _begin_comparison(folder: Path) -> dict[str, Any] | None:
+    """Return the state of the folders of stores, before they are read; None where one of them
+    changed a moment ago, or is on another file system, whose clock is unknown.
+    """
+    found: dict[str, Any] = {}
+    try:
+        mark = temporary_path(folder, "index.state")
+        mark.touch()
+        try:
+            now = mark.stat()
+        finally:
+            mark.unlink()
+        for part in FOLDERS:
+            found[part] = _folder_state(folder / part)
+            if found[part]:
+                status = (folder / part).stat()
+                if status.st_dev != now.st_dev or status.st_ctime > now.st_mtime - SETTLED_S:
+                    return None
+    except OSError:
+        return None
+    return found
+
+
+def _remember(folder: Path, compared: dict[str, Any]) -> None:
+    temporary = temporary_path(folder, STATE)
+    with suppress(OSError):
+        try:
+            temporary.write_text(json.dumps(compared))
+            temporary.replace(folder / STATE)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def _folder_state(folder: Path) -> str:
+    """Return what changes whenever an entry of a folder is added, renamed or removed."""
+    try:
+        status = os.stat(folder)
+    except OSError:
+        return ""
+    return f"{status.st_ino}-{status.st_mtime_ns}-{status.st_ctime_ns}"
+
+
+def _stamp(file: str | os.PathLike[str]) -> str:
     try:
         status = os.stat(file)
     except OSError:
         return ""
     return f"{status.st_ino}-{status.st_mtime_ns}-{status.st_size}"
-
-
-def _known(base: duckdb.DuckDBPyConnection, index: Path) -> dict[str, str]:
-    """Return the stamp of every store that the index holds, by path; nothing where the index cannot
-    be used.
-    """
-    with needed("the index of the catalog", extra="catalog"):
-        import duckdb
-
-    columns = ", ".join(STORED_COLUMNS)
-    try:
-        base.execute(f"SELECT {columns} FROM {_file(index)} LIMIT 0")
-        rows = base.execute(
-            f"SELECT DISTINCT path, stamp FROM {_file(index)} WHERE schema = {SCHEMA}"
-        )
-        return dict(rows.fetchall())
-    except duckdb.Error:  # missing, cut off, or of another version
-        return {}
-
-
-def _rewrite(
-    base: duckdb.DuckDBPyConnection, index: Path, reading: _Reading, keep: str, stale: bool
-) -> None:
-    """Write the index anew: records of the query `keep`, and those of stores that are read now.
-
-    `stale` : the index holds records that `keep` leaves out.
-    """
-    index.parent.mkdir(parents=True, exist_ok=True)
-    scratch = temporary_path(index.parent, "index")
-    scratch.mkdir()
-    try:
-        queries = [keep] if keep else []
-        for number, batch in enumerate(reading.batches()):
-            part = scratch / f"{number}.parquet"
-            base.execute(f"COPY ({FROM_BATCH}) TO '{_quoted(part)}' (FORMAT parquet)", [batch])
-        if any(scratch.iterdir()):
-            queries.append(f"SELECT * FROM read_parquet('{_quoted(scratch)}/*.parquet')")
-        if not (stale or len(queries) > bool(keep)):
-            return
-        fresh = scratch / "index"
-        base.execute(
-            f"COPY ({' UNION ALL '.join(queries)}) TO '{_quoted(fresh)}' (FORMAT parquet,"
-            f" ROW_GROUP_SIZE {ROWS_AT_ONCE})"
-        )
-        os.replace(fresh, index)
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-
-
-def _current_table(base: duckdb.DuckDBPyConnection, current: dict[str, str]) -> None:
-    base.execute("CREATE OR REPLACE TABLE current (path VARCHAR, stamp VARCHAR)")
-    base.execute(
-        "INSERT INTO current SELECT unnest(?), unnest(?)", [list(current), list(current.values())]
-    )
-
-
-def _still_current(index: Path) -> str:
-    columns = ", ".join(
-        f"CAST({name} AS {kind}) AS {name}" for name, kind in STORED_COLUMNS.items()
-    )
-    return (
-        f"SELECT {columns} FROM {_file(index)} SEMI JOIN current USING (path, stamp) WHERE schema ="
-        f" {SCHEMA}"
-    )
-
-
-def _file(index: Path) -> str:
-    return f"read_parquet('{_quoted(index)}')"
 
 
 def _remove_scratch(folder: Path) -> None:
@@ -271,42 +296,3 @@ def _remove_scratch(folder: Path) -> None:
         with suppress(OSError):
             if folder.stat().st_mtime - path.stat().st_mtime > OLD_SCRATCH_S:
                 shutil.rmtree(path, ignore_errors=True)
-
-
-def _pass_on_lighting(base: duckdb.DuckDBPyConnection) -> None:
-    """Give each scene the lightings its runs used: night and day are versions of one stored
-    scene.
-    """
-    base.execute("""
-        CREATE TEMP TABLE used AS
-        SELECT scene, list_sort(list(DISTINCT lighting)) AS lightings
-        FROM (SELECT properties->>'lighting' AS lighting,
-                     unnest(CASE WHEN json_array_length(properties, '/scene_ids') > 0
-                            THEN from_json(properties->'/scene_ids', '["VARCHAR"]')
-                             ELSE [derived_from] END) AS scene
-              FROM shots WHERE kind = 'run')
-        WHERE lighting IS NOT NULL GROUP BY scene
-    """)
-    base.execute("""
-        UPDATE shots
-        SET properties = json_merge_patch(properties, json_object('lighting', lightings))
-        FROM (SELECT DISTINCT id, coalesce(lightings, []) AS lightings
-              FROM shots LEFT JOIN used ON id = scene WHERE kind = 'scene') AS scenes
-        WHERE shots.id = scenes.id AND shots.kind = 'scene'
-    """)
-    base.execute("DROP TABLE used")
-
-
-def _finite(value):
-    """Return `value` with NaN as null, which SQL knows how to skip, and infinity as a number beyond
-    all others.
-    """
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else math.copysign(1e308, value)
-    if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
-    return [_finite(v) for v in value] if isinstance(value, list) else value
-
-
-def _quoted(path) -> str:
-    return str(path).replace("'", "''")

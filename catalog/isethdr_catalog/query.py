@@ -8,8 +8,11 @@ underscores: `person__distance_m__le=30`.
 from __future__ import annotations
 
 import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from isethdr_core.errors import MOST_LISTED, CatalogError, did_you_mean
 from isethdr_core.extras import needed
@@ -17,14 +20,18 @@ from isethdr_core.runs.labels import read_labels
 from isethdr_core.storage.encoding import jsonable
 from isethdr_core.store import read_attrs
 
-from .index import load, stores
+from . import index_file
+from .index import attach, state, stores
 
 if TYPE_CHECKING:
     import duckdb
 
 OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
 PLAIN = ("id", "kind", "camera", "name", "path", "created", "derived_from")
-# Set before a user's text runs. Records are in memory by then, so a query needs no file, network or
+SHOWN = ("id", "kind", "camera", "path")  # of each row of `find`
+SHARE = "valid_share"
+_KEPT: dict[tuple[int, str], tuple[duckdb.DuckDBPyConnection, dict[str, Any] | None]] = {}
+# Set before a user's text runs. The index is open by then, so a query needs no file, network or
 # extension. `lock_configuration` comes last: no statement can undo it.
 SANDBOX = (
     "SET temp_directory=''",
@@ -34,30 +41,29 @@ SANDBOX = (
     "SET enable_external_access=false",
     "SET lock_configuration=true",
 )
+# types of statements that a user may type: those that change nothing, and those that make tables in
+# memory; others (ATTACH, DETACH, COPY, SET, LOAD, ...) are refused
+READING = ("SELECT", "EXPLAIN")
+MAKING = ("CREATE", "INSERT", "UPDATE", "DELETE", "DROP", "ALTER", "MULTI")
+VIEW_NAMES = ("stores", "shots", "properties", "objects", "scores", "object_scores")
 VIEWS = """
+CREATE VIEW shots AS SELECT id, kind, camera, name, path, created, derived_from,
+  {properties} AS properties, ledger, assets FROM idx.shots;
 CREATE VIEW stores AS SELECT id, kind, any_value(name) AS name, path,
   any_value(created) AS created, any_value(derived_from) AS derived_from,
   list(camera) AS cameras, any_value(properties) AS properties,
   any_value(ledger) AS ledger, any_value(assets) AS assets
   FROM shots GROUP BY id, kind, path;
-CREATE VIEW objects AS SELECT id, kind, lighting, (o->>'instance')::BIGINT AS instance,
-  o->>'name' AS name, o->>'category' AS category,
-  (o->>'distance_m')::DOUBLE AS distance_m, (o->>'visible_fraction')::DOUBLE AS visible_fraction,
-  o->'box' AS box
-  FROM (SELECT id, kind, any_value(properties->>'lighting') AS lighting,
-    unnest(from_json(any_value(objects), '["JSON"]')) AS o
-        FROM shots GROUP BY id, kind);
-CREATE VIEW all_scores AS SELECT id, camera, sensor, lighting, s->>'metric' AS metric,
-  s->>'object' AS object, (s->>'value')::DOUBLE AS value,
-  s->>'unit' AS unit, (s->>'low')::DOUBLE AS low, (s->>'high')::DOUBLE AS high
-  FROM (SELECT id, camera, properties->>'sensor' AS sensor, properties->>'lighting' AS lighting,
-        unnest(from_json(scores, '["JSON"]')) AS s FROM shots);
-CREATE VIEW scores AS SELECT * FROM all_scores WHERE object = '';
-CREATE VIEW object_scores AS SELECT * FROM all_scores WHERE object <> '';
+CREATE VIEW objects AS SELECT * EXCLUDE (store) FROM idx.objects;
+CREATE VIEW scores AS SELECT * EXCLUDE (store) FROM idx.scores;
+CREATE VIEW object_scores AS SELECT * EXCLUDE (store) FROM idx.object_scores;
+CREATE VIEW all_scores AS SELECT * FROM scores UNION ALL SELECT * FROM object_scores;
 """
 
 
-def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> list[dict]:
+def find(
+    folder: Path | str, order_by: str | None = None, limit: int = 50, **conditions: Any
+) -> list[dict[str, Any]]:
     """Return the scenes, and the runs (one row per camera), that meet all conditions.
 
     Parameters
@@ -76,60 +82,37 @@ def find(folder, order_by: str | None = None, limit: int = 50, **conditions) -> 
     ------
     CatalogError : a property that no record has.
     """
-    tests = [_split(key) + (value,) for key, value in conditions.items()]
+    tests = [(*_split(key), value) for key, value in conditions.items()]
     ordered = (order_by or "").removeprefix("-").replace("__", ".")
-    with _connect(folder, details=False) as base:
-        properties = list(
-            dict.fromkeys([name for name, _, _ in tests] + ([ordered] if ordered else []))
-        )
-        _check_known(base, properties)
+    with _reading(folder) as base:
+        known = index_file.properties(base)
+        asked = list(dict.fromkeys([n for n, _, _ in tests] + ([ordered] if ordered else [])))
+        _check_known(base, known, asked)
         clauses, values = [], []
         for name, operator, value in tests:
-            clause, bound = _clause(name, operator, value)
+            clause, bound = _clause(_column(known, name), operator, value)
             clauses.append(clause)
             values += bound
-        extra = _with_share(base, [name for name in properties if name not in PLAIN])
-        columns = ", ".join(
-            [
-                "id",
-                "kind",
-                "camera",
-                "path",
-                *(
-                    f"json_extract(properties, {_pointer(name)}) AS {_identifier(name)}"
-                    for name in extra
-                ),
-            ]
-        )
+        where = f"WHERE {' AND '.join(clauses)}" if clauses else ""
         order = "created DESC, id, camera"
         if ordered:
-            direction = "DESC" if order_by.startswith("-") else "ASC"
-            order = (
-                f"try_cast({_text(ordered)} AS DOUBLE) {direction} NULLS LAST, {_text(ordered)}"
-                f" {direction}"
-                " NULLS LAST, id"
-            )
-        rows = base.execute(
-            f"SELECT {columns} FROM shots {'WHERE ' if clauses else ''}{' AND '.join(clauses)} "
-            f"ORDER BY {order} LIMIT {int(limit)}",
-            values,
-        )
-        names = [d[0] for d in rows.description]
-        return [
-            {
-                k: json.loads(v) if k in extra and v is not None else v
-                for k, v in zip(names, row, strict=True)
-            }
-            for row in rows.fetchall()
-        ]
+            direction = "DESC" if str(order_by).startswith("-") else "ASC"
+            order = f"{_order(_column(known, ordered), direction)}, id"
+        chosen = base.execute(
+            f"SELECT rowid FROM idx.shots {where} ORDER BY {order} LIMIT {int(limit)}", values
+        ).fetchall()
+        extra = _with_share(known, [name for name in asked if name not in PLAIN])
+        whole = index_file.whole_properties(known)
+        return _rows(base, [row for (row,) in chosen], extra, whole)
 
 
-def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
+def sql(folder: Path | str, text: str) -> tuple[list[str], list[tuple[Any, ...]]]:
     """Run a DuckDB query over the views `stores`, `shots`, `objects`, `scores` (of the whole
     picture) and `object_scores`.
 
-    The query sees records in memory only. It cannot read, write or attach a file, load an
-    extension, reach a network or change the configuration (see `SANDBOX`).
+    The query sees the records only. It cannot read, write or attach a file, load an extension,
+    reach a network or change the configuration (see `SANDBOX`, `READING` and
+    `MAKING`).
 
     Returns
     -------
@@ -142,24 +125,48 @@ def sql(folder, text: str) -> tuple[list[str], list[tuple]]:
     with needed("a query", extra="catalog"):
         import duckdb
 
-    with _connect(folder) as base:
-        try:
-            if not base.extract_statements(text):
-                raise CatalogError(
-                    "the query is empty; expected SQL over the views stores, shots, objects,"
-                    " scores, object_scores, for example: isethdr catalog sql"
-                    ' "SELECT * FROM scores LIMIT 5"'
-                )
-            rows = base.execute(text)
-            return [d[0] for d in rows.description or []], rows.fetchall()
-        except (duckdb.Error, ValueError, OverflowError) as error:  # values that Python cannot hold
+    try:
+        with _reading(folder) as base:
+            statements = _checked(base, text)
+            if all(statement.type.name in READING for statement in statements):
+                return _result(base, text)
+        with _own_database(folder) as base:  # what the text makes goes with it
+            return _result(base, text)
+    except (duckdb.Error, ValueError, OverflowError) as error:  # values that Python cannot hold
+        raise CatalogError(
+            f"the query does not run: {error}; views: {', '.join(VIEW_NAMES)};"
+            " `DESCRIBE scores` lists the columns"
+        ) from error
+
+
+def _checked(base: duckdb.DuckDBPyConnection, text: str) -> list[duckdb.Statement]:
+    """Return the statements of a text.
+
+    Raises
+    ------
+    CatalogError : there is none, or one that does more than work on the records.
+    """
+    statements = base.extract_statements(text)
+    if not statements:
+        raise CatalogError(
+            f"the query is empty; expected SQL over the views {', '.join(VIEW_NAMES)}, for example:"
+            ' isethdr catalog sql "SELECT * FROM scores LIMIT 5"'
+        )
+    for statement in statements:
+        if statement.type.name not in READING + MAKING:
             raise CatalogError(
-                f"the query does not run: {error}; views: stores, shots, objects, scores,"
-                " object_scores; `DESCRIBE scores` lists the columns"
-            ) from error
+                f"the query does not run: {statement.type.name} is not allowed; expected a query"
+                " of the records, which begins with SELECT"
+            )
+    return statements
 
 
-def show(folder, name: str) -> dict:
+def _result(base: duckdb.DuckDBPyConnection, text: str) -> tuple[list[str], list[tuple[Any, ...]]]:
+    rows = base.execute(text)
+    return [d[0] for d in rows.description or []], rows.fetchall()
+
+
+def show(folder: Path | str, name: str) -> dict[str, Any]:
     """Return the root attributes of the store whose key begins with `name`, or of the run that is
     called so, with its `path`.
 
@@ -187,17 +194,192 @@ def shown(folder: Path | str, name: str) -> str:
     return json.dumps(jsonable(show(folder, name)), indent=2)
 
 
-def _connect(folder: Path | str, details: bool = True) -> duckdb.DuckDBPyConnection:
-    """Return a database in memory with the views, over the records of all stores."""
-    with needed("a query", extra="catalog"):
-        import duckdb
+@contextmanager
+def _reading(folder: Path | str) -> Iterator[duckdb.DuckDBPyConnection]:
+    """Yield a connection to the attached index, for text that changes nothing. It is kept open for
+    the next query of this process as long as the home does not change: opening takes 40 ms.
+    """
+    folder = Path(folder).absolute()
+    key, now = (os.getpid(), str(folder)), state(folder)
+    base, since = _KEPT.get(key, (None, None))
+    if base is None or now is None or since != now:
+        with needed("a query", extra="catalog"):
+            import duckdb
 
-    base = duckdb.connect()
-    load(base, folder, details)
-    base.execute(VIEWS)
+        _KEPT.clear()
+        base = duckdb.connect()
+        since = _open(base, folder)
+        if since is not None:
+            _KEPT[key] = (base, since)
+    with base.cursor() as cursor:
+        yield cursor
+
+
+@contextmanager
+def _own_database(folder: Path | str) -> Iterator[duckdb.DuckDBPyConnection]:
+    """Yield a database that is closed after use, for text that makes tables."""
+    with index_file.connected() as base:
+        _open(base, Path(folder))
+        yield base
+
+
+def _open(base: duckdb.DuckDBPyConnection, folder: Path) -> dict[str, Any] | None:
+    """Attach the index, make its views, and lock the database; return what `attach` does."""
+    since = attach(base, folder)
+    known = index_file.properties(base)
+    base.execute(VIEWS.format(properties=index_file.whole_properties(known)))
+    base.execute(_view_of_properties(known))
     for setting in SANDBOX:
         base.execute(setting)
-    return base
+    return since
+
+
+def _view_of_properties(known: dict[str, index_file.Property]) -> str:
+    """Return the view with one column for each property; those of `shots` keep their names."""
+    columns = [
+        f"{found.column} AS {index_file.identifier(name)}"
+        for name, found in sorted(known.items())
+        if found.column and name.lower() not in PLAIN
+    ]
+    return f"CREATE VIEW properties AS SELECT {', '.join([*PLAIN, *columns])} FROM idx.shots"
+
+
+def _rows(
+    base: duckdb.DuckDBPyConnection, chosen: list[int], extra: list[str], whole: str
+) -> list[dict[str, Any]]:
+    """Return the rows of a result: who they are, and the properties `extra`.
+
+    `whole` : the SQL of the JSON of all properties.
+    """
+    places = ", ".join(_pointer(name) for name in extra)
+    found = base.execute(
+        f"SELECT rowid, id, kind, camera, path{', ' * bool(extra)}"
+        f"{f'json_extract({whole}, [{places}])' if extra else ''}"
+        " FROM idx.shots WHERE rowid IN (SELECT unnest(?::BIGINT[]))",
+        [chosen],
+    ).fetchall()
+    by_row = {}
+    for row, *fixed in found:
+        texts = fixed[4] if extra else []
+        read = [None if text is None else json.loads(text) for text in texts]
+        by_row[row] = dict(zip(SHOWN, fixed[:4], strict=True)) | dict(zip(extra, read, strict=True))
+    return [by_row[row] for row in chosen]
+
+
+def _with_share(known: dict[str, index_file.Property], names: list[str]) -> list[str]:
+    """Return the properties to show: with the share of valid pixels where one of them is a
+    score.
+    """
+    shown = any(known[name].score for name in names if name in known)
+    if shown and SHARE in known and SHARE not in names:
+        return [*names, SHARE]
+    return names
+
+
+def _check_known(
+    base: duckdb.DuckDBPyConnection, known: dict[str, index_file.Property], names: list[str]
+) -> None:
+    """Raise CatalogError where no record has a property; an empty home knows every name."""
+    for name in names:
+        if name in PLAIN or not known:
+            continue
+        if name not in known or not _has_values(base, known[name]):
+            others = [n for n, found in known.items() if _has_values(base, found)]
+            if not others:
+                return
+            raise CatalogError(
+                f"no record has the property {name!r}{did_you_mean(name, [*others, *PLAIN])}"
+            )
+
+
+def _has_values(base: duckdb.DuckDBPyConnection, found: index_file.Property) -> bool:
+    """Return whether a record has a property; records of removed stores leave its column."""
+    if found.column is None:
+        return True
+    return bool(
+        base.execute(f"SELECT 1 FROM idx.shots WHERE {found.column} IS NOT NULL LIMIT 1").fetchall()
+    )
+
+
+class _Column(NamedTuple):
+    """How a property is written in SQL, and the type of its values."""
+
+    text: str
+    kind: str
+
+
+def _column(known: dict[str, index_file.Property], name: str) -> _Column:
+    if name in PLAIN:
+        return _Column(name, index_file.TEXT)
+    found = known.get(name)
+    if found is not None and found.column is not None:
+        return _Column(found.column, found.kind)
+    return _Column(f"json_extract_string(properties, {_pointer(name)})", index_file.LIST)
+
+
+def _order(column: _Column, direction: str) -> str:
+    """Return the SQL that sorts numbers by value, and other text behind them."""
+    if column.kind == index_file.NUMBER:
+        return f"{column.text} {direction} NULLS LAST"
+    return (
+        f"try_cast({column.text} AS DOUBLE) {direction} NULLS LAST,"
+        f" {column.text} {direction} NULLS LAST"
+    )
+
+
+def _clause(column: _Column, operator: str, value: Any) -> tuple[str, list[Any]]:
+    """Return the SQL of one condition and the values it binds."""
+    if operator in OPERATORS:
+        number = _number(value)
+        if number is None:  # dates, and other text that sorts
+            return f"CAST({column.text} AS VARCHAR) {OPERATORS[operator]} ?", [str(value)]
+        as_number = f"try_cast({column.text} AS DOUBLE)"
+        if column.kind == index_file.NUMBER:
+            as_number = column.text
+        return f"{as_number} {OPERATORS[operator]} ?", [number]
+    tests, values = [], []
+    for alternative in _alternatives(operator, value):
+        test, bound = _equal(column, alternative)
+        tests.append(test)
+        values += bound
+    joined = " OR ".join(tests) or "false"
+    if operator == "ne":
+        return f"coalesce(NOT ({joined}), true)", values
+    return f"coalesce({joined}, false)", values
+
+
+def _alternatives(operator: str, value: Any) -> list[str]:
+    if isinstance(value, list | tuple | set):
+        several = list(value)
+    else:
+        several = str(value).split(",") if operator == "in" else [value]
+    return [str(v).lower() if isinstance(v, bool) else str(v) for v in several]
+
+
+def _equal(column: _Column, value: str) -> tuple[str, list[Any]]:
+    """Return the SQL that a property equals a value, or holds it, and what it binds."""
+    number = _number(value)
+    if column.kind == index_file.NUMBER:
+        return ("false", []) if number is None else (f"{column.text} = ?", [number])
+    tests, values = [f"{column.text} = ?"], [value]
+    if number is not None:
+        tests.append(f"try_cast({column.text} AS DOUBLE) = ?")
+        values.append(number)
+    if column.kind == index_file.LIST:
+        as_list = (
+            f"from_json(CASE WHEN {column.text} LIKE '[%' AND json_valid({column.text})"
+            f" THEN {column.text} ELSE '[]' END, '[\"VARCHAR\"]')"
+        )
+        tests.append(f"list_contains({as_list}, ?)")
+        values.append(value)
+    return f"({' OR '.join(tests)})", values
+
+
+def _number(value: Any) -> float | None:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return None
 
 
 def _split(key: str) -> tuple[str, str]:
@@ -207,80 +389,8 @@ def _split(key: str) -> tuple[str, str]:
     return key.replace("__", "."), "eq"
 
 
-def _with_share(base: duckdb.DuckDBPyConnection, names: list[str]) -> list[str]:
-    """Return the properties to show: with the share of valid pixels where one of them is a
-    score.
-    """
-    scores_json = "from_json(properties->'scores', '[\"VARCHAR\"]')"
-    scores = {
-        name
-        for (name,) in base.execute(f"SELECT DISTINCT unnest({scores_json}) FROM shots").fetchall()
-    }
-    if "valid_share" in scores and "valid_share" not in names and scores & set(names):
-        return [*names, "valid_share"]
-    return names
-
-
-def _check_known(base, names) -> None:
-    known = {
-        key
-        for (key,) in base.execute(
-            "SELECT DISTINCT unnest(json_keys(properties)) FROM shots"
-        ).fetchall()
-    } | set(PLAIN)
-    for name in names:
-        if known > set(PLAIN) and name not in known:
-            raise CatalogError(f"no record has the property {name!r}{did_you_mean(name, known)}")
-
-
-def _clause(name: str, operator: str, value) -> tuple[str, list]:
-    """Return the SQL of one condition and the values it binds."""
-    text = _text(name)
-    if operator in OPERATORS:
-        try:
-            return f"try_cast({text} AS DOUBLE) {OPERATORS[operator]} ?", [float(value)]
-        except ValueError:
-            return f"{text} {OPERATORS[operator]} ?", [
-                str(value)
-            ]  # dates, and other text that sorts
-    alternatives = (
-        value
-        if isinstance(value, (list, tuple, set))
-        else str(value).split(",")
-        if operator == "in"
-        else [value]
-    )
-    tests, values = [], []
-    for alternative in alternatives:
-        alternative = (
-            str(alternative).lower() if isinstance(alternative, bool) else str(alternative)
-        )
-        tests.append(
-            f"({text} = ? OR try_cast({text} AS DOUBLE) = try_cast(? AS DOUBLE)"
-            + (
-                ""
-                if name in PLAIN
-                else f" OR json_contains(json_extract(properties, {_pointer(name)}), to_json(?))"
-            )
-            + ")"
-        )
-        values += [alternative, alternative] + ([] if name in PLAIN else [alternative])
-    joined = " OR ".join(tests) or "false"
-    return (
-        f"coalesce(NOT ({joined}), true)" if operator == "ne" else f"coalesce({joined}, false)"
-    ), values
-
-
-def _text(name: str) -> str:
-    return name if name in PLAIN else f"json_extract_string(properties, {_pointer(name)})"
-
-
 def _pointer(name: str) -> str:
     """Return the JSON pointer of a flat property, as an SQL text; names hold dots, so a path would
     not do.
     """
-    return "'/" + name.replace("~", "~0").replace("/", "~1").replace("'", "''") + "'"
-
-
-def _identifier(name: str) -> str:
-    return '"' + name.replace('"', '""') + '"'
+    return "'/" + index_file.quoted(name.replace("~", "~0").replace("/", "~1")) + "'"

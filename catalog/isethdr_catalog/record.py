@@ -13,22 +13,7 @@ from pathlib import Path
 from isethdr_core.runs.labels import read_labels
 from isethdr_core.store import read_attrs
 
-SCHEMA = 3
-COLUMNS = {
-    "id": "VARCHAR",
-    "kind": "VARCHAR",
-    "camera": "VARCHAR",
-    "name": "VARCHAR",
-    "path": "VARCHAR",
-    "created": "VARCHAR",
-    "derived_from": "VARCHAR",
-    "schema": "INTEGER",
-    "properties": "JSON",
-    "objects": "JSON",
-    "scores": "JSON",
-    "ledger": "JSON",
-    "assets": "JSON",
-}
+SCHEMA = 4  # raised when records of an earlier version must be read again
 NESTED = (
     "config",
     "scene",
@@ -59,7 +44,6 @@ def records(path, folder) -> list[dict]:
         "kind": kind,
         "path": str(path.relative_to(folder)),
         "created": attrs.get("created"),
-        "schema": SCHEMA,
         "name": str(attrs.get("name") or attrs.get("scene_id") or ""),
         "derived_from": attrs.get("scene_id") or None,
         "objects": objects,

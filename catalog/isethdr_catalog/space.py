@@ -20,7 +20,7 @@ from isethdr_core.runs.reuse import FOLDER as INTERMEDIATE
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 from isethdr_core.store import read_attrs
 
-from .index import stores
+from .index import INDEX, STATE, stores
 
 COMPARISONS = "comparisons"
 PARTS = {  # of a home folder
@@ -33,7 +33,8 @@ PARTS = {  # of a home folder
     "sweeps": "pages and tables of sweeps",
     COMPARISONS: "pages of comparisons: made again",
     "failed": "tracebacks of runs that failed",
-    "index.parquet": "index of the catalog: made again",
+    INDEX: "index of the catalog: made again",
+    STATE: "state of the index: made again",
 }
 MADE_AGAIN = (INTERMEDIATE, "kernels", COMPARISONS)  # that `collect` empties
 OTHER = "other files"

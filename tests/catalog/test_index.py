@@ -78,8 +78,8 @@ def test_forty_stores_that_arrive_during_refreshes_are_all_found(tmp_path):
 def test_a_clock_that_is_set_hides_nothing(tmp_path, shift_s):
     put(tmp_path, "first")
     refresh(tmp_path)
-    when = (tmp_path / "index.parquet").stat().st_mtime + shift_s
-    os.utime(tmp_path / "index.parquet", (when, when))
+    when = (tmp_path / "index.duckdb").stat().st_mtime + shift_s
+    os.utime(tmp_path / "index.duckdb", (when, when))
     put(tmp_path, "second")
     for path in (
         tmp_path / "runs",
@@ -121,9 +121,9 @@ def test_a_damaged_store_does_not_ask_for_a_new_index_each_time(tmp_path):
     put(tmp_path, "whole")
     put(tmp_path, "half", complete=False)
     refresh(tmp_path)
-    before = (tmp_path / "index.parquet").stat()
+    before = index._stamp(tmp_path / "index.duckdb")
     assert [Path(p).stem for p in refresh(tmp_path).skipped] == ["half"]
-    assert (tmp_path / "index.parquet").stat() == before
+    assert index._stamp(tmp_path / "index.duckdb") == before
     shutil.rmtree(tmp_path / "runs/half.zarr")
     put(tmp_path, "half")
     assert names(tmp_path) == ["half", "whole"]
@@ -154,7 +154,7 @@ def test_a_home_that_cannot_be_written_is_queried_from_memory(tmp_path, monkeypa
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(Path, "mkdir", refused)
-    with pytest.raises(CatalogError, match="cannot write .*index.parquet.*ISETHDR_HOME"):
+    with pytest.raises(CatalogError, match="cannot write .*index.duckdb.*ISETHDR_HOME"):
         refresh(tmp_path)
     assert names(tmp_path) == ["first", "second"]
     assert sql(tmp_path, "SELECT id, value FROM scores")[1] == [("first", 0.5)]
@@ -178,7 +178,8 @@ def test_what_an_interrupted_refresh_leaves_is_removed(tmp_path):
     assert done.returncode == -signal.SIGKILL
     assert len(list(tmp_path.glob(".index*.tmp"))) == 1
     assert names(tmp_path) == ["a"]
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["index.parquet", "runs"]
+    left = {p.name for p in tmp_path.iterdir()} - {"index.state.json"}
+    assert left == {"index.duckdb", "runs"}
 
 
 MEASURED = """
@@ -223,3 +224,84 @@ def test_one_new_run_among_20_000_costs_little(tmp_path):
     records, seconds, megabytes = json.loads(done.stdout)
     print(f"{records} records: {seconds:.2f} s of CPU for one more, {megabytes:.0f} MB")
     assert records == 20_000 and seconds < 1.0 and megabytes < 2 * 50
+
+
+@pytest.fixture
+def settled(monkeypatch):
+    """Have each state of a folder count as settled, as it does some seconds after a change."""
+    monkeypatch.setattr(index, "SETTLED_S", -1e9)
+
+
+def test_a_folder_that_did_not_change_is_not_compared_again(tmp_path, settled, monkeypatch):
+    put(tmp_path, "a", lighting="day")
+    put(tmp_path, "s", kind="scene")
+    assert names(tmp_path) == ["a"]
+    calls = []
+    real = index.stamps
+    monkeypatch.setattr(index, "stamps", lambda folder: calls.append(folder) or real(folder))
+    assert names(tmp_path) == ["a"] and not calls
+    assert sql(tmp_path, "SELECT count(*) FROM shots")[1] == [(2,)] and not calls
+    put(tmp_path, "b")
+    assert names(tmp_path) == ["a", "b"] and len(calls) == 1
+    (tmp_path / "runs/a.labels.json").write_text(
+        json.dumps({"name": "first", "tags": [], "sweeps": []})
+    )
+    assert [row["id"] for row in find(tmp_path, name="first")] == ["a"] and len(calls) == 2
+    shutil.rmtree(tmp_path / "runs/b.zarr")
+    assert names(tmp_path) == ["a"] and len(calls) == 3
+    (tmp_path / "index.duckdb").unlink()
+    assert names(tmp_path) == ["a"] and len(calls) == 4
+    index.forget(tmp_path)
+    assert names(tmp_path) == ["a"] and len(calls) == 5
+
+
+def test_an_index_of_fewer_stores_is_completed(tmp_path, settled):
+    put(tmp_path, "a")
+    assert names(tmp_path) == ["a"]
+    shutil.copy(tmp_path / "index.duckdb", tmp_path / "of_another_process")
+    put(tmp_path, "b")
+    assert names(tmp_path) == ["a", "b"]
+    os.replace(tmp_path / "of_another_process", tmp_path / "index.duckdb")
+    assert names(tmp_path) == ["a", "b"]
+
+
+def test_a_folder_that_changed_a_moment_ago_is_compared_again(tmp_path):
+    put(tmp_path, "a")
+    names(tmp_path)
+    assert index.state(tmp_path) is None
+
+
+@pytest.mark.parametrize(
+    "values, asked, expected",
+    [
+        ((1, 2.5, "auto"), {"config.gain": "auto"}, {2}),  # a column that becomes text
+        ((1, 2.5, "auto"), {"config.gain": 1}, {0}),
+        ((1, 2.5, "auto"), {"config.gain__ge": 2}, {1}),
+        ((1, [1, 2], "1"), {"config.gain": 1}, {0, 1, 2}),  # a list holds the value
+        ((True, False, "true"), {"config.gain": True}, {0, 2}),
+        ((1e-5, 10**17, -3), {"config.gain": 1e-5}, {0}),
+        ((1e-5, 10**17, -3), {"config.gain__in": [10**17, -3]}, {1, 2}),
+        ((0.1, "[half a list", "x"), {"config.gain__ne": "x"}, {0, 1}),
+        (("it's", 'a "b"', "x"), {"config.gain": "it's"}, {0}),
+    ],
+)
+def test_properties_of_several_types_are_found(tmp_path, values, asked, expected):
+    for k, value in enumerate(values):
+        put(tmp_path, f"r{k}", config={"gain": value, "Gain": k, "": k, "odd \"n'ame": k})
+        refresh(tmp_path)
+    found = find(tmp_path, **asked)
+    assert {row["id"] for row in found} == {f"r{k}" for k in expected}
+    assert all(row["config.gain"] == values[int(row["id"][1:])] for row in found)
+    rows = find(tmp_path, order_by="config.Gain")
+    assert [row["config.Gain"] for row in rows] == [0, 1, 2]
+    assert len(find(tmp_path, **{"config.odd \"n'ame__ge": 1})) == 2
+
+
+def test_a_property_of_removed_stores_is_not_known(tmp_path):
+    shutil.rmtree(put(tmp_path, "a", config={"old": 1}))
+    put(tmp_path, "a", config={"old": 1})
+    put(tmp_path, "b", config={"new": 1})
+    assert len(find(tmp_path, **{"config.old": 1})) == 1
+    shutil.rmtree(tmp_path / "runs/a.zarr")
+    with pytest.raises(CatalogError, match="no record has the property 'config.old'"):
+        find(tmp_path, **{"config.old": 1})

@@ -9,7 +9,7 @@ from pathlib import Path
 import duckdb
 import pytest
 from isethdr_catalog import query
-from isethdr_catalog.index import refresh
+from isethdr_catalog.index import STATE, refresh
 from isethdr_catalog.query import find, sql
 
 from isethdr_core.errors import CatalogError
@@ -22,9 +22,9 @@ READS = [
     "SELECT * FROM read_csv_auto('{secret}')",
     "SELECT * FROM read_json('{secret}')",
     "SELECT * FROM read_ndjson_objects('{secret}')",
-    "SELECT * FROM read_parquet('{index}')",
-    "SELECT * FROM parquet_metadata('{index}')",
-    "SELECT * FROM parquet_schema('{index}')",
+    "SELECT * FROM read_parquet('{secret}')",
+    "SELECT * FROM parquet_metadata('{secret}')",
+    "SELECT * FROM parquet_schema('{secret}')",
     "SELECT * FROM sniff_csv('{secret}')",
     "SELECT * FROM glob('{folder}/*')",
     "CREATE TABLE t AS SELECT * FROM read_text('{secret}')",
@@ -37,6 +37,7 @@ WRITES = [
     "COPY (SELECT 1) TO '{folder}/out.parquet' (FORMAT parquet)",
     "COPY shots TO '{folder}/out' (FORMAT csv, PER_THREAD_OUTPUT)",
     "COPY shots TO '{index}' (FORMAT parquet)",
+    "COPY (SELECT 1) TO '{index}'",
     "COPY (SELECT 1) TO '/dev/stdout'",
     "EXPORT DATABASE '{folder}/out'",
     "PRAGMA enable_profiling='json'",
@@ -47,6 +48,10 @@ ATTACHES = [
     "ATTACH '{folder}/out.db'",
     "ATTACH '{folder}/out.db' AS other (READ_ONLY)",
     "ATTACH IF NOT EXISTS '{index}' AS other",
+    "DETACH idx",
+    "DETACH idx; ATTACH '{index}' AS idx; DELETE FROM idx.shots",
+    "DELETE FROM idx.shots",
+    "DROP TABLE idx.shots",
     "CREATE PERSISTENT SECRET s (TYPE http)",
 ]
 EXTENSIONS = [
@@ -104,6 +109,12 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "home"
 
 
+def state_of(folder: Path) -> dict[Path, int]:
+    """Return when each file below and beside a home changed, without what each query may write."""
+    paths = {*folder.parent.rglob("*")} - {folder, folder / STATE}
+    return {path: path.stat().st_mtime_ns for path in sorted(paths)}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "statements",
@@ -111,12 +122,12 @@ def folder(tmp_path: Path) -> Path:
     ids=["reads", "writes", "attaches", "extensions", "network", "settings", "mistakes"],
 )
 def test_every_statement_that_leaves_the_records_is_refused(folder: Path, statements: list[str]):
-    before = {path: path.stat().st_mtime_ns for path in sorted(folder.parent.rglob("*"))}
+    before = state_of(folder)
     texts = duckdb.sql("SELECT 'a Python variable'")  # noqa: F841
     names = {
         "folder": folder,
         "secret": folder.parent / "secret",
-        "index": folder / "index.parquet",
+        "index": folder / "index.duckdb",
     }
     for statement in statements:
         text = statement.format(**names)
@@ -125,8 +136,7 @@ def test_every_statement_that_leaves_the_records_is_refused(folder: Path, statem
         if statements is not MISTAKES:
             with pytest.raises(CatalogError, match="the query does not run"):
                 sql(folder, f"SELECT 1; {text}")
-    after = {path: path.stat().st_mtime_ns for path in sorted(folder.parent.rglob("*"))}
-    assert after == before
+    assert state_of(folder) == before
 
 
 def test_python_values_that_cannot_be_made_are_a_users_error(folder: Path):
@@ -142,7 +152,7 @@ def test_harmless_statements_still_run(folder: Path):
 
 @pytest.mark.parametrize("damage", ["columns", "cut off", "text", "directory"])
 def test_an_index_that_is_not_ours_is_made_again(folder: Path, damage: str):
-    index = folder / "index.parquet"
+    index = folder / "index.duckdb"
     index.unlink()
     if damage == "columns":
         duckdb.sql("SELECT 1 AS id, 'evil' AS kind").write_parquet(str(index))
@@ -154,7 +164,7 @@ def test_an_index_that_is_not_ours_is_made_again(folder: Path, damage: str):
     newer = index.stat().st_mtime_ns + 10**12
     os.utime(index, ns=(newer, newer))
     if damage == "directory":
-        with pytest.raises(CatalogError, match=r"index.parquet"):
+        with pytest.raises(CatalogError, match=r"index.duckdb"):
             refresh(folder)
     assert [row["id"] for row in find(folder, kind="run")] == ["run0"]
 
