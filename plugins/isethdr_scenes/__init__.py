@@ -20,12 +20,14 @@
 | charts | test charts whose radiance is known |
 | iset_exr | scenes of the published ISETHDR deposit |
 | pictures | pictures and spectral cubes of one's own, from files and arrays |
+| iset_import | all scenes of a tree of the deposit, into the home folder |
 | iset_exr_files | the files of such a scene: EXR and MAT |
 """
 
 from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
+from .iset_import.command import import_command
 from .photometry.command import lamp_command
 
 COMPONENTS = [
@@ -52,8 +54,9 @@ def isethdr_components():
 
 @hookimpl
 def isethdr_commands(app):
-    """Add `isethdr lamp`."""
+    """Add `isethdr lamp` and `isethdr import-iset`."""
     app.command("lamp")(lamp_command)
+    app.command("import-iset")(import_command)
 
 
 @hookimpl

@@ -93,3 +93,16 @@ def test_kept_arrays_are_mapped_into_memory(home, tmp_path, monkeypatch):
     monkeypatch.undo()
     monkeypatch.setenv("ISETHDR_HOME", str(home.folder))
     np.testing.assert_array_equal(plain[0]["picture"], first)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("start", ["fork", "spawn"])
+def test_torch_loads_it_with_workers(home, tmp_path, start):
+    loaders = pytest.importorskip("torch.utils.data", reason="no dependency of isethdr")
+    data = isethdr.PictureDataset("two", products=["picture", "raw"], cache=tmp_path / "kept")
+    loader = loaders.DataLoader(data, 2, num_workers=2, multiprocessing_context=start)
+    [batch] = loader
+    assert batch["run"] == [item["run"] for item in data]
+    for product in data.products:
+        expected = np.stack([item[product] for item in data])
+        np.testing.assert_array_equal(batch[product].numpy(), expected)
