@@ -235,7 +235,7 @@ def test_without_declarations_and_with_bundled_lenses_the_store_has_its_usual_sh
     lone = budget.division([budget.Spending("flare", "f", ErrorShare("e", Cost(1.0)), "e")])
     # a lens that declares nothing beside a flare that does: their ratio is that of the costs
     light = STORE_COST.seconds * (1 - STORE) / STORE
-    assert lone.told["f", "e"] / lone.light == pytest.approx(1.0 / light, rel=1e-9)
+    assert lone.by_field["f", "e"] / lone.light == pytest.approx(1.0 / light, rel=1e-9)
 
 
 def test_a_component_is_told_its_share_in_its_field_unless_a_user_has_set_it():
