@@ -15,8 +15,10 @@ from pathlib import Path
 
 import hydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.errors import HydraException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
 from ..errors import IsetHdrError
 from ..runs.parent_watch import end_with_parent, exit_on_sigterm
@@ -68,7 +70,7 @@ def run_with_hydra(arguments: list[str]) -> None:
     exit_on_sigterm()
     try:
         with user_mistakes():
-            code = _start_hydra()
+            code = _start_hydra(sweep is not None)
     except KeyboardInterrupt:
         print(
             "interrupted: stored results are complete; type the same command again to continue",
@@ -89,14 +91,29 @@ def with_list_of_tags(arguments: list[str]) -> list[str]:
     ]
 
 
-def _start_hydra() -> int:
-    """Let Hydra start the jobs, and return the exit code."""
+def _start_hydra(sweeping: bool) -> int:
+    """Let Hydra start the jobs, and return the exit code.
+
+    A launcher raises errors of its own where a process of a job was killed, or no cluster answers.
+    """
     try:
         hydra.main(version_base="1.3", config_path=f"pkg://{CONFIG_MODULE}", config_name="config")(
             task
         )()
     except JobsFailed as failure:
         print(f"error: {failure}", file=sys.stderr)
+        return CRASH
+    except (IsetHdrError, HydraException, OmegaConfBaseException):
+        raise
+    except Exception as err:
+        if not sweeping:
+            raise
+        reason = next((line for line in str(err).splitlines() if line.strip()), "no reason given")
+        print(
+            f"error: the launcher of the sweep stopped ({type(err).__name__}: {reason.strip()});"
+            " stored results are complete; type the same command again to continue",
+            file=sys.stderr,
+        )
         return CRASH
     return 0
 

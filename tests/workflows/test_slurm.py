@@ -1,0 +1,116 @@
+"""A sweep on a real SLURM cluster, whose processes are killed at random: the same stores as those
+of one process.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import time
+from contextlib import suppress
+
+import numpy as np
+import pytest
+
+from isethdr_core.config import hydra_app
+from isethdr_core.results.stored import open_run
+
+from . import slurm_cluster
+from .command import LIGHTS, here, isethdr, leftovers, start, stores
+
+KILLS = 5
+MOST_STARTS = 8
+METRICS = ("shares", "dynamic_range", "snr", "colour", "ssim", "contrast", "detection")
+SWEEP = [
+    "run",
+    "-m",
+    "name=cluster",
+    "experiment=own_picture",
+    "scene.unit=cd/m2",
+    "scene.horizontal_field_deg=2",
+    "lens=ideal",
+    "~flare.dirt",
+    "sensor=bayer",
+    "isp=linear",
+    "draws=1",
+    *(f"~metric.{name}" for name in METRICS),
+    "sensor.exposure_s=0.004,0.016",
+    "seed=1,2,3,4,5,6,7,8,9,10,11,12",
+]
+SLURM = ["hydra/launcher=submitit_slurm", "hydra.launcher.array_parallelism=2"]
+
+
+def test_a_launcher_that_fails_is_one_line(isethdr_home, monkeypatch, capsys):
+    """As submitit's does where it finds no cluster, or where a job was killed."""
+
+    def broken(**_):
+        def raising():
+            raise RuntimeError("Could not detect a cluster\nand more lines")
+
+        return lambda _: raising
+
+    monkeypatch.setattr(hydra_app.hydra, "main", broken)
+    code, said = here(monkeypatch, capsys, "run", "-m", *LIGHTS, "lighting=ideal", "seed=1,2")
+    assert code == 1
+    assert said == (
+        "error: the launcher of the sweep stopped (RuntimeError: Could not detect a cluster);"
+        " stored results are complete; type the same command again to continue\n"
+    )
+
+
+def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> int:
+    """Kill up to `kills` processes of jobs, chosen at random, until the command ends, and return
+    how many were killed.
+    """
+    chosen, killed = random.Random(), 0
+    while process.poll() is None:
+        time.sleep(chosen.uniform(0.5, 4.0))
+        running = slurm_cluster.workers(variables)
+        if running and killed < kills:
+            with suppress(ProcessLookupError):  # it ended by itself meanwhile
+                os.kill(chosen.choice(running), signal.SIGKILL)
+                killed += 1
+    return killed
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    bool(slurm_cluster.missing()),
+    reason=f"SLURM lacks {', '.join(slurm_cluster.missing())}; type apt-get install slurm-wlm",
+)
+def test_a_sweep_on_slurm_survives_killed_processes(isethdr_home, tmp_path, monkeypatch):
+    """Whenever the processes are killed, the stores in the end are the same."""
+    pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
+    image = np.geomspace(1, 1000, 8 * 12 * 3, dtype=np.float32).reshape(8, 12, 3)
+    np.save(tmp_path / "image.npy", image)
+    sweep = [*SWEEP, f"scene.path={tmp_path / 'image.npy'}"]
+    there = tmp_path / "cluster_home"
+    kills, codes = KILLS, []
+    with slurm_cluster.cluster(tmp_path / "slurm") as variables:
+        while not codes or (codes[-1] != 0 and len(codes) < MOST_STARTS):
+            process = start(*sweep, *SLURM, ISETHDR_HOME=str(there), **variables)
+            kills -= ended(process, variables, kills)
+            out, err = process.communicate()
+            codes.append(process.returncode)
+            assert codes[-1] == 0 or "type the same command again to continue" in err, err
+            assert slurm_cluster.wait_until(lambda: not slurm_cluster.workers(variables))
+            print(f"start {len(codes)}: exit code {codes[-1]}, {len(stores(there))} stores")
+    assert codes[-1] == 0, err
+    assert kills == 0 and len(codes) > 1, "no process was killed"
+    assert "24 computed" in out or "stored before" in out
+
+    done = isethdr(*sweep)  # in one process
+    assert done.returncode == 0, done.stderr
+    expected = stores(isethdr_home)
+    assert stores(there).keys() == expected.keys() and not leftovers(there)
+    runs = sorted(path.name for path in (isethdr_home / "runs").glob("*.zarr"))
+    assert len(runs) == 24
+    for name in runs:
+        homes = (isethdr_home, there)
+        one, other = (json.loads((h / "runs" / name / "zarr.json").read_text()) for h in homes)
+        assert one["attributes"]["scores"] == other["attributes"]["scores"]
+        one, other = (open_run(h / "runs" / name).open("captures/bayer") for h in homes)
+        assert np.array_equal(one["raw"].values, other["raw"].values)
