@@ -112,7 +112,7 @@ def truncated_kernels(
     edges = EDGES * wave / wave[0] * sampled_pupil.blur_um(lens, wave[0]) / widest  # of every stop
     if any(
         light.share(edges, most=most()) > allowed
-        for most in (light.most_of_some, lambda: light.brightest)
+        for most in (light.brightest_sampled, lambda: light.brightest)
     ):  # a bright scene fails here, before any kernel is computed
         return None
     probe = kernels.kernels(
@@ -184,7 +184,7 @@ class Light:
         """The brightest light, per band."""
         return self._most(self.cube)
 
-    def most_of_some(self):
+    def brightest_sampled(self):
         """Return the brightest light of the sampled tiles, per band."""
         return self._most(self.sampled)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 from isethdr_optics import DiffractionLimitedLens
 from isethdr_optics.psf.kernels import _Plan
+from isethdr_optics.psf.wings import Grid
 from isethdr_optics.pupil.sampled_pupil import distance_mm, radius_mm
 from isethdr_workflows.accuracy.point import Point, Work, refuse_what_does_not_fit, timed
 from scipy.special import j1
@@ -79,7 +80,8 @@ def core(count: int, tiles: int = TILES) -> np.ndarray:
     `count` sub-bands; 0 as the lens chooses.
     """
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
-    plan = _Plan(lens, (), BAND_NM, WIDTH_NM, (TILE_UM, TILE_UM), (tiles, tiles), 1, [])
+    grid = Grid(1, (TILE_UM, TILE_UM), (tiles, tiles))
+    plan = _Plan(lens, (), (BAND_NM, WIDTH_NM), grid)
     if count:
         plan.wavelengths = lambda centre, width, *_: (
             centre + ((np.arange(count) + 0.5) / count - 0.5) * width
@@ -92,9 +94,8 @@ def airy(points: int) -> np.ndarray:
     band (Airy 1835).
     """
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
-    sine = radius_mm(lens) / distance_mm(
-        lens
-    )  # v = 2 pi / wavelength x radius x this, as Fraunhofer's integral has it
+    # v = 2 pi / wavelength x radius x sine, as in Fraunhofer's integral
+    sine = radius_mm(lens) / distance_mm(lens)
     at = (np.arange((2 * TILES + 2) * points) + 0.5) / points - TILES - 1  # in tiles
     r_um = np.hypot(at[:, None], at) * TILE_UM
     total = np.zeros_like(r_um)
