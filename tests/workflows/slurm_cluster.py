@@ -44,6 +44,7 @@ SelectTypeParameters=CR_CPU
 JobAcctGatherType=jobacct_gather/none
 AccountingStorageType=accounting_storage/none
 ReturnToService=2
+KillWait=2
 StateSaveLocation={folder}/state
 SlurmdSpoolDir={folder}/spool_%n
 SlurmctldPidFile={folder}/slurmctld.pid
@@ -92,8 +93,7 @@ def cluster(folder: Path) -> Iterator[dict[str, str]]:
         try:
             yield variables
         finally:
-            answer(variables, "scancel", f"--user={user}")
-            wait_until(lambda: not answer(variables, "squeue", "--noheader"))
+            stop_jobs(variables)
 
 
 @contextmanager
@@ -131,6 +131,12 @@ def wait_until(holds: Callable[[], bool]) -> bool:
     while not (held := holds()) and time.monotonic() < end:
         time.sleep(0.2)
     return held
+
+
+def stop_jobs(variables: dict[str, str]) -> bool:
+    """End all jobs of the cluster, and return whether they are gone."""
+    answer(variables, "scancel", f"--user={getpass.getuser()}")
+    return wait_until(lambda: not answer(variables, "squeue", "--noheader"))
 
 
 def workers(variables: dict[str, str]) -> list[int]:
