@@ -41,6 +41,7 @@ from .imaging_plan import (
     ImagingPlan,
     LightBudget,
     TrivialPlan,
+    in_focus,
     outlined,
     plans_imaging,
 )
@@ -221,8 +222,9 @@ def plan(chain: Chain, rows: Ledger) -> Demand:
         check_memory(chain, demand)
         if not sees:  # without noise of the sensors no noise of the light is small beside it
             return demand
-        imaged = partial(on_sensor, chain, demand=demand)
-        limit = CameraNoise(chain.lighting, chain.lens, chain.cameras, imaged, generator())
+        sharp = replace(chain, lens=in_focus(chain.lens))
+        imaged = partial(on_sensor, sharp, demand=demand)
+        limit = CameraNoise(chain.lighting, sharp.lens, chain.cameras, imaged, generator())
         return replace(demand, noise_limit=limit)
 
 
@@ -272,12 +274,12 @@ def asked_backwards(chain: Chain) -> Demand:
     demand = Demand(wavelength_nm=offered)
     for metric in chain.metrics.values():
         demand = narrowed(metric, demand)
-    state_labels(chain, demand)
     demand = narrowed(chain.isp, demand)
     demand = asked_of_sensors(chain, demand)
     for flare in chain.flares.values():
         demand = narrowed(flare, demand)
     demand = narrowed(chain.lens, demand)
+    state_labels(chain, demand)
     outline = imaging_outline(chain, demand, offered)
     book.record_left_out(*outline.left_out)
     needed_nm = bands.for_sensors_and_truth(offered, demand.wavelength_nm)

@@ -16,9 +16,11 @@ from inspect import signature
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 from ..plugins.protocols import (
+    FocusesAtDepth,
     ImagingPlan,
     KeepsLight,
     MakesPhotocurrent,
+    NarrowsDemand,
     OutlinesImaging,
     PlansImaging,
     StatesErrors,
@@ -27,7 +29,7 @@ from ..uncertainty import ledger
 from ..uncertainty.earlier_terms import maps_of
 from ..uncertainty.error_terms import ErrorMaps, ErrorTerm
 from ..uncertainty.ledger import LeftOut
-from .demand import Response
+from .demand import Demand, Response
 
 if TYPE_CHECKING:
     import numpy as np
@@ -123,6 +125,22 @@ def outlined(
         and lens.keeps_light(flares)
     )
     return ImagingOutline(margin=not in_place)
+
+
+def labelled(lens: Any, mixed: xr.DataArray, scene: xr.Dataset) -> xr.DataArray:
+    """Return mixed radiance with the labels of its tiles that a lens asks for, as coordinates
+    (y, x); labels that the scene has none of are missing.
+    """
+    if not isinstance(lens, NarrowsDemand):
+        return mixed
+    asked = ledger.collected(lambda: lens.narrow(Demand())).result.labels
+    known = {name: scene[name].variable for name in sorted(asked) if name in scene}
+    return mixed.assign_coords(known) if known else mixed
+
+
+def in_focus(lens: Any) -> Any:
+    """Return the lens that has all depths in focus: what is imaged needs no depth."""
+    return lens.in_focus() if isinstance(lens, FocusesAtDepth) else lens
 
 
 def imaged(plan: ImagingPlan, mixed: xr.DataArray) -> xr.DataArray:

@@ -489,6 +489,15 @@ class StatesFieldBorder(Protocol):
 
 
 @runtime_checkable
+class FocusesAtDepth(Protocol):
+    """A lens that may blur what is out of focus, by the label `depth` of the radiance."""
+
+    def in_focus(self) -> Lens:
+        """Return the lens that has all depths in focus; the lens itself where it always has."""
+        ...
+
+
+@runtime_checkable
 class KeepsLight(Protocol):
     """A lens that can keep the light of every tile within the tile.
 

@@ -33,6 +33,7 @@ from ..pipeline.chain import (
     stage,
     through_camera,
 )
+from ..pipeline.imaging_plan import labelled
 from ..pipeline.runtime_estimate import IMAGING, expected_s, imaging_s
 from ..pipeline.shot import LightNames, Shot
 from ..plugins.component import Stage
@@ -262,7 +263,7 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
         if scene.sizes["light_group"] > 1
     }
     names = LightNames(radiance, of_main, of_light(of_main, chain, demand, mixed))
-    imaged = imaging(chain, mixed, demand)
+    imaged = imaging(chain, labelled(chain.lens, mixed, scene), demand)
     light = stage(
         rows, "lens", config.lens.name, chain.lens, imaged.light, Kept(reuse, names.light)
     )

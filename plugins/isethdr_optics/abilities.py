@@ -45,6 +45,20 @@ class TracesColour(Protocol):
 
 
 @runtime_checkable
+class BlursByDepth(Protocol):
+    """A lens that may be focused at one distance."""
+
+    @property
+    def focus_m(self) -> str | float:
+        """The distance in focus, metres; hyperfocal: the blur is left out."""
+        ...
+
+    def in_focus(self) -> Any:
+        """Return the lens that has all depths in focus."""
+        ...
+
+
+@runtime_checkable
 class DrawsPupil(Protocol):
     """A flare that knows the exact shapes in the pupil, which need no sampling."""
 

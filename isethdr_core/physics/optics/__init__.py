@@ -2,6 +2,7 @@
 
 | module                | content                                                                 |
 |-----------------------|-------------------------------------------------------------------------|
+| `defocus`             | blur of a point that is out of focus, and the hyperfocal distance       |
 | `diffraction`         | the point spread function of any complex pupil                          |
 | `distortion`          | maps between field coordinates and distorted ones                       |
 | `exact_tiles`         | light from tile to tile near the axis, from one sampled pattern         |

@@ -13,6 +13,7 @@ Transmittance = Annotated[float, Range(1e-6, 1)]  # 1e-6: the darkest neutral fi
 FieldAngle = Annotated[float, Range(0, 120)]  # degrees off the axis: widest fisheye lenses
 Falloff = dict[FieldAngle, Annotated[float, Range(0, 10)]]  # pupils of fisheyes grow off the axis
 ObjectDistance = Annotated[float, Range(1e-4, inf)]  # metres; inf: focused at infinity
+FocusDistance = Annotated[float, Range(1e-4, inf)]  # metres; inf: focused at infinity
 LateralColour = Annotated[float, Range(-5, 5)]  # percent: a tile then lands on three at most
 FocalShift = Annotated[float, Range(-10_000, 10_000)]  # micrometres: 1 cm is beyond any blur kept
 ErrorAllowed = Annotated[float, Range(1e-9, 0.999)]  # a share; what double precision can tell

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, Literal
 
 import numpy as np
 
 from isethdr_core.data.camera_geometry import distortion_map
+from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
 from isethdr_core.ledger import Note
 from isethdr_core.physics.radiometry import irradiance_factor, irradiance_factor_aplanatic
@@ -31,6 +32,7 @@ from .limits import (
     FNumber,
     FocalLength,
     FocalShift,
+    FocusDistance,
     LateralColour,
     ObjectDistance,
     Transmittance,
@@ -50,13 +52,16 @@ class IdealLens:
     pupil: Literal["tangent", "aplanatic"] = "tangent"
     # relative illumination off the axis: a law, or a table {field angle deg: relative illumination}
     falloff: Literal["cos4", "none"] | Falloff = "cos4"
-    # distance at which the lens is focused; a near object raises the working f-number
+    # distance of the object that the working f-number holds for; a near object raises it
     object_distance_m: ObjectDistance = inf
     # distortion: {model: brown_conrady | kannala_brandt | table, and its coefficients}; empty is
     # none
     distortion: Literal["none"] | dict[str, Any] = "none"
     # lateral chromatic aberration {wavelength nm: magnification error}; linear interpolation
     lateral_colour_percent: dict[Wavelength, LateralColour] = field(default_factory=dict)
+
+    # distance in focus: metres blur every tile by its depth; hyperfocal leaves the blur out
+    focus_m: Literal["hyperfocal"] | FocusDistance = "hyperfocal"
 
     blurs = False  # not fields: no light leaves its tile,
     field_varies = False  # the same everywhere in the field,
@@ -206,11 +211,19 @@ class IdealLens:
         plan = self.plan(flares, mixed, response)
         return plan.light_errors(mixed, weights)
 
+    def narrow(self, demand: Demand) -> Demand:
+        """Return the demand with the depth of every tile, where the blur depends on it."""
+        return demand if self.focus_m == "hyperfocal" else demand.with_labels("depth")
+
+    def in_focus(self) -> IdealLens:
+        """Return the lens that has all depths in focus."""
+        return self if self.focus_m == "hyperfocal" else replace(self, focus_m="hyperfocal")
+
     def keeps_light(self, flares) -> bool:
         """Return whether the light of every tile stays where the tile is: no blur, no flare,
         nothing moved.
         """
-        return not (
+        return self.focus_m == "hyperfocal" and not (
             flares or self.blurs or self.distortion != "none" or self.lateral_colour_percent
         )
 
@@ -295,7 +308,19 @@ def _check(lens):
             f"lens.object_distance_m is {lens.object_distance_m!r}; expected metres, more than"
             " twice the focal length; set lens.object_distance_m=.inf for a far object"
         )
+    _check_focus(lens.focus_m, lens.focal_length_mm)
     _check_geometry(lens)
+
+
+def _check_focus(focus_m: str | float, focal_length_mm: float) -> None:
+    """Raise ConfigError unless a distance in focus lies beyond twice the focal length."""
+    if focus_m == "hyperfocal":
+        return
+    if not focus_m > 2e-3 * focal_length_mm:
+        raise ConfigError(
+            f"lens.focus_m is {focus_m!r}; expected hyperfocal, or metres, more than twice the"
+            " focal length; type for example lens.focus_m=20"
+        )
 
 
 def _check_geometry(lens):

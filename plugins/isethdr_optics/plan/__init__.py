@@ -4,6 +4,7 @@ Uses imaging, field, psf and flare. Only the lenses use it.
 
 | module            | content                                                                  |
 |-------------------|--------------------------------------------------------------------------|
+| `depth_layers`    | the light of a lens focused at one distance, by the depth of every tile  |
 | `imaging_seconds` | run time estimate of a lens for one frame                                |
 | `lens_plan`       | the plan of one lens and one field, applied to light                     |
 | `outline`         | what a plan will need and leave out, before the light is known           |

@@ -6,6 +6,7 @@ The decision is made once, before imaging.
 from __future__ import annotations
 
 import weakref
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,12 +20,15 @@ from isethdr_core.physics.optics.projection import angle_rad
 from isethdr_core.pipeline.imaging_plan import LightBudget
 from isethdr_core.uncertainty.error_terms import ErrorTerm
 
+from ..abilities import BlursByDepth
 from ..flare.ghosts.sensor_limited import without_faint_ghosts
 from ..imaging import array_backend
 from ..imaging.accuracy_shares import CONVOLUTION, LEFT
 from ..imaging.field_optics import field_optics
 from ..imaging.kernel_statements import Margin, kernel_notes
 from ..imaging.wing_truncation import truncation_noise_share
+from . import depth_layers
+from .depth_layers import DefocusedPlan
 from .lens_plan import LensPlan
 from .region import region
 from .window import window_view
@@ -36,9 +40,41 @@ WORTH = 1.5e6  # tiles x bands: convolving fewer is faster than finding function
 NOT_WORTH = 0.25
 
 
-def plan(lens, flares, field, response: Response | None, budget: LightBudget) -> LensPlan:
+def plan(
+    lens, flares, field, response: Response | None, budget: LightBudget
+) -> LensPlan | DefocusedPlan:
     """Return the plan of imaging a field; arguments as
     `isethdr_core.plugins.protocols.PlansImaging.plan`.
+
+    A lens focused at a distance blurs the field by its depth first, in layers.
+
+    Raises
+    ------
+    ConfigError : a lens is focused at a distance, and the field has no depth.
+    UnitError : `field` is no mixed radiance, or holds negative or non-finite light.
+    """
+    if not isinstance(lens, BlursByDepth) or lens.focus_m == "hyperfocal":
+        return _plan(lens, flares, field, response, budget)
+    for _, component in components(field):
+        quantities.check_mixed(component)
+    _, mixed = components(field)[0]
+    blur = depth_layers.blur_tiles(lens, mixed)
+    discs = depth_layers.beyond_diffraction(lens, mixed, blur)
+    found, lens = depth_layers.layers(discs), lens.in_focus()
+    notes = depth_layers.layer_notes(blur, discs, found)
+    if len(found) == 1 and not found[0].blur:
+        return _plan(lens, flares, field, response, budget, notes)
+    blurred = depth_layers.defocused(field, found)
+    made, edges = _plan(lens, flares, blurred, response, budget, notes), depth_layers.at_edges(blur)
+    terms = *made.terms, *depth_layers.layer_terms(lens, edges)
+    return DefocusedPlan(made, found, edges, terms, made.left_out)
+
+
+def _plan(
+    lens, flares, field, response, budget: LightBudget, of_depth: Sequence[Note] | None = None
+) -> LensPlan:
+    """Return the plan of a lens that spreads the light of all depths alike, with the notes of what
+    that leaves out; None: those of a lens at its hyperfocal distance.
 
     Kernels end where the sensors of `response` see no difference. Ghosts too faint for them are not
     traced. Tiles outside their window are left out if too little light reaches it. The rest of the
@@ -58,7 +94,10 @@ def plan(lens, flares, field, response: Response | None, budget: LightBudget) ->
     limits = lens.limits(_widest_rad(mixed), mixed.wavelength.values.astype(float))
     view = window_view(lens, mixed, flares, response)
     optics = view.optics
-    notes = [*dark, *limits, *optics.sensor.notes, *optics.notes, *view.notes]
+    if of_depth is None:
+        at_hyperfocal = isinstance(lens, BlursByDepth)
+        of_depth = [depth_layers.hyperfocal_note(lens, mixed)] if at_hyperfocal else []
+    notes = [*of_depth, *dark, *limits, *optics.sensor.notes, *optics.notes, *view.notes]
     if view.tiles is not None:
         part = replace(part, tiles=view.tiles)
     error_allowed, remaining = budget.error_allowed, None

@@ -1,0 +1,263 @@
+"""Depth layers: the light of a lens that is focused at one distance, by the depth of every tile.
+
+Tiles of nearly the same blur are one layer. Each layer is spread by the geometric disc of its blur,
+the layers are added, and the sum goes through the lens in focus. So every tile keeps its light, and
+no tile hides another: what that misplaces at depth edges is stated. Diffraction and defocus count
+as independent. Blur diameters are counted in tiles, because light is known no finer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.ndimage import maximum_filter
+
+from isethdr_core import ledger, quantities
+from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.ledger import LeftOut
+from isethdr_core.physics.optics.defocus import blur_diameter_m, disc_on_tiles, hyperfocal_m
+from isethdr_core.uncertainty.error_terms import ErrorMaps, ErrorTerm, Quantity
+
+from ..psf.error_parts import POINT_SPREAD, term
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from .lens_plan import LensPlan
+
+LEAST = 0.25  # tiles of blur diameter that are left out, and that a layer spans at least
+SPAN = 0.1  # of its blur diameter that a layer spans otherwise
+UNIT = "tiles of blur diameter"
+# of a point's light (L1): largest of f/1.6 to f/4 and blur of 0.2 to 95 wavelengths x f-number, on
+# tiles of 1 to 5 um; the light that a sharp point spread would misplace there reaches 1.8
+DISC = 0.4
+WAVE_UM = 0.55
+QUARTER_WAVE = 2.0  # wavelengths x f-number that a defocus of a quarter of a wave blurs by
+EDGES = "light at depth edges"  # part of the light that occlusion changes
+
+
+class Layer(NamedTuple):
+    """Tiles of nearly the same blur."""
+
+    blur: float  # diameter in tiles that all of them get; 0: in focus
+    tiles: npt.NDArray[np.bool_]  # (y, x)
+
+
+def hyperfocal_note(lens: Any, mixed: xr.DataArray) -> LeftOut:
+    """Return what a lens at its hyperfocal distance leaves out."""
+    focus_m = hyperfocal_m(1e-3 * lens.focal_length_mm, lens.f_number, LEAST * tile_m(lens, mixed))
+    return LeftOut(
+        f"defocus, focused at the hyperfocal distance of {focus_m:.3g} m",
+        f"from {focus_m / 2:.3g} m on it blurs by less than a quarter of a tile; the depth of"
+        " nearer objects is not read",
+        LEAST,
+        UNIT,
+        key="defocus",
+    )
+
+
+def blur_tiles(lens: Any, mixed: xr.DataArray) -> npt.NDArray[np.float64]:
+    """Return the blur diameter of every tile (y, x), in tiles; positive for tiles that are nearer
+    than the focus.
+
+    Raises
+    ------
+    ConfigError : the radiance has no depth.
+    UnitError : a depth is not positive.
+    """
+    if "depth" not in mixed.coords:
+        raise ConfigError(
+            f"lens.focus_m is {lens.focus_m!r}, and the scene has no depth of its tiles; expected"
+            " the label depth, as of a rendered scene; type lens.focus_m=hyperfocal"
+        )
+    depth = np.asarray(mixed["depth"].values, float)
+    if not (depth > 0).all():
+        raise UnitError(
+            f"the depth of a tile is {depth[~(depth > 0)].flat[0]:g} m; expected metres along the"
+            " optical axis, above 0"
+        )
+    blur_m = blur_diameter_m(1e-3 * lens.focal_length_mm, lens.f_number, lens.focus_m, depth)
+    return blur_m / tile_m(lens, mixed)
+
+
+def beyond_diffraction(
+    lens: Any, mixed: xr.DataArray, blur: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Return the diameters of the discs, in tiles with sign, that spread a sharp image like a
+    defocus.
+
+    A defocus of a quarter of a wave changes little that diffraction does (Rayleigh's limit). Its
+    blur is subtracted in quadrature; a lens without diffraction has none.
+    """
+    if not lens.blurs:
+        return blur
+    least = QUARTER_WAVE * 1e-6 * WAVE_UM * lens.f_number / tile_m(lens, mixed)
+    return np.asarray(np.sign(blur) * np.sqrt(np.maximum(blur**2 - least**2, 0.0)))
+
+
+def layers(blur: npt.NDArray[np.float64]) -> list[Layer]:
+    """Return the layers of tiles of some disc diameters (y, x), in tiles; the one in focus first.
+
+    Each layer gets the blur in the middle of what its tiles have.
+    """
+    size = np.abs(blur)
+    borders = [LEAST]
+    while borders[-1] < size.max():
+        borders.append(borders[-1] + max(LEAST, SPAN * borders[-1]))
+    index = np.digitize(size, borders, right=True) * np.sign(blur).astype(int)
+    found = []
+    for one in sorted(set(index.flat), key=lambda k: (abs(k), k)):
+        tiles = index == one
+        middle = (blur[tiles].min() + blur[tiles].max()) / 2 if one else 0.0
+        found.append(Layer(float(middle), tiles))
+    return found
+
+
+def at_edges(blur: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """Return the tiles (y, x) of which a nearer tile may hide a part from some of the pupil.
+
+    Seen from the rim of the pupil, a point moves beside a nearer one by half of the difference of
+    their blur diameters. Differences below `LEAST` are no edge.
+    """
+    span = float(np.ptp(blur))
+    hidden = np.zeros(blur.shape, bool)
+    for radius in range(1, int(span / 2) + 2):
+        nearest = maximum_filter(blur, size=2 * radius + 1, mode="nearest")
+        hidden |= nearest - blur >= max(2.0 * (radius - 1), LEAST)
+    return hidden
+
+
+def defocused(mixed: xr.DataArray, found: list[Layer]) -> xr.DataArray:
+    """Return mixed radiance ([component,] wavelength, y, x) with every layer spread by its disc;
+    light that leaves the field is lost.
+    """
+    values = np.asarray(mixed.values)
+    out = np.zeros_like(values)
+    for layer in found:
+        shares = disc_on_tiles(abs(layer.blur)) if layer.blur else np.ones((1, 1))
+        _add_spread(out, values, layer.tiles, shares)
+    return mixed.copy(data=out)
+
+
+def _add_spread(
+    out: npt.NDArray[Any],
+    values: npt.NDArray[Any],
+    tiles: npt.NDArray[np.bool_],
+    shares: npt.NDArray[np.float64],
+) -> None:
+    """Add to `out` the values (..., y, x) of some tiles, spread by `shares` (n, n).
+
+    Sums of products without a transform: no share of a lamp becomes rounding in the dark.
+    """
+    within = tuple(
+        slice(int(at.min()), int(at.max()) + 1) for at in (np.nonzero(tiles)[k] for k in (0, 1))
+    )
+    light = np.where(tiles[within], values[..., *within], values.dtype.type(0))
+    reach = shares.shape[0] // 2
+    for (row, column), share in np.ndenumerate(shares.astype(values.dtype)):
+        if not share:
+            continue
+        shift = row - reach, column - reach
+        into, part = zip(
+            *(_shifted(one, by, n) for one, by, n in zip(within, shift, tiles.shape, strict=True)),
+            strict=True,
+        )
+        out[..., *into] += share * light[..., *part]
+
+
+def _shifted(within: slice, by: int, size: int) -> tuple[slice, slice]:
+    """Return where a shifted span lies on an axis of `size` tiles, and which part of it does."""
+    first, last = max(within.start + by, 0), min(within.stop + by, size)
+    last = max(first, last)
+    start = first - within.start - by
+    return slice(first, last), slice(start, start + last - first)
+
+
+@dataclass(frozen=True, eq=False)
+class DefocusedPlan:
+    """A plan (`isethdr_core.plugins.protocols.ImagingPlan`) of one lens, field, and its depth."""
+
+    plan: LensPlan  # of the lens in focus, for the defocused field
+    layers: list[Layer]
+    edges: npt.NDArray[np.bool_]  # (y, x), as `at_edges`
+    terms: tuple[ErrorTerm, ...]
+    left_out: tuple[LeftOut, ...]
+
+    def image(self, mixed: xr.DataArray) -> xr.DataArray:
+        """Return the light of mixed radiance ([component,] wavelength, y, x), as `LensPlan.image`.
+
+        Raises
+        ------
+        UnitError : as `LensPlan.image`.
+        """
+        light = self.plan.image(defocused(mixed, self.layers))
+        if ledger.records_errors() and self.edges.any():
+            hidden = [one._replace(tiles=one.tiles & self.edges) for one in self.layers]
+            hidden = [one for one in hidden if one.tiles.any()]
+            part = ledger.collected(lambda: self.plan.image(defocused(mixed, hidden))).result
+            ledger.light_part(EDGES, part)
+        return light
+
+    def light_errors(self, mixed: xr.DataArray, weights: npt.NDArray[np.float64]) -> ErrorMaps:
+        """Return how wrong the kernels make light of `mixed`, as `LensPlan.light_errors`."""
+        return self.plan.light_errors(defocused(mixed, self.layers), weights)
+
+
+def layer_terms(lens: Any, edges: npt.NDArray[np.bool_]) -> tuple[ErrorTerm, ...]:
+    """Return the errors of spreading layers by discs."""
+    label = "a disc of light in place of a defocused wave, where it is as wide as diffraction"
+    disc = term(
+        DISC if lens.blurs else 0.0,
+        "relative",
+        "measured",
+        label,
+        key="defocus",
+        part=POINT_SPREAD,
+        acts_on=Quantity.OTHER,
+    )
+    if not edges.any():
+        return (disc,)
+    label = (
+        f"occlusion at depth edges, {100 * edges.mean():.2g} % of the tiles: as much may be hidden"
+        " from a part of the pupil, or be added if what lies hidden beside it is as bright"
+    )
+    return disc, term(1.0, "relative", "bound", label, key="occlusion", part=EDGES)
+
+
+def layer_notes(
+    blur: npt.NDArray[np.float64], discs: npt.NDArray[np.float64], made: list[Layer]
+) -> list[LeftOut]:
+    """Return what layers of blur and disc diameters (y, x), in tiles, leave out."""
+    notes = []
+    if not made[0].blur:
+        sharp = made[0].tiles
+        notes.append(
+            LeftOut(
+                f"defocus of {100 * sharp.mean():.3g} % of the tiles",
+                "beside diffraction, it blurs them by less than a quarter of a tile",
+                float(np.abs(blur[sharp]).max()),
+                UNIT,
+                key="defocus",
+            )
+        )
+    if any(one.blur for one in made):
+        within = max(float(np.ptp(discs[one.tiles])) / 2 for one in made if one.blur)
+        notes.append(
+            LeftOut(
+                "differences of defocus within a layer",
+                f"{len(made)} layers stand for all depths; a tile has the depth of its centre",
+                within,
+                UNIT,
+                key="defocus within layers",
+            )
+        )
+    return notes
+
+
+def tile_m(lens: Any, mixed: xr.DataArray) -> float:
+    """Return the side of a tile on the sensor; the shorter one."""
+    pitch = min(quantities.tile_pitch(mixed, d) for d in ("y", "x"))
+    return 1e-3 * float(lens.focal_length_mm) * pitch

@@ -1,0 +1,190 @@
+"""Defocus by depth: its size against the closed form, its energy, and where it is left out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from isethdr_optics.lenses.thin_lens import DiffractionLimitedLens, IdealLens
+from isethdr_optics.lenses.wavefront_lens import WavefrontLens
+from isethdr_optics.plan.depth_layers import (
+    DISC,
+    EDGES,
+    LEAST,
+    at_edges,
+    beyond_diffraction,
+    layers,
+)
+from isethdr_optics.psf.kernels import kernels
+from scipy.signal import convolve2d
+
+from isethdr_core import ledger, quantities
+from isethdr_core.data.camera_geometry import map_of
+from isethdr_core.demand import Demand
+from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.ledger import Ledger
+from isethdr_core.physics.optics.defocus import blur_diameter_m, disc_on_tiles, hyperfocal_m
+from isethdr_core.pipeline.imaging_plan import LightBudget, in_focus, labelled
+
+LENS = DiffractionLimitedLens(f_number=1.6, pupil="aplanatic", falloff="none")
+TILE_UM = 2.5
+TILES = 61
+
+
+def field(values, depth=None, tile_um=TILE_UM, lens=LENS):
+    """Return mixed radiance (y, x) in one band of 550 nm, with a depth or without."""
+    values = np.asarray(values, np.float32)
+    side = [quantities.centres(n, n * 1e-3 * tile_um / lens.focal_length_mm) for n in values.shape]
+    attrs = {"field_width": len(side[1]) * (side[1][1] - side[1][0])}
+    attrs["field_height"] = attrs["field_width"]
+    made = quantities.plane(values[None], [550.0], *side[::-1], quantities.RADIANCE, **attrs)
+    if depth is None:
+        return made
+    return made.assign_coords(depth=(("y", "x"), np.broadcast_to(depth, values.shape)))
+
+
+def point(depth=None, tile_um=TILE_UM, lens=LENS):
+    values = np.zeros((TILES, TILES))
+    values[TILES // 2, TILES // 2] = 1.0
+    return field(values, depth, tile_um, lens)
+
+
+def test_blur_of_a_thin_lens():
+    # by hand: f/2 of 50 mm on 2 m, an object at 1 m: v = 51.282 mm, v' = 52.632 mm, so the cone of
+    # 25 mm ends 1.3495 mm behind the sensor: 25 x 1.3495 / 52.632 = 0.6410 mm
+    assert blur_diameter_m(0.05, 2.0, 2.0, 1.0) == pytest.approx(6.410e-4, rel=1e-3)
+    assert blur_diameter_m(0.05, 2.0, 2.0, np.inf) == pytest.approx(-6.410e-4, rel=1e-3)
+
+
+def test_hyperfocal_blurs_infinity_and_its_half_alike():
+    focus_m = hyperfocal_m(0.004, 1.6, 1e-6)
+    far, near = blur_diameter_m(0.004, 1.6, focus_m, np.array([np.inf, focus_m / 2]))
+    assert (-far, near) == (pytest.approx(1e-6), pytest.approx(1e-6))
+
+
+@pytest.mark.parametrize("kind", [IdealLens, DiffractionLimitedLens])
+@pytest.mark.parametrize(("depth_m", "focus_m"), [(0.1, 2.0), (2.0, 0.1)])
+def test_a_point_blurs_as_the_closed_form_says(depth_m, focus_m, kind):
+    lens = kind(f_number=4.0, focal_length_mm=8.0, focus_m=focus_m)
+    light = lens(point(depth_m, 5.0, lens)).values[0]
+    radius = np.hypot(*np.meshgrid(*[np.arange(TILES) - TILES // 2] * 2)).ravel()
+    order = np.argsort(radius)
+    within = np.cumsum(light.ravel()[order]) / light.sum()
+    # of an even disc, half of the light lies within 1 / sqrt(2) of its radius; whole tiles of 5 um
+    # and diffraction, 2 um, leave 1 % of 150 um
+    diameter_um = 2 * np.sqrt(2) * 5.0 * np.interp(0.5, within, radius[order])
+    expected_um = 1e6 * abs(float(blur_diameter_m(0.008, 4.0, focus_m, depth_m)))
+    assert expected_um > 150.0
+    assert diameter_um == pytest.approx(expected_um, rel=0.02)
+
+
+def test_focus_at_the_depth_of_the_field_is_the_sharp_picture_bit_for_bit():
+    values = np.random.default_rng(1).random((31, 31))
+    sharp = LENS(field(values))
+    for depth in (None, 2.0):
+        focused = LENS if depth is None else replace(LENS, focus_m=2.0)
+        assert np.array_equal(focused(field(values, depth)).values, sharp.values)
+
+
+def test_layers_keep_the_energy():
+    # dark around a bright middle: what leaves the frame is beyond any kernel of 20 tiles
+    values, depth = np.zeros((TILES, TILES)), np.full((TILES, TILES), np.inf)
+    values[25:36, 25:36] = np.random.default_rng(2).random((11, 11))
+    depth[:, 30:] = 0.4
+    sharp = LENS(field(values)).values.sum()
+    blurred = replace(LENS, focus_m=2.0)(field(values, depth)).values.sum()
+    assert blurred == pytest.approx(sharp, rel=2e-3)  # diffraction beyond 25 tiles: 1e-3
+
+
+def test_each_layer_holds_tiles_of_nearly_the_same_blur():
+    blur = np.linspace(-9.0, 3.0, 400).reshape(20, 20)
+    found = layers(blur)
+    assert np.array_equal(sum(one.tiles.astype(int) for one in found), np.ones((20, 20)))
+    assert found[0].blur == 0.0 and np.abs(blur[found[0].tiles]).max() <= LEAST
+    for one in found[1:]:
+        away = np.abs(blur[one.tiles] - one.blur).max()
+        assert away <= max(LEAST, 0.1 * abs(one.blur)) / 2 * 1.06  # half a span of its inner border
+
+
+def test_edges_are_the_far_tiles_within_the_parallax_of_a_nearer_one():
+    blur = np.zeros((5, 12))
+    blur[:, :4] = 6.0  # near; the rim of the pupil sees 3 tiles behind it
+    assert np.array_equal(np.flatnonzero(at_edges(blur)[2]), [4, 5, 6, 7])
+    slope = np.linspace(0, 2.0, 12) * np.ones((5, 1))  # a road: 0.18 from tile to tile
+    assert not at_edges(slope).any()
+
+
+def test_the_error_at_edges_is_stated_on_the_light_there():
+    depth = np.full((31, 31), np.inf)
+    depth[:, :15] = 0.2
+    rows = Ledger()
+    with ledger.stage(rows, "lens x") as row:
+        replace(LENS, focus_m=5.0)(field(np.ones((31, 31)), depth))
+        assert row.light_parts[EDGES].light.values.sum() > 0
+    assert [e.part for e in rows[0].errors if e.source.key == "occlusion"] == [EDGES]
+    assert "defocus within layers" in {note.key for note in rows[0].left_out}
+
+
+def test_hyperfocal_leaves_the_defocus_out_and_says_so():
+    rows = Ledger()
+    with ledger.stage(rows, "lens x"):
+        LENS(point(0.1))
+    (note,) = [n for n in rows[0].left_out if n.key == "defocus"]
+    assert (note.bound, note.unit) == (LEAST, "tiles of blur diameter")
+    assert LENS.narrow(Demand()).labels == frozenset()
+
+
+def test_a_lens_with_a_focus_reads_the_depth_of_the_scene():
+    focused = replace(LENS, focus_m=3.0)
+    scene = quantities.scene_radiance(
+        np.ones((1, 1, 3, 4)), ["sky"], [550.0], np.arange(4.0), np.arange(3.0),
+        depth=np.full((3, 4), 7.0),
+    )  # fmt: skip
+    mixed = scene["radiance"].isel(light_group=0)
+    assert labelled(focused, mixed, scene)["depth"].values.mean() == 7.0
+    assert labelled(LENS, mixed, scene) is mixed
+    assert in_focus(focused) == LENS
+
+
+@pytest.mark.parametrize("diameter", [0.3, 1.9, 2.1, 3.0, 17.3])
+def test_a_disc_on_tiles_keeps_light_and_second_moment(diameter):
+    shares = disc_on_tiles(diameter)
+    at = np.arange(len(shares)) - len(shares) // 2
+    assert shares.sum() == pytest.approx(1.0, rel=1e-12)
+    assert shares.min() >= 0
+    for line in shares.sum(0), shares.sum(1):
+        assert (line * at**2).sum() == pytest.approx(diameter**2 / 16, rel=1e-6)  # of a bisection
+
+
+@pytest.mark.parametrize("blur", [1.5, 4.0, 12.0])  # 0.7, 1.8, 5.5 wavelengths x f-number
+def test_a_disc_beside_diffraction_stays_within_what_is_stated(blur):
+    pitch, waves = (1.0, 1.0), np.array([540.0, 550.0, 560.0])
+    lens = DiffractionLimitedLens(f_number=4.0)
+    wavefront = WavefrontLens(f_number=4.0, zernike_um={4: blur / (16 * np.sqrt(3) * 4.0)})
+    sharp, exact = (
+        np.array(kernels(one, (), waves, pitch, (16, 16)).bands[1][:], float)
+        for one in (lens, wavefront)
+    )
+    disc = beyond_diffraction(lens, field(np.ones((3, 3)), None, 1.0), np.full((1, 1), blur))
+    made = convolve2d(sharp, disc_on_tiles(float(disc[0, 0])), mode="same")
+    assert np.abs(made - exact).sum() <= min(DISC, 1.001 * np.abs(sharp - exact).sum())
+
+
+def test_errors_say_what_to_type():
+    with pytest.raises(ConfigError, match=r"no depth of its tiles.*lens.focus_m=hyperfocal"):
+        replace(LENS, focus_m=3.0)(point())
+    with pytest.raises(UnitError, match="depth of a tile is -1"):
+        replace(LENS, focus_m=3.0)(point(-1.0))
+    with pytest.raises(ConfigError, match="more than twice the focal length"):
+        replace(LENS, focus_m=0.005)
+
+
+def test_light_errors_lie_on_the_tiles_of_the_light():
+    depth = np.full((31, 31), np.inf)
+    depth[:, :15] = 0.2
+    mixed = field(np.ones((31, 31)), depth)
+    plan = replace(LENS, focus_m=5.0).plan((), mixed, None, LightBudget())
+    light, maps = plan.image(mixed), plan.light_errors(mixed, np.ones((1, 1)))
+    assert maps.bound.shape == maps.deviation.shape == light.shape
+    assert map_of(light) is not None
