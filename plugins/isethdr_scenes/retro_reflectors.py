@@ -13,8 +13,9 @@ much.
 | vehicle_red | red, on vehicles | 0.33/0: 100; 1.5/0: 1.7; 0.33/20: 33 | UN R3 class IA (2) |
 | animal_eye | deer | 0.33: 60; 1: 33; 2: 9 | a model (3) |
 
-(1) From memory; of clothing 330 and of RA2 180 were confirmed. Plates: a stand-in for ISO 7591. (2)
-The regulation's text: at least 300, 5 and 100 mcd/lx, here on 30 cm2; amber 2.5 times. (3) A pupil
+(1) Assumed, from memory; of clothing 330 and of RA2 180 were confirmed. 70 and 250 are those of
+ASTM D4956-01, Types I and III, in a transcription. Plates: a stand-in for ISO 7591. (2) The
+regulation's text: at least 300, 5 and 100 mcd/lx, here on 30 cm2; amber 2.5 times. (3) A pupil
 that returns 15 % of its light, half of it within 1.4 degrees; no measurement was found.
 
 The product of two laws is within 10 to 25 % (rms) of the tables of ra1, ra2 and clothing; the worst
@@ -32,7 +33,8 @@ import numpy as np
 from isethdr_core.physics.photometry import v_lambda
 from isethdr_core.scene import RetroReflection, Spectrum
 
-RED_OVER_WHITE = 45 / 250  # EN 12899-1, sheeting of class RA2 at 0.2 / 5 degrees; from memory
+# ASTM D4956-01, Type III at 0.2 / -4 degrees: white 250, red 45; from a transcription
+RED_OVER_WHITE = 45 / 250
 AMBER_OVER_RED = 2.5  # UN R3: reflected light of amber over that of red reflectors
 
 

@@ -84,8 +84,7 @@ def test_lamps_of_vehicles_are_tables_of_their_family(kind):
     """Each family keeps its rules: see `test_photometry`."""
     pattern, one = family(KINDS[kind].family), lamp(kind, (1.0, 0.0, 0.0))
     assert one.table is pattern.table and one.intensity_cd == pattern.intensity_cd
-    # bicycles: no rules of theirs were opened
-    assert pattern.rules or kind.startswith("bike")
+    assert pattern.rules
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))

@@ -1,8 +1,9 @@
 """Families of vehicle lamps as tables of candela over two angles, within their regulations.
 
 Models for right-hand traffic, designed by hand, not measured. `rules.csv` holds the limits that
-each is checked against. A bicycle's lamps have no rules there: no text of StVZO or ISO 6742 was
-opened, and no figure of them is quoted. Their intensities are typical values.
+each is checked against. Assumed, no source: the 50 cd of a bicycle's front lamp, its light above
+the cut-off alone (the 1,000 cd of its core, StVZO TA 23, are left out), and the widths of both
+lamps of a bicycle.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ SIGNALS = {
     "indicator_rear": Signal(120, 14, 9, ("indicator_rear",)),
     "reversing": Signal(150, 40, 9, ("reversing",)),
     "side_marker": Signal(8, 30, 12, ("side_marker",)),
-    "bicycle_front": Signal(50, 10, 5),
-    "bicycle_rear": Signal(5, 40, 12),
+    "bicycle_front": Signal(50, 10, 5, ("bicycle_front",)),
+    "bicycle_rear": Signal(5, 40, 12, ("bicycle_rear",)),
     "motorcycle_rear_position": Signal(8, 14, 9, ("rear_position",)),
     "motorcycle_stop": Signal(70, 14, 9, ("motorcycle_stop",)),
     "motorcycle_indicator_rear": Signal(120, 14, 9, ("motorcycle_indicator_rear",)),
