@@ -219,6 +219,7 @@ def test_nothing_below_a_plan_knows_a_lens_or_the_plan(folder):
 
 STAGES = (  # what the core calls, and so states in the ledger what it finds
     "plan/lens_plan.py",
+    "plan/depth_layers.py",
     "flare/ghosts/ghost_flare.py",
     "lenses/measured_lens.py",
     "prescription/field.py",
