@@ -10,6 +10,7 @@
 | `processor`           | which processor computed a result, and which library kernels it used |
 | `provenance`          | code of the components, library versions, input files                |
 | `radiance_cache`      | stored scene radiance: what is missing is rendered                   |
+| `rendering`           | radiance and labels of a scene rendered whole, without cameras       |
 | `result_names`        | what intermediate results are called, by what made them              |
 | `reuse`               | intermediate results of earlier runs, and what their stages stated   |
 | `run`                 | one stored run, named by the hash of what made it                    |

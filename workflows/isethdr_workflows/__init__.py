@@ -8,6 +8,7 @@
 | `study_command` | the command `isethdr study`                                                 |
 | `accuracy/`     | error against run time of any configuration, by its accuracy knobs          |
 | `conf/`         | presets                                                                     |
+| `dataset/`      | datasets of rendered scenes, drawn from a recipe: `isethdr dataset`         |
 | `export/`       | stored runs as files of other programs, `isethdr export`                    |
 | `emva1288/`     | simulated cameras measured by the machine vision standard                   |
 | `isp/`          | training of the learned demosaic                                            |
@@ -18,6 +19,8 @@
 from __future__ import annotations
 
 from isethdr_core.hookspecs import hookimpl
+
+from .dataset.command import app as dataset
 
 # {name: "module:function" in this package}; a function takes its settings by name and returns rows,
 # list[dict]
@@ -51,6 +54,7 @@ def isethdr_commands(app):
     from .study_command import study
 
     app.command("study")(study)
+    app.add_typer(dataset, name="dataset")
     app.command("export", help=HELP, short_help="Write stored runs as files of other programs.")(
         export
     )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
+from PIL import Image, ImageDraw, ImageFont
 
 from isethdr_core.display import display_view
 
@@ -32,8 +33,6 @@ class Scale:
 
 def embedded(rgb: np.ndarray) -> str:
     """Return a data address that holds a uint8 picture (y, x, 3) without loss, as PNG."""
-    from PIL import Image
-
     buffer = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(rgb)).save(buffer, "PNG", compress_level=2)
     return _address(buffer, "png")
@@ -41,8 +40,6 @@ def embedded(rgb: np.ndarray) -> str:
 
 def embedded_small(rgb: np.ndarray, quality: int = 90) -> str:
     """Return a data address of a picture as JPEG, with a quarter of the bytes."""
-    from PIL import Image
-
     buffer = io.BytesIO()
     image = Image.fromarray(np.ascontiguousarray(rgb))
     image.save(buffer, "JPEG", quality=quality, subsampling=0)
@@ -145,8 +142,6 @@ def labelled(xyz, white_cd_m2: float, compressed: float, labels, objects: list[d
 
     `objects` hold boxes [x, y, width, height] in the pixels of `labels`.
     """
-    from PIL import Image, ImageDraw, ImageFont
-
     rgb = display_view.display(xyz, white_cd_m2, compressed, natural_colour=True).astype(float)
     instance = labels["instance"].values.astype(np.int64)
     colour = np.random.default_rng(3).uniform(60, 255, (instance.max() + 1, 3))

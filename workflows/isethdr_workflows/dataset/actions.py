@@ -1,0 +1,195 @@
+"""Actions behind the command `isethdr dataset`: they compute, write and print."""
+
+from __future__ import annotations
+
+import json
+
+import typer
+
+from isethdr_core.cli.terminal import print_path, print_table
+from isethdr_core.errors import ConfigError
+from isethdr_core.storage.atomic_write import write_text
+from isethdr_core.storage.home_folder import existing_home
+
+from .card import write_card
+from .draw import family_of
+from .forecast import Forecast, forecast
+from .generate import Generated, Request, generate, generated, time_text
+from .page import write_page
+from .recipe import read_recipe
+from .record import DEFINITION, folder_of, read_dataset
+from .splits import splits
+from .verify import verify
+from .workers import Workers
+
+# settings that are no overrides, and their types
+OWN = {
+    "count": int,
+    "seed": int,
+    "recipe": str,
+    "sample": int,
+    "engine": str,
+    "workers": int,
+    "hours": float,
+    "partition": str,
+}
+# {setting: field of Workers}
+OF_WORKERS = {"engine": "engine", "workers": "count", "hours": "hours", "partition": "partition"}
+INTERRUPTED = 130  # exit code after Ctrl-C: 128 + SIGINT
+
+
+def make(name: str, settings: list[str], dry_run: bool, price: float | None) -> None:
+    """Make what is missing of a dataset, or show what would be made.
+
+    Parameters
+    ----------
+    name : of the dataset.
+    settings : as typed, key=value.
+    dry_run : only show it.
+    price : of an hour of this machine; None: no cost is printed.
+    """
+    request = request_of(name, settings)
+    if dry_run:
+        print_draws(request)
+        stored = (folder_of(name) / DEFINITION).exists()
+        made = generated(read_dataset(name)).made if stored else []
+        print_forecast(forecast(made, request.count), request, price)
+        return
+    try:
+        dataset = generate(request)
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on from here")
+        raise typer.Exit(INTERRUPTED) from None
+    print_generated(dataset)
+    if request.sample is not None and request.sample < request.count:
+        print_forecast(forecast(dataset.made, request.count), request, price)
+    if dataset.failed:
+        raise typer.Exit(1)
+
+
+def report(name: str) -> None:
+    """Write the page of a dataset."""
+    print_path("page", write_page(generated(read_dataset(name))))
+
+
+def check(name: str) -> None:
+    """Print the problems of a dataset; exit code 1 if there are any."""
+    dataset = generated(read_dataset(name))
+    problems = verify(dataset)
+    for problem in problems:
+        print(f"scene {problem.number + 1}: {problem.what}")
+    if problems:
+        affected = len({problem.number for problem in problems})
+        print(f"{affected} of {dataset.definition.count} scenes have a problem")
+        raise typer.Exit(1)
+    print(f"{dataset.definition.count} scenes, no problem")
+
+
+def split(name: str) -> None:
+    """Write and print the parts of a dataset."""
+    definition = read_dataset(name)
+    parts = splits(definition.scenes(), definition.recipe.splits)
+    path = folder_of(name) / "splits.json"
+    write_text(path, json.dumps(parts))
+    print_table(["part", "scenes"], [(part, len(numbers)) for part, numbers in parts.items()])
+    print_path("numbers of the scenes, from 0", path)
+
+
+def describe(name: str) -> None:
+    """Write the card of a dataset."""
+    print_path("card", write_card(generated(read_dataset(name))))
+
+
+def list_all() -> None:
+    """Print the datasets of the home."""
+    rows = []
+    for path in sorted(existing_home().glob(f"datasets/*/{DEFINITION}")):
+        dataset = generated(read_dataset(path.parent.name))
+        definition = dataset.definition
+        size = sum(record.stored_bytes for record in dataset.made) / 1e9
+        made = f"{len(dataset.made)} of {definition.count}"
+        rows.append(
+            (definition.name, made, len(dataset.failed), f"{size:.3g}", definition.recipe_name)
+        )
+    print_table(["dataset", "scenes", "failed", "GB", "recipe"], rows)
+
+
+def request_of(name: str, settings: list[str]) -> Request:
+    """Return the request of a command line.
+
+    Parameters
+    ----------
+    name : of the dataset.
+    settings : key=value, the dataset's own or overrides of its scenes.
+
+    Raises
+    ------
+    ConfigError : a value of the dataset's own settings is no number.
+    """
+    own: dict[str, object] = {}
+    overrides = []
+    for text in settings:
+        key, is_setting, value = text.partition("=")
+        if not is_setting or key not in OWN:
+            overrides.append(text)
+            continue
+        try:
+            own[key] = OWN[key](value)
+        except ValueError:
+            raise ConfigError(
+                f"{key} is {value!r}; expected a number; type for example {key}=6"
+            ) from None
+    workers = {field: own.pop(key) for key, field in OF_WORKERS.items() if key in own}
+    if workers.get("count", 1) != 1 and "engine" not in workers:
+        workers["engine"] = "processes"
+    return Request(name, overrides=tuple(overrides), workers=Workers(**workers), **own)
+
+
+def print_draws(request: Request) -> None:
+    """Print how many scenes of each family there would be."""
+    recipe = read_recipe(request.recipe)
+    count: dict[str, int] = {family.name: 0 for family in recipe.families}
+    for number in range(request.count):
+        count[family_of(recipe, request.seed, number).name] += 1
+    rows = [
+        (family.name, count[family.name], " ".join(sorted(family.draw)))
+        for family in recipe.families
+    ]
+    print_table(["family", "scenes", "drawn"], rows)
+
+
+def print_generated(dataset: Generated) -> None:
+    """Print how many scenes are made, and which failed."""
+    made, count = len(dataset.made), dataset.definition.count
+    print(f"{made} of {count} scenes are made")
+    for record in dataset.failed:
+        print(f"scene {record.number + 1} failed: {record.error.splitlines()[0]}")
+    if dataset.failed:
+        print_path("tracebacks", folder_of(dataset.definition.name) / "failed")
+    print(f"next: isethdr dataset report {dataset.definition.name}")
+
+
+def print_forecast(expected: Forecast | None, request: Request, price: float | None) -> None:
+    """Print time, disk and cost of all scenes.
+
+    Parameters
+    ----------
+    expected : the forecast; None without two scenes to go by.
+    request : the dataset.
+    price : of an hour of the machine; None: no cost is printed.
+    """
+    if expected is None:
+        print("no forecast: fewer than two scenes are made; six of them are a sample:")
+        print(f"isethdr dataset generate {request.name} count={request.count} sample=6 ...")
+        return
+    time, size = expected.seconds, expected.stored_bytes
+    rows = [
+        ("time, one after the other", *(time_text(v) for v in (time.value, time.low, time.high))),
+        ("disk", *(f"{v / 1e9:.3g} GB" for v in (size.value, size.low, size.high))),
+    ]
+    if price is not None:
+        rows.append(
+            ("cost", *(f"{price * v / 3600:.2f}" for v in (time.value, time.low, time.high)))
+        )
+    print(f"expected of {request.count} scenes, from {expected.sample}, with 95 % limits:")
+    print_table(["", "expected", "at least", "at most"], rows)

@@ -1,0 +1,108 @@
+"""The card of a dataset: what it holds, in which units, how it was made, in Markdown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from isethdr_core.storage.atomic_write import write_text
+
+from .generate import Generated, time_text
+from .record import folder_of
+from .splits import splits
+from .summary import class_counts
+
+CARD = "README.md"
+
+
+def write_card(dataset: Generated) -> Path:
+    """Write the card of a dataset into its folder, and return its path."""
+    path = folder_of(dataset.definition.name) / CARD
+    write_text(path, card(dataset))
+    return path
+
+
+def card(dataset: Generated) -> str:
+    """Return the card."""
+    definition, made = dataset.definition, dataset.made
+    scenes = definition.scenes()
+    parts = splits(scenes, definition.recipe.splits)
+    families = {}
+    for scene in scenes:
+        families[scene.family] = families.get(scene.family, 0) + 1
+    seconds = sum(record.seconds for record in made)
+    size = sum(record.stored_bytes for record in made)
+    noise = _noise(dataset)
+    lines = [
+        f"# {definition.name}",
+        "",
+        definition.recipe.about,
+        "",
+        f"{len(made)} of {definition.count} scenes are made"
+        f" ({', '.join(f'{count} {name}' for name, count in families.items())}).",
+        "",
+        "## What a scene holds",
+        "",
+        "- `radiance` (light_group, wavelength, y, x): spectral radiance, W m-2 sr-1 nm-1, before"
+        " any lens. The groups add: any weighted sum of them is a scene.",
+        "- `depth` (along the optical axis) and `distance` (along the ray), m; `instance`;"
+        " `category`; `normal`.",
+        "- In the attributes: objects with class, box, visible fraction and distance; lamps with"
+        " their luminance; the noise of each light group.",
+        "- `x` and `y` are tangents of the field angle, x to the right and y down.",
+        "",
+        "## How it was made",
+        "",
+        "Every shape, surface and lamp is computed from parameters; no photograph, mesh or network"
+        " of others is in it. Light is simulated by path tracing, so it has the noise that is"
+        " stated below.",
+        "",
+        f"    {_command(dataset)}",
+        "",
+        f"- begun: {definition.created}",
+        f"- versions: {', '.join(f'{k} {v}' for k, v in sorted(definition.versions.items()))}",
+        f"- time: {time_text(seconds)} for the scenes that are made; size: {size / 1e9:.3g} GB",
+        f"- noise, relative, median of the scenes: {noise or 'not known'}",
+        "",
+        "## Parts",
+        "",
+        "All scenes of a road are in one part.",
+        "",
+        "| part | scenes |",
+        "|---|---|",
+        *(f"| {part} | {len(numbers)} |" for part, numbers in parts.items()),
+        "",
+        "## Objects",
+        "",
+        "| class | objects | scenes |",
+        "|---|---|---|",
+        *(f"| {row.category} | {row.objects} | {row.scenes} |" for row in class_counts(made)),
+        "",
+        "## Licence",
+        "",
+        "The program that makes the scenes is under the MIT licence. Radiance and labels contain"
+        " nothing of others, so whoever generates them may choose their licence.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _command(dataset: Generated) -> str:
+    definition = dataset.definition
+    return " ".join(
+        [
+            f"isethdr dataset generate {definition.name} recipe={definition.recipe_name}",
+            f"count={definition.count} seed={definition.seed}",
+            *definition.overrides,
+        ]
+    )
+
+
+def _noise(dataset: Generated) -> str:
+    groups = sorted({group for record in dataset.made for group in record.noise})
+    medians = {
+        group: float(np.median([r.noise[group] for r in dataset.made if group in r.noise]))
+        for group in groups
+    }
+    return ", ".join(f"{group} {value:.2g}" for group, value in medians.items())

@@ -1,0 +1,73 @@
+"""The command `isethdr dataset generate|report|verify|splits|describe|list`."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Make, check and describe datasets of rendered scenes.",
+)
+
+Name = Annotated[str, typer.Argument(help="name of the dataset")]
+
+
+def _actions() -> ModuleType:
+    """Return the module that does the work: `isethdr --help` does without NumPy."""
+    from . import actions
+
+    return actions
+
+
+@app.command("generate", help="Render what is missing of a dataset; type it again to go on.")
+def generate(
+    name: Name,
+    settings: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="count, seed, recipe (a name or a .yaml file), sample (make the first scenes"
+            " only), engine (here, processes, slurm), workers, hours and partition (of SLURM jobs),"
+            " each as key=value; and overrides of all scenes, for example renderer.width=320"
+        ),
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="show what would be made")] = False,
+    price: Annotated[
+        float | None, typer.Option(help="of an hour of this machine: forecasts the cost")
+    ] = None,
+) -> None:
+    """Make scenes, or show what would be made."""
+    _actions().make(name, settings or [], dry_run, price)
+
+
+@app.command("report", help="Write the page of a dataset: contact sheets, counts, outliers.")
+def report(name: Name) -> None:
+    """Write the page."""
+    _actions().report(name)
+
+
+@app.command("verify", help="Compare every file of a dataset with its checksum and its recipe.")
+def verify(name: Name) -> None:
+    """Print the problems; exit code 1 if there are any."""
+    _actions().check(name)
+
+
+@app.command("splits", help="Write which scenes are for training, validation and test.")
+def splits(name: Name) -> None:
+    """Write the parts, which keep a road together."""
+    _actions().split(name)
+
+
+@app.command("describe", help="Write the card of a dataset: contents, units, how it was made.")
+def describe(name: Name) -> None:
+    """Write the card."""
+    _actions().describe(name)
+
+
+@app.command("list", help="List the datasets of the home.")
+def list_datasets() -> None:
+    """Print one row for each dataset."""
+    _actions().list_all()

@@ -1,0 +1,61 @@
+"""Forecast: time and disk of a dataset, from the scenes that are made."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t
+
+from .record import SceneRecord
+
+FEWEST = 2  # scenes: one alone says nothing about how they differ
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A sum over scenes with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What a dataset takes, all scenes counted."""
+
+    seconds: Estimate  # of all scenes one after the other, on this machine
+    stored_bytes: Estimate
+    sample: int  # scenes that it is from
+
+
+def forecast(records: Sequence[SceneRecord], count: int) -> Forecast | None:
+    """Return what `count` scenes take; None from fewer than two.
+
+    The scenes that are made count as they are. Each other one is taken for their mean; the interval
+    is Student's, of the sum of new draws from the same recipe.
+
+    Parameters
+    ----------
+    records : of the scenes that are made.
+    count : number of scenes of the dataset.
+    """
+    if len(records) < FEWEST:
+        return None
+    return Forecast(
+        _total([record.seconds for record in records], count),
+        _total([float(record.stored_bytes) for record in records], count),
+        len(records),
+    )
+
+
+def _total(values: Sequence[float], count: int) -> Estimate:
+    made, left = np.asarray(values), max(count - len(values), 0)
+    mean, spread = made.mean(), made.std(ddof=1)
+    # variance of the sum of new draws: their own, and that of the mean they are taken for
+    width = t.ppf(0.975, made.size - 1) * spread * math.sqrt(left + left**2 / made.size)
+    total = made.sum() + left * mean
+    return Estimate(float(total), float(max(total - width, made.sum())), float(total + width))

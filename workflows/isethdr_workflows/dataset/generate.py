@@ -1,0 +1,273 @@
+"""Generate: render the scenes of a dataset that are missing, and record what became of each."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from isethdr_core.config.composition import compose
+from isethdr_core.errors import CatalogError, ConfigError, IsetHdrError
+from isethdr_core.pipeline.chain import chain
+from isethdr_core.runs.labels import checked
+from isethdr_core.runs.provenance import libraries, versions
+from isethdr_core.runs.rendering import Rendered, render
+from isethdr_core.runs.run import check_writable
+from isethdr_core.storage import store
+
+from .draw import DrawnScene, overrides_to_try
+from .recipe import read_recipe
+from .record import (
+    Definition,
+    SceneRecord,
+    begin,
+    folder_of,
+    read_dataset,
+    read_scenes,
+    write_scene,
+)
+from .workers import Workers, share
+
+FAILED = "failed"  # folder of tracebacks, beside the records
+TIMED = ("scene", "renderer")  # stages whose seconds are those of a scene
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """A dataset as it is asked for."""
+
+    name: str
+    count: int = 60  # scenes
+    seed: int = 0
+    recipe: str = "roads"  # bundled name, or path of a YAML file
+    overrides: tuple[str, ...] = ()  # of all scenes, after those of the recipe
+    sample: int | None = None  # make the first scenes only; None: all
+    workers: Workers = field(default_factory=Workers)
+
+
+@dataclass(frozen=True)
+class Generated:
+    """A dataset after `generate`."""
+
+    definition: Definition
+    scenes: dict[int, SceneRecord]  # by number, those that were tried
+
+    @property
+    def made(self) -> list[SceneRecord]:
+        """The scenes with radiance, by number."""
+        return [record for record in self.scenes.values() if record.stores]
+
+    @property
+    def failed(self) -> list[SceneRecord]:
+        """The scenes that failed, by number."""
+        return [record for record in self.scenes.values() if record.error]
+
+
+def generate(request: Request, tell: Tell = print) -> Generated:
+    """Render what is missing of a dataset, and return all that it has.
+
+    A scene that fails is recorded with its reason, and the others go on; the next call tries it
+    again. A scene that is stored is not rendered again.
+
+    Parameters
+    ----------
+    request : the dataset.
+    tell : called with one line of text for each scene that is done.
+
+    Raises
+    ------
+    ConfigError : a mistake in the recipe or an override, found before the first scene is rendered;
+        or another dataset has this name.
+    CatalogError : the stores cannot be written, for example because the disk is full.
+    """
+    definition = begun(request)
+    wanted = numbers_of(request)
+    done = read_scenes(folder_of(definition.name))
+    missing = [number for number in wanted if not _is_stored(done.get(number))]
+    if missing:
+        share(make_scenes, missing, request.workers, definition.name, tell)
+    return generated(definition)
+
+
+def begun(request: Request) -> Definition:
+    """Return the definition of a dataset, written after every value of it has been tried.
+
+    Raises
+    ------
+    ConfigError, CatalogError : as `generate`.
+    """
+    name = checked("name", request.name)
+    if request.count < 1 or request.seed < 0:
+        raise ConfigError(
+            f"count is {request.count} and seed is {request.seed}; expected a count of 1 or more"
+            " and a seed of 0 or more; type for example count=60 seed=0"
+        )
+    recipe = read_recipe(request.recipe)
+    for overrides in overrides_to_try(recipe):
+        tried(overrides + request.overrides)
+    first = chain(compose([*recipe.families[0].overrides, *request.overrides]))
+    check_writable(store.home() / "scenes")
+    return begin(
+        Definition(
+            name=name,
+            seed=request.seed,
+            count=request.count,
+            recipe_name=request.recipe,
+            recipe_text=recipe.text,
+            overrides=request.overrides,
+            versions=versions() | libraries(first.scene, first.renderer),
+            created=datetime.now(UTC).isoformat(timespec="seconds"),
+        )
+    )
+
+
+def tried(overrides: Sequence[str]) -> None:
+    """Compose and build a scene without rendering it.
+
+    Raises
+    ------
+    ConfigError : a mistake in an override, named with all of them; or nothing to render.
+    """
+    try:
+        built = chain(compose(overrides))
+    except IsetHdrError as err:
+        raise ConfigError(f"{' '.join(overrides)}: {err}") from None
+    if built.renderer is None:
+        raise ConfigError(
+            f"{' '.join(overrides)}: no renderer, so there is nothing to render; expected a scene"
+            " with geometry; type for example scene=night_drive"
+        )
+
+
+def numbers_of(request: Request) -> range:
+    """Return the numbers of the scenes to make now."""
+    return range(request.count if request.sample is None else min(request.sample, request.count))
+
+
+def generated(definition: Definition) -> Generated:
+    """Return a dataset as far as it is made."""
+    records = read_scenes(folder_of(definition.name))
+    within = {number: record for number, record in records.items() if number < definition.count}
+    return Generated(definition, within)
+
+
+def make_scenes(name: str, numbers: Sequence[int], tell: Tell = print) -> None:
+    """Render some scenes of a dataset one after the other: the work of one process.
+
+    Parameters
+    ----------
+    name : of the dataset; its definition is stored.
+    numbers : of the scenes.
+    tell : called with one line of text for each scene that is done.
+
+    Raises
+    ------
+    CatalogError : the stores cannot be written; the scenes after it would fail as well.
+    """
+    definition = read_dataset(name)
+    scenes = definition.scenes()
+    started, computed = time.monotonic(), 0
+    for place, number in enumerate(numbers):
+        record, was_computed = made(scenes[number], folder_of(name))
+        write_scene(folder_of(name), record)
+        computed += was_computed
+        left = len(numbers) - place - 1
+        rate_s = (time.monotonic() - started) / computed if computed else None
+        tell(told(record, definition.count, left, rate_s))
+
+
+def made(scene: DrawnScene, folder: Path) -> tuple[SceneRecord, bool]:
+    """Return the record of a scene, rendered if it is not stored, and whether it was rendered.
+
+    Parameters
+    ----------
+    scene : the scene.
+    folder : of the dataset, for the traceback of a failure.
+
+    Raises
+    ------
+    CatalogError : a store cannot be written or is damaged.
+    """
+    record = SceneRecord(scene.number, scene.family, scene.road, scene.overrides)
+    try:
+        rendered = render(compose(scene.overrides))
+    except CatalogError:
+        raise
+    except Exception as err:  # any component may fail on one scene; the others go on
+        write_traceback(folder, scene.number)
+        return _with(record, error=f"{type(err).__name__}: {err}"), False
+    return _with(record, **measured(rendered)), rendered.computed
+
+
+def measured(rendered: Rendered) -> dict[str, Any]:
+    """Return the properties of stored radiance that a record holds."""
+    attributes = rendered.attributes
+    return {
+        "stores": tuple(path.stem for path in rendered.stores),
+        "seconds": sum(
+            row["seconds"]
+            for a in attributes
+            for row in a["ledger"]
+            if row["stage"].split(" ")[0] in TIMED
+        ),
+        "stored_bytes": sum(
+            file.stat().st_size
+            for path in rendered.stores
+            for file in path.rglob("*")
+            if file.is_file()
+        ),
+        "noise": {str(k): float(v) for k, v in attributes[-1]["noise"].items()},
+        "objects": tuple(attributes[-1]["objects"]),
+    }
+
+
+def write_traceback(folder: Path, number: int) -> None:
+    """Write the traceback of the exception that is being handled."""
+    path = folder / FAILED / f"{number:05d}.txt"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(traceback.format_exc(), encoding="utf-8")
+
+
+def told(record: SceneRecord, count: int, left: int, rate_s: float | None) -> str:
+    """Return one line about a scene that is done.
+
+    Parameters
+    ----------
+    record : of the scene.
+    count : number of scenes of the dataset.
+    left : number of scenes that this process has still to make.
+    rate_s : seconds a rendered scene; None before the first.
+    """
+    start = f"scene {record.number + 1} of {count}, {record.family}: "
+    if record.error:
+        return start + f"failed: {record.error.splitlines()[0]}"
+    line = start + f"{record.seconds:.0f} s, {record.stored_bytes / 1e6:.1f} MB"
+    if left and rate_s is not None:
+        line += f", about {time_text(left * rate_s)} left"
+    return line
+
+
+def time_text(seconds: float) -> str:
+    """Return a time for people: `95 s`, `12 min`, `3.4 h`."""
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def _with(record: SceneRecord, **fields: Any) -> SceneRecord:
+    return SceneRecord(record.number, record.family, record.road, record.overrides, **fields)
+
+
+def _is_stored(record: SceneRecord | None) -> bool:
+    """Return whether a scene is recorded and all of its stores are there."""
+    return (
+        record is not None
+        and bool(record.stores)
+        and all((store.home() / "scenes" / f"{name}.zarr").is_dir() for name in record.stores)
+    )

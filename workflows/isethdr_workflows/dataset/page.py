@@ -1,0 +1,166 @@
+"""The page of a dataset: contact sheets by day and night, counts, histograms, time and bytes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from isethdr_catalog.report import pictures
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+
+from isethdr_core.cli.progress import track
+from isethdr_core.display import display_view
+from isethdr_core.storage.atomic_write import write_text
+
+from .forecast import forecast
+from .generate import Generated, time_text
+from .record import SceneRecord, folder_of
+from .summary import (
+    DECADES,
+    DISTANCES_M,
+    HEIGHTS,
+    Look,
+    class_counts,
+    duplicates,
+    look,
+    outliers,
+)
+
+PAGE = "index.html"
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+@dataclass(frozen=True)
+class Thumbnail:
+    """One scene on a contact sheet."""
+
+    number: int
+    caption: str
+    own: str  # data address
+    day: str
+
+
+def write_page(dataset: Generated) -> Path:
+    """Write the page of a dataset into its folder, and return its path."""
+    looks = [look(record, shown) for record in track(dataset.made, "scenes")]
+    path = folder_of(dataset.definition.name) / PAGE
+    write_text(path, page(dataset, looks))
+    return path
+
+
+def shown(xyz: Any) -> np.ndarray:
+    """Return xyz (y, x, 3) in cd/m2 as the report of a run shows it: uint8 (y, x, 3)."""
+    white = pictures.shown_white_cd_m2(xyz)
+    compressed = pictures.compression(xyz, white)
+    return display_view.display(xyz, white, compressed, natural_colour=True)
+
+
+def page(dataset: Generated, looks: Sequence[Look]) -> str:
+    """Return the page: one HTML document that needs no network.
+
+    Parameters
+    ----------
+    dataset : definition and records.
+    looks : of the scenes that are made.
+    """
+    return _template().render(
+        definition=dataset.definition,
+        recipe=dataset.definition.recipe,
+        made=len(dataset.made),
+        failed=[(r.number + 1, r.error.splitlines()[0]) for r in dataset.failed],
+        families=Counter(record.family for record in dataset.made).most_common(),
+        totals=_totals(dataset),
+        thumbnails=[_thumbnail(look) for look in looks],
+        distances=_bounds(DISTANCES_M, "m"),
+        heights=_bounds(HEIGHTS, "px"),
+        classes=class_counts(dataset.made),
+        histograms=_histograms(looks),
+        duplicates=duplicates(dataset.made),
+        outliers=outliers(looks),
+    )
+
+
+def _totals(dataset: Generated) -> list[tuple[str, str]]:
+    """Return what the scenes took, and what all of them are expected to take."""
+    seconds = [record.seconds for record in dataset.made]
+    size = [record.stored_bytes / 1e6 for record in dataset.made]
+    if not seconds:
+        return []
+    totals = [
+        ("time of a scene", f"{np.median(seconds):.3g} s (median), {max(seconds):.3g} s (longest)"),
+        ("size of a scene", f"{np.median(size):.3g} MB (median), {max(size):.3g} MB (largest)"),
+        ("noise of a light group", _noise(dataset.made)),
+        ("all scenes so far", f"{time_text(sum(seconds))}, {sum(size) / 1e3:.3g} GB"),
+    ]
+    expected = forecast(dataset.made, dataset.definition.count)
+    if expected is not None and len(dataset.made) < dataset.definition.count:
+        low, high = expected.seconds.low, expected.seconds.high
+        whole = f"{time_text(expected.seconds.value)} ({time_text(low)} to {time_text(high)})"
+        totals.append((f"all {dataset.definition.count} scenes, expected", whole))
+    return totals
+
+
+def _noise(records: Sequence[SceneRecord]) -> str:
+    groups = sorted({group for record in records for group in record.noise})
+    medians = {
+        group: np.median([record.noise[group] for record in records if group in record.noise])
+        for group in groups
+    }
+    return ", ".join(f"{group} {100 * value:.2g} %" for group, value in medians.items())
+
+
+def _thumbnail(look: Look) -> Thumbnail:
+    record = look.record
+    return Thumbnail(
+        record.number,
+        f"{record.number + 1} {record.family}, {_luminance(look.mean_cd_m2)} cd/m²",
+        pictures.embedded_small(look.own),
+        pictures.embedded_small(look.day),
+    )
+
+
+def _luminance(cd_m2: float) -> str:
+    """Return two significant digits without an exponent, down to 0.0001."""
+    return f"{cd_m2:.0f}" if cd_m2 >= 10 else f"{cd_m2:.2g}"
+
+
+def _bounds(limits: Sequence[float], unit: str) -> list[str]:
+    """Return the names of the classes between limits: `below 15 m`, `15 to 30 m`, `from 60 m`."""
+    between = [f"{a:g} to {b:g} {unit}" for a, b in zip(limits, limits[1:], strict=False)]
+    return [f"below {limits[0]:g} {unit}", *between, f"from {limits[-1]:g} {unit}"]
+
+
+def _histograms(looks: Sequence[Look]) -> list[tuple[str, list[tuple[str, float]]]]:
+    """Return for each light group the share of the lit tiles in each decade, in percent."""
+    groups = list(dict.fromkeys(group for look in looks for group in look.histograms))
+    counts = {
+        group: np.sum([look.histograms.get(group, 0 * DECADES[1:]) for look in looks], axis=0)
+        for group in groups
+    }
+    if not counts:
+        return []
+    used = np.flatnonzero(np.sum(list(counts.values()), axis=0))
+    first, last = (used[0], used[-1] + 1) if used.size else (0, 1)
+    rows = []
+    for group, count in counts.items():
+        share = 100 * count / max(count.sum(), 1)
+        row = zip(DECADES[first:last], share[first:last], strict=True)
+        rows.append((group, [(f"{low:g}", float(s)) for low, s in row]))
+    return rows
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("dataset.html")

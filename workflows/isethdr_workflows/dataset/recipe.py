@@ -1,0 +1,242 @@
+"""Recipe: families of scenes and the distributions of their settings, read from a YAML file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from isethdr_core.errors import ConfigError, did_you_mean
+
+BUNDLED = Path(__file__).parent / "recipes"
+KEYS = ("about", "families", "splits")
+KEYS_OF_FAMILY = ("share", "overrides", "draw")
+DEFAULT_SPLITS = {"train": 0.7, "validation": 0.15, "test": 0.15}
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One of several values, each with its share of the draws."""
+
+    values: tuple[str, ...]  # as they are typed in an override
+    shares: tuple[float, ...]  # sum 1
+
+    def drawn(self, random: np.random.Generator) -> str:
+        """Return one value."""
+        return self.values[int(random.choice(len(self.values), p=self.shares))]
+
+    def extremes(self) -> tuple[str, ...]:
+        """Return the values that must all be valid."""
+        return self.values
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A number between two limits, all equally likely."""
+
+    least: float
+    most: float
+
+    def drawn(self, random: np.random.Generator) -> str:
+        """Return one value, with six significant digits."""
+        return f"{random.uniform(self.least, self.most):.6g}"
+
+    def extremes(self) -> tuple[str, ...]:
+        """Return the values that must all be valid."""
+        return f"{self.least:.6g}", f"{self.most:.6g}"
+
+
+@dataclass(frozen=True)
+class LogUniform:
+    """A positive number between two limits, whose logarithms are all equally likely."""
+
+    least: float
+    most: float
+
+    def drawn(self, random: np.random.Generator) -> str:
+        """Return one value, with six significant digits."""
+        return f"{math.exp(random.uniform(math.log(self.least), math.log(self.most))):.6g}"
+
+    def extremes(self) -> tuple[str, ...]:
+        """Return the values that must all be valid."""
+        return f"{self.least:.6g}", f"{self.most:.6g}"
+
+
+Distribution = Choice | Uniform | LogUniform
+
+
+@dataclass(frozen=True)
+class Family:
+    """Scenes of one kind."""
+
+    name: str
+    share: float  # of all scenes; the shares of a recipe sum to 1
+    overrides: tuple[str, ...]  # the same for all its scenes
+    draw: Mapping[str, Distribution]  # {config key: its distribution}
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What a dataset is drawn from."""
+
+    about: str
+    families: tuple[Family, ...]
+    splits: Mapping[str, float]  # {part: share of the roads}, sum 1
+    text: str  # of the file: recorded with the dataset
+
+
+def read_recipe(name: str) -> Recipe:
+    """Return a bundled recipe, or the recipe in a file.
+
+    Parameters
+    ----------
+    name : name of a bundled recipe, for example `roads`, or a path that ends in .yaml.
+
+    Raises
+    ------
+    ConfigError : no such recipe, or a mistake in it.
+    """
+    bundled = {path.stem: path for path in BUNDLED.glob("*.yaml")}
+    path = bundled.get(name, Path(name))
+    if path.suffix != ".yaml" or not path.is_file():
+        raise ConfigError(
+            f"there is no recipe {name!r}{did_you_mean(name, bundled)}; expected"
+            f" {', '.join(sorted(bundled))} or a file that ends in .yaml; type for example"
+            " recipe=roads"
+        )
+    return parsed(path.read_text(encoding="utf-8"), name)
+
+
+def parsed(text: str, name: str) -> Recipe:
+    """Return the recipe in a YAML text.
+
+    Parameters
+    ----------
+    text : the YAML.
+    name : of the recipe, for messages.
+
+    Raises
+    ------
+    ConfigError : a mistake in it.
+    """
+    try:
+        content = yaml.safe_load(text)
+    except yaml.YAMLError as err:
+        raise ConfigError(f"recipe {name}: no valid YAML: {' '.join(str(err).split())}") from None
+    where = f"recipe {name}"
+    content = _table(content, where, KEYS)
+    families = _table(content.get("families"), f"{where}: families", None)
+    shares = _shares(
+        {
+            key: _table(entry, f"{where}: family {key}", KEYS_OF_FAMILY).get("share", 1)
+            for key, entry in families.items()
+        },
+        f"{where}: families",
+    )
+    return Recipe(
+        about=str(content.get("about", "")).strip(),
+        families=tuple(
+            _family(key, entry, share, f"{where}: family {key}")
+            for (key, entry), share in zip(families.items(), shares.values(), strict=True)
+        ),
+        splits=_shares(content.get("splits", DEFAULT_SPLITS), f"{where}: splits"),
+        text=text,
+    )
+
+
+def _family(name: str, entry: Mapping[str, Any], share: float, where: str) -> Family:
+    overrides = entry.get("overrides") or []
+    if not isinstance(overrides, list) or not all(isinstance(o, str) for o in overrides):
+        raise ConfigError(
+            f"{where}: overrides are {overrides!r}; expected a list of overrides; type for example"
+            " overrides: [scene=night_drive]"
+        )
+    draw = _table(entry.get("draw") or {}, f"{where}: draw", None, empty=True)
+    return Family(
+        name,
+        share,
+        tuple(overrides),
+        {key: _distribution(value, f"{where}: {key}") for key, value in draw.items()},
+    )
+
+
+def _distribution(value: Any, where: str) -> Distribution:
+    if isinstance(value, dict) and len(value) == 1:
+        ((kind, argument),) = value.items()
+        if kind == "choice" and argument:
+            weights = argument if isinstance(argument, dict) else dict.fromkeys(argument, 1)
+            shares = _shares(weights, where)
+            return Choice(tuple(map(_typed, weights)), tuple(shares.values()))
+        limits = _limits(argument)
+        if limits is not None and kind == "uniform":
+            return Uniform(*limits)
+        if limits is not None and kind == "log_uniform" and limits[0] > 0:
+            return LogUniform(*limits)
+    raise ConfigError(
+        f"{where} is {value!r}; expected {{choice: {{value: share}}}}, {{uniform: [least, most]}}"
+        " or {log_uniform: [least, most]} with least above 0; type for example"
+        " {uniform: [1.1, 1.6]}"
+    )
+
+
+def _limits(argument: Any) -> tuple[float, float] | None:
+    """Return (least, most), None if the argument is no pair of rising finite numbers."""
+    if not isinstance(argument, list) or len(argument) != 2:
+        return None
+    if not all(isinstance(v, int | float) and math.isfinite(v) for v in argument):
+        return None
+    least, most = map(float, argument)
+    return (least, most) if least <= most else None
+
+
+def _typed(value: Any) -> str:
+    """Return a YAML value as it is typed in an override."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "null" if value is None else str(value)
+
+
+def _shares(weights: Any, where: str) -> dict[str, float]:
+    """Return positive weights divided by their sum."""
+    sound = (
+        isinstance(weights, dict)
+        and weights
+        and all(
+            isinstance(w, int | float) and not isinstance(w, bool) and math.isfinite(w) and w > 0
+            for w in weights.values()
+        )
+    )
+    if not sound:
+        raise ConfigError(
+            f"{where}: the shares are {weights!r}; expected a positive number for each name"
+        )
+    total = float(sum(weights.values()))
+    return {key: weight / total for key, weight in weights.items()}
+
+
+def _table(
+    value: Any, where: str, known: tuple[str, ...] | None, empty: bool = False
+) -> dict[str, Any]:
+    """Return a YAML table.
+
+    Parameters
+    ----------
+    value : the YAML value.
+    where : its place, for messages.
+    known : allowed keys; None: any.
+    empty : whether it may have no entries.
+    """
+    if not isinstance(value, dict) or not (value or empty):
+        raise ConfigError(f"{where}: {value!r} is no table of keys and values")
+    for key in value:
+        if known is not None and key not in known:
+            raise ConfigError(
+                f"{where} has no key {key!r}{did_you_mean(str(key), known)}; expected"
+                f" {', '.join(known)}"
+            )
+    return value

@@ -1,0 +1,159 @@
+"""Record: the folder `datasets/<name>` of a dataset.
+
+`dataset.json` holds the definition and never changes, except that the number of scenes may grow.
+`scenes/<number>.json` says what became of a scene. Each file is written as a whole or not at all,
+so several processes and machines may write side by side, and a killed one leaves no half record.
+The radiance itself is in `scenes/` of the home, where runs find it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
+from isethdr_core.storage.atomic_write import write_text
+from isethdr_core.storage.home_folder import home
+
+from .draw import DrawnScene, drawn_scene
+from .recipe import Recipe, parsed
+
+DEFINITION = "dataset.json"
+SCENES = "scenes"
+
+
+@dataclass(frozen=True)
+class Definition:
+    """What a dataset consists of."""
+
+    name: str
+    seed: int
+    count: int  # of scenes
+    recipe_name: str
+    recipe_text: str  # YAML
+    overrides: tuple[str, ...]  # of all scenes, after those of the recipe
+    versions: Mapping[str, str]  # of isethdr and of the libraries when it was begun
+    created: str  # UTC
+
+    @property
+    def recipe(self) -> Recipe:
+        """The recipe as it was when the dataset was begun."""
+        return parsed(self.recipe_text, self.recipe_name)
+
+    def scenes(self) -> list[DrawnScene]:
+        """Return all scenes, with the overrides of the dataset last."""
+        recipe = self.recipe
+        drawn = (drawn_scene(recipe, self.seed, number) for number in range(self.count))
+        return [
+            DrawnScene(s.number, s.family, s.road, (*s.overrides, *self.overrides)) for s in drawn
+        ]
+
+
+@dataclass(frozen=True)
+class SceneRecord:
+    """What became of one scene."""
+
+    number: int
+    family: str
+    road: str
+    overrides: tuple[str, ...]
+    stores: tuple[str, ...] = ()  # names in `scenes/` of the home; none where it failed
+    seconds: float = 0.0  # of scene and renderer
+    stored_bytes: int = 0
+    noise: Mapping[str, float] = field(default_factory=dict)  # relative, by light group
+    objects: tuple[Mapping[str, Any], ...] = ()
+    error: str = ""  # of a scene that failed
+
+
+def folder_of(name: str) -> Path:
+    """Return the folder of a dataset."""
+    return home() / "datasets" / name
+
+
+def begin(wanted: Definition) -> Definition:
+    """Write the definition of a new dataset, or return that of the stored one, with the larger
+    count.
+
+    Raises
+    ------
+    ConfigError : another dataset has this name.
+    """
+    folder = folder_of(wanted.name)
+    stored = read_definition(folder) if (folder / DEFINITION).exists() else None
+    if stored is not None and _drawn_from(stored) != _drawn_from(wanted):
+        raise ConfigError(
+            f"the dataset {wanted.name!r} has recipe={stored.recipe_name} seed={stored.seed}"
+            f" {' '.join(stored.overrides)}; expected the same recipe, seed and overrides, or"
+            f" another name; type for example isethdr dataset generate {wanted.name}_2"
+        )
+    if stored is not None and stored.count >= wanted.count:
+        return stored
+    (folder / SCENES).mkdir(parents=True, exist_ok=True)
+    definition = wanted if stored is None else _with_count(stored, wanted.count)
+    write_text(folder / DEFINITION, json.dumps(asdict(definition), indent=1))
+    return definition
+
+
+def _drawn_from(definition: Definition) -> tuple[int, str, tuple[str, ...]]:
+    return definition.seed, definition.recipe_text, definition.overrides
+
+
+def _with_count(definition: Definition, count: int) -> Definition:
+    return Definition(**asdict(definition) | {"count": count, "overrides": definition.overrides})
+
+
+def read_dataset(name: str) -> Definition:
+    """Return the definition of a dataset by its name.
+
+    Raises
+    ------
+    CatalogError : there is none of this name, or it is damaged.
+    """
+    folder = folder_of(name)
+    if not (folder / DEFINITION).exists():
+        known = sorted(path.parent.name for path in folder.parent.glob(f"*/{DEFINITION}"))
+        raise CatalogError(
+            f"there is no dataset {name!r} in {folder.parent}{did_you_mean(name, known)}; type for"
+            f" example isethdr dataset generate {name} count=6"
+        )
+    return read_definition(folder)
+
+
+def read_definition(folder: Path) -> Definition:
+    """Return the definition in a folder.
+
+    Raises
+    ------
+    CatalogError : it is damaged.
+    """
+    try:
+        content = json.loads((folder / DEFINITION).read_text(encoding="utf-8"))
+        return Definition(**content | {"overrides": tuple(content["overrides"])})
+    except (ValueError, KeyError, TypeError) as err:
+        raise CatalogError(
+            f"{folder / DEFINITION} is damaged ({err}); expected the file that `isethdr dataset"
+            " generate` writes; remove the folder and generate again: stored scenes are reused"
+        ) from None
+
+
+def write_scene(folder: Path, record: SceneRecord) -> None:
+    """Write what became of a scene."""
+    (folder / SCENES).mkdir(parents=True, exist_ok=True)
+    write_text(folder / SCENES / f"{record.number:05d}.json", json.dumps(asdict(record)))
+
+
+def read_scenes(folder: Path) -> dict[int, SceneRecord]:
+    """Return the records of the scenes so far, by number. A damaged record counts as missing."""
+    records = {}
+    for path in sorted((folder / SCENES).glob("[0-9]*.json")):
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+            lists = {key: tuple(content[key]) for key in ("overrides", "stores", "objects")}
+            record = SceneRecord(**content | lists)
+        except (ValueError, KeyError, TypeError):
+            continue
+        records[record.number] = record
+    return records

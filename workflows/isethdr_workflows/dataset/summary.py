@@ -1,0 +1,168 @@
+"""Summary: counts, luminances, noise, time and bytes of the scenes; duplicates and outliers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from isethdr_core.config.composition import compose
+from isethdr_core.data.quantities import tristimulus
+from isethdr_core.display import display_view
+from isethdr_core.pipeline.chain import chain
+from isethdr_core.storage import store
+
+from .record import SceneRecord
+
+# limits of the classes of distance (m) and of height in the picture (pixels)
+DISTANCES_M = (15.0, 30.0, 60.0)
+HEIGHTS = (16.0, 32.0, 64.0)
+DAY = ("lighting=day",)
+THUMBNAIL = 240  # pixels wide
+# decades of luminance of a histogram, cd/m2: from a moonless sky to a lamp
+DECADES = np.arange(-6.0, 8.0)
+# median absolute deviations of the logarithm from the median, beyond which a scene is named
+OUTLIER = 5.0
+SCALE = 1.4826  # of a median absolute deviation to a standard deviation, for a normal distribution
+
+
+@dataclass(frozen=True)
+class ClassCounts:
+    """The objects of one class."""
+
+    category: str
+    scenes: int  # that show at least one
+    objects: int
+    by_distance: tuple[int, ...]  # below 15, 30, 60 m, and beyond
+    by_height: tuple[int, ...]  # below 16, 32, 64 pixels, and above
+
+
+@dataclass(frozen=True)
+class Look:
+    """One scene as it looks."""
+
+    record: SceneRecord
+    own: np.ndarray  # uint8 (y, x, 3), under the lighting of its recipe
+    day: np.ndarray
+    histograms: dict[str, np.ndarray]  # {light group: tiles in each decade}, weight 1
+    mean_cd_m2: float  # under the lighting of its recipe
+
+
+@dataclass(frozen=True)
+class Outlier:
+    """A scene that differs much from the others in one property."""
+
+    number: int
+    what: str
+    value: float
+    median: float
+
+
+def class_counts(records: Iterable[SceneRecord]) -> list[ClassCounts]:
+    """Return the counts of visible objects, the most frequent class first."""
+    entries = [
+        (record.number, entry)
+        for record in records
+        for entry in record.objects
+        if entry.get("visible_fraction", 1.0) > 0 and entry.get("box")
+    ]
+    counts = []
+    for category, total in Counter(e["category"] for _, e in entries).most_common():
+        own = [(number, e) for number, e in entries if e["category"] == category]
+        counts.append(
+            ClassCounts(
+                category,
+                len({number for number, _ in own}),
+                total,
+                _binned([e["distance_m"] for _, e in own], DISTANCES_M),
+                _binned([e["box"][3] for _, e in own], HEIGHTS),
+            )
+        )
+    return counts
+
+
+def _binned(values: Sequence[float], limits: Sequence[float]) -> tuple[int, ...]:
+    places = np.searchsorted(limits, np.asarray(values, float), side="right")
+    return tuple(int(n) for n in np.bincount(places, minlength=len(limits) + 1))
+
+
+def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
+    """Return how a stored scene looks under its own lighting and by day.
+
+    Parameters
+    ----------
+    record : of the scene, with its stores.
+    view : function from xyz (y, x, 3) in cd/m2 to displayed values (y, x, 3), uint8.
+    """
+    scene = inside(store.open_scene(record.stores[0]))
+    own = tristimulus(chain(compose(record.overrides)).lighting(scene))
+    day = tristimulus(chain(compose([*record.overrides, *DAY])).lighting(scene))
+    histograms = {}
+    for group in scene.light_group.values:
+        luminance = display_view.luminance(tristimulus(scene.radiance.sel(light_group=group)))
+        lit = np.log10(luminance[luminance > 0])
+        histograms[str(group)] = np.histogram(lit, DECADES)[0]
+    return Look(
+        record,
+        view(thumbnail(own.xyz.values)),
+        view(thumbnail(day.xyz.values)),
+        histograms,
+        float(display_view.luminance(own).mean()),
+    )
+
+
+def inside(scene):
+    """Return scene radiance without the overscan around the camera's field."""
+    half_x, half_y = scene.attrs["field_width"] / 2, scene.attrs["field_height"] / 2
+    return scene.sel(x=slice(-half_x, half_x), y=slice(-half_y, half_y)).load()
+
+
+def thumbnail(xyz: np.ndarray) -> np.ndarray:
+    """Return xyz (y, x, 3) averaged over blocks of tiles, about 240 wide: light is kept."""
+    block = max(1, round(xyz.shape[1] / THUMBNAIL))
+    height, width = (n // block * block for n in xyz.shape[:2])
+    blocks = xyz[:height, :width].reshape(height // block, block, width // block, block, 3)
+    return blocks.mean(axis=(1, 3))
+
+
+def duplicates(records: Iterable[SceneRecord]) -> list[list[int]]:
+    """Return the numbers of scenes that share their radiance: drawn alike from the recipe."""
+    numbers: dict[tuple[str, ...], list[int]] = {}
+    for record in records:
+        numbers.setdefault(record.stores, []).append(record.number)
+    return [same for same in numbers.values() if len(same) > 1]
+
+
+def outliers(looks: Sequence[Look]) -> list[Outlier]:
+    """Return the scenes whose time, bytes, noise or mean luminance is far from the median.
+
+    Far is beyond five robust standard deviations of the logarithm. Properties of fewer than five
+    scenes have no outliers.
+    """
+    properties = {
+        "seconds": [look.record.seconds for look in looks],
+        "bytes": [float(look.record.stored_bytes) for look in looks],
+        "largest noise of a group": [
+            max(look.record.noise.values(), default=0.0) for look in looks
+        ],
+        "mean luminance, cd/m2": [look.mean_cd_m2 for look in looks],
+    }
+    found = []
+    for what, values in properties.items():
+        for place in far(values):
+            median = float(np.median(values))
+            found.append(Outlier(looks[place].record.number, what, values[place], median))
+    return found
+
+
+def far(values: Sequence[float]) -> list[int]:
+    """Return the places of the values that are far from the median of their logarithms."""
+    positive = np.maximum(np.asarray(values, float), 1e-300)
+    if positive.size < 5:
+        return []
+    logs = np.log(positive)
+    offsets = np.abs(logs - np.median(logs))
+    deviation = SCALE * np.median(offsets)
+    return [int(k) for k in np.flatnonzero(offsets > OUTLIER * deviation)] if deviation > 0 else []

@@ -1,0 +1,83 @@
+"""Verify: each scene of a dataset against its store and its recipe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from isethdr_core.errors import IsetHdrError
+from isethdr_core.storage import store
+from isethdr_core.storage.home_folder import home
+
+from .draw import DrawnScene
+from .generate import Generated
+from .record import SceneRecord
+
+LABELS = ("depth", "distance", "instance", "category", "normal")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong with one scene."""
+
+    number: int
+    what: str
+
+
+def verify(dataset: Generated) -> list[Problem]:
+    """Return the problems of a dataset; none if every scene is whole and as its recipe says.
+
+    Every file of every store is read and compared with its checksum.
+    """
+    problems = []
+    for scene in dataset.definition.scenes():
+        record = dataset.scenes.get(scene.number)
+        problems += [Problem(scene.number, what) for what in problems_of(scene, record)]
+    return problems
+
+
+def problems_of(scene: DrawnScene, record: SceneRecord | None) -> list[str]:
+    """Return what is wrong with a scene.
+
+    Parameters
+    ----------
+    scene : as the recipe draws it.
+    record : what became of it; None: nothing yet.
+    """
+    if record is None:
+        return ["not made yet"]
+    if record.error:
+        return [f"failed: {record.error.splitlines()[0]}"]
+    if record.overrides != scene.overrides:
+        return ["its record has other overrides than the recipe draws"]
+    try:
+        return [what for name in record.stores for what in problems_of_store(name)]
+    except IsetHdrError as err:
+        return [str(err)]
+
+
+def problems_of_store(name: str) -> list[str]:
+    """Return what is wrong with the radiance of a store, all of which is read.
+
+    Parameters
+    ----------
+    name : of the store.
+
+    Raises
+    ------
+    CatalogError : it is missing or damaged.
+    """
+    scene = store.open_store(home() / "scenes" / f"{name}.zarr").load()
+    problems = [f"{name}: no label {label!r}" for label in LABELS if label not in scene]
+    if "radiance" not in scene:
+        return [*problems, f"{name}: no radiance"]
+    if not np.isfinite(scene.radiance.values).all():
+        problems.append(f"{name}: radiance that is not finite")
+    if problems:
+        return problems
+    listed = {entry["instance"] for entry in scene.attrs.get("objects", [])}
+    shown = set(np.unique(scene.instance.values).tolist()) - {0}
+    if unknown := sorted(shown - listed):
+        problems.append(f"{name}: instances {unknown[:10]} are in no table of objects")
+    return problems
