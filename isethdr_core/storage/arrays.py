@@ -88,6 +88,36 @@ def write_dataset(root: Path, key: str, ds) -> dict[str, FileRecord]:
     return written
 
 
+def consolidate(root: Path) -> dict[str, FileRecord]:
+    """Repeat in each group of the store `root` the metadata of all that is below it.
+
+    Plain xarray looks for it in the group that it opens, and warns where it is missing.
+
+    Returns
+    -------
+    dict : every file that was written, by its path below `root`.
+    """
+    nodes = {
+        file.parent.relative_to(root).as_posix(): json.loads(file.read_bytes())
+        for file in sorted(root.rglob(METADATA))
+    }
+    written = {}
+    for key, node in nodes.items():
+        if node["node_type"] != "group":
+            continue
+        start = "" if key == "." else f"{key}/"
+        below = {
+            name[len(start) :]: other
+            for name, other in nodes.items()
+            if name not in (".", key) and name.startswith(start)
+        }
+        inline = {"kind": "inline", "must_understand": False, "metadata": below}
+        rest = {k: v for k, v in node.items() if k not in ("zarr_format", "node_type")}
+        rest["consolidated_metadata"] = inline
+        written |= _write_metadata(root, root / key, "group", **rest)
+    return written
+
+
 def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileRecord]:
     values = variable.values
     shard = tuple(max(1, size) for size in values.shape)

@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..errors import CatalogError
+from ..errors import MOST_LISTED, CatalogError
 from ..runs.names import check_path
 from ..uncertainty import ledger
-from .arrays import write_dataset, write_group
+from .arrays import consolidate, write_dataset, write_group
 from .atomic_write import remove_leftovers, temporary_path
 from .encoding import KEEPBITS, LIGHT, jsonable, portable, restored, rounding
 from .home_folder import home as home
@@ -207,6 +207,7 @@ def _write(path: Path, name: str, datasets: dict[str, xr.Dataset], attrs: dict[s
         _check_written(path, key, ds)
     root = json.loads((path / ROOT_FILE).read_bytes())["attributes"]
     written |= write_group(path, "", {**root, **attrs, "format": FORMAT, "complete": True})
+    written |= consolidate(path)
     write_manifest(path, Manifest(name, written))
 
 
@@ -362,11 +363,9 @@ def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
             "`isethdr catalog find kind=scene` lists them; a path ends in .zarr"
         )
     if len(set(matches.values())) > 1:
-        raise CatalogError(
-            f"{start_of_name!r} could be any of {', '.join(sorted(p.stem for p in matches))}; give"
-            " more"
-            " of the name"
-        )
+        some = ", ".join(sorted(p.stem for p in matches)[:MOST_LISTED])
+        more = f" and {len(matches) - MOST_LISTED} more" if len(matches) > MOST_LISTED else ""
+        raise CatalogError(f"{start_of_name!r} could be any of {some}{more}; give more of the name")
     return min(matches)
 
 

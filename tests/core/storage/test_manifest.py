@@ -131,7 +131,6 @@ def test_other_readers_of_zarr_see_a_plain_store(stores, recwarn):
     assert np.array_equal(plain.xyz.values, original["picture/bayer"].xyz.values)
     assert sorted(name for name, _ in zarr.open_group(path, mode="r").groups()) == [
         "captures",
-        "manifest",
         "picture",
         "truth",
     ]

@@ -12,6 +12,7 @@ import warnings
 
 import numpy as np
 import pytest
+import xarray as xr
 import zarr
 
 from isethdr_core.data import quantities as q
@@ -339,3 +340,18 @@ def test_content_hash_names_content_not_order():
 def test_numbers_beyond_json_come_back():
     value = {"a": [float("inf"), -float("inf"), 1.5], "b": "text"}
     assert restored(json.loads(json.dumps(jsonable(value), allow_nan=False))) == value
+
+
+@pytest.mark.filterwarnings("error")
+def test_plain_xarray_opens_a_store_without_a_warning(tmp_path):
+    pictures = {
+        name: xr.Dataset({"xyz": (("y", "x"), np.full((2, 3), value))}, attrs={"units": "cd m-2"})
+        for name, value in (("", 1.0), ("picture/a", 2.0), ("truth/a", 3.0))
+    }
+    path = store.write_store(tmp_path, "run", pictures, {"kind": "run"})
+    assert float(xr.open_zarr(path)["xyz"][1, 2]) == 1.0
+    assert float(xr.open_zarr(path, group="picture/a")["xyz"][1, 2]) == 2.0
+    assert float(xr.open_dataset(path, engine="zarr", group="truth/a")["xyz"][0, 0]) == 3.0
+    tree = xr.open_datatree(path, engine="zarr")
+    assert set(tree.groups) == {"/", "/picture", "/picture/a", "/truth", "/truth/a"}
+    assert float(tree["truth/a/xyz"][0, 0]) == 3.0
