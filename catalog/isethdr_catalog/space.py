@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from isethdr_core.errors import CatalogError, did_you_mean
+from isethdr_core.errors import MOST_LISTED, CatalogError, did_you_mean
 from isethdr_core.runs.labels import SUFFIX as LABELS
 from isethdr_core.runs.reuse import FOLDER as INTERMEDIATE
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
@@ -178,7 +178,9 @@ def find_one(folder: str | os.PathLike[str], name: str) -> Path:
     matches = [p for p in known if p.stem.startswith(name.removesuffix(".zarr"))]
     matches = [p for p in matches if p.stem == name.removesuffix(".zarr")] or matches
     if not name or len(matches) != 1:
-        several = f"could be any of {', '.join(p.stem for p in matches)}"
+        some = ", ".join(p.stem for p in matches[:MOST_LISTED])
+        more = len(matches) - MOST_LISTED
+        several = f"could be any of {some}" + (f" and {more} more" if more > 0 else "")
         none = f"names no store{did_you_mean(name, [p.stem for p in known])}"
         raise CatalogError(f"{name!r} {several if matches else none}; looked in {folder}")
     return matches[0]

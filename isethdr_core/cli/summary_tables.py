@@ -10,36 +10,37 @@ from ..data.scores import objects_remark, shares_remark, unlike_shares
 from ..runs.run_warnings import sentence
 from ..uncertainty.ledger import Row
 from .terminal import console as open_console
-from .terminal import print_path
+from .terminal import print_path, print_text, text_width
 
 
 def print_result(result) -> None:
     """Print the ledger, the scores of the cameras side by side, and the paths of store and
     report."""
     console = open_console()
+    width = text_width()
     if not result.computed:
-        console.print(f"already computed: {result.key}")
-    console.print(ledger_table(result.ledger, expected=result.attributes.get("expected_s", {})))
+        print_text(f"already computed: {result.key}")
+    expected = result.attributes.get("expected_s", {})
+    console.print(ledger_table(result.ledger, expected=expected), width=width)
     if any(row.reused for row in result.ledger):
-        console.print(
+        print_text(
             "kept: the result of an earlier run, with the seconds and memory that it took then;"
-            " cache_gb=0 computes everything",
-            soft_wrap=True,
+            " cache_gb=0 computes everything"
         )
     for row in result.ledger:
         if row.stage.startswith("picture ") and row.errors:
-            console.print(
+            print_text(
                 f"{row.stage}: error at most {row.error:.3g} {row.error_unit}:"
                 f" {row.errors[0].label}",
-                soft_wrap=True,
+                hanging="    ",
             )
-    console.print(score_table(result))
+    console.print(score_table(result), width=width)
     for remark in remarks(result):
-        console.print(remark, soft_wrap=True)
+        print_text(remark)
     for warning in result.warnings:
-        console.print(f"warning: {sentence(warning)}", style="bold yellow", soft_wrap=True)
+        console.print(f"warning: {sentence(warning)}", style="bold yellow", width=width)
     for name, note in result.attributes["lighting_notes"].items():
-        console.print(f"lighting {name}: {note}", soft_wrap=True)
+        print_text(f"lighting {name}: {note}", hanging="    ")
     report = result.path.with_suffix(".html")
     for label, path in (("store", result.path), ("report", report)):
         if path.exists():
@@ -57,7 +58,8 @@ def ledger_table(ledger, details: bool = False, expected: dict | None = None) ->
     """Return stage, seconds, `expected` seconds, peak memory and stated errors; with `details` also
     every omission with its reason.
     """
-    table, expected = Table(title="ledger", title_justify="left"), together(expected or {})
+    table = Table(title="ledger", title_justify="left", box=None, padding=(0, 1, 0, 0))
+    expected = together(expected or {})
     any_known = any(seconds is not None for seconds in expected.values())
     for name, side in (
         ("stage", "left"),
@@ -67,7 +69,7 @@ def ledger_table(ledger, details: bool = False, expected: dict | None = None) ->
         ("error", "left"),
         ("left out", "left"),
     ):
-        table.add_column(name, justify=side, no_wrap=name == "stage")
+        table.add_column(name, justify=side, overflow="fold")
     for row in ledger if details else metrics_together(ledger):
         errors = "\n".join(error_text(e) for e in row.errors) if details else worst_text(row.errors)
         omissions = f"{len(row.left_out)} noted" if row.left_out else ""
@@ -176,11 +178,11 @@ def score_table(result) -> Table:
     """Return one row per metric of the whole picture and one column per camera. The report also has
     scores of objects.
     """
-    table = Table(title="scores", title_justify="left")
-    table.add_column("metric", no_wrap=True)
-    table.add_column("unit")
+    table = Table(title="scores", title_justify="left", box=None, padding=(0, 1, 0, 0))
+    table.add_column("metric", overflow="fold")
+    table.add_column("unit", overflow="fold")
     for camera in result.cameras:
-        table.add_column(camera, justify="right")
+        table.add_column(camera, justify="right", overflow="fold")
     cells: dict[tuple[str, str], dict[str, str]] = {}
     for s in result.scores:
         if not s["object"]:

@@ -1,6 +1,12 @@
 """The summary tables of a run: they account for all seconds and memory, on few lines."""
 
-from isethdr_core.cli.summary_tables import metrics_together, score_text, worst_text
+from isethdr_core.cli.summary_tables import (
+    ledger_table,
+    metrics_together,
+    score_text,
+    worst_text,
+)
+from isethdr_core.cli.terminal import console
 from isethdr_core.ledger import Ledger, LeftOut, Row
 
 from ..stated_rows import row, said
@@ -40,3 +46,16 @@ def test_an_interval_is_shown_only_where_it_is_known():
     assert score_text({"value": 1.5, "low": 1.0, "high": 2.0}) == "1.5 ± 0.5"
     for low, high in ((None, None), (float("nan"), float("nan")), (1.5, 1.5), (1.0, float("inf"))):
         assert score_text({"value": 1.5, "low": low, "high": high}) == "1.5"
+
+
+def test_a_ledger_fits_80_columns_and_loses_no_word(capsys):
+    label = "0.000152 standard deviations of the sensor's noise (statistical)"
+    term = said(0.000152, "standard deviations of the sensor's noise", "statistical")
+    stages = ["lens diffraction_limited_with_a_long_name_for_a_plugin", "picture split_pixel"]
+    rows = [row(stage, term) for stage in stages]
+    table = ledger_table(Ledger(rows), expected=dict.fromkeys(stages, 1234.5))
+    console().print(table, width=80)
+    shown = capsys.readouterr().out
+    assert max(map(len, shown.splitlines())) <= 80
+    places = [shown.count(word) for word in label.split()]
+    assert min(places) >= len(stages)
