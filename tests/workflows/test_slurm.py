@@ -21,7 +21,7 @@ from isethdr_core.results.stored import open_run
 from . import slurm_cluster
 from .command import LIGHTS, here, isethdr, leftovers, start, stores
 
-KILLS = 5
+KILLS, KILLS_OF_A_START = 5, 2
 MOST_STARTS = 8
 METRICS = ("shares", "dynamic_range", "snr", "colour", "ssim", "contrast", "detection")
 SWEEP = [
@@ -67,7 +67,7 @@ def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> i
     """
     chosen, killed = random.Random(), 0
     while process.poll() is None:
-        time.sleep(chosen.uniform(0.5, 4.0))
+        time.sleep(chosen.uniform(1.0, 8.0))
         running = slurm_cluster.workers(variables)
         if running and killed < kills:
             with suppress(ProcessLookupError):  # it ended by itself meanwhile
@@ -92,7 +92,7 @@ def test_a_sweep_on_slurm_survives_killed_processes(isethdr_home, tmp_path, monk
     with slurm_cluster.cluster(tmp_path / "slurm") as variables:
         while not codes or (codes[-1] != 0 and len(codes) < MOST_STARTS):
             process = start(*sweep, *SLURM, ISETHDR_HOME=str(there), **variables)
-            kills -= ended(process, variables, kills)
+            kills -= ended(process, variables, min(kills, KILLS_OF_A_START))
             out, err = process.communicate()
             codes.append(process.returncode)
             assert codes[-1] == 0 or "type the same command again to continue" in err, err
