@@ -18,7 +18,7 @@ from isethdr_core.quantities import check_scene, tristimulus
 @pytest.mark.slow
 def test_what_is_allowed_is_kept_and_more_is_stated_than_is_wrong(monkeypatch):
     monkeypatch.setattr(scenes, "BANDS_NM", np.arange(460.0, 661.0, 50.0))
-    monkeypatch.setattr(scenes, "CAMERAS", {"street": "rgbw"})
+    monkeypatch.setattr(budget, "CAMERAS", {"street": "rgbw"})
     monkeypatch.setattr(scenes, "DAYLIGHT", np.ones((5, 1, 1)))
     monkeypatch.setattr(scenes, "WHITE_LED", np.linspace(1, 2, 5)[:, None, None])
     monkeypatch.setattr(scenes, "SODIUM", np.linspace(2, 1, 5)[:, None, None])
