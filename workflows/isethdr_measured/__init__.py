@@ -6,6 +6,7 @@
 | `__main__`            | the command                                                              |
 | `coloured_streaks`    | streaks of a dusty lens: one wavelength per band, and whole bands        |
 | `convolution_methods` | error against run time beside lamps up to 1e12 times the background      |
+| `denoised_scores`     | scores of the main job with and without denoising, beside MTF50          |
 | `demosaic_methods`    | demosaic methods compared on charts                                      |
 | `merge_rules`         | merge rules over eight decades of light                                  |
 | `accuracy/`           | error against run time of each stage of the bundled components           |
@@ -23,6 +24,7 @@ STUDIES = {
     "coloured_streaks": "coloured_streaks:coloured_streaks",
     "convolution_methods": "convolution_methods:convolution_methods",
     "demosaic_methods": "demosaic_methods:demosaic_methods",
+    "denoised_scores": "denoised_scores:denoised_scores",
     "merge_rules": "merge_rules:merge_rules",
     "omission": "omission:omission",
     "stability": "stability:stability",
