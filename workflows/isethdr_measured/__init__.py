@@ -8,6 +8,7 @@
 | `convolution_methods` | error against run time beside lamps up to 1e12 times the background      |
 | `denoised_scores`     | scores of the main job with and without denoising, beside MTF50          |
 | `demosaic_methods`    | demosaic methods compared on charts                                      |
+| `fireflies`           | single tiles that a rendering made too bright, against a judge           |
 | `merge_rules`         | merge rules over eight decades of light                                  |
 | `accuracy/`           | error against run time of each stage of the bundled components           |
 | `budget/`             | whether the error allowed is kept                                        |
@@ -25,6 +26,7 @@ STUDIES = {
     "convolution_methods": "convolution_methods:convolution_methods",
     "demosaic_methods": "demosaic_methods:demosaic_methods",
     "denoised_scores": "denoised_scores:denoised_scores",
+    "fireflies": "fireflies:fireflies",
     "merge_rules": "merge_rules:merge_rules",
     "omission": "omission:omission",
     "stability": "stability:stability",
