@@ -310,12 +310,12 @@ class KnowsItsField(Protocol):
 
 @runtime_checkable
 class ListsGroups(Protocol):
-    """A scene that knows its light groups before it is made."""
+    """A scene that knows its light groups before its radiance is computed."""
 
     def light_groups(self) -> tuple[str, ...]:
-        """Return the names of the light groups that the scene has.
+        """Return the names of the light groups of the scene.
 
-        Lightings that name others are refused.
+        A lighting that names another group is an error.
         """
         ...
 
@@ -412,15 +412,15 @@ class MeetsNoiseLimit(Protocol):
 
 @runtime_checkable
 class EstimatesRendering(Protocol):
-    """A renderer that can tell how long a frame takes it of which nothing is stored."""
+    """A renderer that can estimate the time for a frame without stored radiance."""
 
     def rendering_s(self, frame: Frame, groups: int | None, /) -> float | None:
-        """Return seconds; None where it cannot tell.
+        """Return seconds; None without an estimate.
 
         Parameters
         ----------
         frame : tiles and bands that will be rendered.
-        groups : light groups; None where they are not known yet.
+        groups : number of light groups; None if it is not known yet.
         """
         ...
 
@@ -434,7 +434,7 @@ class EstimatesSamples(Protocol):
 
         Parameters
         ----------
-        paths : samples per tile that it once took. `noise` : relative, as known after those.
+        paths : samples per tile of an earlier rendering. `noise` : their relative noise.
         """
         ...
 
@@ -506,7 +506,7 @@ class KeepsLight(Protocol):
     """
 
     def keeps_light(self, flares: Sequence[Flare], /) -> bool:
-        """Return whether it does: no blur, no flare, no distortion."""
+        """Return whether the lens has no blur, no flare and no distortion."""
         ...
 
 
@@ -542,11 +542,11 @@ class EstimatesImaging(Protocol):
 
 
 class ImagingPlan(Protocol):
-    """How the light of one field is made; `PlansImaging` returns it."""
+    """How a lens images one field; `PlansImaging` returns it."""
 
     @property
     def terms(self) -> Sequence[ErrorTerm]:
-        """The errors that are known before any light is made."""
+        """The errors that are known before imaging."""
         ...
 
     @property

@@ -35,17 +35,17 @@ def path_length(elevation_deg: npt.ArrayLike) -> np.ndarray:
 
 def natural_cd_m2(elevation_deg: npt.ArrayLike) -> np.ndarray:
     """Return the luminance of airglow, zodiacal light and stars."""
-    x = path_length(elevation_deg)
-    return NATURAL_CD_M2 * 10 ** (-0.4 * EXTINCTION_MAG * (x - 1)) * x
+    air_masses = path_length(elevation_deg)
+    return NATURAL_CD_M2 * 10 ** (-0.4 * EXTINCTION_MAG * (air_masses - 1)) * air_masses
 
 
 def zenith_cd_m2(bortle: int) -> float:
-    """Return the luminance of the zenith of a site of class `bortle`, 1 to 9, natural included."""
+    """Return the luminance of the zenith at a site of class `bortle`, 1 to 9, with natural light."""
     return ZERO_CD_M2 * 10 ** (-0.4 * BORTLE_MAG[bortle])
 
 
 def artificial_cd_m2(elevation_deg: npt.ArrayLike, bortle: int) -> np.ndarray:
-    """Return the luminance of what the lamps of towns light in the air."""
+    """Return the luminance of air that the lamps of towns illuminate."""
     zenith = max(zenith_cd_m2(bortle) - NATURAL_CD_M2, 0.0)
     return zenith * path_length(elevation_deg)
 
@@ -57,16 +57,22 @@ def moonlit_cd_m2(
 
     Parameters
     ----------
-    elevation_deg, from_moon_deg : of the direction, and its angle from the moon.
+    elevation_deg : of the direction. `from_moon_deg` : its angle from the moon.
     moon_deg : altitude of the moon.
     phase_deg : 0 full, 180 new.
     """
     angle_deg = np.asarray(from_moon_deg, float)
-    star = 10 ** (-0.4 * (3.84 + 0.026 * phase_deg + 4e-9 * phase_deg**4))
-    molecules = 10**5.36 * (1.06 + np.cos(np.radians(angle_deg)) ** 2)
-    haze = np.where(
+    moon_illuminance = 10 ** (-0.4 * (3.84 + 0.026 * phase_deg + 4e-9 * phase_deg**4))
+    by_molecules = 10**5.36 * (1.06 + np.cos(np.radians(angle_deg)) ** 2)
+    by_haze = np.where(
         angle_deg < 10, 6.2e7 / np.maximum(angle_deg, 2.0) ** 2, 10 ** (6.15 - angle_deg / 40)
     )
-    on_the_way = 10 ** (-0.4 * EXTINCTION_MAG * path_length(moon_deg))
-    lit = 1 - 10 ** (-0.4 * EXTINCTION_MAG * path_length(elevation_deg))
-    return NANOLAMBERT_CD_M2 * (molecules + haze) * star * on_the_way * lit
+    transmitted = 10 ** (-0.4 * EXTINCTION_MAG * path_length(moon_deg))
+    scattered_share = 1 - 10 ** (-0.4 * EXTINCTION_MAG * path_length(elevation_deg))
+    return (
+        NANOLAMBERT_CD_M2
+        * (by_molecules + by_haze)
+        * moon_illuminance
+        * transmitted
+        * scattered_share
+    )

@@ -27,8 +27,8 @@ def electrons_per_m2_s(irradiance, wavelength_nm, qe) -> np.ndarray:
     wavelength_nm : band centres.
     qe : (channel, wavelength), electrons per photon.
     """
-    # sparse products add band by band in a fixed order; dense ones round by block shape and number
-    # of threads
+    # sparse products add band by band in a fixed order; the rounding of dense products depends on
+    # the shape of a block and on the number of threads
     weights = csr_array(qe * photons_per_energy(wavelength_nm))
     bands, height, width = irradiance.shape
     out = np.empty((weights.shape[0], height, width))
@@ -44,12 +44,12 @@ def electrons_per_m2_s(irradiance, wavelength_nm, qe) -> np.ndarray:
 def electrons_per_s(
     channel_planes, x_m, y_m, grid: PixelGrid, filters, fill_factor: float
 ) -> np.ndarray:
-    """Return the (y, x) electrons per second that the photodiode of each pixel collects under its
-    own filter.
+    """Return the electrons per second (y, x) that the photodiode of each pixel collects.
 
     Parameters
     ----------
     channel_planes : (channel, y, x) electrons m-2 s-1, constant over tiles centred at `x_m`, `y_m`.
+    grid : positions and pitch of the pixels.
     filters : (y, x) index of each pixel's channel, periodic.
     fill_factor : the photodiode is a centred square of this share of the pixel's area.
     """
@@ -63,9 +63,7 @@ def electrons_per_s(
 
 
 def lattices(filters):
-    """Yield (columns, rows, channel): slices that hold one channel each and together every pixel
-    once.
-    """
+    """Yield (columns, rows, channel): slices with the pixels of one channel; each pixel once."""
     row_period, column_period = (_period(f) for f in (filters, filters.T))
     for y in range(row_period):
         for x in range(column_period):
