@@ -1,12 +1,12 @@
-"""Noise units: every stage's stated error carried to the electrons of each capture, in units of the
-sensor's own noise.
+"""Propagation: the stated errors of all stages as errors of the electrons of each capture, in units
+of the sensor's own noise.
 
-Linear propagation: the renderer's noise tile by tile (`scene_noise`), errors of the stages after it
-as shares of the electrons they act on (`error_terms`). Bounds and measured errors of a pixel add up
-to b, statistical ones in squares to the variance s^2. The pixel's error is then b + |normal deviate
-of standard deviation s|. A figure of a picture is what 99 % of its unsaturated pixels' errors are
-at most (`within`), whatever the figure is of: the renderer alone, all stages after it up to the
-sensor, the sensor, or all together.
+Propagation is linear. The renderer's noise is known tile by tile (`render_noise`). Errors of the
+stages after it are shares of the electrons they act on (`error_terms`). In each pixel, bounds and
+measured errors are summed to b, and the squares of statistical errors to the variance s^2. The
+error of the pixel is then b + |normal deviate of standard deviation s|. A figure of a picture is
+the 99th percentile of the errors of its unsaturated pixels (`within`). There are figures of the
+renderer, of all stages after it up to the sensor, of the sensor, and of all together.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scipy.special import erf
 
 from ..data import camera_geometry
 from ..data.quantities import IRRADIANCE, PHOTOCURRENT
-from ..data.reference_picture import mean_over_pixels as mean_over_pixels
+from ..data.reference_picture import mean_over_pixels
 from ..data.temporal_modulation import time_mean
 from ..physics.radiometry import photons_per_energy
 from ..physics.resampling.area import detail_error, resample_mean
@@ -274,17 +274,18 @@ def _at_pixels(captures: xr.Dataset, part: LightPart) -> np.ndarray:
 def _at_filters(
     maps: ErrorMaps | None, captures: xr.Dataset, light: xr.DataArray
 ) -> ErrorMaps | None:
-    """Return maps (channel, y, x) of light at each pixel in its own channel: neighbouring tiles as
-    if they erred alike.
+    """Return error maps (y, x) of the pixels from maps (channel, y, x) of light.
+
+    Errors of neighbouring tiles are taken as fully correlated.
     """
     if maps is None:
         return None
     side, filters = captures.attrs["pitch_um"] * 1e-6, captures["filter"].values
     out = np.zeros((2, *filters.shape))
-    for whole, planes in zip(out, (maps.deviation, maps.bound)):
+    for pixel_errors, planes in zip(out, (maps.deviation, maps.bound)):
         for channel, plane in enumerate(planes):
             if (mine := filters == channel).any():
-                whole[mine] = resample_mean(
+                pixel_errors[mine] = resample_mean(
                     plane,
                     light.x.values,
                     light.y.values,
@@ -297,9 +298,7 @@ def _at_filters(
 
 
 def stated_noise(rows: Sequence[Row]) -> float:
-    """Return the largest relative noise that a renderer states as one number for a light group; 0
-    where there is no renderer.
-    """
+    """Return the largest relative noise of a light group that a renderer states; 0 without one."""
     return max(
         (
             term.value
@@ -315,7 +314,7 @@ def stated_noise(rows: Sequence[Row]) -> float:
 def _rates(
     counting: np.ndarray, exposure: Exposure, noise: np.ndarray | None, scene_noise: float
 ) -> Rates:
-    """Return what one capture counts per m2 and second.
+    """Return the electrons per m2 and second of one capture, and their error.
 
     Parameters
     ----------
@@ -349,8 +348,12 @@ def _rates(
 
 
 def light_plane(row: np.ndarray, captures: xr.Dataset, light: xr.DataArray) -> np.ndarray:
-    """Return the electrons per m2 and second (y, x) that light makes in a channel of `row`,
-    electrons per energy in each band.
+    """Return the electrons per m2 and second (y, x) of light in one channel.
+
+    Parameters
+    ----------
+    row : (band,) electrons per energy of the channel. `captures` : for its bands.
+    light : irradiance or photocurrent.
     """
     if light.attrs["units"] != PHOTOCURRENT:
         return band_sum(
@@ -358,8 +361,8 @@ def light_plane(row: np.ndarray, captures: xr.Dataset, light: xr.DataArray) -> n
         )
     efficiency = row / photons_per_energy(captures.wavelength.values)
     # not 0 with crosstalk, which mixes channels
-    apart = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(1)
-    plane: np.ndarray = light.values[int(apart.argmin())]
+    differences = np.abs(np.asarray(light.attrs["efficiency"]) - efficiency).max(1)
+    plane: np.ndarray = light.values[int(differences.argmin())]
     return plane
 
 
@@ -373,9 +376,9 @@ def band_sum(row: np.ndarray, cube: np.ndarray) -> np.ndarray:
 
 
 def after(shot: Electrons, terms: Sequence[ErrorTerm]) -> Bounds:
-    """Return what `terms` of the stages after the renderer leave, in electrons of one capture.
+    """Return the errors of `terms` in electrons of one capture, as bounds and deviations.
 
-    Terms without a way to electrons are skipped.
+    Terms that do not propagate to electrons are skipped.
     """
     linear, squares = np.zeros(shot.total.shape), np.zeros(shot.total.shape)
     if shot.maps:
@@ -392,8 +395,9 @@ def after(shot: Electrons, terms: Sequence[ErrorTerm]) -> Bounds:
 
 
 def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> float:
-    """Return what a share of all errors is at most: each is a bound plus the magnitude of a normal
-    deviate with its own deviation.
+    """Return the limit that a share of all errors does not exceed.
+
+    Each error is a bound plus the magnitude of a normal deviate.
 
     Parameters
     ----------
@@ -403,7 +407,7 @@ def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> fl
     """
     from scipy.optimize import brentq
 
-    step = max(1, bound.size // MOST_PIXELS) | 1  # odd: all colours of a filter array take part
+    step = max(1, bound.size // MOST_PIXELS) | 1  # odd: every colour of a filter array is sampled
     bound, deviation = (np.ravel(a)[::step].astype(float) for a in (bound, deviation))
     scale = np.sqrt(2) * np.maximum(deviation, np.finfo(float).tiny)
 
@@ -412,22 +416,22 @@ def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> fl
             below = np.where(limit >= bound, erf(np.maximum(limit - bound, 0.0) / scale), 0.0)
         return target - float(below.mean())
 
-    # just below: a limit that holds the very share is not a root, the smallest such limit is
+    # just below `share`: the root is then the smallest limit with that share
     target = float(np.nextafter(share, 0.0))
     highest = float((bound + 10 * deviation).max())
     if not np.isfinite(highest) or missing(highest) > 0:
-        return highest  # some error has no bound, or most are bounds of this very value
+        return highest  # an error is infinite, or most errors are bounds of this value
     # bounds without deviation make steps, at which the method needs more evaluations than usual
     xtol = np.finfo(float).tiny
     return float(brentq(missing, 0.0, highest, xtol=xtol, rtol=CLOSE, maxiter=1000))
 
 
 def _in_electrons(term: ErrorTerm, shot: Electrons) -> np.ndarray | float | None:
-    """Return the electrons that a term makes a pixel wrong by, (y, x) or one for all; None where
-    its unit has no way to them.
+    """Return the error of a term in electrons, (y, x) or one for all pixels; None if its unit does
+    not propagate.
     """
     if term.unit == error_terms.RELATIVE:
-        # a part that nobody declared is at most all light
+        # a part that no stage declared is at most all light
         return term.value * (shot.parts.get(term.part, shot.total) if term.part else shot.total)
     if term.unit == IRRADIANCE:
         return term.value * shot.per_irradiance
@@ -441,8 +445,8 @@ def terms_after(rows: Sequence[Row], replaced: Sequence[str] = ()) -> TermsAfter
 
     Parameters
     ----------
-    rows : of a ledger. What a row restates counts as its source says.
-    replaced : keys of the lens's terms that are known pixel by pixel and left out here.
+    rows : of a ledger. A restated term counts by its source.
+    replaced : keys of terms of the lens that are known pixel by pixel; they are left out.
     """
     terms = [
         term
@@ -450,14 +454,14 @@ def terms_after(rows: Sequence[Row], replaced: Sequence[str] = ()) -> TermsAfter
         for term in row.errors
         if term.source.kind in AFTER and term.acts_on != Quantity.TARGET
     ]
-    kept: list[ErrorTerm] = []
+    with_electrons: list[ErrorTerm] = []
     without: list[ErrorTerm] = []
     for term in error_terms.largest_alternatives(terms):
         if term.unit not in UNITS or term.acts_on not in error_terms.LIGHT:
             without += [term] if term.value else []
         elif not (term.source.kind == "lens" and term.source.key in replaced):
-            kept.append(term)
-    return TermsAfter(kept, without)
+            with_electrons.append(term)
+    return TermsAfter(with_electrons, without)
 
 
 def _terms_of(shot: Electrons, rows: Sequence[Row]) -> TermsAfter:
@@ -465,8 +469,9 @@ def _terms_of(shot: Electrons, rows: Sequence[Row]) -> TermsAfter:
 
 
 def terms_of_sensor(rows: Sequence[Row]) -> list[ErrorTerm]:
-    """Return what sensors state of the electrons that they count; noise and non-linearity belong to
-    the sensor and are no errors.
+    """Return the errors of electrons that sensors state.
+
+    Noise and non-linearity are properties of a sensor, not errors.
     """
     terms = [
         term
@@ -597,7 +602,7 @@ def _why(
     causes = [(_later(alone, [term]), term.label) for term in _terms_of(shot, rows).of_electrons]
     if shot.maps:
         causes.append((_later(replace(alone, maps=shot.maps), []), shot.maps.label))
-    share, label = max(causes, key=lambda figure: figure[0])
+    share, label = max(causes, key=lambda cause: cause[0])
     return f"; more than allowed, {share:.3g} of it by: {label}"
 
 
@@ -608,13 +613,13 @@ def _later(shot: Electrons, terms: Sequence[ErrorTerm]) -> float:
 
 
 def seconds(rows: Sequence[Row], camera: str, scene: xr.Dataset) -> Seconds:
-    """Return the seconds that one camera's picture took.
+    """Return the run time of one camera's picture.
 
     Parameters
     ----------
     rows : of the ledger.
     camera : name of the camera.
-    scene : scene radiance, which says how long it was rendered.
+    scene : scene radiance, whose attribute states its render time.
     """
     own = [
         row.seconds

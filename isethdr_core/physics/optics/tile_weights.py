@@ -1,11 +1,12 @@
 """Tile weights: exact integrals of a band-limited function over tiles, as weighted sums of its
 samples.
 
-An intensity holds no spatial frequency above 1 / (wavelength x f-number). Sampled at a third of
-that, its spectrum ends at a third of a cycle per sample, and the next copy of it begins at two
-thirds. Weights may do as they like in between: a sinc that falls to 0 within `SUPPORT` samples (a
-Kaiser window) passes the one and stops the other to 1e-6. Weights that end are needed for more than
-speed: beside the axis, where light is a million times brighter, no weight may be left.
+An intensity has no spatial frequency above 1 / (wavelength x f-number). With samples of a third of
+wavelength x f-number, its spectrum ends at a third of a cycle per sample, and the next copy of the
+spectrum begins at two thirds. The transfer function of the weights may have any values between. A
+sinc that falls to 0 within `SUPPORT` samples (a Kaiser window) passes the spectrum and suppresses
+the copy to 1e-6. Weights with a finite support are needed for accuracy too: the light on the axis
+is a million times brighter, and must not leak into other tiles.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ import numpy as np
 import scipy.fft as sf
 
 STEP = 1 / 3  # of wavelength x f-number, between samples
-SUPPORT = 12  # samples that weights reach past a tile and its neighbour
+SUPPORT = 12  # samples, reach of the weights beyond a tile and its neighbour
 SHAPE = 12.0  # of the Kaiser window: 1e-6 outside of the band
-TABLE = 128  # places per sample in the table; lines between
+TABLE = 128  # entries per sample in the table, which is interpolated linearly
 
 
 class TileWeights(NamedTuple):
@@ -30,8 +31,7 @@ class TileWeights(NamedTuple):
 
 
 def tile_weights(at, width: float) -> TileWeights:
-    """Return weights that take the light from one tile to another from samples of a point spread
-    function.
+    """Return weights of samples of a point spread function, for the light from tile to tile.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def tile_weights(at, width: float) -> TileWeights:
 
 @lru_cache(maxsize=64)
 def _table(width: float) -> tuple[np.ndarray, int]:
-    """Return weights at places 1 / `TABLE` samples apart, and the index of place 0."""
+    """Return weights at positions 1 / `TABLE` samples apart, and the index of position 0."""
     reach = int(np.ceil(width)) + SUPPORT + 1
     count = 2 * reach * TABLE
     place = (np.arange(count) - count // 2) / TABLE

@@ -19,7 +19,8 @@ def read(path: Path, problems: Problems) -> LensData:
 
     Raises
     ------
-    CatalogError : it holds no table of four columns. ConfigError : a number is none.
+    CatalogError : the file is not a table of four columns.
+    ConfigError : an entry is not a number.
     """
     lens = LensData(path.stem, f"imported from {path.name}", [])
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():

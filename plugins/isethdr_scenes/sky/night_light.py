@@ -40,7 +40,7 @@ def natural_cd_m2(elevation_deg: npt.ArrayLike) -> np.ndarray:
 
 
 def zenith_cd_m2(bortle: int) -> float:
-    """Return the luminance of the zenith at a site of class `bortle`, 1 to 9, with natural light."""
+    """Return the luminance of the zenith at a site of class `bortle`, 1 to 9."""
     return ZERO_CD_M2 * 10 ** (-0.4 * BORTLE_MAG[bortle])
 
 

@@ -14,8 +14,8 @@ from isethdr_core.testing import check
 
 @pytest.mark.slow
 def test_fewer_bands_leave_the_others_as_they_are():
-    """Neighbours in a row, so that bands keep their width: the same places, cores of the same
-    reach, knots of the same size.
+    """Adjacent bands keep their widths. Field points, reach of cores and interpolation wavelengths
+    do not change.
     """
     lens = WavefrontLens(
         f_number=8.0,
@@ -33,7 +33,7 @@ def test_fewer_bands_leave_the_others_as_they_are():
     np.testing.assert_array_equal(some, every[3:5])
 
 
-def test_places_are_judged_at_wavelengths_of_the_part_of_the_spectrum_that_bands_lie_in():
+def test_reference_wavelengths_lie_in_the_spectral_range_of_the_bands():
     lens = node_lens(WavefrontLens(field_zernike_um={0: {}, 20: {8: 0.1}}), {}, 0.0)
     assert (
         references_nm(lens, [550.0])
@@ -48,31 +48,31 @@ def test_places_are_judged_at_wavelengths_of_the_part_of_the_spectrum_that_bands
         460.0,
         550.0,
         640.0,
-    ]  # within what is known of it
+    ]  # within the table
     narrow = node_lens(WavefrontLens(focal_shift_um={548.0: 9.0, 552.0: 0.0}), {}, 0.0)
     assert references_nm(narrow, [550.0]) == [550.0]
 
 
-def test_bands_that_change_too_fast_for_lines_are_exact_beside_others_that_do_not():
+def test_bands_with_too_much_change_for_linear_interpolation_are_exact():
     lens = node_lens(
         WavefrontLens(focal_shift_um={300.0: 0.0, 500.0: 0.0, 540.0: 400.0, 700.0: 400.0}), {}, 0.0
     )
     waves = np.array([440.0, 460.0, 480.0, 500.0, 520.0])
-    made, few = (
+    all_bands, fewer_bands = (
         field_point_psf.field_point_kernels(lens, (), w, (6.0, 6.0), (6, 6))
         for w in (waves, waves[1:])
     )
-    drawn = field_point_psf._worth_computing(
+    interpolated = field_point_psf._worth_computing(
         field_point_psf._read(lens, (), waves, (6, 6)), np.full(5, 20.0)
     )
-    assert drawn.tolist() == [True, True, True, False, False]
-    for band, other in zip(made.bands[1:], few.bands):
+    assert interpolated.tolist() == [True, True, True, False, False]
+    for band, other in zip(all_bands.bands[1:], fewer_bands.bands):
         np.testing.assert_array_equal(band, other)
     exact = field_point_psf.kernels._computed(lens, (), waves, (6.0, 6.0), (6, 6))
-    for k, line in enumerate(drawn):
-        off = np.abs(made.bands[k] - exact.bands[k].astype(float)).sum()
-        assert off < 0.02 if line else off == 0  # half a radian from knot to knot
-    np.testing.assert_allclose(made.outside, exact.outside, atol=1e-3)
+    for k, line in enumerate(interpolated):
+        off = np.abs(all_bands.bands[k] - exact.bands[k].astype(float)).sum()
+        assert off < 0.02 if line else off == 0  # half a radian between interpolation wavelengths
+    np.testing.assert_allclose(all_bands.outside, exact.outside, atol=1e-3)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""What a format is given: the pictures to write, the folder, and the list of what was written."""
+"""Export job: the pictures to write, the folder, and the list of files written."""
 
 from __future__ import annotations
 
@@ -95,12 +95,12 @@ class Job:
 
     items: Sequence[Item]
     scenes: Sequence[Path]  # stores of radiance, where a query asked for scenes
-    folder: Path  # in the making
+    folder: Path  # temporary, renamed when the export is complete
     title: str
     licence: str  # "" where none is stated
     created: str  # ISO 8601
     files: list[Written] = field(default_factory=list)
-    format: str = ""  # that writes now
+    format: str = ""  # that is being written
 
     def each(self) -> Iterator[Item]:
         """Yield the pictures, with progress on a terminal."""
