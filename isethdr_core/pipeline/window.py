@@ -24,8 +24,9 @@ SLIVER = 1e-10  # of a tile: a smaller overlap is a rounding error of coordinate
 
 
 def wider(first: Size | None, second: Size | None) -> Size | None:
-    """Return the window (width, height) that holds both; None, all of the image plane, where either
-    is None.
+    """Return the smallest window (width, height) that contains both windows.
+
+    None means the whole image plane.
     """
     if first is None or second is None:
         return None
@@ -33,15 +34,18 @@ def wider(first: Size | None, second: Size | None) -> Size | None:
 
 
 def tiles(data: xr.DataArray, window: Sequence[float]) -> dict[str, slice]:
-    """Return the slices {y, x} of the tiles of `data` that overlap a centred window (width,
-    height), at least two along each axis. The window has the unit of the coordinates.
+    """Return the slices {y, x} of the tiles of `data` that overlap a centred window.
+
+    There are at least two tiles along each axis. The window (width, height) has the unit of the
+    coordinates.
     """
     return {d: within(data[d].values, side) for d, side in zip(("x", "y"), window)}
 
 
 def within(centres: npt.NDArray[Any], side: float) -> slice:
-    """Return the slice of evenly spaced tiles (given by their centres) that overlap an interval of
-    length `side` about 0; at least two.
+    """Return the slice of the tiles that overlap an interval of length `side` about 0.
+
+    `centres` are the centres of evenly spaced tiles. There are at least two tiles in the slice.
     """
     pitch = (centres[-1] - centres[0]) / max(len(centres) - 1, 1)
     inside = np.flatnonzero(np.abs(centres) - pitch / 2 < side / 2 - SLIVER * pitch)
@@ -51,9 +55,7 @@ def within(centres: npt.NDArray[Any], side: float) -> slice:
 
 
 def cut(mixed: xr.DataArray, inside: dict[str, slice]) -> xr.DataArray:
-    """Return the tiles `inside` of mixed radiance; the camera's field in the attributes does not
-    change.
-    """
+    """Return the tiles `inside` of mixed radiance. The attributes keep the camera's full field."""
     if all(mixed.sizes[d] == len(range(mixed.sizes[d])[s]) for d, s in inside.items()):
         return mixed
     width, height = (

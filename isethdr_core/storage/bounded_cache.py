@@ -24,7 +24,7 @@ from .atomic_write import remove_leftovers, temporary_path
 from .exact_encoding import NotExact, Types
 
 SUFFIX = ".result"
-FORMAT = b"isethdr result 1"  # first in every file; raised when the encoding changes
+FORMAT = b"isethdr result 1"  # start of every file; the number rises when the encoding changes
 BEGINS = 64  # bytes before the encoded value: the format, then the name
 DIGEST = 32  # bytes of a SHA-256, the last of every file
 BLOCK = 4096  # bytes that a small file takes on disk
@@ -69,7 +69,7 @@ class BoundedCache:
         if not (whole and _is_intact(content, name)):
             path.unlink(missing_ok=True)
             return None
-        with suppress(OSError):  # a folder that may only be read, or just removed
+        with suppress(OSError):  # the folder is read-only, or was just removed
             os.utime(path)
         return self.types.decoded(content[BEGINS:-DIGEST])
 

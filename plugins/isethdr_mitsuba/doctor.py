@@ -27,7 +27,7 @@ HELP = {
     "cuda": "needs an NVIDIA graphics card with a driver of version 535 or newer",
     "scalar": "reinstall mitsuba: `pip install --force-reinstall isethdr[mitsuba]`",
 }
-# a small scene that makes the compiler emit what old LLVM versions stumble over
+# a small scene whose compiled code fails with old LLVM versions
 PROBE = """
 import sys, mitsuba as mi
 mi.set_variant(sys.argv[1])
@@ -153,4 +153,4 @@ def _write(content):
         _file().parent.mkdir(parents=True, exist_ok=True)
         _file().write_text(json.dumps(content))
     except OSError:
-        pass  # a home that cannot be written to only costs the probe again
+        pass  # without a writable home folder, the probe runs again next time

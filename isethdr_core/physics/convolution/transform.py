@@ -39,9 +39,8 @@ def spectrum(psf, size, peak: float, mirrored: bool):
     xp = namespace(psf)
     (ky, kx), (sy, sx) = psf.shape, size
     cy, cx = ky // 2, kx // 2
-    first = (
-        cy if mirrored else 0
-    )  # the rows above the centre are mirror images: their transforms are conjugates
+    # if mirrored, the transforms of the rows above the centre are conjugates of those below
+    first = cy if mirrored else 0
     half = xp.empty((ky, sx // 2 + 1), dtype=xp.complex128, device=device(psf))
     for start in range(first, ky, ROWS):
         rows = slice(start, min(start + ROWS, ky))

@@ -17,11 +17,11 @@ from .inputs import BANDS, THROUGHPUT_SR, irradiance
 from .verdict import Measured, relative
 
 LEVEL = 100.0  # cd/m2
-FLOAT32 = 2.0**-22  # raw without a converter is float32, and black comes off
+FLOAT32 = 2.0**-22  # relative: raw values without a converter are float32, minus the black level
 
 
 def cases():
-    """Yield (case, measure), with the error class where it is refused."""
+    """Yield (case, measure), with the class of the expected error if there is one."""
     for name in ("linear", "merge"):
         yield f"{name}: three equal filters", lambda n=name: equal_filters(n, 0.0)
         yield f"{name}: filters that differ by 1e-9", lambda n=name: equal_filters(n, 1e-9)
@@ -114,7 +114,7 @@ def dark(name: str) -> Measured:
 
 
 def blinded(name: str) -> Measured:
-    """No pixel is valid, and no number is anything but finite."""
+    """No pixel is valid, and all numbers are finite."""
     picture = _picture(name, _shot(level=1e12, generator=generator(5)))
     wrong = (
         picture.valid.values.mean()
@@ -125,7 +125,7 @@ def blinded(name: str) -> Measured:
 
 
 def one_filter(name: str, rows: int, columns: int, cfa: str = "W") -> Measured:
-    """A single pixel or row is read as any other."""
+    """A single pixel, or a single row, is processed correctly."""
     return Measured(
         _off(_picture(name, _shot("single", (rows, columns), cfa=cfa, exposure_s=1e-3))),
         FLOAT32,
@@ -134,7 +134,7 @@ def one_filter(name: str, rows: int, columns: int, cfa: str = "W") -> Measured:
 
 
 def level_back(level: float) -> Measured:
-    """The ideal sensor's picture keeps its level."""
+    """The picture of the ideal sensor has the luminance of the scene."""
     cube = np.broadcast_to((_white(level) * THROUGHPUT_SR)[:, None, None], (len(BANDS), 24, 24))
     return Measured(
         _off(_picture("linear", build("sensor", "ideal", pitch_um=3.0)(irradiance(cube))), level),
