@@ -42,7 +42,7 @@ class Chart:
     # projection of the grid of tiles; equidistant serves lenses wider than 150 degrees
     projection: Literal["tangent", "equidistant"] = "tangent"
 
-    # no field; light goes through the camera band by band
+    # not a field of the component
     accuracy_knobs = (
         AccuracyKnob(
             "step_nm",
@@ -71,7 +71,7 @@ class Chart:
         self.white()
 
     def light_groups(self) -> tuple[str, ...]:
-        """Return the light groups: a chart is lit by the sky, unless it says otherwise."""
+        """Return the light groups. By default a chart is lit by the group `sky` alone."""
         return ("sky",)
 
     def camera_field(self):
@@ -161,8 +161,9 @@ def band_means(spectrum, bands_nm, steps: int = STEPS):
 
 
 def table(distribution):
-    """Return a function of the wavelength in nm: a colour-science distribution, linear between,
-    constant beyond.
+    """Return a function of the wavelength in nm from a colour-science distribution.
+
+    It is linear between the table's wavelengths, and constant beyond its ends.
     """
     return lambda nm: np.interp(nm, distribution.wavelengths, distribution.values)
 
@@ -183,9 +184,7 @@ def chart_object(
 
 
 def category_of(instance):
-    """Return the category label (y, x) of an instance label: chart where there is an instance, else
-    none.
-    """
+    """Return the category label (y, x) of an instance label: `chart` for every instance, else 0."""
     return np.where(instance > 0, CATEGORIES["chart"], 0).astype(np.uint16)
 
 
