@@ -205,7 +205,10 @@ def plan(chain: Chain, rows: Ledger) -> Demand:
     """
     with book.stage(rows, "plan"):
         book.error(
-            0.0, "1", "bound", "a plan computes nothing; each omission states a bound of its own"
+            0.0,
+            "1",
+            "bound",
+            "a plan computes nothing; the bound of each omission is stated with it",
         )
         state_field(chain.scene, chain.lens)
         if chain.leave_out:

@@ -178,8 +178,7 @@ def budgeted(demand: Demand, allowed: Allowed, shares: Division | None = None) -
         full_response.error_allowed,
         "relative",
         "bound",
-        f"allowed of light after the radiance: {allowed.noise_fraction:g} of the noise at full"
-        " scale",
+        f"error allowed after the radiance: {allowed.noise_fraction:g} of the noise at full scale",
     )
     response = replace(full_response, noise_fraction_allowed=shares.light * allowed.noise_fraction)
     stored = shares.store * full_response.error_allowed
@@ -187,16 +186,17 @@ def budgeted(demand: Demand, allowed: Allowed, shares: Division | None = None) -
         stored,
         "relative",
         "bound",
-        f"of it for the store's rounding, {shares.store * allowed.noise_fraction:.2g} of the noise",
+        f"share of the rounding of the store: {shares.store * allowed.noise_fraction:.2g} of the"
+        " noise",
     )
     ledger.error(
         response.error_allowed,
         "relative",
         "bound",
-        f"of it for lens and flares, {response.noise_fraction_allowed:.2g} of the noise",
+        f"share of lens and flares: {response.noise_fraction_allowed:.2g} of the noise",
     )
     for (who, name), share in shares.by_field.items():
-        label = f"of it for {who}, {share * allowed.noise_fraction:.2g} of the noise, as {name}"
+        label = f"share of {who}: {share * allowed.noise_fraction:.2g} of the noise, set as {name}"
         ledger.error(share * full_response.error_allowed, "relative", "bound", label)
     return replace(
         demand,

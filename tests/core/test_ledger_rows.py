@@ -129,7 +129,9 @@ def test_every_row_of_a_rendered_run_states_an_error_and_a_later_run_restates_th
     assert rows["renderer flat"].error == 0.03 and rows["store scene"].error == rounded <= rounding(
         KEEPBITS
     )
-    allowed = next(e.value for e in rows["plan"].errors if "allowed of light" in e.label)
+    allowed = next(
+        e.value for e in rows["plan"].errors if "error allowed after the radiance" in e.label
+    )
     assert (
         rounded <= STORE * allowed < 2 * rounded
     )  # the fewest bits that are within the store's share

@@ -242,8 +242,8 @@ def field_kernels(
                 break
     if rings == 0:
         spared = LeftOut(
-            "point spreads off the axis",
-            "they differ less than the error allowed",
+            "variation of the point spread over the field",
+            "it is less than the error allowed",
             float(error + omissions.SHARED),
             "share of a point's light",
         )

@@ -11,14 +11,13 @@ ROUNDING = 1.2e-7  # relative, of light in float32
 # relative: shares of places and cores are float32, tiles across the border of a core meet twice
 SHARED = 3e-6
 
-NO_DISTORTION = LeftOut(
-    "moving light along a distortion", "the lens has none", ROUNDING, "relative"
-)
-NO_LATERAL_COLOUR = LeftOut(
-    "moving light along a lateral colour", "the lens has none", ROUNDING, "relative"
-)
+NO_DISTORTION = LeftOut("distortion of the image", "the lens has none", ROUNDING, "relative")
+NO_LATERAL_COLOUR = LeftOut("lateral colour", "the lens has none", ROUNDING, "relative")
 ONE_POINT_SPREAD = LeftOut(
-    "point spreads off the axis", "the lens has the same everywhere", SHARED, "relative"
+    "variation of the point spread over the field",
+    "the lens has the same one everywhere",
+    SHARED,
+    "relative",
 )
 
 

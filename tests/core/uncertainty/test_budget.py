@@ -279,7 +279,9 @@ def test_a_flare_of_an_outside_package_is_told_its_share_by_the_composed_chain(m
     rows = ledger.Ledger()
     demand = plan(parts, rows)
     share = parts.shares.by_field["flare v", "error_allowed"]
-    allowed = [e.value for e in rows[0].errors if e.label.startswith("allowed of light")]
+    allowed = [
+        e.value for e in rows[0].errors if e.label.startswith("error allowed after the radiance")
+    ]
     assert parts.flares["v"].error_allowed == pytest.approx(share * allowed[0], rel=1e-12)
     assert demand.response.noise_fraction_allowed == pytest.approx(
         0.1 * parts.shares.light, rel=1e-12

@@ -11,7 +11,7 @@ from isethdr_core.data import quantities
 from isethdr_core.ledger import Row
 from isethdr_core.plugins.registry import build
 from isethdr_core.runs import radiance_cache
-from isethdr_core.truth import seen
+from isethdr_core.truth import mean_over_pixels
 from isethdr_core.uncertainty import ledger, propagation
 from isethdr_core.uncertainty.error_terms import ErrorMaps, Quantity
 from isethdr_core.uncertainty.propagation import UNIT, Electrons
@@ -85,7 +85,8 @@ def test_variance_of_a_mean_as_a_repeat_finds_it(pitch_um):
     rng = np.random.default_rng(3)
     sd = rng.uniform(0, 1, TILES)
     found = np.var(
-        [seen(sd * rng.standard_normal(TILES), mixed, captures) for _ in range(1000)], axis=0
+        [mean_over_pixels(sd * rng.standard_normal(TILES), mixed, captures) for _ in range(1000)],
+        axis=0,
     )
     # a variance of 1000 draws is known to 4.5 %: five of these
     np.testing.assert_allclose(found, pixel_variance(sd**2, mixed, captures), rtol=0.23)

@@ -58,9 +58,9 @@ def ahead(lens):
 def test_the_plan_names_what_the_lens_spares_each_with_its_bound():
     rows = rows_of("lens=diffraction_limited")
     for what in (
-        "moving light along a distortion",
-        "moving light along a lateral colour",
-        "point spreads off the axis",
+        "distortion of the image",
+        "lateral colour",
+        "variation of the point spread over the field",
     ):
         assert 0 < rows[what].bound < 1e-5 and rows[what].unit == "relative"
     bent = rows_of(
@@ -72,7 +72,9 @@ def test_the_plan_names_what_the_lens_spares_each_with_its_bound():
     assert not any("moving" in what or "off the axis" in what for what in bent)
     traced = rows_of("lens=prescription", "scene.horizontal_field_deg=20")
     assert not any("moving" in what or "off the axis" in what for what in traced)
-    assert "point spreads off the axis" in rows_of("lens=prescription", "lens.wavefront=none")
+    assert "variation of the point spread over the field" in rows_of(
+        "lens=prescription", "lens.wavefront=none"
+    )
 
 
 def test_the_lens_at_work_says_the_same_as_the_plan():
@@ -89,17 +91,17 @@ def test_light_moved_along_a_distortion_that_is_none_is_the_same_within_the_boun
         sensor_plane.camera_geometry, "distortion_map", lambda *given: BrownConrady()
     )
     forced, without = stated(lens, scene())
-    assert "moving light along a distortion" not in without and forced.attrs["distortion"] == "none"
+    assert "distortion of the image" not in without and forced.attrs["distortion"] == "none"
     assert forced.shape == plain.shape
     np.testing.assert_allclose(
-        forced.values, plain.values, rtol=rows["moving light along a distortion"].bound
+        forced.values, plain.values, rtol=rows["distortion of the image"].bound
     )
 
 
 def test_bands_moved_along_a_lateral_colour_that_is_none_are_the_same_within_the_bound(monkeypatch):
     plain, rows = stated(IdealLens(), scene())
     light = plain.values[0].astype(float)
-    bound = rows["moving light along a lateral colour"].bound
+    bound = rows["lateral colour"].bound
     for forced in (
         lateral_colour.magnified(light, 1.0, light.shape),
         lateral_colour.displaced(
@@ -136,4 +138,7 @@ def test_bands_that_no_sensor_sees_are_not_sent_through_the_lens_and_the_plan_sa
 
 def test_a_wavefront_that_varies_states_no_such_row():
     rows = ahead(WavefrontLens(field_zernike_um={0: {}, 30: {8: 0.1}}))
-    assert "point spreads off the axis" not in rows and "moving light along a distortion" in rows
+    assert (
+        "variation of the point spread over the field" not in rows
+        and "distortion of the image" in rows
+    )
