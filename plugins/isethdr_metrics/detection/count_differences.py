@@ -62,15 +62,19 @@ def above_zero(differences: Differences) -> np.ndarray:
 def _piece(differences: Differences, count: int) -> np.ndarray:
     bright, dark, bright_step, dark_step, sd = differences
     distance = _distance(differences)
-    # powers of exp(i a t) and exp(-i b t), from one term to the next
-    first = np.exp(0.5j * bright_step * distance)
-    second = np.exp(-0.5j * dark_step * distance)
-    first_ratio, second_ratio = first * first, second * second
+    # N exp(i a t) and M exp(-i b t), from one term to the next
+    half_turns = np.exp(0.5j * bright_step * distance), np.exp(-0.5j * dark_step * distance)
+    first, second = bright * half_turns[0], dark * half_turns[1]
+    first_ratio, second_ratio = (half_turn * half_turn for half_turn in half_turns)
     square = -0.5 * (sd * distance) ** 2
+    mean = bright + dark
     total = np.zeros(len(sd))
     for k in range(count):
-        exponent = bright * (first - 1) + dark * (second - 1)
-        size = np.exp(exponent.real + square * (k + 0.5) ** 2)
+        exponent = first + second
+        size = square * (k + 0.5) ** 2
+        size += exponent.real
+        size -= mean
+        np.exp(size, out=size)
         size *= np.sin(exponent.imag)
         size /= k + 0.5
         total += size

@@ -25,7 +25,7 @@ SHARPEST = 1e-3  # counts: deviation of the noise below which a level could lie 
 NO_WEIGHT = 1e-11  # of both counts measured negative: all such pairs together change it by 1e-9
 MOST_TERMS = 400  # of a difference; beyond, sums over counts are as fast
 HELD = 25.0  # numbers for each pair that differences hold, about
-LOW_PIECE = 4096  # pairs whose low counts are looked at together
+LOW_PIECE = 1024  # pairs whose low counts are looked at together
 
 
 class Counts(NamedTuple):
