@@ -77,7 +77,8 @@ def _developed(merged, captures, how: Development, matrix, attrs: dict):
     )
     if noise_map is None or not attrs.get(VARIANCE_KNOWN, True):
         attrs = {**attrs, VARIANCE_KNOWN: False}
-        noise = PictureNoise(*np.full((2, len(matrix), *valid.shape), np.nan))
+        # one number for all pixels: a third less to keep and to store
+        noise = PictureNoise(*np.broadcast_to(np.nan, (2, len(matrix), *valid.shape)))
     else:
         fixed = merged.fixed.scaled(1 / level)
         noise = PictureNoise(
