@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-FIXED_PATTERN = "fixed_pattern_variance"  # as `truth.FIXED_PATTERN`, without its imports
+FIXED_PATTERN = "fixed_pattern_variance"  # equals `truth.FIXED_PATTERN`; avoids its imports
 ROUNDING = "rounding"  # attribute of a rounded variable: its largest error
 SHARE_OF_SIGMA = 1 / 20  # largest rounding error of a value, in its standard deviations
-# of a denoised value, in standard deviations of that before denoising: means of a hundred values
+# largest rounding error of a denoised value, in standard deviations before denoising: denoised
+# values are means of about a hundred values
 DENOISED_SHARE = SHARE_OF_SIGMA / 10
 EXACT_BITS = 16  # mantissa bits of a value without variance: relative error 2^-17
 LUMINANCE_BITS = 7  # of the variance of Y, which every score reads: relative error 2^-8

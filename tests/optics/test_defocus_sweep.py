@@ -1,5 +1,5 @@
-"""Twenty waves of defocus, f/1.4 to f/22: kernels against a radial quadrature, errors as the ledger
-states.
+"""Twenty waves of defocus, f/1.4 to f/22: kernels and their stated errors against a radial
+quadrature.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ from isethdr_optics.psf.kernels import CORE_SAMPLES, _computed
 from scipy.special import j0
 
 CENTRE, WIDTH, WAVES = 550.0, 10.0, 20.0
-BEYOND = 20  # tiles outside the exact core that take part
+BEYOND = 20  # tiles outside the exact core
 
 
 def radial(radius_um, f_number, wavelength_nm):

@@ -1,8 +1,8 @@
-"""Thin films: what a stack of layers between two media reflects and transmits, at any angle and
-wavelength.
+"""Thin films: reflectance and transmittance of a stack of layers between two media, at any angle
+and wavelength.
 
-Angles are given by the cosine of incidence in the first medium; indices may be complex n - ik (k >=
-0 absorbs). With no layer the result is Fresnel's.
+Angles are given by the cosine of incidence in the first medium. Indices may be complex, n - ik with
+k >= 0 for absorption. Without layers the result is that of Fresnel's equations.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import numpy as np
 
 
 def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
-    """Return what a stack reflects and transmits, for both polarisations.
+    """Return reflectance and transmittance of a stack, for both polarisations.
 
     Parameters
     ----------
-    n_in, n_out : refractive index of the medium light comes from (real) and of the one behind the
+    n_in, n_out : refractive index of the medium of incidence (real), and of the medium behind the
         stack.
     layers : [(index, thickness_nm), ...] from the side of incidence; empty for a bare surface.
     cos_in : cosine of the angle of incidence, 0 to 1.
@@ -23,8 +23,8 @@ def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
 
     Returns
     -------
-    R_s, R_p, T_s, T_p : fractions of the power through a unit of area of the surface; R + T = 1
-        where nothing absorbs, T = 0 beyond the critical angle.
+    R_s, R_p, T_s, T_p : fractions of the power per area of the surface; R + T = 1 without
+        absorption, T = 0 beyond the critical angle.
 
     References
     ----------

@@ -1,16 +1,15 @@
-"""Coatings by name, and tables of what every surface of a prescription reflects, by band and angle.
+"""Coatings by name, and the reflectance of every surface of a prescription, by band and angle.
 
-none          bare glass mgf2          a quarter wave of MgF2 at 550 nm multilayer    quarter 1.38,
-half 2.05, quarter 1.70 at 520 nm: below 0.6 % from 420 to 680 nm, 0.1 % in the middle (three layers
-of
-              the kind of J. T. Cox, G. Hass and A. Thelen, J. Opt. Soc. Am. 52, 965 (1962), not
-              their numbers)
-broadband     1.38, 2.05, 1.38, 2.05, 1.38, 94.9, 136.7, 41.0, 20.8 and 43.7 nm thick: below 0.55 %
-from 400 to 700 nm and up to 20 degrees on
-              glass of 1.5 to 1.63; least squares of the reflectance on 1.52 and 1.62 found the
-              thicknesses
-infrared_cut  (half-L H half-L)^9, H 2.35 and L 1.46, centred on 850 nm: reflects 730 to 1000 nm,
-ripples below
+- `none`: bare glass.
+- `mgf2`: a quarter wave of MgF2 at 550 nm.
+- `multilayer`: a quarter wave of index 1.38, a half wave of 2.05 and a quarter wave of 1.70, at 520
+  nm. It reflects less than 0.6 % from 420 to 680 nm, and 0.1 % in the middle. The design is of the
+  kind of J. T. Cox, G. Hass and A. Thelen, J. Opt. Soc. Am. 52, 965 (1962), with other numbers.
+- `broadband`: layers of index 1.38, 2.05, 1.38, 2.05 and 1.38, which are 94.9, 136.7, 41.0, 20.8
+  and 43.7 nm thick. It reflects less than 0.55 % from 400 to 700 nm, up to 20 degrees, on glass of
+  1.5 to 1.63. The thicknesses minimise the squared reflectance on glass of 1.52 and 1.62.
+- `infrared_cut`: (half-L H half-L)^9 with H 2.35 and L 1.46, centred on 850 nm. It reflects 730 to
+  1000 nm; the transmittance below has ripples.
 """
 
 from __future__ import annotations
@@ -20,7 +19,9 @@ import numpy as np
 from isethdr_core.physics.optics.glass import index
 from isethdr_core.physics.optics.thin_film import quarter_wave_nm, reflect_unpolarised
 
-COSINES = 513  # of the tables: linear between them to 1e-5 (measured, away from the critical angle)
+# entries of the tables; linear interpolation has a measured error of 1e-5, except near the critical
+# angle
+COSINES = 513
 
 
 def _mgf2(wavelength_nm):
@@ -59,8 +60,10 @@ def layers(coating: str, wavelength_nm):
 
 
 class Powers:
-    """What every surface passes on: call with (surface, reflects, forward, cosine); cosine (band,
-    ...) or broadcasting to it.
+    """Reflectance and transmittance of every surface of a prescription.
+
+    Call it with (surface, reflects, forward, cosine); the cosine has the shape (band, ...), or one
+    that broadcasts to it.
     """
 
     def __init__(self, prescription, wavelength_nm, sensor_reflectance: float = 0.0):
@@ -71,8 +74,9 @@ class Powers:
         self._tables = {}
 
     def __call__(self, k, reflects, forward, cosine):
-        """Return the fraction of unpolarised power that goes on; the sensor counts all light that
-        arrives.
+        """Return the fraction of unpolarised power that is reflected or transmitted.
+
+        The sensor absorbs all light that it does not reflect; its transmittance is 1 here.
         """
         if k == len(self.prescription.surfaces) - 1:
             return self.sensor_reflectance if reflects else 1.0
