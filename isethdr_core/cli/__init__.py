@@ -7,6 +7,7 @@
 | `vocabulary`     | the words of tab completion, from commands, components and presets           |
 | `completion_scripts/` | what bash, zsh and fish read at their start                             |
 | `deferred_libraries` | large libraries that the command line loads when they are first used |
+| `home_option`    | `--home PATH` of every command                                               |
 | `new_plugin`     | packages for the components of plugin authors                                |
 | `plugin_template/` | the files of such a package, as Jinja2 templates                           |
 | `progress`       | which stage is running, for how long, and how long it still takes            |

@@ -18,6 +18,7 @@ from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.registry import plugin_manager
 from .completion import SHELLS, complete, script
 from .deferred_libraries import defer
+from .home_option import use_home, without_home
 from .run_help import print_run_help
 
 app = typer.Typer(
@@ -43,8 +44,11 @@ def options(
     version: bool = typer.Option(
         False, "--version", is_eager=True, callback=_print_version, help="Show the version."
     ),
+    home: str = typer.Option(
+        "", help="Folder of all that is stored, behind any command too (or ISETHDR_HOME)."
+    ),
 ) -> None:
-    """Answer the options that stand before any command."""
+    """Answer the options that stand before any command; `main` has taken `--home` out."""
 
 
 @app.command(
@@ -125,6 +129,9 @@ def main() -> None:
         return
     defer()
     try:
+        sys.argv[1:], home = without_home(sys.argv[1:])
+        if home is not None:
+            use_home(home, next(iter(sys.argv[1:]), ""))
         plugin_manager().hook.isethdr_commands(app=app)
         app()
     except IsetHdrError as err:

@@ -59,7 +59,8 @@ def complete(app: typer.Typer, words: list[str]) -> list[str]:
     if current.startswith("-"):
         subcommand = " ".join(w for w in before[:2] if not w.startswith("-"))
         named = known_words.options.get(subcommand, known_words.options.get(command, []))
-        own = ["-m", "--multirun", "--cfg", "--help"] if command == "run" else ["--help"]
+        own = ["-m", "--multirun", "--cfg"] if command == "run" else []
+        own += ["--home", "--help"]
         return _beginning(current, [*named, *(o for o in own if o not in named)])
     if command in COMPOSING:
         return list(dict.fromkeys(_overrides(known_words, before[1:], current)))

@@ -37,6 +37,7 @@ What to type
 TAIL = """\
 Options
   -m, --multirun     sweep: run every combination of values between commas
+  --home PATH        store below PATH, not below ISETHDR_HOME or ./runs
   --cfg job          print the whole config and run nothing
   --hydra-help       options of Hydra, which composes the config
   --help             this page

@@ -1,0 +1,65 @@
+"""The option `--home` stands anywhere on the command line, and a mistyped home is an error."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from isethdr_core.cli import home_option
+from isethdr_core.cli.home_option import use_home, without_home
+from isethdr_core.errors import CatalogError, ConfigError
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ["--home", "a b", "run", "lens=ideal"],
+        ["run", "--home=a b", "lens=ideal"],
+        ["run", "lens=ideal", "--home", "a b"],
+    ],
+)
+def test_the_option_is_taken_from_any_place(typed):
+    assert without_home(typed) == (["run", "lens=ideal"], "a b")
+
+
+def test_without_the_option_nothing_changes():
+    assert without_home(["catalog", "find", "name=--home"]) == (
+        ["catalog", "find", "name=--home"],
+        None,
+    )
+
+
+@pytest.mark.parametrize(
+    "typed", [["run", "--home"], ["--home=", "run"], ["--home", "-m"], ["--home=a", "--home=b"]]
+)
+def test_a_home_that_is_missing_or_typed_twice_is_refused(typed):
+    with pytest.raises(ConfigError, match="--home (has no path|is typed 2 times)"):
+        without_home(typed)
+
+
+def test_a_command_that_writes_makes_a_home_and_says_so(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
+    use_home(str(tmp_path / "new"), "run")
+    assert os.environ["ISETHDR_HOME"] == str(tmp_path / "new")
+    assert capsys.readouterr().err == f"new home folder:\n{tmp_path / 'new'}\n"
+    (tmp_path / "new/runs").mkdir(parents=True)
+    use_home(str(tmp_path / "new"), "run")
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("command", ["run", "catalog"])
+def test_a_folder_of_other_files_is_no_home(tmp_path, monkeypatch, command):
+    monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
+    (tmp_path / "letters").mkdir()
+    (tmp_path / "letters/to_you").write_text("hello")
+    expected = "expected a home folder" if command in home_option.MAKES_HOMES else "no home folder"
+    with pytest.raises((ConfigError, CatalogError), match=expected):
+        use_home(str(tmp_path / "letters"), command)
+
+
+def test_a_mistyped_home_names_the_one_beside_it(tmp_path, monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
+    (tmp_path / "my_home/runs").mkdir(parents=True)
+    with pytest.raises(CatalogError, match="did you mean .*my_home'.*--home PATH"):
+        use_home(str(tmp_path / "my_hone"), "catalog")
