@@ -11,6 +11,7 @@
 | `python_calls`  | `isethdr.find`, `show` and `compare`                       |
 | `dataset`       | `isethdr.PictureDataset`: stored pictures for training     |
 | `selection`     | the stored pictures that a run, a query or a sweep names   |
+| `reproduce`     | a stored run again, and the numbers that differ            |
 | `stored_scores` | what a metric says of the pictures of a stored run         |
 | `space`         | what takes how much of the disk, and its removal           |
 | `verify`        | read every file and name what is damaged                   |
@@ -33,10 +34,11 @@ log = logging.getLogger(__name__)
 
 @hookimpl
 def isethdr_commands(app) -> None:
-    """Add `isethdr catalog`."""
-    from .commands import catalog
+    """Add `isethdr catalog` and `isethdr reproduce`."""
+    from .commands import REPRODUCE_HELP, catalog, reproduce_run
 
     app.add_typer(catalog, name="catalog")
+    app.command("reproduce", help=REPRODUCE_HELP)(reproduce_run)
 
 
 @hookimpl

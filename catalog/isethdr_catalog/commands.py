@@ -236,6 +236,22 @@ def rm(
     print_path(f"removed, {_megabytes(free)} MB freed", path)
 
 
+REPRODUCE_HELP = (
+    "Run a stored run again from its record: isethdr reproduce KEY. Lists versions and numbers that"
+    " differ; exit code 0: none, 3: within their intervals, 1: by more. Nothing stored changes."
+)
+
+
+def reproduce_run(name: str) -> None:
+    """Print which versions and numbers differ."""
+    from .reproduce import print_reproduction, reproduce
+
+    found = reproduce(home(), name)
+    print_reproduction(found)
+    if found.outcome:
+        raise typer.Exit(int(found.outcome))
+
+
 def _query() -> ModuleType:
     """Return the queries, which take long to import."""
     from . import query

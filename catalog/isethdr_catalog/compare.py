@@ -83,12 +83,12 @@ def compare(folder: Path | str, a: str, b: str) -> Comparison:
     ------
     CatalogError : one of them is no run, or there are several that are called so.
     """
-    one, other = _run(folder, a), _run(folder, b)
+    one, other = stored_run(folder, a), stored_run(folder, b)
     return Comparison(
         one,
         other,
         _differing(one.attributes["config"], other.attributes["config"]),
-        _versions(one, other),
+        versions_that_differ(one, other),
         _pairs(one, other),
     )
 
@@ -100,7 +100,13 @@ def camera_pairs(a: Result, b: Result) -> list[tuple[str, str]]:
     return [(name, name) for name in a.cameras if name in b.cameras]
 
 
-def _run(folder: Path | str, name: str) -> Result:
+def stored_run(folder: Path | str, name: str) -> Result:
+    """Return the run of that name or key.
+
+    Raises
+    ------
+    CatalogError : it is no run, or several are called so.
+    """
     attributes = show(folder, name)
     if attributes.get("kind") != "run":
         raise CatalogError(
@@ -110,7 +116,7 @@ def _run(folder: Path | str, name: str) -> Result:
     return Result(Path(attributes["path"]), attributes, computed=False)
 
 
-def _versions(a: Result, b: Result) -> list[Setting]:
+def versions_that_differ(a: Result, b: Result) -> list[Setting]:
     """Return the libraries, and the components of both, whose version or code differs."""
     found = [
         _differing(a.attributes.get(name, {}), b.attributes.get(name, {}))

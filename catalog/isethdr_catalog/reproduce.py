@@ -1,0 +1,167 @@
+"""Reproduce: run a stored run again from its record, and name the numbers that differ.
+
+The run is computed in a temporary home folder, so that nothing stored is read or changed.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+
+import numpy as np
+from omegaconf import OmegaConf
+
+from isethdr_core.cli.terminal import print_table, print_text
+from isethdr_core.runs.run import Result, run
+from isethdr_core.storage.home_folder import HOME
+from isethdr_core.sweeps.score_order import differ
+from isethdr_core.sweeps.table import Scored
+
+from .compare import VERDICT, Setting, stored_run, versions_that_differ
+
+MOST_NUMBERS = 30  # lines that are printed
+
+
+class Outcome(IntEnum):
+    """Exit code of `isethdr reproduce`; 2 is a mistake of the user."""
+
+    SAME = 0  # every number
+    BEYOND = 1  # a number differs by more than its interval, or has none
+    WITHIN = 3  # numbers differ, all of them within their intervals
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One number that differs."""
+
+    number: str  # camera and score, or camera and statistic of the picture
+    stored: float
+    again: float
+    beyond: bool | None  # whether by more than both intervals; None where one is not known
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """A stored run and what became of it now."""
+
+    versions: list[Setting]  # A as stored, B now
+    compared: int  # how many numbers
+    differences: list[Difference]
+
+    @property
+    def outcome(self) -> Outcome:
+        """Whether the numbers are the same."""
+        if any(difference.beyond is not False for difference in self.differences):
+            return Outcome.BEYOND
+        return Outcome.WITHIN if self.differences else Outcome.SAME
+
+
+def reproduce(folder: Path | str, name: str) -> Reproduction:
+    """Run a stored run again from its record, and compare scores and pictures.
+
+    Parameters
+    ----------
+    folder : the home folder.
+    name : the first digits of a run, or its name.
+
+    Raises
+    ------
+    CatalogError : there is no such run, several are called so, or its store is damaged.
+    IsetHdrError : the installed version does not run its config.
+    """
+    stored = stored_run(folder, name)
+    config = OmegaConf.create(stored.attributes["config"] | {"report": False})
+    with _temporary_home():
+        again = run(config)
+        versions = versions_that_differ(stored, again)
+        before, after = _numbers(stored), _numbers(again)
+    names = [*before, *(name for name in after if name not in before)]
+    missing = Scored(math.nan, math.nan, math.nan)
+    pairs = [(n, before.get(n, missing), after.get(n, missing)) for n in names]
+    differences = [
+        Difference(number, one.value, other.value, differ(one, other))
+        for number, one, other in pairs
+        if not _same(one.value, other.value)
+    ]
+    return Reproduction(versions, len(pairs), differences)
+
+
+def print_reproduction(found: Reproduction) -> None:
+    """Print the versions that differ, then the numbers that differ, then the sum of both."""
+    print("versions and code that differ: stored | now" if found.versions else "the same versions")
+    for version in found.versions:
+        print_text(f"{version.name}: {version.a} | {version.b}", "  ", "      ")
+    print()
+    shown = sorted(found.differences, key=lambda d: d.beyond is False)[:MOST_NUMBERS]
+    if shown:
+        print_table(
+            ["number", "stored", "now", "beyond intervals"],
+            [[d.number, f"{d.stored:.6g}", f"{d.again:.6g}", VERDICT[d.beyond]] for d in shown],
+        )
+    if len(found.differences) > len(shown):
+        print(f"and {len(found.differences) - len(shown)} more")
+    beyond = sum(d.beyond is not False for d in found.differences)
+    print(
+        f"{len(found.differences)} of {found.compared} numbers differ,"
+        f" {beyond} of them beyond their intervals or without one"
+    )
+
+
+def _same(one: float, other: float) -> bool:
+    return one == other or (math.isnan(one) and math.isnan(other))
+
+
+def _numbers(result: Result) -> dict[str, Scored]:
+    """Return all scores of a run with their intervals, and statistics of its pictures."""
+    found = {}
+    for score in result.scores:
+        number = " ".join(filter(None, (score["camera"], score["metric"], score["object"])))
+        values = (score[k] for k in Scored._fields)
+        found[number] = Scored(
+            *(float(v) if isinstance(v, int | float) else math.nan for v in values)
+        )
+    for camera in result.cameras:
+        found |= _of_picture(result, camera)
+    return found
+
+
+def _of_picture(result: Result, camera: str) -> dict[str, Scored]:
+    """Return statistics of Y, cd/m2, over the valid pixels. The interval of the mean is 1.96
+    standard errors from the variance that the picture states; pixels are taken as independent.
+    """
+    picture = result.open(f"picture/{camera}").load()
+    valid = picture["valid"].values.astype(bool)
+    luminance = picture["xyz"].values[..., 1][valid].astype(float)
+    variance = picture["variance"].values[..., 1][valid].astype(float)
+    if not luminance.size:
+        return {}
+    mean = float(luminance.mean())
+    half = 1.96 * math.sqrt(float(np.nansum(variance))) / luminance.size
+    alone = {
+        "smallest": float(luminance.min()),
+        "largest": float(luminance.max()),
+        "standard deviation": float(luminance.std()),
+    }
+    title = f"{camera} picture, cd/m2,"
+    numbers = {f"{title} {k}": Scored(v, math.nan, math.nan) for k, v in alone.items()}
+    return {f"{title} mean": Scored(mean, mean - half, mean + half)} | numbers
+
+
+@contextmanager
+def _temporary_home() -> Iterator[None]:
+    """Have all that is stored go to a folder that is removed afterwards."""
+    before = os.environ.get(HOME)
+    with tempfile.TemporaryDirectory(prefix="isethdr-reproduce-") as folder:
+        os.environ[HOME] = folder
+        try:
+            yield
+        finally:
+            os.environ.pop(HOME)
+            if before is not None:
+                os.environ[HOME] = before
