@@ -73,16 +73,16 @@ def report(name: str) -> None:
 
 
 def check(name: str) -> None:
-    """Print the problems of a dataset; exit code 1 if there are any."""
+    """Print the problems of a dataset; exit code 1 if there are any, or if scenes are missing."""
     dataset = generated(read_dataset(name))
     problems = verify(dataset)
     for problem in problems:
         print(f"scene {problem.number + 1}: {problem.what}")
-    if problems:
-        affected = len({problem.number for problem in problems})
-        print(f"{affected} of {dataset.definition.count} scenes have a problem")
+    tried = len(dataset.scenes)
+    affected = len({problem.number for problem in problems})
+    print(f"{tried} of {dataset.definition.count} scenes were made; {affected} have a problem")
+    if problems or tried < dataset.definition.count:
         raise typer.Exit(1)
-    print(f"{dataset.definition.count} scenes, no problem")
 
 
 def split(name: str) -> None:

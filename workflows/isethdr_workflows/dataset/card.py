@@ -55,8 +55,8 @@ def card(dataset: Generated) -> str:
         "## How it was made",
         "",
         "Every shape, surface and lamp is computed from parameters; no photograph, mesh or network"
-        " of others is in it. Light is simulated by path tracing, so it has the noise that is"
-        " stated below.",
+        " of others is in it. Spectra of lamps are computed from tables of the CIE. Light is"
+        " simulated by path tracing, so it has the noise that is stated below.",
         "",
         f"    {_command(dataset)}",
         "",
@@ -81,8 +81,8 @@ def card(dataset: Generated) -> str:
         "",
         "## Licence",
         "",
-        "The program that makes the scenes is under the MIT licence. Radiance and labels contain"
-        " nothing of others, so whoever generates them may choose their licence.",
+        "The program that makes the scenes is under the MIT licence. Radiance and labels hold no"
+        " picture, mesh or text of others.",
         "",
     ]
     return "\n".join(lines)

@@ -62,8 +62,8 @@ def family_of(recipe: Recipe, seed: int, number: int) -> Family:
     return recipe.families[min(int(np.searchsorted(ends, place)), len(recipe.families) - 1)]
 
 
-def overrides_to_try(recipe: Recipe) -> list[tuple[str, ...]]:
-    """Return settings that together hold every choice and every limit of a recipe once.
+def overrides_to_try(recipe: Recipe) -> list[tuple[str, tuple[str, ...]]]:
+    """Return (family, overrides) that together hold every choice and every limit of a recipe once.
 
     Each of a family's draws is varied alone, so that a mistake costs no combination of them.
     """
@@ -73,8 +73,7 @@ def overrides_to_try(recipe: Recipe) -> list[tuple[str, ...]]:
         cases = [first]
         for key, values in family.draw.items():
             cases += [first | {key: value} for value in values.extremes()[1:]]
-        tried += [
-            (*family.overrides, *(f"{key}={value}" for key, value in case.items()), f"{SEED}=0")
-            for case in cases
-        ]
+        for case in cases:
+            settings = [f"{key}={value}" for key, value in case.items()]
+            tried.append((family.name, (*family.overrides, *settings, f"{SEED}=0")))
     return tried

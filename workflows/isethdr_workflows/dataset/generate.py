@@ -109,8 +109,8 @@ def begun(request: Request) -> Definition:
             " and a seed of 0 or more; type for example count=60 seed=0"
         )
     recipe = read_recipe(request.recipe)
-    for overrides in overrides_to_try(recipe):
-        tried(overrides + request.overrides)
+    for family, overrides in overrides_to_try(recipe):
+        tried(family, overrides + request.overrides)
     first = chain(compose([*recipe.families[0].overrides, *request.overrides]))
     check_writable(store.home() / "scenes")
     return begin(
@@ -127,21 +127,26 @@ def begun(request: Request) -> Definition:
     )
 
 
-def tried(overrides: Sequence[str]) -> None:
+def tried(family: str, overrides: Sequence[str]) -> None:
     """Compose and build a scene without rendering it.
+
+    Parameters
+    ----------
+    family : its family, for messages.
+    overrides : all of them.
 
     Raises
     ------
-    ConfigError : a mistake in an override, named with all of them; or nothing to render.
+    ConfigError : a mistake in an override; or nothing to render.
     """
     try:
         built = chain(compose(overrides))
     except IsetHdrError as err:
-        raise ConfigError(f"{' '.join(overrides)}: {err}") from None
+        raise ConfigError(f"family {family}: {err}") from None
     if built.renderer is None:
         raise ConfigError(
-            f"{' '.join(overrides)}: no renderer, so there is nothing to render; expected a scene"
-            " with geometry; type for example scene=night_drive"
+            f"family {family} has no renderer, so there is nothing to render; expected a scene with"
+            " geometry; type for example scene=night_drive"
         )
 
 

@@ -105,9 +105,8 @@ def read_recipe(name: str) -> Recipe:
     path = bundled.get(name, Path(name))
     if path.suffix != ".yaml" or not path.is_file():
         raise ConfigError(
-            f"there is no recipe {name!r}{did_you_mean(name, bundled)}; expected"
-            f" {', '.join(sorted(bundled))} or a file that ends in .yaml; type for example"
-            " recipe=roads"
+            f"there is no recipe {name!r}{did_you_mean(name, bundled)}; expected a bundled recipe"
+            " or a file that ends in .yaml; type for example recipe=roads"
         )
     return parsed(path.read_text(encoding="utf-8"), name)
 

@@ -26,27 +26,27 @@ class Problem:
 
 
 def verify(dataset: Generated) -> list[Problem]:
-    """Return the problems of a dataset; none if every scene is whole and as its recipe says.
+    """Return the problems of the scenes that were made; none if all are whole and as their recipe
+    says.
 
     Every file of every store is read and compared with its checksum.
     """
     problems = []
     for scene in dataset.definition.scenes():
-        record = dataset.scenes.get(scene.number)
-        problems += [Problem(scene.number, what) for what in problems_of(scene, record)]
+        if scene.number in dataset.scenes:
+            texts = problems_of(scene, dataset.scenes[scene.number])
+            problems += [Problem(scene.number, what) for what in texts]
     return problems
 
 
-def problems_of(scene: DrawnScene, record: SceneRecord | None) -> list[str]:
+def problems_of(scene: DrawnScene, record: SceneRecord) -> list[str]:
     """Return what is wrong with a scene.
 
     Parameters
     ----------
     scene : as the recipe draws it.
-    record : what became of it; None: nothing yet.
+    record : what became of it.
     """
-    if record is None:
-        return ["not made yet"]
     if record.error:
         return [f"failed: {record.error.splitlines()[0]}"]
     if record.overrides != scene.overrides:
