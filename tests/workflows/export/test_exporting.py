@@ -78,7 +78,7 @@ def test_the_folder_comes_last(home, tmp_path, capsys):
         run(["kind=run", "sensor=bayer"], ["png"], False, "", "")
     run(["first", str(tmp_path / "out")], ["png"], False, "", "")
     shown = capsys.readouterr().out
-    assert "1 pictures of 1 runs" in shown and shown.endswith(f"exported:\n{tmp_path / 'out'}\n")
+    assert "1 picture of 1 run\n" in shown and shown.endswith(f"exported:\n{tmp_path / 'out'}\n")
 
 
 def test_only_an_earlier_export_is_replaced(home, tmp_path):

@@ -143,6 +143,11 @@ def run(what: Sequence[str], to: Sequence[str], force: bool, licence: str, title
         size = sum(path.stat().st_size for path in paths)
         rows.append([name, len(paths), f"{size / 1e6:.3g}"])
     print_table(["format", "files", "MB"], rows)
-    runs = len({item.key for item in job.items})
-    print(f"{len(job.items)} pictures of {runs} runs" if job.items else f"{len(job.scenes)} scenes")
+    runs = _counted(len({item.key for item in job.items}), "run")
+    pictures = f"{_counted(len(job.items), 'picture')} of {runs}"
+    print(pictures if job.items else _counted(len(job.scenes), "scene"))
     print_path("exported", job.folder)
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
