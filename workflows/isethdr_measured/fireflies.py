@@ -2,8 +2,9 @@
 
 A tile counts where its luminance is more than 8 times the median of the tiles of the same instance
 in 5 x 5 around it, and 5 standard deviations of the least noisy camera above that median, and where
-a judge does not confirm it. The judge is another rendering of the scene with other random numbers
-and ten times the paths. It confirms a tile that has at least half of the luminance there.
+a judge does not confirm it. The judge is another rendering of the scene with other random numbers,
+asked for a tenth of the noise variance; where its paths reach their limit it has fewer than ten
+times as many. It confirms a tile if its own luminance there is at least half as high.
 """
 
 from __future__ import annotations
