@@ -142,6 +142,7 @@ def test_the_name_changes_with_any_field(component):
             new = {
                 "tangent": "aplanatic",
                 "cos4": "none",
+                "hyperfocal": 3.0,
                 "none": {"model": "brown_conrady", "k1": 0.1},
             }[value]
         elif value == float("inf"):

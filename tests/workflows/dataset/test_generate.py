@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import functools
 import json
 import os
 import signal
@@ -10,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from isethdr_workflows.dataset import generate as module
+from isethdr_workflows.dataset import summary
 from isethdr_workflows.dataset.card import card
 from isethdr_workflows.dataset.forecast import forecast
 from isethdr_workflows.dataset.generate import Request, generate, generated
@@ -17,7 +20,9 @@ from isethdr_workflows.dataset.page import write_page
 from isethdr_workflows.dataset.record import folder_of, read_dataset, read_scenes
 from isethdr_workflows.dataset.splits import splits
 from isethdr_workflows.dataset.verify import verify
+from omegaconf import OmegaConf
 
+from isethdr_core.config.composition import compose
 from isethdr_core.conformance.renderer import world
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.quantities import centres, scene_radiance
@@ -34,6 +39,8 @@ families:
     draw: {scene.intensity_cd: {uniform: [200, 900]}}
 splits: {train: 1, test: 1}
 """
+# one camera and no scores: a chain of three cameras takes a quarter of a second to build
+PLAIN = ["sensor=ideal", "lens=ideal", "isp=linear", "~flare.dirt", "~versions"]
 RENDERED: list[float] = []
 
 
@@ -90,11 +97,29 @@ class Small:
         return ds
 
 
+@functools.cache
+def composed(*overrides):
+    """Return a composed config; Hydra takes a quarter of a second for each."""
+    return compose([*overrides, *PLAIN])
+
+
+def with_fields(overrides):
+    """Return the config of a scene: its fields are set in a composed config."""
+    fields = [o for o in overrides if o.startswith("scene.")]
+    config = copy.deepcopy(composed(*(o for o in overrides if o not in fields)))
+    for field in fields:
+        key, _, value = field.partition("=")
+        OmegaConf.update(config, key, float(value) if "cd" in key else int(value))
+    return config
+
+
 @pytest.fixture
-def recipe(offer, tmp_path):
+def recipe(offer, tmp_path, monkeypatch):
     """Return the path of a recipe of the small world."""
     offer("scene", "small_world", SmallWorld)
     offer("renderer", "small", Small)
+    monkeypatch.setattr(module, "compose", with_fields)
+    monkeypatch.setattr(summary, "compose", with_fields)
     RENDERED.clear()
     path = tmp_path / "small.yaml"
     path.write_text(RECIPE)
@@ -180,7 +205,10 @@ def test_more_scenes_continue_a_dataset_and_another_seed_is_refused(recipe):
         ({"overrides": ("~renderer",)}, "there is nothing to render"),
     ],
 )
-def test_a_mistake_is_found_before_the_first_scene(recipe, isethdr_home, changes, said):
+def test_a_mistake_is_found_before_the_first_scene(
+    recipe, isethdr_home, monkeypatch, changes, said
+):
+    monkeypatch.setattr(module, "compose", compose)
     with pytest.raises(ConfigError) as error:
         generate(Request(**{"name": "tiny", "recipe": recipe} | changes), silent)
     assert said in str(error.value)
