@@ -64,10 +64,10 @@ PAGES = {
         " 20,000 are stores on disk; the million exist in the index only. `CPU` counts all"
         " threads.",
         ("python benchmarks/catalog_queries.py million",),
-        "5 CPU min",
+        "8 CPU min",
         (
-            "A command takes one to two seconds, almost all of which is the start of Python and the"
-            " import of libraries.",
+            "The time of a command is the least of three by the clock. Most of it is the start of"
+            " Python and the import of libraries, so it depends on the load of the machine.",
         ),
     ),
     "charge_dynamics": Page(
