@@ -47,6 +47,7 @@ def test_a_run_computed_again_is_the_same(stored, capsys):
     assert "the same versions" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_other_seeds_and_versions_are_named(stored, tmp_path, capsys):
     """The record of a run is given another seed and library: its numbers are those of before."""
     home, key = stored

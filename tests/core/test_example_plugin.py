@@ -37,6 +37,7 @@ def acme(tmp_path_factory):
     return target
 
 
+@pytest.mark.slow
 def test_it_is_listed_with_its_package(acme):
     shown = isethdr("plugins", plugins=[acme])
     assert shown.returncode == 0 and not shown.stderr

@@ -99,6 +99,7 @@ def test_it_gets_all_there_is_and_makes_the_same_bits_as_where_nothing_may_be_le
     assert len(few.open("captures/acme_nano").wavelength) == 61
 
 
+@pytest.mark.slow
 def test_taught_to_narrow_it_is_given_less_and_sees_the_same(acme, offer):
     slow = run(job())
 

@@ -44,6 +44,7 @@ def sweep():
     return exposures_s, saturated, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HIGHER_IS_BETTER)
 def test_the_best_score_is_at_an_exposure_with_few_saturated_pixels(sweep, name):
     _, saturated, found = sweep

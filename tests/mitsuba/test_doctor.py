@@ -75,6 +75,7 @@ def test_importing_the_plugin_imports_nothing_heavy():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
+@pytest.mark.slow
 def test_the_renderer_names_its_compiler_where_it_rendered():
     """Recorded with each scene: the last bits depend on it."""
     code = (

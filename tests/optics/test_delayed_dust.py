@@ -176,6 +176,7 @@ def test_a_delay_that_bands_cannot_follow_is_refused_before_any_work(monkeypatch
         kernels(LENS, [allowed], BANDS, (3.0, 3.0), (20, 20))
 
 
+@pytest.mark.slow
 def test_the_lens_s_own_phase_counts_too():
     defocus = WavefrontLens(zernike_um={4: 14.0})
     assert phase_change(defocus, (), 395.0, 405.0) > 4.8

@@ -232,6 +232,7 @@ def test_daylight_is_that_of_the_published_tables(name):
     np.testing.assert_allclose(daylight(DAYLIGHT_K[name])(nm), published[nm], atol=0.02)
 
 
+@pytest.mark.slow
 def test_own_daylight_is_worth_its_lines():
     """The own tables stay only while a process has its daylight in less than half the time of
     colour-science.

@@ -171,6 +171,7 @@ def test_dots_that_lie_together_share_a_text_and_others_do_not():
     assert diagram.outside((0, 0, 2, 1), (1, 0, 5, 5)) == 1
 
 
+@pytest.mark.slow
 def test_a_stage_with_several_diagrams_is_one_picture(tmp_path, monkeypatch):
     from PIL import Image
 

@@ -156,6 +156,7 @@ def test_scores_are_compared_in_half_intervals(home, monkeypatch):
         assert row["error_of_noise"] == pytest.approx(off / 0.1, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_knobs_of_one_of_two_cameras_and_of_the_isp(home, monkeypatch):
     offered = Component("sensor", "acme", Steps), Component("isp", "acme", Passes)
     for component in offered:

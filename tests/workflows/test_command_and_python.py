@@ -7,6 +7,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
 from typer.testing import CliRunner
 
 from isethdr_core import compose, run
@@ -50,6 +51,7 @@ def test_plan_computes_nothing(isethdr_home):
     assert not isethdr_home.exists()
 
 
+@pytest.mark.slow
 def test_the_plan_of_the_main_job_loads_no_renderer(isethdr_home):
     code = (
         "import sys\nfrom isethdr_core.cli.plan_summary import"

@@ -25,6 +25,7 @@ def test_every_study_exists_and_says_what_it_does(name):
     assert len(function_of(name).__doc__.splitlines()[0]) > 10
 
 
+@pytest.mark.slow
 def test_published_figures_are_met():
     rows = {row["figure"]: row for row in published_figures()}
     assert not [name for name, row in rows.items() if row["met"] == "NO"]
@@ -39,6 +40,7 @@ def test_published_figures_are_met():
     assert abs(rows["  measured as it is"]["ours"] - (119.6 - 2.7)) < 0.2
 
 
+@pytest.mark.slow
 def test_command_prints_and_writes(app, tmp_path):
     path = tmp_path / "rows.csv"
     done = CliRunner().invoke(app, ["study", "published_figures", "seed=2", "--csv", str(path)])

@@ -175,6 +175,7 @@ def test_a_plugin_whose_components_break_is_skipped_too(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_two_plugins_of_the_same_name_are_both_named(tmp_path):
     folder = write_plugin(
         tmp_path, "copycat", SENSOR.format(hook="isethdr_components", name="bayer")
@@ -187,6 +188,7 @@ def test_two_plugins_of_the_same_name_are_both_named(tmp_path):
     assert without.returncode == 0
 
 
+@pytest.mark.slow
 def test_two_packages_may_call_their_entry_point_the_same(tmp_path):
     for package, sensor in (("one_acme", "nano"), ("two_acme", "pico")):
         source = SENSOR.format(hook="isethdr_components", name=sensor)

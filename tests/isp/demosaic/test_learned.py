@@ -109,6 +109,7 @@ def test_the_shipped_file_is_small_and_says_how_it_was_made():
     )  # else: isethdr study train_demosaic
 
 
+@pytest.mark.slow
 def test_training_beats_the_bilinear_rule_on_pictures_it_never_saw(tmp_path):
     from isethdr_workflows.isp.train_demosaic import train_demosaic
 

@@ -132,6 +132,7 @@ def test_same_seed_gives_the_same_cube_and_another_seed_does_not(make):
     assert not np.array_equal(one, render(2))
 
 
+@pytest.mark.slow
 def test_a_group_is_the_same_bit_for_bit_when_the_others_are_not_rendered(make):
     """A group that is not rendered is absent from the result, not black."""
     scene, renderer = make.street(6), MitsubaRenderer(width=48, height=27, samples=8)

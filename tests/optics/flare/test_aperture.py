@@ -145,6 +145,7 @@ def test_third_party_pupils():
     )  # 4 N c = 8 um; phase averaged over a cell
 
 
+@pytest.mark.slow
 def test_lens_image_of_a_complex_pupil_moves_the_right_way():
     light = LENS(scene(), [Wedge()]).values[0]
     assert np.unravel_index(light.argmax(), light.shape) == (7, 9)  # 8 um = 2 tiles to +x

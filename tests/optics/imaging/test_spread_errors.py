@@ -211,6 +211,7 @@ def test_fine_rings_are_made_where_no_core_is_enough(monkeypatch):
     assert best(0.3 * coarse)[0].deviation is usual.deviation
 
 
+@pytest.mark.slow
 def test_cores_are_kept_while_kernels_are_made_again():
     lens = WavefrontLens(focal_length_mm=6.0, zernike_um={4: 0.02})
     at = BANDS[:1], (10.0, 10.0), (27, 30)

@@ -128,6 +128,7 @@ def test_dark_pictures_asked_for_are_enough():
     )
 
 
+@pytest.mark.slow
 def test_a_wrong_camera_is_told_apart(monkeypatch):
     """A truth that is 5 % off, or twice the dark noise, is not within the confidence: the loop can
     fail.
