@@ -27,7 +27,7 @@ OF_CATALOG = {  # public name: its module of the catalog
     "find": "python_calls",
     "show": "python_calls",
 }
-__all__ = [*isethdr_core.__all__, "PictureDataset", "compare", "find", "show"]  # noqa: PLE0604
+__all__ = [*isethdr_core.__all__, "PictureDataset", "compare", "find", "show"]
 
 
 def __getattr__(name: str) -> Any:

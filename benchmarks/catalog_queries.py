@@ -243,7 +243,7 @@ def worst(call: Callable[[], object]) -> Spent:
 
 
 def of_plain(records: Path, text: str) -> Spent:
-    """Return what DuckDB takes for the same question over the plain file."""
+    """Return the time that DuckDB takes for the same query over the plain Parquet file."""
     with duckdb.connect() as base:
         base.execute(f"CREATE VIEW records AS SELECT * FROM read_parquet('{records}')")
         return worst(lambda: base.execute(text).fetchall())

@@ -235,7 +235,7 @@ def _open(base: duckdb.DuckDBPyConnection, folder: Path) -> dict[str, Any] | Non
 
 
 def _view_of_properties(known: dict[str, index_file.Property]) -> str:
-    """Return the view with one column for each property; those of `shots` keep their names."""
+    """Return a view with a column for each property; columns of `shots` keep their names."""
     columns = [
         f"{found.column} AS {index_file.identifier(name)}"
         for name, found in sorted(known.items())

@@ -59,7 +59,7 @@ class NewPlugin:
 
     @property
     def project(self) -> str:
-        """The name of the package for pip, and of its folder."""
+        """The name of the package, as pip and the folder spell it."""
         return self.name.replace("_", "-")
 
     @property

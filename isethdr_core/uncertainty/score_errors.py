@@ -67,7 +67,7 @@ class Movement(NamedTuple):
 
     scatter: float  # standard error of one rendering
     freedom: int  # degrees of freedom of `scatter`, without those of the tiles
-    shift: float  # mean change by more noise, if larger than its own scatter; else 0
+    shift: float  # mean change of the score by more noise; 0 where it is within its scatter
     rms: float  # of scatter and shift
     rms_freedom: int  # degrees of freedom of `rms`
     how: str  # for people

@@ -207,7 +207,7 @@ class _ErrorSamples:
         self.single_light = self._from_single(self.single)
 
     def _beyond(self, radius):
-        """Return the sampled kernels (point, band) just beyond a radius in tiles."""
+        """Return the kernels (point, band) at the sampled points just beyond `radius` tiles."""
         y, x = (
             np.arange(n) * step + first - middle
             for n, step, first, middle in zip(

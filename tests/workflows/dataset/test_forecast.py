@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from isethdr_workflows.dataset.forecast import forecast
 from isethdr_workflows.dataset.record import SceneRecord
-from isethdr_workflows.dataset.summary import duplicates, far, thumbnail
+from isethdr_workflows.dataset.summary import DECADES, by_decade, duplicates, far, thumbnail
 
 
 def records(seconds):
@@ -46,6 +46,12 @@ def test_thumbnails_keep_the_light():
     small = thumbnail(xyz)
     assert small.shape == (120, 213, 3)
     assert small.mean() == pytest.approx(xyz[:, :639].mean(), rel=1e-12)
+
+
+def test_every_lit_tile_is_in_a_decade():
+    luminance = np.array([[0.0, 1e-9, 2e-6], [0.5, 5.0, 3e9]])
+    counts = dict(zip(DECADES[:-1], by_decade(luminance)))
+    assert counts == {d: {-6.0: 2, -1.0: 1, 0.0: 1, 6.0: 1}.get(d, 0) for d in DECADES[:-1]}
 
 
 def test_a_scene_far_from_the_others_is_named_and_equal_ones_are_not():

@@ -227,7 +227,8 @@ def measured(rendered: Rendered) -> dict[str, Any]:
             for file in path.rglob("*")
             if file.is_file()
         ),
-        "noise": {str(k): float(v) for k, v in attributes[-1]["noise"].items()},
+        # several stores hold different light groups
+        "noise": {str(k): float(v) for a in attributes for k, v in a["noise"].items()},
         "objects": tuple(attributes[-1]["objects"]),
     }
 

@@ -102,8 +102,7 @@ def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
     histograms = {}
     for group in scene.light_group.values:
         luminance = display_view.luminance(tristimulus(scene.radiance.sel(light_group=group)))
-        lit = np.log10(luminance[luminance > 0])
-        histograms[str(group)] = np.histogram(lit, DECADES)[0]
+        histograms[str(group)] = by_decade(luminance)
     return Look(
         record,
         view(thumbnail(own.xyz.values)),
@@ -111,6 +110,19 @@ def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
         histograms,
         float(display_view.luminance(own).mean()),
     )
+
+
+def by_decade(luminance: np.ndarray) -> np.ndarray:
+    """Return the number of lit tiles in each decade of `DECADES`.
+
+    Tiles beyond the outermost decades count in these, so that no lit tile is lost.
+
+    Parameters
+    ----------
+    luminance : of the tiles, cd/m2.
+    """
+    lit = np.log10(luminance[luminance > 0])
+    return np.histogram(np.clip(lit, DECADES[0], DECADES[-1]), DECADES)[0]
 
 
 def inside(scene):

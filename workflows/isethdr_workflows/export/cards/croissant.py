@@ -15,7 +15,7 @@ from .properties import properties
 SPECIFICATION = "http://mlcommons.org/croissant/1.0"
 TABLE = "pictures.csv"
 TYPES: dict[type, str] = {str: "sc:Text", int: "sc:Integer", float: "sc:Float", bool: "sc:Boolean"}
-# names of the specification, in the order of its own context
+# terms that the Croissant specification defines, in the order of its JSON-LD context
 TERMS = (
     *("citeAs", "column", "dataBiases", "dataCollection", "equivalentProperty", "extract"),
     *(
