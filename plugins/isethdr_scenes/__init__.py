@@ -15,6 +15,7 @@
 | retro_reflectors | sheeting, reflectors and animal eyes |
 | road_photometry | Q0, S1, S2 and R_L of any surface |
 | geometry | meshes computed from parameters |
+| things | families of vehicles, people, animals and plants, drawn from ranges |
 | photometry | families of lamps, files of measured ones, limits of regulations |
 | sky | day, twilight and night by direction, with sun and moon |
 | charts | test charts whose radiance is known |

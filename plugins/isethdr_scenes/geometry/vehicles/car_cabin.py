@@ -86,7 +86,7 @@ def fittings(model: Assembly, b: Body, c: Car):
                 6,
             )
         )
-    if not c.panel:
+    if c.aerial and not c.panel:
         model.add(
             tube(
                 [

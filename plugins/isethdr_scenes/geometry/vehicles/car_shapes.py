@@ -29,6 +29,7 @@ class Car:
     cladding: float = 0.0  # height of dark sills and arches
     rails: bool = False  # roof rails
     panel: bool = False  # no windows behind the doors
+    aerial: bool = True  # on the roof; a panel van has none
     paint: str = "silver"
     spokes: int = 5
     step: float = 0.055  # distance of the sections the body is lofted from; coarser when far away

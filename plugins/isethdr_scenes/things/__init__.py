@@ -1,0 +1,56 @@
+"""Things of driving scenes: families of vehicles, people, animals and plants as ranges in data.
+
+| module    | content                                                                  |
+|-----------|--------------------------------------------------------------------------|
+| thing     | `Thing`: what is known before a mesh is built                            |
+| ranges    | files of `data`, and numbers drawn from their ranges                     |
+| registry  | the groups, and the module that serves each                              |
+| detail    | coarser meshes for things that are far away                              |
+| riding    | `RidingPosition`: where a rider touches a two-wheeler                    |
+| vehicles  | cars, trucks, buses, motorcycles and bicycles                            |
+
+`draw` a thing, place it by its `size_m`, and `build` its mesh at the detail that its distance asks
+for. A module of families offers `shares()`, `thing(family, variant)` and `build(thing, detail)`,
+and is entered in `registry.GROUPS`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry.mesh.piece import Assembly
+from .registry import group_named
+from .thing import Detail, Thing
+
+__all__ = ["Detail", "Thing", "build", "draw", "names"]
+
+
+def names(group: str) -> tuple[str, ...]:
+    """Return the families of a group."""
+    return tuple(group_named(group).shares())
+
+
+def draw(group: str, rng: np.random.Generator, family: str | None = None) -> Thing:
+    """Return a thing of a group; of one family of it where given, else by the families' shares.
+
+    Raises
+    ------
+    ValueError
+        If there is no such group, or no such family in it.
+    """
+    families = group_named(group)
+    shares = families.shares()
+    if family is None:
+        share = np.array(list(shares.values()), float)
+        family = list(shares)[int(rng.choice(len(share), p=share / share.sum()))]
+    elif family not in shares:
+        raise ValueError(f"no family {family!r} in group {group!r}; expected {', '.join(shares)}")
+    return families.thing(family, int(rng.integers(2**31)))
+
+
+def build(thing: Thing, detail: Detail = "near") -> Assembly:
+    """Return the mesh of a thing: parts and materials apart, lamps as emitting parts of their own.
+
+    The same thing gives the same arrays. `near` serves to 20 m, `middle` to 60 m, `far` beyond.
+    """
+    return group_named(thing.group).build(thing, detail)

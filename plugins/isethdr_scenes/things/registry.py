@@ -1,0 +1,40 @@
+"""Groups of families, and the module that serves each."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from ..geometry.mesh.piece import Assembly
+from .thing import Detail, Thing
+from .vehicles import cars
+
+
+class Families(Protocol):
+    """What a module of families offers."""
+
+    def shares(self) -> dict[str, float]:
+        """Return the families, each with its share of the group, any scale."""
+
+    def thing(self, family: str, variant: int) -> Thing:
+        """Return a member of a family; the same variant, the same thing."""
+
+    def build(self, thing: Thing, detail: Detail) -> Assembly:
+        """Return the mesh, centred in x and y on z = 0."""
+
+
+GROUPS: dict[str, Families] = {
+    "car": cars,
+}
+
+
+def group_named(name: str) -> Families:
+    """Return the module of a group.
+
+    Raises
+    ------
+    ValueError
+        If there is no such group.
+    """
+    if name not in GROUPS:
+        raise ValueError(f"no group of things {name!r}; expected {', '.join(GROUPS)}")
+    return GROUPS[name]

@@ -1,0 +1,6 @@
+"""Vehicles as families of ranges.
+
+| module | content                |
+|--------|------------------------|
+| cars   | passenger cars and vans |
+"""

@@ -1,0 +1,71 @@
+"""Passenger cars and vans: ranges of `data/cars.yaml` become the shapes that the builder lofts."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from ...geometry.mesh.piece import Assembly
+from ...geometry.vehicles import car
+from ...geometry.vehicles.car_shapes import Car
+from ..detail import centred, clean, coarser
+from ..ranges import drawn, generator, one_of, read
+from ..thing import Detail, Thing
+
+FILE = "cars.yaml"
+PLATE_M, MIRROR_M = 0.0425, 0.165  # beyond the body: at each end, at each side
+CELL_M: dict[Detail, float] = {"middle": 0.05, "far": 0.10}
+
+
+def shares() -> dict[str, float]:
+    """Return the families with their shares of the traffic."""
+    return {name: family["share"] for name, family in read(FILE)["families"].items()}
+
+
+@lru_cache(maxsize=256)
+def thing(family: str, variant: int) -> Thing:
+    """Return a car; nothing is built."""
+    shape = shape_of(family, variant)
+    top = max(z for _, z in shape.roof)
+    size = (shape.length + 2 * PLATE_M, shape.width + 2 * MIRROR_M, top)
+    return Thing(family, variant, "car", size, "car", shape.paint)
+
+
+@lru_cache(maxsize=256)
+def shape_of(family: str, variant: int) -> Car:
+    """Return the shape of a car.
+
+    In the file, u is a share of the length and z a share of the height; `tail_lamp` is in shares of
+    half the width and of the height.
+    """
+    rng = generator(family, variant)
+    given = drawn(read(FILE)["families"][family], rng)
+    length, width, height = given["length_m"], given["width_m"], given["height_m"]
+    along = lambda points: tuple((u * length, z * height) for u, z in points)
+    return Car(
+        length=length,
+        width=width,
+        wheelbase=given["wheelbase"] * length,
+        overhang=given["overhang"] * length,
+        tyre=given["tyre_m"],
+        clearance=given["clearance_m"],
+        roof=along(given["roof"]),
+        belt=along(given["belt"]),
+        doors=tuple(u * length for u in given["doors"]),
+        glass_end=given["glass_end"] * length,
+        tail_lamp=tuple((y * width / 2, z * height) for y, z in given["tail_lamp"]),
+        crown=given["crown"],
+        lean=given["lean"],
+        cladding=given.get("cladding_m", 0.0),
+        rails=given.get("rails", False),
+        panel=given.get("panel", False),
+        aerial=False,
+        paint=one_of(given.get("paints", read(FILE)["paints"]), rng),
+        spokes=int(rng.integers(5, 11)),
+    )
+
+
+def build(thing: Thing, detail: Detail) -> Assembly:
+    """Return the mesh of a car."""
+    shape = shape_of(thing.family, thing.variant)
+    model = centred(clean(car.build(shape, thing.family, thing.variant)))
+    return coarser(model, CELL_M[detail]) if detail in CELL_M else model
