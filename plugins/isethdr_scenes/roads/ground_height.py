@@ -1,0 +1,167 @@
+"""Height of the ground: the roads at ground level, and the land that meets them at their edges.
+
+The land follows the heights of the roads around, has low hills away from them and a ditch beside
+them. Near a road it stays within a slope from the road's edge, so that cuttings and embankments
+come by themselves; at the edge it has the edge's own height.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .profile import Floats
+from .road import LANE_TYPES, Road
+
+BERM_M = 1.0  # the land goes on level from a road's edge so far
+SLOPE = 1 / 1.7  # of an embankment or a cutting
+SMOOTHING_M = 12.0  # over which the land follows one road or another
+HILLS = ((210.0, 1.0), (83.0, 0.35), (31.0, 0.10))  # wavelength m, share of the relief
+HILLS_FROM_M, HILLS_FULL_M = 6.0, 60.0  # from a road's edge: where hills start, where they are full
+OFF_ROAD = len(LANE_TYPES)
+TOUCH_M = 2e-3  # a point so near to a road's edge lies on the road
+
+
+@dataclass(frozen=True)
+class Land:
+    """The land beside the roads."""
+
+    relief_m: float = 1.5  # height of the hills
+    ditch_m: float = 0.4  # depth of the ditch along the roads; 0: none
+    seed: int = 0
+    material: str = "meadow"
+
+
+class Seen(NamedTuple):
+    """Plan points as seen from one road."""
+
+    s_m: Floats
+    t_m: Floats  # clamped to the road
+    distance_m: Floats  # from its edges, 0 on the road
+    height_m: Floats  # at the nearest place of the road
+
+
+@dataclass(frozen=True)
+class GroundHeight:
+    """Knows the height of the ground at plan points (n, 2)."""
+
+    roads: Sequence[Road]
+    land: Land
+
+    def seen(self, road: Road, points: Floats) -> Seen:
+        """Return points as seen from a road."""
+        s, t, beyond = road.line.beside(points)
+        right, left = road.edges(s)
+        clamped = np.clip(t, right, left)
+        distance = np.hypot(t - clamped, beyond)
+        height = road.height(s, clamped) + _raised(road, s, clamped)
+        return Seen(s, clamped, distance, height)
+
+    def at(self, points: Floats) -> Floats:
+        """Return the height of the ground."""
+        height = np.empty(len(points))
+        done = np.zeros(len(points), bool)
+        ranks = self._ranks(points)
+        best = np.full(len(points), OFF_ROAD)
+        for road, (rank, s, t) in zip(self.roads, ranks):
+            here = rank < best
+            height[here] = road.height(s[here], t[here]) + _raised(road, s[here], t[here])
+            best[here], done = rank[here], done | here
+        height[~done] = self.land_at(points[~done])
+        return height
+
+    def lane_ranks(self, points: Floats) -> NDArray[np.intp]:
+        """Return the index of the lane's type in `LANE_TYPES` at each point, least where several
+        roads are, `OFF_ROAD` where none is.
+        """
+        best = np.full(len(points), OFF_ROAD)
+        for rank, _, _ in self._ranks(points):
+            best = np.minimum(best, rank)
+        return best
+
+    def _ranks(self, points: Floats) -> list[tuple[NDArray[np.intp], Floats, Floats]]:
+        found = []
+        for road in self.roads:
+            s, t, beyond = road.line.beside(points)
+            rank = lane_ranks(road, s, t)
+            rank[(beyond > TOUCH_M) | road.on_structure("bridge", s)] = OFF_ROAD
+            found.append((rank, s, t))
+        return found
+
+    @cached_property
+    def _shaping(self) -> tuple[Road, ...]:
+        """Return the roads that shape the land: those that do not cross a junction."""
+        return tuple(r for r in self.roads if not r.junction) or tuple(self.roads)
+
+    def land_at(self, points: Floats) -> Floats:
+        """Return the height of the land, also where a road runs over or through it."""
+        if not len(points):
+            return np.empty(0)
+        seen = [self.seen(road, points) for road in self.roads]
+        near = np.min([view.distance_m for view in seen], 0)
+        total = weights = np.zeros(len(points))
+        for road, view in zip(self.roads, seen):
+            if road in self._shaping:
+                # a road on a bridge or in a tunnel says nothing of the land there
+                weight = (view.distance_m + SMOOTHING_M) ** -3.0
+                weight = weight * np.where(_free(road, view.s_m), 1.0, 1e-6)
+                total, weights = total + weight * view.height_m, weights + weight
+        land = total / weights + self._hills(points, near)
+        low, high = np.full(len(points), -np.inf), np.full(len(points), np.inf)
+        for road, view in zip(self.roads, seen):
+            reach = SLOPE * np.maximum(view.distance_m - BERM_M, 0)
+            held = ~(road.on_structure("bridge", view.s_m) | road.on_structure("tunnel", view.s_m))
+            low = np.where(held, np.maximum(low, view.height_m - reach), low)
+            high = np.where(held, np.minimum(high, view.height_m + reach), high)
+        return np.clip(land, np.minimum(low, high), high) - self._ditch(near)
+
+    def _hills(self, points: Floats, near: Floats) -> Floats:
+        rng = np.random.default_rng([self.land.seed, 11])
+        out = np.zeros(len(points))
+        for wavelength, share in HILLS:
+            for _ in range(3):
+                angle, phase = rng.uniform(0, 2 * np.pi, 2)
+                k = 2 * np.pi / wavelength * rng.uniform(0.8, 1.25)
+                along = points @ np.array([np.cos(angle), np.sin(angle)])
+                out += self.land.relief_m * share / 3 * np.sin(k * along + phase)
+        rise = np.clip((near - HILLS_FROM_M) / (HILLS_FULL_M - HILLS_FROM_M), 0, 1)
+        return out * rise * rise * (3 - 2 * rise)
+
+    def _ditch(self, near: Floats) -> Floats:
+        depth = self.land.ditch_m
+        return np.interp(near, (0.0, 0.5, 2.2, 3.2, 5.5, 8.0), (0, 0.1, 1, 1, 0.15, 0)) * depth
+
+
+def lane_ranks(road: Road, s: Floats, t: Floats) -> NDArray[np.intp]:
+    """Return the index of the lane's type in `LANE_TYPES` at (s, t), `OFF_ROAD` outside."""
+    rank = np.full(len(s), OFF_ROAD)
+    for k, section in enumerate(road.sections):
+        first, last = road.span(k)
+        here = np.flatnonzero((s >= first - 1e-9) & (s <= last + 1e-9))
+        for lane, (inner, outer) in zip(section.lanes, road.borders(k, s[here]).values()):
+            low, high = np.minimum(inner, outer) - TOUCH_M, np.maximum(inner, outer) + TOUCH_M
+            inside = here[(t[here] >= low) & (t[here] <= high) & (high - low > 3 * TOUCH_M)]
+            rank[inside] = np.minimum(rank[inside], LANE_TYPES.index(lane.type))
+    return rank
+
+
+def _free(road: Road, s: Floats) -> NDArray[np.bool_]:
+    return ~(road.on_structure("bridge", s) | road.on_structure("tunnel", s))
+
+
+def _raised(road: Road, s: Floats, t: Floats) -> Floats:
+    """Return how far the lane at (s, t) is raised; on a border the lower one counts."""
+    out = np.full(len(s), np.inf)
+    for k, section in enumerate(road.sections):
+        first, last = road.span(k)
+        here = np.flatnonzero((s >= first - 1e-9) & (s <= last + 1e-9))
+        for lane, (inner, outer) in zip(section.lanes, road.borders(k, s[here]).values()):
+            low, high = np.minimum(inner, outer) - TOUCH_M, np.maximum(inner, outer) + TOUCH_M
+            inside = here[(t[here] >= low) & (t[here] <= high) & (high - low > 3 * TOUCH_M)]
+            out[inside] = np.minimum(out[inside], lane.raised_m)
+    return np.where(np.isfinite(out), out, 0.0)
