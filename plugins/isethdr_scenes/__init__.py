@@ -15,6 +15,7 @@
 | retro_reflectors | sheeting, reflectors and animal eyes |
 | road_photometry | Q0, S1, S2 and R_L of any surface |
 | geometry | meshes computed from parameters |
+| contact_sheets | small pictures of things, and the command `isethdr things` |
 | things | families of vehicles, people, animals and plants, drawn from ranges |
 | photometry | families of lamps, files of measured ones, limits of regulations |
 | roads | networks of roads as OpenDRIVE describes them, and where things stand on them |
@@ -29,6 +30,7 @@
 from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
+from .contact_sheets.command import things_app
 from .iset_import.command import import_command
 from .photometry.command import lamp_command
 
@@ -56,9 +58,10 @@ def isethdr_components():
 
 @hookimpl
 def isethdr_commands(app):
-    """Add `isethdr lamp` and `isethdr import-iset`."""
+    """Add `isethdr lamp`, `isethdr import-iset` and `isethdr things`."""
     app.command("lamp")(lamp_command)
     app.command("import-iset")(import_command)
+    app.add_typer(things_app, name="things")
 
 
 @hookimpl

@@ -25,6 +25,10 @@ class Families(Protocol):
 GROUPS: dict[str, Families] = {
     "car": cars,
 }
+# names for several groups
+COLLECTIONS: dict[str, tuple[str, ...]] = {
+    "vehicles": ("car",),
+}
 
 
 def group_named(name: str) -> Families:

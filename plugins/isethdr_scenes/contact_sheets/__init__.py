@@ -1,0 +1,9 @@
+"""Contact sheets: small pictures of things, rendered by day or by night.
+
+| module  | content                                                        |
+|---------|----------------------------------------------------------------|
+| command | `isethdr things list` and `isethdr things sheet`               |
+| choice  | which things a sheet shows                                     |
+| view    | the scene of one thing: ground, sky, camera, lamps that are on |
+| sheet   | renders the tiles and writes the picture and its key           |
+"""

@@ -1,0 +1,42 @@
+"""`isethdr things`: list the families of things, and draw contact sheets of them.
+
+Imports nothing that takes time: every command line loads this file.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Annotated
+
+import typer
+
+things_app = typer.Typer(
+    help="Families of vehicles, people, animals and plants.", no_args_is_help=True
+)
+
+
+@things_app.command("list", help="List the groups of things and their families.")
+def list_command() -> None:
+    """Print one line per group."""
+    import_module(f"{__package__}.choice").print_groups()
+
+
+@things_app.command("sheet", help="Render a contact sheet of things.")
+def sheet_command(
+    what: Annotated[
+        str, typer.Argument(help="vehicles, or groups separated by commas (isethdr things list)")
+    ],
+    out: Annotated[str, typer.Option(help="the picture to write; NAME_key.csv lists its tiles")],
+    count: Annotated[int, typer.Option(help="number of things")] = 24,
+    seed: Annotated[int, typer.Option(help="of the draw")] = 0,
+    night: Annotated[bool, typer.Option("--night", help="by night, with lamps on")] = False,
+    quiz: Annotated[
+        bool, typer.Option("--quiz", help="shuffled, with numbers in place of names")
+    ] = False,
+    tile: Annotated[int, typer.Option(help="width of a tile in pixels")] = 160,
+    samples: Annotated[int, typer.Option(help="paths per pixel")] = 24,
+) -> None:
+    """Render the tiles and write the sheet."""
+    sheet = import_module(f"{__package__}.sheet")
+    chosen = import_module(f"{__package__}.choice").chosen(what, count, seed, quiz)
+    sheet.write(chosen, sheet.Look(tile, samples, night, quiz), out)
