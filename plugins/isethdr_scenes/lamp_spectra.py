@@ -1,4 +1,4 @@
-"""Relative spectral power of the lamps: measured tables of colour-science, and three stated models.
+"""Relative spectral power of the lamps: measured tables of colour-science, and four stated models.
 
 | name         | what                                  | source                                |
 |--------------|---------------------------------------|---------------------------------------|
@@ -9,6 +9,7 @@
 | metal_halide | metal halide                          | "MHC100/U/MP/4K" of colour-science    |
 | red          | tail and brake LED                    | model: Gaussian at 630 nm, FWHM 18 nm |
 | amber        | indicator and marker LED              | model: Gaussian at 592 nm, FWHM 16 nm |
+| green        | traffic signal LED                    | model: Gaussian at 503 nm, FWHM 30 nm |
 | daylight     | CIE D65                               | colour-science                        |
 
 Only the shape matters: a lamp's level is its candela. Each is scaled to a maximum of 1.
@@ -29,6 +30,7 @@ from .measured_spectra import TABLES, WAVELENGTH_NM, measured
 GAUSSIAN = {
     "red": (630.0, 18.0),
     "amber": (592.0, 16.0),
+    "green": (503.0, 30.0),
 }  # centre nm, full width at half maximum nm
 HALOGEN_K = 3200.0
 NAMES = (*TABLES, *GAUSSIAN, "halogen")

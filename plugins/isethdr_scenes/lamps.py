@@ -1,8 +1,9 @@
 """Lamps: intensity in candela, directions and spectrum of each kind of lamp.
 
 The lamps of vehicles and bicycles are tables of candela over two angles, from the families of
-`photometry.families`, each within the limits of its UN regulation (`photometry/rules.csv`). Other
-lamps are round beams: their intensities are typical values, their angles are models.
+`photometry.families`, each within the limits of its UN regulation (`photometry/rules.csv`). Street
+luminaires are tables of `photometry.luminaires`. Other lamps are round beams: their intensities are
+typical values, their angles are models.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from isethdr_core.scene import Lamp
+from isethdr_core.scene import IntensityTable, Lamp
 
 from .lamp_spectra import spectrum_of
 from .photometry.families import family
+from .photometry.luminaires import luminaire
 
 HEADLAMP_GLOW = 4e-3  # share of a lamp's flux with which its lens glows towards all sides
 LENS_GLOW = 0.02  # of coloured and diffusing lenses
@@ -32,11 +34,17 @@ class Kind:
     outer_deg: float = 90.0
     lambertian_share: float = 1e-3
     family: str = ""
+    luminaire: str = ""  # a table of `photometry.luminaires` instead of a family
 
 
 def _table(group: str, spectrum: str, name: str, glow: float = LENS_GLOW) -> Kind:
     """Return a kind with the table and the intensity of a family."""
     return Kind(group, spectrum, family(name).intensity_cd, lambertian_share=glow, family=name)
+
+
+def _street(name: str) -> Kind:
+    """Return a street luminaire with the table and the intensity of `photometry.luminaires`."""
+    return Kind("streetlights", "sodium", luminaire(name).intensity_cd, luminaire=name)
 
 
 KINDS = {
@@ -61,6 +69,17 @@ KINDS = {
     "window": Kind("other", "led_warm", 12),
     # tunnel luminaire, some 4 klm
     "tunnel": Kind("streetlights", "led_white", 1_500, 60, 85, 0.02),
+    # street luminaires with tables, by type of post
+    "street_road": _street("road"),
+    "street_post_top": _street("post_top"),
+    "street_high_mast": _street("high_mast"),
+    # traffic signals of 200 mm: 200 cd, as of EN 12368 level 2, an assumption
+    "signal_red": Kind("other", "red", 200, 8, 40, 0.02),
+    "signal_amber": Kind("other", "amber", 200, 8, 40, 0.02),
+    "signal_green": Kind("other", "green", 200, 8, 40, 0.02),
+    # per square metre, scaled by the builder: shop window, panel of a bus stop
+    "shop_window": Kind("other", "led_white", 80),
+    "panel": Kind("other", "led_white", 150),
 }
 
 
@@ -84,5 +103,11 @@ def lamp(kind: str, axis) -> Lamp:
         k.inner_deg,
         k.outer_deg,
         k.lambertian_share,
-        family(k.family).table if k.family else None,
+        _table_of(k),
     )
+
+
+def _table_of(kind: Kind) -> IntensityTable | None:
+    if kind.luminaire:
+        return luminaire(kind.luminaire).table
+    return family(kind.family).table if kind.family else None

@@ -66,11 +66,19 @@ COATED = {  # name: (reflectance of the base, roughness of the coat)
     "antler": ([(400, 0.18), (600, 0.32), (700, 0.38)], 0.4),
     "window_dark": (0.02, 0.03),
     "box_white": (0.70, 0.15),
+    "bin_green": ([(400, 0.02), (480, 0.05), (530, 0.10), (600, 0.03), (700, 0.04)], 0.3),
+    "metal_green": ([(400, 0.04), (500, 0.08), (550, 0.09), (700, 0.06)], 0.25),
+    "metal_grey": (0.16, 0.25),
+    "metal_red": ([(400, 0.03), (580, 0.05), (610, 0.30), (700, 0.42)], 0.2),
 }
 SHEETING_BASE = 0.60  # of white sheeting
 # coloured sheeting of the class: its shape, and R_A relative to that of the white one
 SHEETING = {
     "sheeting_red": ([(400, 0.02), (580, 0.03), (610, 0.45), (700, 0.60)], RED_OVER_WHITE),
+    # over white: ASTM D4956-01, Type III: yellow 170, blue 20, green 45; from memory
+    "sheeting_yellow": ([(400, 0.05), (480, 0.08), (520, 0.45), (700, 0.62)], 170 / 250),
+    "sheeting_blue": ([(400, 0.12), (450, 0.22), (500, 0.10), (560, 0.03), (700, 0.04)], 20 / 250),
+    "sheeting_green": ([(400, 0.03), (480, 0.10), (520, 0.22), (580, 0.06), (700, 0.04)], 45 / 250),
 }
 # name: (reflectance of the base, roughness of its coat, retro-reflector, times its R_A)
 RETRO = {
@@ -157,6 +165,13 @@ MATT = {
     "wall": [(400, 0.45), (600, 0.60), (700, 0.62)],
     "roof_tile": [(400, 0.04), (560, 0.07), (620, 0.20), (700, 0.26)],
     "wood": [(400, 0.07), (600, 0.17), (700, 0.23)],
+    "wall_white": [(400, 0.55), (600, 0.70), (700, 0.71)],
+    "wall_yellow": [(400, 0.25), (500, 0.38), (570, 0.54), (700, 0.60)],
+    "wall_grey": [(400, 0.28), (700, 0.34)],
+    "wall_brick": [(400, 0.06), (540, 0.11), (600, 0.26), (700, 0.34)],
+    "wall_pink": [(400, 0.30), (520, 0.36), (600, 0.52), (700, 0.56)],
+    "roof_slate": [(400, 0.07), (700, 0.08)],
+    "roof_metal": [(400, 0.22), (700, 0.26)],
 }
 METAL = {
     "chrome": (0.58, 0.03),

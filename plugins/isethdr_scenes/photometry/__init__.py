@@ -3,6 +3,7 @@
 | file | holds |
 |---|---|
 | families | bundled lamps, each within its regulation |
+| luminaires | street luminaires by type of post |
 | rules | limits of regulations, `rules.csv`, and the check of any table against them |
 | iesna | files of LM-63 (.ies) |
 | eulumdat | files of EULUMDAT (.ldt) |
