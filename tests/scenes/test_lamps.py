@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from isethdr_scenes.lamps import KINDS, lamp
 from isethdr_scenes.photometry.families import family
+from isethdr_scenes.photometry.luminaires import FLUX_LM
 
 from isethdr_core.scene import IntensityTable
 
-# lamps that are no table: street lamps, a destination sign, a window, a tunnel luminaire
-ROUND = {"street", "sign", "window", "tunnel"}
+STREET = {"street_road": "road", "street_post_top": "post_top", "street_high_mast": "high_mast"}
+# lamps that are no table: a street lamp, a destination sign, windows, a tunnel luminaire, signals
+ROUND = {"street", "sign", "window", "tunnel", "shop_window", "panel"}
+ROUND |= {"signal_red", "signal_amber", "signal_green"}
 
 
 RECEIVER_DEG = 0.149  # 65 mm at 25 m
@@ -79,7 +82,7 @@ def test_a_table_is_linear_between_its_nodes_and_ends_at_them():
     assert not table.at([-10.1, 30.1, 0, 0], [0, 0, -5.1, 5.1]).any()
 
 
-@pytest.mark.parametrize("kind", sorted(set(KINDS) - ROUND))
+@pytest.mark.parametrize("kind", sorted(set(KINDS) - ROUND - set(STREET)))
 def test_lamps_of_vehicles_are_tables_of_their_family(kind):
     """Each family keeps its rules: see `test_photometry`."""
     pattern, one = family(KINDS[kind].family), lamp(kind, (1.0, 0.0, 0.0))
@@ -94,3 +97,30 @@ def test_every_lamp_is_possible(kind):
     assert one.group in ("headlights", "streetlights", "other")
     assert 0 < one.inner_deg <= one.outer_deg <= 90
     assert 0 < one.lambertian_share < 1 and one.intensity_cd > 0
+
+
+@pytest.mark.parametrize("kind, name", STREET.items())
+def test_street_luminaires_have_their_flux_and_are_cut_off(kind, name):
+    one = lamp(kind, (0.1, 0.0, -1.0))
+    angle = np.arange(-87.9, 88, 0.2)
+    candela = one.intensity_cd * one.table.at(angle, angle[:, None])
+    each = np.radians(0.2) ** 2 * np.cos(np.radians(angle))[:, None]
+    # 1 %: the table is linear between nodes 2 degrees apart, here summed in steps of 0.2
+    assert (candela * each).sum() == pytest.approx(FLUX_LM[name], rel=0.01)
+    # full cut-off: at 85 degrees off the axis less than 25 cd per 1000 lm (IES: 2.5 % at 90)
+    assert one.intensity_cd * one.table.at(85.0, 0.0) < 0.025 * FLUX_LM[name]
+
+
+def test_a_road_luminaire_lights_its_road_evenly():
+    """Two posts 8 m high and 30 m apart: the illuminance between them, about a lane 4 m aside."""
+    one = lamp("street_road", (0.1, 0.0, -1.0))
+    along = np.arange(0.0, 30.1, 1.0)
+    lux = 0.0
+    for post in (-30.0, 0.0, 30.0, 60.0):
+        x, height, aside = along - post, 8.0, 2.0
+        distance2 = x**2 + height**2 + aside**2
+        left = np.degrees(np.arctan2(x, height))
+        up = np.degrees(np.arcsin(aside / np.sqrt(distance2)))
+        lux = lux + one.intensity_cd * one.table.at(left, up) * height / distance2**1.5
+    # EN 13201-2 asks for an even light; 0.25 of the mean is its U_0 for class P to C, assumed
+    assert lux.min() > 0.25 * lux.mean() and 5 < lux.mean() < 40

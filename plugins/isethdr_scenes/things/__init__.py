@@ -6,6 +6,7 @@
 | ranges    | files of `data`, and numbers drawn from their ranges                     |
 | registry  | the groups, and the module that serves each                              |
 | detail    | coarser meshes for things that are far away                              |
+| furniture | street lamps, signs, traffic lights, barriers, buildings, small things   |
 | riding    | `RidingPosition`: where a rider touches a two-wheeler                    |
 | vehicles  | cars, trucks, buses, motorcycles and bicycles                            |
 

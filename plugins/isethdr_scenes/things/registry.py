@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from ..geometry.mesh.piece import Assembly
+from .furniture import barriers, buildings, signs, small, street_lamps, traffic_lights
 from .thing import Detail, Thing
 from .vehicles import cars
 
@@ -24,6 +25,12 @@ class Families(Protocol):
 
 GROUPS: dict[str, Families] = {
     "car": cars,
+    "street lamp": street_lamps,
+    "traffic light": traffic_lights,
+    "sign": signs,
+    "building": buildings,
+    "barrier": barriers,
+    "furniture": small,
 }
 # names for several groups
 COLLECTIONS: dict[str, tuple[str, ...]] = {

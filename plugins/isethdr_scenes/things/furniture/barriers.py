@@ -54,7 +54,9 @@ def build(thing: Thing, detail: Detail) -> Assembly:
     return Assembly(thing.family).add(*make(length, height, detail))
 
 
-def _posts(length: float, height: float, step: float, x: float, side: float, material: str) -> Piece:
+def _posts(
+    length: float, height: float, step: float, x: float, side: float, material: str
+) -> Piece:
     """Return posts from below the ground to `height`, evenly along a panel."""
     count = max(1, round(length / step))
     y = length * ((np.arange(count) + 0.5) / count - 0.5)

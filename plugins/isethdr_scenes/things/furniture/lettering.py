@@ -49,8 +49,9 @@ def stroke_patches(points, width: float) -> list[np.ndarray]:
     for a, b in zip(points[:-1], points[1:], strict=True):
         along = (b - a) / max(float(np.linalg.norm(b - a)), 1e-9) * width / 2
         aside = np.array([-along[1], along[0]])
-        patches.append(np.array([a - along - aside, b + along - aside, b + along + aside,
-                                 a - along + aside]))
+        patches.append(
+            np.array([a - along - aside, b + along - aside, b + along + aside, a - along + aside])
+        )
     return patches
 
 

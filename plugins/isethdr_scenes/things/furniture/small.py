@@ -103,9 +103,7 @@ def _litter_bin(n: dict, detail: Detail) -> list[Piece]:
 def _wheeled_bin(n: dict, detail: Detail) -> list[Piece]:
     top = n["height_m"]
     x, y = np.array([-0.27, 0.27, 0.27, -0.27]), np.array([-0.25, -0.25, 0.25, 0.25])
-    rings = [
-        np.stack([k * x, k * y, 0 * x + z], 1) for k, z in ((0.82, 0.06), (1.0, top - 0.12))
-    ]
+    rings = [np.stack([k * x, k * y, 0 * x + z], 1) for k, z in ((0.82, 0.06), (1.0, top - 0.12))]
     return [
         grid(np.stack(rings, 1), "body", "bin_green", close_u=True, smooth=False),
         boxes((0.0, 0, top - 0.06), (0.66, 0.60, 0.12), "lid", "bin_green"),

@@ -24,7 +24,11 @@ HEAD_M = (0.20, 0.32, 0.96)  # depth, width, height of the housing
 LENS_M, STEP_M = 0.10, 0.31  # radius of a lens, distance of their middles
 HOOD_M = 0.18
 POLE_M, MAST_M = 0.06, 0.12  # radius
-COLOURS = (("signal_red", "lamp_red"), ("signal_amber", "lamp_amber"), ("signal_green", "lamp_dark"))
+COLOURS = (
+    ("signal_red", "lamp_red"),
+    ("signal_amber", "lamp_amber"),
+    ("signal_green", "lamp_dark"),
+)
 FOOT_M = 0.3
 
 
@@ -71,8 +75,13 @@ def build(thing: Thing, detail: Detail) -> Assembly:
     path = [(pole_x, pole_y, height), (pole_x, end_y, height)]
     radii = [0.07, 0.05]
     out.add(
-        tube([(pole_x, pole_y, -FOOT_M), (pole_x, pole_y, height + 0.1)], [MAST_M, 0.09], "mast",
-             "galvanised", 12),
+        tube(
+            [(pole_x, pole_y, -FOOT_M), (pole_x, pole_y, height + 0.1)],
+            [MAST_M, 0.09],
+            "mast",
+            "galvanised",
+            12,
+        ),
         tube(path, radii, "arm", "galvanised", 10),
     )
     return out.add(*_head((length / 2 - HOOD_M - HEAD_M[0] / 2, end_y, height), sides))

@@ -28,11 +28,15 @@ def bus_stop(n: dict, detail: Detail) -> list[Piece]:
     length, width = n["length_m"], bus_stop_size(n)[1]
     low, high = -width / 2, -width / 2 + length  # y of the shelter's ends
     back, front = -DEPTH_M / 2, DEPTH_M / 2
-    posts = [(x, y, TOP_M / 2) for x in (back + 0.05, front - 0.35) for y in (low + 0.05, high - 0.05)]
+    posts = [
+        (x, y, TOP_M / 2) for x in (back + 0.05, front - 0.35) for y in (low + 0.05, high - 0.05)
+    ]
     middle = (low + high) / 2
     x, half = back + 0.05, length / 2 - 0.1
     # one sheet: thin glass needs no second side
-    glass = [(x, middle + a * half, 1.2 + b * 0.95) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    glass = [
+        (x, middle + a * half, 1.2 + b * 0.95) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
     pieces = [
         boxes((0, middle, TOP_M - 0.06), (DEPTH_M, length, 0.12), "roof", "metal_grey"),
         boxes(posts, (0.07, 0.07, TOP_M - 0.1), "post", "metal_grey"),
@@ -63,4 +67,4 @@ def bus_stop(n: dict, detail: Detail) -> list[Piece]:
         tube([(0, post_y, -0.3), (0, post_y, SIGN_TOP_M - 0.02)], 0.03, "post", "galvanised", 8)
     )
     at = (0.05, post_y, SIGN_TOP_M - SIGN_RADIUS_M)
-    return pieces + face("bus_stop", SIGN_RADIUS_M, at)
+    return pieces + face("halt", SIGN_RADIUS_M, at)
