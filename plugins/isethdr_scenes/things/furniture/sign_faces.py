@@ -120,7 +120,7 @@ def _patches(figure: dict) -> list[np.ndarray]:
 
 
 def _panel(corners, at, layer: int, name: str, material: str, back: bool = False) -> Piece:
-    """Return a flat convex piece, the `layer`-th before x, that looks along +x; `back`: along -x."""
+    """Return a flat convex piece, the `layer`-th before x, that looks along +x (`back`: -x)."""
     x, y, z = at
     right, up = np.asarray(corners, float).T
     vertices = np.stack([np.full(len(right), x + LAYER_M * layer), y + right, z + up], 1)
