@@ -6,6 +6,7 @@ that is compared with it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -251,6 +252,10 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
 def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict[str, Any]]:
     """Return the scene's object table with boxes [x, y, width, height] in pixels of `picture`, from
     its top left corner.
+
+    `box` is that of the visible part and `box_full` that of the whole object, if the scene states
+    it; both are cut at the frame. `truncation` is the share of the whole object's box that is cut
+    off, in the field before distortion.
     """
     table, lens = [], _distortion(scene, picture)
     for entry in scene.attrs.get("objects", []):
@@ -269,8 +274,42 @@ def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict[str, Any]]:
         area, visible_area = (x1 - x0) * (y1 - y0), np.ptp(cut_x) * np.ptp(cut_y)
         if visible_area > 0:
             box = [float(v) for v in (cut_x[0], cut_y[0], np.ptp(cut_x), np.ptp(cut_y))]
-            table.append({**entry, "box": box, "in_frame": float(visible_area / area)})
+            whole = _whole_box(scene, picture, entry["box_full"]) if "box_full" in entry else {}
+            table.append({**entry, "box": box, "in_frame": float(visible_area / area), **whole})
     return table
+
+
+def _whole_box(
+    scene: xr.Dataset, picture: xr.Dataset, box: Sequence[float]
+) -> dict[str, float | list[float]]:
+    """Return `box_full` in pixels, cut at the frame, and `truncation`.
+
+    Parameters
+    ----------
+    box : [x, y, width, height] of the whole object in tiles of the scene.
+    """
+    lens, f_m, pitch_m = _distortion(scene, picture), _focal_length_m(picture), _pitch_m(picture)
+    ends, frame = [], []
+    for dim, start, size in (("x", box[0], box[2]), ("y", box[1], box[3])):
+        first = float(picture[dim].values[0]) - pitch_m / 2
+        frame.append(np.array([first, first + picture.sizes[dim] * pitch_m]) / f_m)
+        ends.append(_field(scene, dim, (start, start + size)))
+    if lens:  # the directions that the frame's edges see
+        edge = [np.linspace(*side, camera_geometry.EDGE_POINTS) for side in frame]
+        seen = lens.inverse(*np.meshgrid(*edge))
+        frame = [np.array([part.min(), part.max()]) for part in seen]
+    cut = [np.clip(end, *side) for end, side in zip(ends, frame, strict=True)]
+    area = float(np.ptp(ends[0]) * np.ptp(ends[1]))
+    share = float(np.ptp(cut[0]) * np.ptp(cut[1])) / area if area > 0 else 1.0
+    (x0, x1), (y0, y1) = cut
+    if lens:
+        x0, y0, x1, y1 = camera_geometry.box_on_sensor(lens, x0, y0, x1, y1)
+    x, y = (
+        np.clip(_pixels(picture, dim, pair), 0, picture.sizes[dim])
+        for dim, pair in (("x", (x0, x1)), ("y", (y0, y1)))
+    )
+    pixels = [float(v) for v in (x[0], y[0], np.ptp(x), np.ptp(y))]
+    return {"box_full": pixels, "truncation": max(0.0, 1 - share)}
 
 
 def _distortion(scene: xr.DataArray | xr.Dataset, picture: xr.Dataset) -> Any:

@@ -1,17 +1,18 @@
 """isethdr_mitsuba: turns a scene description into scene radiance with Mitsuba 3.
 
-| module     | content                                                                        |
-|------------|--------------------------------------------------------------------------------|
-| `bands`    | an error for bands without data of a material or lamp                          |
-| `doctor`   | tests in a child process which Mitsuba variants work on this machine           |
-| `frame`    | one frame: world, passes, visible lamps, labels, and the Dataset               |
-| `labels`   | labels by one ray through each tile's centre: exact, and all from the same hit |
-| `llvm`     | finds the LLVM library                                                         |
-| `renderer` | the renderer `mitsuba`                                                         |
-| `conf/`    | presets                                                                        |
-| `lamps/`   | from candela to radiance, and the sampling of lamps                            |
-| `paths/`   | the integrator, its passes, and the tables that it reads on the device         |
-| `world/`   | a scene description as Mitsuba objects, and the camera's grid of tiles         |
+| module        | content                                                                        |
+|---------------|--------------------------------------------------------------------------------|
+| `bands`       | an error for bands without data of a material or lamp                          |
+| `doctor`      | tests in a child process which Mitsuba variants work on this machine           |
+| `frame`       | one frame: world, passes, visible lamps, labels, and the Dataset               |
+| `illuminance` | the light of each group that falls on each object, towards the camera          |
+| `labels`      | labels by one ray through each tile's centre: exact, and all from the same hit |
+| `llvm`        | finds the LLVM library                                                         |
+| `renderer`    | the renderer `mitsuba`                                                         |
+| `conf/`       | presets                                                                        |
+| `lamps/`      | from candela to radiance, and the sampling of lamps                            |
+| `paths/`      | the integrator, its passes, and the tables that it reads on the device         |
+| `world/`      | a scene description as Mitsuba objects, and the camera's grid of tiles         |
 """
 
 from isethdr_core.component import Component, class_getter

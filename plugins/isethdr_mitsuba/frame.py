@@ -100,7 +100,7 @@ def render_frame(
             f"part of a lamp's footprint on a tile, where the lamp is partly hidden{arcs}",
         )
     labels, objects = cut_labels(
-        view.cut, *label_tiles(world, wide, description, demand.labels)
+        view.cut, *label_tiles(world, wide, description, demand.labels, settings.normalise)
     )  # an object may extend beyond the field
     ds = cube.dataset(radiance, **labels)
     if by_need:

@@ -4,6 +4,8 @@ and are exact.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -11,7 +13,9 @@ import numpy as np
 from isethdr_core.data.categories import CATEGORIES
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.physics.optics.projection import depth_m
+from isethdr_core.quantities import LARGEST_HALF_FIELD_DEG
 
+from .illuminance import illuminances
 from .lamps.visible_lamps import NEAR_M, cut
 from .world.triangle_chords import straightened
 
@@ -20,8 +24,9 @@ PAIRS = 1_000_000  # pairs of triangle and tile tested at a time; limits memory
 OFF = 0.25
 
 
-def label_tiles(world, view, description, label_names):
-    """Return the requested labels, and the table of objects if `instance` is among them.
+def label_tiles(world, view, description, label_names, normalise="intensity"):
+    """Return the requested labels, and the table of objects if `instance` is among them; lamps are
+    normalised as by the renderer.
 
     depth : m along the optical axis, negative behind the camera; distance : m along the ray. Both
         are infinite where the tile shows only sky.
@@ -55,7 +60,10 @@ def label_tiles(world, view, description, label_names):
     }
     labels = {name: value.reshape(rows, columns) for name, value in labels.items()}
     labels["normal"] = normal.reshape(rows, columns, 3).astype(np.float32)
-    objects = object_table(description, view, labels) if "instance" in label_names else None
+    objects = None
+    if "instance" in label_names:
+        lit = illuminances(world, view, description, labels, normalise)
+        objects = object_table(description, view, labels, lit)
     return {name: labels[name] for name in label_names}, objects
 
 
@@ -72,14 +80,22 @@ def cut_labels(cut, labels: dict, objects):
     """
     rows, columns = (slice(c, -c or None) for c in cut)
     moved = objects and [
-        {**o, "box": [o["box"][0] - cut[1], o["box"][1] - cut[0], *o["box"][2:]]} for o in objects
+        {
+            **o,
+            **{k: [o[k][0] - cut[1], o[k][1] - cut[0], *o[k][2:]] for k in ("box", "box_full")},
+        }
+        for o in objects
     ]
     return {name: values[rows, columns] for name, values in labels.items()}, moved
 
 
-def object_table(description, view, labels) -> list[dict]:
+def object_table(description, view, labels, illuminance) -> list[dict]:
     """Return the objects that are visible in at least one tile, as dictionaries of plain numbers
     and names.
+
+    Parameters
+    ----------
+    illuminance : {object number: {light group: lx}} of `illuminances`.
     """
     instance = labels["instance"]
     out = []
@@ -88,6 +104,7 @@ def object_table(description, view, labels) -> list[dict]:
         if not len(rows):
             continue
         corner = int(columns.min()), int(rows.min())
+        whole = whole_object(description.models[placed.model], placed.pose, view)
         out.append(
             {
                 "instance": number,
@@ -98,37 +115,72 @@ def object_table(description, view, labels) -> list[dict]:
                     int(columns.max()) + 1 - corner[0],
                     int(rows.max()) + 1 - corner[1],
                 ],
-                "visible_fraction": visible_fraction(
-                    description.models[placed.model], placed.pose, view, len(rows)
-                ),
+                "box_full": whole.box,
+                "truncation": truncation(whole.box, view),
+                # exact for tile centres, like the labels; tiles beyond the field do not count
+                "visible_fraction": min(1.0, len(rows) / max(whole.tiles, len(rows))),
                 "distance_m": float(labels["distance"][rows, columns].min()),
                 "position_m": [float(v) for v in np.asarray(placed.pose, float)[:3, 3]],
+                "illuminance_lx": illuminance[number],
             }
         )
     return out
 
 
-def visible_fraction(model, pose, view, visible_tiles: int) -> float:
-    """Return the number of visible tiles of an object divided by the number of tiles that it would
-    cover with nothing in front. The second number comes from rasterising the triangles of the
-    object.
+class Whole(NamedTuple):
+    """An object as it would look with nothing in front of it."""
 
-    Tiles beyond the rendered field do not count. The result is at most 1, and exact for tile
-    centres, like the labels.
+    tiles: int  # that it covers
+    box: list[float]  # [x, y, width, height] in tiles, not cut at the frame
+
+
+def whole_object(model, pose, view) -> Whole:
+    """Return the tiles that an object would cover with nothing in front of it, by rasterising its
+    triangles, and its box.
+
+    On a grid of tangents, what lies behind the camera or beyond 75 degrees off the axis is cut off
+    the box.
     """
     covered, triangles = np.zeros(view.shape, bool), []
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for part in model.parts:
         world = (
             np.asarray(part.vertices, float) @ np.asarray(pose, float)[:3, :3].T
             + np.asarray(pose, float)[:3, 3]
         )
         corners, faces = view.to_camera(world), np.asarray(part.faces, int)
-        if view.projection == "tangent" and (corners[:, 2] > NEAR_M).all():
-            faces = faces[_reach_centres(view.coordinates(corners), faces, view)]
+        if view.projection != "tangent":
+            flat = view.coordinates(corners)
+            low, high = np.minimum(low, flat.min(0)), np.maximum(high, flat.max(0))
+        elif (corners[:, 2] > NEAR_M).all():
+            flat = view.coordinates(corners)
+            low, high = np.minimum(low, flat.min(0)), np.maximum(high, flat.max(0))
+            faces = faces[_reach_centres(flat, faces, view)]
+        else:
+            first, last, useful = _boxes(corners[faces], view)
+            if useful.any():
+                low = np.minimum(low, first[useful].min(0))
+                high = np.maximum(high, last[useful].max(0))
         triangles.append(corners[faces])
     if triangles:
         fill(covered, view, np.concatenate(triangles))
-    return min(1.0, visible_tiles / max(int(covered.sum()), visible_tiles))
+    if view.projection == "tangent":
+        most = np.tan(np.radians(LARGEST_HALF_FIELD_DEG))
+        low, high = np.clip(low, -most, most), np.clip(high, -most, most)
+    pitch = np.array([view.pitch_x, view.pitch_y])
+    first = (low - [view.x[0], view.y[0]]) / pitch + 0.5
+    return Whole(int(covered.sum()), [*map(float, first), *map(float, (high - low) / pitch)])
+
+
+def truncation(box, view) -> float:
+    """Return the share of the area of a box that lies outside the camera's field, 0..1."""
+    rows, columns = view.in_field()
+    inside = [
+        max(min(start + size, side.stop) - max(start, side.start), 0.0)
+        for start, size, side in zip(box[:2], box[2:], (columns, rows), strict=True)
+    ]
+    area = box[2] * box[3]
+    return max(0.0, float(1 - inside[0] * inside[1] / area)) if area > 0 else 0.0
 
 
 def _reach_centres(flat, faces, view):

@@ -87,6 +87,34 @@ def test_object_table(boxes):
     ]
 
 
+def test_the_whole_box_of_a_hidden_object_and_the_part_beyond_the_field(boxes):
+    """Tiles are 2 tan(20 degrees) / 200 wide; the margin is 20 tiles across and 10 down."""
+    near, far = boxes.attrs["objects"]
+    pitch = 2 * np.tan(np.radians(20)) / 200
+    half = 0.05 / pitch
+    np.testing.assert_allclose(far["box_full"], [120 - half, 60 - half, 2 * half, 2 * half])
+    # the near box reaches from 0 to the tangent 0.2 on the left: within the field of 0.364
+    np.testing.assert_allclose(near["box_full"], [120 - 4 * half, 60 - 2 * half] + [4 * half] * 2)
+    assert (near["truncation"], far["truncation"]) == pytest.approx((0.0, 0.0), abs=1e-12)
+
+
+def test_truncation_is_the_share_beyond_the_field(make):
+    """A panel 10 m ahead, from 1.5 m left of the edge of the field to 0.5 m right of it."""
+    from isethdr_mitsuba.labels import truncation, whole_object
+    from isethdr_mitsuba.world.view import view_of
+
+    from isethdr_core.scene import Model
+
+    view = view_of(make.camera((0, 0, 0), (1, 0, 0), 40.0, 1.0), 100, 100, 0.1)
+    edge_m = 10 * np.tan(np.radians(20))
+    panel = Model("panel", (make.part(make.quad(1.0, 0.5)),))
+    whole = whole_object(panel, make.pose(10.0, edge_m + 0.5), view)
+    assert truncation(whole.box, view) == pytest.approx(0.75)
+    beside = whole_object(panel, make.pose(0.5, 1.0, turn_deg=90.0), view)
+    reach = np.tan(np.radians(75.0)) / view.pitch_x  # it goes on behind the camera
+    assert beside.box[0] == pytest.approx(60 - reach) and truncation(beside.box, view) > 0.9
+
+
 def test_a_model_placed_twice_is_labelled_apart(make):
     from isethdr_core.scene import Model, Placed, SceneDescription
 

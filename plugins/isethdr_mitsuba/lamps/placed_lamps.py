@@ -5,6 +5,7 @@ area.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -168,6 +169,7 @@ def _with_table(part, pose, number, name, axis):
     return PlacedLamp(number, name, lamp, tri, axis, peak * (1 + floor), floor, 1.0, 0.0, grid)
 
 
+@lru_cache(maxsize=64)  # lamps of one kind share their table
 def _table_flux(table) -> float:
     """Return the integral of a table over directions, sr, by the midpoint rule."""
     cells = 1000

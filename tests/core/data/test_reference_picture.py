@@ -117,6 +117,18 @@ def test_boxes_are_in_pixels_of_the_picture():
     assert found[0]["in_frame"] == pytest.approx(1) and found[1]["in_frame"] == pytest.approx(0.5)
 
 
+def test_the_whole_box_is_cut_at_the_frame_and_the_rest_is_truncation():
+    """The picture has 8 x 6 pixels of 2 x 2 tiles. Half of the second object is left of it."""
+    boxes = [
+        {"instance": 1, "name": "all", "box": [2, 2, 4, 4], "box_full": [2.0, 1.0, 6.0, 6.0]},
+        {"instance": 2, "name": "left", "box": [0, 2, 4, 4], "box_full": [-4.0, 2.0, 8.0, 4.0]},
+    ]
+    found = objects_on(scene(np.ones((12, 16)), boxes), blank())
+    np.testing.assert_allclose(found[0]["box_full"], [1, 0.5, 3, 3], atol=1e-9)
+    np.testing.assert_allclose(found[1]["box_full"], [0, 1, 2, 2], atol=1e-9)
+    assert [o["truncation"] for o in found] == pytest.approx([0.0, 0.5], abs=1e-12)
+
+
 def test_bad_input_is_named():
     with pytest.raises(UnitError, match="do not fit the scene"):
         truth(cube(np.ones((3, 4, 4))), blank())

@@ -80,6 +80,8 @@ def labelled(truth: xr.Dataset) -> xr.Dataset:
             "distance_m": 10.0 * number,
             "position_m": [10.0 * number, 0.0, 0.0],
             "in_frame": 1.0,
+            "truncation": 0.25,
+            "illuminance_lx": {"sky": 100.0 * number, "headlights": 4.0, "tunnel": 1.0},
         }
         for number, (category, box) in enumerate(rows, 1)
     ]

@@ -98,6 +98,10 @@ def test_coco_holds_visible_boxes_and_masks_of_things(home, tmp_path):
         np.testing.assert_array_equal(data.annToMask(row), instance == number)
         assert row["area"] == (instance == number).sum() == data.annToMask(row).sum()
         assert row["distance_m"] == 10.0 * number and "bbox_full" not in row
+        assert row["truncation"] == 0.25
+        weights = open_run(LABELLED).attributes["weights"]
+        lit = {"sky": 100.0 * number, "headlights": 4.0, "tunnel": 1.0}
+        assert row["illuminance_lx"] == {g: lx * weights.get(g, 0.0) for g, lx in lit.items()}
     assert [data.cats[found[k]["category_id"]]["name"] for k in (1, 2)] == ["car", "person"]
     assert set(data.cats) <= set(CATEGORIES.values())
 
@@ -202,6 +206,7 @@ def test_boxes_in_metres_with_their_image(home, tmp_path, three_boxes):
         wide, high = (camera["fx"] * side / near for side in (width, height))
         full = [COLUMNS / 2 - wide / 2, ROWS / 2 - high / 2, wide, high]
         assert box["bbox_full"] == pytest.approx(full, rel=1e-9)
+        assert box["truncation"] == 0.25 and "sky" in box["illuminance_lx"]
     rows = json.loads((tmp_path / "out" / "coco.json").read_text())["annotations"]
     assert [row["bbox_full"] for row in rows] == [box["bbox_full"] for box in image["boxes"]]
 

@@ -65,7 +65,9 @@ def write(job: Job) -> None:
                     "bbox_full": full.get(int(seen.row["instance"])),
                     "visible_fraction": seen.row.get("visible_fraction"),
                     "distance_m": seen.row.get("distance_m"),
+                    "truncation": seen.row.get("truncation"),
                 }
+                | masks.lit_by(item, seen.row)
             )
         images.append(
             masks.image_row(item, LICENCE)

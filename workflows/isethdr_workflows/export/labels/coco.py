@@ -13,7 +13,7 @@ from . import geometry, masks
 from .masks import LICENCE, Visible, visible_objects
 from .run_length import lengths, text
 
-COPIED = ("instance", "name", "distance_m", "visible_fraction", "in_frame")
+COPIED = ("instance", "name", "distance_m", "visible_fraction", "in_frame", "truncation")
 
 
 def check(job: Job) -> None:
@@ -55,6 +55,7 @@ def annotation(
         },
     }
     row |= {name: seen.row[name] for name in COPIED if name in seen.row}
+    row |= masks.lit_by(item, seen.row)
     if seen.row["instance"] in full:
         row["bbox_full"] = full[seen.row["instance"]]
     return row

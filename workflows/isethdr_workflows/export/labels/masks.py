@@ -106,6 +106,17 @@ def visible_objects(truth: xr.Dataset) -> Iterator[Visible]:
         yield Visible(rows[number], across.start, down.start, window)
 
 
+def lit_by(item: Item, row: dict[str, Any]) -> dict[str, dict[str, float]]:
+    """Return `illuminance_lx` of an object by light group, under the lighting of its run; nothing
+    where the scene does not state it.
+    """
+    if "illuminance_lx" not in row:
+        return {}
+    weights = item.attributes["weights"]
+    lit = {group: lx * weights.get(group, 0.0) for group, lx in row["illuminance_lx"].items()}
+    return {"illuminance_lx": lit}
+
+
 def is_thing(category: str) -> bool:
     """Return whether objects of a category are counted one by one."""
     return category != NONE and category not in STUFF

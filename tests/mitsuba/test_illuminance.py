@@ -1,0 +1,128 @@
+"""Illuminance of objects against closed forms: one lamp, a shadow, a sky."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+import mitsuba as mi
+from isethdr_mitsuba.doctor import choose_variant
+
+from isethdr_core.physics.photometry import LM_PER_W, v_lambda
+from isethdr_core.scene import SkyDome, SkyPart
+
+CANDELA = 3000.0
+NM = np.arange(360.0, 831.0)
+UNIT = LM_PER_W * 1e-3 * float(v_lambda(NM).sum())  # cd/m2 of an even sky of 1e-3 W m-2 sr-1 nm-1
+
+
+def lit(make, objects, camera=None, sky=None, variant="llvm"):
+    """Return {name: {light group: lx}} of the visible objects, without rendering."""
+    mi.set_variant(choose_variant(variant))
+    from isethdr_mitsuba.labels import label_tiles
+    from isethdr_mitsuba.world.geometry import build_world
+    from isethdr_mitsuba.world.materials import ramp_surfaces
+    from isethdr_mitsuba.world.view import view_of
+
+    scene = make.describe(objects, camera or make.camera((0, 0, 0), (1, 0, 0), 1.0, 1.0), sky)
+    view = view_of(scene.camera, 24, 24, 0.0)
+    _, rows = label_tiles(build_world(scene, ramp_surfaces(scene)), view, scene, {"instance"})
+    return {row["name"]: row["illuminance_lx"] for row in rows}
+
+
+def facing_back(mesh):
+    """Return a rectangle that faces -x, towards the camera."""
+    return mesh[0] * [-1, 1, 1], mesh[1][:, ::-1]
+
+
+def panel(make, x_m, half_m=0.5):
+    """Return a wall across the line of sight."""
+    return "wall", "building", (make.part(facing_back(make.quad(half_m, half_m))),), make.pose(x_m)
+
+
+def lamp_at(make, x_m, y_m, group="headlights", turn_deg=0.0):
+    """Return a small Lambertian lamp that looks along +x, turned to the left by an angle."""
+    lamp = make.lamp("test", group, CANDELA, make.flat(1.0))
+    part = make.part(make.quad(0.01, 0.01), "black", lamp)
+    return "lamp", "post", (part,), make.pose(x_m, y_m, 0, turn_deg)
+
+
+def test_one_lamp_follows_inverse_square_and_cosine(make):
+    """A lamp 10 m in front of the wall, and beside the line of sight by 0, 5 and 10 m."""
+    for aside_m in (0.0, 5.0, 10.0):
+        found = lit(make, [panel(make, 20.0, 0.05), lamp_at(make, 10.0, aside_m)])["wall"]
+        away_m = np.hypot(10.0, aside_m)
+        cosine = 10.0 / away_m  # of the lamp and of the wall
+        # the wall's points are up to 5 cm off its middle, which is 0.5 % of the way
+        assert found["headlights"] == pytest.approx(CANDELA * cosine**2 / away_m**2, rel=0.01)
+
+
+def test_the_plane_is_upright_and_turned_to_the_camera_whatever_the_surface(make):
+    """A floor and a slope are lit as an upright plane at their places is."""
+    floor = facing_back(make.quad(0.05, 0.3))
+    for pitch_deg in (-90.0, -160.0):
+        part = make.part(floor)
+        scene = [
+            ("floor", "road", (part,), make.pose(20.0, 0, -1.5, pitch_deg=pitch_deg)),
+            lamp_at(make, 10.0, 0.0),
+        ]
+        camera = make.camera((0, 0, 0.0), (20.0, 0, -1.5), 1.0, 1.0)
+        found = lit(make, scene, camera)["floor"]["headlights"]
+        away_m = np.hypot(10.0, 1.5)
+        assert found == pytest.approx(CANDELA * (10 / away_m) ** 2 / away_m**2, rel=0.02)
+
+
+def test_each_light_group_has_its_own_light_and_all_are_there(make):
+    behind = lamp_at(make, 30.0, 0.0, "other", 180.0)
+    scene = [panel(make, 20.0, 0.05), lamp_at(make, 10.0, 0.0), ("behind", *behind[1:])]
+    found = lit(make, scene)["wall"]
+    assert found["headlights"] == pytest.approx(CANDELA / 100, rel=0.01)
+    assert found["other"] == 0.0  # it shines on the back of the wall
+
+
+def test_an_occluder_takes_the_light_away(make):
+    board = make.part(make.quad(0.5, 0.5))
+    scene = [panel(make, 20.0, 0.05), lamp_at(make, 10.0, 5.0)]
+    assert lit(make, scene)["wall"]["headlights"] > 10.0
+    shade = ("shade", "post", (board,), make.pose(15.0, 2.5))
+    assert lit(make, [*scene, shade])["wall"]["headlights"] == 0.0
+    beside = ("shade", "post", (board,), make.pose(15.0, -2.5))
+    assert lit(make, [*scene, beside]) == lit(make, scene)
+
+
+def test_a_lamp_does_not_light_its_own_object(make):
+    lamp = make.lamp("test", "headlights", CANDELA, make.flat(1.0), (-1.0, 0, 0))
+    housing = make.part(facing_back(make.quad(0.5, 0.5)))
+    bulb = make.part(facing_back(make.quad(0.05, 0.05, 0.2)), "black", lamp)
+    found = lit(make, [("lamp", "post", (housing, bulb), make.pose(20.0))])
+    assert found["lamp"]["headlights"] == 0.0
+
+
+def test_an_even_sky_gives_half_of_pi_l_above_ground_and_all_of_it_without(make):
+    sky, wall = make.flat(1e-3), panel(make, 20.0, 0.1)
+    assert lit(make, [wall], sky=sky)["wall"]["sky"] == pytest.approx(np.pi * UNIT, rel=1e-6)
+    ground = make.quad(4000.0, 4000.0)[0][:, [2, 1, 0]] * [1, 1, -1], make.quad(1, 1)[1][:, ::-1]
+    road = "road", "road", (make.part(ground),), make.pose(0.0, 0, -1.0)
+    found = lit(make, [wall, road], sky=sky)["wall"]["sky"]
+    # 16 points with 64 directions each, spread evenly: a few of the 1024 are on the wrong side
+    assert found == pytest.approx(np.pi * UNIT / 2, rel=0.02)
+
+
+def test_a_sky_with_a_gradient_is_integrated_over_the_half_that_the_wall_sees(make):
+    """L = L0 (1 + cos(azimuth)); the wall faces azimuth 180 degrees. With a counted from there, the
+    part of 1 gives pi, and that of -cos(a) gives -(integral of cos(up)^2) (integral of cos(a)^2) =
+    -(pi / 2)^2.
+    """
+    azimuth = np.radians(np.arange(360.0))
+    sky = SkyDome((SkyPart(make.flat(1e-3), np.tile(1 + np.cos(azimuth), (181, 1))),))
+    found = lit(make, [panel(make, 20.0, 0.1)], sky=sky)["wall"]["sky"]
+    # 16 points with 64 directions: the mean of 1024 values that vary by a third of themselves
+    assert found == pytest.approx(UNIT * (np.pi - np.pi**2 / 4), rel=0.01)
+
+
+def test_without_a_compiler_the_same(make):
+    scene = [panel(make, 20.0, 0.05), lamp_at(make, 10.0, 5.0)]
+    compiled = lit(make, scene, sky=make.flat(1e-3))["wall"]
+    assert lit(make, scene, sky=make.flat(1e-3), variant="scalar")["wall"] == pytest.approx(
+        compiled, rel=1e-5
+    )
