@@ -295,7 +295,7 @@ def _whole_box(
         frame.append(np.array([first, first + picture.sizes[dim] * pitch_m]) / f_m)
         ends.append(_field(scene, dim, (start, start + size)))
     if lens:  # the directions that the frame's edges see
-        edge = [np.linspace(*side, camera_geometry.EDGE_POINTS) for side in frame]
+        edge = [np.linspace(low, high, camera_geometry.EDGE_POINTS) for low, high in frame]
         seen = lens.inverse(*np.meshgrid(*edge))
         frame = [np.array([part.min(), part.max()]) for part in seen]
     cut = [np.clip(end, *side) for end, side in zip(ends, frame, strict=True)]
