@@ -7,6 +7,7 @@
 | builders | from positions to models and a scene description |
 | limits, validation | ranges of fields; checks of several fields together |
 | materials, lamps, lamp_spectra | spectral reflectances; lamps in candela; their spectra |
+| living_spectra | reflectances of cloth, hair, fur, leaves, bark and stone |
 | dipped_beam | candela of a dipped beam over two angles |
 | measured_spectra | tables of colour-science, kept on disk after their first use |
 | road_surfaces | asphalt, dry to wet, and markings, by numbers fitted to r-tables |

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from isethdr_core.scene import Material, Spectrum, flat
 
+from .living_spectra import LIVING, SKINS
 from .retro_reflectors import AMBER_OVER_RED, RED_OVER_WHITE, luminous_mean, retro_reflection
 from .road_surfaces import DEFAULT, RoadSurfaceName, road_materials
 from .textures import textured
@@ -202,7 +203,8 @@ def _sheeting(name: str, shape: Nodes, share: float) -> Material:
 MATERIALS: dict[str, Material] = (
     {f"paint_{n}": Material(f"paint_{n}", "plastic", _spectrum(v), 0.06) for n, v in PAINT.items()}
     | {n: Material(n, "plastic", _spectrum(v), a) for n, (v, a) in COATED.items()}
-    | {n: Material(n, "diffuse", _spectrum(v)) for n, v in MATT.items()}
+    | {n: Material(n, "diffuse", _spectrum(v)) for n, v in (MATT | LIVING).items()}
+    | {n: Material(n, "plastic", _spectrum(v), 0.45) for n, v in SKINS.items()}
     | {n: Material(n, "conductor", _spectrum(v), a) for n, (v, a) in METAL.items()}
     | {n: Material(n, "thin_glass", _spectrum(v)) for n, v in GLASS.items()}
     | {n: _retro(n, *told) for n, told in RETRO.items()}

@@ -8,6 +8,8 @@
 | detail    | coarser meshes for things that are far away                              |
 | furniture | street lamps, signs, traffic lights, barriers, buildings, small things   |
 | riding    | `RidingPosition`: where a rider touches a two-wheeler                    |
+| shapes    | limbs, lofts, rods, balls and blocks, of which living things are made    |
+| animals   | four-legged animals by their proportions                                 |
 | vehicles  | cars, trucks, buses, motorcycles and bicycles                            |
 
 `draw` a thing, place it by its `size_m`, and `build` its mesh at the detail that its distance asks

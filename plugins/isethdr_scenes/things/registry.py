@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from ..geometry.mesh.piece import Assembly
+from .animals import families as animals
 from .furniture import barriers, buildings, signs, small, street_lamps, traffic_lights
 from .thing import Detail, Thing
 from .vehicles import cars
@@ -25,6 +26,7 @@ class Families(Protocol):
 
 GROUPS: dict[str, Families] = {
     "car": cars,
+    "animal": animals,
     "street lamp": street_lamps,
     "traffic light": traffic_lights,
     "sign": signs,

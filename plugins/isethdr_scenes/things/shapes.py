@@ -1,0 +1,300 @@
+"""Shapes of living things: limbs that melt together, lofts, rods, balls and blocks.
+
+Every shape knows its extent without a mesh, so that a thing states its size before it is built,
+and turns itself into pieces at three levels of detail.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from ..geometry.mesh.cutting import cut
+from ..geometry.mesh.implicit import blend, cone, skin_of
+from ..geometry.mesh.piece import Assembly, Piece, join, pose, shift, unit
+from ..geometry.mesh.primitives import ball, box, grid, tube
+from .detail import clean
+from .thing import Detail
+
+DETAILS: tuple[Detail, ...] = ("near", "middle", "far")
+MIDDLE_STEP = 2.2  # sampling step of a surface at middle detail, relative to near
+SIDES: dict[Detail, int] = {"near": 10, "middle": 7, "far": 5}  # of tubes
+Extent = tuple[np.ndarray, np.ndarray]  # least and greatest x, y, z, m
+Values = Callable[[np.ndarray], np.ndarray]  # of points (n, 3), m; negative inside
+
+
+class Shape(Protocol):
+    """What a figure is made of."""
+
+    def extent(self) -> Extent:
+        """Return the least and the greatest coordinates, m."""
+        ...
+
+    def pieces(self, detail: Detail) -> list[Piece]:
+        """Return the meshes at that level of detail."""
+        ...
+
+
+@dataclass(frozen=True)
+class Limb:
+    """A capsule from `a` to `b`; `width` stretches its cross-section along y."""
+
+    a: Sequence[float]
+    b: Sequence[float]
+    radius_a: float
+    radius_b: float
+    width: float = 1.0
+
+    def extent(self) -> Extent:
+        """Return the least and the greatest coordinates, m."""
+        reach = np.array([1.0, self.width, 1.0])
+        a, b = np.asarray(self.a, float), np.asarray(self.b, float)
+        low = np.minimum(a - self.radius_a * reach, b - self.radius_b * reach)
+        return low, np.maximum(a + self.radius_a * reach, b + self.radius_b * reach)
+
+    def field(self) -> Values:
+        """Return the field for `geometry.mesh.implicit.blend`: distance in m, negative inside."""
+        narrow = np.array([1.0, 1 / self.width, 1.0])
+        round_limb = cone(
+            np.asarray(self.a) * narrow, np.asarray(self.b) * narrow, self.radius_a, self.radius_b
+        )
+        if self.width == 1.0:
+            return round_limb
+        # distances shrink with the narrower axis, so that the field is never steeper than 1
+        scale = min(1.0, self.width)
+
+        def distance(points: np.ndarray) -> np.ndarray:
+            return scale * round_limb(points * narrow)
+
+        distance.lo, distance.hi = self.extent()
+        return distance
+
+    def tube(self, name: str, material: str, sides: int) -> Piece:
+        """Return the limb as a tube with rounded ends, of few faces."""
+        narrow = np.array([1.0, 1 / self.width, 1.0])
+        a, b = np.asarray(self.a, float) * narrow, np.asarray(self.b, float) * narrow
+        length = float(np.linalg.norm(b - a))
+        along = (b - a) / length if length > 1e-3 else np.array([0.0, 0.0, 1.0])
+        b = a + along * max(length, 1e-3)
+        path = np.array([a - 0.7 * along * self.radius_a, a, b, b + 0.7 * along * self.radius_b])
+        radii = [0.6 * self.radius_a, self.radius_a, self.radius_b, 0.6 * self.radius_b]
+        return tube(path, radii, name, material, sides).moved(pose(scale=(1, self.width, 1)))
+
+
+@dataclass(frozen=True)
+class Patch:
+    """The part of a surface where `inside` is negative, with a name and a material of its own."""
+
+    name: str
+    material: str
+    inside: Values
+
+
+@dataclass(frozen=True)
+class Mass:
+    """Limbs that melt into one surface."""
+
+    name: str
+    material: str
+    limbs: tuple[Limb, ...]
+    blend_m: float = 0.03
+    step_m: float = 0.016  # sampling step at near detail
+    folds_m: float = 0.0
+    seed: int = 0
+    patches: tuple[Patch, ...] = ()
+    trim: Values | None = None  # the surface is kept where this is negative
+    coarsest: Detail = "far"  # not built at coarser detail
+
+    def extent(self) -> Extent:
+        """Return the least and the greatest coordinates of the limbs, m."""
+        ends = [limb.extent() for limb in self.limbs]
+        return np.min([low for low, _ in ends], 0), np.max([high for _, high in ends], 0)
+
+    def pieces(self, detail: Detail) -> list[Piece]:
+        """Return the surface, and its patches apart."""
+        if DETAILS.index(detail) > DETAILS.index(self.coarsest):
+            return []
+        if detail == "far":
+            tubes = [limb.tube(self.name, self.material, SIDES["far"]) for limb in self.limbs]
+            surface = join(tubes, self.name)
+            if self.trim is not None:
+                surface = cut(surface, self.trim(surface.vertices))[0]
+        else:
+            step = self.step_m * (MIDDLE_STEP if detail == "middle" else 1.0)
+            surface = skin_of(self._field(), step, self.name, self.material)
+        out = []
+        for patch in self.patches:
+            part, surface, _ = cut(surface, patch.inside(surface.vertices))
+            out.append(part.named(patch.name, patch.material))
+        return [surface, *out]
+
+    def _field(self) -> Values:
+        whole = blend([limb.field() for limb in self.limbs], self.blend_m, self.folds_m, self.seed)
+        if self.trim is None:
+            return whole
+        trim = self.trim
+
+        def trimmed(points: np.ndarray) -> np.ndarray:
+            return np.maximum(whole(points), trim(points))
+
+        trimmed.lo, trimmed.hi = whole.lo, whole.hi
+        return trimmed
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A cross-section of a loft: an ellipse parallel to the ground."""
+
+    centre: Sequence[float]
+    half_x: float
+    half_y: float
+
+
+@dataclass(frozen=True)
+class Loft:
+    """A sleeve of cloth through rings from top to bottom, closed below: a skirt, a coat's tail."""
+
+    name: str
+    material: str
+    rings: tuple[Ring, ...]
+    pleats: int = 0
+    pleat_m: float = 0.0
+
+    def extent(self) -> Extent:
+        """Return the least and the greatest coordinates, m."""
+        half = [np.array([r.half_x, r.half_y, 0.0]) for r in self.rings]
+        centre = [np.asarray(r.centre, float) for r in self.rings]
+        low = np.min([c - h for c, h in zip(centre, half, strict=True)], 0)
+        return low, np.max([c + h for c, h in zip(centre, half, strict=True)], 0)
+
+    def pieces(self, detail: Detail) -> list[Piece]:
+        """Return the sleeve with its underside."""
+        sides = {"near": 60, "middle": 28, "far": 10}[detail]
+        angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+        rows = []
+        for k, ring in enumerate(self.rings):
+            depth = self.pleat_m * k / max(len(self.rings) - 1, 1) if detail != "far" else 0.0
+            wave = depth * (0.5 * np.cos(self.pleats * angle) - 0.5)
+            x = (ring.half_x + wave) * np.cos(angle)
+            y = (ring.half_y + wave) * np.sin(angle)
+            rows.append(np.asarray(ring.centre) + np.stack([x, y, 0 * x], 1))
+        last = self.rings[-1]
+        inner = np.asarray(last.centre) + [0, 0, 0.01]
+        rows.append(inner + 0.02 * (rows[-1] - np.asarray(last.centre)))
+        points = np.stack(rows)
+        # rings run downwards and angles to the left: outward is d/du x d/dv
+        return [grid(points, self.name, self.material, close_v=True)]
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A tube along a path; one radius per point, m."""
+
+    name: str
+    material: str
+    path: tuple[Sequence[float], ...]
+    radii: tuple[float, ...]
+    coarsest: Detail = "far"
+
+    def extent(self) -> Extent:
+        """Return the least and the greatest coordinates of the rings, m."""
+        path = np.asarray(self.path, float)
+        along = unit(np.gradient(path, axis=0))
+        reach = np.asarray(self.radii)[:, None] * np.sqrt(np.maximum(1 - along**2, 0))
+        return (path - reach).min(0), (path + reach).max(0)
+
+    def pieces(self, detail: Detail) -> list[Piece]:
+        """Return the tube."""
+        if DETAILS.index(detail) > DETAILS.index(self.coarsest):
+            return []
+        return [tube(self.path, self.radii, self.name, self.material, SIDES[detail])]
+
+
+@dataclass(frozen=True)
+class Ball:
+    """An ellipsoid along the axes."""
+
+    name: str
+    material: str
+    centre: Sequence[float]
+    radii: Sequence[float]
+    coarsest: Detail = "far"
+
+    def extent(self) -> Extent:
+        """Return the least and the greatest coordinates, m."""
+        centre, radii = np.asarray(self.centre, float), np.asarray(self.radii, float)
+        return centre - radii, centre + radii
+
+    def pieces(self, detail: Detail) -> list[Piece]:
+        """Return the ellipsoid."""
+        if DETAILS.index(detail) > DETAILS.index(self.coarsest):
+            return []
+        rings = {"near": 8, "middle": 6, "far": 4}[detail]
+        return [ball(self.centre, self.radii, self.name, self.material, rings)]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A box with rounded edges; the columns of `axes` are its directions."""
+
+    name: str
+    material: str
+    centre: Sequence[float]
+    size: Sequence[float]
+    rounding_m: float = 0.03
+    axes: np.ndarray = field(default_factory=lambda: np.eye(3))
+
+    def extent(self) -> Extent:
+        """Return the least and the greatest coordinates, m."""
+        inner = np.asarray(self.size, float) / 2 - self.rounding_m
+        half = np.abs(self.axes) @ np.maximum(inner, 0) + self.rounding_m
+        centre = np.asarray(self.centre, float)
+        return centre - half, centre + half
+
+    def pieces(self, detail: Detail) -> list[Piece]:
+        """Return the box."""
+        rounding = 0.0 if detail == "far" else self.rounding_m
+        steps = 3 if detail == "near" else 1
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.axes
+        matrix[:3, 3] = self.centre
+        made = box((0, 0, 0), self.size, self.name, self.material, rounding, steps)
+        return [made.moved(matrix)]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Shapes that make one living thing, in coordinates of their own."""
+
+    name: str
+    shapes: tuple[Shape, ...]
+
+    def extent(self) -> Extent:
+        """Return the least and the greatest coordinates of all shapes, m."""
+        ends = [shape.extent() for shape in self.shapes]
+        return np.min([low for low, _ in ends], 0), np.max([high for _, high in ends], 0)
+
+    def size_m(self) -> tuple[float, float, float]:
+        """Return length, width and height, m."""
+        low, high = self.extent()
+        length, width, height = (round(float(v), 3) for v in high - low)
+        return length, width, height
+
+    def assembly(self, detail: Detail, standing: bool = True) -> Assembly:
+        """Return the meshes: `standing` at the origin on z = 0, else in the shapes' coordinates."""
+        out = Assembly(self.name)
+        for shape in self.shapes:
+            out.add(*shape.pieces(detail))
+        out = clean(out)
+        return stood(out) if standing else out
+
+
+def stood(assembly: Assembly) -> Assembly:
+    """Return the assembly centred in x and y, its lowest point on z = 0."""
+    low = np.min([p.vertices.min(0) for p in assembly.parts], 0)
+    high = np.max([p.vertices.max(0) for p in assembly.parts], 0)
+    x, y = -(low + high)[:2] / 2
+    return assembly.moved(shift(x, y, -low[2]))
