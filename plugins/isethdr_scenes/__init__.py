@@ -34,6 +34,7 @@ from isethdr_core.hookspecs import hookimpl
 from .contact_sheets.command import things_app
 from .iset_import.command import import_command
 from .photometry.command import lamp_command
+from .roads.command import roads_command
 
 COMPONENTS = [
     Component("scene", "night_drive", "isethdr_scenes.night_drive:NightDrive"),
@@ -59,10 +60,11 @@ def isethdr_components():
 
 @hookimpl
 def isethdr_commands(app):
-    """Add `isethdr lamp`, `isethdr import-iset` and `isethdr things`."""
+    """Add `isethdr lamp`, `isethdr import-iset`, `isethdr things` and `isethdr roads`."""
     app.command("lamp")(lamp_command)
     app.command("import-iset")(import_command)
     app.add_typer(things_app, name="things")
+    app.add_typer(roads_command, name="roads")
 
 
 @hookimpl

@@ -8,5 +8,12 @@
 | `lane_path`      | the middle of a lane as traffic drives along it                     |
 | `ground_height`  | the height of roads and land at plan points                         |
 | `free_areas`     | strips along the roads where roadside things may stand              |
+| `layouts`        | builders of networks from the ranges of a kind                      |
+| `kinds`          | the kinds of base road: a table of ranges, and what stands with it  |
+| `checks`         | gaps, steps, widths and curvatures of a network                     |
+| `stations`       | places along a road, close where it bends                           |
+| `markings`       | what is painted on a road                                           |
+| `sheet`          | each kind drawn from above                                          |
+| `command`        | `isethdr roads`                                                     |
 | `network`        | roads, junctions and land together: the interface for whatever places |
 """

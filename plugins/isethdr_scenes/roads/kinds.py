@@ -1,0 +1,98 @@
+"""Kinds of base road: a table of ranges (`kinds.yaml`), and the builders that read it.
+
+base = kind("country_curve", seed=3)
+base.pose()                       # 4x4: where the camera's car starts, x ahead
+base.network.lanes()
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import yaml
+
+from isethdr_core.errors import ConfigError
+
+from .lane_path import LaneKey, LanePath
+from .layouts.corridor import Layout, corridor
+from .layouts.crossings import car_park, crossing, roundabout
+from .layouts.draw import Draw
+from .layouts.levels import overpass, railway, ramp
+from .network import Network
+from .profile import Floats
+
+LAYOUTS: dict[str, Callable[[Draw], Layout]] = {
+    "corridor": corridor,
+    "crossing": crossing,
+    "roundabout": roundabout,
+    "car_park": car_park,
+    "overpass": overpass,
+    "railway": railway,
+    "ramp": ramp,
+}
+
+
+@dataclass(frozen=True)
+class BaseRoad:
+    """A network drawn from a kind, and what stands with it."""
+
+    name: str
+    seed: int
+    network: Network
+    start: LaneKey  # lane of the camera's car
+    start_m: float  # along that lane
+    speed_limit_kmh: float
+    lit: bool  # street lamps or luminaires stand along it
+    urban: bool
+    curvature_limit_per_m: float  # of every reference line
+
+    @property
+    def lane(self) -> LanePath:
+        """Return the lane on which the camera's car starts."""
+        return self.network.lane(self.start)
+
+    def pose(self) -> Floats:
+        """Return the (4, 4) pose of the camera's car on the surface: x ahead, z up."""
+        return self.lane.at(self.start_m)
+
+
+@cache
+def table() -> dict[str, dict[str, Any]]:
+    """Return the ranges of all kinds by name."""
+    text = files(__package__).joinpath("kinds.yaml").read_text()
+    kinds: dict[str, dict[str, Any]] = yaml.safe_load(text)
+    return kinds
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of all kinds."""
+    return tuple(table())
+
+
+def kind(name: str, seed: int = 0) -> BaseRoad:
+    """Return a base road of a kind; the same seed, the same road.
+
+    Raises
+    ------
+    ConfigError : there is no such kind.
+    """
+    if name not in table():
+        raise ConfigError(f"there is no road {name!r}; there are {', '.join(names())}")
+    ranges = table()[name]
+    draw = Draw(name, seed, ranges)
+    layout = LAYOUTS[ranges["layout"]](draw)
+    return BaseRoad(
+        name,
+        seed,
+        layout.network,
+        layout.start,
+        layout.start_m,
+        draw.number("speed_limit_kmh"),
+        bool(draw.value("lit")),
+        bool(draw.value("urban")),
+        draw.number("curvature_limit_per_m"),
+    )

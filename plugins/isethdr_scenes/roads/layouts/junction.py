@@ -1,0 +1,246 @@
+"""Junctions: roads that connect the lanes of several road ends, with kerbs around the corners.
+
+Right-hand traffic. A driver who comes in from one road end has the next end, counted
+counter-clockwise, on the right; the way from the one to the other carries the corner's pavement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+from ..network import Connection, Junction
+from ..profile import Profile
+from ..reference_line import ReferenceLine, Stretch
+from ..road import End, Lane, LaneSection, Link, Mark, Road
+
+STRAIGHT_RAD = 0.3  # a way that turns less goes straight on
+TINY_M = 1e-6
+
+
+class Pose(NamedTuple):
+    """A place in plan, and the direction of the traffic there."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+@dataclass(frozen=True)
+class Mouth:
+    """An end of a road at a junction."""
+
+    road: Road
+    end: End
+
+    @property
+    def s_m(self) -> float:
+        """Return the s of the end."""
+        return 0.0 if self.end == "start" else self.road.length_m
+
+    @property
+    def section(self) -> LaneSection:
+        """Return the section at the end."""
+        return self.road.sections[0 if self.end == "start" else -1]
+
+    @property
+    def outward_rad(self) -> float:
+        """Return the direction away from the junction."""
+        heading = float(self.road.line.at(self.s_m).heading_rad)
+        return heading if self.end == "start" else heading + np.pi
+
+    def side(self, inward: bool) -> tuple[Lane, ...]:
+        """Return the lanes, from the middle outwards, on the side of the traffic towards the
+        junction or away from it.
+        """
+        left = inward == (self.end == "start")
+        return self.section.left if left else self.section.right
+
+    def driving(self, inward: bool) -> list[Lane]:
+        """Return the driving lanes of one direction from the middle outwards."""
+        return [lane for lane in self.side(inward) if lane.type == "driving"]
+
+    def width(self, lane: Lane) -> float:
+        """Return the width of a lane at the end."""
+        at = len(self.road.sections) - 1 if self.end == "end" else 0
+        return float(lane.width.at(self.s_m - self.road.span(at)[0]))
+
+    def inner_border(self, lane: Lane, inward: bool) -> Pose:
+        """Return the place on a lane's inner border, in the direction of its traffic."""
+        at = len(self.road.sections) - 1 if self.end == "end" else 0
+        inner, _ = self.road.borders(at, self.s_m)[lane.number]
+        x, y = self.road.line.points(self.s_m, inner)
+        return Pose(float(x), float(y), self.outward_rad + (np.pi if inward else 0.0))
+
+
+def turn_rad(start: float, end: float) -> float:
+    """Return the turn from one heading to another, -pi to pi."""
+    return float((end - start + np.pi) % (2 * np.pi) - np.pi)
+
+
+def way(start: Pose, end: Pose) -> ReferenceLine:
+    """Return the line from one pose to another: line, arc, line; or two arcs to shift aside.
+
+    Raises
+    ------
+    ConfigError : no such line leads from the one to the other.
+    """
+    turn = turn_rad(start.heading_rad, end.heading_rad)
+    dx, dy = end.x_m - start.x_m, end.y_m - start.y_m
+    cos, sin = np.cos(start.heading_rad), np.sin(start.heading_rad)
+    ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
+    if abs(turn) < 1e-6:
+        stretches = _shift(ahead, aside)
+    else:
+        second = aside / np.sin(turn)
+        first = ahead - second * np.cos(turn)
+        tangent = min(first, second)
+        if tangent <= 0:
+            raise ConfigError(
+                "a junction cannot be built: two of its roads meet too close together"
+            )
+        curvature = np.tan(abs(turn) / 2) / tangent * np.sign(turn)
+        stretches = [Stretch(first - tangent), Stretch(abs(turn / curvature), curvature)]
+        stretches.append(Stretch(second - tangent))
+    kept = [s for s in stretches if s.length_m > TINY_M]
+    return ReferenceLine.of(*start, kept)
+
+
+def _shift(ahead: float, aside: float) -> list[Stretch]:
+    """Return two arcs that lead `ahead` and `aside` and end in the direction of the start."""
+    if abs(aside) < TINY_M:
+        return [Stretch(ahead)]
+    angle = 2 * np.arctan2(abs(aside), ahead)
+    curvature = np.sign(aside) * 4 * abs(aside) / (ahead**2 + aside**2)
+    return [Stretch(angle / abs(curvature), curvature), Stretch(angle / abs(curvature), -curvature)]
+
+
+@dataclass(frozen=True)
+class Movement:
+    """One lane that comes in, the lane out into which it leads, and what lies outside of it."""
+
+    incoming: Mouth
+    outgoing: Mouth
+    entry: Lane
+    exit: Lane
+    corner: bool  # it carries the corner's shoulder and pavement
+
+
+def connecting_road(name: str, junction: str, move: Movement, edge_line: Mark | None) -> Road:
+    """Return the road that leads one lane through a junction."""
+    start = move.incoming.inner_border(move.entry, True)
+    line = way(start, move.outgoing.inner_border(move.exit, False))
+    length = line.length_m
+    widths = move.incoming.width(move.entry), move.outgoing.width(move.exit)
+    lanes = [
+        Lane(
+            -1,
+            "driving",
+            _between(*widths, length),
+            (edge_line,) if edge_line and move.corner else (),
+            0.0,
+            move.entry.number,
+            move.exit.number,
+        )
+    ]
+    if move.corner:
+        lanes += _outside(move, length)
+    template = move.incoming.road
+    return Road(
+        name,
+        line,
+        (LaneSection(0.0, (), tuple(lanes)),),
+        template.type,
+        template.speed_limit_kmh,
+        junction=junction,
+        predecessor=Link("road", move.incoming.road.name, move.incoming.end),
+        successor=Link("road", move.outgoing.road.name, move.outgoing.end),
+        surface=template.surface,
+    )
+
+
+def _between(first: float, last: float, length: float) -> Profile:
+    if abs(first - last) < 1e-9:
+        return Profile.constant(first)
+    return Profile.smooth([(0.0, first, 0.0), (length, last, 0.0)])
+
+
+def _outside(move: Movement, length: float) -> list[Lane]:
+    """Return the lanes outside of the outermost driving lanes, where both roads have them."""
+    ins = _outer(move.incoming.side(True))
+    outs = _outer(move.outgoing.side(False))
+    lanes: list[Lane] = []
+    for lane in ins:
+        partner = next((o for o in outs if o.type == lane.type), None)
+        if partner is None:
+            continue
+        outs = outs[outs.index(partner) + 1 :]
+        widths = move.incoming.width(lane), move.outgoing.width(partner)
+        lanes.append(
+            Lane(
+                -2 - len(lanes),
+                lane.type,
+                _between(*widths, length),
+                (),
+                lane.raised_m,
+                lane.number,
+                partner.number,
+            )
+        )
+    return lanes
+
+
+def _outer(lanes: Sequence[Lane]) -> list[Lane]:
+    last = max((k for k, lane in enumerate(lanes) if lane.type == "driving"), default=-1)
+    return list(lanes[last + 1 :])
+
+
+def movements(mouths: Sequence[Mouth]) -> list[Movement]:
+    """Return all ways through a junction: left from the innermost lane, right from the outermost
+    one, straight on from every lane.
+    """
+    order = sorted(mouths, key=lambda m: m.outward_rad % (2 * np.pi))
+    found = []
+    for k, incoming in enumerate(order):
+        for j in range(1, len(order)):
+            outgoing = order[(k + j) % len(order)]
+            entries, exits = incoming.driving(True), outgoing.driving(False)
+            if not entries or not exits:
+                continue
+            turn = turn_rad(incoming.outward_rad + np.pi, outgoing.outward_rad)
+            if turn > STRAIGHT_RAD:
+                pairs = [(entries[0], exits[0])]
+            elif turn < -STRAIGHT_RAD:
+                pairs = [(entries[-1], exits[-1])]
+            else:
+                pairs = list(zip(entries, exits))
+            for entry, exit_ in pairs:
+                corner = j == 1 and entry is entries[-1]
+                found.append(Movement(incoming, outgoing, entry, exit_, corner))
+    return found
+
+
+def join(
+    name: str, mouths: Sequence[Mouth], edge_line: Mark | None = None
+) -> tuple[tuple[Road, ...], Junction]:
+    """Return the connecting roads of a junction, and the junction."""
+    roads, connections = [], []
+    for k, move in enumerate(movements(mouths)):
+        road = connecting_road(f"{name}.{k}", name, move, edge_line)
+        roads.append(road)
+        lanes = tuple(
+            (lane.predecessor, lane.number) for lane in road.sections[0].right if lane.predecessor
+        )
+        connections.append(Connection(move.incoming.road.name, road.name, "start", lanes))
+    return tuple(roads), Junction(name, tuple(connections))
+
+
+def at_junction(road: Road, end: End, name: str) -> Road:
+    """Return the road linked to a junction at one of its ends."""
+    link = Link("junction", name)
+    return replace(road, predecessor=link) if end == "start" else replace(road, successor=link)

@@ -1,0 +1,106 @@
+"""Sheet of roads: each kind drawn from above, lanes by type, with markings and the car's start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from .kinds import BaseRoad, kind, names
+from .markings import patches
+from .profile import Floats
+from .road import Road
+from .stations import stations
+
+COLOURS = {
+    "driving": (96, 96, 100),
+    "shoulder": (128, 124, 116),
+    "sidewalk": (190, 186, 178),
+    "biking": (150, 92, 84),
+    "parking": (112, 116, 132),
+    "border": (158, 150, 128),
+    "median": (124, 150, 96),
+    "curb": (200, 200, 200),
+    "rail": (120, 104, 92),
+    "none": (90, 84, 76),
+}
+LAND = (214, 222, 196)
+PAINT = {"white": (255, 255, 255), "yellow": (250, 200, 0)}
+BRIDGE, TUNNEL, CAR = (40, 70, 200), (120, 60, 20), (220, 20, 20)
+
+
+class _Canvas:
+    """A picture of a square of the plan, x to the right and y up, drawn finer than it is shown."""
+
+    FINER = 2
+
+    def __init__(self, centre: Floats, size_m: float, pixels: int):
+        pixels *= self.FINER
+        self.image = Image.new("RGB", (pixels, pixels), LAND)
+        self.draw = ImageDraw.Draw(self.image)
+        self.centre, self.scale, self.pixels = centre, pixels / size_m, pixels
+
+    def at(self, points: Floats) -> list[tuple[float, float]]:
+        aside = (points - self.centre) * self.scale * [1, -1] + self.pixels / 2
+        return [(float(x), float(y)) for x, y in aside]
+
+    def polygon(self, points: Floats, colour: tuple[int, int, int]) -> None:
+        self.draw.polygon(self.at(points), fill=colour)
+
+
+def top_view(base: BaseRoad, size_m: float = 180.0, pixels: int = 480) -> Image.Image:
+    """Return the square of `size_m` ahead of the camera's car, seen from above."""
+    pose = base.pose()
+    canvas = _Canvas(pose[:2, 3] + 0.3 * size_m * pose[:2, 0], size_m, pixels)
+    # what is below is drawn first; pavements before carriageways, as these win where roads cross
+    order = sorted(base.network.roads, key=lambda r: bool(r.structures))
+    for road in order:
+        _lanes(canvas, road)
+    for road in order:
+        for patch in patches(road):
+            points = road.line.points(patch.st_m[..., 0], patch.st_m[..., 1])
+            ring = np.concatenate([points[:, 0], points[::-1, 1]])
+            canvas.polygon(ring, PAINT[patch.colour])
+        _structures(canvas, road)
+    car = np.array([[0.0, -0.9], [0, 0.9], [4.4, 0.9], [5.2, 0], [4.4, -0.9]])
+    canvas.polygon(pose[:2, 3] + car @ pose[:2, :2].T, CAR)
+    image = canvas.image.resize((pixels, pixels), Image.Resampling.BOX)
+    ImageDraw.Draw(image).text((6, 4), f"{base.name} {base.seed}", fill=(0, 0, 0))
+    return image
+
+
+def _lanes(canvas: _Canvas, road: Road) -> None:
+    for k, section in enumerate(road.sections):
+        s = stations(road, *road.span(k))
+        drawn = sorted(section.lanes, key=lambda lane: lane.type == "driving")
+        borders = road.borders(k, s)
+        for lane in drawn:
+            inner, outer = (road.line.points(s, t) for t in borders[lane.number])
+            canvas.polygon(np.concatenate([inner, outer[::-1]]), COLOURS[lane.type])
+
+
+def _structures(canvas: _Canvas, road: Road) -> None:
+    for structure in road.structures:
+        s = stations(road, structure.start_m, structure.end_m)
+        for t in road.edges(s):
+            colour = BRIDGE if structure.kind == "bridge" else TUNNEL
+            canvas.draw.line(canvas.at(road.line.points(s, t)), fill=colour, width=2)
+
+
+def sheet(folder: Path, seeds: Sequence[int], kinds: Sequence[str] = ()) -> list[Path]:
+    """Write one picture per seed with all kinds from above, and return the paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for seed in seeds:
+        views = [top_view(kind(name, seed)) for name in kinds or names()]
+        columns = min(5, len(views))
+        rows = -(-len(views) // columns)
+        side = views[0].width
+        whole = Image.new("RGB", (columns * side, rows * side), LAND)
+        for k, view in enumerate(views):
+            whole.paste(view, (k % columns * side, k // columns * side))
+        paths.append(folder / f"roads_{seed}.png")
+        whole.save(paths[-1])
+    return paths
