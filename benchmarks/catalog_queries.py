@@ -31,7 +31,8 @@ import duckdb
 from isethdr_catalog import index, index_file, query
 
 REPEATS = 5
-RECORDS, COPIES = 20_000, 50
+RECORDS = 20_000
+COPIES = 50
 SENSORS = ("bayer", "rgbw", "split_pixel")
 LIGHTINGS = ("night_rural", "night_urban", "dusk", "day")
 METRICS = ("valid_share", "saturated_share", "ssim", "ciede2000", "log_luminance_error")
@@ -147,7 +148,8 @@ def attributes(k: int) -> dict[str, object]:
     }
     if k % 10 == 0:
         return common | {"kind": "scene", "recipe": f"{k:016x}", "renderer": settings}
-    sensor, lighting = SENSORS[k % 3], LIGHTINGS[k // 3 % 4]
+    sensor = SENSORS[k % 3]
+    lighting = LIGHTINGS[k // 3 % 4]
     scores = [
         {"camera": "a", "metric": m, "object": "", "value": draw.random(), "unit": "1"}
         for m in METRICS + MORE_METRICS
@@ -193,7 +195,8 @@ def multiply(home: Path) -> None:
     with duckdb.connect() as base:
         base.execute(f"ATTACH '{path}' AS idx")
         known = index_file.properties(base)
-        seed, ssim = known["config.seed"].column, known["ssim"].column
+        seed = known["config.seed"].column
+        ssim = known["ssim"].column
         for table in ("shots", "scores", "object_scores", "objects", "store"):
             name = {"store": "path"}.get(table, "id")
             number = {"store": "number"}.get(table, "store")
@@ -236,7 +239,8 @@ def worst(call: Callable[[], object]) -> Spent:
     call()
     spent = []
     for _ in range(REPEATS):
-        wall, cpu = time.perf_counter(), time.process_time()
+        wall = time.perf_counter()
+        cpu = time.process_time()
         call()
         spent.append((1e3 * (time.perf_counter() - wall), 1e3 * (time.process_time() - cpu)))
     return Spent(*map(max, zip(*spent, strict=True)))

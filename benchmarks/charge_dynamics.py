@@ -30,7 +30,9 @@ from isethdr_core.physics.detector.charge_dynamics_steps import (
 )
 from isethdr_core.physics.detector.temporal_modulation import ripple_s
 
-T, WELL, WANTED = 0.016, Well(20000.0, 530.0), 1e-6
+T = 0.016
+WELL = Well(20000.0, 530.0)
+WANTED = 1e-6
 TIMES_SATURATION = np.array([0.01, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e6])
 LEVELS = WELL.knee_e / T * TIMES_SATURATION
 STEPS = [2**k for k in range(2, 15)]
@@ -39,7 +41,8 @@ STEPS = [2**k for k in range(2, 15)]
 def rosenbrock_steps(charge, light, times, well):
     """Exponential Rosenbrock-Euler: the overflow is linearised at the start of each step."""
     for start, end in pairwise(times):
-        h, out = end - start, well.overflow_e_per_s(charge)
+        h = end - start
+        out = well.overflow_e_per_s(charge)
         charge = charge + np.exp(log_memory(h * out / well.thermal_e, h)) * (
             light(0.5 * (start + end)) - out
         )
@@ -56,7 +59,8 @@ def euler_steps(charge, light, times, well):
 def runge_kutta_steps(charge, light, times, well):
     """Classical Runge-Kutta of order 4."""
     for start, end in pairwise(times):
-        h, middle = end - start, 0.5 * (start + end)
+        h = end - start
+        middle = 0.5 * (start + end)
         k1 = light(start) - well.overflow_e_per_s(charge)
         k2 = light(middle) - well.overflow_e_per_s(charge + h / 2 * k1)
         k3 = light(middle) - well.overflow_e_per_s(charge + h / 2 * k2)
@@ -83,7 +87,8 @@ def reference(level, depth):
     """Return the charge with mpmath: the closed form for constant light, quadrature of the memory
     else.
     """
-    a, f = mp.mpf(level) / WELL.thermal_e, 200 * mp.pi
+    a = mp.mpf(level) / WELL.thermal_e
+    f = 200 * mp.pi
     with mp.workdps(60 if depth == 0 else 25):
         end = mp.mpf(T)
 

@@ -30,7 +30,9 @@ from isethdr_core.physics.detector.charge_dynamics import flow_varying
 from isethdr_core.physics.detector.temporal_modulation import ripple_s
 
 SHOWN = (0.01, 1.0, 100.0, 1e6)
-DEPTH, FAILS, FLOOR = 0.5, 1e2, 1e-16
+DEPTH = 0.5
+FAILS = 1e2
+FLOOR = 1e-16
 STYLE = {
     "explicit Euler": "#c0392b",
     "Runge-Kutta 4": "#7f8c8d",

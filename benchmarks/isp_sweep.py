@@ -55,7 +55,8 @@ class Clock:
     @contextmanager
     def on(self, purpose: str):
         """Count what is called within as another purpose."""
-        before, self.purpose = self.purpose, purpose
+        before = self.purpose
+        self.purpose = purpose
         try:
             yield
         finally:
@@ -85,7 +86,8 @@ def render(overrides: list[str]) -> None:
     from isethdr_core.runs.radiance_cache import scene_radiance
     from isethdr_core.uncertainty.ledger import Ledger
 
-    config, rows = hdr.compose(overrides), Ledger()
+    config = hdr.compose(overrides)
+    rows = Ledger()
     parts = chain(config)
     scene_radiance(parts, plan(parts, rows), rows, config)
 
@@ -96,7 +98,8 @@ def watched(overrides: list[str]) -> Clock:
     from isethdr_core.pipeline.chain import chain
     from isethdr_core.uncertainty import score_errors
 
-    clock, parts = Clock(), chain(hdr.compose(overrides))
+    clock = Clock()
+    parts = chain(hdr.compose(overrides))
     for cls in {type(component) for component in (parts.isp, *parts.metrics.values())}:
         clock.timed(cls)
     of_each = score_errors.of_each
@@ -123,9 +126,11 @@ def main() -> None:
     job = [*frame(options), "report=false"]
     render(job)
     shutil.rmtree(home() / FOLDER, ignore_errors=True)
-    clock, all_s = watched(job), []
+    clock = watched(job)
+    all_s = []
     for overrides in settings(options.settings):
-        start, before_s = time.process_time(), sum(clock.spent_s.values())
+        start = time.process_time()
+        before_s = sum(clock.spent_s.values())
         result = hdr.run(hdr.compose([*job, *overrides]))
         if not result.computed:
             raise SystemExit(f"{result.path} is stored already; choose an empty ISETHDR_HOME")

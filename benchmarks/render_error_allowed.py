@@ -52,11 +52,10 @@ def passes_of(scene, settings):
     from isethdr_mitsuba.world.materials import ramp_surfaces
     from isethdr_mitsuba.world.view import view_of
 
-    groups, bands = list(scene.light_groups()), settings._bands(None)
-    view, surfaces = (
-        view_of(scene.camera, settings.width, settings.height, settings.margin),
-        ramp_surfaces(scene),
-    )
+    groups = list(scene.light_groups())
+    bands = settings._bands(None)
+    view = view_of(scene.camera, settings.width, settings.height, settings.margin)
+    surfaces = ramp_surfaces(scene)
     one_pass = even_passes(
         follower(
             scene,
@@ -190,14 +189,18 @@ def by_hand(one_pass, groups, bands, judge, goal, most):
     """Return the least number of paths (group,), in steps, that brings each group's error to
     `goal`.
     """
-    total, done, target, seed = 0.0, 0, 4, 50_000
+    total = 0.0
+    done = 0
+    target = 4
+    seed = 50_000
     samples = np.zeros(len(groups), int)
     while True:
         seed += 1
         part = np.zeros((len(groups), len(bands), judge.shape[1]))
         for g, band, values in one_pass(seed, target - done):
             part[g, band] += np.asarray(values, float)
-        total, done = total + part * (target - done), target
+        total = total + part * (target - done)
+        done = target
         light = luminance_of((total / done)[..., None, :], bands)
         error = np.array([median_error(a, b) for a, b in zip(light, judge, strict=True)])
         samples[(samples == 0) & (error <= goal)] = done

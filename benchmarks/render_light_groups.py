@@ -19,7 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-WIDTH, HEIGHT = 128, 72
+WIDTH = 128
+HEIGHT = 72
 SAMPLES = {"ours": 64, "baseline": 64}  # paths per tile
 HALF = 448  # of the reference, paths per tile
 
@@ -46,13 +47,13 @@ def main():
     from isethdr_mitsuba.world.view import view_of
 
     make = tests_scenes()
-    scene, settings = make.street(50), MitsubaRenderer(width=WIDTH, height=HEIGHT, margin=0.0)
-    groups, bands = list(scene.light_groups()), settings._bands(None)
-    view, lamps, surfaces = (
-        view_of(scene.camera, WIDTH, HEIGHT, 0.0),
-        placed_lamps(scene),
-        ramp_surfaces(scene),
-    )
+    scene = make.street(50)
+    settings = MitsubaRenderer(width=WIDTH, height=HEIGHT, margin=0.0)
+    groups = list(scene.light_groups())
+    bands = settings._bands(None)
+    view = view_of(scene.camera, WIDTH, HEIGHT, 0.0)
+    lamps = placed_lamps(scene)
+    surfaces = ramp_surfaces(scene)
     one_pass = even_passes(
         follower(
             scene, view, lamps, groups, bands, settings, build_world(scene, surfaces), surfaces
@@ -68,7 +69,8 @@ def main():
     own = lambda films: [
         make.mitsubas_own(scene, settings, view, lamps, g, bands, films) for g in groups
     ]
-    judges, straight = own(4), own(len(bands))
+    judges = own(4)
+    straight = own(len(bands))
     baseline = lambda seed, samples: np.stack([render(seed, samples) for render in straight])
     started = time.process_time()
     halves = [np.stack([render(seed, HALF) for render in judges]) for seed in (1001, 1002)]
@@ -117,7 +119,9 @@ def median_error(picture, reference, against):
     of the group's mean.
     """
     lit = reference.mean(0) > 0.01 * reference.mean()
-    picture, reference, against = picture[:, lit], reference[:, lit], against[:, lit]
+    picture = picture[:, lit]
+    reference = reference[:, lit]
+    against = against[:, lit]
     there = reference > 1e-3 * reference.mean(0)  # a lamp may have no light in some bands
     return float(np.median(np.abs(picture - against)[there] / reference[there]))
 

@@ -36,10 +36,15 @@ from isethdr_core.scene import (
     flat,
 )
 
-FLUX_LM, AREA_M2 = 1e5, 1.0  # of all lamps
-REPEATS, SAMPLES = 8, 32
+# of all lamps
+FLUX_LM = 1e5
+AREA_M2 = 1.0
+REPEATS = 8
+SAMPLES = 32
 BANDS_NM = np.array([450.0, 520, 590, 660])
-LENGTH_M, WIDTH_M, HEIGHT_M = 60.0, 20.0, 6.0
+LENGTH_M = 60.0
+WIDTH_M = 20.0
+HEIGHT_M = 6.0
 BOX_FACES = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
 BOX_FACES += [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
 
@@ -93,13 +98,16 @@ def measure(count: int, width: int) -> dict[str, float]:
     description = street(count)
     settings = MitsubaRenderer(width=width, height=width * 9 // 16, margin=0.0, step_nm=70.0)
     view = view_of(description.camera, settings.width, settings.height, 0.0)
-    surfaces, groups = ramp_surfaces(description), ["streetlights"]
+    surfaces = ramp_surfaces(description)
+    groups = ["streetlights"]
     start = time.process_time()
-    lamps, world = placed_lamps(description), build_world(description, surfaces)
+    lamps = placed_lamps(description)
+    world = build_world(description, surfaces)
     paths = follower(description, view, lamps, groups, BANDS_NM, settings, world, surfaces)
     setup = time.process_time() - start
     weights = xyz_weights(BANDS_NM)[1]
-    pictures, seconds = [], []
+    pictures = []
+    seconds = []
     for seed in range(REPEATS + 1):  # the first compiles
         start = time.process_time()
         estimate = paths.even_pass(seed, SAMPLES)
@@ -119,7 +127,8 @@ def measure(count: int, width: int) -> dict[str, float]:
 
 def main() -> None:
     width = int(sys.argv[1]) if len(sys.argv) > 1 else 64
-    few, many = measure(10, width), measure(1000, width)
+    few = measure(10, width)
+    many = measure(1000, width)
     for count, estimate in ((10, few), (1000, many)):
         print(count, "lamps:", ", ".join(f"{k} {v:.3g}" for k, v in estimate.items()))
     for name in ("median", "p99"):

@@ -55,7 +55,8 @@ def rows(name, one_pass, groups, bands, shape, settings, paths, count):
             for one in passes
         ]
     )  # (pass, group, tile)
-    true, mean = light.std(0, ddof=1) / 2, light.mean(0)
+    true = light.std(0, ddof=1) / 2
+    mean = light.mean(0)
     replay = iter(passes)
     estimates = [
         estimate(

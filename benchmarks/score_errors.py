@@ -55,11 +55,9 @@ def camera_of(scene, weights, tiles_wide, pitch_um):
         f_number=2.0,
         focal_length_mm=3e-3 * tiles_wide / mixed.attrs["field_width"],
     )(mixed)
-    sensor, isp, metrics = (
-        hdr.build("sensor", "bayer", pitch_um=pitch_um),
-        hdr.build("isp", "linear"),
-        [hdr.build("metric", m) for m in METRICS],
-    )
+    sensor = hdr.build("sensor", "bayer", pitch_um=pitch_um)
+    isp = hdr.build("isp", "linear")
+    metrics = [hdr.build("metric", m) for m in METRICS]
     again = lambda changed: isp(sensor(changed, hdr.generator(seed=0)))
     picture = again(light)
     reference = truth(mixed, picture)
@@ -94,7 +92,8 @@ def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge,
 
     start = time.process_time()
     true = {s.metric: s.value for s in scores_of(99, judge)[0].scores}
-    true_scores, said = {}, {way: {} for way in ways}
+    true_scores = {}
+    said = {way: {} for way in ways}
     for seed in range(seeds):
         shot, metrics = scores_of(seed, samples)
         for s in shot.scores:
@@ -124,7 +123,8 @@ def main() -> None:
     """Print both tables."""
     import isethdr_core as hdr
 
-    street, night = tests_scenes().street(8), hdr.build("scene", "night_drive", seed=23)()
+    street = tests_scenes().street(8)
+    night = hdr.build("scene", "night_drive", seed=23)()
     for samples in (16, 96):
         compare(
             "street",

@@ -132,7 +132,8 @@ def intervals(case: str, setting: Setting) -> dict[str, np.ndarray]:
 
 def compare(case: str, setting: Setting) -> list[bool]:
     """Print the table of one case; return which intervals hold their score."""
-    true, stated = true_scores(case, setting), intervals(case, setting)
+    true = true_scores(case, setting)
+    stated = intervals(case, setting)
     print(f"\n{case}: {setting}")
     print(f"{'score':32s} {'true':>9s} {'rms off':>9s} {'rms half':>9s} {'inside':>7s} {'of':>4s}")
     every: list[bool] = []

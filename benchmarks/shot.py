@@ -24,8 +24,11 @@ from multiprocessing import get_context
 
 import numpy as np
 
-HEIGHT, WIDTH, BANDS = 1080, 1920, 31
-LARGEST_RATIO, LARGEST_MB = 2.0, 600.0
+HEIGHT = 1080
+WIDTH = 1920
+BANDS = 31
+LARGEST_RATIO = 2.0
+LARGEST_MB = 600.0
 
 
 def light():
@@ -97,10 +100,12 @@ def main() -> int:
     from isethdr_core.plugins.registry import build
     from isethdr_core.seeds import generator
 
-    sensor, scene = build("sensor", "split_pixel"), light()
+    sensor = build("sensor", "split_pixel")
+    scene = light()
     start = time.process_time()
     sensor(scene, generator(0))
-    first, peak = time.process_time() - start, peak_mb()
+    first = time.process_time() - start
+    peak = peak_mb()
     shot = cpu_seconds(lambda: sensor(scene, generator(1)))
     draws, projection = needed(scene.values)
     ratio = shot / (draws + projection)

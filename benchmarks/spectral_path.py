@@ -26,12 +26,19 @@ import numpy as np
 import scipy.fft as sf
 
 BANDS_NM = np.arange(400.0, 701.0, 10.0)
-PITCH_UM, FOCAL_MM, F_NUMBER = 3.0, 6.0, 4.0
+PITCH_UM = 3.0
+FOCAL_MM = 6.0
+F_NUMBER = 4.0
 LEVEL = 2.5e-4  # W m-2 sr-1 nm-1 of the background: some hundred electrons in green
 WORKERS = int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count())
-COLD_S, COLD_CPU_S, COLD_BYTES = 11.0, 16.0, 1.4e9  # irradiance from nothing, scene included
+# irradiance from nothing, scene included
+COLD_S = 11.0
+COLD_CPU_S = 16.0
+COLD_BYTES = 1.4e9
 WITH_PHASE = 3.0  # times that, with a wavefront
-SHARE, STRAIGHT_SHARE = 0.65, 0.25  # CPU seconds of the program's: irradiance, photocurrent
+# CPU seconds of the program's: irradiance, photocurrent
+SHARE = 0.65
+STRAIGHT_SHARE = 0.25
 NOISE_SHARE = 0.1, 0.2  # error of photocurrent, below full well and above
 FULL_WELL_E = 1e5
 
@@ -79,7 +86,8 @@ def night(height, width, lamp=1e8):
     """
     from isethdr_core.quantities import RADIANCE, centres, plane
 
-    rng, spectra = np.random.default_rng(3), lights()
+    rng = np.random.default_rng(3)
+    spectra = lights()
     y, x = np.mgrid[:height, :width].astype(np.float32)
     kind = (
         rng.integers(0, 6, (-(-height // 30), -(-width // 40)))
@@ -93,10 +101,8 @@ def night(height, width, lamp=1e8):
     amounts = np.stack(
         [10 ** (0.5 * wave - shade) for wave, shade in zip(waves, (1.0, 0.5, 0.5, 1.0, 0.8))]
     )
-    values, seen = (
-        np.empty((len(BANDS_NM), height, width), np.float32),
-        spectra[:, None] * materials(),
-    )
+    values = np.empty((len(BANDS_NM), height, width), np.float32)
+    seen = spectra[:, None] * materials()
     for band in range(len(BANDS_NM)):
         values[band] = sum(
             amount * part[kind]
@@ -104,7 +110,8 @@ def night(height, width, lamp=1e8):
         )
     values /= np.median(values.mean(0))
     for size in rng.choice([1, 1, 3, 9], 40):
-        i, j = int(rng.uniform(0, height - size)), int(rng.uniform(0, width - size))
+        i = int(rng.uniform(0, height - size))
+        j = int(rng.uniform(0, width - size))
         values[:, i : i + size, j : j + size] += (
             lamp * 10 ** -rng.uniform(0, 3) * spectra[rng.integers(1, 5)]
         )[:, None, None]
@@ -156,14 +163,17 @@ def shared_rule(radiance, pupil):
     """Return irradiance as image simulators compute it."""
     count, ny, nx = radiance.shape
     n = max(ny + 2 * round(ny / 8), nx + 2 * round(nx / 8))
-    oy, ox = (n - ny) // 2, (n - nx) // 2
-    out, padded = np.empty((count, ny, nx)), np.zeros((n, n))
+    oy = (n - ny) // 2
+    ox = (n - nx) // 2
+    out = np.empty((count, ny, nx))
+    padded = np.zeros((n, n))
     for band, wave in enumerate(BANDS_NM):
         spacing_mm = (
             wave * 1e-3 * FOCAL_MM / (n * PITCH_UM)
         )  # of the pupil, so that a sample of the image is a pixel
         size = min(n, round(FOCAL_MM / F_NUMBER / spacing_mm))
-        at, first = np.arange(size) * len(pupil) // size, (n - size) // 2
+        at = np.arange(size) * len(pupil) // size
+        first = (n - size) // 2
         field = np.zeros((n, n), complex)
         field[first : first + size, first : first + size] = pupil[np.ix_(at, at)]
         field = sf.fft2(field, workers=WORKERS, overwrite_x=True)
@@ -187,7 +197,9 @@ def clocked(call):
     ctypes.CDLL(None).malloc_trim(
         0
     )  # what earlier calls freed goes back, so that it is counted when it is taken again
-    before, peak, done = private_bytes(), [0], threading.Event()
+    before = private_bytes()
+    peak = [0]
+    done = threading.Event()
 
     def watch():
         while not done.wait(0.004):
@@ -195,9 +207,11 @@ def clocked(call):
 
     watcher = threading.Thread(target=watch)
     watcher.start()
-    wall, cpu = time.perf_counter(), time.process_time()
+    wall = time.perf_counter()
+    cpu = time.process_time()
     call()
-    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    wall = time.perf_counter() - wall
+    cpu = time.process_time() - cpu
     done.set()
     watcher.join()
     return wall, cpu, peak[0] - before
@@ -218,7 +232,8 @@ def program_row(scene, aberrated):
     """Return the clocking of the program, the best of three; kernels and transforms are there."""
     from isethdr_optics.psf.kernels import kernels
 
-    (lens, flares), (ny, nx) = optics(aberrated), scene.shape[1:]
+    lens, flares = optics(aberrated)
+    ny, nx = scene.shape[1:]
     lens_kernels = kernels(lens, flares, BANDS_NM, (PITCH_UM, PITCH_UM), (ny - 1, nx - 1))
     size = tuple(sf.next_fast_len(2 * n, real=True) for n in (ny, nx))
     transfer = np.empty((len(BANDS_NM), size[0], size[1] // 2 + 1), complex)
@@ -253,7 +268,8 @@ def our_rows(scene, aberrated, repeats=3):
     """Return the clockings of the first image of a process and of the best of `repeats` more, of
     irradiance and of photocurrent; nothing is on the disk.
     """
-    (lens, flares), (_, response) = optics(aberrated), camera()
+    lens, flares = optics(aberrated)
+    _, response = camera()
     ways = {
         "irradiance": lambda: lens(scene, flares),
         "photocurrent": lambda: lens.photocurrent(scene, flares, response),
@@ -273,7 +289,8 @@ def errors(scene, aberrated):
     """Return how far photocurrent is from irradiance by the same kernels, in standard deviations of
     the noise: largest below full well, above it.
     """
-    (lens, flares), (sensor, response) = optics(aberrated), camera()
+    lens, flares = optics(aberrated)
+    sensor, response = camera()
     short = lens.photocurrent(scene, flares, response)
     if "channel" not in short.dims:
         return float("nan"), float("nan")
@@ -308,7 +325,9 @@ def main(height=1080, width=1920, aberrated=False, turns=3) -> int:
     scene = night(height, width)
     # digests of the code: taken once, for all processes
     kernel_store.name(*optics(aberrated), BANDS_NM, (1.0, 1.0), (1, 1))
-    programs, rules, ours = [], [], []
+    programs = []
+    rules = []
+    ours = []
     for _ in range(turns):
         ours.append(in_child(our_rows, scene, aberrated))
         rules.append(in_child(rule_row, scene))

@@ -39,7 +39,8 @@ class Clock:
 
         @contextmanager
         def timed(rows, title: str) -> Iterator:
-            start, self._running = time.process_time(), self._running + 1
+            start = time.process_time()
+            self._running = self._running + 1
             try:
                 with stage(rows, title) as row:
                     yield row
@@ -85,7 +86,8 @@ def main() -> None:
     machinery = sum(clock.seconds.get(kind, 0.0) for kind in MACHINERY)
     for kind, seconds in clock.seconds.items():
         print(f"{kind:10s} {seconds:7.2f}" + ("  machinery" if kind in MACHINERY else ""))
-    to_store, to_end = clock.stored_s - clock.radiance_s, end_s - clock.radiance_s
+    to_store = clock.stored_s - clock.radiance_s
+    to_end = end_s - clock.radiance_s
     print(f"\nmachinery: {machinery:.2f} CPU s")
     print(f"radiance to written store: {to_store:.2f} CPU s, share {machinery / to_store:.3f}")
     print(f"radiance to end, with the report: {to_end:.2f} CPU s, share {machinery / to_end:.3f}")

@@ -175,7 +175,8 @@ def choices_of(offered: Any, wanted: bool) -> list[str]:
 
     if offered is None or not wanted:
         return []
-    hints, choices = get_type_hints(offered.cls), []
+    hints = get_type_hints(offered.cls)
+    choices = []
     for f in dataclasses.fields(offered.cls):
         values = (True, False) if hints[f.name] is bool else ()
         if get_origin(hints[f.name]) is Literal:
@@ -226,7 +227,8 @@ def measure(out: Path, changed: set[str], match: str) -> None:
     for name, (scene, fields) in renderings(changed).items():
         if not fnmatch(name, match):
             continue
-        renderer, described = hdr.build("renderer", "mitsuba", **fields), hdr.build("scene", scene)
+        renderer = hdr.build("renderer", "mitsuba", **fields)
+        described = hdr.build("scene", scene)
         try:
             arrays[f"{name}|radiance"] = renderer(described(), Demand())["radiance"].values
         except IsetHdrError as err:

@@ -57,7 +57,8 @@ def facets(light, observer, kind, alpha, index):
     """Return the BSDF of microfacets (Walter et al. 2007, equations 20 and 25 to 34)."""
     half = light + observer
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
-    up, cosine = half[..., 2], (half * light).sum(-1)
+    up = half[..., 2]
+    cosine = (half * light).sum(-1)
     if kind == "ggx":
         density = alpha**2 / (np.pi * (up**2 * (alpha**2 - 1) + 1) ** 2)
         shadow = lambda z: 2 / (1 + np.sqrt(1 + alpha**2 * (1 / z**2 - 1)))
@@ -69,16 +70,20 @@ def facets(light, observer, kind, alpha, index):
             rational = (3.535 * a + 2.181 * a**2) / (1 + 2.276 * a + 2.577 * a**2)
             return np.where(a >= 1.6, 1, rational)
 
-    ci, co = light[..., 2], observer[..., 2]
+    ci = light[..., 2]
+    co = observer[..., 2]
     return density * shadow(ci) * shadow(co) * fresnel(cosine, index) / (4 * ci * co)
 
 
 def grains(light, observer, roughness, flatness):
     """Return the diffuse BSDF of Mitsuba's `principled` of base colour 1 (Burley 2012, 2015)."""
-    ci, co = light[..., 2], observer[..., 2]
+    ci = light[..., 2]
+    co = observer[..., 2]
     half = light + observer
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
-    fi, fo, rr = (1 - ci) ** 5, (1 - co) ** 5, 2 * roughness * (half * light).sum(-1) ** 2
+    fi = (1 - ci) ** 5
+    fo = (1 - co) ** 5
+    rr = 2 * roughness * (half * light).sum(-1) ** 2
     diffuse = (1 - 0.5 * fi) * (1 - 0.5 * fo) + rr * (fo + fi + fo * fi * (rr - 1))
     ends = (1 + (rr / 2 - 1) * fi) * (1 + (rr / 2 - 1) * fo)
     flat = 1.25 * (ends * (1 / (ci + co) - 0.5) + 0.5)
@@ -101,7 +106,8 @@ def model(x, kind):
 
 def fit(name, table, kind):
     """Return the best of the fits from all starts."""
-    known, weight = table > 0, np.sqrt(Q0_WEIGHTS / Q0_WEIGHTS.max())
+    known = table > 0
+    weight = np.sqrt(Q0_WEIGHTS / Q0_WEIGHTS.max())
     high = [HIGH[0] if "w" in name else MOST_GLOSS_DRY, *HIGH[1:]]
 
     def residuals(x):

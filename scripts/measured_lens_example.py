@@ -13,7 +13,8 @@ from isethdr_optics.lenses.prescription_lens import PrescribedLens
 TARGET = Path(__file__).parents[1] / "plugins/isethdr_optics/measured/example.npz"
 FIELD_DEG = (0.0, 7.0, 14.0, 21.0, 28.0)
 WAVELENGTH_NM = (450.0, 550.0, 650.0)
-PITCH_UM, SIZE = 1.2, 49
+PITCH_UM = 1.2
+SIZE = 49
 
 
 def main() -> None:

@@ -230,7 +230,8 @@ def machine() -> str:
         lines = [line for line in info.read_text().splitlines() if line.startswith("model name")]
         model = lines[0].partition(":")[2].strip() if lines else model
     versions = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
-    cores, load = os.cpu_count(), os.getloadavg()[0]
+    cores = os.cpu_count()
+    load = os.getloadavg()[0]
     return f"{model}, {cores} cores with a load of {load:.1f} at the end; {versions}"
 
 

@@ -7,7 +7,8 @@ import isethdr_core as hdr
 
 size = {"width": 48, "height": 27, "horizontal_field_deg": 8.0}
 scene = hdr.build("scene", "point_lights", background_cd_m2=1000.0, **size)()
-lens, sensor = hdr.build("lens", "ideal"), hdr.build("sensor", "bayer")
+lens = hdr.build("lens", "ideal")
+sensor = hdr.build("sensor", "bayer")
 key = hdr.generator(seed=0, device="A", scene="point_lights")
 day, captures = (
     sensor(lens(hdr.build("lighting", "weights", weights=weights)(scene)), key)

@@ -100,7 +100,8 @@ def _stored() -> list[str]:
 
 def _overrides(words: Vocabulary, before: list[str], current: str) -> Iterator[str]:
     """Yield overrides of a config that begin with `current`."""
-    chosen, kind_of = dict(words.chosen), dict(words.kind_of)
+    chosen = dict(words.chosen)
+    kind_of = dict(words.kind_of)
     for word in before:  # what was chosen on this command line
         key, _, name = word.lstrip("+").partition("=")
         group, _, place = key.partition("@")

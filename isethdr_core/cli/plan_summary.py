@@ -17,7 +17,8 @@ def print_plan(overrides) -> None:
     """Print the stages that a run would compute, the stored results, and the omissions with their
     reasons.
     """
-    console, rows = open_console(), Ledger()
+    console = open_console()
+    rows = Ledger()
     config = compose(overrides)
     planned_chain = chain(config)
     demand = plan(planned_chain, rows)

@@ -15,7 +15,9 @@ from ..plugins.presets import Preset, component_of, presets
 from .terminal import console as open_console
 from .terminal import print_text
 
-FIELD, MORE = "  ", "      "  # what precedes a name, and what is said of it
+# what precedes a name, and what is said of it
+FIELD = "  "
+MORE = "      "
 
 
 def print_plugins(kind: str = "", name: str = "") -> int:

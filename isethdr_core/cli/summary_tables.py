@@ -194,7 +194,8 @@ def score_table(result) -> Table:
 
 def score_text(score: dict) -> str:
     """Return the value with half of its 95 % interval where it has one."""
-    low, high = score["low"], score["high"]
+    low = score["low"]
+    high = score["high"]
     has_interval = (
         low is not None and high is not None and 0 < high - low < math.inf
     )  # false for NaN too

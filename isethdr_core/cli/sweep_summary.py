@@ -96,7 +96,8 @@ def scored_text(score: Scored | None) -> str:
 
 
 def _title(table: SweepTable) -> str:
-    jobs, failed = table.jobs, sum(bool(job.error) for job in table.jobs)
+    jobs = table.jobs
+    failed = sum(bool(job.error) for job in table.jobs)
     computed = sum(job.computed for job in jobs)
     reused = len(jobs) - computed - failed
     parts = [f"{computed} computed"] if computed else []

@@ -63,7 +63,8 @@ def check_choices(overrides: Sequence[str]) -> None:
     ConfigError : `null` or an interpolation stands where the name of a config is expected.
     """
     for override in OverridesParser.create().parse_overrides(list(overrides)):
-        group, value = override.key_or_group.partition("@")[0], override.value()
+        group = override.key_or_group.partition("@")[0]
+        value = override.value()
         if group not in (*KINDS, "experiment"):
             continue
         if value is None and not override.is_delete():
@@ -167,7 +168,8 @@ def _no_such_key(missing: Any, overridden: bool, text: str) -> str:
     overridden : an override asked for the key.
     text : Hydra's message: it alone quotes the override.
     """
-    key, owner = str(missing.key), missing.object_type
+    key = str(missing.key)
+    owner = missing.object_type
     quoted = re.search(r"override '([^']+)'", text)
     where = quoted.group(1) if overridden and quoted else key
     if overridden and owner is dict and key in KINDS:

@@ -32,11 +32,10 @@ from .composition import (
 )
 from .trust import check_arguments
 
-MISTAKE, CRASH, INTERRUPTED = (
-    2,
-    1,
-    130,
-)  # exit codes: the user's to fix, a component's, Ctrl-C (128 + SIGINT)
+# exit codes: the user's to fix, a component's, Ctrl-C (128 + SIGINT)
+MISTAKE = 2
+CRASH = 1
+INTERRUPTED = 130
 
 OF_HYDRA = ("hydra", "hydra_plugins")  # loggers that announce each job
 
@@ -60,7 +59,8 @@ def run_with_hydra(arguments: list[str]) -> None:
         from .sweeps import finish, prepared  # as heavy as a run
 
         ready = prepared(arguments)
-        arguments, sweep = ready.arguments, ready.sweep
+        arguments = ready.arguments
+        sweep = ready.sweep
     if sweep is not None:
         begin(sweep)
         for logger in OF_HYDRA:  # each job says in one line what became of it

@@ -44,7 +44,8 @@ def settings() -> list[Setting]:
     text = FILE.read_text()
     values = yaml.safe_load(text)
     rows: list[Setting] = []
-    table, comment = "", []
+    table = ""
+    comment = []
     for line in text.partition(f"\n{OF_HYDRA}:")[0].splitlines():
         words = line.strip()
         if words.startswith("#"):

@@ -62,7 +62,8 @@ def check_overrides(overrides: Iterable[str]) -> None:
         `..`.
     """
     for override in OverridesParser.create().parse_overrides(list(overrides)):
-        key, value = override.get_key_element().lstrip("+~"), override.value()
+        key = override.get_key_element().lstrip("+~")
+        value = override.value()
         if key == "hydra.searchpath" or key.startswith("hydra.searchpath."):
             _check_search_path(value)
         elif key != "hydra" and not key.startswith("hydra."):

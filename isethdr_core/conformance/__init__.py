@@ -46,6 +46,7 @@ def check(kind: str, name: str, /, **fields: Any) -> None:
 
     if kind not in KINDS:
         raise ConfigError(f"no kind {kind!r}{did_you_mean(kind, KINDS)}")
-    component, subject = build(kind, name, **fields), f"{kind} {name!r}"
+    component = build(kind, name, **fields)
+    subject = f"{kind} {name!r}"
     check_component(subject, kind, name, component, fields)
     importlib.import_module(f".{kind}", __name__).check(subject, component)

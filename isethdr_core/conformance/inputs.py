@@ -18,7 +18,9 @@ from ..plugins.registry import build, components
 from .lazy import sealed
 
 GROUPS = ("sky", "headlights", "streetlights", "other")
-FOCAL_LENGTH_MM, F_NUMBER, THROUGHPUT_SR = 4.0, 2.8, np.pi / (1 + 4 * 2.8**2)
+FOCAL_LENGTH_MM = 4.0
+F_NUMBER = 2.8
+THROUGHPUT_SR = np.pi / (1 + 4 * 2.8**2)
 
 
 def bands_nm(count: int = 7) -> np.ndarray:
@@ -47,7 +49,8 @@ def scene(
     """
     cube = level * pattern((len(groups), bands, height, width))
     instance = np.zeros((height, width), np.uint32)
-    instance[2:8, 3:10], instance[9:14, 12:20] = 1, 2
+    instance[2:8, 3:10] = 1
+    instance[9:14, 12:20] = 2
     category = np.where(instance == 1, 3, np.where(instance == 2, 1, 0)).astype(np.uint16)
     distance = np.where(instance == 0, np.inf, 10.0 * np.maximum(instance, 1))
     normal = np.zeros((height, width, 3), np.float32)

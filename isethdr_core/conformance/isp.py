@@ -22,7 +22,10 @@ from .isp_readings import check_colour, check_place, check_readings, check_varia
 from .lazy import same_from_store, sealed
 from .promise import close, holds, keeps, refuses, repeatable, stated
 
-GAIN_DN_PER_E, BLACK_DN, TOP_DN, PITCH_UM = 0.5, 64.0, 4000.0, 3.0
+GAIN_DN_PER_E = 0.5
+BLACK_DN = 64.0
+TOP_DN = 4000.0
+PITCH_UM = 3.0
 GREY_CD_M2 = 100.0
 
 
@@ -74,7 +77,9 @@ def captures(
     filter at every pixel. The filters see in proportion to the colour matching functions, so colour
     can be read back exactly.
     """
-    nm, (height, width) = bands_nm(31), (16, 24)
+    nm = bands_nm(31)
+    height = 16
+    width = 24
     per_photon = xyz_bar(nm) / nm
     qe = 0.6 * per_photon / per_photon.max(axis=1, keepdims=True)
     area = (PITCH_UM * 1e-6) ** 2
@@ -86,16 +91,16 @@ def captures(
     electrons = qe @ photons
     if layout == "mosaic":
         filters = np.tile([[0, 1], [1, 2]], (height // 2, width // 2)).astype(np.uint8)
-        mean, channels, capture, efficiency = (
-            electrons[filters][None],
-            ["X", "Y", "Z"],
-            ["single"],
-            qe[None],
-        )
+        mean = electrons[filters][None]
+        channels = ["X", "Y", "Z"]
+        capture = ["single"]
+        efficiency = qe[None]
     else:
         filters = np.zeros((height, width), np.uint8)
         mean = np.broadcast_to(electrons[:, None, None], (3, height, width))
-        channels, capture, efficiency = ["all"], ["X", "Y", "Z"], qe[:, None, :]
+        channels = ["all"]
+        capture = ["X", "Y", "Z"]
+        efficiency = qe[:, None, :]
     raw = np.rint(np.clip(BLACK_DN + GAIN_DN_PER_E * mean, 0, TOP_DN + 1)).astype(np.uint16)
     levels = {
         "exposure_s": exposure_s,

@@ -36,7 +36,8 @@ def check_readings(subject: str, isp: Isp, grey: xr.Dataset, luminance_cd_m2: np
     ----------
     grey : captures whose `raw` is at most half of their top code.
     """
-    raw, black = grey["raw"].values.astype(float), float(grey["black_dn"][0])
+    raw = grey["raw"].values.astype(float)
+    black = float(grey["black_dn"][0])
 
     def other(
         factor: float,
@@ -75,7 +76,8 @@ def check_place(subject: str, isp: Isp, grey: xr.Dataset) -> None:
     mirrored, turned or shifted.
     """
     black = float(grey["black_dn"][0])
-    x, y = grey["x"].values, grey["y"].values
+    x = grey["x"].values
+    y = grey["y"].values
     lit = (x > 0.0) & (y[:, None] < 0.0)  # right, and up: y points down
     codes = np.rint(black + np.where(lit, 1.0, 0.1) * (grey["raw"].values - black)).astype(
         grey["raw"].dtype
@@ -118,9 +120,11 @@ def check_variance(subject: str, isp: Isp, grey: xr.Dataset) -> None:
     own.
     """
     random = np.random.default_rng(20261)
-    gain, black = float(grey["gain_dn_per_e"][0]), float(grey["black_dn"][0])
+    gain = float(grey["gain_dn_per_e"][0])
+    black = float(grey["black_dn"][0])
     mean_e = (grey["raw"].values.astype(float) - black) / gain
-    pictures, stated_variance = [], []
+    pictures = []
+    stated_variance = []
     for _ in range(SHOTS):
         electrons = random.poisson(mean_e) + random.normal(
             0.0, float(grey["read_noise_e"][0]), mean_e.shape

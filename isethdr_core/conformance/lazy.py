@@ -25,7 +25,8 @@ class ReadTooEarly(Exception):
 
 class _Sealed(BackendArray):
     def __init__(self, shape: tuple[int, ...], dtype: npt.DTypeLike) -> None:
-        self.shape, self.dtype = shape, dtype
+        self.shape = shape
+        self.dtype = dtype
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
         raise ReadTooEarly("it read the values before it looked at dims, units and coordinates")

@@ -264,7 +264,8 @@ def _check_place(
             float(source.x[column]), float(source.y[row])
         )
     )
-    x, y = float(point.x[peak[1]]), float(point.y[peak[0]])
+    x = float(point.x[peak[1]])
+    y = float(point.y[peak[0]])
     off = max(abs(x - want_x) / tile_pitch(light, "x"), abs(y - want_y) / tile_pitch(light, "y"))
     holds(
         subject,

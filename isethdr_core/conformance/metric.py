@@ -46,7 +46,8 @@ def check(subject: str, metric: Metric) -> None:
             (less.groups, less.wavelength_nm) == (demand.groups, demand.wavelength_nm),
             repr(less),
         )
-    reference, labels = true_picture(), labels_asked_for(metric)
+    reference = true_picture()
+    labels = labels_asked_for(metric)
     noisy = noisy_picture(reference)
     scores = repeatable(
         subject, lambda p: metric(p, reference, labels), lambda: noisy_picture(reference)
@@ -87,10 +88,8 @@ def true_picture() -> xr.Dataset:
     height, width = SIZE
     light = mixed(height=16, width=24)
     f_m = FOCAL_LENGTH_MM * 1e-3
-    x, y = (
-        centres(width, light.attrs["field_width"] * f_m),
-        centres(height, light.attrs["field_height"] * f_m),
-    )
+    x = centres(width, light.attrs["field_width"] * f_m)
+    y = centres(height, light.attrs["field_height"] * f_m)
     empty = make_picture(
         np.zeros((*SIZE, 3)),
         np.zeros((*SIZE, 3)),

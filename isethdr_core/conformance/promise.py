@@ -53,7 +53,8 @@ def keeps(subject: str, promise: str) -> Iterator[None]:
 
 def same(subject: str, promise: str, first: object, second: object) -> None:
     """Raise AssertionError unless two results hold the same bits (NaN equals NaN)."""
-    a, b = arrays(first), arrays(second)
+    a = arrays(first)
+    b = arrays(second)
     holds(subject, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
     for name in a:
         holds(
@@ -137,7 +138,8 @@ def repeatable(
     """Return `call(input)` after checking that it leaves its input alone and depends on its values
     only.
     """
-    original, untouched = make_input(), make_input()
+    original = make_input()
+    untouched = make_input()
     with keeps(subject, "accepts valid input"):
         result = call(original)
     same(subject, "does not change its input", original, untouched)
@@ -157,7 +159,8 @@ def alike(subject: str, promise: str, values: object, want: object) -> None:
     The tolerance is 1e-5 of the largest value, for sums in float32. Whole numbers may differ by 1,
     if such a sum decides a count.
     """
-    a, b = arrays(values), arrays(want)
+    a = arrays(values)
+    b = arrays(want)
     holds(subject, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
     for name, value in b.items():
         if value.dtype.kind == "f":

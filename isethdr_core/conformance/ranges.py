@@ -23,7 +23,8 @@ def outside(annotation: Any, value: Any) -> Iterator[Any]:
 
     A type without numbers yields nothing.
     """
-    origin, parts = get_origin(annotation), get_args(annotation)
+    origin = get_origin(annotation)
+    parts = get_args(annotation)
     if origin is Annotated or annotation in NUMBERS:
         yield from _bad_numbers(annotation)
     elif origin in (Union, types.UnionType):

@@ -30,7 +30,8 @@ from ..plugins.protocols import Renderer
 from .promise import close, holds, keeps, refuses, same, stated
 
 SKY = 0.02  # W m-2 sr-1 nm-1
-INTENSITY_CD, DISTANCE_M = 1000.0, 10.0
+INTENSITY_CD = 1000.0
+DISTANCE_M = 10.0
 
 
 def check(subject: str, renderer: Renderer) -> None:
@@ -197,7 +198,8 @@ def _check_demanded(subject: str, renderer: Renderer, full_scene: xr.Dataset) ->
 
 
 def _check_labels(subject: str, full_scene: xr.Dataset) -> None:
-    half_width, half_height = np.tan(np.radians(15.0)), np.tan(np.radians(15.0)) / 1.5
+    half_width = np.tan(np.radians(15.0))
+    half_height = np.tan(np.radians(15.0)) / 1.5
     close(
         subject,
         "field_width and field_height are the camera's field in tangents",
@@ -205,7 +207,8 @@ def _check_labels(subject: str, full_scene: xr.Dataset) -> None:
         [2 * half_width, 2 * half_height],
         1e-6,
     )
-    top, bottom = full_scene.isel(y=0), full_scene.isel(y=-1)
+    top = full_scene.isel(y=0)
+    bottom = full_scene.isel(y=-1)
     holds(
         subject,
         "sky has instance 0 and infinite distance",

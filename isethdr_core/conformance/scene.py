@@ -89,7 +89,8 @@ def check_description(subject: str, description: SceneDescription) -> None:
 
 
 def _check_part(subject: str, at: str, part: Part, description: SceneDescription) -> None:
-    vertices, faces = np.asarray(part.vertices, float), np.asarray(part.faces)
+    vertices = np.asarray(part.vertices, float)
+    faces = np.asarray(part.faces)
     holds(
         subject,
         "vertices are finite (n, 3)",
@@ -155,7 +156,8 @@ def _check_dome(subject: str, dome: SkyDome) -> None:
 
 
 def _check_spectrum(subject: str, at: str, spectrum: Spectrum) -> None:
-    nm, value = np.asarray(spectrum.wavelength_nm, float), np.asarray(spectrum.value, float)
+    nm = np.asarray(spectrum.wavelength_nm, float)
+    value = np.asarray(spectrum.value, float)
     holds(
         subject,
         "spectra have increasing wavelengths",

@@ -142,7 +142,8 @@ def dim_light(subject: str, sensor: Sensor) -> xr.DataArray:
     rows, columns = (
         (sensor.rows, sensor.columns) if isinstance(sensor, HasPixelCounts) else (None, None)
     )
-    height, width = int(rows or 24), int(columns or 32)
+    height = int(rows or 24)
+    width = int(columns or 32)
     tiles = (12, 16)  # coarser than the pixels: sensors integrate constant tiles exactly
     values = 1e-3 * pattern((31, *tiles))
     light = irradiance(values, *tiles, pitch_m * max(height / tiles[0], width / tiles[1]))
@@ -173,7 +174,9 @@ def _check_window(subject: str, sensor: Sensor, light: xr.DataArray) -> None:
     window_m = sensor.narrow(Demand()).window_m if isinstance(sensor, NarrowsDemand) else None
     if window_m is None:
         return
-    bands, rows, columns = light.sizes["wavelength"], 2 * light.sizes["y"], 2 * light.sizes["x"]
+    bands = light.sizes["wavelength"]
+    rows = 2 * light.sizes["y"]
+    columns = 2 * light.sizes["x"]
     wide = irradiance(
         light.values.max() * pattern((bands, rows, columns)), rows, columns, tile_pitch(light, "x")
     )
@@ -313,7 +316,8 @@ def _electrons(shot: xr.Dataset) -> np.ndarray:
     """Return electrons, dark charge included, read back from raw as captures say: (linear DN -
     black) / gain.
     """
-    column, raw = (slice(None), None, None), shot["raw"].values.astype(float)
+    column = (slice(None), None, None)
+    raw = shot["raw"].values.astype(float)
     if "companding_dn" in shot:
         tables = zip(
             raw, shot["companding_dn"].values, shot["companding_linear_dn"].values, strict=True

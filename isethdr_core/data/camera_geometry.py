@@ -231,7 +231,8 @@ def _widened(lens, x_in, y_in, x_out, y_out):
     """Return the borders with as many tiles more on every side of the field as the sensor's tiles
     reach beyond it, and how many that are.
     """
-    field_points, more = lens.inverse(*np.meshgrid(x_out, y_out)), 0
+    field_points = lens.inverse(*np.meshgrid(x_out, y_out))
+    more = 0
     for at, given_points in zip(field_points, (x_in, y_in)):
         reach = (
             max(given_points[0] - at.min(), at.max() - given_points[-1])

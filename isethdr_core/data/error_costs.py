@@ -58,7 +58,8 @@ def divided(allowed: float, costs: Mapping[Key, Cost]) -> dict[Key, float]:
         }
 
     # by halving: SciPy's root finders would add 0.2 s to every command that only plans
-    low, high = -700.0, 700.0
+    low = -700.0
+    high = 700.0
     for _ in range(80):
         middle = (low + high) / 2
         low, high = (middle, high) if sum(errors(middle).values()) > allowed else (low, middle)

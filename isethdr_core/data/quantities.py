@@ -346,7 +346,9 @@ def _check_field(ds: xr.Dataset) -> None:
 def _check_light(data: xr.DataArray, title: str) -> None:
     if _plain_light(data.values):
         return
-    low, high = float(np.min(data.values)), float(np.max(data.values))  # numpy's: NaN comes through
+    # numpy's: NaN comes through
+    low = float(np.min(data.values))
+    high = float(np.max(data.values))
     if not (np.isfinite(low) and np.isfinite(high)):
         raise UnitError(
             f"{title} holds NaN or infinite values; expected finite light (a damaged store or a"

@@ -193,7 +193,8 @@ def mean_over_pixels(
     ------
     UnitError : pixels whose field of view exceeds the field.
     """
-    f_m, pitch = _focal_length_m(picture), _pitch_m(picture)
+    f_m = _focal_length_m(picture)
+    pitch = _pitch_m(picture)
     try:
         if lens := _distortion(field, picture):
             return camera_geometry.mean_over_pixels(
@@ -224,7 +225,8 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
     and `in_frame` is the remaining share of its area. Objects outside the frame are dropped.
     """
     f_m = _focal_length_m(picture)
-    x, y = picture.x.values / f_m, picture.y.values / f_m
+    x = picture.x.values / f_m
+    y = picture.y.values / f_m
     columns: Any
     rows: Any
     if lens := _distortion(scene, picture):
@@ -233,7 +235,8 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
             for d, c in zip("xy", lens.inverse(*np.meshgrid(x, y)))
         )
     else:
-        columns, rows = _nearest(scene, "x", x), _nearest(scene, "y", y)
+        columns = _nearest(scene, "x", x)
+        rows = _nearest(scene, "y", y)
     at_pixels = [
         name
         for name in scene.data_vars
@@ -257,7 +260,8 @@ def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict[str, Any]]:
     it; both are cut at the frame. `truncation` is the share of the whole object's box that is cut
     off, in the field before distortion.
     """
-    table, lens = [], _distortion(scene, picture)
+    table = []
+    lens = _distortion(scene, picture)
     for entry in scene.attrs.get("objects", []):
         left, top, width, height = entry["box"]
         (x0, x1), (y0, y1) = (
@@ -271,7 +275,8 @@ def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict[str, Any]]:
         )
         cut_x = np.clip((x0, x1), 0, picture.sizes["x"])
         cut_y = np.clip((y0, y1), 0, picture.sizes["y"])
-        area, visible_area = (x1 - x0) * (y1 - y0), np.ptp(cut_x) * np.ptp(cut_y)
+        area = (x1 - x0) * (y1 - y0)
+        visible_area = np.ptp(cut_x) * np.ptp(cut_y)
         if visible_area > 0:
             box = [float(v) for v in (cut_x[0], cut_y[0], np.ptp(cut_x), np.ptp(cut_y))]
             whole = _whole_box(scene, picture, entry["box_full"]) if "box_full" in entry else {}

@@ -118,7 +118,8 @@ def pattern_at(pattern: np.ndarray, directions: npt.ArrayLike) -> np.ndarray:
     column = np.mod(np.arctan2(-d[..., 1], d[..., 0]) / (2 * np.pi), 1) * columns
     low = np.minimum(row.astype(int), rows - 2)
     left = column.astype(int) % columns
-    right, above = (left + 1) % columns, row - low
+    right = (left + 1) % columns
+    above = row - low
     aside = column - np.floor(column)
     lower = pattern[low, left] * (1 - aside) + pattern[low, right] * aside
     upper = pattern[low + 1, left] * (1 - aside) + pattern[low + 1, right] * aside

@@ -29,7 +29,8 @@ LAMP_PERCENTILE = 95.0  # lamps cover less than a twentieth of a driving scene
 WHITE_PERCENTILE = 99.0
 COMPRESSION = 100.0  # shows two decades below the white; see `tone`
 # k1 and k2 of Mantiuk et al. 2009; see `saturation`
-SATURATION_GAIN, SATURATION_EXPONENT = 2.3892, 0.8552
+SATURATION_GAIN = 2.3892
+SATURATION_EXPONENT = 0.8552
 
 
 def lamp_mask(luminance) -> np.ndarray:
@@ -145,7 +146,8 @@ def _within_gamut(linear: np.ndarray, grey: np.ndarray) -> np.ndarray:
     Clipping each channel would turn a bright red lamp magenta, as its blue goes on rising.
     """
     colour = linear - grey
-    above, below = colour.max(-1, keepdims=True), -colour.min(-1, keepdims=True)
+    above = colour.max(-1, keepdims=True)
+    below = -colour.min(-1, keepdims=True)
     room = np.ones_like(grey)
     np.divide(1 - grey, above, out=room, where=above > np.maximum(1 - grey, 1e-12))
     limit = np.ones_like(grey)
@@ -294,10 +296,8 @@ def write_png(
             "" if mapping.white_xyz is None else ", balanced"
         )
     else:
-        code, description = (
-            pq_encode(linear_srgb(_xyz(picture))),
-            "PQ (SMPTE ST 2084), absolute cd/m2, primaries of sRGB",
-        )
+        code = pq_encode(linear_srgb(_xyz(picture)))
+        description = "PQ (SMPTE ST 2084), absolute cd/m2, primaries of sRGB"
     rows = np.rint(65535 * code).astype(">u2")
     height, width = rows.shape[:2]
     # every row starts with the number of its filter, 0: none

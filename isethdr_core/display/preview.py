@@ -76,10 +76,8 @@ def guides(scene):
                 -((lookup["normal"][p] - lookup["normal"][q]) ** 2).sum(axis=-1) / NORMAL**2
             )
         if "distance" in lookup:
-            near, second = (
-                np.minimum(lookup["distance"][p], lookup["distance"][q]),
-                np.maximum(lookup["distance"][p], lookup["distance"][q]),
-            )
+            near = np.minimum(lookup["distance"][p], lookup["distance"][q])
+            second = np.maximum(lookup["distance"][p], lookup["distance"][q])
             with np.errstate(invalid="ignore"):
                 part = np.where(
                     second == near, 0.0, (second - near) / second
@@ -108,22 +106,20 @@ def averaged(xyz, noise, similarity) -> np.ndarray:
     """
     from scipy.ndimage import median_filter, uniform_filter
 
-    shape, variance = xyz.shape[1:], np.nan_to_num(noise) ** 2
+    shape = xyz.shape[1:]
+    variance = np.nan_to_num(noise) ** 2
     variance = np.maximum(variance, median_filter(variance, (1, 3, 3), mode="nearest"))
-    total, weights = xyz.copy(), np.ones(shape)
+    total = xyz.copy()
+    weights = np.ones(shape)
     for dy in range(min(REACH + 1, shape[0])):
         for dx in range(-REACH if dy else 1, REACH + 1):
             if abs(dx) >= shape[1]:
                 continue
-            p, q = (
-                (slice(0, shape[0] - dy), _cut(shape[1], dx)),
-                (slice(dy, None), _cut(shape[1], -dx)),
-            )
-            square, least, near = (
-                (xyz[:, *p] - xyz[:, *q]) ** 2,
-                np.minimum(variance[:, *p], variance[:, *q]),
-                similarity(p, q),
-            )
+            p = (slice(0, shape[0] - dy), _cut(shape[1], dx))
+            q = (slice(dy, None), _cut(shape[1], -dx))
+            square = (xyz[:, *p] - xyz[:, *q]) ** 2
+            least = np.minimum(variance[:, *p], variance[:, *q])
+            near = similarity(p, q)
             for target, source in ((p, q), (q, p)):
                 variances = variance[:, *target] + least
                 excess = (

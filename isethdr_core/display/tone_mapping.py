@@ -20,15 +20,16 @@ STOPS = tuple(
     # of the exposures that are fused, relative to that of the white; a stop apart, tones rise
     # everywhere
 )
-WELL, SPREAD = (
-    0.5,
-    0.2,
-)  # best exposed code value, and the standard deviation of its weight (Mertens et al. 2009)
+# best exposed code value, and the standard deviation of its weight (Mertens et al. 2009)
+WELL = 0.5
+SPREAD = 0.2
 FAINT = 1e-12  # weight of a sample that no exposure shows well
 # local Laplacian
 SIGMA = np.log(2.5)  # natural logarithm: contrasts up to this are detail and stay
 BETA = 0.4  # larger ones shrink to this power: two decades below white to 0.16 of white
-DARKEST, BRIGHTEST = 1e-5, 1e3  # of white: beyond these all is one tone
+# of white: beyond these all is one tone
+DARKEST = 1e-5
+BRIGHTEST = 1e3
 
 
 def exposure_fusion(relative) -> np.ndarray:

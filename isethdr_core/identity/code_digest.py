@@ -223,7 +223,8 @@ class Sources:
 
     def all_modules(self, module: str) -> list[str]:
         """Return every module of the package that a module belongs to, presets left out."""
-        top, folder = module.partition(".")[0], self.package_folder(module)
+        top = module.partition(".")[0]
+        folder = self.package_folder(module)
         if not folder:
             return [top]
         modules = []
@@ -427,7 +428,8 @@ class CodeReader:
         if isinstance(offered.target, str):
             module, _, name = offered.target.partition(":")
         else:
-            module, name = offered.target.__module__, offered.class_name
+            module = offered.target.__module__
+            name = offered.class_name
         return self.resolve(module, Spec(0, module, name), ())
 
     def _data_of(self, module: _Module, facts: Facts) -> None:
@@ -492,7 +494,8 @@ class CodeReader:
             return Target("outside", "", ".".join([*path, *attributes_left]))
         if owner in ("library", "absent"):
             return Target("library", "", ".".join([*path, *attributes_left]))
-        at, through = path[0], self._on_the_way(path[0])
+        at = path[0]
+        through = self._on_the_way(path[0])
         for part in path[1:]:
             at = f"{at}.{part}"
             if self.sources.locate(at) is None:
@@ -508,7 +511,8 @@ class CodeReader:
         facts = self._facts(located)
         if not names or located is None or facts is None:
             return self._at(at, names, through)
-        name, more = names[0], names[1:]
+        name = names[0]
+        more = names[1:]
         passed = facts.imported.get(name)
         if passed is None and name not in facts.defined and name in facts.lazy:
             passed = _lazy_spec(facts.lazy[name], name)

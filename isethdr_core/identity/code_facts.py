@@ -215,7 +215,8 @@ class _NormalForm:
         return self._everywhere.get(first)
 
     def _is_external(self, func: ast.expr, module: str, name: str) -> bool:
-        spec, dotted = self._imported_name(func), _dotted(func)
+        spec = self._imported_name(func)
+        dotted = _dotted(func)
         if spec is None:
             return False
         return (spec.module, dotted.partition(".")[2] or spec.name) == (module, name)
@@ -431,7 +432,8 @@ class _NormalForm:
 
     def _called(self, call: ast.Call) -> str:
         """Return the dotted name of a called function if it is a builtin or imported."""
-        spec, dotted = self._imported_name(call.func), _dotted(call.func)
+        spec = self._imported_name(call.func)
+        dotted = _dotted(call.func)
         if spec is None:
             return dotted
         attributes = dotted.partition(".")[2]

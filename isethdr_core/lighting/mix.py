@@ -184,7 +184,9 @@ def _read(ds, group: str, bands: slice) -> np.ndarray:
     """Return one block of one group in float64, checked to be finite and not negative."""
     position = [str(g) for g in ds.light_group.values].index(group)
     block = ds["radiance"].isel(light_group=position, wavelength=bands).values.astype(np.float64)
-    low, high = block.min(), block.max()  # NaN makes both NaN, and every comparison below false
+    # NaN makes both NaN, and every comparison below false
+    low = block.min()
+    high = block.max()
     if not (low >= 0 and high < np.inf):
         nm = ds.wavelength.values[bands]
         raise UnitError(

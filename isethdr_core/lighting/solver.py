@@ -65,11 +65,13 @@ def weight_for_percentile(other_light, ambient, percentile: float, target_value:
         return 1.0
     if miss(0.0) >= 0:
         return 0.0
-    low, high = 0.0, target_value / peak
+    low = 0.0
+    high = target_value / peak
     for _ in range(_LARGEST_STEP):
         if miss(high) >= 0:
             return _root(miss, low, high)
-        low, high = high, 2 * high
+        low = high
+        high = 2 * high
     return 1.0
 
 
@@ -86,7 +88,8 @@ def weight_for_dynamic_range(
     def ratio(w):
         return dynamic_range(other_light + w * ambient, low_percentile, high_percentile)
 
-    bright, peak = other_light.max(), ambient.max()
+    bright = other_light.max()
+    peak = ambient.max()
     if bright <= 0 or peak <= 0:
         return 1.0
     # 1e6: ambient light outshines every lamp; 1e-24: darker than any dynamic range that float32

@@ -103,7 +103,9 @@ def _parsed(group: str, entry: Any) -> Target:
     value = entry[key]
     low, high = value if isinstance(value, (list, tuple)) and len(value) == 2 else (value, value)
     try:
-        low, high, percentile = float(low), float(high), float(entry.get("percentile", 50.0))
+        low = float(low)
+        high = float(high)
+        percentile = float(entry.get("percentile", 50.0))
     except (TypeError, ValueError):
         raise ConfigError(
             f"{where}.{key} is {value!r}; expected a number or a range [low, high]"

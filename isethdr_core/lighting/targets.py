@@ -199,7 +199,8 @@ class TargetsLighting:
         """Return the weights after moving those of the groups `start`, then of all groups, to the
         picture's targets. Also return the values reached.
         """
-        level, ambient = self._level(), sum(w * map_of(g) for g, w in start.items())
+        level = self._level()
+        ambient = sum(w * map_of(g) for g, w in start.items())
         still = {g: w for g, w in weights.items() if g not in start and w}
         other_light = sum((w * map_of(g) for g, w in still.items()), 0.0 * ambient)
         if self.dynamic_range:
@@ -260,9 +261,11 @@ def _report(targets) -> str:
     """State the largest residual in the ledger. Return the targets that were not reached, with
     their residuals, as one text.
     """
-    missed, worst = [], 0.0
+    missed = []
+    worst = 0.0
     for name, value in targets.items():
-        wanted, reached = value["wanted"], value["reached"]
+        wanted = value["wanted"]
+        reached = value["reached"]
         residual = (
             abs(reached / wanted - 1)
             if wanted and math.isfinite(reached)

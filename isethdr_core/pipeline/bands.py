@@ -89,7 +89,8 @@ def outer(flags) -> slice:
     where = np.flatnonzero(flags)
     if not len(where) or len(flags) < 2:
         return slice(0, len(flags))
-    first, last = int(where[0]), int(where[-1])
+    first = int(where[0])
+    last = int(where[-1])
     return slice(first, last + 1) if first < last else slice(max(last - 1, 0), max(last - 1, 0) + 2)
 
 

@@ -131,8 +131,10 @@ def chain(config) -> Chain:
             f"draws is {config.draws!r}; expected a whole number of shots, at least 1; type for"
             " example draws=4"
         )
-    renderer, allowed = config.get("renderer"), budget.allowed(config)
-    leave_out, versions = switch(config, "leave_out"), table("lighting", config.get("versions"))
+    renderer = config.get("renderer")
+    allowed = budget.allowed(config)
+    leave_out = switch(config, "leave_out")
+    versions = table("lighting", config.get("versions"))
     if SHOWN in versions:
         raise ConfigError(
             f"the version name {SHOWN!r} is taken by the lighting of the run itself; "
@@ -382,15 +384,14 @@ def stage(rows: Ledger, kind: str, name: str, component, call, kept: Kept = NOT_
     `kept` : where a result of an earlier run may be, which takes the place of the call, and its row
         that of this one.
     """
-    hook, at_work, title = (
-        plugin_manager().hook,
-        Stage(kind, name, component),
-        f"{kind} {name}" if name else kind,
-    )
+    hook = plugin_manager().hook
+    at_work = Stage(kind, name, component)
+    title = f"{kind} {name}" if name else kind
     hook.isethdr_before_stage(stage=at_work)
     try:
         with book.stage(rows, title) as at_work.row, progress.shown(title):
-            earlier, start_s = kept.reuse.earlier(kept.name), time.process_time()
+            earlier = kept.reuse.earlier(kept.name)
+            start_s = time.process_time()
             if earlier is None:
                 at_work.result = call()
             else:
@@ -400,7 +401,8 @@ def stage(rows: Ledger, kind: str, name: str, component, call, kept: Kept = NOT_
             cpu_s = time.process_time() - start_s
             kept.reuse.keep(kept.name, at_work.result, at_work.row, cpu_s)
         else:
-            at_work.row.seconds, at_work.row.reused = earlier.row.seconds, True
+            at_work.row.seconds = earlier.row.seconds
+            at_work.row.reused = True
             at_work.row.peak_bytes = earlier.row.peak_bytes
     except BaseException as err:
         at_work.error = err
@@ -439,7 +441,8 @@ def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
     """Return the results of the camera `name` for the light of `shot`, with its scores against the
     truth.
     """
-    sensor, light = chain.cameras[name], shot.light
+    sensor = chain.cameras[name]
+    light = shot.light
     camera_shot = CameraShot(shot, sensor, chain.isp)
     captures = stage(
         rows,
@@ -458,7 +461,8 @@ def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
         camera_shot.kept_picture(),
     )
     with book.stage(rows, f"truth {name}"):
-        reference, labels = truth(shot.mixed, picture), labels_on(shot.scene, picture)
+        reference = truth(shot.mixed, picture)
+        labels = labels_on(shot.scene, picture)
     camera = Camera(captures, picture, reference, labels)
 
     def of_draw(draw: int) -> list[Score]:
@@ -520,7 +524,8 @@ def renderer_errors(
         return {}
     with book.stage(rows, f"scores {name}") as row:
         if chain.draws > 1:
-            shot, metrics = camera_shot.shot, list(chain.metrics.values())
+            shot = camera_shot.shot
+            metrics = list(chain.metrics.values())
             scored_shot = ScoredShot(
                 picture=camera.picture,
                 truth=camera.truth,

@@ -181,7 +181,9 @@ def _smaller(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: Frame
     because part of a lens's memory does not grow with the frame.
     """
     kind = "scene" if isinstance(source, KnowsItsField) else "renderer"
-    nominal, most, scale = source.tile_counts(margin=False), machine_bytes(), 1.0
+    nominal = source.tile_counts(margin=False)
+    most = machine_bytes()
+    scale = 1.0
     while scale * min(nominal) > 2:
         scale *= STEP
         rows, columns = (math.ceil(n * scale) for n in (frame.rows, frame.columns))

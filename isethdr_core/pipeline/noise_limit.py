@@ -63,7 +63,9 @@ class CameraNoise:
 
     def _limit(self, scene: xr.Dataset) -> NoiseLimit:
         mixed = self.lighting(scene)
-        mixed, limits, exposures = time_mean(mixed), [], []
+        mixed = time_mean(mixed)
+        limits = []
+        exposures = []
         light = sharp_light(self.lens, mixed)
         if light is None:
             light = time_mean(self.on_sensor(mixed))
@@ -203,7 +205,8 @@ def _at_tiles(values: np.ndarray, light: xr.DataArray, mixed: xr.DataArray) -> n
     """Return values (k, y, x) on the grid of `light` at the tiles of `mixed`; infinite where no
     light falls from a tile on that grid, and beyond the camera's field.
     """
-    lens, f_m = camera_geometry.map_of(light), light.attrs["focal_length_mm"] * 1e-3
+    lens = camera_geometry.map_of(light)
+    f_m = light.attrs["focal_length_mm"] * 1e-3
     x, y = lens.forward(mixed.x.values[None, :], mixed.y.values[:, None])
     indices = [
         np.round((np.broadcast_to(p, mixed.shape[-2:]) * f_m - light[d].values[0]) / pitch)
@@ -213,7 +216,8 @@ def _at_tiles(values: np.ndarray, light: xr.DataArray, mixed: xr.DataArray) -> n
     for index, d in zip(indices, ("y", "x")):
         inside_grid &= (index >= 0) & (index < light.sizes[d])
     for d, name in (("y", "field_height"), ("x", "field_width")):
-        centre, side = mixed[d].values, mixed.attrs.get(name) or np.inf
+        centre = mixed[d].values
+        side = mixed.attrs.get(name) or np.inf
         inside = np.abs(centre) < side / 2
         inside_grid &= inside[:, None] if d == "y" else inside[None, :]
     row, column = (np.where(inside_grid, index, 0).astype(int) for index in indices)

@@ -133,7 +133,8 @@ class CameraShot:
         draw : number of the realisation, from 1.
         metrics : of the run. `scored` : function(metric, picture) -> scores of that picture.
         """
-        reuse, shot = self.shot.reuse, self.shot
+        reuse = self.shot.reuse
+        shot = self.shot
 
         def captures() -> Any:
             return self.sensor(shot.light, shot.realisation(draw))

@@ -186,13 +186,16 @@ def _refuse_near(subject: str, name: str, cls: type, candidates: dict[str, type]
     near = _nearest(name, tuple(candidates))
     if near is None or offers(cls, near):
         return
-    protocol, raw = candidates[near], _raw(cls, name)
+    protocol = candidates[near]
+    raw = _raw(cls, name)
     if near in methods(protocol):
         if _problem(raw, protocol, near):
             return
-        right, member = written(near, protocol), "method"
+        right = written(near, protocol)
+        member = "method"
     else:
-        right, member = near, "class attribute"
+        right = near
+        member = "class attribute"
     raise PluginError(
         f"{subject}: unknown {member} {name!r}; did you mean {right} ({protocol.__name__})? "
         f"A {member} of your own needs a name that begins with an underscore"

@@ -62,7 +62,9 @@ class FieldRow:
 
 def field_rows(cls: type) -> list[FieldRow]:
     """Return one row for each field of a component, in the order of the class."""
-    types, meanings, origins = field_types(cls), field_comments(cls), field_origins(cls)
+    types = field_types(cls)
+    meanings = field_comments(cls)
+    origins = field_origins(cls)
     rows = []
     for field in dataclasses.fields(cls):
         if not field.init:
@@ -184,7 +186,8 @@ def own_comments(cls: type) -> dict[str, str]:
             (above if alone else beside)[token.start[0]] = token.string.lstrip("# ")
     [definition] = ast.parse(source).body
     assert isinstance(definition, ast.ClassDef)
-    comments, group = {}, ""
+    comments = {}
+    group = ""
     for node in definition.body:
         if not isinstance(node, ast.AnnAssign) or not isinstance(node.target, ast.Name):
             continue

@@ -47,7 +47,8 @@ def presets(group: str) -> dict[str, Preset]:
 
 def component_of(preset: Preset) -> str:
     """Return the name of the component that a preset is based on, through other presets."""
-    all_presets, visited = presets(preset.group), {preset.name}
+    all_presets = presets(preset.group)
+    visited = {preset.name}
     name = preset.based_on
     while name in all_presets and name not in visited:
         visited.add(name)

@@ -26,10 +26,9 @@ SHORT = Repr()
 SHORT.maxstring = SHORT.maxother = 80
 TOO_SHORT = "missing"  # pydantic error type of a tuple that lacks an element
 NUMBERS = (int, float)
-LEAST_NM, MOST_NM = (
-    100.0,
-    3000.0,
-)  # the range in which silicon is sensitive, with a margin at both ends
+# the range in which silicon is sensitive, with a margin at both ends
+LEAST_NM = 100.0
+MOST_NM = 3000.0
 LARGEST_SEED = 2**63 - 1  # a signed 64-bit number, as stores keep it
 
 
@@ -158,7 +157,8 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
     problems = [p for p in every if p["loc"][0] == name]
     depth = max(len(p["loc"]) for p in problems)
     deepest = [p for p in problems if len(p["loc"]) == depth]  # the best fit among a union
-    value, field_value = deepest[0]["input"], values[name]
+    value = deepest[0]["input"]
+    field_value = values[name]
     wrong = SHORT.repr(field_value)
     if value is not field_value and deepest[0]["type"] != TOO_SHORT:
         wrong += f" with {SHORT.repr(value)} in it"

@@ -69,7 +69,8 @@ def table(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> Markup:
 
 def value_text(score: Mapping[str, Any]) -> str:
     """Return a value with half of its 95 % interval where it has one."""
-    low, high = score["low"], score["high"]
+    low = score["low"]
+    high = score["high"]
     has_interval = low is not None and high is not None and 0 < high - low < math.inf
     half = f" ± {(high - low) / 2:.1g}" if has_interval else ""
     return str(escape(f"{score['value']:.4g}{half}"))

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
     from ..runs.run import Result
 
-PICTURE, LUMINANCE = "picture", "luminance"
+PICTURE = "picture"
+LUMINANCE = "luminance"
 LEAST_SHARE = 1e-6  # of the largest luminance: the lower end of the scale
 
 

@@ -36,7 +36,8 @@ def open_run(name: str | os.PathLike[str]) -> Result:
 def _path_of(name: str | os.PathLike[str]) -> Path:
     if Path(name).suffix == ".zarr":
         return Path(name)
-    folder, text = store.home() / "runs", str(name)
+    folder = store.home() / "runs"
+    text = str(name)
     stored = sorted(p for p in folder.glob("*.zarr") if not p.name.startswith("."))
     candidates = [p for p in stored if p.stem == text]
     candidates = candidates or [p for p in stored if text and p.stem.startswith(text)]

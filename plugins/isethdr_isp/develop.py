@@ -47,7 +47,8 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
     if how.defects == "interpolated" and MAP in captures:
         cell = array_period(captures["filter"].values)
         merged = corrected(merged, captures[MAP].values, cell)
-    response, dark_var_e2 = reads[0].response, floor_e2(reads)
+    response = reads[0].response
+    dark_var_e2 = floor_e2(reads)
     matrix = solve_matrix(
         response, captures.wavelength.values, balance, how.design_snr, dark_var_e2
     )
@@ -64,13 +65,13 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
 
 def _developed(merged, captures, how: Development, matrix, attrs: dict):
     """Return the picture that one mosaic makes through the colour matrix (3, channel)."""
-    filters, names = captures["filter"].values, [str(name) for name in captures["channel"].values]
+    filters = captures["filter"].values
+    names = [str(name) for name in captures["channel"].values]
     # shading is corrected before the demosaic, so that a uniform scene is flat for the demosaic
     level = shading(captures, how.shading_csv)
-    valid, level = (
-        merged.valid & (level > 0),
-        np.where(level > 0, level, 1.0),
-    )  # where no light passes the lens
+    # where no light passes the lens
+    valid = merged.valid & (level > 0)
+    level = np.where(level > 0, level, 1.0)
     variance = merged.variance_e2 / level**2
     planes, invalid, noise_map = interpolate(
         how.demosaic, merged.signal_e / level, filters, names, variance, ~valid
@@ -172,12 +173,11 @@ def solve_matrix(
     design_snr : signal-to-noise ratio at which the noise is weighed.
     dark_var_e2 : variance of the best reading in the dark, e^2.
     """
-    weights, samples, white = (
-        xyz_weights(wavelength_nm),
-        radiances(wavelength_nm, (balance,) if isinstance(balance, Mixture) else LIGHTS),
-        light(balance, wavelength_nm),
-    )
-    electrons, target = samples @ response.T, samples @ weights.T
+    weights = xyz_weights(wavelength_nm)
+    samples = radiances(wavelength_nm, (balance,) if isinstance(balance, Mixture) else LIGHTS)
+    white = light(balance, wavelength_nm)
+    electrons = samples @ response.T
+    target = samples @ weights.T
     mean = electrons.mean(0)
     level = design_luminance(mean.mean(), design_snr, dark_var_e2)
     noise = np.diag(mean / level + dark_var_e2 / level**2)  # e^2 at that level, in (e per cd/m2)^2

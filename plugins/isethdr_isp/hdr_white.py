@@ -35,7 +35,8 @@ def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> n
     """
     from scipy.ndimage import correlate1d
 
-    displayed, filled = np.asarray(displayed, float), np.asarray(filled, float)
+    displayed = np.asarray(displayed, float)
+    filled = np.asarray(filled, float)
     if not 0 <= start < 1:
         raise ConfigError(
             f"start is {start!r}; expected a share of the full scale, 0 or more and below 1; type"

@@ -114,7 +114,8 @@ def _state_spectral_mismatch(groups, wavelength_nm) -> None:
     """State how far captures with different filter curves disagree on coloured light. They agree on
     the balance light only.
     """
-    long, samples = groups[-1][0], radiances(wavelength_nm)
+    long = groups[-1][0]
+    samples = radiances(wavelength_nm)
     reference = samples @ (long.response / long.sensitivity[:, None]).T
     shorter = (samples @ (g[0].response / g[0].sensitivity[:, None]).T for g in groups[:-1])
     worst = max(

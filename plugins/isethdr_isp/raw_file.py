@@ -30,11 +30,10 @@ COLOURS = {
     "W": 6,
     "C": 6,
 }  # of the tag CFAPlaneColor; C is clear, as W
-ARRAY, GREY, LINEAR = (
-    32803,
-    1,
-    34892,
-)  # kinds of picture: filter array, one channel, the same said as a DNG does
+# kinds of picture: filter array, one channel, the same said as a DNG does
+ARRAY = 32803
+GREY = 1
+LINEAR = 34892
 KIND = 262  # the tag that holds it
 D65 = 21  # of the tag CalibrationIlluminant1
 LARGEST = 65535
@@ -58,7 +57,8 @@ def write_dng(captures, path, capture: str = "") -> Path:
 
     check_captures(captures)
     single = chosen(captures, capture)
-    names, raw = [str(name) for name in single["channel"].values], single["raw"].values[0]
+    names = [str(name) for name in single["channel"].values]
+    raw = single["raw"].values[0]
     _check(single, names, raw)
     mono = len(names) == 1
     with tifffile.TiffWriter(path, byteorder="<") as file:
@@ -122,9 +122,11 @@ def tags(capture, names, mono: bool) -> list[tuple]:
         linear = np.interp(np.arange(int(knees[0, -1]) + 1), *knees)
         entries.append((50712, "H", len(linear), tuple(np.rint(linear).astype(int).tolist())))
     if not mono:
-        cell, order = _cell(capture), planes_in_order(capture)
+        cell = _cell(capture)
+        order = planes_in_order(capture)
         names = [names[k] for k in order]
-        response, neutral = read.response[order], neutral[order]
+        response = read.response[order]
+        neutral = neutral[order]
         letters = np.array(capture["channel"].values.tolist())[cell].ravel().tolist()
         entries += [
             (33421, "H", 2, cell.shape),
@@ -170,11 +172,9 @@ def camera_matrix(response, wavelength_nm) -> np.ndarray:
 
     The strongest channel of a daylight white of Y = 1 is 1.
     """
-    samples, white, weights = (
-        radiances(wavelength_nm),
-        light("daylight", wavelength_nm),
-        xyz_weights(wavelength_nm),
-    )
+    samples = radiances(wavelength_nm)
+    white = light("daylight", wavelength_nm)
+    weights = xyz_weights(wavelength_nm)
     camera = response / (response @ white).max()
     return colour_matrix(samples @ weights.T, samples @ camera.T, weights @ white, camera @ white)
 

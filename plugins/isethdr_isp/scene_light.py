@@ -20,7 +20,8 @@ from .spectra import LIGHTS, Illuminant, Mixture, light
 AUTOMATIC = "automatic"
 REFERENCE = "daylight"  # captures are compared in this light; also the answer where nothing is seen
 # a cell brighter than this multiple of the percentile is a lamp, or its glare
-LAMP_PERCENTILE, LAMP_MULTIPLE = 95.0, 2.0
+LAMP_PERCENTILE = 95.0
+LAMP_MULTIPLE = 2.0
 STEPS = 100  # of a mixture's share
 
 
@@ -93,11 +94,13 @@ def nearest_mixture(means, read: Readout, wavelength_nm) -> tuple[Mixture, float
     white = np.array([read.response @ light(name, wavelength_nm) for name in LIGHTS])
     white /= read.sensitivity
     share = np.linspace(0.0, 1.0, STEPS + 1)[:, None]
-    best, least = Mixture(REFERENCE, REFERENCE, 0.0), np.inf
+    best = Mixture(REFERENCE, REFERENCE, 0.0)
+    least = np.inf
     for a, b in combinations(range(len(LIGHTS)), 2):
         log_ratios = np.log((1 - share) * white[a] + share * white[b]) - np.log(means)
         rms = log_ratios.std(axis=1)  # the level is free
         k = int(rms.argmin())
         if rms[k] < least:
-            best, least = Mixture(LIGHTS[a], LIGHTS[b], float(share[k, 0])), float(rms[k])
+            best = Mixture(LIGHTS[a], LIGHTS[b], float(share[k, 0]))
+            least = float(rms[k])
     return best, least

@@ -45,7 +45,8 @@ def light(name: Illuminant, wavelength_nm) -> np.ndarray:
     """
     w = np.asarray(wavelength_nm, float)
     if isinstance(name, Mixture):
-        first, second = light(name.first, w), light(name.second, w)
+        first = light(name.first, w)
+        second = light(name.second, w)
         return (1 - name.share) * first + name.share * second
     if name in ("daylight", "halogen"):
         shape = planck_radiance(w, 6504.0 if name == "daylight" else 3200.0)
@@ -68,7 +69,8 @@ def reflectances(wavelength_nm) -> np.ndarray:
     w = np.asarray(wavelength_nm, float)
     out = [np.full(len(w), 0.5)]
     for centre_nm in range(440, 641, 25):
-        edge, band = 1 / (1 + np.exp(-(w - centre_nm) / 20)), _bell(w, centre_nm, 30)
+        edge = 1 / (1 + np.exp(-(w - centre_nm) / 20))
+        band = _bell(w, centre_nm, 30)
         for shape in (edge, 1 - edge, band, 1 - band):
             out += [0.03 + 0.77 * shape, 0.2 + 0.4 * shape]
     return np.array(out)

@@ -24,7 +24,8 @@ def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm) 
     ------
     ConfigError : names what has too little data, and the bands that all have.
     """
-    low, high = float(np.min(bands_nm)), float(np.max(bands_nm))
+    low = float(np.min(bands_nm))
+    high = float(np.max(bands_nm))
     spans = {
         what: (s.wavelength_nm[0], s.wavelength_nm[-1]) for what, s in _spectra(description, groups)
     }

@@ -197,7 +197,8 @@ def even_passes(paths):
     """Return the function that `passes.estimate` calls for each pass. A pass covers all tiles
     evenly.
     """
-    groups, bands = len(paths.lamps.groups), len(paths.wavelength_nm)
+    groups = len(paths.lamps.groups)
+    bands = len(paths.wavelength_nm)
 
     def one_pass(seed, samples, groups_wanted=None):
         sums = paths.even_pass(seed, samples, groups_wanted)
@@ -231,10 +232,8 @@ def state_noise(result, groups, settings):
             noise
         ):  # a single pass has no spread, and a group without light has no noise
             continue
-        samples, stored = (
-            own + known.paths,
-            f", {known.paths} of them stored before" * bool(known.paths),
-        )
+        samples = own + known.paths
+        stored = f", {known.paths} of them stored before" * bool(known.paths)
         if settings.samples is None:
             how = f"{samples} samples per tile{stored}, {seconds:.3g} s, where cameras need them"
         else:

@@ -36,7 +36,9 @@ LEAST_SAMPLES = 16  # samples per tile that are needed to estimate noise
 SCALAR = "scalar_spectral"
 # the main job at 640x360: CPU us of a tile, for the first paths and for those that follow, and
 # seconds for the scene's tables
-PILOT_US, NEED_US, WORLD_S = 150.0, 480.0, 25.0
+PILOT_US = 150.0
+NEED_US = 480.0
+WORLD_S = 25.0
 # of one group and four bands, measured on two cores; it only tells the user what to expect
 SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
 
@@ -218,7 +220,8 @@ class MitsubaRenderer:
         known : {light group: samples and noise of earlier renderings}. Only samples that they lack
             are computed, and the result consists of these only.
         """
-        groups, bands = self._groups(description, demand), self._bands(demand)
+        groups = self._groups(description, demand)
+        bands = self._bands(demand)
         check_bands(description, groups, bands)
         variant = choose_variant(self.variant)
         if variant == SCALAR:
@@ -226,7 +229,8 @@ class MitsubaRenderer:
         return render_frame(self, description, groups, bands, demand or Demand(), variant, known)
 
     def _say_how_slow(self, groups, bands, projection):
-        tiles, asked = self.width * self.height * (1 + 2 * self.margin) ** 2, self.decided()
+        tiles = self.width * self.height * (1 + 2 * self.margin) ** 2
+        asked = self.decided()
         minutes = (
             SCALAR_S_PER_PATH.get(projection, 0)
             * asked.samples

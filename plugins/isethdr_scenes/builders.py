@@ -107,7 +107,9 @@ def place(
     """Return the models and the placed objects of `spots`; `spectra` names a lamp spectrum per
     light group, `beam` the family of all headlamps that are on.
     """
-    names, models, objects = {}, {}, []
+    names = {}
+    models = {}
+    objects = []
     for spot in spots:
         key = (spot.recipe, spot.lamps)
         if key not in names:

@@ -21,10 +21,14 @@ from isethdr_core.scene import IntensityTable
 CUT_OFF_DOWN = 0.81  # of the middle of the step at the left; its inflection lies at 0.57
 RISE = np.tan(np.radians(15.0))  # of the cut-off on the right
 STEP_WIDTH = 0.105  # of the logistic step; the sharpness G is 0.2 to 0.3
-HOT_RIGHT, HOT_HALF_WIDTH = 1.0, 4.2
-HOT_DOWN, FLOOD_DOWN = 2.1, 4.5  # where hot spot and flood have half of their light, below
+HOT_RIGHT = 1.0
+HOT_HALF_WIDTH = 4.2
+# where hot spot and flood have half of their light, below
+HOT_DOWN = 2.1
+FLOOD_DOWN = 4.5
 FLOOD_HALF_WIDTH = 22.0
-STRAY_UP, STRAY_ASIDE = 10.0, 30.0
+STRAY_UP = 10.0
+STRAY_ASIDE = 30.0
 EDGE = 50.0  # the table ends there
 
 

@@ -126,11 +126,13 @@ class IsetExr:
             "bound",
             "rounding to float32; how noisy the files are, they do not say",
         )
-        bands, cube = None, None
+        bands = None
+        cube = None
         for k, path in enumerate(files_by_group.values()):
             nm, light = files.read_radiance(path)
             if cube is None:
-                bands, cube = nm, np.empty((len(files_by_group), *light.shape), np.float32)
+                bands = nm
+                cube = np.empty((len(files_by_group), *light.shape), np.float32)
             if light.shape != cube.shape[1:] or not np.array_equal(nm, bands):
                 raise UnitError(
                     f"{path.name} has {light.shape[2]} x {light.shape[1]} tiles and {len(nm)}"

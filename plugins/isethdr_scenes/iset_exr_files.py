@@ -14,7 +14,9 @@ import numpy as np
 from isethdr_core.errors import CatalogError, UnitError
 
 _BAND = re.compile(r"S0\.(\d+)[.,](\d+)nm")
-FIRST_NM, LAST_NM, STEP_NM = 400, 700, 10
+FIRST_NM = 400
+LAST_NM = 700
+STEP_NM = 10
 
 
 def read_radiance(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -31,7 +33,9 @@ def read_radiance(path: Path) -> tuple[np.ndarray, np.ndarray]:
     nm = np.array(sorted(bands))
     cube = np.stack([np.asarray(channels[bands[k]], np.float32) for k in nm])
     for k, plane in zip(nm, cube):
-        low, high = plane.min(), plane.max()  # NaN makes both NaN, and the comparison below false
+        # NaN makes both NaN, and the comparison below false
+        low = plane.min()
+        high = plane.max()
         if not (low >= 0 and high < np.inf):
             raise UnitError(
                 f"{path} channel {bands[k]!r} holds values from {low:g} to {high:g}; expected"

@@ -24,13 +24,18 @@ CAR_LAMP = (
     0.68,
     0.70,
 )  # headlamps of a car: ahead of its middle, to either side, above the road
-RAIL_Y_M, RAIL_M = 5.6, (26.0, 150.0)
-LAMP_POST_Y_M, LAMP_POST_FIRST_M, LAMP_POST_STEP_M = 6.4, 62.0, 30.0
+RAIL_Y_M = 5.6
+RAIL_M = (26.0, 150.0)
+LAMP_POST_Y_M = 6.4
+LAMP_POST_FIRST_M = 62.0
+LAMP_POST_STEP_M = 30.0
 MARKER_POSTS_M = (22.0, 47.0, 72.0, 97.0, 122.0, 147.0)
 MARKER_POST_Y_M = 5.1
 # signs: kind, metres along the road and to its left
 SIGNS = (("deer", 19.5, -5.4), ("limit", 44.0, 5.4))
-SHRUBS, SHRUB_M, SHRUB_Y_M = 40, (18.0, 130.0), (7.0, 10.0)
+SHRUBS = 40
+SHRUB_M = (18.0, 130.0)
+SHRUB_Y_M = (7.0, 10.0)
 HOUSE = (96.0, -26.0)
 HOUSE_TURN_DEG = 225.0  # its lit windows face the road and who comes along it
 FAR_STEP_M = 0.09  # coarser sections for vehicles beyond 40 m
@@ -96,7 +101,8 @@ def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from) -> float:
     def beyond_deg(s_m: float) -> float:
         return bearing_deg(ground.on(s_m, y_m), seen_from) - bearing
 
-    nearest, farthest = 6.0, 150.0
+    nearest = 6.0
+    farthest = 150.0
     if beyond_deg(nearest) <= 0:
         return nearest
     if beyond_deg(farthest) > 0:
@@ -167,7 +173,9 @@ def living(drive, ground: Ground, s: dict, rng) -> list[Spot]:
     """
     people = rng.integers(drive.people[0], drive.people[1] + 1)
     animals = rng.integers(drive.animals[0], drive.animals[1] + 1)
-    turn, phase, further = rng.uniform(-15, 15), rng.uniform(0, 1, 3), rng.uniform(20, 45)
+    turn = rng.uniform(-15, 15)
+    phase = rng.uniform(0, 1, 3)
+    further = rng.uniform(20, 45)
     look = int(rng.integers(0, 3))
     y = SIDE_WALK_Y_M
     spots = [
@@ -219,8 +227,10 @@ def plants(drive, rng) -> list[Spot]:
     total = int(rng.integers(drive.trees[0], drive.trees[1] + 1))
     for kind, (share, near_m) in PLANTS.items():
         for k in range(round(share * total)):
-            s, y = rng.uniform(20, 230), rng.choice([-1.0, 1.0]) * (near_m + rng.gamma(1.6, 7))
-            turn, scale = rng.uniform(0, 360), rng.uniform(0.75, 1.2)
+            s = rng.uniform(20, 230)
+            y = rng.choice([-1.0, 1.0]) * (near_m + rng.gamma(1.6, 7))
+            turn = rng.uniform(0, 360)
+            scale = rng.uniform(0.75, 1.2)
             if y < 0 and abs(s - HOUSE[0]) < 16 and y > HOUSE[1] - 10:
                 y = -y
             spots.append(
@@ -283,8 +293,10 @@ def shrubs(drive, s: dict) -> list[Spot]:
     rng = np.random.default_rng([drive.seed, SHRUBS])
     spots = []
     for k in range(min(SHRUBS, drive.trees[0])):
-        at, y = rng.uniform(*SHRUB_M), rng.choice([-1.0, 1.0]) * rng.uniform(*SHRUB_Y_M)
-        turn, scale = rng.uniform(0, 360), rng.uniform(0.5, 1.1)
+        at = rng.uniform(*SHRUB_M)
+        y = rng.choice([-1.0, 1.0]) * rng.uniform(*SHRUB_Y_M)
+        turn = rng.uniform(0, 360)
+        scale = rng.uniform(0.5, 1.1)
         by_deer = y < 0 and at < s["deer"] + 26
         in_lay_by = y < 0 and abs(at - s["truck"]) < 16
         if not (by_deer or in_lay_by):

@@ -23,7 +23,8 @@ def plan(tunnel) -> tuple[Ground, list[Spot]]:
         for name in ("exit", "ahead", "oncoming", "pedestrian")
     }
     paints = rng.permutation(["blue", "silver", "red", "green", "grey", "sand"])
-    look, phase = int(rng.integers(0, 3)), round(float(rng.uniform(0, 1)), 2)
+    look = int(rng.integers(0, 3))
+    phase = round(float(rng.uniform(0, 1)), 2)
     ground = Ground(0.0, tunnel.seed)
     ahead = (*DRIVING, *BRAKING) if tunnel.braking else DRIVING
     spots = [
@@ -86,10 +87,8 @@ def _trees(tunnel, exit_m: float, rng) -> list[Spot]:
     spots = []
     for k in range(int(rng.integers(tunnel.trees[0], tunnel.trees[1] + 1))):
         kind = str(rng.choice(kinds, p=np.array(shares) / sum(shares)))
-        s, y = (
-            exit_m + rng.uniform(15, OUTSIDE_M - 15),
-            rng.choice([-1.0, 1.0]) * rng.uniform(10, 45),
-        )
+        s = exit_m + rng.uniform(15, OUTSIDE_M - 15)
+        y = rng.choice([-1.0, 1.0]) * rng.uniform(10, 45)
         spots.append(
             Spot(
                 f"{kind} {k}",

@@ -37,7 +37,9 @@ def directions(
     observer_deg: float, tan_gamma: np.ndarray, beta_deg: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return unit vectors to the light and to the observer, z up, each of shape (..., 3)."""
-    gamma, beta, elevation = np.arctan(tan_gamma), np.radians(beta_deg), np.radians(observer_deg)
+    gamma = np.arctan(tan_gamma)
+    beta = np.radians(beta_deg)
+    elevation = np.radians(observer_deg)
     light = [np.sin(gamma) * np.cos(beta), np.sin(gamma) * np.sin(beta), np.cos(gamma)]
     observer = [-np.cos(elevation) + 0 * gamma, 0 * gamma, np.sin(elevation) + 0 * gamma]
     return np.stack(np.broadcast_arrays(*light), -1), np.stack(np.broadcast_arrays(*observer), -1)
@@ -89,7 +91,8 @@ def _q0_weights(step: float = 0.02) -> np.ndarray:
     back, ahead, aside = Q0_REACH
     along = np.arange(back + step / 2, ahead, step)
     x, y = np.meshgrid(along, np.arange(step / 2, aside, step))
-    tangent, beta = np.hypot(x, y), np.degrees(np.arctan2(y, x))
+    tangent = np.hypot(x, y)
+    beta = np.degrees(np.arctan2(y, x))
     tangent, beta = tangent[tangent <= TAN_GAMMA[-1]], beta[tangent <= TAN_GAMMA[-1]]
     row = np.clip(np.searchsorted(TAN_GAMMA, tangent) - 1, 0, len(TAN_GAMMA) - 2)
     column = np.clip(np.searchsorted(BETA_DEG, beta) - 1, 0, len(BETA_DEG) - 2)

@@ -45,7 +45,8 @@ FIELDS = (
 ASPHALT_NODES = ((400.0, 0.87), (700.0, 1.13))  # spectral shape of asphalt, a model: warm grey
 PAINT_REFLECTANCE = 0.55
 # R_L of markings, mcd m-2 lx-1: EN 1436 class R3 dry, RW2 wet (classes from memory)
-DRY_MARKING_R_L, WET_MARKING_R_L = 150.0, 35.0
+DRY_MARKING_R_L = 150.0
+WET_MARKING_R_L = 35.0
 WET = ("damp", "w1", "w2", "c2w3", "c2w4")
 PAINT = Granular(
     gloss=0.1, roughness=0.6, flatness=0.25, wide=Facets(0.4, 1.5), narrow=Facets(0.4, 1.5)

@@ -22,9 +22,13 @@ TILT = 0.04  # standard deviation of the relative change per 100 nm
 BRIGHTEST = 0.92  # no surface of a street reflects more
 VARIED = ("paint_", "cloth_", "skin", "hair_", "fur", "denim", "box_white")
 DIRTY = ("paint_", "box_white")
-DUST_NM, DUST = (400.0, 500.0, 600.0, 700.0), (0.12, 0.17, 0.22, 0.26)  # dry soil
+# dry soil
+DUST_NM = (400.0, 500.0, 600.0, 700.0)
+DUST = (0.12, 0.17, 0.22, 0.26)
 MOST_DUST = 0.45  # share of the paint that the dirtiest vehicle hides, on average
-DUST_PATCH_M, DUST_GRAIN_M, DUST_GRAIN = 0.8, 0.03, 0.25
+DUST_PATCH_M = 0.8
+DUST_GRAIN_M = 0.03
+DUST_GRAIN = 0.25
 STEP_NM = 20.0
 
 
@@ -57,7 +61,8 @@ def varied(
 def _of_model(material: Material, model: str, seed: int) -> Material:
     """Return the material that one model has."""
     rng = np.random.default_rng([seed, crc32(f"{material.name}@{model}".encode())])
-    level, tilt = np.exp(LEVEL * rng.normal()), TILT * rng.normal()
+    level = np.exp(LEVEL * rng.normal())
+    tilt = TILT * rng.normal()
     own = replace(material, reflectance=_changed(material.reflectance, level, tilt))
     if material.name.startswith(DIRTY):
         own = _dirty(own, MOST_DUST * rng.uniform(), int(rng.integers(2**32)))

@@ -175,7 +175,8 @@ class ImagingSensor:
 
     def assemble(self, photodiodes, readings, **more) -> SensorModel:
         """Return the model of these photodiodes and readings."""
-        readings, photodiodes = tuple(readings), tuple(photodiodes)
+        readings = tuple(readings)
+        photodiodes = tuple(photodiodes)
         for reading in readings:
             check_reading(reading)
             check_codes(reading, photodiodes[reading.diode])

@@ -12,7 +12,8 @@ from isethdr_core.physics.photometry import xyz
 from isethdr_core.plugins.registry import build
 
 BANDS_NM = (400.0, 700.0, 10.0)
-F_NUMBER, PITCH_UM = 4.0, 3.0
+F_NUMBER = 4.0
+PITCH_UM = 3.0
 DUST = {"blades": 0, "dust_per_mm2": 120.0, "scratches_per_mm2": 0.0}
 CHECKED_NM = (450.0, 550.0, 650.0)  # bands whose error is measured
 FINE = 0.005  # relative, allowed in the kernels that the usual ones are measured against
@@ -63,11 +64,9 @@ def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
     """Return {octave of radius: (error of one wavelength, error of the band's kernel, error it
     states)}.
     """
-    pitch, reach, waves = (
-        (PITCH_UM, PITCH_UM),
-        (tiles, tiles),
-        wave + step * np.array([-1.0, 0.0, 1.0]),
-    )
+    pitch = (PITCH_UM, PITCH_UM)
+    reach = (tiles, tiles)
+    waves = wave + step * np.array([-1.0, 0.0, 1.0])
     single = kernels(fine, (flare,), np.array([wave]), pitch, reach).bands[
         0
     ]  # one wavelength: a band of 1 nm
@@ -95,11 +94,9 @@ def write_picture(path: str, lens, flare, tiles: int) -> None:
     from PIL import Image
 
     first, last, step = BANDS_NM
-    waves, pitch, reach = (
-        np.arange(first, last + step / 2, step),
-        (PITCH_UM, PITCH_UM),
-        (tiles, tiles),
-    )
+    waves = np.arange(first, last + step / 2, step)
+    pitch = (PITCH_UM, PITCH_UM)
+    reach = (tiles, tiles)
     single = np.stack(
         [kernels(lens, (flare,), np.array([w]), pitch, reach).bands[0] for w in waves]
     )

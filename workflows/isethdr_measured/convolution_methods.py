@@ -32,7 +32,8 @@ def convolution_methods(rows: int = 270, columns: int = 480) -> list[dict]:
     pixels, and CPU seconds with the kernel prepared.
     """
     out = []
-    y, x = np.arange(1 - rows, rows), np.arange(1 - columns, columns)
+    y = np.arange(1 - rows, rows)
+    x = np.arange(1 - columns, columns)
     psf = (1 + np.hypot(y[:, None], x)) ** -3.0
     psf /= psf.sum()
     prepared = prepare(psf, (rows, columns))
@@ -109,7 +110,8 @@ def split(image, prepared):
 def summed(image, prepared):
     """Return lamps by direct sums, the rest by float64."""
     background, lamps = lamps_of(image)
-    (ny, nx), total = image.shape, transform(background, prepared, np.float64)
+    ny, nx = image.shape
+    total = transform(background, prepared, np.float64)
     for i, j in np.argwhere(lamps):
         total += (
             lamps[i, j] * prepared["psf"][ny - 1 - i : 2 * ny - 1 - i, nx - 1 - j : 2 * nx - 1 - j]
@@ -128,10 +130,12 @@ METHODS = {
 
 def direct(image, psf, result):
     """Return sampled pixels, the darkest of `result` among them, and their long double sums."""
-    (ny, nx), rng = image.shape, np.random.default_rng(2)
+    ny, nx = image.shape
+    rng = np.random.default_rng(2)
     darkest = np.unravel_index(int(np.argmin(result)), result.shape)
     pixels = tuple(np.append(rng.integers(0, n, SAMPLED), d) for n, d in zip((ny, nx), darkest))
-    wide, flipped = image.astype(np.longdouble), psf[::-1, ::-1]
+    wide = image.astype(np.longdouble)
+    flipped = psf[::-1, ::-1]
     sums = [
         np.sum(wide * flipped[ny - 1 - i : 2 * ny - 1 - i, nx - 1 - j : 2 * nx - 1 - j])
         for i, j in zip(*pixels)

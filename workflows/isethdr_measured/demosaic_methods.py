@@ -82,7 +82,8 @@ def scored(mixed, shot, method: str) -> dict:
     """Return PSNR and CIEDE2000 of one shot."""
     picture = build("isp", "linear", demosaic=method)(shot)
     true = truth(mixed, picture)
-    white, inner = white_cd_m2(true), (slice(BORDER, -BORDER), slice(BORDER, -BORDER))
+    white = white_cd_m2(true)
+    inner = (slice(BORDER, -BORDER), slice(BORDER, -BORDER))
     displayed, reference = (display(p, white, 0.0).astype(float)[inner] for p in (picture, true))
     difference = de2000(*(lab(p["xyz"].values[inner], white * D65_XYZ) for p in (true, picture)))
     return {

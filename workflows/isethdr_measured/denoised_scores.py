@@ -67,12 +67,14 @@ def scores_of_frame(metric: Any, picture: xr.Dataset, reference: xr.Dataset) -> 
 def edges(config: Any, camera: str, shots: int) -> list[dict[str, Any]]:
     """Return the rows of a slanted edge: the mean MTF50 of some shots, for each contrast."""
     lens, isp = (build_from_config(kind, config[kind]) for kind in ("lens", "isp"))
-    sensor, metric = build_from_config("sensor", config.cameras[camera]), build("metric", EDGE_NAME)
+    sensor = build_from_config("sensor", config.cameras[camera])
+    metric = build("metric", EDGE_NAME)
     rows = []
     for contrast in CONTRASTS:
         scene = build("scene", EDGE_NAME, contrast_ratio=contrast, **EDGE)()
         mixed = build("lighting", "ideal")(scene)
-        light, found = lens(mixed), []
+        light = lens(mixed)
+        found = []
         for seed in range(shots):  # of the noise, which moves one measurement by some per cent
             picture = isp(sensor(light, hdr.generator(seed=seed)))
             reference = truth(mixed, picture)

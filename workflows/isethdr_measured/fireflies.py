@@ -57,7 +57,8 @@ def fireflies(width: int = 160, height: int = 90, overrides: str = "") -> list[d
         f"renderer.noise_share_allowed={share}",
         f"renderer.seed={int(config.renderer.seed) + 1}",
     ]
-    ours, judge = rendered(config), rendered(hdr.compose([*settings, *judging]))
+    ours = rendered(config)
+    judge = rendered(hdr.compose([*settings, *judging]))
     out = standing_out(ours)
     alone = out & (judge.luminance < CONFIRMED * ours.luminance)
     ratio = ours.luminance[out] / np.maximum(judge.luminance[out], np.finfo(float).tiny)
@@ -74,7 +75,8 @@ def fireflies(width: int = 160, height: int = 90, overrides: str = "") -> list[d
 
 def rendered(config: Any) -> Rendered:
     """Return the rendering of a config, from its store where there is one."""
-    built, rows = chain(config), Ledger()
+    built = chain(config)
+    rows = Ledger()
     demand = plan(built, rows)
     scene, _ = scene_radiance(built, demand, rows, config)
     mixed = built.lighting(scene)

@@ -87,9 +87,12 @@ def own_noise(groups, per_light):
                 ratio**2 / (np.maximum(r.charge_e, 0) + r.read_var_e2),
                 0.0,
             )
-            total, weight = total + w * (r.charge_e - r.dark_e) / ratio, weight + w
-    short, ratio = max(groups[0], key=lambda r: r.top_e), per_light[0] / per_light[-1]
-    some, safe = weight > 0, np.where(weight > 0, weight, 1.0)
+            total = total + w * (r.charge_e - r.dark_e) / ratio
+            weight = weight + w
+    short = max(groups[0], key=lambda r: r.top_e)
+    ratio = per_light[0] / per_light[-1]
+    some = weight > 0
+    safe = np.where(weight > 0, weight, 1.0)
     return Merged(
         np.where(some, total / safe, (short.charge_e - short.dark_e) / ratio),
         np.where(some, 1 / safe, short.variance_e2() / ratio**2),
@@ -102,7 +105,8 @@ def hard_switch(groups, per_light):
     """Return the most sensitive charge below its top, best read, without blending."""
     x = v = None
     for reads, light in zip(groups, per_light):
-        c, ratio = read_charge(reads, light), light / per_light[-1]
+        c = read_charge(reads, light)
+        ratio = light / per_light[-1]
         estimate = (c.t_e - c.dark_e) / ratio, charge_variance(c.t_e, c.read_var_e2) / ratio**2
         x, v = (
             estimate
@@ -118,7 +122,10 @@ def shot(model, level_e: float, draws: int, rng):
 
     Controls (draw, control) are the parts of the noise whose mean is known to be 0.
     """
-    count, charge, dark, controls = {}, {}, {}, []
+    count = {}
+    charge = {}
+    dark = {}
+    controls = []
     largest = max(d.fill_factor for d in model.photodiodes)
     for k, diode in enumerate(model.photodiodes):
         dark[k] = diode.dark_e_per_s * model.exposure_s
@@ -160,7 +167,8 @@ def judged(merged, controls, level_e: float) -> dict:
     a = np.column_stack([np.ones(len(x)), controls / np.where(scale > 0, scale, 1.0)])
     fit = np.linalg.pinv(a.T @ a, hermitian=True) @ (a.T @ x)
     residual = x - a @ fit
-    rms, variance = np.sqrt(np.mean((x - level_e) ** 2)), x.var()
+    rms = np.sqrt(np.mean((x - level_e) ** 2))
+    variance = x.var()
     return {
         "snr_db": float(20 * np.log10(level_e / rms)),
         "bias_percent": float(100 * (fit[0] / level_e - 1)),

@@ -48,7 +48,9 @@ def study(mixed, picture: str = "") -> list[dict]:
     """Return the rows of `ghosts_night` for mixed radiance, and write the pictures."""
     lens = build("lens", "diffraction_limited", **LENS)
     clean = lens(mixed)
-    rows, sheet, names = [], [[], []], [[], []]
+    rows = []
+    sheet = [[], []]
+    names = [[], []]
     for coating, white in COATINGS.items():
         flare = build(
             "flare",

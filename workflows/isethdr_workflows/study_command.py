@@ -122,7 +122,8 @@ def run_study(name: str, settings: list[str], studies: Studies = OF_USERS) -> li
     kinds = {p.name: p.kind for p in known.values()}
     composes = inspect.Parameter.VAR_POSITIONAL in kinds.values()
     named = [key for key, kind in kinds.items() if kind is not inspect.Parameter.VAR_POSITIONAL]
-    values, overrides = {}, []
+    values = {}
+    overrides = []
     for text in settings:
         key, equals, value = text.partition("=")
         if composes and key not in named:

@@ -81,7 +81,9 @@ def lab(xyz, white_xyz):
     t = np.asarray(xyz, float) / np.asarray(white_xyz, float)
     edge = 6 / 29
     f = np.where(t > edge**3, np.cbrt(np.maximum(t, edge**3)), t / (3 * edge**2) + 4 / 29)
-    x, y, z = f[..., 0], f[..., 1], f[..., 2]
+    x = f[..., 0]
+    y = f[..., 1]
+    z = f[..., 2]
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], -1)
 
 
@@ -94,8 +96,10 @@ def de94(lab_reference, lab_sample):
     """Return the CIE 1994 colour difference for graphic arts; not symmetric, the weights are the
     reference's (CIE 116:1995).
     """
-    (l1, a1, b1), (l2, a2, b2) = _unpack(lab_reference), _unpack(lab_sample)
-    c1, c2 = np.hypot(a1, b1), np.hypot(a2, b2)
+    l1, a1, b1 = _unpack(lab_reference)
+    l2, a2, b2 = _unpack(lab_sample)
+    c1 = np.hypot(a1, b1)
+    c2 = np.hypot(a2, b2)
     dh2 = np.maximum(
         (a1 - a2) ** 2 + (b1 - b2) ** 2 - (c1 - c2) ** 2, 0.0
     )  # rounding may leave it just below 0
@@ -109,15 +113,20 @@ def de2000(lab_1, lab_2):
     """Return the CIEDE2000 colour difference with kL = kC = kH = 1 (Sharma, Wu, Dalal 2005,
     equations 2-22).
     """
-    (l1, a1, b1), (l2, a2, b2) = _unpack(lab_1), _unpack(lab_2)
+    l1, a1, b1 = _unpack(lab_1)
+    l2, a2, b2 = _unpack(lab_2)
     stretch = 1 + 0.5 * (
         1 - np.sqrt(_chromatic((np.sqrt(a1 * a1 + b1 * b1) + np.sqrt(a2 * a2 + b2 * b2)) / 2))
     )
-    a1, a2 = a1 * stretch, a2 * stretch
-    c1, c2 = np.sqrt(a1 * a1 + b1 * b1), np.sqrt(a2 * a2 + b2 * b2)
+    a1 = a1 * stretch
+    a2 = a2 * stretch
+    c1 = np.sqrt(a1 * a1 + b1 * b1)
+    c2 = np.sqrt(a2 * a2 + b2 * b2)
     dh, cos, sin = _hues(a1, b1, c1, a2, b2, c2)
-    mean_l, mean_c = (l1 + l2) / 2, (c1 + c2) / 2
-    cos2, sin2 = 2 * cos * cos - 1, 2 * sin * cos
+    mean_l = (l1 + l2) / 2
+    mean_c = (c1 + c2) / 2
+    cos2 = 2 * cos * cos - 1
+    sin2 = 2 * sin * cos
     t = 1 + 0.24 * cos2  # and cos(h - 30), cos(3 h + 6), cos(4 h - 63) by the sums of angles
     for size, of_cos, of_sin, degrees in (
         (-0.17, cos, sin, -30),
@@ -129,11 +138,9 @@ def de2000(lab_1, lab_2):
             - size * np.sin(np.radians(degrees)) * of_sin
         )
     from_50 = (mean_l - 50) ** 2
-    s_l, s_c, s_h = (
-        1 + 0.015 * from_50 / np.sqrt(20 + from_50),
-        1 + 0.045 * mean_c,
-        1 + 0.015 * mean_c * t,
-    )
+    s_l = 1 + 0.015 * from_50 / np.sqrt(20 + from_50)
+    s_c = 1 + 0.045 * mean_c
+    s_h = 1 + 0.015 * mean_c * t
     mean_h = np.degrees(np.arctan2(sin, cos))
     mean_h += 360 * (mean_h < -1e-12)  # rounding must not make 360 of 0: the turn below differs
     turn = (
@@ -141,7 +148,9 @@ def de2000(lab_1, lab_2):
         * np.sqrt(_chromatic(mean_c))
         * -np.sin(np.radians(60 * np.exp(-(((mean_h - 275) / 25) ** 2))))
     )
-    dl, dc, dh = (l2 - l1) / s_l, (c2 - c1) / s_c, dh / s_h
+    dl = (l2 - l1) / s_l
+    dc = (c2 - c1) / s_c
+    dh = dh / s_h
     return np.sqrt(dl**2 + dc**2 + dh**2 + turn * dc * dh)
 
 
@@ -161,14 +170,18 @@ def colour_matrix(response, xyz, white_response, white_xyz, noise_covariance=0.0
     noise_covariance : (channel, channel) N, the noise of one response times the number of samples;
         0 for none.
     """
-    s, t = np.asarray(response, float), np.asarray(xyz, float)
-    u, v = np.asarray(white_response, float), np.asarray(white_xyz, float)
+    s = np.asarray(response, float)
+    t = np.asarray(xyz, float)
+    u = np.asarray(white_response, float)
+    v = np.asarray(white_xyz, float)
     noise = np.broadcast_to(noise_covariance, (len(u), len(u)))
     # signal and noise of channels differ by decades: each in units of its own signal
     # and noise
     size = np.sqrt(np.sum(s**2, axis=0) + np.diag(noise))
     size = np.where(size > 0, size, 1.0)
-    s, u, noise = s / size, u / size, noise / np.outer(size, size)
+    s = s / size
+    u = u / size
+    noise = noise / np.outer(size, size)
     base = np.outer(v, u) / np.sum(
         u**2
     )  # one matrix that keeps the white; the rest lives in its null space
@@ -200,17 +213,17 @@ def _hues(a1, b1, c1, a2, b2, c2):
     hue is that of the sum of both directions. Where hues are nearly opposite that sum cancels, and
     angles are taken. A grey has no hue: the mean is the other's, and dH is 0.
     """
-    both, along = c1 * c2, a1 * a2 + b1 * b2
+    both = c1 * c2
+    along = a1 * a2 + b1 * b2
     grey = both == 0
     half = np.sqrt(np.maximum(both + along, 0.0) / 2)
     dh = (a1 * b2 - b1 * a2) / np.where(half > 0, half, np.inf)
-    cos, sin = (
-        np.where(grey, a1 + a2, a1 * c2 + a2 * c1),
-        np.where(grey, b1 + b2, b1 * c2 + b2 * c1),
-    )
+    cos = np.where(grey, a1 + a2, a1 * c2 + a2 * c1)
+    sin = np.where(grey, b1 + b2, b1 * c2 + b2 * c1)
     size = np.sqrt(cos * cos + sin * sin)
     none = size == 0
-    cos, sin = (cos + none) / (size + none), sin / (size + none)
+    cos = (cos + none) / (size + none)
+    sin = sin / (size + none)
     opposite = (along < -0.99 * both) & ~grey
     if np.any(opposite):
         h1, h2 = (

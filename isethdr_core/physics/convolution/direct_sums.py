@@ -77,7 +77,8 @@ def _reached(image, psf):
 
     The result of all other pixels is exactly zero.
     """
-    ky, kx = np.flatnonzero(psf.any(axis=1)), np.flatnonzero(psf.any(axis=0))
+    ky = np.flatnonzero(psf.any(axis=1))
+    kx = np.flatnonzero(psf.any(axis=0))
     reach = [(int(k[0]) - n // 2, int(k[-1]) - n // 2) for k, n in zip((ky, kx), psf.shape)]
     lit = image != 0
     for axis, (low, high) in enumerate(reach):
@@ -95,11 +96,16 @@ def _reached(image, psf):
 
 def _scatter(sources, psf):
     """Return the direct float64 sum of the lit pixels, each spread by the psf."""
-    (ny, nx), (ky, kx) = sources.shape, psf.shape
+    ny, nx = sources.shape
+    ky, kx = psf.shape
     out = np.zeros((ny, nx))
     for i, j in zip(*np.nonzero(sources)):
-        y, x = i - ky // 2, j - kx // 2
-        top, left, bottom, right = max(y, 0), max(x, 0), min(y + ky, ny), min(x + kx, nx)
+        y = i - ky // 2
+        x = j - kx // 2
+        top = max(y, 0)
+        left = max(x, 0)
+        bottom = min(y + ky, ny)
+        right = min(x + kx, nx)
         out[top:bottom, left:right] += (
             sources[i, j] * psf[top - y : bottom - y, left - x : right - x]
         )
@@ -110,14 +116,19 @@ def _gather(out, where, image, psf, peak, error):
     """Replace the pixels `where` by direct sums of image x psf / peak; past `MOST_PRODUCTS` keep
     `out`, lifted to zero, and its `error`.
     """
-    (ny, nx), (ky, kx) = image.shape, psf.shape
+    ny, nx = image.shape
+    ky, kx = psf.shape
     rows, cols = np.nonzero(where)
     if len(rows) * min(psf.size, image.size) > MOST_PRODUCTS:
         return np.maximum(out, 0.0), error, len(rows)
     flipped = psf[::-1, ::-1]
     for i, j in zip(rows, cols):
-        y, x = i + ky // 2 - (ky - 1), j + kx // 2 - (kx - 1)
-        top, left, bottom, right = max(y, 0), max(x, 0), min(y + ky, ny), min(x + kx, nx)
+        y = i + ky // 2 - (ky - 1)
+        x = j + kx // 2 - (kx - 1)
+        top = max(y, 0)
+        left = max(x, 0)
+        bottom = min(y + ky, ny)
+        right = min(x + kx, nx)
         window = flipped[top - y : bottom - y, left - x : right - x]
         out[i, j] = (
             np.einsum("ij,ij->i", image[top:bottom, left:right], window).sum() / peak

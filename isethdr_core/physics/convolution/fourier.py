@@ -32,7 +32,8 @@ def rfft(rows, out) -> None:
 
 def irfft(lines, out) -> None:
     """Write the real rows (row, n) whose transforms are `lines`, (row, n // 2 + 1), into `out`."""
-    xp, n = namespace(lines), out.shape[1]
+    xp = namespace(lines)
+    n = out.shape[1]
     if xp is np and duccs:
         duccs.c2r(lines, axes=(1,), lastsize=n, forward=False, inorm=2, out=out)
     else:

@@ -73,7 +73,8 @@ def prepare(psf: Any, shape: Sequence[int]) -> Kernel:
         psf = xp.astype(psf, xp.float64)
     psf = _crop(psf, shape, xp)
     low, high = _range(psf, xp)
-    peak, size = max(-low, high), transform.sizes(shape, psf.shape)
+    peak = max(-low, high)
+    size = transform.sizes(shape, psf.shape)
     if peak == 0:
         return Kernel(
             psf,
@@ -95,7 +96,8 @@ def _prepare_mirrored(psf: Mirrored, shape: Sequence[int]) -> Kernel:
     """Return `prepare` of a `Mirrored` kernel."""
     psf = psf.within(*(n - 1 for n in shape))
     low, high = _range(psf.half, np)
-    peak, size = max(-low, high), transform.sizes(shape, psf.shape)
+    peak = max(-low, high)
+    size = transform.sizes(shape, psf.shape)
     if peak == 0:
         return Kernel(psf, (shape[0], shape[1]), size, np.zeros((0, size[0], 0)), 0.0, 0.0, True)
     spectrum = transform.mirrored_spectrum(psf.half, size, peak)
@@ -185,11 +187,10 @@ def convolve_into(
     norm = transform.forward(read, [half], kernel.size, image.shape[1], apply) ** 0.5
     transform.columns([half], transform.times(kernel.spectrum), kernel.size, apply)
     done = transform.back(half, write, kernel.size, image.shape[1], apply)
-    least, allowed = min(d[0] for d in done), max(error_allowed, RELATIVE)
-    absolute, left = (
-        transform.error(norm * kernel.norm, sum(d[1] for d in done) ** 0.5, kernel.size),
-        0,
-    )
+    least = min(d[0] for d in done)
+    allowed = max(error_allowed, RELATIVE)
+    absolute = transform.error(norm * kernel.norm, sum(d[1] for d in done) ** 0.5, kernel.size)
+    left = 0
     if low < 0 or not kernel.positive:  # signed sums cancel: only an absolute bound holds
         return Bound(0.0, absolute * scale * gain * kernel.peak, out.shape[0] * out.shape[1])
     if (
@@ -217,7 +218,8 @@ def _scaled(values: Any, factors: tuple[float, float, float], out: Any, xp: Any)
     """
     product = factors[0] * factors[1] * factors[2]
     if not 1e-290 < abs(product) < 1e290:
-        values, product = values * factors[0] * factors[1], factors[2]
+        values = values * factors[0] * factors[1]
+        product = factors[2]
     if xp is np:
         np.multiply(values, product, out=out, casting="same_kind")
     else:
@@ -227,7 +229,8 @@ def _scaled(values: Any, factors: tuple[float, float, float], out: Any, xp: Any)
 def _range(a: Any, xp: Any) -> tuple[float, float]:
     if 0 in a.shape:
         return 0.0, 0.0
-    low, high = float(xp.min(a)), float(xp.max(a))
+    low = float(xp.min(a))
+    high = float(xp.max(a))
     if not (np.isfinite(low) and np.isfinite(high)):
         raise ValueError(
             "image or psf holds NaN or infinite values; expected finite numbers: one would spoil"
@@ -245,7 +248,8 @@ def _crop(psf: Any, shape: Sequence[int], xp: Any) -> Any:
     part = psf[tuple(cut)]
     pad = []
     for k, s in zip(psf.shape, cut):
-        before, after = k // 2 - s.start, s.stop - k // 2 - 1
+        before = k // 2 - s.start
+        after = s.stop - k // 2 - 1
         pad.append((max(0, after - before), max(0, before - after - 1)))
     if all(p == (0, 0) for p in pad):
         return part

@@ -66,7 +66,8 @@ class Mirrored(NDArrayOperatorsMixin):
 
     def sum(self, axis: int | None = None, dtype=None):
         """Return the sum over an axis, or over both."""
-        rest, line = self.half[1:], self.half[0]
+        rest = self.half[1:]
+        line = self.half[0]
         if axis is None:
             return 2 * rest.sum(dtype=dtype) + line.sum(dtype=dtype)
         if axis == 0:
@@ -77,7 +78,8 @@ class Mirrored(NDArrayOperatorsMixin):
 
     def squares(self) -> float:
         """Return the sum of squares, in double precision."""
-        rest, line = self.half[1:], self.half[0].astype(float)
+        rest = self.half[1:]
+        line = self.half[0].astype(float)
         return 2 * float(sum(_squares(part.astype(float)) for part in rest)) + _squares(line)
 
     def within(self, reach_y: int, reach_x: int) -> Mirrored:
@@ -88,7 +90,8 @@ class Mirrored(NDArrayOperatorsMixin):
 
     def beyond(self, reach_y: int, reach_x: int) -> Mirrored:
         """Return a copy that is 0 within `reach_y` rows and `reach_x` columns of the middle."""
-        middle, half = self.shape[1] // 2, self.half.copy()
+        middle = self.shape[1] // 2
+        half = self.half.copy()
         half[: reach_y + 1, max(0, middle - reach_x) : middle + reach_x + 1] = 0.0
         return Mirrored(half)
 

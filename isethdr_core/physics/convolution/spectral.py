@@ -33,7 +33,8 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     apply : `map`, or the map of a pool of threads. Switch off the threads of a linear algebra
         library meanwhile, because they would spin beside them.
     """
-    (outputs, count, bands), (ny, nx) = combine.shape, out.shape[1:]
+    outputs, count, bands = combine.shape
+    ny, nx = out.shape[1:]
     scale = float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit
     blocks, single = (
         np.asarray(blocks),
@@ -74,7 +75,8 @@ def _weighted(parts, spectra, weights) -> list[np.ndarray]:
     kernels = (kernels if real else kernels.view(spectra.dtype)).reshape(
         -1, len(parts), *spectra.shape[1:]
     )
-    weighted, term = [], np.empty(spectra.shape[1:], parts[0].dtype)
+    weighted = []
+    term = np.empty(spectra.shape[1:], parts[0].dtype)
     for row in kernels:
         total = parts[0] * row[0]
         for part, kernel in zip(parts[1:], row[1:]):

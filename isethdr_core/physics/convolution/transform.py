@@ -16,7 +16,9 @@ from scipy.fft import next_fast_len
 from ..arrays import device, namespace
 from . import fourier
 
-ROWS, COLUMNS = 16, 32  # of a transform at a time
+# of a transform at a time
+ROWS = 16
+COLUMNS = 32
 
 
 def sizes(shape, kernel) -> tuple[int, int]:
@@ -37,8 +39,10 @@ def spectrum(psf, size, peak: float, mirrored: bool):
     psf : (ky, kx) array, its centre at (ky // 2, kx // 2), not larger than `size`.
     """
     xp = namespace(psf)
-    (ky, kx), (sy, sx) = psf.shape, size
-    cy, cx = ky // 2, kx // 2
+    ky, kx = psf.shape
+    sy, sx = size
+    cy = ky // 2
+    cx = kx // 2
     # if mirrored, the transforms of the rows above the centre are conjugates of those below
     first = cy if mirrored else 0
     half = xp.empty((ky, sx // 2 + 1), dtype=xp.complex128, device=device(psf))
@@ -72,8 +76,10 @@ def mirrored_spectrum(half, size, peak: float) -> np.ndarray:
     Along x rows of negative y have conjugate transforms, so that transforms along y of a Hermitian
     half give the real result.
     """
-    (rows, kx), (sy, sx) = half.shape, size
-    middle, count = kx // 2, _blocks(size)
+    rows, kx = half.shape
+    sy, sx = size
+    middle = kx // 2
+    count = _blocks(size)
     lines = np.zeros((rows, count * COLUMNS), complex)
     for start in range(0, rows, ROWS):
         cut = slice(start, min(start + ROWS, rows))
@@ -123,7 +129,8 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
     """
     xp = namespace(halves[0])
     count, ny, _ = halves[0].shape
-    width, local = size[1] // 2 + 1, threading.local()
+    width = size[1] // 2 + 1
+    local = threading.local()
 
     def block(start):
         cut = slice(start, min(start + ROWS, ny))
@@ -244,7 +251,8 @@ def convolved(image, spectrum, size):
     def write(rows, values):
         out[rows] = values
 
-    half, out = rows_of(len(image), size, image), np.empty(image.shape)
+    half = rows_of(len(image), size, image)
+    out = np.empty(image.shape)
     norm = forward(read, [half], size, image.shape[1]) ** 0.5
     columns([half], times(spectrum), size)
     back(half, write, size, image.shape[1])

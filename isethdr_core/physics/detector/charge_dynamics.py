@@ -28,10 +28,8 @@ from scipy.special import wrightomega
 ROUNDING = 4 * np.finfo(float).eps  # the closest relative tolerance that SciPy's root finders take
 
 # Gauss-Legendre nodes of one panel; 16 leave 1e-16 of exp(-x) on a panel with x up to 8
-NODES, WEIGHTS = (
-    0.5 * np.polynomial.legendre.leggauss(16)[0] + 0.5,
-    0.5 * np.polynomial.legendre.leggauss(16)[1],
-)
+NODES = 0.5 * np.polynomial.legendre.leggauss(16)[0] + 0.5
+WEIGHTS = 0.5 * np.polynomial.legendre.leggauss(16)[1]
 
 
 @dataclass(frozen=True)
@@ -134,7 +132,8 @@ def flow_varying(
     halvings = int(np.ceil(np.log2(1.0 + np.max(arrived, initial=0.0) / well.thermal_e))) + 2
     memory = 0.0
     for k in range(halvings + 1):
-        low, high = (0.0 if k == halvings else 2.0 ** -(k + 1)), 2.0**-k
+        low = 0.0 if k == halvings else 2.0 ** -(k + 1)
+        high = 2.0**-k
         for node, weight in zip(NODES, WEIGHTS, strict=True):
             charge_left = (
                 low + (high - low) * node
@@ -221,7 +220,8 @@ def shares(
     x = np.asarray(arrived_e / well.thermal_e, float)
     _, s = _odds(charge_e, arrived_e, log_memory(x, duration_s), well)
     small = x < 0.25
-    xs, xl = np.where(small, x, 0.0), np.where(small, 1.0, x)
+    xs = np.where(small, x, 0.0)
+    xl = np.where(small, 1.0, x)
     series = 0.5 - xs / 12 * (1 - xs**2 / 60 * (1 - xs**2 / 42 * (1 - xs**2 / 40)))
     h = np.where(small, series, 1 / xl - np.exp(-xl) / -np.expm1(-xl))
     e = np.exp(-np.abs(s))

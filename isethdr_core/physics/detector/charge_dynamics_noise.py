@@ -48,10 +48,13 @@ def flow_moments(before: Moments, current_e_per_s, duration_s, well: Well) -> Mo
     """
     arrived = np.asarray(current_e_per_s * duration_s, float)
     stays, spills, h = shares(before.charge_e, arrived, duration_s, well)
-    variance_kept, variance_lost = stays + spills * h, spills * (1 - h)
+    variance_kept = stays + spills * h
+    variance_lost = spills * (1 - h)
     thermal = well.thermal_e * spills * (1 - spills * h)
     charge, spilled = flow(before.charge_e, current_e_per_s, duration_s, well)
-    v, w, c = before.charge_var_e2, before.spilled_var_e2, before.covariance_e2
+    v = before.charge_var_e2
+    w = before.spilled_var_e2
+    c = before.covariance_e2
     return Moments(
         charge,
         before.spilled_e + spilled,

@@ -33,7 +33,8 @@ def normal_float32(word: np.ndarray) -> np.ndarray:
     ----------
     Wichura 1988, algorithm AS 241, PPND7.
     """
-    shape, word = np.shape(word), np.ravel(word)
+    shape = np.shape(word)
+    word = np.ravel(word)
     magnitude = word ^ (word >> 63)
     q = (np.int64(2**63 - 1) - magnitude).astype(np.float32)
     q *= np.float32(2.0**-64)  # 0.5 - p, with full relative precision near 0
@@ -90,7 +91,9 @@ def poisson(mean: npt.ArrayLike, word: npt.ArrayLike) -> np.ndarray:
     Giles 2016, "Algorithm 955: approximation of the inverse Poisson cumulative distribution
     function".
     """
-    shape, mean, word = np.shape(mean), np.ravel(mean).astype(np.float64), np.ravel(word)
+    shape = np.shape(mean)
+    mean = np.ravel(mean).astype(np.float64)
+    word = np.ravel(word)
     if not np.all((mean >= 0) & (mean <= LARGEST_MEAN_E)):
         raise ValueError(
             f"mean electrons are {mean.min()}..{mean.max()}; expected finite values within 0..1e18"
@@ -114,7 +117,8 @@ def poisson_image(
     """
     mean = np.asarray(mean)
     height, width = mean.shape
-    rows, out = rows_per_block(width), np.empty(mean.shape)
+    rows = rows_per_block(width)
+    out = np.empty(mean.shape)
     for y in range(0, height, rows):
         part = mean[y : y + rows]
         out[y : y + rows] = poisson(part, words(stream, y0 + y, y0 + y + len(part), x0, x0 + width))
@@ -133,7 +137,8 @@ def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
     # The smaller tail is summed, so that means of 1e-12 electrons are accurate too.
     if mean.size and mean.max() < 0.69:  # only upper draws with p < mean can count anything
         p, upper = tail(word)
-        some, count = np.flatnonzero(upper & (p < mean)), np.zeros_like(mean)
+        some = np.flatnonzero(upper & (p < mean))
+        count = np.zeros_like(mean)
         if some.size < mean.size:
             if some.size:
                 count[some] = _series(mean[some], word[some])
@@ -141,7 +146,8 @@ def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
     p, upper = tail(word)
     term = np.exp(-mean)
     remaining = np.where(upper, -np.expm1(-mean) - p, p - term)
-    count, k = np.zeros_like(mean), 0
+    count = np.zeros_like(mean)
+    k = 0
     rare = np.flatnonzero(
         upper & (p < 1e-10)
     )  # differences of sums cannot resolve these, and would never end
@@ -150,7 +156,9 @@ def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
         np.ones(rare.size), mean[rare], p[rare], upper[rare], np.ones(rare.size, bool)
     )
     index = np.flatnonzero(remaining > 0)
-    mean, term, remaining = mean[index], term[index], remaining[index]
+    mean = mean[index]
+    term = term[index]
+    remaining = remaining[index]
     while index.size:
         k += 1
         count[index] = k
@@ -158,7 +166,10 @@ def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
         term /= k
         remaining -= term
         stay = np.flatnonzero(remaining > 0)
-        index, mean, term, remaining = index[stay], mean[stay], term[stay], remaining[stay]
+        index = index[stay]
+        mean = mean[stay]
+        term = term[stay]
+        remaining = remaining[stay]
     return count
 
 
@@ -178,7 +189,8 @@ def _cornish_fisher(mean: np.ndarray, word: np.ndarray, z: np.ndarray) -> np.nda
     mean_ = mean.astype(
         z.dtype
     )  # float32 for the step away from the mean: its rounding is part of the bound
-    root, z2 = np.sqrt(mean_), z * z
+    root = np.sqrt(mean_)
+    z2 = z * z
     step = z * (root - (z2 + 2) / (72 * root))
     step += (1 / 3) + z2 / 6
     step += (z2 * (z2 + 7 / 3) * (1 / 270) - 8 / 405) / mean_

@@ -50,13 +50,15 @@ def words(stream: tuple[object, ...], y0: int, y1: int, x0: int, x1: int) -> np.
     (y1 - y0, x1 - x0) int64 array, all 2^64 values equally likely.
     """
     bits = _generator_of(stream)  # the counter is set for every row
-    state, first = bits.state, x0 % 4
+    state = bits.state
+    first = x0 % 4
     out = np.empty((y1 - y0, x1 - x0), np.int64)
     for y in range(y0, y1):
         # numpy adds 1 to the counter before it computes the next four words; position 4 means that
         # no word of the last four is left
         state["state"]["counter"][:] = x0 // 4, y, 0, 0
-        state["buffer_pos"], state["has_uint32"] = 4, 0
+        state["buffer_pos"] = 4
+        state["has_uint32"] = 0
         bits.state = state
         out[y - y0] = bits.random_raw(x1 - x0 + first)[first:].view(np.int64)
     return out

@@ -71,11 +71,14 @@ def phase_at(
     """Return time x frequency + phase modulo 1, exact to rounding of the result (Dekker 1971, exact
     products).
     """
-    t, f = np.asarray(time_s, float), np.asarray(frequency_hz, float)
+    t = np.asarray(time_s, float)
+    f = np.asarray(frequency_hz, float)
     product = t * f
     split = 134217729.0  # 2^27 + 1 cuts a float64 into two halves whose products are exact
-    t_high, f_high = split * t - (split * t - t), split * f - (split * f - f)
-    t_low, f_low = t - t_high, f - f_high
+    t_high = split * t - (split * t - t)
+    f_high = split * f - (split * f - f)
+    t_low = t - t_high
+    f_low = f - f_high
     error = ((t_high * f_high - product) + t_high * f_low + t_low * f_high) + t_low * f_low
     turns = (product - np.floor(product)) + (error + (phase - np.floor(phase)))
     turns = turns - np.floor(turns)
@@ -98,7 +101,8 @@ def square_wave_s(
     duty : share of the period in which the lamp is on, 0..1. It switches on at phase 0.
     phase : periods, at time 0.
     """
-    frequency, duration = np.asarray(frequency_hz, float), np.asarray(duration_s, float)
+    frequency = np.asarray(frequency_hz, float)
+    duration = np.asarray(duration_s, float)
     at = phase_at(start_s, frequency, phase)
     periods = frequency * duration
     whole_periods = np.floor(periods)
@@ -149,7 +153,8 @@ def square_wave_pieces(
         lit = np.where(at < duty, 1.0, 0.0)
         return np.full((1, *lit.shape), float(duration_s)), lit[None]
     count = 2 * int(np.ceil(frequency_hz * duration_s)) + 3
-    durations, states = [], []
+    durations = []
+    states = []
     remaining_s = np.full(at.shape, float(duration_s))
     for k in range(
         count

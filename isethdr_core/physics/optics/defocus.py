@@ -60,7 +60,8 @@ def disc_on_tiles(diameter: float) -> npt.NDArray[np.float64]:
         beside = diameter**2 / 32.0
         line = np.array([beside, 1.0 - 2.0 * beside, beside])
         return np.outer(line, line)
-    low, high = 0.0, diameter / 2.0
+    low = 0.0
+    high = diameter / 2.0
     while high - low > 1e-9 * diameter:
         middle = (low + high) / 2.0
         if _second_moment(_areas(middle)) < diameter**2 / 16.0:

@@ -153,7 +153,8 @@ def phase(
 
 
 def _both(inside: np.ndarray, axis: int) -> np.ndarray:
-    first, second = np.delete(inside, -1, axis), np.delete(inside, 0, axis)
+    first = np.delete(inside, -1, axis)
+    second = np.delete(inside, 0, axis)
     return first & second
 
 
@@ -209,18 +210,19 @@ def _chirp_z(a: np.ndarray, axis: int, turn: float, first: float, count: int) ->
     """Return sum over n of a[n] exp(-2 pi i turn n (first + k)), k < count, using 2 n k = n^2 + k^2
     - (k - n)^2.
     """
-    n, k = np.arange(a.shape[axis]), np.arange(count)
+    n = np.arange(a.shape[axis])
+    k = np.arange(count)
     size = sf.next_fast_len(len(n) + count - 1)
     lag = np.arange(-(len(n) - 1), count)
     chirp = sf.fft(
         np.roll(np.pad(np.exp(1j * np.pi * turn * lag**2), (0, size - len(lag))), -(len(n) - 1))
     )
-    before, after = (
-        np.exp(-1j * np.pi * turn * (n * n + 2 * first * n)),
-        np.exp(-1j * np.pi * turn * k * k),
-    )
+    before = np.exp(-1j * np.pi * turn * (n * n + 2 * first * n))
+    after = np.exp(-1j * np.pi * turn * k * k)
     if axis == 0:
-        before, chirp, after = before[:, None], chirp[:, None], after[:, None]
+        before = before[:, None]
+        chirp = chirp[:, None]
+        after = after[:, None]
     spectrum = sf.fft(a * before, size, axis=axis, overwrite_x=True)
     spectrum *= chirp
     out = sf.ifft(spectrum, axis=axis, overwrite_x=True)
@@ -318,7 +320,8 @@ def _rectangles(count: int, wide: int, fine: int, boxes: int) -> np.ndarray:
     """Return what samples from the axis on, and their mirror images, add to each rectangle
     (rectangle, sample): the sinc^boxes of a spectrum as sums.
     """
-    weights, middle = sf.irfft(np.sinc(sf.rfftfreq(wide) * fine) ** boxes, wide) * fine, wide // 2
+    weights = sf.irfft(np.sinc(sf.rfftfreq(wide) * fine) ** boxes, wide) * fine
+    middle = wide // 2
     lag = (MARGIN + np.arange(count)[:, None]) * fine - np.arange(wide)
     both = weights[np.abs(lag)]
     both[:, middle + 1 :] += both[:, middle - 1 :: -1]

@@ -72,14 +72,18 @@ class BrownConrady:
         over.
         """
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-        u, v, det = x.copy(), y.copy(), np.ones(x.shape)
+        u = x.copy()
+        v = y.copy()
+        det = np.ones(x.shape)
         for _ in range(NEWTON_STEPS):
             a, b = self.forward(u, v)
-            dx, dy = a - x, b - y
+            dx = a - x
+            dy = b - y
             xx, xy, yy = self._jacobian(u, v)
             det = xx * yy - xy**2
             with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-                u, v = u - (yy * dx - xy * dy) / det, v - (xx * dy - xy * dx) / det
+                u = u - (yy * dx - xy * dy) / det
+                v = v - (xx * dy - xy * dx) / det
             if np.all(np.hypot(dx, dy) <= CLOSE * (1 + np.hypot(x, y))):
                 break
         _check_inverse(np.hypot(dx, dy), np.hypot(x, y), (det > 0) & self._single(np.hypot(u, v)))
@@ -187,10 +191,8 @@ class AngleTable(_Radial):
     radius_per_focal_length: tuple[float, ...]
 
     def __post_init__(self):
-        t, r = (
-            np.radians(np.array(self.angle_deg, float)),
-            np.array(self.radius_per_focal_length, float),
-        )
+        t = np.radians(np.array(self.angle_deg, float))
+        r = np.array(self.radius_per_focal_length, float)
         if (
             len(t) != len(r)
             or len(t) < 2
@@ -210,11 +212,10 @@ class AngleTable(_Radial):
     def _ratio(self):
         from scipy.interpolate import CubicSpline
 
-        t, r = (
-            np.radians(np.array(self.angle_deg, float)),
-            np.array(self.radius_per_focal_length, float),
-        )
-        squares, ratio = t**2, r / t
+        t = np.radians(np.array(self.angle_deg, float))
+        r = np.array(self.radius_per_focal_length, float)
+        squares = t**2
+        ratio = r / t
         # on the axis: the line through the first two ratios in angle^2, which is what third-order
         # distortion does
         start = ratio[0] - (ratio[1] - ratio[0]) / (squares[1] - squares[0]) * squares[0]
@@ -311,7 +312,8 @@ def _rising_root(function, slope, target, low, high, start):
     at = start
     for _ in range(NEWTON_STEPS):
         miss = function(at) - target
-        low, high = np.where(miss < 0, at, low), np.where(miss >= 0, at, high)
+        low = np.where(miss < 0, at, low)
+        high = np.where(miss >= 0, at, high)
         if np.all(np.abs(miss) <= CLOSE):
             break
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -44,7 +44,9 @@ class ExactTiles:
     """
 
     def __init__(self, pattern: HalfPattern, pitch_um, reach):
-        self._pitch, self._reach, self._wave = pitch_um, reach, pattern.wavelength_nm
+        self._pitch = pitch_um
+        self._reach = reach
+        self._wave = pattern.wavelength_nm
         self._step = pattern.step_um
         # samples on the other side of the axis that tiles beside it take: the mirror image
         self._before = min(len(pattern.density) - 1, 2 + SUPPORT + int(pitch_um[1] / self._step))
@@ -75,10 +77,12 @@ def _blocks(weights: TileWeights, middle: int, count: int) -> Iterator:
     """Yield (tiles, samples, weights (tile, sample)) of blocks of neighbouring tiles; sample 0 has
     the index `middle` of `count`.
     """
-    first, taps = weights.first + middle, np.arange(weights.weight.shape[1])
+    first = weights.first + middle
+    taps = np.arange(weights.weight.shape[1])
     for start in range(0, len(first), BLOCK):
         stop = min(start + BLOCK, len(first))
-        low, high = int(first[start]), int(first[stop - 1]) + len(taps)
+        low = int(first[start])
+        high = int(first[stop - 1]) + len(taps)
         dense = np.zeros((stop - start, high - low), np.float32)
         at = first[start:stop, None] - low + taps
         dense[np.arange(stop - start)[:, None], at] = weights.weight[start:stop]

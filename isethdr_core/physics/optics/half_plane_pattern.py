@@ -114,7 +114,8 @@ def half_pattern(
     )
     half = _along_x(draw(pupil, cell, lattice.period, lattice.strips), px, far_x + 1, apply)
     rows = half.shape[1]
-    y, x = np.arange(-far_y, far_y + 1), np.arange(far_x + 1)
+    y = np.arange(-far_y, far_y + 1)
+    x = np.arange(far_x + 1)
     scale = (cell[0] * cell[1]) ** 2 * 1e-6  # per um2
     scale /= (wavelength_nm * 1e-6 * pupil.distance_mm) ** 2 * pupil.energy_mm2
     gain_y = (scale * spline_response(y / py) ** -2).astype(np.float32)
@@ -172,9 +173,11 @@ def draw(pupil: RealPupil, cell_mm, period, strips: float = STRIPS) -> np.ndarra
     end in a later period also changes all earlier periods: it is subtracted from column 0, once
     per period passed.
     """
-    (dy, dx), pad = cell_mm, (ORDER + 1) // 2
+    dy, dx = cell_mm
+    pad = (ORDER + 1) // 2
     rows, columns = (2 * (int(np.ceil(pupil.radius_mm / d)) + pad) for d in cell_mm)
-    height, width = min(rows, period[0]), min(columns, period[1])
+    height = min(rows, period[0])
+    width = min(columns, period[1])
     # Chords of slanted edges turn the faster from row to row the wider the image
     count = int(np.ceil(strips + dy / dx))
     left, right, weight, level = chords(pupil, dy, rows, count)
@@ -211,7 +214,9 @@ def chords(pupil: RealPupil, cell_mm: float, rows: int, strips: int) -> Chords:
     """Return chords at Gauss's two places in every strip; `rows` of cells lie evenly about the
     axis, of `strips` strips each.
     """
-    top, height, pieces = -rows / 2 * cell_mm, cell_mm / strips, []
+    top = -rows / 2 * cell_mm
+    height = cell_mm / strips
+    pieces = []
     for shape, amplitude in pupil.terms:
         for place in GAUSS:
             shape_chords = chord_ends([(shape, amplitude)], top, height, rows * strips, (place,))

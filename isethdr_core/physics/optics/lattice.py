@@ -69,7 +69,10 @@ def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int
     -------
     (period_y, period_x) complex64: the sum of weighted transmission, in cells.
     """
-    (dy, dx), (py, px), sub, pad = step, period, chords_per_cell, (ORDER + 1) // 2
+    dy, dx = step
+    py, px = period
+    sub = chords_per_cell
+    pad = (ORDER + 1) // 2
     rows, cols = (2 * (int(np.ceil(radius / d)) + pad) for d in step)
     turned = np.exp(-2j * np.pi * offset[1] * np.arange(cols // px + 2))
     passed = np.concatenate(
@@ -77,11 +80,9 @@ def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int
     )  # what a chord from the first cell on adds to column 0 of the periods it enters
     chords = list(chord_ends(terms, -rows / 2 * dy, dy / sub, rows * sub))
     strip, left, right, weight = (np.concatenate([c[i] for c in chords]) for i in range(4))
-    strip, end, weight = (
-        np.tile(strip, 2),
-        np.concatenate([left, right]),
-        np.concatenate([weight, -weight]),
-    )
+    strip = np.tile(strip, 2)
+    end = np.concatenate([left, right])
+    weight = np.concatenate([weight, -weight])
     column = end / dx + cols / 2
     whole_columns = np.floor(column).astype(np.intp)
     parts = spline_taps(column - whole_columns, ORDER)
@@ -152,7 +153,8 @@ def _gathered(block, axis, first, weights, reach):
     high = (first + block.shape[axis] - 1 + reach) // 2
     pad = [(0, 0), (0, 0)]
     pad[axis] = (first - (2 * low - reach), 2 * high + 1 + reach - (first + block.shape[axis] - 1))
-    block, count = np.pad(block, pad), high - low + 1
+    block = np.pad(block, pad)
+    count = high - low + 1
     cut = [slice(None)] * 2
     total = 0.0
     for t, weight in enumerate(weights):
@@ -202,7 +204,8 @@ def lattice_psf(
     -------
     (2 reach_y + 1, 2 reach_x + 1) float32, fraction of the energy per sample.
     """
-    period, (ry, rx) = folded.shape, reach
+    period = folded.shape
+    ry, rx = reach
     field = sf.fft2(folded, overwrite_x=True)
     step = lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um)
     index = [np.arange(-r, r + 1) for r in reach]

@@ -20,7 +20,10 @@ def matrices(surfaces, indices, path, start_mm: float) -> list[np.ndarray]:
     surfaces, indices, path : as `ray_trace.follow`, indices as numbers.
     start_mm : z of the plane in front where height and angle are given.
     """
-    total, z, forward, out = np.eye(2), start_mm, 1, []
+    total = np.eye(2)
+    z = start_mm
+    forward = 1
+    out = []
     for k, reflects in path:
         surface = surfaces[k]
         c = surface.curvature_per_mm

@@ -100,7 +100,8 @@ def _means(place, grid, density) -> np.ndarray:
     """
     short, long = place.band_nm
     pitch_y, pitch_x = place.pitch_um
-    far, last = grid.far, place.first + place.count
+    far = grid.far
+    last = place.first + place.count
     outer = np.hypot(last * pitch_x, place.reach * pitch_y) / min(pitch_x, pitch_y)
     count = int(np.ceil(max(6, outer * (long - short) / short / place.moves)))
     total = 0.0

@@ -99,17 +99,20 @@ class Convex:
         """Return where horizontal lines at `y` enter and leave the shape; left >= right where they
         miss it.
         """
-        left, right = np.full(y.shape, -np.inf), np.full(y.shape, np.inf)
+        left = np.full(y.shape, -np.inf)
+        right = np.full(y.shape, np.inf)
         for xc, yc, r in self.discs:
             half = np.sqrt(np.maximum(r * r - (y - yc) ** 2, 0.0))
-            left, right = np.maximum(left, xc - half), np.minimum(right, xc + half)
+            left = np.maximum(left, xc - half)
+            right = np.minimum(right, xc + half)
         for xc, yc, ((xx, xy), (yx, yy)) in self.ellipses:
             height2 = yx**2 + yy**2
             middle = xc + (xx * yx + xy * yy) / height2 * (y - yc)
             half = (
                 abs(xx * yy - xy * yx) / height2 * np.sqrt(np.maximum(height2 - (y - yc) ** 2, 0.0))
             )
-            left, right = np.maximum(left, middle - half), np.minimum(right, middle + half)
+            left = np.maximum(left, middle - half)
+            right = np.minimum(right, middle + half)
         for nx, ny, d in self.planes:
             if abs(nx) < 1e-12:
                 right = np.where(ny * y <= d, right, -np.inf)
@@ -194,7 +197,8 @@ def blades(radius: float, count: int, rotation_deg: float = 0.0, rounding: float
     if count < 3:
         return disc(0.0, 0.0, radius)
     angle = np.radians(rotation_deg) + 2 * np.pi * (np.arange(count) + 0.5) / count
-    near, half = radius * np.cos(np.pi / count), radius * np.sin(np.pi / count)
+    near = radius * np.cos(np.pi / count)
+    half = radius * np.sin(np.pi / count)
     if rounding < 1e-6:
         planes = tuple((np.cos(a), np.sin(a), near) for a in angle)
         corners = radius * np.sin(angle + np.pi / count)
@@ -269,12 +273,11 @@ def dirt(radius: float, dust: Dust, scratches: Scratches, seed: int) -> list[tup
         )
     for _ in range(rng.poisson(scratches.per_mm2 * square / scratches.together)):
         x, y = rng.uniform(-radius, radius, 2)
-        angle, across = None, 0.0
+        angle = None
+        across = 0.0
         for number in range(scratches.together):
-            length, width = (
-                1e-3 * scratches.length_um * rng.uniform(0.4, 1.6),
-                1e-3 * scratches.width_um * rng.uniform(0.5, 1.5),
-            )
+            length = 1e-3 * scratches.length_um * rng.uniform(0.4, 1.6)
+            width = 1e-3 * scratches.width_um * rng.uniform(0.5, 1.5)
             if angle is None:
                 angle = np.radians(
                     scratches.direction_deg
@@ -360,10 +363,9 @@ def energy(aperture: Convex, losses, strips: int = 4000) -> float:
     """Return the integral of the squared amplitude, mm2: squares of products are products of
     squares, so areas suffice.
     """
-    total, angle = (
-        0.0,
-        (np.arange(strips) + 0.5) * np.pi / strips,
-    )  # heights by cosine: exact for discs, whose chords end in a root
+    # heights by cosine: exact for discs, whose chords end in a root
+    total = 0.0
+    angle = (np.arange(strips) + 0.5) * np.pi / strips
     for shape, weight in opening(aperture, [(s, 1 - (1 - loss) ** 2) for s, loss in losses]):
         left, right = shape.chords(
             (shape.high + shape.low - (shape.high - shape.low) * np.cos(angle)) / 2
@@ -406,7 +408,8 @@ def chord_ends(terms, y0: float, step: float, count: int, places=(0.5,)):
             max(np.searchsorted(edges, shape.low) - 1, 0),
             min(np.searchsorted(edges, shape.high), count),
         )
-        top, bottom = np.maximum(edges[k], shape.low), np.minimum(edges[k + 1], shape.high)
+        top = np.maximum(edges[k], shape.low)
+        bottom = np.minimum(edges[k + 1], shape.high)
         for place in places:
             left, right = shape.chords(top + place * (bottom - top))
             hit = (left < right) & (top < bottom)
@@ -429,8 +432,11 @@ def raster(terms, x, y, strips: int = 2) -> np.ndarray:
     """
     real = not any(isinstance(weight, complex) for _, weight in terms)
     dtype = np.float32 if real else np.complex64
-    dx, dy, sub = x[1] - x[0], y[1] - y[0], strips
-    position, change = [], []
+    dx = x[1] - x[0]
+    dy = y[1] - y[0]
+    sub = strips
+    position = []
+    change = []
     for k, left, right, weight in chord_ends(terms, y[0] - dy / 2, dy / sub, len(y) * sub, GAUSS):
         for end, sign in ((left, 1), (right, -1)):
             cell = np.clip((end - x[0]) / dx + 0.5, 0.0, len(x))

@@ -28,7 +28,8 @@ RATIO = 1.4
 LINES = 64  # of the lattice, per block of work
 TOGETHER = 30000  # rays whose means are averaged over tiles at once: some megabytes
 # of second differences, that make up for steps and for lines between samples
-ALONG, ACROSS = 1 / 24, 1 / 12
+ALONG = 1 / 24
+ACROSS = 1 / 12
 TILES = 16  # along the major axis, per block of work: a cache line of float32
 
 
@@ -201,7 +202,9 @@ class _Reader:
 
     def __init__(self, sectors, ring, rays, sums, places):
         sector = sectors[0]
-        self.sector, self.ring, self.rays = sector, ring, rays
+        self.sector = sector
+        self.ring = ring
+        self.rays = rays
         self.sums = [(one, of.share) for one, of in zip(sums, sectors)]
         edges = sector.edges_nm
         self.u, where = np.unique(sector.wavelength_nm / edges, return_inverse=True)
@@ -227,10 +230,12 @@ class _Reader:
             first, last, count := max(1, TOGETHER // (2 * self._rays_to(last) * len(self.inside)))
         ):
             group = range(start, min(start + count, last))
-            sums_of_tiles, end = self._tiles(group), 0
+            sums_of_tiles = self._tiles(group)
+            end = 0
             for j in group:
                 own = self._most(j)
-                begin, end = end, end + 2 * own + 1
+                begin = end
+                end = end + 2 * own + 1
                 out[:, j - first, most - own : most + own + 1] = sums_of_tiles[begin:end].T
         return Columns(first, out)
 
@@ -247,15 +252,20 @@ class _Reader:
         They are one sparse product: to set up one for every column would take longer than it takes
         itself.
         """
-        changes, weights, ends, total = [], [], [], 0
+        changes = []
+        weights = []
+        ends = []
+        total = 0
         for j in group:
-            reach, i = self._rays_to(j), np.arange(-self._most(j), self._most(j) + 1)
+            reach = self._rays_to(j)
+            i = np.arange(-self._most(j), self._most(j) + 1)
             cut = slice(self.rays.half - reach, self.rays.half + reach + 1)
             places = []
             for inside, weight in zip(self.inside, self.weights):
                 x = j + inside
                 changes.append(self._changes(x, cut, weight))
-                at, half = i / (x * self.rays.pace) + reach, self.narrow / (x * self.rays.pace)
+                at = i / (x * self.rays.pace) + reach
+                half = self.narrow / (x * self.rays.pace)
                 lean = self.lean * np.abs(i) / (j * x * self.rays.pace)
                 ray, share = _triangles(at, half, 2 * reach + 1, lean)
                 places.append((ray + total, share))
@@ -341,7 +351,8 @@ def sectors(
     other : density of the half plane x <= 0, turned by 180 degrees about the axis; None: the same,
         as that of a pupil without phase is.
     """
-    middle, density = pattern.middle, pattern.density
+    middle = pattern.middle
+    density = pattern.density
     other = density if other is None else other
     wide = min(len(density) - 1, int(1.1 * middle) + 8)  # |x| < y, and a little beyond
 

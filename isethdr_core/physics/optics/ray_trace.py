@@ -83,7 +83,10 @@ def follow(
     shape = np.broadcast_shapes(
         *(np.shape(n) for n in indices), position.shape[1:], direction.shape[1:]
     )
-    weight, margin, forward, hits = np.ones(shape), np.full(shape, np.inf), True, []
+    weight = np.ones(shape)
+    margin = np.full(shape, np.inf)
+    forward = True
+    hits = []
     for k, reflects in path:
         surface = surfaces[k]
         position = intersect(surface, position, direction)
@@ -98,7 +101,8 @@ def follow(
             cosine = np.abs(np.sum(direction * normals, axis=0))
             weight = weight * power(k, reflects, forward, cosine)
         if reflects:
-            direction, forward = reflect(direction, normals), not forward
+            direction = reflect(direction, normals)
+            forward = not forward
             continue
         n_from, n_to = (indices[k], indices[k + 1]) if forward else (indices[k + 1], indices[k])
         if n_from is not n_to:

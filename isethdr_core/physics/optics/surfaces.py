@@ -29,7 +29,8 @@ class Surface:
 
 def sag_mm(surface: Surface, radius_squared_mm2):
     """Return the height z of the surface over its vertex plane; NaN where there is none."""
-    c, r2 = surface.curvature_per_mm, np.asarray(radius_squared_mm2, float)
+    c = surface.curvature_per_mm
+    r2 = np.asarray(radius_squared_mm2, float)
     with np.errstate(invalid="ignore"):
         sag = c * r2 / (1 + np.sqrt(1 - (1 + surface.conic) * c**2 * r2))
     for power, a in enumerate(surface.aspheric, start=2):
@@ -41,7 +42,8 @@ def sag_mm(surface: Surface, radius_squared_mm2):
 
 def slope(surface: Surface, radius_squared_mm2):
     """Return d sag / d(r^2), 1/mm; the gradient of the sag is twice this times (x, y)."""
-    c, r2 = surface.curvature_per_mm, np.asarray(radius_squared_mm2, float)
+    c = surface.curvature_per_mm
+    r2 = np.asarray(radius_squared_mm2, float)
     with np.errstate(invalid="ignore", divide="ignore"):
         out = c / 2 / np.sqrt(1 - (1 + surface.conic) * c**2 * r2)
     for power, a in enumerate(surface.aspheric, start=2):
@@ -68,8 +70,10 @@ def intersect(surface: Surface, position, direction):
     x, y, z = position
     dx, dy, dz = direction
     to_plane = (surface.z_mm - z) / dz
-    x, y = x + to_plane * dx, y + to_plane * dy
-    c, q = surface.curvature_per_mm, 1 + surface.conic
+    x = x + to_plane * dx
+    y = y + to_plane * dy
+    c = surface.curvature_per_mm
+    q = 1 + surface.conic
     t = np.zeros_like(x)
     if c:
         a = c * (dx**2 + dy**2 + q * dz**2)
@@ -94,7 +98,8 @@ def _newton(surface, x, y, direction, t):
     """
     dx, dy, dz = direction
     for _ in range(NEWTON_STEPS):
-        px, py = x + t * dx, y + t * dy
+        px = x + t * dx
+        py = y + t * dy
         r2 = px**2 + py**2
         miss = t * dz - sag_mm(surface, r2)
         if not np.any(
@@ -109,6 +114,7 @@ def normal(surface: Surface, position):
     """Return unit normals (3, ...) at points of the surface, pointing to larger z."""
     x, y, _ = position
     steep = 2 * slope(surface, x**2 + y**2)
-    gx, gy = -steep * x, -steep * y
+    gx = -steep * x
+    gy = -steep * y
     length = np.sqrt(gx**2 + gy**2 + 1)
     return np.stack([gx / length, gy / length, 1 / length])

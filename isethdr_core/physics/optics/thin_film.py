@@ -76,11 +76,14 @@ def _of_polarisation(n_in, n_out, cos_in, behind, inside, wavelength_nm, p):
 
     first = n_in / cos_in if p else n_in * cos_in
     last = admittance(n_out, np.where(behind == 0, 1e-12, behind))
-    electric, magnetic = np.ones_like(last), last
+    electric = np.ones_like(last)
+    magnetic = last
     for index, normal, thickness in reversed(inside):
         normal = np.where(normal == 0, 1e-12, normal)
-        phase, own = 2 * np.pi / wavelength_nm * normal * thickness, admittance(index, normal)
-        cosine, sine = np.cos(phase), 1j * np.sin(phase)
+        phase = 2 * np.pi / wavelength_nm * normal * thickness
+        own = admittance(index, normal)
+        cosine = np.cos(phase)
+        sine = 1j * np.sin(phase)
         electric, magnetic = (
             cosine * electric + sine / own * magnetic,
             sine * own * electric + cosine * magnetic,

@@ -111,7 +111,8 @@ def densities(
     """
     samples_to_border = drawn.lattice.samples_to_border[0]
     period_y, period_x = drawn.lattice.period
-    lines, rows = _along_x(drawn, turns, columns, apply), len(drawn.cells)
+    lines = _along_x(drawn, turns, columns, apply)
+    rows = len(drawn.cells)
     y = np.arange(-samples_to_border, samples_to_border + 1)
     gain_y = (drawn.scale * spline_response(y / period_y) ** -2).astype(np.float32)
     gain_x = (spline_response(columns / period_x) ** -2).astype(np.float32)
@@ -191,7 +192,8 @@ def _count(pupil, cell_mm):
 
 def _along_x(drawn, turns, columns, apply):
     """Return the transforms along x of the pupil's rows, (column of the image, row)."""
-    (rows, across), period = drawn.cells.shape, drawn.lattice.period[1]
+    rows, across = drawn.cells.shape
+    period = drawn.lattice.period[1]
     y_mm, x_mm = ((np.arange(n) + 0.5 - n / 2) * c for n, c in zip((rows, across), drawn.cell_mm))
     lines = np.empty((len(columns), rows), np.complex64)
     at = columns % period
@@ -243,9 +245,11 @@ def _moment(cells, rows, columns, axis) -> np.ndarray:
 def _shifted(cells, rows, columns, shift) -> np.ndarray:
     """Return a block of cells, moved; 0 beyond the border."""
     out = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32)
-    into, of = [], []
+    into = []
+    of = []
     for cut, move, count in zip((rows, columns), shift, cells.shape):
-        low, high = max(cut.start + move, 0), min(cut.stop + move, count)
+        low = max(cut.start + move, 0)
+        high = min(cut.stop + move, count)
         of.append(slice(low, max(high, low)))
         into.append(slice(low - move - cut.start, max(high, low) - move - cut.start))
     out[tuple(into)] = cells[tuple(of)]

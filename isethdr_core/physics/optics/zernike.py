@@ -18,7 +18,9 @@ import numpy as np
 HIGHEST_ORDER = 40  # radial degree up to which the mean phase of pupil cells is tested
 LAST_INDEX = HIGHEST_ORDER * (HIGHEST_ORDER + 3) // 2
 POWERS_ORDER = 12  # powers of x and y are exact to 3e-12 up to this order, measured over the disk
-RADII, ANGLES = 65, 180  # samples of the disk in a search for the largest slope, at least
+# samples of the disk in a search for the largest slope, at least
+RADII = 65
+ANGLES = 180
 
 
 def order(j: int) -> tuple[int, int]:
@@ -92,7 +94,9 @@ def wavefront_at(zernike_um, x, y) -> np.ndarray:
     """
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
     t = 2 * (x * x + y * y) - 1
-    real, imaginary = np.ones(x.shape), np.zeros(x.shape)  # of (x + i y)^m
+    # of (x + i y)^m
+    real = np.ones(x.shape)
+    imaginary = np.zeros(x.shape)
     out = np.zeros(x.shape)
     by_frequency = _by_frequency(zernike_um)
     for m in range(max(by_frequency, default=-1) + 1):
@@ -112,13 +116,16 @@ def jacobi(count: int, a: int, b: int, t):
     """Yield the Jacobi polynomials P_0 to P_(count - 1) of parameters (a, b) at `t`, by DLMF 18.9.2
     (Szego 1975, eq. 4.5.1).
     """
-    before, now = np.zeros(np.shape(t)), np.ones(np.shape(t))
+    before = np.zeros(np.shape(t))
+    now = np.ones(np.shape(t))
     for k in range(count):
         yield now
         if k == 0:
-            before, now = now, (a + 1) + (a + b + 2) / 2 * (t - 1)
+            before = now
+            now = (a + 1) + (a + b + 2) / 2 * (t - 1)
             continue
-        n, c = k + 1, 2 * (k + 1) + a + b
+        n = k + 1
+        c = 2 * (k + 1) + a + b
         scale = 2 * n * (n + a + b) * (c - 2)
         along = (c - 1) * c * (c - 2) / scale * t + (c - 1) * (a * a - b * b) / scale
         before, now = now, along * now - 2 * (n + a - 1) * (n + b - 1) * c / scale * before
@@ -185,7 +192,8 @@ def wavefront_um(zernike_um, x, y) -> np.ndarray:
     (ny, nx) float64, micrometres. Positive tilt along x moves the image to larger x (see
     `diffraction`).
     """
-    x, y = np.asarray(x, float), np.asarray(y, float)
+    x = np.asarray(x, float)
+    y = np.asarray(y, float)
     low = {j: value for j, value in zernike_um.items() if order(j)[0] <= POWERS_ORDER}
     high = {j: value for j, value in zernike_um.items() if j not in low}
     c = polynomial(low)
@@ -274,7 +282,8 @@ def rotated(zernike_um, angle_rad: float) -> dict[int, float]:
     for j, value in zernike_um.items():
         n, m = order(int(j))
         a = abs(m)
-        cosine, sine = value * np.cos(a * angle_rad), value * np.sin(a * angle_rad)
+        cosine = value * np.cos(a * angle_rad)
+        sine = value * np.sin(a * angle_rad)
         for k, part in ((a, cosine), (-a, sine)) if m >= 0 else ((-a, cosine), (a, -sine)):
             if part != 0 and (k or m == 0):
                 i = (n * (n + 2) + k) // 2
@@ -315,7 +324,8 @@ def _substitution(matrix, count: int) -> np.ndarray:
     turn = (
         np.pi * (3 - 5**0.5) * np.arange(count)
     )  # sunflower pattern: no two points lie on one line through the middle
-    radius, turn = (np.concatenate([radius, radius]), np.concatenate([turn, turn + 1.0]))
+    radius = np.concatenate([radius, radius])
+    turn = np.concatenate([turn, turn + 1.0])
     points = np.stack([radius * np.cos(turn), radius * np.sin(turn)])
     mapped_points = np.linalg.inv(np.array(matrix, float)) @ points
     new, basis_values = (zernike_basis(range(count), *at) for at in (points, mapped_points))

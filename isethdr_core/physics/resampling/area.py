@@ -128,7 +128,8 @@ def detail_error(
 
 def _fractions(lengths: csr_array, tile: float) -> tuple[csr_array, csr_array]:
     """Return g and g (1 - g) of the fractions g of tiles that overlaps cover."""
-    whole_lengths, divided = lengths.copy(), lengths.copy()
+    whole_lengths = lengths.copy()
+    divided = lengths.copy()
     whole_lengths.data = np.clip(lengths.data / tile, 0.0, 1.0)
     divided.data = whole_lengths.data * np.where(
         1 - whole_lengths.data > SLACK, 1 - whole_lengths.data, 0.0
@@ -147,7 +148,8 @@ def overlaps(
     centres_out, width_out : centres and common width of the output intervals, same unit.
     axis : name for the error message.
     """
-    centres_in, centres_out = np.asarray(centres_in, float), np.asarray(centres_out, float)
+    centres_in = np.asarray(centres_in, float)
+    centres_out = np.asarray(centres_out, float)
     count = len(centres_in)
     if not width_out > 0:
         raise ValueError(f"output width {width_out!r} along {axis}; expected a length above 0")
@@ -167,7 +169,8 @@ def overlaps(
             f" along {axis}; the tiles cover {centres_in[0] - pitch / 2:.6g} to"
             f" {centres_in[-1] + pitch / 2:.6g}"
         )
-    low, high = np.clip(_snapped(low), 0, count), np.clip(_snapped(high), 0, count)
+    low = np.clip(_snapped(low), 0, count)
+    high = np.clip(_snapped(high), 0, count)
     first = np.minimum(np.floor(low).astype(int), count - 1)
     reach = int(np.max(np.ceil(high).astype(int) - first))
     tile = first[:, None] + np.arange(max(reach, 1))

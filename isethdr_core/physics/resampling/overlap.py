@@ -51,16 +51,22 @@ def overlap_areas(x_in, y_in, distortion, x_out, y_out) -> csr_array:
 
 
 def _rows(x_in, y_in, distortion, x_out, y_out):
-    nx, ny, pitch_x, pitch_y = len(x_in) - 1, len(y_in) - 1, _pitch(x_in), _pitch(y_in)
+    nx = len(x_in) - 1
+    ny = len(y_in) - 1
+    pitch_x = _pitch(x_in)
+    pitch_y = _pitch(y_in)
     u, v = distortion.inverse(*np.meshgrid(x_out, y_out))
-    u, v = (u - x_in[0]) / pitch_x, (v - y_in[0]) / pitch_y  # in tiles, from the first border
+    # in tiles, from the first border
+    u = (u - x_in[0]) / pitch_x
+    v = (v - y_in[0]) / pitch_y
     beyond = max(-u.min(), u.max() - nx, -v.min(), v.max() - ny)
     if beyond > SLACK * max(nx, ny):
         raise ValueError(
             f"the output reaches {beyond:.3g} tiles beyond the input; expected a wider input"
             " (margin) or a smaller output"
         )
-    u, v = np.clip(u, 0, nx), np.clip(v, 0, ny)
+    u = np.clip(u, 0, nx)
+    v = np.clip(v, 0, ny)
     ring = [
         (u[:-1, :-1], v[:-1, :-1]),
         (u[:-1, 1:], v[:-1, 1:]),
@@ -91,7 +97,8 @@ def _edge(start, end, first):
     """Return (quadrilateral, column, row, signed area) that one side of every quadrilateral adds,
     in tiles.
     """
-    (x0, y0), (x1, y1) = start, end
+    x0, y0 = start
+    x1, y1 = end
     cuts = [np.zeros_like(x0), np.ones_like(x0)]
     for a, b in ((x0, x1), (y0, y1)):
         low = np.floor(np.minimum(a, b))
@@ -100,9 +107,13 @@ def _edge(start, end, first):
                 t = (low + k - a) / (b - a)
             cuts.append(np.where((t > 0) & (t < 1), t, 1.0))  # a cut at the end has no length
     cuts = np.sort(np.stack(cuts), axis=0)
-    middle, length = (cuts[1:] + cuts[:-1]) / 2, np.diff(cuts, axis=0)
-    x, y, dy = x0 + middle * (x1 - x0), y0 + middle * (y1 - y0), length * (y1 - y0)
-    column, row = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
+    middle = (cuts[1:] + cuts[:-1]) / 2
+    length = np.diff(cuts, axis=0)
+    x = x0 + middle * (x1 - x0)
+    y = y0 + middle * (y1 - y0)
+    dy = length * (y1 - y0)
+    column = np.floor(x).astype(np.int32)
+    row = np.floor(y).astype(np.int32)
     quad = np.broadcast_to(np.arange(len(x0), dtype=np.int32), x.shape)
     out = [(quad, column, row, (x - column) * dy)]
     for k in range(int(np.max(column - first, initial=0))):

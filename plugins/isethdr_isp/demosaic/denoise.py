@@ -91,7 +91,8 @@ class _Totals:
     def __init__(self, samples: _Samples, with_variance: bool) -> None:
         self.samples = samples
         shape = samples.level.shape
-        self.difference, self.weight = np.zeros(shape, np.float32), np.ones(shape, np.float32)
+        self.difference = np.zeros(shape, np.float32)
+        self.weight = np.ones(shape, np.float32)
         self.with_variance = with_variance
         if with_variance:
             # sums of w^2 Var, of w^2, and of w^2 times the difference and its square
@@ -106,7 +107,8 @@ class _Totals:
         p, q : slices of rows and columns.
         w : weights, which are overwritten.
         """
-        x, spread = self.samples.signal_e, self.samples.variance_e2
+        x = self.samples.signal_e
+        spread = self.samples.variance_e2
         difference = x[q] - x[p]
         weighted = w * difference
         self.difference[p] += weighted
@@ -137,8 +139,10 @@ class _Totals:
 
 
 def _averages(samples: _Samples, cell_shape: tuple[int, int], with_variance: bool) -> _Averages:
-    level, valid = samples.level, samples.good
-    totals, all_good = _Totals(samples, with_variance), bool(valid.all())
+    level = samples.level
+    valid = samples.good
+    totals = _Totals(samples, with_variance)
+    all_good = bool(valid.all())
     height, width = level.shape
     both = [(dy, pair(width, dx)) for dy, dx in shifts(cell_shape, level.shape)]
     for start in range(0, height, STRIP):
@@ -147,7 +151,8 @@ def _averages(samples: _Samples, cell_shape: tuple[int, int], with_variance: boo
             end = min(start + STRIP, height - dy)
             if end <= start:
                 continue
-            above, below = min(start, PATCH // 2), min(height - dy - end, PATCH // 2)
+            above = min(start, PATCH // 2)
+            below = min(height - dy - end, PATCH // 2)
             wide = slice(start - above, end + below)
             first, second = (
                 (slice(wide.start + d, wide.stop + d), c) for d, c in zip((0, dy), columns)
@@ -178,7 +183,8 @@ def stabilised(x, variance, valid):
     if not len(order):
         return np.zeros(x.shape)
     parts = [part for part in np.array_split(order, min(BINS, len(order))) if len(part)]
-    values, spreads = x[valid].ravel(), variance[valid].ravel()
+    values = x[valid].ravel()
+    spreads = variance[valid].ravel()
     means = np.array([values[part].mean() for part in parts])
     spread = np.array([spreads[part].mean() for part in parts])
     # values below 0 are noise around 0; the variance stated for them is too small
@@ -217,7 +223,8 @@ def _box_sums(values, beside=(0, 0)):
     """Return sums over squares of `PATCH` = 5 values a side, mirrored at the border; `beside` as in
     `likeness`.
     """
-    half, (height, width) = PATCH // 2, values.shape
+    half = PATCH // 2
+    height, width = values.shape
     above, below = (half - count for count in beside)
     if height <= max(above, below) or width <= half:
         padded = np.pad(values, [(above, below), (half, half)], mode="reflect")

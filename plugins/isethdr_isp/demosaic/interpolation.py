@@ -38,7 +38,8 @@ def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
     variances : same shape, the exact variance of the linear map, or None.
     invalid : (y, x) bool, pixels any of whose channels uses a bad sample.
     """
-    mosaic, filters = np.asarray(mosaic, float), np.asarray(filters)
+    mosaic = np.asarray(mosaic, float)
+    filters = np.asarray(filters)
     if mosaic.shape != filters.shape:
         raise UnitError(
             f"raw has shape {mosaic.shape}, filter {filters.shape}; expected the same (y, x)"
@@ -172,7 +173,8 @@ def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
         )
         if not len(dy):
             continue
-        dy, dx = dy - radius, dx - radius
+        dy = dy - radius
+        dx = dx - radius
         tent = (radius + 1 - np.abs(dy)) * (radius + 1.0 - np.abs(dx))
         moments = np.stack([np.ones(len(dy)), dx, dy])
         solved = np.linalg.pinv((moments * tent) @ moments.T, rcond=1e-10, hermitian=True) @ [

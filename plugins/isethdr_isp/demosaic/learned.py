@@ -129,7 +129,8 @@ def matching(filters, names, table):
 
 def is_shifted(rows: Sequence[str], cell: str) -> bool:
     """Return whether an array that repeats `rows` is the array of `cell`, shifted or not."""
-    tile, rows_of_array = cell_of(cell), np.array([list(row) for row in rows])
+    tile = cell_of(cell)
+    rows_of_array = np.array([list(row) for row in rows])
     size = np.lcm(tile.shape, rows_of_array.shape)
     tiled, tiled_other = (np.tile(t, size // t.shape) for t in (tile, rows_of_array))
     return any(
@@ -155,7 +156,8 @@ def channels_of(cell: str) -> list[str]:
 
 def sampled(cell: str) -> np.ndarray:
     """Return which taps (row, column, channel, tap) sample which channel."""
-    tile, names = cell_of(cell), channels_of(cell)
+    tile = cell_of(cell)
+    names = channels_of(cell)
     is_sampled = np.empty((*tile.shape, len(names), SIDE * SIDE), bool)
     for y, x in np.ndindex(tile.shape):
         window = tile[

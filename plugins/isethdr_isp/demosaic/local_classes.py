@@ -30,12 +30,14 @@ def classes(mosaic, filters, variance) -> np.ndarray:
     filters : (y, x) integers, the channel of each pixel.
     variance : (y, x) of the samples.
     """
-    mean, noise = local_mean(mosaic), np.maximum(local_mean(variance), 1e-30)
+    mean = local_mean(mosaic)
+    noise = np.maximum(local_mean(variance), 1e-30)
     level = np.searchsorted(SNR_EDGES, mean / np.sqrt(noise))
     (along_x, noise_x, count_x), (along_y, noise_y, count_y) = (
         _change(mosaic, filters, variance, axis) for axis in (1, 0)
     )
-    change_x, change_y = np.maximum(along_x - noise_x, 0.0), np.maximum(along_y - noise_y, 0.0)
+    change_x = np.maximum(along_x - noise_x, 0.0)
+    change_y = np.maximum(along_y - noise_y, 0.0)
     total_change = change_x + change_y
     share = np.divide(
         change_x, total_change, out=np.full_like(total_change, 0.5), where=total_change > 0

@@ -75,7 +75,8 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
         _state_unknown_variance(method)
         return Interpolated(bayer(method, mosaic, filters, names), _dilated(bad, REACH), None)
     rule = bilinear(filters, len(names))
-    planes, invalid = interpolated(rule, mosaic), using_invalid(rule, bad)
+    planes = interpolated(rule, mosaic)
+    invalid = using_invalid(rule, bad)
     if method == "guided" and len(names) > 1:
         lead = leading_channel(filters, len(names))
         if lead is None:
@@ -171,7 +172,8 @@ def malvar_kernels(filters, names) -> Kernels:
     array.
     """
     filters = np.asarray(filters)
-    size, middle = 16, 8
+    size = 16
+    middle = 8
     tile = np.tile(filters[:2, :2], (size // 2, size // 2))
     taps = {(row, column): [[] for _ in names] for row in (0, 1) for column in (0, 1)}
     for y, x in taps:
@@ -231,17 +233,17 @@ def _along_edges(mosaic, plane, at, variance):
     """
     from scipy.ndimage import uniform_filter
 
-    padded, sampled = np.pad(mosaic, 1, mode="reflect"), np.pad(at, 1, mode="reflect")
-    left, right, up, down = (
-        (slice(1, -1), slice(None, -2)),
-        (slice(1, -1), slice(2, None)),
-        (slice(None, -2), slice(1, -1)),
-        (slice(2, None), slice(1, -1)),
-    )
+    padded = np.pad(mosaic, 1, mode="reflect")
+    sampled = np.pad(at, 1, mode="reflect")
+    left = (slice(1, -1), slice(None, -2))
+    right = (slice(1, -1), slice(2, None))
+    up = (slice(None, -2), slice(1, -1))
+    down = (slice(2, None), slice(1, -1))
     among = ~at & sampled[left] & sampled[right] & sampled[up] & sampled[down]
     if not among.any():
         return plane
-    means, weights = [], []
+    means = []
+    weights = []
     for first, second in ((left, right), (up, down)):
         means.append((padded[first] + padded[second]) / 2)
         change = uniform_filter(
@@ -269,7 +271,8 @@ def _local_line(guide, values, at, variance):
     def over_samples(a):
         return mean(np.where(at, a, 0.0)) / safe
 
-    g, v = over_samples(guide), over_samples(values)
+    g = over_samples(guide)
+    v = over_samples(values)
     spread = np.maximum(over_samples(guide**2) - g * g, 0.0)
     together = over_samples(guide * values) - g * v
     slope = together / np.maximum(spread + mean(variance), 1e-12)

@@ -34,7 +34,8 @@ def with_black_level(captures, source: str):
             f"captures have no {BLACK!r}, on which isp.black=optical measures; expected a sensor"
             " with sensor.black_rows above 0; or type isp.black=stated"
         )
-    raw, gain = captures[BLACK].values.astype(float), captures["gain_dn_per_e"].values
+    raw = captures[BLACK].values.astype(float)
+    gain = captures["gain_dn_per_e"].values
     linear = np.array([linear_dn(captures, i, codes)[0] for i, codes in enumerate(raw)])
     pixels = linear[0].size
     error_e = linear.std(axis=(1, 2)) / np.sqrt(pixels) / gain

@@ -61,7 +61,8 @@ def joined_rows(blocks: list[Merged]) -> Merged:
 
 def single_capture(read: Readout) -> Merged:
     """Return one reading as a mosaic, without a margin below its top."""
-    signal, variance = read.charge_e - read.dark_e, read.variance_e2()
+    signal = read.charge_e - read.dark_e
+    variance = read.variance_e2()
     source = np.full(signal.shape, read.capture, np.uint8)
     return Merged(
         signal,
@@ -96,7 +97,8 @@ def read_charge(reads: list[Readout], per_light) -> Charge:
     """
     widest = max(reads, key=lambda r: r.top_e)
     total = np.zeros(widest.charge_e.shape)
-    weight, largest = np.zeros_like(total), np.zeros_like(total)
+    weight = np.zeros_like(total)
+    largest = np.zeros_like(total)
     source = np.full(total.shape, widest.capture, np.uint8)
     usable = np.zeros(total.shape, bool)
     inverses = []
@@ -132,16 +134,15 @@ def fold(charges: list[Charge]) -> Merged:
     sensitive.
     """
     short = charges[0]
-    z, z_var, valid = (
-        short.t_e - short.dark_e,
-        charge_variance(short.t_e, short.read_var_e2),
-        short.good,
-    )
+    z = short.t_e - short.dark_e
+    z_var = charge_variance(short.t_e, short.read_var_e2)
+    valid = short.good
     source = short.source
     weights = [1.0]  # electrons of the mosaic per electron of each charge
     for charge in charges[1:]:
         ratio = short.per_light / charge.per_light
-        z, z_var = z / ratio, z_var / ratio**2
+        z = z / ratio
+        z_var = z_var / ratio**2
         g, slope = weight(charge.t_e, charge, short, ratio)
         g_next, _ = weight(charge.t_e + 1, charge, short, ratio)
         signal = (
@@ -151,7 +152,9 @@ def fold(charges: list[Charge]) -> Merged:
         source = np.where(g > 0.5, charge.source, source)
         share_of_earlier = (1 - g) / ratio
         weights = [*(w * share_of_earlier for w in weights), g]
-        z, valid, short = signal, valid | charge.good, charge
+        z = signal
+        valid = valid | charge.good
+        short = charge
     reads = [
         WeightedRead(
             read.spread,
@@ -193,7 +196,8 @@ def weight(t, charge: Charge, short: Charge, ratio):
     width = np.sqrt(max(charge.top_e, 1.0))
     # a sensor without a well has an infinite top: always below the ramp
     s = np.clip((charge.top_e - t) / width, 0.0, 1.0) if np.isfinite(width) else np.ones_like(t)
-    ramp, ramp_slope = s * s * (3 - 2 * s), -6 * s * (1 - s) / width
+    ramp = s * s * (3 - 2 * s)
+    ramp_slope = -6 * s * (1 - s) / width
     usable = charge.good
     return np.where(usable, share * ramp, 0.0), np.where(
         usable, slope * ramp + share * ramp_slope, 0.0

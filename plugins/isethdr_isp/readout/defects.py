@@ -33,9 +33,11 @@ def corrected(merged: Merged, defect, cell_shape: tuple[int, int]) -> Merged:
     steps = np.array([(-rows, 0), (rows, 0), (0, -columns), (0, columns)])
     at_y, at_x = (position[:, None] + step for position, step in zip((y, x), steps.T, strict=True))
     inside = (at_y >= 0) & (at_y < height) & (at_x >= 0) & (at_x < width)
-    at_y, at_x = np.clip(at_y, 0, height - 1), np.clip(at_x, 0, width - 1)
+    at_y = np.clip(at_y, 0, height - 1)
+    at_x = np.clip(at_x, 0, width - 1)
     sound = inside & ~defect[at_y, at_x] & merged.valid[at_y, at_x]
-    value, variance = merged.signal_e[at_y, at_x], merged.variance_e2[at_y, at_x]
+    value = merged.signal_e[at_y, at_x]
+    variance = merged.variance_e2[at_y, at_x]
     pairs = sound[:, ::2] & sound[:, 1::2]  # (defect, direction)
     difference = np.abs(value[:, ::2] - value[:, 1::2])
     noise = np.sqrt(np.maximum(variance[:, ::2] + variance[:, 1::2], 1e-12))

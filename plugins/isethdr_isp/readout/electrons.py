@@ -102,26 +102,23 @@ def readouts(captures, white_radiance) -> list[Readout]:
             * float(captures.attrs["throughput_sr"])
         )
         linear, steps, top_steps = decompanded(captures, i)
-        read_var, step_var = c["read_noise_e"] ** 2, c["quantisation_e"] ** 2 / 12
+        read_var = c["read_noise_e"] ** 2
+        step_var = c["quantisation_e"] ** 2 / 12
         top = (c["top_dn"] - c["black_dn"]) / c["gain_dn_per_e"]
         margin = MARGIN * np.sqrt(read_var + step_var * top_steps**2)
         bent = bent_response(captures, i)
         if bent is None:
-            charge, saturated = (
-                (linear - c["black_dn"]) / c["gain_dn_per_e"],
-                np.asarray(captures["saturated"].values[i], bool),
-            )
-            noise, clear_top, offset_gain = read_var + step_var * steps**2, top - margin, 1.0
+            charge = (linear - c["black_dn"]) / c["gain_dn_per_e"]
+            saturated = np.asarray(captures["saturated"].values[i], bool)
+            noise = read_var + step_var * steps**2
+            clear_top = top - margin
+            offset_gain = 1.0
         else:
-            charge, saturated, noise = (
-                bent.electrons_at(linear),
-                linear >= bent.dn[-1],
-                bent.read_variance_e2(linear),
-            )
-            top, clear_top = (
-                bent.electrons[-1],
-                float(bent.electrons_at(bent.dn[-1] - margin * c["gain_dn_per_e"])),
-            )
+            charge = bent.electrons_at(linear)
+            saturated = linear >= bent.dn[-1]
+            noise = bent.read_variance_e2(linear)
+            top = bent.electrons[-1]
+            clear_top = float(bent.electrons_at(bent.dn[-1] - margin * c["gain_dn_per_e"]))
             offset_gain = c["gain_dn_per_e"] * bent.electrons_per_dn(linear)
         reads.append(
             Readout(
@@ -161,7 +158,8 @@ def linear_dn(captures, i: int, raw):
         captures[name].values[i].astype(float) for name in ("companding_dn", "companding_linear_dn")
     )
     finite = np.isfinite(code) & np.isfinite(linear)
-    code, linear = code[finite], linear[finite]
+    code = code[finite]
+    linear = linear[finite]
     slope = np.diff(linear) / np.diff(code)
     segment = np.clip(np.searchsorted(code, raw, side="right") - 1, 0, len(slope) - 1)
     return (

@@ -111,7 +111,8 @@ def fixed_pattern(reads: list[WeightedRead], signal_e, variance_e2) -> SampleNoi
     if not reads:
         return SampleNoise()
     shape = np.shape(signal_e)
-    light, dark = {}, {}
+    light = {}
+    dark = {}
     pixel, column, row = np.zeros((3, *shape))
     for spread, weight, sensitivity in reads:
         key = spread.silicon

@@ -69,7 +69,8 @@ def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> I
             " expected one capture; choose one with captures.isel(capture=[0])"
         )
     [read] = readouts(captures, light(balance, captures.wavelength.values))
-    names, filters = [str(name) for name in captures["channel"].values], captures["filter"].values
+    names = [str(name) for name in captures["channel"].values]
+    filters = captures["filter"].values
     colours = [name for name in names if name.isupper() or name.upper() not in names]
     pairs = {
         names.index(c): names.index(c.lower())
@@ -86,15 +87,14 @@ def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> I
     ratio_of = np.ones(len(names))
     for long, short in pairs.items():
         ratio_of[long] = ratio_of[short] = read.sensitivity[short] / read.sensitivity[long]
-    ratio, long_here = ratio_of[filters], np.isin(filters, list(pairs))
+    ratio = ratio_of[filters]
+    long_here = np.isin(filters, list(pairs))
     charge = read_charge([read], read.sensitivity[filters])
 
     # every sample by itself, short ones in electrons of long ones
     scale = np.where(long_here, 1.0, ratio) * level
-    single, single_var = (
-        (charge.t_e - charge.dark_e) / scale,
-        charge_variance(charge.t_e, charge.read_var_e2) / scale**2,
-    )
+    single = (charge.t_e - charge.dark_e) / scale
+    single_var = charge_variance(charge.t_e, charge.read_var_e2) / scale**2
     g, slope = weight(charge.t_e, charge, charge, ratio)
     g_next, _ = weight(charge.t_e + 1, charge, charge, ratio)
     part = (charge.t_e * g - charge.read_var_e2 * slope - charge.dark_e * g_next) / level

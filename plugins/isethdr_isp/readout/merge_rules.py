@@ -74,7 +74,8 @@ def poisson_sum(groups, per_light) -> Merged:
             weighted.append((read, g.astype(float), own / per_light[-1]))
             source[g] = read.capture
     some = light > 0
-    safe, ratio = np.where(some, light, 1.0), per_light[0] / per_light[-1]
+    safe = np.where(some, light, 1.0)
+    ratio = per_light[0] / per_light[-1]
     signal = np.where(some, electrons / safe, least.signal_e / ratio)
     variance = np.where(some, variance / safe**2, least.variance_e2 / ratio**2)
     parts = [WeightedRead(read.spread, g / safe, sensitivity) for read, g, sensitivity in weighted]
@@ -97,7 +98,9 @@ def _descend(groups, per_light) -> Merged:
     """Return the mean of the good reads of the most sensitive charge that has one; else the widest
     read of the least sensitive charge.
     """
-    merged, chosen, parts = None, [], []
+    merged = None
+    chosen = []
+    parts = []
     for reads, light in zip(groups, per_light):  # least sensitive first, later ones overwrite
         usable = np.array([_good(read) for read in reads])
         use = usable | (

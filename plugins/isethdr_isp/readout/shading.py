@@ -68,7 +68,8 @@ def measured_shading(captures, capture: str = ""):
             f"{read.saturated.mean():.1%} of the flat field is saturated; expected none; expose"
             " less"
         )
-    radius, filters = radii_mm(single), single["filter"].values
+    radius = radii_mm(single)
+    filters = single["filter"].values
     largest = max(float(radius.max()), 1e-12)
     grid = np.linspace(0, 1, ENTRIES)
     basis = np.stack([(radius / largest) ** p for p in POWERS], -1)
@@ -76,9 +77,11 @@ def measured_shading(captures, capture: str = ""):
     total = variance = weight = 0.0
     for channel in np.unique(filters):
         of_channel = filters == channel
-        a, e = basis[of_channel], (read.charge_e - read.dark_e)[of_channel]
+        a = basis[of_channel]
+        e = (read.charge_e - read.dark_e)[of_channel]
         inverse = np.linalg.pinv(a)
-        fit, spread = inverse @ e, (inverse * read.variance_e2()[of_channel]) @ inverse.T
+        fit = inverse @ e
+        spread = (inverse * read.variance_e2()[of_channel]) @ inverse.T
         if not fit[0] > 0:
             raise UnitError(
                 f"channel {channel} of the flat field is dark on the axis; expected light"
@@ -89,9 +92,11 @@ def measured_shading(captures, capture: str = ""):
             0
         ]  # derivative of curve by fit; at[0] picks the value on the axis
         sum_e = float(e.sum())
-        total, weight = total + sum_e * curve, weight + sum_e
+        total = total + sum_e * curve
+        weight = weight + sum_e
         variance = variance + sum_e**2 * np.einsum("ip,pq,iq->i", step, spread, step)
-    relative, error = total / weight, np.sqrt(variance) / weight
+    relative = total / weight
+    error = np.sqrt(variance) / weight
     if error[-1] > 0.02 * relative[-1] or not np.all(relative > 0):
         raise UnitError(
             f"the flat field gives {relative[-1]:.3g} +- {error[-1]:.2g} on its border; expected 2"

@@ -71,7 +71,8 @@ def film(wavelength_nm, step_nm: float, width: int, height: int) -> dict:
     }
     edge = 1e-3  # nm; Mitsuba's tables need four separate nodes
     for k, centre in enumerate(np.asarray(wavelength_nm, float)):
-        low, high = centre - step_nm / 2, centre + step_nm / 2
+        low = centre - step_nm / 2
+        high = centre + step_nm / 2
         out[f"band{k:03d}"] = {
             "type": "irregular",
             "wavelengths": f"{low}, {low + edge}, {high - edge}, {high}",
@@ -112,16 +113,13 @@ def _beam_class():
             get = lambda name: (
                 dr.opaque(mi.Float, properties[name]) if dr.is_jit_v(mi.Float) else properties[name]
             )
-            self.cos_inner, self.cos_outer, self.floor = (
-                get("cos_inner"),
-                get("cos_outer"),
-                get("floor"),
-            )
-            self.axis, self.hidden_from = (
-                mi.Vector3f(properties["axis"]),
-                mi.Point3f(properties["hidden_from"]),
-            )
-            self.on, self.mirrored_only = True, properties.get("mirrored_only", False)
+            self.cos_inner = get("cos_inner")
+            self.cos_outer = get("cos_outer")
+            self.floor = get("floor")
+            self.axis = mi.Vector3f(properties["axis"])
+            self.hidden_from = mi.Point3f(properties["hidden_from"])
+            self.on = True
+            self.mirrored_only = properties.get("mirrored_only", False)
             self.lambertian = properties["cos_inner"] <= LAMBERTIAN_COS
             self.grid_pattern = None  # luminance relative to the largest of a lamp with a table
             self.m_flags = mi.EmitterFlags.Surface
@@ -129,7 +127,8 @@ def _beam_class():
 
         def follow_grid(self, placed):
             if dr.is_jit_v(mi.Float):
-                grids, number = DeviceGrids([placed]), dr.opaque(mi.UInt32, 0)
+                grids = DeviceGrids([placed])
+                number = dr.opaque(mi.UInt32, 0)
                 self.grid_pattern = lambda d, active: grids.pattern(
                     number, d, self.axis, mi.Float(0), mi.Bool(active)
                 )
@@ -207,5 +206,8 @@ def _beam_class():
 
 def _at(it, ds):
     si = dr.zeros(mi.SurfaceInteraction3f)
-    si.p, si.n, si.uv, si.wavelengths = ds.p, ds.n, ds.uv, it.wavelengths
+    si.p = ds.p
+    si.n = ds.n
+    si.uv = ds.uv
+    si.wavelengths = it.wavelengths
     return si

@@ -21,7 +21,9 @@ class DeviceGrids:
         self.any = bool(with_grid)
         if not self.any:
             return
-        rows, quads, shared = [], [], {}
+        rows = []
+        quads = []
+        shared = {}
         for placed in lamps:
             grid = placed.grid
             if grid is None:
@@ -51,7 +53,8 @@ class DeviceGrids:
         has_grid = active & (row.w > NONE)
         scale = dr.gather(mi.Vector4f, self.rows, 2 * lamp + 1, has_grid)
         left = mi.Vector3f(row.x, row.y, row.z)
-        forward, aside = dr.dot(direction, axis), dr.dot(direction, left)
+        forward = dr.dot(direction, axis)
+        aside = dr.dot(direction, left)
         above = dr.dot(direction, dr.cross(axis, left))
         level = dr.sqrt(forward * forward + aside * aside)
         x = aside / dr.maximum(dr.maximum(forward, 0) + BEND_X * dr.abs(aside), 1e-12) * scale.x
@@ -62,7 +65,8 @@ class DeviceGrids:
         line, over = _cell(y, ROWS)
         cell = mi.UInt32(dr.maximum(row.w, 0)) + line * COLUMNS + column
         corner = dr.gather(mi.Vector4f, self.quads, cell, inside)
-        low, high = dr.lerp(corner.x, corner.y, right), dr.lerp(corner.z, corner.w, right)
+        low = dr.lerp(corner.x, corner.y, right)
+        high = dr.lerp(corner.z, corner.w, right)
         return dr.select(has_grid, dr.select(inside, dr.lerp(low, high, over), 0), otherwise)
 
 

@@ -13,8 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BEND_X, BEND_Y = 4.0, 12.0
-COLUMNS, ROWS = 72, 136  # cells, even: the axis is a node
+BEND_X = 4.0
+BEND_Y = 12.0
+# cells, even: the axis is a node
+COLUMNS = 72
+ROWS = 136
 # of the largest area that faces show: where less is seen, candela falls with it, as it must
 LEAST_AREA = 0.05
 

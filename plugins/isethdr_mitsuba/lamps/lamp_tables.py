@@ -41,7 +41,8 @@ class LampTables:
         spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
         # per cd/m2 for lamps; the sky's, absolute, are last
         of_sky = sky_rows(sky, SPECTRUM_NM)
-        self.emission, self.sky_rows = np.vstack([emission_table(spectra), of_sky]), len(of_sky)
+        self.emission = np.vstack([emission_table(spectra), of_sky])
+        self.sky_rows = len(of_sky)
         self.dome = DomeTable(sky) if isinstance(sky, SkyDome) else None
         group = [
             self.groups.index(p.lamp.group) if p.lamp.group in self.groups else NOWHERE
@@ -64,10 +65,8 @@ class LampTables:
         self.peak = last([p.peak_cd_m2 for p in lamps], 0)
         self.per_area = last([1 / p.area_m2 for p in lamps], 0)
         self.grids = DeviceGrids(lamps)
-        self.placed, self.members = (
-            list(lamps),
-            [[i for i in range(len(lamps)) if group[i] == g] for g in range(len(groups))],
-        )
+        self.placed = list(lamps)
+        self.members = [[i for i in range(len(lamps)) if group[i] == g] for g in range(len(groups))]
         self.targets = [
             _Targets(len(lamps), {i: (row[i], lamps[i]) for i in mine}) for mine in self.members
         ]
@@ -155,14 +154,16 @@ class LampTables:
         corner, edge1, edge2, normal, axis, (inner, outer, floor, peak, per_area) = self.targets[
             g
         ].at(triangle, active)
-        s, w = dr.sqrt(rng.next_float32()), rng.next_float32()
+        s = dr.sqrt(rng.next_float32())
+        w = rng.next_float32()
         p = mi.Point3f(corner + edge1 * (1 - s) + edge2 * (s * w))
         d = p - si.p
         r2 = dr.maximum(dr.squared_norm(d), 1e-12)
         d *= dr.rsqrt(r2)
         # light counts on the side of the surface from which the path came
         side = si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))
-        cos_lamp, cos_here = -dr.dot(d, normal), dr.dot(d, side)
+        cos_lamp = -dr.dot(d, normal)
+        cos_here = dr.dot(d, side)
         lit = active & (cos_lamp > 0) & (cos_here > 0)
         pattern = _cone(-dr.dot(d, axis), inner, outer)
         pattern = self.grids.pattern(lamp, -d, axis, pattern, lit)
@@ -179,14 +180,13 @@ class LampTables:
         by the density of the choice, and density of all `tries` candidates.
         """
         targets = self.targets[g]
-        triangle, point = mi.UInt32(0), mi.Point3f(0)
-        direction, shine, kept, total, density = (
-            mi.Vector3f(0),
-            mi.Float(0),
-            mi.Float(0),
-            mi.Float(0),
-            mi.Float(1),
-        )
+        triangle = mi.UInt32(0)
+        point = mi.Point3f(0)
+        direction = mi.Vector3f(0)
+        shine = mi.Float(0)
+        kept = mi.Float(0)
+        total = mi.Float(0)
+        density = mi.Float(1)
         k = mi.UInt32(0)
         while k < tries:
             lamp = self.chances.pick(g, rng, place, active)
@@ -198,16 +198,12 @@ class LampTables:
             weight = dr.select(value > 0, value / each, 0)
             total += weight
             take = (weight > 0) & (rng.next_float32() * total < weight)
-            triangle, point, direction = (
-                dr.select(take, t, triangle),
-                dr.select(take, p, point),
-                dr.select(take, d, direction),
-            )
-            shine, kept, density = (
-                dr.select(take, sent, shine),
-                dr.select(take, value, kept),
-                dr.select(take, each, density),
-            )
+            triangle = dr.select(take, t, triangle)
+            point = dr.select(take, p, point)
+            direction = dr.select(take, d, direction)
+            shine = dr.select(take, sent, shine)
+            kept = dr.select(take, value, kept)
+            density = dr.select(take, each, density)
             k += 1
         level = dr.select(kept > 0, shine * (total / (mi.Float(tries) * kept)), 0)
         row = dr.gather(mi.UInt32, targets.row, triangle, active)
@@ -258,20 +254,17 @@ class _Targets:
         rows = np.stack(
             [np.column_stack([v, beam[:, k]]) for k, v in enumerate(vectors)], 1
         ).astype(np.float32)  # (triangle, 5, 4)
-        self.rows, self.row = (
-            mi.Float(rows.ravel().tolist()),
-            mi.UInt32(each(lambda row, p: [row])[:, 0]),
-        )
+        self.rows = mi.Float(rows.ravel().tolist())
+        self.row = mi.UInt32(each(lambda row, p: [row])[:, 0])
         sizes = np.array([len(p.triangles) for _, p in lamps.values()])
-        first, own = (
-            np.cumsum(sizes) - sizes,
-            [alias_table(areas(p.triangles)) for _, p in lamps.values()],
-        )
+        first = np.cumsum(sizes) - sizes
+        own = [alias_table(areas(p.triangles)) for _, p in lamps.values()]
         self.threshold = mi.Float(np.concatenate([threshold for threshold, _ in own]))
         self.other = mi.UInt32(np.concatenate([other + f for (_, other), f in zip(own, first)]))
         starts, lengths = np.zeros((2, count), np.uint32)
         starts[list(lamps)], lengths[list(lamps)] = first, sizes
-        self.first, self.length = mi.UInt32(starts), mi.UInt32(lengths)
+        self.first = mi.UInt32(starts)
+        self.length = mi.UInt32(lengths)
         dr.eval(self.rows, self.row, self.threshold, self.other, self.first, self.length)
 
     def pick(self, rng, lamp, active):
@@ -299,10 +292,13 @@ def alias_table(chance) -> tuple[np.ndarray, np.ndarray]:
     use other[k] (Walker 1977, Vose 1991).
     """
     share = np.asarray(chance, float) * len(chance) / np.sum(chance)
-    threshold, other = np.ones(len(share)), np.arange(len(share))
-    small, large = list(np.flatnonzero(share < 1)), list(np.flatnonzero(share >= 1))
+    threshold = np.ones(len(share))
+    other = np.arange(len(share))
+    small = list(np.flatnonzero(share < 1))
+    large = list(np.flatnonzero(share >= 1))
     while small and large:
-        k, rich = small.pop(), large[-1]
+        k = small.pop()
+        rich = large[-1]
         threshold[k], other[k] = share[k], rich
         share[rich] -= 1 - share[k]
         if share[rich] < 1:

@@ -48,7 +48,8 @@ def near_list(known_lamps, slots, chance) -> NearList:
     order = np.argsort(-chance, axis=1, kind="stable")[:, :MOST_NEAR]
     least = max(SEEN / slots.shape[1], LEAST_SHARE)
     length = (np.take_along_axis(chance, order, 1) > least).sum(1) * known_lamps
-    rows, places = np.arange(blocks)[:, None], np.arange(order.shape[1])
+    rows = np.arange(blocks)[:, None]
+    places = np.arange(order.shape[1])
     near_mask = np.zeros(chance.shape, bool)
     near_mask[rows, order] = places < length[:, None]
     lamps = np.zeros((blocks, MOST_NEAR), int)
@@ -64,7 +65,8 @@ def _without(slots, chance, near_mask):
     some = near_mask.any(1) & (far_chance.sum(1) > 0)
     ends = np.cumsum(far_chance[some], axis=1)
     ends /= ends[:, -1:]
-    blocks, places = len(ends), slots.shape[1]
+    blocks = len(ends)
+    places = slots.shape[1]
     # every other lamp's share has grown beyond a slot's, so that it holds the middle of one
     at = (np.arange(places) + 0.5) / places
     row = np.arange(blocks)[:, None]
@@ -86,14 +88,16 @@ class NearLamps:
         members : numbers of the lamps of each group.
         blocks : number of blocks.
         """
-        self.lamps, self.lengths = [], []
+        self.lamps = []
+        self.lengths = []
         for list_lengths, mine in zip(lists, map(np.asarray, members), strict=True):
             lamps, length = (np.zeros(1), np.zeros(1)) if list_lengths is None else list_lengths[:2]
             if list_lengths is not None:
                 lamps = mine[lamps]
             self.lamps.append(mi.UInt32(aligned(lamps, np.uint32)))
             self.lengths.append(mi.UInt32(aligned(length, np.uint32)))
-        self.most, self.blocks = dr.opaque(mi.UInt32, MOST_NEAR), dr.opaque(mi.UInt32, blocks)
+        self.most = dr.opaque(mi.UInt32, MOST_NEAR)
+        self.blocks = dr.opaque(mi.UInt32, blocks)
         dr.eval(*self.lamps, *self.lengths)
 
     def length(self, g: int, block, active):

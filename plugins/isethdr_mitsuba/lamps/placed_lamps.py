@@ -101,7 +101,8 @@ def world_triangles(part, pose) -> np.ndarray:
 
 
 def _place(part, pose, number, name, normalise, dark):
-    lamp, tri = part.lamp, world_triangles(part, pose)
+    lamp = part.lamp
+    tri = world_triangles(part, pose)
     where = f"lamp {part.name!r} ({lamp.kind}) of object {name!r}"
     if not (np.isfinite(lamp.intensity_cd) and lamp.intensity_cd >= 0):
         raise ConfigError(
@@ -149,7 +150,8 @@ def _with_table(part, pose, number, name, axis):
     """Return a lamp whose candela is that of its table, whatever its faces; the largest luminance
     is its peak. Its flux follows from the table alone.
     """
-    lamp, tri = part.lamp, world_triangles(part, pose)
+    lamp = part.lamp
+    tri = world_triangles(part, pose)
     vectors = _area_vectors(tri)
     upright = pose[:3, :3] @ np.array([0.0, 0.0, 1.0])
     left = np.cross(upright, axis)

@@ -55,17 +55,23 @@ class Chances:
         """
         side, across, down = blocks_of(view)
         places = across * down + CELLS[0] * CELLS[1]
-        chance, self.slots, self.count = np.zeros((places, len(strength))), [], []
-        blocks, lists = across * down, []
+        chance = np.zeros((places, len(strength)))
+        self.slots = []
+        self.count = []
+        blocks = across * down
+        lists = []
         for mine in map(np.array, members):
-            slots, near_lamps = np.zeros((1, 1), int), None  # for a group without lamps; never read
+            # for a group without lamps; never read
+            slots = np.zeros((1, 1), int)
+            near_lamps = None
             if len(mine):
                 voted = votes(places, place, light[:, mine])
                 own = slots_of(voted, strength[mine])
                 has_votes = voted[:blocks].any(1)
                 near_lamps = near_list(has_votes, own[:blocks], shares_of(own[:blocks], len(mine)))
                 own[:blocks] = near_lamps.slots
-                share, slots = shares_of(own, len(mine)), mine[own]
+                share = shares_of(own, len(mine))
+                slots = mine[own]
                 # if all lamps are near, none is left to choose: the slots then hold lamps that
                 # count as 0
                 listed = np.arange(near_lamps.lamps.shape[1]) < near_lamps.length[:, None]
@@ -74,14 +80,13 @@ class Chances:
             lists.append(near_lamps)
             self.slots.append(mi.UInt32(aligned(slots, np.uint32)))
             self.count.append(dr.opaque(mi.UInt32, slots.shape[1]))
-        self.chance, self.lamps = (
-            mi.Float(aligned(chance, np.float32)),
-            dr.opaque(mi.UInt32, len(strength)),
-        )
+        self.chance = mi.Float(aligned(chance, np.float32))
+        self.lamps = dr.opaque(mi.UInt32, len(strength))
         self.side, self.across, self.first_cell = (
             dr.opaque(mi.UInt32, n) for n in (side, across, across * down)
         )
-        self.origin, self.near = camera.origin, NearLamps(lists, members, blocks)
+        self.origin = camera.origin
+        self.near = NearLamps(lists, members, blocks)
         dr.eval(self.chance, *self.slots)
 
     def block(self, row, column):
@@ -120,7 +125,8 @@ def votes(places: int, place, light) -> np.ndarray:
     """Return the sum of votes (place, lamp) of the points at `place` (point,). A vote is the share
     of each lamp in the light (point, lamp) of the point, so that bright points do not count more.
     """
-    out, total = np.zeros((places, light.shape[1])), light.sum(1, keepdims=True)
+    out = np.zeros((places, light.shape[1]))
+    total = light.sum(1, keepdims=True)
     np.add.at(out, place, np.divide(light, total, out=np.zeros(light.shape), where=total > 0))
     return out
 
@@ -171,7 +177,8 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
         size.
     """
     side, across, down = blocks_of(view)
-    points, placed = across * down * POINTS, lamps.placed
+    points = across * down * POINTS
+    placed = lamps.placed
     middle = np.array(
         [np.average(p.triangles.mean(1), axis=0, weights=areas(p.triangles)) for p in placed]
     )
@@ -181,10 +188,13 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
         mi.Float(np.float32(reach)),
         mi.Float(np.float32([p.area_m2 for p in placed])),
     )
-    step, place, light = max(1, MOST_TRIED // len(placed)), [], []
+    step = max(1, MOST_TRIED // len(placed))
+    place = []
+    light = []
     for start in range(0, points, step):
         number = dr.arange(mi.UInt32, min(step, points - start)) + start
-        rng, block = stream(mi.UInt32(0), number, "blocks"), number // POINTS
+        rng = stream(mi.UInt32(0), number, "blocks")
+        block = number // POINTS
         row, column = (
             n * side + dr.minimum(mi.UInt32(rng.next_float32() * side), side - 1)
             for n in (block // across, block % across)
@@ -229,7 +239,8 @@ def _tried(scene, lamps, middle, reach, area, p, n, lit):
     """Return the light of all lamps (point, lamp)."""
     count = len(lamps.placed)
     pair = dr.arange(mi.UInt32, dr.width(lit) * count)
-    point, lamp = pair // count, pair % count
+    point = pair // count
+    lamp = pair % count
     p, n, lit = (dr.gather(type(v), v, point) for v in (p, n, lit))
     away = dr.gather(mi.Float, reach, lamp)
     way = dr.gather(mi.Point3f, middle, lamp) - p

@@ -30,10 +30,8 @@ def illuminance(spots: list[Spot], points) -> tuple[np.ndarray, np.ndarray]:
     """Return (spot, point) illuminance, lx, of faces turned towards each spot with nothing in
     between; and distance, m.
     """
-    illuminance_lx, distance = (
-        np.zeros((len(spots), len(points))),
-        np.ones((len(spots), len(points))),
-    )
+    illuminance_lx = np.zeros((len(spots), len(points)))
+    distance = np.ones((len(spots), len(points)))
     for k, s in enumerate(spots):
         way = points - s.point
         distance[k] = np.maximum(np.linalg.norm(way, axis=1), 1e-3)

@@ -22,11 +22,12 @@ CLEAR_M = 2e-3
 WIDEST_DEG = 88.0  # of a spot: a Lambertian lamp loses 0.12 % of its flux beyond
 # half angles of the cone of a lamp with a table. The first cone that loses at most LOST_LIGHT of
 # the light is used. Texels are 0.1 and 0.6 degrees wide on the axis.
-TABLE_DEG, OF_TABLE, LOST_LIGHT = (40.0, 80.0), 1024, 0.03
-NARROW, WIDE = (
-    128,
-    512,
-)  # texels across the picture of a beam and of a Lambertian floor: 0.5 % where a beam is steepest
+TABLE_DEG = (40.0, 80.0)
+OF_TABLE = 1024
+LOST_LIGHT = 0.03
+# texels across the picture of a beam and of a Lambertian floor: 0.5 % where a beam is steepest
+NARROW = 128
+WIDE = 512
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +185,9 @@ def _pieces(triangles, facing_of):
         if not large.any():
             break
         a, b, c = np.moveaxis(triangles[large], 1, 0)
-        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        ab = (a + b) / 2
+        bc = (b + c) / 2
+        ca = (c + a) / 2
         quarters = [np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
         triangles = np.concatenate([triangles[~large], *quarters])
     area = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2

@@ -57,7 +57,8 @@ def _lots(lamps, groups, view):
     """Yield lists of (number of a lamp, tiles, pieces on the grid, normals, corners), of some
     `CHUNK` pieces together: one launch of rays serves many lamps.
     """
-    lot, count = [], 0
+    lot = []
+    count = 0
     for index, placed in enumerate(lamps):
         if placed.lamp.group not in groups or placed.peak_cd_m2 == 0:
             continue
@@ -68,7 +69,8 @@ def _lots(lamps, groups, view):
             count += len(tile[part])
             if count >= CHUNK:
                 yield lot
-                lot, count = [], 0
+                lot = []
+                count = 0
     if lot:
         yield lot
 
@@ -92,30 +94,32 @@ def _pieces(placed, view):
     tri = view.to_camera(placed.triangles.reshape(-1, 3)).reshape(-1, 3, 3)
     normal = np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0])
     lit = np.einsum("nk,nk->n", normal, tri[:, 0]) < 0  # faces the pinhole, which is at the origin
-    tri, normal = tri[lit], normal[lit]
+    tri = tri[lit]
+    normal = normal[lit]
     length = np.linalg.norm(normal, axis=1)
     normal = normal / np.maximum(length, 1e-300)[:, None]
     rows, columns = view.shape
     x_edge = np.append(view.x, view.x[-1] + view.pitch_x) - view.pitch_x / 2
     y_edge = np.append(view.y, view.y[-1] + view.pitch_y) - view.pitch_y / 2
     if view.projection == "tangent":
-        polygon, which = (
-            cut(tri, np.broadcast_to([0.0, 0, 1], (len(tri), 3)), NEAR_M),
-            np.arange(len(tri)),
-        )
+        polygon = cut(tri, np.broadcast_to([0.0, 0, 1], (len(tri), 3)), NEAR_M)
+        which = np.arange(len(tri))
     else:
         corners = view.coordinates(tri).reshape(-1, 2)
         size = np.linalg.norm(np.ptp(corners, axis=0)) if len(corners) else 0.0
         polygon, which = straightened(tri, view, OFF * min(size, view.pitch_x, view.pitch_y))
     alive = np.isfinite(polygon[:, 0, 0])
-    flat, which = view.coordinates(polygon[alive]), which[alive]
+    flat = view.coordinates(polygon[alive])
+    which = which[alive]
     polygon = np.concatenate([flat, np.ones((*flat.shape[:2], 1))], -1)  # on the grid from here on
     for axis, (low, high) in enumerate(((x_edge[0], x_edge[-1]), (y_edge[0], y_edge[-1]))):
         polygon = cut(
             cut(polygon, _plane(axis, low, 1, len(polygon))), _plane(axis, high, -1, len(polygon))
         )
     alive = np.isfinite(polygon[:, 0, 0])
-    polygon, normal, corner = polygon[alive], normal[which][alive], tri[which, 0][alive]
+    polygon = polygon[alive]
+    normal = normal[which][alive]
+    corner = tri[which, 0][alive]
     flat = polygon[..., :2]
     # the tiles that the box around each polygon covers
     low = np.floor(
@@ -124,7 +128,8 @@ def _pieces(placed, view):
     high = np.floor(
         (flat.max(1) - [x_edge[0], y_edge[0]]) / [view.pitch_x, view.pitch_y] + 1e-9
     ).astype(int)
-    low, high = np.maximum(low, 0), np.minimum(high, [columns - 1, rows - 1])
+    low = np.maximum(low, 0)
+    high = np.minimum(high, [columns - 1, rows - 1])
     wide, tall = (high - low + 1).T
     which = np.repeat(np.arange(len(polygon)), wide * tall)
     place = np.arange(len(which)) - np.repeat(np.cumsum(wide * tall) - wide * tall, wide * tall)
@@ -161,8 +166,10 @@ def cut(polygon, plane, least=0.0):
     """
     count, corners = polygon.shape[:2]
     height = np.einsum("nmk,nk->nm", polygon, plane) - least
-    after, height_after = np.roll(polygon, -1, 1), np.roll(height, -1, 1)
-    inside, crosses = height >= 0, (height >= 0) != (height_after >= 0)
+    after = np.roll(polygon, -1, 1)
+    height_after = np.roll(height, -1, 1)
+    inside = height >= 0
+    crosses = (height >= 0) != (height_after >= 0)
     share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crosses)
     meeting = polygon + share[..., None] * (after - polygon)
     # in order: each corner if inside, then the meeting point of its edge if it crosses
@@ -190,7 +197,8 @@ def _luminances(world, view, lamps, lot):
     for (index, tile, *_), (area, direction, distance), sees in zip(
         lot, rays, visible, strict=True
     ):
-        placed, sees = lamps[index], sees.reshape(distance.shape)
+        placed = lamps[index]
+        sees = sees.reshape(distance.shape)
         pattern = placed.relative(-direction).reshape(distance.shape)
         value = area * placed.peak_cd_m2 * (pattern * sees).mean(1)
         yield placed.lamp, tile, value, sees.mean(1)
@@ -200,7 +208,8 @@ def _rays(view, flat, normal, corner):
     """Return each piece's area on the grid, and directions and distances of rays from the pinhole
     to points spread over it.
     """
-    a, b = flat[:, 1:-1] - flat[:, :1], flat[:, 2:] - flat[:, :1]
+    a = flat[:, 1:-1] - flat[:, :1]
+    b = flat[:, 2:] - flat[:, :1]
     areas = np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]) / 2  # of the fan of triangles
     points = _spread(flat, areas)
     # back from the grid to the triangle's plane, which every ray to it meets from the lit side

@@ -14,8 +14,13 @@ from zlib import crc32
 import drjit as dr
 import mitsuba as mi
 
-ACROSS, DOWN, ALONG = 0xC13FA9A9, 0x91E10DA6, 0x9E3779B9  # 2^32 / 1.32472, / 1.32472^2, / 1.61803
-ASIDE, UP = 0x3C6EF373, 0xBB67AE85  # 2^32 (5^0.5 - 2), (3^0.5 - 1)
+# 2^32 / 1.32472, / 1.32472^2, / 1.61803
+ACROSS = 0xC13FA9A9
+DOWN = 0x91E10DA6
+ALONG = 0x9E3779B9
+# 2^32 (5^0.5 - 2), (3^0.5 - 1)
+ASIDE = 0x3C6EF373
+UP = 0xBB67AE85
 WHOLE = 2.0**-32
 
 
@@ -27,7 +32,8 @@ class Camera:
     def __init__(self, view):
         length = lambda v: dr.opaque(mi.Float, float(v))
         self.angles = view.projection == "equidistant"
-        self.pitch_x, self.pitch_y = length(view.pitch_x), length(view.pitch_y)
+        self.pitch_x = length(view.pitch_x)
+        self.pitch_y = length(view.pitch_y)
         self.left = length(view.x[0] - (view.cut[1] + 0.5) * view.pitch_x)
         self.top = length(view.y[0] - (view.cut[0] + 0.5) * view.pitch_y)
         self.origin, self.right, self.down, self.forward = (

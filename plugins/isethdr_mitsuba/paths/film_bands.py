@@ -233,7 +233,9 @@ def _shares(scene, view, lights, group_of, groups):
     """Return the share of each spot within its group, and state the error of replacing extended
     lamps by spots.
     """
-    share, points, errors = np.zeros(len(lights)), seen_points(scene, view), []
+    share = np.zeros(len(lights))
+    points = seen_points(scene, view)
+    errors = []
     for group in groups:
         mine = [k for k, own in enumerate(group_of) if own == group]
         if mine:

@@ -36,15 +36,14 @@ class HitTables:
         # without any surface: one corner that no ray meets
         joined = lambda arrays: np.concatenate(arrays) if arrays else np.zeros(3)
         numbers = lambda arrays: mi.Float(aligned(joined(arrays), np.float32))
-        self.positions, self.normals, self.faces = (
-            numbers(positions),
-            numbers(normals),
-            mi.UInt32(aligned(joined(faces), np.uint32)),
-        )
+        self.positions = numbers(positions)
+        self.normals = numbers(normals)
+        self.faces = mi.UInt32(aligned(joined(faces), np.uint32))
         triangle = dict(zip(map(id, meshes), map(int, first), strict=True))
         self.first = mi.UInt32(world.table(lambda s: triangle.get(id(s), 0)))
         poses, part, parts = world.instances()
-        self.part, self.parts = mi.UInt32(part), mi.UInt32(parts)
+        self.part = mi.UInt32(part)
+        self.parts = mi.UInt32(parts)
         # from a list: rows of four are gathered in one go where memory is aligned, which NumPy's is
         # by chance: another kernel
         self.to_world = mi.Float(poses[:, :3].ravel().tolist())
@@ -79,11 +78,9 @@ class HitTables:
         )
         shape = dr.select(placed > 0, part, dr.reinterpret_array(mi.UInt32, preliminary.shape))
         si = dr.zeros(mi.SurfaceInteraction3f)
-        si.t, si.time, si.wavelengths = (
-            dr.select(hit, preliminary.t, dr.inf),
-            ray.time,
-            ray.wavelengths,
-        )
+        si.t = dr.select(hit, preliminary.t, dr.inf)
+        si.time = ray.time
+        si.wavelengths = ray.wavelengths
         corner = dr.gather(
             mi.Vector3u,
             self.faces,
@@ -92,8 +89,10 @@ class HitTables:
         )
         at = lambda table: [dr.gather(mi.Vector3f, table, corner[k], hit) for k in range(3)]
         a, b, c = at(self.positions)
-        u, v = preliminary.prim_uv.x, preliminary.prim_uv.y
-        ab, ac = b - a, c - a
+        u = preliminary.prim_uv.x
+        v = preliminary.prim_uv.y
+        ab = b - a
+        ac = c - a
         across = dr.cross(ab, ac)
         na, nb, nc = at(self.normals)
         smooth = na * (1 - u - v) + nb * u + nc * v

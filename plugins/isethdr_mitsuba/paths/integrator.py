@@ -113,7 +113,8 @@ class Paths:
         """
         # data instead of literals: one kernel serves all lists, all sets of light groups, and all
         # scenes with the same kinds of surfaces
-        number, table = (lambda v: dr.opaque(mi.UInt32, int(v))), self._table
+        number = lambda v: dr.opaque(mi.UInt32, int(v))
+        table = self._table
         spectra = _Spectra(
             table.on_device(np.random.default_rng(seed).random()),
             number(len(table.rows) + table.means),
@@ -121,8 +122,10 @@ class Paths:
             number(table.places),
             table.packets,
         )
-        column, row = work.tiles % self.view.shape[1], work.tiles // self.view.shape[1]
-        row, column = row + self.view.cut[0], column + self.view.cut[1]
+        column = work.tiles % self.view.shape[1]
+        row = work.tiles // self.view.shape[1]
+        row = row + self.view.cut[0]
+        column = column + self.view.cut[1]
         # number of a tile in the complete grid; its random numbers depend on it
         rows, columns = self.view.whole
         stream_numbers = (work.streams * rows + row) * columns + column
@@ -170,13 +173,11 @@ class _Spectra:
     """The `BandTable` of a pass on the device."""
 
     def __init__(self, values, rows, lights, places, packets):
-        self.values, self.rows, self.lights, self.places, self.packets = (
-            values,
-            rows,
-            lights,
-            places,
-            packets,
-        )
+        self.values = values
+        self.rows = rows
+        self.lights = lights
+        self.places = places
+        self.packets = packets
 
     def place(self, along):
         """Return the index of the wavelength sample at position `along` (of 2^32) in each band."""
@@ -214,16 +215,17 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
     row, column, tile, owner, lane, lanes, left, most_shares, groups_wanted = items
     on = [(groups_wanted & (1 << g)) != 0 for g in range(len(lamps.groups))]
     # place from which lamps are chosen, and the number of candidates
-    block, origin = lamps.chances.block(row, column), mi.UInt32(0)
+    block = lamps.chances.block(row, column)
+    origin = mi.UInt32(0)
     tries = mi.UInt32(CANDIDATES)
     path_rng = stream(seed, tile * MOST_LANES + lane, "path")
     group_rng = [stream(seed, tile * MOST_LANES + lane, name) for name in lamps.groups]
-    groups, packets = len(lamps.groups), spectra.packets
+    groups = len(lamps.groups)
+    packets = spectra.packets
     lit = [g for g in range(groups) if lamps.has_lamps(g)]
-    sky, sky_row = (
-        lamps.groups.index("sky") if "sky" in lamps.groups else -1,
-        spectra.rows - 2 * lamps.sky_rows,
-    )  # the last are the means of its rows
+    # the last are the means of its rows
+    sky = lamps.groups.index("sky") if "sky" in lamps.groups else -1
+    sky_row = spectra.rows - 2 * lamps.sky_rows
     total = [[mi.Spectrum(0) for _ in range(packets)] for _ in range(groups)]
     ramp = mi.Spectrum(
         *RAMP_NM, *RAMP_NM
@@ -234,20 +236,18 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
     point += mi.Point2u(lane * ACROSS, lane * DOWN)
     along += lane * ALONG
     way += mi.Point2u(lane * ASIDE, lane * UP)
-    shares, first = (
-        mi.UInt32(0),
-        dr.zeros(mi.SurfaceInteraction3f),
-    )  # paths left that begin at `first`, where the camera's ray fell
+    # paths left that begin at `first`, where the camera's ray fell
+    shares = mi.UInt32(0)
+    first = dr.zeros(mi.SurfaceInteraction3f)
     first_material = mi.UInt32(0)
     ray = mi.Ray3f(mi.Point3f(camera.origin), mi.Vector3f(camera.forward), 0.0, ramp)
     centre = camera.ray(row, column, mi.Point2u(1 << 31, 1 << 31), ramp).d
-    going, place, depth, beta = (
-        mi.Bool(False),
-        mi.UInt32(0),
-        mi.UInt32(0),
-        [mi.Spectrum(1) for _ in range(packets)],
-    )
-    bsdf_density, specular = mi.Float(1), mi.Bool(True)
+    going = mi.Bool(False)
+    place = mi.UInt32(0)
+    depth = mi.UInt32(0)
+    beta = [mi.Spectrum(1) for _ in range(packets)]
+    bsdf_density = mi.Float(1)
+    specular = mi.Bool(True)
     while left > 0:
         if ~going & (shares == 0):
             ray = camera.ray(row, column, point, ramp)
@@ -255,8 +255,10 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
             place = spectra.place(along)
             along += lanes * ALONG
             shares = dr.minimum(most_shares, left)
-            depth, beta = mi.UInt32(0), [mi.Spectrum(1) for _ in range(packets)]
-            bsdf_density, specular = mi.Float(1), mi.Bool(True)
+            depth = mi.UInt32(0)
+            beta = [mi.Spectrum(1) for _ in range(packets)]
+            bsdf_density = mi.Float(1)
+            specular = mi.Bool(True)
             going = mi.Bool(True)
         si, shape = hits.meet(scene, ray, going)
         hit = going & si.is_valid()
@@ -302,17 +304,20 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
         active = hit & (depth + 1 < max_depth)
         begun = going & (depth == 0)
         if begun & active:
-            first, first_material = si, material
+            first = si
+            first_material = material
         ended = dr.select(active, 0, dr.select(begun, shares, 1))
         shares -= ended
         left -= ended
         again = ~active & (shares > 0)
         if again:
-            si, material = first, first_material
+            si = first
+            material = first_material
             place = spectra.place(along)
             along += lanes * ALONG
             colour = spectra.at(place, material, again)
-            depth, beta = mi.UInt32(0), [mi.Spectrum(1) for _ in range(packets)]
+            depth = mi.UInt32(0)
+            beta = [mi.Spectrum(1) for _ in range(packets)]
         active |= again
 
         if dr.hint(surfaces.textures.any, mode="scalar"):
@@ -350,10 +355,8 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
         # continue with the next segment
         strongest = mi.Float(0)
         if active:
-            pick, spot = (
-                path_rng.next_float32(),
-                mi.Point2f(path_rng.next_float32(), path_rng.next_float32()),
-            )
+            pick = path_rng.next_float32()
+            spot = mi.Point2f(path_rng.next_float32(), path_rng.next_float32())
             if depth == 0:
                 spot = share(way)
                 way += mi.Point2u(lanes * ASIDE, lanes * UP)

@@ -69,7 +69,8 @@ class Rounds:
             part = slice(start, start + LARGEST_LIST)
             paths_left = lot.paths[part]
             while paths_left.any():
-                now, on = np.minimum(paths_left, LONGEST), np.flatnonzero(paths_left)
+                now = np.minimum(paths_left, LONGEST)
+                on = np.flatnonzero(paths_left)
                 words = np.random.SeedSequence(self.seed, spawn_key=(self.first, self.launches))
                 work = listed_work(lot.tiles[part][on], now[on], lot.groups[part][on])
                 sums = self.paths.launch(int(words.generate_state(1)[0]), work)
@@ -93,7 +94,8 @@ class Rounds:
         allowed = share * limit.xyz.reshape(3, -1)
         variances = [path_variance([tally], self.near) for tally in self.buffers]
         of_batches = sum(v * share_of(t) for v, t in zip(variances, self.buffers))
-        scale, plans = spread_of_buffers(*self.buffers, of_batches), []
+        scale = spread_of_buffers(*self.buffers, of_batches)
+        plans = []
         for buffer, variance in zip(self.buffers, reversed(variances)):
             paths_needed = need_plan.needed(scale * variance, allowed, weights, self.group_us) / 2
             paths_needed = np.minimum(
@@ -165,11 +167,13 @@ def render_by_need(
     """
     start = time.perf_counter()
     rounds.pilot()
-    began, limit = time.perf_counter(), noise_limit(rounds.radiance())
+    began = time.perf_counter()
+    limit = noise_limit(rounds.radiance())
     start += time.perf_counter() - began
     rounds.until_done(limit, share)
     if not limit.steady:
-        began, last = time.perf_counter(), noise_limit(rounds.radiance())
+        began = time.perf_counter()
+        last = noise_limit(rounds.radiance())
         start += time.perf_counter() - began
         change = exposure_change(limit.exposures, last.exposures)
         if change > EXPOSURE_CHANGED:
@@ -195,7 +199,8 @@ def estimate(rounds: Rounds, known: list[Known], seconds: float, judged) -> Esti
     xyz_noise = rounds.xyz_noise().reshape(groups, 3, *shape)
     halves = rounds.half_difference().reshape(groups, *shape)
     level = (sum(t.mean()[:, 1] for t in rounds.buffers) / 2).reshape(groups, *shape)
-    noise, paths = np.full(groups, np.nan), rounds.mean_paths()
+    noise = np.full(groups, np.nan)
+    paths = rounds.mean_paths()
     for g in range(groups):
         own, apart, spread = (
             values[g][judged].ravel() for values in (level, halves, xyz_noise[:, 1])

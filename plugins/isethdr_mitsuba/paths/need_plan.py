@@ -13,7 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 # CPU us of a path, measured at 640x360: without any group, for the sky, and for a group of lamps
-BASE_US, SKY_US, LAMPS_US = 1.1, 0.4, 1.3
+BASE_US = 1.1
+SKY_US = 0.4
+LAMPS_US = 1.3
 GIVEN_UP = (
     0.01  # share of the tiles: those that would take most get what the dearest other one gets
 )
@@ -39,7 +41,8 @@ def needed(variance: np.ndarray, limit: np.ndarray, weights, group_us) -> np.nda
     weights : (group,) of the light. `group_us` : (group,) CPU us of a path.
     """
     relative = np.square(np.asarray(weights))[:, None, None] * variance / np.square(limit)
-    root, us = np.sqrt(relative.max(1)), np.sqrt(group_us)[:, None]
+    root = np.sqrt(relative.max(1))
+    us = np.sqrt(group_us)[:, None]
     paths = root / us * (root * us).sum(0)
     cost = np.asarray(group_us) @ paths
     has_limit = np.isfinite(limit).any(0)

@@ -92,10 +92,8 @@ def estimate(
         the camera's field: the number of paths must not depend on whether they are rendered.
     """
     known = [(known or {}).get(g, Known()) for g in groups]
-    sums, tiles = (
-        _Sums(known, wavelength_nm, shape, settings.seed, judged or (slice(None),) * 2),
-        math.prod(whole or shape),
-    )
+    sums = _Sums(known, wavelength_nm, shape, settings.seed, judged or (slice(None),) * 2)
+    tiles = math.prod(whole or shape)
     for same_paths in sums.alike(range(len(groups))):
         stored = known[same_paths[0]].paths
         lacking = max(settings.samples - stored, 0)
@@ -124,7 +122,8 @@ def _refine(one_pass, settings, sums, tiles):
     passes.
     """
     while True:
-        noise, paths = sums.whole_noise(), sums.whole_paths()
+        noise = sums.whole_noise()
+        paths = sums.whole_paths()
         unfinished = [
             g
             for g in range(len(noise))
@@ -151,18 +150,21 @@ class _Sums:
     """Sums over the passes so far."""
 
     def __init__(self, known, wavelength_nm, shape, seed, judged):
-        self.known, self.seed, self.shape, self.judged = known, seed, shape, judged
-        groups, self.tiles = len(known), shape[0] * shape[1]
+        self.known = known
+        self.seed = seed
+        self.shape = shape
+        self.judged = judged
+        groups = len(known)
+        self.tiles = shape[0] * shape[1]
         self.weights = xyz_weights(wavelength_nm)
         self.total = np.zeros((groups, len(wavelength_nm), self.tiles))  # sum of radiance x paths
         self.squares = np.zeros((groups, 3, self.tiles))  # of X, Y, Z, each squared x paths
         # of one half minus the other: sums of Y, and numbers of paths
-        self.apart, self.more = np.zeros((groups, SPLITS, self.tiles)), np.zeros((groups, SPLITS))
-        self.paths, self.passes, self.seconds = (
-            np.zeros(groups, int),
-            np.zeros(groups, int),
-            np.zeros(groups),
-        )
+        self.apart = np.zeros((groups, SPLITS, self.tiles))
+        self.more = np.zeros((groups, SPLITS))
+        self.paths = np.zeros(groups, int)
+        self.passes = np.zeros(groups, int)
+        self.seconds = np.zeros(groups)
 
     def alike(self, groups) -> list[list[int]]:
         """Return the `groups` groups in lists. The groups of one list have the same number of paths
@@ -237,10 +239,8 @@ class _Sums:
         out = np.full(len(self.total), np.nan)
         for g in range(len(out)):
             if self.passes[g] > 1:
-                level, spread = (
-                    self._judged(self._level(g)),
-                    self._standard_errors(g, self.judged)[1].ravel(),
-                )
+                level = self._judged(self._level(g))
+                spread = self._standard_errors(g, self.judged)[1].ravel()
                 used = level > 0.01 * level.mean()
                 halves = self._half_differences(g)
                 estimates = [self._judged(half)[used] for half in halves if np.isfinite(half[0])]
@@ -352,10 +352,8 @@ def _around(values, reach):
     No running sum is used, because the rounding error of a lamp would remain in it.
     """
     rows, columns = values.shape[-2:]
-    wide, side = (
-        np.pad(values, [(0, 0)] * (values.ndim - 2) + [(reach, reach)] * 2, mode="edge"),
-        2 * reach + 1,
-    )
+    wide = np.pad(values, [(0, 0)] * (values.ndim - 2) + [(reach, reach)] * 2, mode="edge")
+    side = 2 * reach + 1
     down = sum(wide[..., i : i + rows, :] for i in range(side))
     return sum(down[..., j : j + columns] for j in range(side)) / side**2
 

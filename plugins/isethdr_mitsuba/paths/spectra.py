@@ -25,7 +25,9 @@ class BandTable:
     """
 
     def __init__(self, rows, wavelength_nm, step_nm: float, means: int = 1):
-        self.rows, self.means = np.asarray(rows, float), means  # of the last rows, in `at`
+        # of the last rows, in `at`
+        self.rows = np.asarray(rows, float)
+        self.means = means
         self.packets = ceil(len(wavelength_nm) / 4)  # of four bands; the last band fills them up
         self.bands_nm = np.pad(
             np.asarray(wavelength_nm, float),
@@ -33,10 +35,8 @@ class BandTable:
             mode="edge",
         )
         steps = ceil(2 * step_nm)
-        self.starts_nm, self.spacing_nm = (
-            (np.arange(steps) / steps - 0.5) * step_nm,
-            step_nm / steps,
-        )
+        self.starts_nm = (np.arange(steps) / steps - 0.5) * step_nm
+        self.spacing_nm = step_nm / steps
         self.places = 2 * steps
 
     def at(self, u: float) -> np.ndarray:

@@ -52,7 +52,8 @@ class Tally:
             on = (work.groups[first] >> g & 1).astype(bool)
             if not on.any():
                 continue
-            tiles, values = work.tiles[on], sums.batches[g].astype(float)
+            tiles = work.tiles[on]
+            values = sums.batches[g].astype(float)
             self.paths[g, tiles] += paths[on]
             self.batches[g, tiles] += work.lanes[first][on]
             self.radiance[g][:, tiles] += sums.radiance[g, :bands][:, on]
@@ -129,7 +130,8 @@ def spread_of_buffers(first: Tally, second: Tally, of_batches: np.ndarray) -> np
     ----------
     of_batches : (group, 3, tile) variance of the mean of both buffers, as batches tell it.
     """
-    a, b = first.mean(), second.mean()
+    a = first.mean()
+    b = second.mean()
     noisy = of_batches > (ROUNDING * (a + b) / 2) ** 2
     apart = np.divide(((a - b) / 2) ** 2, of_batches, out=np.zeros_like(a), where=noisy)
     sums = np.minimum(apart, MOST_APART).sum((1, 2))

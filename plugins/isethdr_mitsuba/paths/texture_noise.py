@@ -24,7 +24,8 @@ class TextureTables:
         self.any = any(m.texture is not None for m in materials)
         if not self.any:
             return
-        rows, second = [], []
+        rows = []
+        second = []
         for number, material in enumerate(materials):
             texture = material.texture
             if texture is None:

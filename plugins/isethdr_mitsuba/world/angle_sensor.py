@@ -43,7 +43,8 @@ def _sensor_class():
             self.corner = properties["left"], properties["top"]
             self.size = properties["width"], properties["height"]
             axes = np.array(properties["to_world"].matrix)
-            self.axes, self.origin = axes[:3, :3].T.tolist(), mi.Point3f(axes[:3, 3].tolist())
+            self.axes = axes[:3, :3].T.tolist()
+            self.origin = mi.Point3f(axes[:3, 3].tolist())
 
         def sample_ray(
             self, time, wavelength_sample, position_sample, aperture_sample, active=True

@@ -67,6 +67,7 @@ def _table(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     with files(__package__).joinpath("coat_energy.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["kind"] == kind]
     column = {k: np.array([float(r[k]) for r in rows]) for k in rows[0] if k != "kind"}
-    alphas, indices = np.unique(column["roughness"]), np.unique(column["index"])
+    alphas = np.unique(column["roughness"])
+    indices = np.unique(column["index"])
     shape = len(alphas), len(indices)
     return alphas, indices, column["base"].reshape(shape), column["least"].reshape(shape)

@@ -58,11 +58,9 @@ class World:
         """
         placed = [s for s in self.shapes if s.pose is not None]
         numbers = _numbers(s.shape for s in placed)
-        poses, first, parts = (
-            np.tile(np.eye(4), (numbers.max(initial=0) + 1, 1, 1)),
-            np.zeros(numbers.max(initial=0) + 1, np.uint32),
-            [0],
-        )
+        poses = np.tile(np.eye(4), (numbers.max(initial=0) + 1, 1, 1))
+        first = np.zeros(numbers.max(initial=0) + 1, np.uint32)
+        parts = [0]
         index_of = {}
         for number, s in zip(numbers, placed, strict=True):
             poses[number] = s.pose
@@ -91,14 +89,19 @@ def build_world(description, surfaces: dict, emitter_of=None, discs: bool = True
     """
     times = Counter(o.model for o in description.objects)
     order = {name: k for k, name in enumerate(description.materials)}
-    entries, shapes, lamps, instances, parts = {"type": "scene", **extra}, [], 0, {}, {}
+    entries = {"type": "scene", **extra}
+    shapes = []
+    lamps = 0
+    instances = {}
+    parts = {}
     for number, placed in enumerate(description.objects, 1):
         if placed.model not in description.models:
             raise ConfigError(
                 f"object {placed.name!r} has the unknown model {placed.model!r}"
                 + did_you_mean(placed.model, description.models)
             )
-        model, pose = description.models[placed.model], np.asarray(placed.pose, float)
+        model = description.models[placed.model]
+        pose = np.asarray(placed.pose, float)
         shared = [p for p in model.parts if not p.lamp] if times[placed.model] > 1 else []
         if shared:
             group = f"model_{placed.model}"

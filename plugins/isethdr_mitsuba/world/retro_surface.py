@@ -52,7 +52,8 @@ def _retro_class():
             super().__init__(properties)
             self.reflectance = properties.get_texture("reflectance", 1.0)
             self.beads = bool(properties["beads"])
-            width, falloff = float(properties["width"]), float(properties["falloff"])
+            width = float(properties["width"])
+            falloff = float(properties["falloff"])
             self.summary = f"peak={float(properties['peak']):.4g}, width={width:.3g}"
             # data, not literals: one kernel for all retro-reflectors of a form
             number = lambda v: dr.opaque(mi.Float, float(v)) if dr.is_jit_v(mi.Float) else float(v)
@@ -62,7 +63,8 @@ def _retro_class():
             self.spread = number(spread(width, falloff))
             self.whole = number(1 - (1 + 2 / width) ** (1 - falloff))  # of p(t), normalised
             flag = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
-            self.m_components, self.m_flags = [flag], flag
+            self.m_components = [flag]
+            self.m_flags = flag
 
         def traverse(self, callback):
             callback.put("reflectance", self.reflectance, mi.ParamFlags.Differentiable)
@@ -105,13 +107,16 @@ def _retro_class():
             # the integral of p(t) is a power of 1 + t / width
             stretch = dr.power(1 - self.whole * sample2.x, 1 / (1 - self.falloff))
             t = dr.clip((stretch - 1) * self.width, 0, 2)
-            sine, (s, c) = dr.sqrt(t * (2 - t)), dr.sincos(2 * dr.pi * sample2.y)
+            sine = dr.sqrt(t * (2 - t))
+            s, c = dr.sincos(2 * dr.pi * sample2.y)
             wo = mi.Frame3f(si.wi).to_world(mi.Vector3f(sine * c, sine * s, 1 - t))
             active = self.above(si.wi, wo, active)
             drawn = mi.BSDFSample3f()
-            drawn.wo, drawn.eta = wo, 1.0
+            drawn.wo = wo
+            drawn.eta = 1.0
             drawn.pdf = dr.select(active, self.profile(si.wi, wo) / self.spread, 0)
-            drawn.sampled_type, drawn.sampled_component = mi.UInt32(+self.m_flags), mi.UInt32(0)
+            drawn.sampled_type = mi.UInt32(+self.m_flags)
+            drawn.sampled_component = mi.UInt32(0)
             weight = dr.select(active, self.spread * self.over_profile(si.wi, wo), 0)
             return drawn, self.reflectance.eval(si, active) * weight
 

@@ -32,7 +32,8 @@ def straightened(triangles, view, off: float):
     reach = np.hypot(np.abs(view.x).max() + view.pitch_x, np.abs(view.y).max() + view.pitch_y)
     done = []
     for level in range(LEVELS + 1):
-        flat, middles = view.coordinates(triangles), _halves(triangles)
+        flat = view.coordinates(triangles)
+        middles = _halves(triangles)
         side = np.roll(flat, -1, 1) - flat
         longest = np.linalg.norm(side, axis=-1)
         middle = view.coordinates(middles) - flat
@@ -48,7 +49,8 @@ def straightened(triangles, view, off: float):
         a, b, c = np.moveaxis(triangles[bent], 1, 0)
         ab, bc, ca = np.moveaxis(middles[bent], 1, 0)
         quarters = [np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-        triangles, which = np.concatenate(quarters), np.tile(which[bent], 4)
+        triangles = np.concatenate(quarters)
+        which = np.tile(which[bent], 4)
     return tuple(np.concatenate(part) for part in zip(*done, strict=True))
 
 
@@ -56,7 +58,8 @@ def _halves(triangles):
     """Return the points (n, 3, 3) that halve the angle under which each side is seen (angle
     bisector theorem).
     """
-    after, length = np.roll(triangles, -1, 1), np.linalg.norm(triangles, axis=-1)
+    after = np.roll(triangles, -1, 1)
+    length = np.linalg.norm(triangles, axis=-1)
     share = length / np.maximum(length + np.roll(length, -1, 1), 1e-300)
     return triangles + share[..., None] * (after - triangles)
 

@@ -111,10 +111,8 @@ def view_of(camera, width: int, height: int, margin: float) -> View:
             "the camera's projection is"
             f" {camera.projection!r}{did_you_mean(str(camera.projection), projections.PROJECTIONS)}"
         )
-    degrees, widest = (
-        camera.horizontal_field_deg,
-        {"tangent": 2 * LARGEST_HALF_FIELD_DEG, "equidistant": 360}[camera.projection],
-    )
+    degrees = camera.horizontal_field_deg
+    widest = {"tangent": 2 * LARGEST_HALF_FIELD_DEG, "equidistant": 360}[camera.projection]
     if not 0 < degrees < widest:
         raise ConfigError(
             f"the camera's horizontal field is {degrees:g} degrees; expected above 0 and below"
@@ -188,14 +186,14 @@ def _check_reach(view, camera, margin):
     """
     edge = [float(np.abs(c).max()) for c in (view.x, view.y)]
     if view.projection == "tangent":
-        reach, most, where = float(np.degrees(np.arctan(max(edge)))), LARGEST_HALF_FIELD_DEG, "edge"
+        reach = float(np.degrees(np.arctan(max(edge))))
+        most = LARGEST_HALF_FIELD_DEG
+        where = "edge"
         instead = "scene.projection=equidistant, or renderer.margin=0"
     else:
-        reach, most, where = (
-            float(np.degrees(np.hypot(edge[0] + view.pitch_x / 2, edge[1] + view.pitch_y / 2))),
-            180.0,
-            "corners",
-        )
+        reach = float(np.degrees(np.hypot(edge[0] + view.pitch_x / 2, edge[1] + view.pitch_y / 2)))
+        most = 180.0
+        where = "corners"
         instead = (
             f"scene.horizontal_field_deg={np.floor(camera.horizontal_field_deg * 180 / reach):g},"
             " or renderer.margin=0"

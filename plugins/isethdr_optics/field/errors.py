@@ -38,7 +38,8 @@ def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray]:
     mixed : mixed radiance. `optics` : `field_optics.FieldOptics` of its field.
     weights : (channel, band) factors of irradiance, for example electrons per m2 and second.
     """
-    weights, sensor = np.asarray(weights, float), optics.sensor
+    weights = np.asarray(weights, float)
+    sensor = optics.sensor
     if sensor.scales is None:
         return tuple(sensor.move(e) for e in _spread_of_part(mixed, optics, weights))
     squares, bound = np.zeros((2, len(weights), len(sensor.y), len(sensor.x)))
@@ -55,7 +56,8 @@ def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray]:
 
 def _grouped(scales, shape) -> list[list[int]]:
     """Return groups of bands whose images differ by less than the resolution of the errors."""
-    near, radius = max(0.5, APART * max(shape)), np.hypot(*shape) / 2
+    near = max(0.5, APART * max(shape))
+    radius = np.hypot(*shape) / 2
     at = [
         (s.ratio if isinstance(s, Course) else s * np.ones(READ)) * np.linspace(0, radius, READ)
         for s in scales

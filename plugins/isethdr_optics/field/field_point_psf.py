@@ -31,19 +31,20 @@ FIRST_NM = 380.0
 STEPS_NM = (80.0, 40.0, 20.0, 10.0, 5.0)  # between knots, each a part of the one before
 APART = 0.5  # radians rms from knot to knot at most
 STRAIGHT = 0.1  # share of a point's light, L1, for a radian: measured 0.02 to 0.08
-PER_BLUR, PER_TILE = 2.5, 5.0  # points per wavelength x f-number, and per tile, at least
+# points per wavelength x f-number, and per tile, at least
+PER_BLUR = 2.5
+PER_TILE = 5.0
 ALIASED = 0.006  # share of a point's light, L1, that these leave: the largest measured
 TURNS = (
     1 / 8
     # of phase from one cell of the pupil to the next at most; a quarter of it where light is looked
     # for to 0.3 %
 )
-FEWEST, BORDER, USUAL, MOST = (
-    256,
-    4.0,
-    768,
-    4096,
-)  # cells across the stop, as `sampled_pupil.core_pitch_mm`
+# cells across the stop, as `sampled_pupil.core_pitch_mm`
+FEWEST = 256
+BORDER = 4.0
+USUAL = 768
+MOST = 4096
 # points from the axis: 512 wavelengths x f-number, beyond which lies 1e-3 of a point's light
 WIDEST = 1024
 WORTH = 0.7  # of the transforms that all bands would take: fewer are worth lines
@@ -59,7 +60,8 @@ def field_point_kernels(lens, flares, wavelength_nm, pitch_um, half) -> kernels.
     lens : `field_point_lens.PlaceLens`. `half` : (y, x) tiles from the axis to the border.
     """
     wave = np.asarray(wavelength_nm, float)
-    width, read = band_widths_nm(wave), _read(lens, flares, wave, half)
+    width = band_widths_nm(wave)
+    read = _read(lens, flares, wave, half)
     drawn = _worth_computing(read, width)
     lines = (
         _lines(lens, flares, wave[drawn], [r for r, d in zip(read, drawn) if d], pitch_um, half)
@@ -90,7 +92,8 @@ def errors(lenses, flares, wavelength_nm, half) -> list[ErrorTerm]:
     """Return how far kernels between knots are from exact ones; `lenses` of places from the axis to
     the border of the field.
     """
-    wave, rows = np.asarray(wavelength_nm, float), []
+    wave = np.asarray(wavelength_nm, float)
+    rows = []
     for lens in lenses:
         read = _read(lens, flares, wave, half)
         cells = {
@@ -152,10 +155,8 @@ def _light(lens, flares):
     """
     flare_shapes = sampled_pupil.all_shapes(flares)
     fixed = flare_shapes and not sampled_pupil.delays_um(lens, flares)
-    energy, stop = (
-        cache(partial(sampled_pupil.open_energy_mm2, lens, flares)),
-        cache(partial(_stop, lens, flares)),
-    )
+    energy = cache(partial(sampled_pupil.open_energy_mm2, lens, flares))
+    stop = cache(partial(_stop, lens, flares))
     return lambda w: energy(FIRST_NM if flare_shapes else w), lambda cells, w: stop(
         cells, FIRST_NM if fixed else w
     )
@@ -237,11 +238,9 @@ def _points(lens, energy, stop, wave, shortest, pitch_um, half):
     shortest : wavelength that is read from it at least: the pattern reaches as far as that asks.
     """
     total = energy(wave)  # refuses a stop without light
-    blur, radius, extent = (
-        sampled_pupil.blur_um(lens, wave),
-        sampled_pupil.radius_mm(lens),
-        max((h + 1) * p for h, p in zip(half, pitch_um)),
-    )
+    blur = sampled_pupil.blur_um(lens, wave)
+    radius = sampled_pupil.radius_mm(lens)
+    extent = max((h + 1) * p for h, p in zip(half, pitch_um))
     across = 2 * extent / (blur * min(1.0, shortest / wave))
     steep = 2 * sampled_pupil.steepest_um(lens, wave) / (wave * 1e-3) / TURNS
     cells = _rounded(
@@ -250,7 +249,8 @@ def _points(lens, energy, stop, wave, shortest, pitch_um, half):
             MOST,
         )
     )
-    stop, axis = stop(cells, wave), sampled_pupil.axis_mm(lens, 2 * radius / cells)
+    stop = stop(cells, wave)
+    axis = sampled_pupil.axis_mm(lens, 2 * radius / cells)
     rows, columns = (
         slice(open_rows[0], open_rows[-1] + 1)
         for open_rows in (np.flatnonzero(stop.any(axis=a)) for a in (1, 0))
@@ -281,10 +281,8 @@ def _stop(lens, flares, cells, wave):
     """Return the pupil of a place: the open one with its dirt, times what rims leave of each
     cell.
     """
-    radius, axis = (
-        sampled_pupil.radius_mm(lens),
-        sampled_pupil.axis_mm(lens, 2 * sampled_pupil.radius_mm(lens) / cells),
-    )
+    radius = sampled_pupil.radius_mm(lens)
+    axis = sampled_pupil.axis_mm(lens, 2 * sampled_pupil.radius_mm(lens) / cells)
     drawn = sampled_pupil.amplitude(replace(lens, rims=()), flares, axis, axis, wave)
     for rim in lens.rims:
         opening = shapes.disc(*(radius * v for v in rim))
@@ -346,12 +344,11 @@ def _ramps():
     """Return what Keys's cubic adds to a ramp within one point of its kink, and beyond: its second
     integrals from the outside in.
     """
-    inner, outer = (
-        np.polynomial.Polynomial([1, 0, -2.5, 1.5]),
-        np.polynomial.Polynomial([2, -4, 2.5, -0.5]),
-    )
+    inner = np.polynomial.Polynomial([1, 0, -2.5, 1.5])
+    outer = np.polynomial.Polynomial([2, -4, 2.5, -0.5])
     outer_integral = outer.integ(2, lbnd=2)
-    slope, value = outer_integral.deriv()(1), outer_integral(1)
+    slope = outer_integral.deriv()(1)
+    value = outer_integral(1)
     inner_integral = inner.integ(lbnd=1) + slope
     return inner_integral.integ(lbnd=1) + value, outer_integral
 

@@ -93,7 +93,8 @@ def weight(place: Place, step, x, y) -> np.ndarray:
     `step` : distance between rings; or the distances to the next ring inside and to the next
         outside.
     """
-    u, v = np.asarray(x, float)[None, :], np.asarray(y, float)[:, None]
+    u = np.asarray(x, float)[None, :]
+    v = np.asarray(y, float)[:, None]
     inside, outside = step if np.ndim(step) else (step, step)
     beyond = np.hypot(u, v) - place.radius
     radial = np.maximum(1 - np.where(beyond < 0, -beyond / inside, beyond / outside), 0.0)

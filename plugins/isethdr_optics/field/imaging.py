@@ -63,10 +63,8 @@ class FieldKernels:
         others are: so little is left that it shows.
         """
         rows, columns = (n // 2 + 1 for n in self.axis.bands[band].shape)
-        out, remaining = (
-            np.zeros((rows, columns)),
-            [1 - core.bands[band].sum(dtype=float) for core in self.cores],
-        )
+        out = np.zeros((rows, columns))
+        remaining = [1 - core.bands[band].sum(dtype=float) for core in self.cores]
         for (window, share), beyond in zip(self.shares, remaining):
             out[window] += share * (beyond / remaining[0] if remaining[0] > 0 else 1.0)
         return out
@@ -251,7 +249,8 @@ def field_kernels(
     chosen = [(place, radius / rings) for place in field_grid.places(rings, radius, symmetric)]
     if len(RINGS) > 1:  # of a single number, as a study asks for, all places stay
         chosen, error = _thinned(core, rings, radius, symmetric, some, lens.error_allowed)
-    grid, shares = [], []
+    grid = []
+    shares = []
     for place, step in chosen:
         share = field_grid.weight(place, step, x, y)
         if share.any():
@@ -307,7 +306,8 @@ def _half(along, waves, pitch_um, shape):
     `along` : the lenses of places from the axis to the border of the field. `waves` : at which they
         are judged, rising.
     """
-    lens, ends = along[0], (waves[0], waves[-1])
+    lens = along[0]
+    ends = (waves[0], waves[-1])
     blur = sampled_pupil.blur_um(lens, waves[0] - WIDTH_NM / 2)
     slope = max(sampled_pupil.steepest_um(at, w) for at in along for w in ends)
     geometrical = slope / sampled_pupil.radius_mm(lens) * sampled_pupil.distance_mm(lens)
@@ -348,7 +348,8 @@ def _unlike(pairs, wide, half):
     """Return the error per octave (L1), relative, of the axis's kernel in the outermost place's
     stead beyond `half`, and its deviation.
     """
-    errors, deviations = [], []
+    errors = []
+    deviations = []
     for axis, place in pairs:
         axis = np.asarray(axis, float)[
             tuple(slice(n // 2 - w, n // 2 + w + 1) for n, w in zip(axis.shape, wide))
@@ -362,7 +363,8 @@ def _unlike(pairs, wide, half):
         wrong[core] = 0.0
         errors.append(kernel_sampling_error.by_octave(wrong, axis))
         deviations.append(kernel_sampling_error.deviation(wrong, axis))
-    error, unlike = np.max(errors, axis=0), np.max(deviations, axis=0)
+    error = np.max(errors, axis=0)
+    unlike = np.max(deviations, axis=0)
     unlike_nodes = np.flatnonzero(unlike)
     if len(unlike_nodes):
         unlike[unlike_nodes[-1] + 1 :] = unlike[
@@ -383,7 +385,8 @@ def _error(core, rings, radius, symmetric) -> float:
             float(np.abs(core(field_grid.Place(1, r * radius, 0.0, 1)) - axis).sum(dtype=float))
             for r in (0.5, 0.75, 1.0)
         )
-    step, worst = radius / rings, 0.0
+    step = radius / rings
+    worst = 0.0
     for ring in range(rings):
         inner, outer = (field_grid.Place(k, k * step, 0.0, 1) for k in (ring, ring + 1))
         between = core(field_grid.Place(ring, (ring + 0.5) * step, 0.0, 1))
@@ -436,5 +439,6 @@ def _around(core, radius, turn, wave) -> float:
 
 def _window(share):
     """Return the slices of the frame that hold all of a place's share."""
-    rows, columns = np.flatnonzero(share.any(axis=1)), np.flatnonzero(share.any(axis=0))
+    rows = np.flatnonzero(share.any(axis=1))
+    columns = np.flatnonzero(share.any(axis=0))
     return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)

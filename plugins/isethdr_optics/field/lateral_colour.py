@@ -81,7 +81,8 @@ def scales(lens, wavelength_nm) -> np.ndarray:
     ConfigError : a wavelength beyond the table.
     """
     table = {float(w): p for w, p in lens.lateral_colour_percent.items()}
-    wavelengths_nm, wave = sorted(table), np.asarray(wavelength_nm, float)
+    wavelengths_nm = sorted(table)
+    wave = np.asarray(wavelength_nm, float)
     if wavelengths_nm and not wavelengths_nm[0] <= wave.min() <= wave.max() <= wavelengths_nm[-1]:
         raise ConfigError(
             f"lens.lateral_colour_percent is known from {wavelengths_nm[0]:g} to"
@@ -103,7 +104,8 @@ def coloured(lens, mixed, plane, bent):
     light's place is added to the plane's notes. Nothing else changes where all magnifications
     are 1.
     """
-    wave, projection = mixed.wavelength.values.astype(float), camera_geometry.projection_of(mixed)
+    wave = mixed.wavelength.values.astype(float)
+    projection = camera_geometry.projection_of(mixed)
     pitch = [quantities.tile_pitch(mixed, d) for d in ("x", "y")]
     half = [np.abs(mixed[d].values).max() + p / 2 for d, p in zip(("x", "y"), pitch)]
     scales_of_bands = magnifications(
@@ -195,11 +197,10 @@ def displaced(light, course: Course, shape) -> np.ndarray:
     rows = (np.arange(height) - (height - 1) / 2)[:, None]
     x = np.arange(width + 1) - width / 2
     wide = _along(np.asarray(light, float), x * course.at(x, rows), shape[1])
-    columns, edge = (
-        np.arange(shape[1]) - (shape[1] - 1) / 2,
-        (np.arange(height + 1) - height / 2)[:, None],
-    )
-    source, before = columns / course.at(columns, edge), columns
+    columns = np.arange(shape[1]) - (shape[1] - 1) / 2
+    edge = (np.arange(height + 1) - height / 2)[:, None]
+    source = columns / course.at(columns, edge)
+    before = columns
     while (
         np.abs(source - before).max() > CLOSE
     ):  # shrinks by the course's slope, a percent or less, from step to step
@@ -213,12 +214,11 @@ def _along(light, borders, count):
     """
     size = light.shape[1]
     out = np.zeros((len(light), count))
-    left_border, right_border = borders[:, :-1] + count / 2, borders[:, 1:] + count / 2
+    left_border = borders[:, :-1] + count / 2
+    right_border = borders[:, 1:] + count / 2
     density = light / (right_border - left_border)
-    first, last = (
-        np.floor(left_border.min(axis=0)).astype(int),
-        np.ceil(right_border.max(axis=0)).astype(int),
-    )
+    first = np.floor(left_border.min(axis=0)).astype(int)
+    last = np.ceil(right_border.max(axis=0)).astype(int)
     offset = first - np.arange(size)
     for shift in range(offset.min(), int((last - np.arange(size)).max())):
         # tiles that may reach the tile `shift` beyond their own number

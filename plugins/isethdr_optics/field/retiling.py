@@ -20,10 +20,9 @@ from isethdr_core.uncertainty.error_terms import ErrorTerm
 from ..imaging.sensor_plane import SensorPlane
 from ..psf.error_parts import term
 
-DETAIL, BORDER = (
-    "detail within tiles",
-    "light of border tiles",
-)  # parts of the light that the errors act on
+# parts of the light that the errors act on
+DETAIL = "detail within tiles"
+BORDER = "light of border tiles"
 
 
 def detail(plane: SensorPlane, light) -> np.ndarray:

@@ -58,8 +58,11 @@ class _File:
     """The part of a file that has been read; commands act on the last surface."""
 
     def __init__(self, lens: LensData, path: Path, problems: Problems):
-        self.lens, self.path, self.problems = lens, path, problems
-        self.unit, self.reference = 1.0, 0
+        self.lens = lens
+        self.path = path
+        self.problems = problems
+        self.unit = 1.0
+        self.reference = 0
         self.radii = True
         self.wavelengths: list[float] = []
         self.current: Row | None = None

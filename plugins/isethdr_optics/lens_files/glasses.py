@@ -16,7 +16,11 @@ from isethdr_core.physics.optics import glass
 
 from .lens_data import Problems
 
-SCHOTT, SELLMEIER, CONRADY, LONG_SELLMEIER = 1, 2, 5, 6  # numbers of formulas in .agf
+# numbers of formulas in .agf
+SCHOTT = 1
+SELLMEIER = 2
+CONRADY = 5
+LONG_SELLMEIER = 6
 CODE = re.compile(r"(\d{3})(\d{3})|(0?\.?\d{3,6})\.(\d{3,6})")
 
 
@@ -35,12 +39,16 @@ def read_catalogue(path: Path) -> dict[str, str]:
         raise CatalogError(f"{path} cannot be read: {err.strerror}") from None
     text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "latin-1")
     glasses: dict[str, str] = {}
-    name, formula, numbers = "", 0, ""
+    name = ""
+    formula = 0
+    numbers = ""
     try:
         for line in text.splitlines():
             words = line.split()
             if line.startswith("NM ") and len(words) > 2:
-                name, formula, numbers = words[1], int(float(words[2])), ""
+                name = words[1]
+                formula = int(float(words[2]))
+                numbers = ""
             elif line.startswith("CD ") and name:
                 numbers = _coefficients(formula, [float(w) for w in words[1:]])
             elif line.startswith("LD ") and numbers:

@@ -21,7 +21,9 @@ from .lens_data import LensData, Problems, Row
 
 Reader: TypeAlias = Callable[[Path, Problems], LensData]
 READERS: dict[str, Reader] = {".zmx": zemax.read, ".seq": code_v.read, ".dat": pbrt.read}
-LOWEST, HIGHEST = 3, 30  # powers of r of an asphere; a4 and a6 begin the list of even ones
+# powers of r of an asphere; a4 and a6 begin the list of even ones
+LOWEST = 3
+HIGHEST = 30
 CLEARANCE = 1.01  # times a semi-diameter that the program computed: rounding then cuts no ray
 SPOT_RAYS = 401  # across 1.5 pupils: the rms spot is right to 3e-4
 FIELDS = (0.0, 0.7, 1.0)  # of the half field, at which spots are given
@@ -96,7 +98,8 @@ def imported(path: Path, glass: Sequence[str] = ()) -> Imported:
 
 def figures(lens: Prescription) -> Figures:
     """Return the figures of a lens."""
-    optics, indices = lens.surfaces[:-1], lens.indices(lens.reference_nm)
+    optics = lens.surfaces[:-1]
+    indices = lens.indices(lens.reference_nm)
     spots = [
         (
             part * lens.half_field_deg,
@@ -159,7 +162,8 @@ def _with_stop(rows: list[Row], problems: Problems, notes: list[str]) -> list[Ro
     notes.append(f"the stop is a plane through the vertex of surface {row.label}")
     if not before:
         return [*rows[:at], plane, surface, *rows[at + 1 :]]
-    plane.thickness_mm, surface.thickness_mm = row.thickness_mm, 0.0
+    plane.thickness_mm = row.thickness_mm
+    surface.thickness_mm = 0.0
     return [*rows[:at], surface, plane, *rows[at + 1 :]]
 
 
@@ -190,7 +194,8 @@ def _table_row(row: Row, glasses_of_name: dict[str, str], problems: Problems) ->
 def _open_stop(table: dict[str, Any], data: LensData) -> None:
     """Set the stop's semi-diameter and the f-number from the file's aperture."""
     lens = parse(table)
-    optics, indices = lens.surfaces[:-1], lens.indices(lens.reference_nm)
+    optics = lens.surfaces[:-1]
+    indices = lens.indices(lens.reference_nm)
     focal = paraxial.focal_length_mm(optics, indices)
     per_stop = paraxial.entrance_pupil(optics, indices)[1]  # of a stop of 1 mm
     stop = next(row for row in table["surfaces"] if row.get("stop"))

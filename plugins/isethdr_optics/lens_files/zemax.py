@@ -55,7 +55,11 @@ def read(path: Path, problems: Problems) -> LensData:
 
 
 def _apply_head(head: list[list[str]], lens: LensData, path: Path) -> float:
-    unit, primary, wavelengths, angles, kind = 1.0, 1, {}, [0.0], ANGLES
+    unit = 1.0
+    primary = 1
+    wavelengths = {}
+    angles = [0.0]
+    kind = ANGLES
     for key, *words in head:
         where = f"{path}, {key}"
         if key == "NAME" and words:
@@ -91,7 +95,9 @@ def _distance(block: list[list[str]], path: Path) -> float:
 
 
 def _row(label: str, block: list[list[str]], path: Path, problems: Problems, lens: LensData) -> Row:
-    row, parameters, shape = Row(label), {}, "STANDARD"
+    row = Row(label)
+    parameters = {}
+    shape = "STANDARD"
     for key, *words in block:
         where = f"{path}, surface {label}, {key}"
         if key == "TYPE" and words:

@@ -132,8 +132,10 @@ def _turned_ellipse(meridional: float, sagittal: float, azimuth_rad: float) -> M
     """Return the symmetric matrix that stretches along an azimuth and across it, x right, y
     down.
     """
-    mean, half = (meridional + sagittal) / 2, (meridional - sagittal) / 2
-    straight, skew = half * cos(2 * azimuth_rad), -half * sin(2 * azimuth_rad)
+    mean = (meridional + sagittal) / 2
+    half = (meridional - sagittal) / 2
+    straight = half * cos(2 * azimuth_rad)
+    skew = -half * sin(2 * azimuth_rad)
     if abs(skew) < ROUNDING:  # level lines stay level
         skew = 0.0
     return (mean + straight, skew), (skew, mean - straight)

@@ -29,12 +29,10 @@ from .field_point_lens import FieldLens
 from .limits import ErrorAllowed, Falloff
 from .thin_lens import DiffractionLimitedLens
 
-FIRST_NM, STEP_NM = (
-    380.0,
-    20.0,
-    # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on
-    # others
-)
+# wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on
+# others
+FIRST_NM = 380.0
+STEP_NM = 20.0
 # rms of the amplitude over the stop: changes at most twice that share of a point's light (L1,
 # Cauchy-Schwarz)
 EVEN = 0.002
@@ -294,7 +292,8 @@ class PrescribedLens(FieldLens):
         ----------
         widest_rad : the largest angle of the field off the axis. `wavelength_nm` : the bands.
         """
-        real, widest = self.real(), widest_rad
+        real = self.real()
+        widest = widest_rad
         edge = min(float(np.tan(widest)), float(np.tan(np.radians(real.half_field_deg))))
         notes: list[Note] = []
         if "traced" == self.distortion == self.falloff:
@@ -371,11 +370,9 @@ class PrescribedLens(FieldLens):
         """Return how far uniform light is from throughput x relative illumination at most, over
         that on the axis.
         """
-        real, falloff, tangents = (
-            self.real(),
-            self.falloff_to(widest_rad),
-            np.tan(widest_rad) * np.array([0.0, 0.5, 0.9]),
-        )
+        real = self.real()
+        falloff = self.falloff_to(widest_rad)
+        tangents = np.tan(widest_rad) * np.array([0.0, 0.5, 0.9])
         table = {"angle_deg": list(falloff), "relative": list(falloff.values())}
         stated = table_values(table, np.degrees(np.arctan(tangents))) * self.throughput_sr()
         notes_of_angles = [
@@ -393,11 +390,10 @@ def _between_um(lens, angle_rad, wavelength_nm):
     without tilt.
     """
     middle = FIRST_NM + STEP_NM * ((wavelength_nm - FIRST_NM) // STEP_NM + 0.5)
-    real, own = lens.real(), lens.colour_at(angle_rad, middle)
-    exact, interpolated = (
-        _traced_wavefront(real, angle_rad, middle)[0],
-        _traced_wavefront(real, angle_rad)[0],
-    )
+    real = lens.real()
+    own = lens.colour_at(angle_rad, middle)
+    exact = _traced_wavefront(real, angle_rad, middle)[0]
+    interpolated = _traced_wavefront(real, angle_rad)[0]
     return (
         sum(
             (own.get(j, 0.0) + interpolated.get(j, 0.0) - exact.get(j, 0.0)) ** 2

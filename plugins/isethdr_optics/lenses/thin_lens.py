@@ -254,7 +254,9 @@ class DiffractionLimitedLens(IdealLens):
     error_shares = ERROR_SHARES
     blurs = True  # by diffraction alone
     zernike_um = None  # this lens has no wavefront error
-    traced, rims = None, ()  # nor a traced colour, nor rims that cut its stop; see `place_lens`
+    # nor a traced colour, nor rims that cut its stop; see `place_lens`
+    traced = None
+    rims = ()
     uneven = ()  # nor light uneven over the stop
     pupil_matrix = None  # nor an exit pupil that differs from the round stop of its f-number
 

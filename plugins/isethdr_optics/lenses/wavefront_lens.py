@@ -55,7 +55,8 @@ class WavefrontLens(FieldLens):
         ------
         ConfigError : beyond the last angle of `field_zernike_um`.
         """
-        angles_deg, angle = list(self.field_zernike_um), float(np.degrees(off_axis_rad))
+        angles_deg = list(self.field_zernike_um)
+        angle = float(np.degrees(off_axis_rad))
         if angle > angles_deg[-1] * (1 + 1e-9):
             raise ConfigError(
                 f"lens.field_zernike_um ends at {angles_deg[-1]:g} degrees, the field reaches"

@@ -85,7 +85,8 @@ def _transformed(curves: np.ndarray, limit: float, pitch_um: float) -> tuple[np.
     frequency, tangential, sagittal = curves
     if frequency[-1] < limit:
         frequency = np.append(frequency, limit)
-        tangential, sagittal = np.append(tangential, 0.0), np.append(sagittal, 0.0)
+        tangential = np.append(tangential, 0.0)
+        sagittal = np.append(sagittal, 0.0)
     axis = np.fft.fftfreq(SIZE, 1e-3 * pitch_um)
     across, down = np.meshgrid(axis, axis)
     radius = np.hypot(across, down)

@@ -92,7 +92,8 @@ def kernel(psf: np.ndarray, pitch_um: float, tile_um: tuple[float, float], azimu
     values = psf[rows, columns] / parts**2
     y0 = pitch_um * (rows - psf.shape[0] // 2)
     x0 = pitch_um * (columns - psf.shape[1] // 2)
-    cosine, sine = np.cos(azimuth), np.sin(azimuth)
+    cosine = np.cos(azimuth)
+    sine = np.sin(azimuth)
     reach = pitch_um * (max(psf.shape) / 2 + 1) * np.sqrt(2)
     half = [int(np.ceil(reach / tile)) + 1 for tile in tile_um]
     shape = (2 * half[0] + 1, 2 * half[1] + 1)
@@ -108,8 +109,10 @@ def kernel(psf: np.ndarray, pitch_um: float, tile_um: tuple[float, float], azimu
 
 
 def _corners(y, x, shape) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    row, column = np.floor(y).astype(np.intp), np.floor(x).astype(np.intp)
-    down, across = y - row, x - column
+    row = np.floor(y).astype(np.intp)
+    column = np.floor(x).astype(np.intp)
+    down = y - row
+    across = x - column
     for j, part_y in ((0, 1 - down), (1, down)):
         for k, part_x in ((0, 1 - across), (1, across)):
             yield (row + j) * shape[1] + column + k, part_y * part_x

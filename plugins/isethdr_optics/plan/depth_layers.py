@@ -170,7 +170,8 @@ def _add_spread(
 
 def _shifted(within: slice, by: int, size: int) -> tuple[slice, slice]:
     """Return where a shifted span lies on an axis of `size` tiles, and which part of it does."""
-    first, last = max(within.start + by, 0), min(within.stop + by, size)
+    first = max(within.start + by, 0)
+    last = min(within.stop + by, size)
     last = max(first, last)
     start = first - within.start - by
     return slice(first, last), slice(start, start + last - first)

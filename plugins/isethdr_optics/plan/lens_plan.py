@@ -131,7 +131,8 @@ class LensPlan:
 
     def _on_sensor(self, make_quantity, values, first, **attrs):
         """Return make_quantity(values, first, x, y, ...) with the attributes of the lens."""
-        lens, optics = self.lens, self.optics
+        lens = self.lens
+        optics = self.optics
         f_m = 1e-3 * lens.focal_length_mm
         throughput_sr = lens.throughput_sr() * float(
             np.mean(optics.gains / lens.gains_sr(optics.wavelength_nm))

@@ -60,12 +60,14 @@ def plan(
     _, mixed = components(field)[0]
     blur = depth_layers.blur_tiles(lens, mixed)
     discs = depth_layers.beyond_diffraction(lens, mixed, blur)
-    found, lens = depth_layers.layers(discs), lens.in_focus()
+    found = depth_layers.layers(discs)
+    lens = lens.in_focus()
     notes = depth_layers.layer_notes(blur, discs, found)
     if len(found) == 1 and not found[0].blur:
         return _plan(lens, flares, field, response, budget, notes)
     blurred = depth_layers.defocused(field, found)
-    made, edges = _plan(lens, flares, blurred, response, budget, notes), depth_layers.at_edges(blur)
+    made = _plan(lens, flares, blurred, response, budget, notes)
+    edges = depth_layers.at_edges(blur)
     terms = *made.terms, *depth_layers.layer_terms(lens, edges)
     return DefocusedPlan(made, found, edges, terms, made.left_out)
 
@@ -100,7 +102,8 @@ def _plan(
     notes = [*of_depth, *dark, *limits, *optics.sensor.notes, *optics.notes, *view.notes]
     if view.tiles is not None:
         part = replace(part, tiles=view.tiles)
-    error_allowed, remaining = budget.error_allowed, None
+    error_allowed = budget.error_allowed
+    remaining = None
     if response is not None:
         part = replace(part, window_m=response.window_m)
         flares, faint, of_ghosts = without_faint_ghosts(

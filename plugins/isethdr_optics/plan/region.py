@@ -96,7 +96,8 @@ def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> RegionOfFi
     field : mixed radiance ([component,] wavelength, y, x).
     budget : window of the sensors and the bands that they see.
     """
-    full_field, left_out = field, []
+    full_field = field
+    left_out = []
     coordinates = {d: field[d].values for d in ("wavelength", "y", "x")}
     tiles = None
     if budget.window_m is not None and lens.keeps_light(flares):
@@ -107,7 +108,8 @@ def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> RegionOfFi
             left_out.append(
                 tiles_left_out(field.shape, part.shape, UNSEEN, 0.0, quantities.IRRADIANCE)
             )
-            tiles, field = inside, part
+            tiles = inside
+            field = part
     every_nm = field.wavelength.values
     kept = np.ones(len(every_nm), bool)
     if budget.sensed_nm is not None:
@@ -151,7 +153,8 @@ def tiles_left_out(
     whole, inner_shape : shapes (..., y, x) of the field, and of its imaged part.
     why : the reason, for people. `bound` : on the effect, in `unit`.
     """
-    (height, width), (inner_height, inner_width) = full_shape[-2:], inner_shape[-2:]
+    height, width = full_shape[-2:]
+    inner_height, inner_width = inner_shape[-2:]
     out = height * width - inner_height * inner_width
     return LeftOut(
         f"{out} of {height * width} tiles of the field, beyond the middle {inner_width} x"

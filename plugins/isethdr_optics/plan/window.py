@@ -68,13 +68,16 @@ def window_view(lens, mixed, flares, response) -> WindowView:
     )
     if view is None:
         optics = field_optics(lens, mixed, flares, response, plane)
-        view, reach, share = WindowView(None, mixed, optics, response), max(mixed.shape), 0.0
+        view = WindowView(None, mixed, optics, response)
+        reach = max(mixed.shape)
+        share = 0.0
     else:
         view, reach, share = view
     if inner is not None and isinstance(view.optics.kernels, wing_truncation.TruncatedKernels):
         # truncated kernels bring no light from farther away
         view = _within_kernels(mixed, view, plane, inner, reach)
-    unit, notes = wing_truncation.UNIT, []
+    unit = wing_truncation.UNIT
+    notes = []
     if view.tiles is not None:
         bound = share + wing_truncation.truncation_noise_share(view.optics.kernels)
         notes.append(tiles_left_out(mixed.shape, view.mixed.shape, WHY, bound, unit))
@@ -106,11 +109,9 @@ def _without_dark_tiles(lens, mixed, flares, response, plane, inner):
 
     `reach` is in tiles from the window; `bound` is the error over the sensor's noise.
     """
-    axis_lens, wave, frame = (
-        without_geometry(lens),
-        mixed.wavelength.values.astype(float),
-        mixed.shape[1:],
-    )
+    axis_lens = without_geometry(lens)
+    wave = mixed.wavelength.values.astype(float)
+    frame = mixed.shape[1:]
     largest_reach = _largest_reach(inner, frame)
     if largest_reach < 0:
         return None
@@ -124,10 +125,8 @@ def _without_dark_tiles(lens, mixed, flares, response, plane, inner):
         lens.gains_sr(wave) * electrons(response, wave),
         response,
     )
-    brightest, allowed = (
-        _brightest(mixed, inner, float(np.max(relative))),
-        SHARE * response.noise_fraction_allowed,
-    )
+    brightest = _brightest(mixed, inner, float(np.max(relative)))
+    allowed = SHARE * response.noise_fraction_allowed
     edges = (
         wing_truncation.EDGES
         * wave
@@ -155,10 +154,8 @@ def _without_dark_tiles(lens, mixed, flares, response, plane, inner):
         response, noise_fraction_allowed=(1 - SHARE) * response.noise_fraction_allowed
     )
     optics = field_optics(lens, near, flares, remaining, plane.of_tiles(tiles))
-    kernels_of_part, aperture_share = (
-        optics.kernels,
-        optics.kernels.transmitted if lens.aperture_loss else 1.0,
-    )
+    kernels_of_part = optics.kernels
+    aperture_share = optics.kernels.transmitted if lens.aperture_loss else 1.0
     outside = np.array([_beyond(b, reach) for b in kernels_of_part.bands])
     centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in kernels_of_part.bands], float)
     share = light.share(

@@ -22,7 +22,9 @@ from .coatings import Powers
 from .exit_pupil import pupil_rays
 from .rays import HIGHEST, entering, fitted
 
-RADII, AZIMUTHS = 24, 48  # of the places in the exit pupil where the amplitude is evaluated
+# of the places in the exit pupil where the amplitude is evaluated
+RADII = 24
+AZIMUTHS = 48
 STEP = 1e-4  # radii of the exit pupil, for derivatives
 LEAST = 1e-7  # coefficients below are rounding
 
@@ -62,15 +64,14 @@ def amplitude(
         [j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if (order(j)[1] >= 0) == kind]
         for kind in (True, False)
     )
-    enters_x, enters_y = (
-        _fit(even, places, position[0][within]),
-        _fit(odd, places, position[1][within]),
-    )
+    enters_x = _fit(even, places, position[0][within])
+    enters_y = _fit(odd, places, position[1][within])
     transmits = _fit(even, places, passed.weight[within])
     radius, turn = np.meshgrid(
         np.sqrt((np.arange(RADII) + 0.5) / RADII), 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
     )  # of equal areas
-    x, y = (radius * np.cos(turn)).ravel(), (radius * np.sin(turn)).ravel()
+    x = (radius * np.cos(turn)).ravel()
+    y = (radius * np.sin(turn)).ravel()
     power = _area(enters_x, enters_y, x, y) * _at(transmits, x, y)
     relative_amplitude = np.sqrt(power / power.mean())
     fit = _fit(even, (x, y), relative_amplitude)

@@ -41,7 +41,8 @@ def _broadband(wavelength_nm):
 
 
 def _infrared_cut(wavelength_nm):
-    half, high = (1.46, quarter_wave_nm(1.46, 850.0, 0.5)), (2.35, quarter_wave_nm(2.35, 850.0))
+    half = (1.46, quarter_wave_nm(1.46, 850.0, 0.5))
+    high = (2.35, quarter_wave_nm(2.35, 850.0))
     return [half, high, half] * 9
 
 

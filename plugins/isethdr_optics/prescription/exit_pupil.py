@@ -92,7 +92,8 @@ def pupil_rays(
     filled = filling(lens, tangent, wavelength_nm, reach)
     image_mm = float(chief_mm(lens, tangent, wavelength_nm)[0])
     cosines, lag_mm = _directions_of_stop(lens, image_mm, wavelength_nm, filled)
-    unit, own = exit_pupil(lens, tangent, lens.reference_nm), _ellipse(filled, cosines)
+    unit = exit_pupil(lens, tangent, lens.reference_nm)
+    own = _ellipse(filled, cosines)
     scale = float(np.sqrt(own.meridional * own.sagittal / (unit.meridional * unit.sagittal)))
     x = (cosines[0] - own.centre) / (scale * unit.meridional)
     y = cosines[1] / (scale * unit.sagittal)
@@ -103,7 +104,8 @@ def _directions_of_stop(lens, image_mm, wavelength_nm, filled):
     """Return direction cosines (x, y) from the exit sphere to the image, and `PupilRays.lag_mm`;
     finite for a pupil at infinity too.
     """
-    position, direction = filled.rays.position_mm, filled.rays.direction
+    position = filled.rays.position_mm
+    direction = filled.rays.direction
     beside = np.stack([position[0] - image_mm, position[1], 0 * position[2]])
     foot = beside - np.sum(beside * direction, axis=0) * direction
     curvature = _sphere_curvature_per_mm(lens, image_mm, lens.indices(wavelength_nm))
@@ -117,11 +119,9 @@ def _sphere_curvature_per_mm(lens, image_mm, indices):
     below 0 for one behind the sensor.
     """
     behind = [(k, False) for k in range(lens.stop + 1, len(lens.surfaces) - 1)]
-    stop_z, last_z, sensor_z = (
-        lens.surfaces[lens.stop].z_mm,
-        lens.surfaces[-2].z_mm,
-        lens.surfaces[-1].z_mm,
-    )
+    stop_z = lens.surfaces[lens.stop].z_mm
+    last_z = lens.surfaces[-2].z_mm
+    sensor_z = lens.surfaces[-1].z_mm
     if not behind:
         return 1 / np.hypot(sensor_z - stop_z, image_mm)
     matrix = paraxial.matrices(lens.surfaces, indices, behind, stop_z)[-1]
@@ -137,9 +137,11 @@ def _ellipse(filled, cosines) -> ExitPupil:
     """
     terms = range((HIGHEST + 1) * (HIGHEST + 2) // 2)
     turn = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
-    along, across = np.cos(turn), np.sin(turn)
+    along = np.cos(turn)
+    across = np.sin(turn)
     border = []
-    stop, within = filled.places, filled.within
+    stop = filled.places
+    within = filled.within
     for cosine, even in zip(cosines, (True, False)):
         same_parity = [j for j in terms if (order(j)[1] >= 0) == even]
         fitted_cosine = fitted(

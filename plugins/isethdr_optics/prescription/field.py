@@ -46,7 +46,8 @@ def state(lens, width: float, height: float, projection: str) -> None:
     lens : `Prescription`. `width`, `height` : of the field, in the units of `projection`.
     projection : as in `isethdr_core.physics.optics.projection`.
     """
-    corner, made_for = _corner(width, height, projection), lens.real().half_field_deg
+    corner = _corner(width, height, projection)
+    made_for = lens.real().half_field_deg
     if math.degrees(corner) > made_for * (1 + 1e-9):
         ledger.left_out(
             f"light towards the corners of the camera's field, {math.degrees(corner):.1f} degrees"
@@ -71,7 +72,8 @@ def _fits(lens, width, height, projection) -> float:
     """Return the horizontal field, degrees, of the same aspect whose corners are at the border of
     the design field.
     """
-    made_for, half = math.radians(lens.real().half_field_deg), math.hypot(width, height) / 2
+    made_for = math.radians(lens.real().half_field_deg)
+    half = math.hypot(width, height) / 2
     if projection == "tangent":
         wide = 2 * math.degrees(math.atan(math.tan(made_for) * width / 2 / half))
     else:

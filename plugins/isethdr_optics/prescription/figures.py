@@ -53,13 +53,15 @@ def _aimed(lens, tangent, wavelength_nm, relative_height):
     for shrink in (1.0, 0.8, 0.6, 0.4, 0.2, 0.0):
         x0 = np.where(np.isfinite(miss(x0)), x0, shrink * (front - pupil_z) * tangent)
     x1 = x0 + 1e-4 * scale
-    m0, m1 = miss(x0), miss(x1)
+    m0 = miss(x0)
+    m1 = miss(x1)
     for _ in range(60):
         if np.all(np.abs(m1) < AIM_MM * scale):
             break
         with np.errstate(invalid="ignore", divide="ignore"):
             step = np.where(m1 == m0, 0.0, m1 * (x1 - x0) / (m1 - m0))
-        x0, m0 = x1, m1
+        x0 = x1
+        m0 = m1
         x1 = x1 - np.clip(np.nan_to_num(step), -scale, scale)
         m1 = miss(x1)
     p, d = collimated(x1, 0 * x1, front, tangent, 0 * tangent)
@@ -88,7 +90,9 @@ def _sensor_scale_mm(lens, wavelength_nm):
     """Return height / tangent of the paraxial chief ray: the focal length where the sensor is in
     focus.
     """
-    indices, front, optics = lens.indices(wavelength_nm), lens.surfaces[0].z_mm, lens.surfaces[:-1]
+    indices = lens.indices(wavelength_nm)
+    front = lens.surfaces[0].z_mm
+    optics = lens.surfaces[:-1]
     pupil_z, _ = paraxial.entrance_pupil(optics, indices)
     system = paraxial.matrices(lens.surfaces, indices, sequential(len(lens.surfaces)), front)[-1]
     return float(system[0] @ [front - pupil_z, 1.0])
@@ -108,7 +112,8 @@ def spot_radius_mm(
     where none gets through.
     """
     wave = wavelength_nm or lens.reference_nm
-    indices, front = lens.indices(wave), lens.surfaces[0].z_mm
+    indices = lens.indices(wave)
+    front = lens.surfaces[0].z_mm
     pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
     across = np.linspace(-1.5, 1.5, grid) * pupil_radius
     x, y = np.meshgrid(across, across)
@@ -131,7 +136,8 @@ def pupil_area_mm2(
     tangent = np.atleast_1d(np.asarray(tangent, float))
     indices = lens.indices(wave)
     pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
-    half, front = 1.5 * pupil_radius, lens.surfaces[0].z_mm
+    half = 1.5 * pupil_radius
+    front = lens.surfaces[0].z_mm
     cells = (np.arange(grid) + 0.5) / grid * 2 - 1
     x, y = np.meshgrid(cells * half, cells * half)
     out = []
@@ -204,7 +210,8 @@ def relative_illumination(lens, tangent, wavelength_nm: float | None = None) -> 
     wave = wavelength_nm or lens.reference_nm
     tangent = np.abs(np.atleast_1d(np.asarray(tangent, float)))
     step = 1e-4 * max(1.0, float(tangent.max()))
-    low, high = np.maximum(tangent - step, 0), tangent + step
+    low = np.maximum(tangent - step, 0)
+    high = tangent + step
     f = _sensor_scale_mm(lens, wave)
     radial = (chief_mm(lens, high, wave) - chief_mm(lens, low, wave)) / (f * (high - low))
     around = 1 + distortion(lens, np.maximum(tangent, step), wave)

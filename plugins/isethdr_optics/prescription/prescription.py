@@ -186,8 +186,12 @@ def parse(data: dict) -> Prescription:
     name = str(data.get("name", "unnamed"))
     _check_keys(name, data, HEAD)
     _check_f_number(data.get("f_number"), name)
-    rows, reference = data["surfaces"], _number(name, data, "reference_nm", 587.56)
-    surfaces, media, coatings, z = [], ["air"], [], 0.0
+    rows = data["surfaces"]
+    reference = _number(name, data, "reference_nm", 587.56)
+    surfaces = []
+    media = ["air"]
+    coatings = []
+    z = 0.0
     for number, row in enumerate(rows, 1):
         where = f"prescription {name!r}, surface {number}"
         surfaces.append(_surface(where, row, z))

@@ -60,7 +60,8 @@ def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0) -> F
 
 def entering(lens, indices, tangent):
     """Return (position, direction) of parallel light over the entrance pupil and somewhat more."""
-    front, optics = lens.surfaces[0].z_mm, lens.surfaces[:-1]
+    front = lens.surfaces[0].z_mm
+    optics = lens.surfaces[:-1]
     pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
     across = np.linspace(-1.4, 1.4, RAYS) * pupil_radius
     x, y = np.meshgrid(np.append(across, 0.0), across)

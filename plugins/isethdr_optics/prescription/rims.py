@@ -15,7 +15,9 @@ from isethdr_core.physics.optics.zernike import order, polynomial, zernike_basis
 from .exit_pupil import pupil_rays
 from .rays import HIGHEST, fitted
 
-RADII, AZIMUTHS = 48, 180  # of the places in the stop that are looked at
+# of the places in the stop that are looked at
+RADII = 48
+AZIMUTHS = 180
 BEYOND = 1.1  # stop radii: rays that a crossing is looked for among
 HALVINGS = 30
 LEAST = 0.01  # of the stop's area
@@ -50,7 +52,9 @@ def rims(lens, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
         for k, surface in enumerate(lens.surfaces[:-1])
         if not surface.is_stop and np.isfinite(surface.semi_diameter_mm)
     ]
-    cuts, discs, worst = [], [], 0.0
+    cuts = []
+    discs = []
+    worst = 0.0
     for height in _heights(
         basis,
         [[h[within] / lens.surfaces[k].semi_diameter_mm for h in rays.hits_mm[k]] for k in rimmed],
@@ -109,15 +113,18 @@ def _crossings(height, x0, y0):
     1.
     """
     turn = (np.arange(AZIMUTHS) + 0.5) * 2 * np.pi / AZIMUTHS
-    dx, dy = np.cos(turn), np.sin(turn)
+    dx = np.cos(turn)
+    dy = np.sin(turn)
     along = x0 * dx + y0 * dy
     reach = -along + np.sqrt(along**2 + 1 - x0**2 - y0**2)  # to the border of the stop
-    low, high = np.zeros(AZIMUTHS), reach
+    low = np.zeros(AZIMUTHS)
+    high = reach
     cut = height(x0 + reach * dx, y0 + reach * dy) > 1
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         outside = height(x0 + middle * dx, y0 + middle * dy) > 1
-        low, high = np.where(outside, low, middle), np.where(outside, middle, high)
+        low = np.where(outside, low, middle)
+        high = np.where(outside, middle, high)
     return x0 + low[cut] * dx[cut], y0 + low[cut] * dy[cut]
 
 

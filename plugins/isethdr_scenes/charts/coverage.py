@@ -47,8 +47,10 @@ def _disc_corner(right, bottom):
     """Return the area of the unit disc within 0..right and 0..bottom, odd in both: the integral of
     min(bottom, sqrt(1 - x^2)).
     """
-    right, bottom = np.clip(right, -1, 1), np.clip(bottom, -1, 1)
-    size, level = np.abs(right), np.abs(bottom)
+    right = np.clip(right, -1, 1)
+    bottom = np.clip(bottom, -1, 1)
+    size = np.abs(right)
+    level = np.abs(bottom)
     knee = np.sqrt(1 - level**2)
     area = np.where(size <= knee, level * size, level * knee + _half(size) - _half(knee))
     return np.sign(right) * np.sign(bottom) * area

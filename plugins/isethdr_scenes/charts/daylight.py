@@ -33,10 +33,8 @@ def daylight(temperature_k: float):
         x = 0.237040 + 0.24748 * k + 1.9018 * k**2 - 2.0064 * k**3
     y = -3.0 * x**2 + 2.870 * x - 0.275
     m = 0.0241 + 0.2562 * x - 0.7341 * y
-    m1, m2 = (
-        round((-1.3515 - 1.7703 * x + 5.9114 * y) / m, 3),
-        round((0.0300 - 31.4424 * x + 30.0717 * y) / m, 3),
-    )
+    m1 = round((-1.3515 - 1.7703 * x + 5.9114 * y) / m, 3)
+    m2 = round((0.0300 - 31.4424 * x + 30.0717 * y) / m, 3)
     values = s0 + m1 * s1 + m2 * s2
     return lambda wavelength_nm: np.interp(wavelength_nm, nm, values)
 

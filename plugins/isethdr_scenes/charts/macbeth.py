@@ -11,7 +11,8 @@ from isethdr_core.extras import needed
 from ..limits import Gap
 from .chart import Chart, band_means, category_of, chart_object, table
 
-ROWS, COLUMNS = 4, 6
+ROWS = 4
+COLUMNS = 6
 FRAME_REFLECTANCE = 0.03  # of the black cardboard between the patches
 
 
@@ -51,7 +52,8 @@ class Macbeth(Chart):
             instance=instance,
             category=category_of(instance),
         )
-        wide, high = self.width / COLUMNS, self.height / ROWS
+        wide = self.width / COLUMNS
+        high = self.height / ROWS
         ds.attrs["objects"] = [
             chart_object(
                 k + 1,

@@ -54,9 +54,11 @@ class PointLights(Chart):
         positions = (np.arange(self.discs) - (self.discs - 1) / 2) * (
             self._row_width() / self.discs
         )
-        lit, covered = np.zeros((self.height, self.width)), np.zeros((self.height, self.width))
+        lit = np.zeros((self.height, self.width))
+        covered = np.zeros((self.height, self.width))
         instance = np.zeros((self.height, self.width), np.uint32)
-        objects, lamps = [], []
+        objects = []
+        lamps = []
         for number, (centre, level) in enumerate(zip(positions, self.levels_cd_m2()), start=1):
             area = disc(x, y, pitch, centre, 0.0, radius)
             lit += level * area
@@ -64,7 +66,8 @@ class PointLights(Chart):
             instance[(area > 0) & (area >= area.max() / 2)] = (
                 number  # a disc below a tile still has a label
             )
-            left, top = (centre - radius) / pitch + self.width / 2, self.height / 2 - radius / pitch
+            left = (centre - radius) / pitch + self.width / 2
+            top = self.height / 2 - radius / pitch
             objects.append(
                 chart_object(
                     number, f"disc {number}", left, top, 2 * radius / pitch, 2 * radius / pitch

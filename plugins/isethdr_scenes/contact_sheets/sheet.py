@@ -21,9 +21,12 @@ from .view import ASPECT, scene_of
 
 DAY = {"sky": 1.0}
 NIGHT = {"sky": 1e-4, "headlights": 1.0, "other": 1.0, "streetlights": 1.0}
-DAY_WHITE, NIGHT_WHITE = 0.65, 3e-3  # shown as white: luminance over that of the sky by day
+# shown as white: luminance over that of the sky by day
+DAY_WHITE = 0.65
+NIGHT_WHITE = 3e-3
 BANDS_NM = {"first_nm": 430.0, "last_nm": 670.0, "step_nm": 60.0}
-COLUMNS, CAPTION_PX = 8, 13
+COLUMNS = 8
+CAPTION_PX = 13
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,8 @@ def tiled(tiles: Sequence[np.ndarray], captions: Sequence[str]) -> Image.Image:
     sheet = Image.new("RGB", (columns * width, rows * (height + CAPTION_PX)), "white")
     draw = ImageDraw.Draw(sheet)
     for k, (tile, caption) in enumerate(zip(tiles, captions)):
-        x, y = k % columns * width, k // columns * (height + CAPTION_PX)
+        x = k % columns * width
+        y = k // columns * (height + CAPTION_PX)
         sheet.paste(Image.fromarray(tile), (x, y))
         draw.text((x + 3, y + height + 1), caption, fill="black")
     return sheet

@@ -16,7 +16,8 @@ from ..materials import used
 from ..things import Thing, build
 
 SKY_CD_M2 = 4000.0
-FIELD_DEG, ASPECT = 34.0, 4 / 3
+FIELD_DEG = 34.0
+ASPECT = 4 / 3
 ASIDE_DEG = 38.0  # of the camera, from straight ahead of the thing
 FILLED = 0.94  # of the field, by the box around the thing
 GROUND_M = 150.0
@@ -78,7 +79,8 @@ def _camera(thing: Thing) -> Camera:
         half = FILLED * np.tan(np.radians(FIELD_DEG) / 2)
         if depth.min() <= 0:
             return False
-        across, over = np.abs(to @ right / depth).max(), np.abs(to @ up / depth).max()
+        across = np.abs(to @ right / depth).max()
+        over = np.abs(to @ up / depth).max()
         return bool(across < half and over < half / ASPECT)
 
     distances = np.geomspace(0.3, 200.0, 400)

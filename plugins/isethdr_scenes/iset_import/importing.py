@@ -23,7 +23,9 @@ from isethdr_core.uncertainty import ledger
 from ..iset_exr import IsetExr
 from .tree import FoundScene, Skipped, scan
 
-STORED, KNOWN, WRONG = "stored", "already stored", "wrong"
+STORED = "stored"
+KNOWN = "already stored"
+WRONG = "wrong"
 SOURCE = "iset_files"  # attribute of a store: size and time of the files that it was made of
 PLACE = ("folder",)  # field of the component that does not change the light
 
@@ -41,7 +43,8 @@ def imported(found: FoundScene, component: IsetExr, known: Sequence[Mapping[str,
     ------
     IsetHdrError, OSError : a file is damaged or cannot be read, or the store cannot be written.
     """
-    stamps, scene = found.stamps(), described(component, without=PLACE)
+    stamps = found.stamps()
+    scene = described(component, without=PLACE)
     for attributes in known:
         if attributes[SOURCE] == stamps and attributes["scene"] == scene:
             return Path(attributes["path"])
@@ -132,7 +135,8 @@ def run(folder: str, field_deg: float, normalise_cd_m2: float, look: bool) -> in
         return 0
     target = store.home() / "scenes"
     check_writable(target)
-    known, outcome = known_imports(target), Counter[str]()
+    known = known_imports(target)
+    outcome = Counter[str]()
     for found in track(scenes, "importing"):
         try:
             component = IsetExr(str(found.folder), found.scene_id, **settings)

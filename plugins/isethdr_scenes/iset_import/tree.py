@@ -9,7 +9,8 @@ from pathlib import Path
 
 from ..iset_exr import FILES
 
-INSTANCE, MAPS = "_instanceID.exr", ".mat"
+INSTANCE = "_instanceID.exr"
+MAPS = ".mat"
 _RADIANCE = re.compile(rf"(?P<id>[\w-]+)_(?:{'|'.join(FILES.values())})\.exr")
 
 
@@ -40,7 +41,8 @@ def scan(root: Path) -> tuple[list[FoundScene], list[Skipped]]:
 
     Links to folders are not followed, so that a scene is found once.
     """
-    scenes, skipped = [], []
+    scenes = []
+    skipped = []
     for folder, folders, names in os.walk(root):
         folders.sort()
         here = Path(folder)

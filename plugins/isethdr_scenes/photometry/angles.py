@@ -32,8 +32,11 @@ def from_polar(c_deg, gamma_deg, candela) -> MeasuredLamp:
     candela : (planes, angles).
     """
     side = np.arange(-WIDEST_DEG, WIDEST_DEG + STEP_DEG / 2, STEP_DEG)
-    left, up = np.radians(side), np.radians(side)[:, None]
-    ahead, aside, above = np.cos(up) * np.cos(left), np.cos(up) * np.sin(left), np.sin(up)
+    left = np.radians(side)
+    up = np.radians(side)[:, None]
+    ahead = np.cos(up) * np.cos(left)
+    aside = np.cos(up) * np.sin(left)
+    above = np.sin(up)
     gamma = np.degrees(np.arccos(np.clip(ahead, -1, 1)))
     plane = np.mod(np.degrees(np.arctan2(above, -aside)), 360)
     return _lamp(side, side, _looked_up(c_deg, gamma_deg, candela, plane, gamma))
@@ -45,12 +48,14 @@ def from_level(right_deg, up_deg, candela, polar_axis_level: bool) -> MeasuredLa
     `polar_axis_level`: type B of LM-63, whose planes turn about a level axis; else type A, whose
     planes turn about the vertical, as those of a table.
     """
-    right, above = np.asarray(right_deg, float), np.asarray(up_deg, float)
+    right = np.asarray(right_deg, float)
+    above = np.asarray(up_deg, float)
     value = np.asarray(candela, float)
     if not polar_axis_level:
         return _lamp(-right[::-1], above, value[::-1].T)
     left_nodes = -right[::-1]
-    left, up = np.radians(left_nodes), np.radians(above)[:, None]
+    left = np.radians(left_nodes)
+    up = np.radians(above)[:, None]
     x = np.degrees(np.arcsin(-np.cos(up) * np.sin(left)))
     y = np.degrees(np.arctan2(np.sin(up), np.cos(up) * np.cos(left)))
     return _lamp(left_nodes, above, _looked_up(right, above, value, x, y))

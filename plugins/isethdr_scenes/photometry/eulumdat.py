@@ -11,7 +11,8 @@ from isethdr_core.errors import ConfigError
 from .angles import MeasuredLamp, from_polar
 
 HEAD_LINES = 26  # up to the number of lamp sets
-SET_LINES, RATIO_LINES = 6, 10
+SET_LINES = 6
+RATIO_LINES = 10
 
 
 def read_ldt(path: Path) -> MeasuredLamp:
@@ -19,8 +20,11 @@ def read_ldt(path: Path) -> MeasuredLamp:
     lines = [line.strip() for line in path.read_text(encoding="latin-1").splitlines()]
     number = lambda line: float(lines[line - 1].replace(",", "."))
     try:
-        symmetry, planes, angles = int(number(3)), int(number(4)), int(number(6))
-        factor, sets = number(24), int(number(HEAD_LINES))
+        symmetry = int(number(3))
+        planes = int(number(4))
+        angles = int(number(6))
+        factor = number(24)
+        sets = int(number(HEAD_LINES))
         # two blocks of three lines and more each: lamps, kind, flux, colour, rendering, watts
         flux = sum(number(HEAD_LINES + SET_LINES * k + 3) for k in range(sets))
         first = HEAD_LINES + SET_LINES * sets + RATIO_LINES

@@ -75,7 +75,8 @@ def family(name: str) -> LampPattern:
         )
         return _pattern(left, up, value, ("r112_b_driving", "r149_b_driving"))
     signal = SIGNALS[name]
-    left, up = np.arange(-80.0, 81.0, 2.0), np.arange(-20.0, 20.1, 1.0)
+    left = np.arange(-80.0, 81.0, 2.0)
+    up = np.arange(-20.0, 20.1, 1.0)
     fall = np.exp(-((left / signal.aside_deg) ** 2) - (up[:, None] / signal.up_deg) ** 2)
     value = signal.axis_cd * ((1 - signal.rest) * fall + signal.rest)
     return _pattern(left, up, value, signal.rules)

@@ -29,7 +29,8 @@ def read_ies(path: Path) -> MeasuredLamp:
         numbers = [float(v) for v in after_tilt.replace(",", " ").split()]
         if kind.strip() == "INCLUDE":
             numbers = numbers[2 + 2 * int(numbers[1]) :]
-        head_numbers, numbers = numbers[:13], numbers[13:]
+        head_numbers = numbers[:13]
+        numbers = numbers[13:]
         count, across, photometry = (int(head_numbers[k]) for k in (3, 4, 5))
         factor = head_numbers[2] * head_numbers[10]
         vertical, level, candela = np.split(np.array(numbers), [count, count + across])
@@ -44,7 +45,8 @@ def read_ies(path: Path) -> MeasuredLamp:
         planes, candela = whole_turn(level, candela)
         return from_polar(planes, vertical, candela)
     if level[0] == 0 and len(level) > 1:  # one half stands for both
-        level, candela = np.r_[-level[:0:-1], level], np.concatenate([candela[:0:-1], candela])
+        level = np.r_[-level[:0:-1], level]
+        candela = np.concatenate([candela[:0:-1], candela])
     if vertical[0] == 0 and len(vertical) > 1:
         vertical = np.r_[-vertical[:0:-1], vertical]
         candela = np.concatenate([candela[:, :0:-1], candela], 1)
@@ -68,7 +70,8 @@ def whole_turn(planes, candela):
         planes = np.r_[planes, 360 - planes[-2::-1]]
         candela = np.concatenate([candela, candela[-2::-1]])
     if planes[-1] < 360:
-        planes, candela = np.r_[planes, 360.0], np.concatenate([candela, candela[:1]])
+        planes = np.r_[planes, 360.0]
+        candela = np.concatenate([candela, candela[:1]])
     return planes, candela
 
 

@@ -24,7 +24,8 @@ def plot(
         figures = import_module("matplotlib.figure")
     places = np.array([p for f in findings for p in f.rule.places] or [(0.0, 0.0)])
     wide, high = np.maximum(1.2 * np.abs(places).max(0), (10.0, 5.0))
-    left, up = np.linspace(-wide, wide, 401), np.linspace(-high, high, 301)[:, None]
+    left = np.linspace(-wide, wide, 401)
+    up = np.linspace(-high, high, 301)[:, None]
     candela = intensity_cd * table.at(left, up)
     figure = figures.Figure(figsize=(9, 5), layout="constrained")
     axes = figure.subplots()
@@ -35,7 +36,8 @@ def plot(
         x, y = np.array(finding.rule.places).T
         colour = "tab:blue" if finding.is_met else "tab:red"
         if finding.rule.kind == "box":
-            x, y = x[[0, 1, 1, 0, 0]], y[[0, 0, 1, 1, 0]]
+            x = x[[0, 1, 1, 0, 0]]
+            y = y[[0, 0, 1, 1, 0]]
         if finding.rule.kind in ("box", "polygon"):
             axes.plot(np.r_[x, x[0]], np.r_[y, y[0]], color=colour, lw=0.8, ls="--")
         elif finding.rule.kind in ("point", "sum"):

@@ -112,7 +112,8 @@ def _values(table, rule):
     x, y = (v.ravel() for v in np.meshgrid(across, along))
     if rule.kind == "polygon":
         inside = within(rule.places, x, y)
-        x, y = x[inside], y[inside]
+        x = x[inside]
+        y = y[inside]
     return table.at(x, y)
 
 
@@ -124,7 +125,8 @@ def within(corners, x, y) -> np.ndarray:
     """Return which points lie in a polygon or on its border: a ray to the right crosses it an odd
     number of times.
     """
-    odd, border = np.zeros(np.shape(x), bool), np.zeros(np.shape(x), bool)
+    odd = np.zeros(np.shape(x), bool)
+    border = np.zeros(np.shape(x), bool)
     for (x0, y0), (x1, y1) in zip(corners, (*corners[1:], corners[0])):
         if y0 != y1:
             at = x0 + (y - y0) / (y1 - y0) * (x1 - x0)

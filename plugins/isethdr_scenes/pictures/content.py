@@ -91,7 +91,8 @@ def plain_array(values: np.ndarray, selection: Wanted, path: Path) -> Content:
 
 def _bands_first(values: np.ndarray, bands: tuple[float, ...], path: Path) -> np.ndarray:
     count = len(bands)
-    first, last = values.shape[0] == count, values.shape[2] == count
+    first = values.shape[0] == count
+    last = values.shape[2] == count
     if first == last:
         why = "both its first and its last axis" if first else "neither its first nor last axis"
         raise UnitError(

@@ -96,7 +96,8 @@ def _checked(
     negative = values < 0
     if not negative.any():
         return content
-    count, most = int(negative.sum()), -float(values.min())
+    count = int(negative.sum())
+    most = -float(values.min())
     if not negative_to_zero:
         raise UnitError(
             f"{path} holds {count} negative values, down to {-most:g}, the first"

@@ -73,7 +73,8 @@ def _size(line: bytes, path: Path) -> tuple[int, int]:
             " -Y <height> +X <width>, from the top left"
         )
     try:
-        height, width = int(words[1]), int(words[3])
+        height = int(words[1])
+        width = int(words[3])
     except ValueError:
         height = width = 0
     if height < 1 or width < 1:

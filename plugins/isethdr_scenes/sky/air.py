@@ -14,8 +14,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-HAZE, HAZE_EXPONENT = 0.1, 1.3  # optical depth at 550 nm, and its fall with wavelength
-OZONE, OZONE_NM, OZONE_WIDTH_NM = 0.041, 602.0, 110.0  # optical depth, centre, full width at half
+# optical depth at 550 nm, and its fall with wavelength
+HAZE = 0.1
+HAZE_EXPONENT = 1.3
+# optical depth, centre, full width at half
+OZONE = 0.041
+OZONE_NM = 602.0
+OZONE_WIDTH_NM = 110.0
 
 
 def air_mass(altitude_deg: float) -> float:

@@ -32,7 +32,9 @@ from .spectra import NM, luminance_of, sky_spectrum
 from .state import SkyState
 from .twilight import twilight_patterns
 
-MEASURED_BELOW_DEG, MODEL_ABOVE_DEG = 5.0, 20.0  # the sun: by the fit below, by Mitsuba above
+# the sun: by the fit below, by Mitsuba above
+MEASURED_BELOW_DEG = 5.0
+MODEL_ABOVE_DEG = 20.0
 TWILIGHT_DEG = -5.0  # of the sun: below, the shape of the sky is that of `twilight` alone
 MOON_DIAMETER_DEG = 0.518
 MOST_MOONLIT = 0.5  # of the moon's light may come from the air
@@ -52,7 +54,8 @@ class _Light(NamedTuple):
 
 def dome_of(state: SkyState) -> SkyDome:
     """Return the sky of `state`; its spectra end at 720 nm where daylight is in it, else at 830."""
-    sun, moon = sun_and_sky(state), _moonlight(state)
+    sun = sun_and_sky(state)
+    moon = _moonlight(state)
     up = _elevations()
     night = natural_cd_m2(up)[:, None] * np.ones(COLUMNS)
     city = artificial_cd_m2(up, state.bortle)[:, None] * np.ones(COLUMNS)
@@ -62,16 +65,15 @@ def dome_of(state: SkyState) -> SkyDome:
     )
     discs = tuple(light.disc for light in (sun, moon) if light.disc is not None)
     last = WAVELENGTH_NM[-1] if state.sun_elevation_deg > TWILIGHT_DEG else NM[-1]
-    nm, above = NM[last >= NM], above[..., last >= NM]
+    nm = NM[last >= NM]
+    above = above[..., last >= NM]
     down = _irradiance(above, nm, discs)
     parts = _parts(_with_ground(above, down), nm)
     fitted = SkyDome(parts, discs)
     # the fit keeps the light of level ground
     of_discs = luminance_of(_irradiance(np.zeros_like(above), nm, discs), nm)
-    target_luminance, model_luminance = (
-        luminance_of(down, nm),
-        luminance_of(fitted.irradiance(nm), nm),
-    )
+    target_luminance = luminance_of(down, nm)
+    model_luminance = luminance_of(fitted.irradiance(nm), nm)
     factor = (target_luminance - of_discs) / (model_luminance - of_discs)
     parts = tuple(replace(part, pattern=part.pattern * factor) for part in parts)
     shining = tuple(_before_sky(disc, fitted) for disc in discs)
@@ -96,11 +98,13 @@ def sun_and_sky(state: SkyState) -> _Light:
     if altitude <= NIGHT_DEG:
         return _Light(np.zeros((ROWS // 2 + 1, COLUMNS, len(NM))), None)
     seen_deg = air.apparent_altitude_deg(altitude)
-    sky, radiance = np.zeros((ROWS // 2 + 1, COLUMNS, len(NM))), np.zeros(len(NM))
+    sky = np.zeros((ROWS // 2 + 1, COLUMNS, len(NM)))
+    radiance = np.zeros(len(NM))
     if altitude > TWILIGHT_DEG:
         day = daylight(max(seen_deg, LOWEST_DEG), state.turbidity)
         shown = float(np.clip(seen_deg / SUN_DIAMETER_DEG + 0.5, 0, 1))  # of the disc
-        sky, radiance = _on_grid(day.sky[ROWS // 2 :]), _on_grid(day.sun) * shown
+        sky = _on_grid(day.sky[ROWS // 2 :])
+        radiance = _on_grid(day.sun) * shown
     disc = SkyDisc(
         "sun", state.sun_azimuth_deg, max(seen_deg, 0.0), SUN_DIAMETER_DEG, _table(radiance)
     )

@@ -30,10 +30,12 @@ def positions(latitude_deg: float, longitude_deg: float, time_utc: str) -> dict[
     if when.tzinfo is not None:
         when = when.astimezone(UTC).replace(tzinfo=None)
     observer = ephem.Observer()
-    observer.lat, observer.lon = math.radians(latitude_deg), math.radians(longitude_deg)
+    observer.lat = math.radians(latitude_deg)
+    observer.lon = math.radians(longitude_deg)
     observer.pressure = 0.0  # hPa: no refraction
     observer.date = when
-    sun, moon = ephem.Sun(observer), ephem.Moon(observer)
+    sun = ephem.Sun(observer)
+    moon = ephem.Moon(observer)
     # the moon's elongation from the sun is negative in the morning; its phase angle is about the
     # rest to 180 degrees, as the sun is far
     phase = 180 - abs(math.degrees(moon.elong))

@@ -29,7 +29,8 @@ from ..lamp_spectra import spectrum_of
 from . import air
 
 NM = np.arange(360.0, 831.0, 5.0)
-SUN_K, STARS_K = 5778.0, 5000.0
+SUN_K = 5778.0
+STARS_K = 5000.0
 OZONE_AIR_MASSES = 10.0  # of light that grazes the earth at twilight, in the ozone layer
 GLOW_AIR_MASSES = 12.0
 PALE = 0.6  # power of the molecules' law that is left of their colour

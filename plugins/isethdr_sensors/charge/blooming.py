@@ -24,7 +24,8 @@ def bloom(charge_e, full_well_e: float, percent: float) -> np.ndarray:
 
 def _run(capped_e, excess, full_well_e):
     """Return the charge after every row's excess has run to the rows below it."""
-    charge_e, carry = capped_e.copy(), np.zeros(capped_e.shape[1])
+    charge_e = capped_e.copy()
+    carry = np.zeros(capped_e.shape[1])
     for y in range(len(charge_e)):
         accepted = np.minimum(carry, full_well_e - charge_e[y])
         charge_e[y] += accepted

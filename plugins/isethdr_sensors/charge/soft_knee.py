@@ -11,7 +11,9 @@ from isethdr_core.physics.detector.charge_dynamics import Well
 if TYPE_CHECKING:
     from isethdr_core.physics.detector.charge_dynamics import Well
 
-REFERENCE_C, REFERENCE_K = 60.0, 333.15  # at which `thermal_e` is given
+# at which `thermal_e` is given
+REFERENCE_C = 60.0
+REFERENCE_K = 333.15
 
 
 @runtime_checkable

@@ -74,7 +74,8 @@ def stays(
     y, x = np.nonzero(charge > limit_e)
     if not len(y):
         return charge
-    arrived, begins = charge[y, x], np.asarray(start_s, float).ravel()
+    arrived = charge[y, x]
+    begins = np.asarray(start_s, float).ravel()
     starts, durations = pieces([m for m, _ in components], begins, exposure_s)
     mean = sum(
         part[y, x] * (light_s(m, begins, exposure_s) / exposure_s)[y] for m, part in components

@@ -47,7 +47,8 @@ def take_shot(model, soft, collects, light, generator):
     shot.check_generator(model, generator)
     grid, filters, qe, parts = shot.component_electrons(model, light)
     shot.state_errors(model, light)
-    [light_e], in_time = exposure_timing.together(model, parts, filters), None
+    [light_e] = exposure_timing.together(model, parts, filters)
+    in_time = None
     if all(constant(m) for m, _ in parts):
         ledger.error(
             LINEAR_WITHIN,
@@ -125,11 +126,10 @@ def readings(
     raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
     saturated = np.empty(raw.shape, bool)
     [prnu], [dark], offsets, widths = shot.device_maps(model, generator, height, width)
-    key, capacity = generator if model.noise else None, model.photodiodes[0].full_well_e
-    limits, untouched_e = (
-        tops(model, soft, collects),
-        linear_limit_e(NOTHING_E, model.exposure_s, soft),
-    )
+    key = generator if model.noise else None
+    capacity = model.photodiodes[0].full_well_e
+    limits = tops(model, soft, collects)
+    untouched_e = linear_limit_e(NOTHING_E, model.exposure_s, soft)
     starts_s = exposure_timing.starts_s(model, model.photodiodes[0], height)
     untouched_in_time_e = soft_knee_in_time.untouched_e(NOTHING_E, model.exposure_s, soft)
     step = block_rows or rows_per_block(width)

@@ -15,7 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-BENDS, LOGARITHMIC = 0.97, 0.002  # slopes of the response between which the table is solved for
+# slopes of the response between which the table is solved for
+BENDS = 0.97
+LOGARITHMIC = 0.002
 LEVELS = 160  # of light across the bend, and parts of the table that rise alike, about
 # weight of a change of one rise against a relative error of one level: keeps the table smooth
 NEAR = 0.01
@@ -57,10 +59,12 @@ def scatter_of_readings(table: ReadBack, slopes, plain_e2, off_bend_e2) -> np.nd
         last - first < 2 or not np.isfinite(off_bend_e2).all()
     ):  # no bend between two entries; light beyond all numbers
         return off_bend_e2
-    dn, electrons = table.dn, table.electrons
+    dn = table.dn
+    electrons = table.electrons
     lit = electrons[first : last + 1 : every(last - first)]
     at = readings(table, lit[lit > 0])
-    read_e, entry_shares = np.interp(at, dn, electrons), shares_of_entries(dn, at)
+    read_e = np.interp(at, dn, electrons)
+    entry_shares = shares_of_entries(dn, at)
     mean = np.sum(read_e * SHARE, axis=(1, 2))
     true_e2 = np.sum((read_e - mean[:, None, None]) ** 2 * SHARE, axis=(1, 2))
     bend = slice(first, last)

@@ -46,7 +46,8 @@ def telegraph_noise(steps, stream: tuple, first_row: int) -> np.ndarray:
     """
     rows, columns = steps.shape
     words = random_words.words(stream, first_row, first_row + rows, 0, columns)
-    first_state, second_state = words & 1, (words >> 1) & 1
+    first_state = words & 1
+    second_state = (words >> 1) & 1
     return steps * (first_state - second_state).astype(np.float32)
 
 

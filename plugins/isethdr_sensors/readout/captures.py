@@ -40,7 +40,8 @@ def captures(model, light, grid, mosaic: Mosaic) -> xr.Dataset:
     grid : centres of the pixels and their pitch.
     mosaic : readings of the pixels.
     """
-    readings, diodes = model.readings, [model.diode_of(r) for r in model.readings]
+    readings = model.readings
+    diodes = [model.diode_of(r) for r in model.readings]
     dark = [
         dark_electrons(d.dark_e_per_s, model.exposure_of(d), model.temperature_c) for d in diodes
     ]

@@ -104,7 +104,8 @@ def combined_model(model: SensorModel) -> SensorModel:
     """Return the model of the one capture that leaves the chip: its code over the whole range."""
     order = sources(model)
     best = order[-1]
-    reading, diode = model.readings[best.number], model.photodiodes[best.diode]
+    reading = model.readings[best.number]
+    diode = model.photodiodes[best.diode]
     reach_e = max((s.top_e - s.dark_e) / s.ratio for s in order) + best.dark_e
     black_e = reading.black_dn / reading.gain_dn_per_e  # holds as much noise as the reading's own
     top = 2**model.combine_bits - 1
@@ -139,12 +140,14 @@ def combine(model: SensorModel, raw, saturated) -> tuple[np.ndarray, np.ndarray]
     order = sources(model)
     combined = combined_model(model)
     [code] = combined.readings
-    value, last_lost = None, None
+    value = None
+    last_lost = None
     for source in order:
         reading_e = _electrons(model.readings[source.number], raw[source.number])
         light_e = (reading_e - source.dark_e) / source.ratio
         if value is None:
-            value, last_lost = light_e, saturated[source.number].copy()
+            value = light_e
+            last_lost = saturated[source.number].copy()
             continue
         share = weight(reading_e, source)
         value = share * light_e + (1 - share) * value
@@ -180,7 +183,8 @@ def response(model: SensorModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     order = sources(model)
     [code] = combined_model(model).readings
-    dark_e, black_e = order[-1].dark_e, code.black_dn / code.gain_dn_per_e
+    dark_e = order[-1].dark_e
+    black_e = code.black_dn / code.gain_dn_per_e
     reach_e = combined_model(model).photodiodes[0].full_well_e
     least_e = max(1e-3, 1 / code.gain_dn_per_e)
     electrons = np.concatenate(

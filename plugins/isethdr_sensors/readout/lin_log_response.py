@@ -53,7 +53,8 @@ def response(
     that is independent of n. A table whose mean over this noise, read noise and rounding is n for
     every n has no bias for any light and any pixel.
     """
-    knee, top = linear_top_dn(reading, exposure_s, soft, STRAIGHT_E), converter.top_code(reading)
+    knee = linear_top_dn(reading, exposure_s, soft, STRAIGHT_E)
+    top = converter.top_code(reading)
     step = 1.0 if reading.bits else (top - knee) / (ENTRIES - 1)
     read_var_e2 = (
         reading.read_noise_e**2
@@ -69,7 +70,8 @@ def response(
     electrons = arrived_from_charge(
         (bent - reading.black_dn) / reading.gain_dn_per_e, exposure_s, soft
     )
-    bent, electrons = bent[electrons < FINITE_E], electrons[electrons < FINITE_E]
+    bent = bent[electrons < FINITE_E]
+    electrons = electrons[electrons < FINITE_E]
     inside = (bent <= top + step / 2) & (electrons <= LARGEST_MEAN_E)
     start = np.array(
         [0.0, reading.black_dn] if reading.black_dn > 0 else [-1000.0, 0.0]
@@ -134,11 +136,10 @@ def as_mean(dn, mean_wanted, width_dn) -> np.ndarray:
 def over_noise(dn, table, width_dn) -> np.ndarray:
     """Return the table at the readings (entry, node) of a normal distribution around each entry."""
     noisy_dn = dn[:, None] + width_dn[:, None] * NODES
-    below_table, above_table = np.minimum(noisy_dn - dn[0], 0.0), np.maximum(noisy_dn - dn[-1], 0.0)
-    slope_before, growth = (
-        (table[1] - table[0]) / (dn[1] - dn[0]),
-        np.log(table[-1] / table[-2]) / (dn[-1] - dn[-2]),
-    )
+    below_table = np.minimum(noisy_dn - dn[0], 0.0)
+    above_table = np.maximum(noisy_dn - dn[-1], 0.0)
+    slope_before = (table[1] - table[0]) / (dn[1] - dn[0])
+    growth = np.log(table[-1] / table[-2]) / (dn[-1] - dn[-2])
     return (np.interp(noisy_dn, dn, table) + slope_before * below_table) * np.exp(
         growth * above_table
     )

@@ -170,7 +170,8 @@ def component_electrons(model: SensorModel, light):
 
 def _mean_electrons(model, light, grid, filters, qe):
     """Return per photodiode the mean light electrons (y, x) of the exposure to constant light."""
-    x, y = light.x.values, light.y.values
+    x = light.x.values
+    y = light.y.values
     planes = response.channel_planes(model, light, qe)
     per_fill = {
         fill: (

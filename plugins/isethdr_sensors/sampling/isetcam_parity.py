@@ -164,9 +164,11 @@ def _inside(middle, width, swing):
     weights at or beyond both ends.
     """
     if not width.any():
-        low, high = middle <= 0, middle >= swing
+        low = middle <= 0
+        high = middle >= swing
         return [~(low | high), *(np.zeros(middle.shape),) * 4], low, high
-    a, b = -middle / width, (swing - middle) / width
+    a = -middle / width
+    b = (swing - middle) / width
     density_a, density_b = (np.exp(-0.5 * z * z) / np.sqrt(2 * np.pi) for z in (a, b))
     integrals = [ndtr(b) - ndtr(a), density_a - density_b]
     for j in range(2, 5):

@@ -14,10 +14,9 @@ from isethdr_core.quantities import tile_pitch
 
 from ..sensor_model import SensorModel
 
-PIXEL_BYTES, CAPTURE_BYTES = (
-    175,
-    45,
-)  # at the largest moment of a run, of pictures and scores and of every capture: measured
+# at the largest moment of a run, of pictures and scores and of every capture: measured
+PIXEL_BYTES = 175
+CAPTURE_BYTES = 45
 ROUNDING = 1e-9  # relative: a field of 100 pitches holds 100 pixels although metres are rounded
 
 

@@ -43,7 +43,8 @@ def pieces(wavelength_nm, breaks_nm=()) -> Pieces:
     borders = np.concatenate([[2 * w[0] - inner[0]], inner, [2 * w[-1] - inner[-1]]])
     breaks = np.asarray(breaks_nm, float)
     edges = np.union1d(borders, breaks[(breaks > borders[0]) & (breaks < borders[-1])])
-    low, high = edges[:-1], edges[1:]
+    low = edges[:-1]
+    high = edges[1:]
     return Pieces(low, high, np.clip(np.searchsorted(borders, (low + high) / 2) - 1, 0, len(w) - 1))
 
 
@@ -51,7 +52,8 @@ def nodes(wavelength_nm, breaks_nm=()) -> Nodes:
     """Return the Gauss-Legendre points of the `pieces` of bands; arguments as there."""
     low, high, band = pieces(wavelength_nm, breaks_nm)
     at, weight = np.polynomial.legendre.leggauss(POINTS)
-    middle, half = (low + high)[:, None] / 2, (high - low)[:, None] / 2
+    middle = (low + high)[:, None] / 2
+    half = (high - low)[:, None] / 2
     return Nodes((middle + half * at).ravel(), (half * weight).ravel(), np.repeat(band, POINTS))
 
 
@@ -92,7 +94,8 @@ def smooth_spectrum_error(response, curves, at: Nodes, wavelength_nm, spectrum=N
     spectra = [planck_radiance(at.wavelength_nm, k) for k in SMOOTH_K]
     if spectrum is not None and np.any(spectrum):
         spectra.append(np.interp(at.wavelength_nm, w, spectrum))
-    width, worst = band_widths_nm(w), 0.0
+    width = band_widths_nm(w)
+    worst = 0.0
     for energy in spectra:
         mean = np.bincount(at.band, at.weight * energy, len(w)) / width
         counted = response @ (mean * width * w)

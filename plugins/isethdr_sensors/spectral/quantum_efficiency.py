@@ -143,7 +143,8 @@ def narrow(model: SensorModel, demand):
     strongest = quantum_efficiency(model, demand.wavelength_nm).max(0)
     sensitive = np.flatnonzero(strongest > NEGLIGIBLE * strongest.max())
     # inner bands stay, and always two: band widths come from the distances between centres
-    first, last = sensitive[0], max(sensitive[-1], min(sensitive[0] + 1, len(strongest) - 1))
+    first = sensitive[0]
+    last = max(sensitive[-1], min(sensitive[0] + 1, len(strongest) - 1))
     needed_nm = demand.wavelength_nm[first : last + 1]
     dropped = [f"{w:g}" for w in demand.wavelength_nm if w not in needed_nm]
     if dropped:

@@ -91,10 +91,8 @@ def channel_planes(model: SensorModel, light, qe) -> list[np.ndarray]:
             area_integration.electrons_per_m2_s(light.values, wavelength_nm, part)
             for part in crosstalk.parts(qe, model, wavelength_nm)
         ]
-    efficiency, efficiency_of_light = (
-        _efficiency(model, wavelength_nm),
-        np.asarray(light.attrs["efficiency"]),
-    )
+    efficiency = _efficiency(model, wavelength_nm)
+    efficiency_of_light = np.asarray(light.attrs["efficiency"])
     difference = np.abs(efficiency[:, None] - efficiency_of_light).max(
         2
     )  # the light may serve other sensors too

@@ -157,7 +157,8 @@ def _settled(sensor, light) -> Solved:
     if not iterations:
         limit = limits.longest_by if exposure_s == limits.longest_s else limits.shortest_by
     exposure_s = whole_periods_s(exposure_s, sensor.exposure_flicker_hz)
-    gain, at = 1.0, level(exposure_s)
+    gain = 1.0
+    at = level(exposure_s)
     if sensor.auto_gain_max > 1 and at < target:
         k = sensor.gained_reading()
         reading = sensor.model().readings[k]

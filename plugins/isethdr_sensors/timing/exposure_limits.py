@@ -58,16 +58,20 @@ def exposure_limits(sensor, focal_length_m: float | None) -> Limits:
     ------
     ConfigError : limits that no exposure meets.
     """
-    shortest_s, shortest_by = sensor.exposure_min_s, "exposure_min_s"
-    longest_s, longest_by = sensor.exposure_max_s, "exposure_max_s"
+    shortest_s = sensor.exposure_min_s
+    shortest_by = "exposure_min_s"
+    longest_s = sensor.exposure_max_s
+    longest_by = "exposure_max_s"
     if focal_length_m:
         motion_s = motion_limit_s(sensor.exposure_speed_m_s, focal_length_m, sensor.pitch_um * 1e-6)
         if motion_s < longest_s:
-            longest_s, longest_by = motion_s, "exposure_speed_m_s"
+            longest_s = motion_s
+            longest_by = "exposure_speed_m_s"
     if hertz := sensor.exposure_flicker_hz:
         whole_s = max(ceil(shortest_s * hertz * (1 - ROUNDING)), 1) / hertz
         if whole_s > shortest_s * (1 + ROUNDING):
-            shortest_s, shortest_by = whole_s, "exposure_flicker_hz"
+            shortest_s = whole_s
+            shortest_by = "exposure_flicker_hz"
     if shortest_s > longest_s * (1 + ROUNDING):
         raise ConfigError(
             f"sensor.{shortest_by} = {getattr(sensor, shortest_by):g} asks for exposures of at"

@@ -27,7 +27,8 @@ def relative(model: SensorModel, diode: Photodiode, modulation, filters):
     """
     if constant(modulation):
         return 1.0
-    start_s, exposure_s = starts_s(model, diode, len(filters)), model.exposure_of(diode)
+    start_s = starts_s(model, diode, len(filters))
+    exposure_s = model.exposure_of(diode)
     full_exposure = relative_light(modulation, start_s, exposure_s)
     if model.lower_case_dark == 1.0:  # no pixel exposes for a shorter time
         return full_exposure

@@ -44,7 +44,8 @@ def meter(how: Metering, share) -> Callable[[float], float]:
         )
         return lambda factor: float(level * factor)
     height, width = first.shape
-    y, x = np.arange(height)[:, None] - (height - 1) / 2, np.arange(width) - (width - 1) / 2
+    y = np.arange(height)[:, None] - (height - 1) / 2
+    x = np.arange(width) - (width - 1) / 2
     weight = np.exp(-(y**2 + x**2) / 2 / ((height**2 + width**2) / 16))
     weight /= weight.sum()
     return lambda factor: float(np.sum(weight * np.minimum(first * factor, 1.0)))

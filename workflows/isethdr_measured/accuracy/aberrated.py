@@ -10,10 +10,9 @@ from isethdr_core.plugins.registry import build
 
 from .basis import against_bands
 
-SHAPE, F_NUMBER = (
-    (135, 240),
-    16.0,
-)  # tiles; so slow that the exact core of a kernel reaches over all of them
+# tiles; so slow that the exact core of a kernel reaches over all of them
+SHAPE = (135, 240)
+F_NUMBER = 16.0
 ZERNIKE_UM = {4: 0.05, 5: 0.03, 8: 0.03, 12: 0.03}  # as the preset wavefront_automotive
 
 

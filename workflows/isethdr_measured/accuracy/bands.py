@@ -25,7 +25,8 @@ def measured() -> list[Work]:
         step: build("renderer", "mitsuba", **SIZE, samples=SAMPLES, step_nm=step)
         for step in (*STEPS_NM, FINE_NM)
     }
-    truth, points = electrons(render[FINE_NM](scene)), []
+    truth = electrons(render[FINE_NM](scene))
+    points = []
     for step in STEPS_NM:
         [(rendering, cpu_s, peak_mb)] = of_paths(render[step], scene)
         mine = electrons(rendering)

@@ -17,10 +17,14 @@ from isethdr_core.pipeline.imaging_plan import imaged
 from isethdr_core.plugins.registry import build
 from isethdr_core.uncertainty.budget import Allowed
 
-SHAPE, TILE = (48, 64), 0.0005  # of the frame; of a tile, tangents
+# of the frame; of a tile, tangents
+SHAPE = (48, 64)
+TILE = 0.0005
 BANDS_NM = np.arange(400.0, 701.0, 10.0)
 ALLOWED = (1.0, 0.1, 0.01)  # of the noise
-ROAD, LAMP = 4e-6, 1e8  # radiance, W m-2 sr-1 nm-1; times the road
+# radiance, W m-2 sr-1 nm-1; times the road
+ROAD = 4e-6
+LAMP = 1e8
 PIXELS = 200  # at which sums are taken
 
 
@@ -85,9 +89,11 @@ def night(shape):
     """Return mixed radiance (wavelength, y, x) of daylight and sodium light on grey and coloured
     tiles, with two lamps 1e8 times as bright.
     """
-    rng, nm = np.random.default_rng(0), BANDS_NM[:, None, None]
+    rng = np.random.default_rng(0)
+    nm = BANDS_NM[:, None, None]
     led = np.exp(-0.5 * ((nm - 450) / 9) ** 2) + 0.7 * np.exp(-0.5 * ((nm - 560) / 55) ** 2)
-    sodium, day = np.exp(-0.5 * ((nm - 589) / 6) ** 2) + 0.02, 1.5 - nm / 700
+    sodium = np.exp(-0.5 * ((nm - 589) / 6) ** 2) + 0.02
+    day = 1.5 - nm / 700
     paint = 0.1 + 0.5 * np.exp(-0.5 * ((nm - rng.choice([430, 500, 570, 660], shape)) / 40) ** 2)
     cube = paint * (sodium * rng.uniform(0.2, 2, shape) + day * rng.uniform(0.2, 2, shape)) * ROAD
     cube[:, 10:13, 15:18] += LAMP * ROAD * sodium
@@ -109,15 +115,18 @@ def direct(mixed, lens, flares, response):
     """Return rows and columns of some tiles, and their electrons (channel, tile): every tile and
     band summed in long double.
     """
-    field, rng = field_optics(lens, mixed, flares), np.random.default_rng(1)
+    field = field_optics(lens, mixed, flares)
+    rng = np.random.default_rng(1)
     height, width = mixed.shape[1:]
-    rows, columns = rng.integers(0, height, PIXELS), rng.integers(0, width, PIXELS)
+    rows = rng.integers(0, height, PIXELS)
+    columns = rng.integers(0, width, PIXELS)
     light = mixed.values * (1.0 if field.relative is None else field.relative)
     sums = np.zeros((len(mixed), PIXELS), np.longdouble)
     for b, kernel in enumerate(field.kernels.bands):
         flipped = kernel[::-1, ::-1].astype(np.longdouble)
         for k, (y, x) in enumerate(zip(rows, columns)):
-            top, left = kernel.shape[0] // 2 - y, kernel.shape[1] // 2 - x
+            top = kernel.shape[0] // 2 - y
+            left = kernel.shape[1] // 2 - x
             sums[b, k] = (
                 flipped[top : top + height, left : left + width] * light[b]
             ).sum() * field.gains[b]

@@ -24,7 +24,8 @@ def measured() -> list[Work]:
     prepared.
     """
     psf = skirt(SHAPE)
-    prepared, image = prepare(psf, SHAPE), frame(*SHAPE, RATIO)
+    prepared = prepare(psf, SHAPE)
+    image = frame(*SHAPE, RATIO)
     pixels, truth = direct(
         image, psf, METHODS["float64, doubtful pixels summed (product)"](image, prepared)
     )
@@ -73,7 +74,8 @@ def circular(psf, dtype):
     """Return the common rule: the kernel cut to the frame, one transform of the frame's own size,
     light wrapped around.
     """
-    (ny, nx), (cy, cx) = SHAPE, (n // 2 for n in psf.shape)
+    ny, nx = SHAPE
+    cy, cx = (n // 2 for n in psf.shape)
     cut = psf[cy - ny // 2 : cy - ny // 2 + ny, cx - nx // 2 : cx - nx // 2 + nx].astype(dtype)
     spectrum = sf.rfft2(np.roll(cut / cut.sum(), (-(ny // 2), -(nx // 2)), (0, 1)))
     return lambda image, prepared: sf.irfft2(sf.rfft2(image.astype(dtype)) * spectrum, SHAPE)

@@ -34,7 +34,8 @@ def array(cfa: str, methods) -> Work:
         light, generator(seed=1)
     )
     default = build("isp", "linear").demosaic
-    points, inner = [], (slice(BORDER, -BORDER), slice(BORDER, -BORDER), 1)
+    points = []
+    inner = (slice(BORDER, -BORDER), slice(BORDER, -BORDER), 1)
     for method in methods:
         isp = build("isp", "linear", demosaic=method)
         picture, cpu_s, peak_mb = timed(lambda isp=isp: isp(shot))

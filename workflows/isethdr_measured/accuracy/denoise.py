@@ -17,7 +17,8 @@ def measured() -> list[Work]:
     """
     long, own_errors, short = rendered()
     filters = {"plain": tristimulus, "clean": denoised, "peers": common_rule}
-    truth, points_of = tristimulus(long)[:, 1], {name: {} for name in filters}
+    truth = tristimulus(long)[:, 1]
+    points_of = {name: {} for name in filters}
     for samples, (rendering, cpu_s, peak_mb) in short.items():
         for name, noise_filter in filters.items() if samples else [("plain", tristimulus)]:
             looks, more_s, more_mb = timed(

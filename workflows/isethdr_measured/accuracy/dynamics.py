@@ -15,7 +15,9 @@ from isethdr_core.physics.detector.charge_dynamics_steps import (
     implicit_steps,
 )
 
-T_S, KNEE_E, THERMAL_E = 0.016, 20000.0, 530.0
+T_S = 0.016
+KNEE_E = 20000.0
+THERMAL_E = 530.0
 TIMES_SATURATION = np.array([0.01, 0.1, 1.0, 10.0, 100.0])
 PIXELS = 45000
 
@@ -40,7 +42,8 @@ def measured() -> list[Work]:
         )
     ]
     for steps in (16, 128, 1024):
-        even, finer = np.linspace(0, T_S, steps + 1), graded(T_S, steps)
+        even = np.linspace(0, T_S, steps + 1)
+        finer = graded(T_S, steps)
         with np.errstate(all="ignore"):
             points.append(
                 point(
@@ -84,7 +87,8 @@ def charge_e(level_e_per_s: float, well) -> float:
         import mpmath as mp
 
     with mp.workdps(60):
-        a, end = mp.mpf(level_e_per_s) / well.thermal_e, mp.mpf(T_S)
+        a = mp.mpf(level_e_per_s) / well.thermal_e
+        end = mp.mpf(T_S)
         decayed = (
             mp.mpf(well.knee_e_per_s)
             / well.thermal_e

@@ -29,8 +29,10 @@ def measured() -> list[Work]:
     """Return one diagram: error of an image over the rings of field points, with kernels computed
     anew each time.
     """
-    lens, mixed = WavefrontLens(field_zernike_um=FIELD_ZERNIKE_UM, falloff="none"), night()
-    truth, points = one_per_tile(lens, mixed), []
+    lens = WavefrontLens(field_zernike_um=FIELD_ZERNIKE_UM, falloff="none")
+    mixed = night()
+    truth = one_per_tile(lens, mixed)
+    points = []
 
     def point(name, rings, share=grid.weight, mark=""):
         with changed(imaging, RINGS=rings), changed(grid, weight=share):
@@ -71,9 +73,12 @@ def one_per_tile(lens, mixed) -> np.ndarray:
     """Return irradiance (y, x): every tile's light spread by the kernel of its own wavefront,
     summed tile by tile.
     """
-    x, y = mixed.x.values, mixed.y.values
-    pitch_um, reach = (1e3 * lens.focal_length_mm * PITCH,) * 2, tuple(n - 1 for n in SHAPE)
-    known, out = {}, np.zeros(SHAPE)
+    x = mixed.x.values
+    y = mixed.y.values
+    pitch_um = (1e3 * lens.focal_length_mm * PITCH,) * 2
+    reach = tuple(n - 1 for n in SHAPE)
+    known = {}
+    out = np.zeros(SHAPE)
     for row, column in np.ndindex(*SHAPE):
         position = grid.Place(
             0, float(np.hypot(x[column], y[row])), float(np.arctan2(-y[row], x[column])), 1
@@ -91,7 +96,8 @@ def one_per_tile(lens, mixed) -> np.ndarray:
             kernels._cache.clear()
             known[key] = kernels.kernels(at, (), [BAND_NM], pitch_um, reach).bands[0].astype(float)
         kernel = np.flip(known[key], flips)
-        top, left = SHAPE[0] - 1 - row, SHAPE[1] - 1 - column
+        top = SHAPE[0] - 1 - row
+        left = SHAPE[1] - 1 - column
         out += mixed.values[0, row, column] * kernel[top : top + SHAPE[0], left : left + SHAPE[1]]
     return out * lens.throughput_sr()
 
@@ -104,7 +110,8 @@ def anew(lens, mixed) -> np.ndarray:
 
 def nearest(field_point, step: float, x, y) -> np.ndarray:
     """Return 1 at tiles (y, x) whose nearest point of the polar grid is `field_point`, else 0."""
-    u, v = np.asarray(x, float)[None, :], np.asarray(y, float)[:, None]
+    u = np.asarray(x, float)[None, :]
+    v = np.asarray(y, float)[:, None]
     ring = np.rint(np.hypot(u, v) / step) == round(field_point.radius / step)
     if field_point.count == 1:
         return ring.astype(float)

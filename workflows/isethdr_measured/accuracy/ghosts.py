@@ -15,22 +15,23 @@ from isethdr_core import quantities
 from .changed import changed
 from .ghosts_by_chance import flux_by_chance
 
-PRESCRIPTION, F_NUMBER, FOCAL_MM, COATING = (
-    "cooke_triplet",
-    6.0,
-    50.0,
-    "none",
-)  # bare glass: ghosts at their worst
-TILES, PITCH, COLUMN = (
-    96,
-    0.008,
-    61,
-)  # of the frame, tangents, and where its lamp is: 6.2 degrees off the axis
+# bare glass: ghosts at their worst
+PRESCRIPTION = "cooke_triplet"
+F_NUMBER = 6.0
+FOCAL_MM = 50.0
+COATING = "none"
+# of the frame, tangents, and where its lamp is: 6.2 degrees off the axis
+TILES = 96
+PITCH = 0.008
+COLUMN = 61
 BLOCK = 8  # tiles: light of so many by so many is compared
-BAND_NM, RADIANCE = 550.0, 1e3
+BAND_NM = 550.0
+RADIANCE = 1e3
 ALLOWED = (0.1, 0.03, 0.01, 0.001)  # share of the scene's light that pairs left out may sum to
 NODES = (4, 8, 16, 32)  # rays across a beam
-PHOTONS, BATCHES = 2**14, 8  # a pair and batch
+# a pair and batch
+PHOTONS = 2**14
+BATCHES = 8
 DOTS = 4000  # of a disc drawn from matrices
 
 
@@ -38,7 +39,8 @@ def measured() -> list[Work]:
     """Return two diagrams: error of ghosts in blocks of tiles, over the pairs kept and over the
     rays across a beam.
     """
-    lens, mixed = IdealLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM), lamp()
+    lens = IdealLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
+    mixed = lamp()
     flare = GhostFlare(PRESCRIPTION, coating=COATING, sensor_reflectance_percent=0.0)
     image_w, truth, error = by_chance(flare, lens, mixed)
 
@@ -48,7 +50,8 @@ def measured() -> list[Work]:
             name, float(np.abs(blocks(light) - truth).sum() / image_w), cpu_s, peak_mb, mark
         )
 
-    pairs, rays = [], []
+    pairs = []
+    rays = []
     for allowed in (*ALLOWED, flare.error_allowed):
         variant = replace(flare, error_allowed=allowed)
         pairs_kept = len(variant.pairs(lens, [BAND_NM], largest(mixed))[0])
@@ -85,7 +88,8 @@ def measured() -> list[Work]:
 
 def lamp():
     """Return mixed radiance of one band with a single bright tile."""
-    x, values = quantities.centres(TILES, TILES * PITCH), np.zeros((1, TILES, TILES))
+    x = quantities.centres(TILES, TILES * PITCH)
+    values = np.zeros((1, TILES, TILES))
     values[:, TILES // 2, COLUMN] = RADIANCE
     return quantities.plane(values, [BAND_NM], x, x, quantities.RADIANCE)
 
@@ -112,7 +116,8 @@ def by_chance(flare, lens, mixed):
     """Return the power of the lamp's image, and of its ghosts per block with the standard error, W
     nm-1.
     """
-    x, y = float(mixed.x[COLUMN]), float(mixed.y[TILES // 2])
+    x = float(mixed.x[COLUMN])
+    y = float(mixed.y[TILES // 2])
     per_m2 = RADIANCE * PITCH**2 * (1 + x**2 + y**2) ** -2  # through a plane across the axis
     edges = np.arange(-TILES // 2, TILES // 2 + 1, BLOCK) * PITCH * FOCAL_MM
     # the lamp's row is half a tile off the middle, 0.3 % of the frame: turned by that little about
@@ -134,8 +139,11 @@ def discs(flare, lens, mixed, image_w: float):
     ghost_flare._ranked.cache_clear()
     traced, _ = flare.pairs(lens, [BAND_NM], largest(mixed))
     k = np.arange(DOTS)
-    radius, turn = np.sqrt((k + 0.5) / DOTS), k * np.pi * (3 - np.sqrt(5))  # a sunflower's seeds
-    edges, out = np.arange(-TILES // 2, TILES // 2 + 1) * PITCH * FOCAL_MM, np.zeros((TILES, TILES))
+    # a sunflower's seeds
+    radius = np.sqrt((k + 0.5) / DOTS)
+    turn = k * np.pi * (3 - np.sqrt(5))
+    edges = np.arange(-TILES // 2, TILES // 2 + 1) * PITCH * FOCAL_MM
+    out = np.zeros((TILES, TILES))
     for pair in traced:
         middle = [
             pair.magnification * FOCAL_MM * float(v) for v in (mixed.y[TILES // 2], mixed.x[COLUMN])

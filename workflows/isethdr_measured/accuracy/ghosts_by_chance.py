@@ -63,42 +63,49 @@ def landed(lens, n, start, tangent: float, front: int, back: int):
     """Return (x, y) mm on the sensor and the weight of photons reflected at `back`, then at
     `front`; blocked ones are left out.
     """
-    surfaces, last = lens.surfaces, len(lens.surfaces) - 1
+    surfaces = lens.surfaces
+    last = len(lens.surfaces) - 1
     at = np.stack([*start, np.full(start.shape[1], surfaces[0].z_mm)], axis=1)
     direction = np.tile(np.array([tangent, 0.0, 1.0]) / np.hypot(1.0, tangent), (len(at), 1))
     weight = np.ones(len(at))
-    forth, back_again, on = range(back + 1), range(back - 1, front - 1, -1), range(front + 1, last)
+    forth = range(back + 1)
+    back_again = range(back - 1, front - 1, -1)
+    on = range(front + 1, last)
     for leg, steps in enumerate((forth, back_again, on)):
         n_before = (
             0 if leg != 1 else 1
         )  # the medium that light comes from: before the surface, or behind it
         for k in steps:
-            surface, turns = surfaces[k], k == (back, front, -1)[leg]
+            surface = surfaces[k]
+            turns = k == (back, front, -1)[leg]
             at, normal = met(surface, at, direction)
             passing = (
                 np.hypot(at[:, 0], at[:, 1]) <= surface.semi_diameter_mm
             )  # a ray that misses is NaN, and not kept
-            at, direction, normal, weight = (
-                at[passing],
-                direction[passing],
-                normal[passing],
-                weight[passing],
-            )
+            at = at[passing]
+            direction = direction[passing]
+            normal = normal[passing]
+            weight = weight[passing]
             cosine = (direction * normal).sum(axis=1)
-            normal, cosine = normal * np.sign(cosine)[:, None], np.minimum(np.abs(cosine), 1.0)
-            n1, n2 = n[k + n_before], n[k + 1 - n_before]
+            normal = normal * np.sign(cosine)[:, None]
+            cosine = np.minimum(np.abs(cosine), 1.0)
+            n1 = n[k + n_before]
+            n2 = n[k + 1 - n_before]
             if n1 == n2:
                 continue
             reflected, bent = fresnel(cosine, n1, n2)
             if turns:
-                weight, direction = weight * reflected, direction - 2 * cosine[:, None] * normal
+                weight = weight * reflected
+                direction = direction - 2 * cosine[:, None] * normal
             else:
                 weight = weight * (1 - reflected)
                 direction = (direction - cosine[:, None] * normal) * (n1 / n2) + bent[
                     :, None
                 ] * normal
                 passing = bent > 0
-                at, direction, weight = at[passing], direction[passing], weight[passing]
+                at = at[passing]
+                direction = direction[passing]
+                weight = weight[passing]
     step = (surfaces[last].z_mm - at[:, 2]) / direction[:, 2]
     return at[:, 0] + step * direction[:, 0], at[:, 1] + step * direction[:, 1], weight
 
@@ -128,10 +135,8 @@ def fresnel(cosine, n_from: float, n_to: float):
     first = np.arccos(np.minimum(cosine, 1 - 1e-14))  # straight on, sines are 0 / 0
     sine = n_from / n_to * np.sin(first)
     second = np.arcsin(np.minimum(sine, 1.0))
-    across, along = (
-        np.sin(first - second) / np.sin(first + second),
-        np.tan(first - second) / np.tan(first + second),
-    )
+    across = np.sin(first - second) / np.sin(first + second)
+    along = np.tan(first - second) / np.tan(first + second)
     return np.where(sine < 1, (across**2 + along**2) / 2, 1.0), np.where(
         sine < 1, np.cos(second), 0.0
     )

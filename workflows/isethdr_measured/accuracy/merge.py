@@ -16,11 +16,13 @@ def measured() -> list[Work]:
     """Return one diagram: how far a rule's rms error lies above the best rule's, mean over all
     levels away from the captures' ends.
     """
-    model, rng = build("sensor", "split_pixel").model(), np.random.default_rng(1)
+    model = build("sensor", "split_pixel").model()
+    rng = np.random.default_rng(1)
     default = build("isp", "merge").rule
     levels = [level for level in default_levels(model) if level >= 1 and not near_top(model, level)]
     shots = [(level, *shot(model, level, DRAWS, rng)) for level in levels]
-    snr_of, cost = {}, {}
+    snr_of = {}
+    cost = {}
     for name, rule in rules().items():
         merged, cpu_s, peak_mb = timed(
             lambda rule=rule: [rule(groups, per_light) for _, groups, per_light, _ in shots]

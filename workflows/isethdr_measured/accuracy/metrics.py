@@ -26,7 +26,8 @@ def measured() -> list[Work]:
     works = []
     for name, metric in metrics.items():
         known = np.array([row[name] for row in many_scores])
-        scatter, points = float(known.std(ddof=1)), []
+        scatter = float(known.std(ddof=1))
+        points = []
         for draws in DRAWS:
             # CPU seconds are those of one group; its error is averaged over all groups of so many
             # draws
@@ -74,7 +75,8 @@ def shooter():
         focal_length_mm=3e-3 * 160 / mixed.attrs["field_width"],
         falloff="none",
     )(mixed)
-    sensor, isp = build("sensor", "bayer", pitch_um=3.0), build("isp", "linear")
+    sensor = build("sensor", "bayer", pitch_um=3.0)
+    isp = build("isp", "linear")
 
     def one(seed):
         picture = isp(sensor(light, generator(seed=seed)))

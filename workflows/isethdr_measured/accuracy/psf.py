@@ -12,12 +12,17 @@ from isethdr_optics.pupil.sampled_pupil import distance_mm, radius_mm
 from isethdr_workflows.accuracy.point import Point, Work, refuse_what_does_not_fit, timed
 from scipy.special import j1
 
-TILE_UM, BAND_NM, WIDTH_NM = 3.75, 550.0, 30.0
-F_NUMBER, FOCAL_MM = 4.0, 6.0
+TILE_UM = 3.75
+BAND_NM = 550.0
+WIDTH_NM = 30.0
+F_NUMBER = 4.0
+FOCAL_MM = 6.0
 TILES = 12  # from the axis to the border of what is compared
 SUB_BANDS = (1, 2, 4, 8, 16)
 SUPPORT = (3, 6, 9)  # tiles of the exact core that are kept; light beyond is left out
-POINTS, WAVES = 24, 48  # of the reference: per tile and axis, and in the band
+# of the reference: per tile and axis, and in the band
+POINTS = 24
+WAVES = 48
 ARRAYS = 6  # of the reference's size that are in memory together
 
 
@@ -35,10 +40,12 @@ def measured(reference: int = 0) -> list[Work]:
     )
     full, half, quarter = (airy(max(1, points // n)) for n in (1, 2, 4))
     # the error of the midpoint rule goes with the step squared (Richardson 1911)
-    truth, coarser = (4 * full - half) / 3, (4 * half - quarter) / 3
+    truth = (4 * full - half) / 3
+    coarser = (4 * half - quarter) / 3
     # after extrapolation it goes with the fourth power: `before`, of twice the step, errs 16 times
     own_error = float(np.abs(truth - coarser).sum()) / 15
-    bands, support = [], []
+    bands = []
+    support = []
     for count in (*SUB_BANDS, 0):
         kernel, cpu_s, peak_mb = timed(lambda count=count: core(count))
         bands.append(

@@ -22,7 +22,8 @@ def measured() -> list[Work]:
     its size on disk.
     """
     scene = radiance()
-    exact, points = scene.radiance.values.astype(float), []
+    exact = scene.radiance.values.astype(float)
+    points = []
     with tempfile.TemporaryDirectory() as folder:
         for bits in BITS:
 

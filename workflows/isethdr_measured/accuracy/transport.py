@@ -33,7 +33,8 @@ def measured() -> list[Work]:
     without the scene's, which are the same for any number of paths.
     """
     long, own_errors, short = rendered()
-    truth, points = luminance_of(long), {}
+    truth = luminance_of(long)
+    points = {}
     for samples, (rendering, cpu_s, peak_mb) in short.items():
         for k, (group, light) in enumerate(luminance_of(rendering).items()):
             error = median_error(light, truth[group], ~long.source_seen.values[k])
@@ -101,7 +102,8 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     that show the sky. The first call of each kind compiles kernels, so seconds are those of the
     cheapest of `repeat`.
     """
-    plain, path_results = frame.estimate, []
+    plain = frame.estimate
+    path_results = []
 
     def estimate(one_pass, settings, *arguments, **named):
         path_results.extend(
@@ -131,7 +133,8 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
 
 def with_paths(scene, paths, lamps):
     """Return scene radiance with that of other paths, and where its lamps and the sky are seen."""
-    light, lamp = paths.radiance + lamps, lamps.sum(axis=1)
+    light = paths.radiance + lamps
+    lamp = lamps.sum(axis=1)
     source_seen = lamp > 0.01 * light.sum(axis=1)
     if "distance" in scene:
         source_seen |= ~np.isfinite(scene.distance.values)
@@ -164,7 +167,8 @@ def median_error(values, truth, of=True) -> float:
     bright = (truth > 0.01 * truth.mean(where=of)) & of
     if not bright.any():
         return 0.0
-    error, weight = np.abs(values[bright] / truth[bright] - 1), truth[bright]
+    error = np.abs(values[bright] / truth[bright] - 1)
+    weight = truth[bright]
     order = np.argsort(error)
     below = np.cumsum(weight[order])
     return float(error[order][np.searchsorted(below, below[-1] / 2)])

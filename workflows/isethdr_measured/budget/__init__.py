@@ -24,7 +24,9 @@ LEAST_WIDTH = 16
 SHARE = 0.99
 AGAIN = 5  # times that both are run in turns
 FRACTIONS = (0.03, 0.1, 0.3)
-BITS, KERNELS, WAYS = (8, 10, 12, 16), (0.03, 0.015, 0.0075), ("photocurrent", "irradiance")
+BITS = (8, 10, 12, 16)
+KERNELS = (0.03, 0.015, 0.0075)
+WAYS = ("photocurrent", "irradiance")
 
 
 def budget(width: int = 96) -> list[dict]:
@@ -107,10 +109,8 @@ def _row(name, chain, scene, fraction, truth, hand) -> dict:
     ours, theirs = (
         min((p[k].warm_s for p in pairs if p[k]), default=float("nan")) for k in (0, 1)
     )  # in turns: the machine is as busy for both
-    cold_s, cold = (
-        ours + result.making_s,
-        theirs + min((h[3] - h[2] for h in within_error if h[0] == best), default=float("nan")),
-    )
+    cold_s = ours + result.making_s
+    cold = theirs + min((h[3] - h[2] for h in within_error if h[0] == best), default=float("nan"))
     return {
         "scene": name,
         "camera": next(iter(chain.cameras)),

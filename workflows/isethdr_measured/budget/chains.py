@@ -77,7 +77,8 @@ def planned(chain: Chain, scene, fraction: float, folder, truth: list) -> Done:
     result = _measured(
         chain, scene, lambda mixed: on_sensor(chain, mixed, demand), bits, folder, truth
     )
-    rows, mixed = Ledger(), chain.lighting(scene)
+    rows = Ledger()
+    mixed = chain.lighting(scene)
     imaged = imaging(chain, mixed, demand)
     with ledger.stage(rows, "lens"):
         light = imaged.light()
@@ -89,11 +90,9 @@ def planned(chain: Chain, scene, fraction: float, folder, truth: list) -> Done:
 def by_hand(chain: Chain, scene, setting: Setting, folder, truth: list) -> Done:
     """Return the result of settings by hand, which do not depend on the light."""
     (sensor,) = chain.cameras.values()
-    lens, flares, response = (
-        replace(chain.lens, speckle_error=setting.kernel_error),
-        tuple(chain.flares.values()),
-        narrowed(sensor, Demand()).response,
-    )
+    lens = replace(chain.lens, speckle_error=setting.kernel_error)
+    flares = tuple(chain.flares.values())
+    response = narrowed(sensor, Demand()).response
 
     def way(mixed):
         return (
@@ -146,8 +145,10 @@ def exact(chain: Chain, scene) -> list:
     units of the noise.
     """
     lens = replace(chain.lens, speckle_error=chain.lens.speckle_error / FINER)
-    flares, mixed = tuple(chain.flares.values()), chain.lighting(scene)
-    field, light = optics(lens, mixed, flares), lens(mixed, flares=flares)
+    flares = tuple(chain.flares.values())
+    mixed = chain.lighting(scene)
+    field = optics(lens, mixed, flares)
+    light = lens(mixed, flares=flares)
     factor = 1.0 if field.relative is None else field.relative
     cube = np.stack(
         [

@@ -42,7 +42,8 @@ CHART = (
     "scene.height=32",
     "report=false",
 )
-CLEAN, SHARP = ("~flare.dirt",), ("~flare.dirt", "lens=ideal")
+CLEAN = ("~flare.dirt",)
+SHARP = ("~flare.dirt", "lens=ideal")
 PICTURE = ("lens.focal_length_mm=8",)  # 1.6 million pixels of 3.75 um
 
 CASES = {

@@ -33,7 +33,8 @@ def compared(name: str, case, turns: int | None = None) -> dict:
     """Return the row of one case. Both runs alternate, and the least work of each counts, because
     the load of the machine adds to it.
     """
-    config, whole = compose(list(case.overrides)), compose([*case.overrides, "leave_out=false"])
+    config = compose(list(case.overrides))
+    whole = compose([*case.overrides, "leave_out=false"])
     with empty_home():
         planned_rows, plan_s = measured(lambda: planned(config))
     runs = [(fresh(config), fresh(whole)) for _ in range(turns or TURNS[case.rendered])]
@@ -78,7 +79,8 @@ def planned(config):
     """Return the ledger of a plan, made from the config as `isethdr plan` does, including the
     search for stored results.
     """
-    rows, built = Ledger(), chain(config)
+    rows = Ledger()
+    built = chain(config)
     demand = plan(built, rows)
     runs.run_key(config, built)
     runtime_estimate.expected_s(

@@ -112,7 +112,8 @@ def disc(tiles: float, lens: str = "ideal") -> Measured:
     """A disc of any size sends out its area times its luminance, less what diffraction throws out
     of the frame, half of it 36 um high.
     """
-    shape, level = (24, 48), 1e9
+    shape = (24, 48)
+    level = 1e9
     pitch = 2 * math.tan(math.radians(1.0)) / shape[1]
     degrees = 2 * math.degrees(math.atan(tiles * pitch / 2))
     mixed, picture = _through(
@@ -148,11 +149,9 @@ def pulls(name: str) -> Measured:
         isp=build("isp", "merge"),
         noise=True,
     )
-    y, var, valid = (
-        picture.xyz.values[..., 1],
-        picture.variance.values[..., 1],
-        picture.valid.values,
-    )
+    y = picture.xyz.values[..., 1]
+    var = picture.variance.values[..., 1]
+    valid = picture.valid.values
     pull = (y - y.mean()) / np.sqrt(var)
     # 4096 pulls give their rms to 1.1 % (1 sd); PRNU and columns add to shot noise and are not in
     # the variance

@@ -61,7 +61,8 @@ def direct(image) -> Measured:
 
 def summed(image, psf) -> np.ndarray:
     """Return the linear convolution as a sum of shifted pictures, long double."""
-    (ny, nx), (ky, kx) = image.shape, psf.shape
+    ny, nx = image.shape
+    ky, kx = psf.shape
     padded = np.zeros((ny + ky - 1, nx + kx - 1), np.longdouble)
     for i in range(ky):
         for j in range(kx):

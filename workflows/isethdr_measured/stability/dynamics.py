@@ -87,7 +87,9 @@ def exact(
     thermal).
     """
     with localcontext() as context:
-        context.prec, context.Emax, context.Emin = 80, 10**15, -(10**15)
+        context.prec = 80
+        context.Emax = 10**15
+        context.Emin = -(10**15)
         t, k, th, r = (Decimal(v) for v in (time, knee, thermal, rate))
         arrived = Decimal(
             current * time
@@ -96,7 +98,8 @@ def exact(
         memory = t * (1 - (-x).exp()) / x
         log_keep = k / th - x  # log of u(0) exp(-a T)
         log_source = (r / th * memory).ln()
-        high, low = max(log_keep, log_source), min(log_keep, log_source)
+        high = max(log_keep, log_source)
+        low = min(log_keep, log_source)
         tail = (low - high).exp()
         more = tail - tail**2 / 2 if tail < Decimal("1e-60") else (1 + tail).ln()
         charge = k - th * (high + more)
@@ -107,7 +110,8 @@ def exact(
 
 def read_back() -> Measured:
     """Compare arrived charge with what the charge left says, where a full well still tells."""
-    well, arrived = Well(7000.0, 240.0, 4.4e5), np.geomspace(1e-3, 1e12, 200)
+    well = Well(7000.0, 240.0, 4.4e5)
+    arrived = np.geomspace(1e-3, 1e12, 200)
     charge_left, _ = flow(0.0, arrived / 0.016, 0.016, well)
     back = arrived_from_charge(charge_left, 0.016, well)
     # one float64 step of the charge is 1e-16 charge / slope of the arrived charge

@@ -91,7 +91,8 @@ def equal_filters(name: str, spread: float, blind: bool = False, sensor: str = "
     if blind:
         shot.quantum_efficiency.values[:, 0] = 0.0
     for k in (0, 2):  # the raw values that such filters would have given
-        at, ratio = shot["filter"].values == k, _of_white(shot, k) / white_before[k]
+        at = shot["filter"].values == k
+        ratio = _of_white(shot, k) / white_before[k]
         for raw, dark_e in zip(shot.raw.values, shot.dark_e.values):
             raw[at] = (raw[at] - dark_e) * ratio + dark_e
     return Measured(_off(_picture(name, shot)), 1e-5, "100 cd/m2, relative")
@@ -106,7 +107,8 @@ def dark(name: str) -> Measured:
     offsets.
     """
     picture = _picture(name, _shot(shape=(64, 64), level=0.0, generator=generator(5)))
-    y, rms = picture.xyz.values[..., 1], np.sqrt(picture.variance.values[..., 1].mean())
+    y = picture.xyz.values[..., 1]
+    rms = np.sqrt(picture.variance.values[..., 1].mean())
     # neighbours share samples: 4096 pixels count as 1000; fixed patterns are a tenth of the noise
     return Measured(
         abs(float(y.mean())) / rms, 5 / np.sqrt(1000) + 0.1, "0 cd/m2, share of the noise"
@@ -148,7 +150,8 @@ def disagree(factor: float) -> Measured:
     shot = _shot("staggered", exposure_s=1e-3).copy(deep=True)
     shot.raw.values[1] *= factor
     y = _picture("merge", shot).xyz.values[..., 1] / LEVEL
-    low, high = min(1.0, factor), max(1.0, factor)
+    low = min(1.0, factor)
+    high = max(1.0, factor)
     return Measured(
         max(0.0, float(y.max()) / high - 1, 1 - float(y.min()) / low),
         0.05,
@@ -158,6 +161,7 @@ def disagree(factor: float) -> Measured:
 
 def one_colour() -> Measured:
     """With samples that are all the white itself, the matrix still keeps the white."""
-    white, xyz = np.array([1.0, 2.0, 3.0]), np.array([0.9, 1.0, 1.1])
+    white = np.array([1.0, 2.0, 3.0])
+    xyz = np.array([0.9, 1.0, 1.1])
     matrix = colour_matrix(np.tile(white, (5, 1)), np.tile(xyz, (5, 1)), white, xyz)
     return Measured(relative(matrix @ white, xyz), 1e-14, "the white's XYZ, relative")

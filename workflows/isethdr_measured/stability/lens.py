@@ -136,7 +136,8 @@ def peak(f_number: float, waves: float) -> Measured:
     on_axis = float(
         _defocused(f_number, waves).psf(550.0, pitch_um, 16, integrated=False).values[0, 8, 8]
     )
-    clean, turn = math.pi / 4 * (pitch_um / (0.55 * f_number)) ** 2, math.pi * waves
+    clean = math.pi / 4 * (pitch_um / (0.55 * f_number)) ** 2
+    turn = math.pi * waves
     return Measured(
         abs(on_axis / (clean * ((math.sin(turn) / turn) ** 2 if waves else 1.0)) - 1),
         WAVEFRONT if waves > 1 else PUPIL,
@@ -157,7 +158,9 @@ def high_order(index: int) -> Measured:
     """The light on the axis is the squared mean of the pupil function: over the angle a Bessel
     function, over the radius a sum.
     """
-    rms_um, f_number, pitch_um = 0.01, 4.0, 0.11
+    rms_um = 0.01
+    f_number = 4.0
+    pitch_um = 0.11
     n, m = order(index)
     node, weight = np.polynomial.legendre.leggauss(600)
     s = (node + 1) / 2  # square of the pupil's radius
@@ -187,7 +190,8 @@ def pattern(waves: float) -> Measured:
     """The whole pattern against the integral of a defocused round pupil over its radius (Born and
     Wolf, section 8.8), L1.
     """
-    width, count = 8 * 4.0 * waves * 0.55 + 40.0, 48
+    width = 8 * 4.0 * waves * 0.55 + 40.0
+    count = 48
     psf = _defocused(4.0, waves).psf(550.0, width / count, count, integrated=False).values[0]
     at = (np.arange(count) - count // 2) * width / count
     radius, ring = np.unique(np.hypot(at[:, None], at).round(9), return_inverse=True)
@@ -272,10 +276,8 @@ def row(shape) -> Measured:
     lens = _lens("diffraction_limited", falloff="none")
     light = lens(mixed(np.ones((1, *shape), np.float32), GREEN))
     # a tile of 4 um keeps more than a third of its own light at f/4
-    low, high = (
-        float(light.values.min()) / lens.throughput_sr(),
-        float(light.values.max()) / lens.throughput_sr(),
-    )
+    low = float(light.values.min()) / lens.throughput_sr()
+    high = float(light.values.max()) / lens.throughput_sr()
     return Measured(
         max(high - 1, 1 / 3 - low, 0.0),
         ROUNDING,

@@ -58,7 +58,8 @@ def quantiles(mean: float) -> Measured:
     """Compare with the distribution, summed in long double to 12 standard deviations on both sides
     of its peak.
     """
-    word, counts = _words(), _counts(mean)
+    word = _words()
+    counts = _counts(mean)
     reach = int(12 * math.sqrt(mean) + 30)
     k = np.arange(max(0, int(mean) - reach), int(mean) + reach + 1)
     steps = np.log(np.longdouble(mean)) - np.log(k[1:].astype(np.longdouble))
@@ -68,7 +69,8 @@ def quantiles(mean: float) -> Measured:
         2
     ) ** -64
     # each tail from its own end, so that small probabilities keep their digits
-    at_most, at_least = np.cumsum(weight) / weight.sum(), np.cumsum(weight[::-1]) / weight.sum()
+    at_most = np.cumsum(weight) / weight.sum()
+    at_least = np.cumsum(weight[::-1]) / weight.sum()
     low = np.searchsorted(at_most, tail)
     high = len(k) - 1 - np.searchsorted(at_least, tail)
     expected = k[np.where(word < 0, low, high)]
@@ -93,7 +95,8 @@ def largest() -> Measured:
     """Compare with the Cornish-Fisher expansion, whose own error is below 1e-6 e here. It is
     computed in integers, because float64 has too few digits.
     """
-    word, counts = _words(), _counts(1e18)
+    word = _words()
+    counts = _counts(1e18)
     tail = ((np.where(word < 0, -1 - word, word).astype(float) + 0.5) * 2.0**-64).tolist()
     z = [
         NormalDist().inv_cdf(p) * (-1 if upper else 1)

@@ -94,7 +94,8 @@ def counts(seconds: float) -> Measured:
         prnu=0.0,
         dark_e_per_s=0.0,
     )
-    worst, side = 0.0, 64
+    worst = 0.0
+    side = 64
     for k in range(-3, 16):
         mean_e = 10.0**k * seconds
         raw, saturated = readings(sensor.model(), [np.full((side, side), mean_e)], generator(5))

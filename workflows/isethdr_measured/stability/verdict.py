@@ -50,11 +50,9 @@ def judged(stage: str, case: Case) -> dict:
             warnings.simplefilter("always", RuntimeWarning)
             measurement = case.measure()
         if case.refused_with is None:
-            error, bound, against = (
-                float(measurement.error),
-                float(measurement.bound),
-                measurement.against,
-            )
+            error = float(measurement.error)
+            bound = float(measurement.bound)
+            against = measurement.against
             trouble = [w for w in raised if issubclass(w.category, RuntimeWarning)]
             verdict = "right" if error <= bound and not trouble else "WRONG"
             if trouble:
@@ -88,7 +86,8 @@ def relative(values, truth) -> float:
     """Return the largest relative error, in long double; a truth of exactly 0 must be met
     exactly.
     """
-    values, truth = np.asarray(values, np.longdouble), np.asarray(truth, np.longdouble)
+    values = np.asarray(values, np.longdouble)
+    truth = np.asarray(truth, np.longdouble)
     dark = truth == 0
     miss = np.where(
         dark,

@@ -37,7 +37,8 @@ from .differences import Noise, difference, noise_of
 from .point import Point, Work
 from .stage_results import SENSOR, Results, all_stages, measured, span
 
-TABLE, PICTURE = "accuracy.csv", "accuracy.png"
+TABLE = "accuracy.csv"
+PICTURE = "accuracy.png"
 REFERENCE = "reference"  # in the place of a value
 SAME = "as the reference"
 OF = {
@@ -69,7 +70,8 @@ class Study:
 
     def measure(self, job: Job) -> dict | None:
         """Return the row of a setting; None for a reference, which is kept."""
-        configured, knob = job.configured, job.configured.knob
+        configured = job.configured
+        knob = job.configured.knob
         first, last = span(configured.kind, knob.error_of)
         exact = job.is_reference and configured.exact
         measurement = measured(job.setting, self.base, first, last, exact)

@@ -91,7 +91,8 @@ def configured_knobs(config: Any, chain: Chain) -> list[ConfiguredKnob]:
     ------
     ConfigError : no component declares one.
     """
-    knobs, silent = [], []
+    knobs = []
+    silent = []
     for path, kind, component in components(config, chain):
         for knob in knobs_of(component):
             if knob.matters is None or knob.matters(component):

@@ -30,10 +30,9 @@ NAMES = {
     "": "setting",
 }
 ORDER = {"": 2, "peer": 3, "view": 3, "default": 4, "now": 4}  # on top of others
-WIDTH_IN, DPI = (
-    7.0,
-    130,
-)  # 910 pixels: letters of 8 points are 11 pixels high where the picture is shown 700 wide
+# 910 pixels: letters of 8 points are 11 pixels high where the picture is shown 700 wide
+WIDTH_IN = 7.0
+DPI = 130
 TOGETHER = 18  # distance in pixels below which dots share one text
 PANEL_IN = 2.9  # height of one panel, and of a picture of a single one 1.3 times that
 PLACES = (
@@ -177,9 +176,12 @@ def limits(ax, x, y) -> None:
         (x, ax.xaxis, ax.set_xlim, 0.5, 0.5),
         (y, ax.yaxis, ax.set_ylim, 0.15, 1.0),
     ):
-        low, high = np.log10(min(values)), np.log10(max(values))
-        middle, half = (low + high) / 2, max(high - low, least) / 2
-        low, high = middle - half * (1 + 2 * room), middle + half * (1 + 2 * room)
+        low = np.log10(min(values))
+        high = np.log10(max(values))
+        middle = (low + high) / 2
+        half = max(high - low, least) / 2
+        low = middle - half * (1 + 2 * room)
+        high = middle + half * (1 + 2 * room)
         turn(10**low, 10**high)
         axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high - low < 2 else (1,)))
         axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
@@ -195,7 +197,8 @@ def label(fig, ax, texts, dots) -> None:
     occupied = [(x - 6, y - 6, x + 6, y + 6) for x, y in pixels]
     frame = ax.get_window_extent(render).extents
     for members in together(pixels):
-        text, (x, y) = "\n".join(dict.fromkeys(texts[m][0] for m in members)), dots[members[-1]]
+        text = "\n".join(dict.fromkeys(texts[m][0] for m in members))
+        x, y = dots[members[-1]]
         tried = []
         for dx, dy, side, edge in PLACES:
             note = ax.annotate(

@@ -45,7 +45,9 @@ class Difference(NamedTuple):
 
 def noise_of(configuration: Setting, results: Results) -> Noise:
     """Return the noise of every camera for the light of a configuration."""
-    sigma, counts, known = {}, {}, True
+    sigma = {}
+    counts = {}
+    known = True
     for name, captures in captured(configuration, results).items():
         electrons = results.electrons[name]
         counts[name] = ~captures["saturated"].values if "saturated" in captures else None
@@ -90,7 +92,8 @@ def difference(
         np.abs(measured.electrons[name].values - right.values)[noise.counts[name]]
         for name, right in reference.electrons.items()
     ]
-    worst, half = max(map(_most, off_e)), max(map(_half, off_e))
+    worst = max(map(_most, off_e))
+    half = max(map(_half, off_e))
     return Difference(worst, half, "electrons", Quantity.ELECTRONS, of_noise)
 
 
@@ -101,7 +104,8 @@ def _in_noise(results: Results, reference: Results, noise: Noise, name: str) -> 
 
 
 def _of_pictures(results: Results, reference: Results) -> Difference:
-    relative_errors, of_noise = [], []
+    relative_errors = []
+    of_noise = []
     for name, right in reference.pictures.items():
         valid = right["valid"].values & results.pictures[name]["valid"].values
         y, y_right = (p["xyz"].sel(xyz_channel="Y").values for p in (results.pictures[name], right))
@@ -112,7 +116,8 @@ def _of_pictures(results: Results, reference: Results) -> Difference:
         with np.errstate(invalid="ignore", divide="ignore"):
             shares = (np.abs(y - y_right) / np.sqrt(variance.values))[valid]
         of_noise.append(_most(shares[np.isfinite(shares)]))
-    most, half = max(map(_most, relative_errors)), max(map(_half, relative_errors))
+    most = max(map(_most, relative_errors))
+    half = max(map(_half, relative_errors))
     return Difference(most, half, RELATIVE, Quantity.PICTURE, max(of_noise))
 
 

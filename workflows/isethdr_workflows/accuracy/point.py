@@ -11,7 +11,9 @@ from dataclasses import dataclass, field
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 
-SHORT_S, MOST_CALLS = 0.5, 8  # calls are repeated up to this total time, or this number
+# calls are repeated up to this total time, or this number
+SHORT_S = 0.5
+MOST_CALLS = 8
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,11 @@ def timed(call, repeat: int = 2):
     CPU time depends little on the load of the machine, but other processes compete for its caches.
     The cheapest call suffers least.
     """
-    best, most, whole, calls, result = float("inf"), 0.0, 0.0, 0, None
+    best = float("inf")
+    most = 0.0
+    whole = 0.0
+    calls = 0
+    result = None
     while calls < repeat or (calls < MOST_CALLS and whole < SHORT_S):
         with ledger.stage(ledger.Ledger(), "idle") as idle:
             pass
@@ -59,8 +65,10 @@ def timed(call, repeat: int = 2):
             start = time.process_time()
             result = call()
             cpu_s = time.process_time() - start
-        best, most = min(best, cpu_s), max(most, (row.peak_bytes - idle.peak_bytes) / 1e6)
-        whole, calls = whole + cpu_s, calls + 1
+        best = min(best, cpu_s)
+        most = max(most, (row.peak_bytes - idle.peak_bytes) / 1e6)
+        whole = whole + cpu_s
+        calls = calls + 1
     return result, best, most
 
 
@@ -77,7 +85,8 @@ def refuse_what_does_not_fit(
         raise ConfigError(f"{title}: {count!r}; expected a whole number above 0")
     if needed_bytes(count) <= free:
         return
-    low, high = 0, count
+    low = 0
+    high = count
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if needed_bytes(middle) <= free else (low, middle)

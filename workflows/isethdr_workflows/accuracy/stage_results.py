@@ -33,7 +33,9 @@ LAST = {
     Quantity.PICTURE: 4,
     Quantity.SCORE: 5,
 }
-SENSOR, ISP, METRIC = 3, 4, 5
+SENSOR = 3
+ISP = 4
+METRIC = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,9 @@ def all_stages(
     first, last : numbers of the stages.
     exact : the lens leaves nothing out, and computes irradiance band by band.
     """
-    chain, config, rows = configuration.parts, configuration.config, Ledger()
+    chain = configuration.parts
+    config = configuration.config
+    rows = Ledger()
     demand = plan(chain, rows)
     results = earlier
     if first <= 0:
@@ -155,7 +159,8 @@ def _developed(configuration: Setting, earlier: Results, rows: Ledger, sensed: b
 def _scores(configuration: Setting, results: Results) -> dict[str, list[Score]]:
     scores = {}
     for name, picture in results.pictures.items():
-        reference, labels = truth(results.mixed, picture), labels_on(results.scene, picture)
+        reference = truth(results.mixed, picture)
+        labels = labels_on(results.scene, picture)
         metrics = configuration.parts.metrics.values()
         scores[name] = [score for m in metrics for score in m(picture, reference, labels)]
     return scores

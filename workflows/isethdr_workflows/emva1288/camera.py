@@ -136,10 +136,12 @@ class Stack:
 
 def stack(bench: Bench, photons: float, pictures: int) -> Stack:
     """Return the average of `pictures` (release 4.0, section 8.1)."""
-    total, squares = 0.0, 0.0
+    total = 0.0
+    squares = 0.0
     for k in range(pictures):
         values = bench.shot(photons, STACK + k)[0]
-        total, squares = total + values, squares + values**2
+        total = total + values
+        squares = squares + values**2
     mean = total / pictures
     temporal = float(np.mean(squares / pictures - mean**2)) * pictures / (pictures - 1)
     return Stack(mean, temporal / pictures, len(mean), pictures)

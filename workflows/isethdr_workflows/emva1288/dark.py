@@ -51,14 +51,17 @@ def dark_series(bench: Bench, pictures: int) -> DarkSeries:
     Only the readings are drawn again: grid, filters and spectra of the light are those of the first
     picture.
     """
-    model, middle = bench.sensor.model(), slice(BORDER, -BORDER)
+    model = bench.sensor.model()
+    middle = slice(BORDER, -BORDER)
     filters = bench.sensor(bench.light(DARK), picture_key(bench, DARK, STACK))["filter"].values
     nothing = [np.zeros(filters.shape) for _ in model.photodiodes]
-    total, squares = 0.0, 0.0
+    total = 0.0
+    squares = 0.0
     for k in range(pictures):
         raw, _ = readings(model, nothing, picture_key(bench, DARK, STACK + k))
         values = raw[:, middle, middle] - black_dn(model)
-        total, squares = total + values, squares + values**2
+        total = total + values
+        squares = squares + values**2
     mean = total / pictures
     return DarkSeries(
         mean + black_dn(model),

@@ -171,7 +171,8 @@ def saturation_photons(
     """
     top = saturation(pairs).photons
     near = [p for p in pairs if p.photons > 0.9 * top]
-    photons, pixels = np.array([p.photons for p in near]), np.array([p.pixels for p in near])
+    photons = np.array([p.photons for p in near])
+    pixels = np.array([p.pixels for p in near])
     line = dark.variance_dn2 + gain.value * responsivity.value * photons
     ratio = np.array([p.variance_dn2 for p in near]) / line
 
@@ -200,7 +201,8 @@ def saturation_photons(
 
 def clipped_variance(t):
     """Return the variance of a standard normal that is clipped at `t` above its mean."""
-    density, tail = np.exp(-0.5 * t * t) / sqrt(2 * pi), ndtr(-t)
+    density = np.exp(-0.5 * t * t) / sqrt(2 * pi)
+    tail = ndtr(-t)
     mean = t * tail - density
     return 1 - tail - t * density + t * t * tail - mean**2
 
@@ -246,7 +248,8 @@ def prnu_percent(half: Stack, dark: Stack) -> Estimate:
     """Return the photo response non-uniformity, percent rms, from a stack at half saturation
     (section 8.3).
     """
-    lit, unlit = spatial(half), spatial(dark)
+    lit = spatial(half)
+    unlit = spatial(dark)
     signal = float(half.mean_dn.mean() - dark.mean_dn.mean())
     return root(
         (lit.value - unlit.value) * (100 / signal) ** 2,
@@ -260,10 +263,8 @@ def linearity_error_percent(pairs: list[Pair], dark: Pair) -> Estimate:
     """
     top = saturation(pairs).photons
     lit = [p for p in pairs if 0.05 * top <= p.photons <= 0.95 * top]
-    photons, mean = (
-        np.array([p.photons for p in lit]),
-        np.array([p.mean_dn - dark.mean_dn for p in lit]),
-    )
+    photons = np.array([p.photons for p in lit])
+    mean = np.array([p.mean_dn - dark.mean_dn for p in lit])
     relative = np.sqrt([p.variance_dn2 / (2 * p.pixels) for p in lit]) / mean
     design = np.stack([photons / mean, 1 / mean], 1)
     slope, offset = np.linalg.lstsq(design, np.ones(len(lit)), rcond=None)[0]

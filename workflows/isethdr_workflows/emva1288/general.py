@@ -34,7 +34,8 @@ def general_figures(bench: Bench):
     """Yield (figure, unit, estimate, truth) of the bench's capture and channel: mean, temporal
     noise and SNR over its whole range.
     """
-    sensor, efficiency = bench.sensor, bench.efficiency()
+    sensor = bench.sensor
+    efficiency = bench.efficiency()
     full_scale = sensor.full_scale_e()[bench.capture] / efficiency  # photons
     for share in (0.0, *SHARES, *BEYOND):
         low, middle, high = (
@@ -131,7 +132,8 @@ def mean_error_dn(bench: Bench, exposed, slope_dn: float) -> float:
     """
     model = bench.sensor.model()
     reading = model.readings[bench.capture]
-    diode, gain = model.diode_of(reading), reading.gain_dn_per_e
+    diode = model.diode_of(reading)
+    gain = reading.gain_dn_per_e
     shared = (
         gain
         * sqrt(reading.column_e**2 + reading.row_e**2 + reading.row_noise_e**2 / 2)

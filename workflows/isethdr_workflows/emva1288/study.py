@@ -101,7 +101,8 @@ def bent(sensor) -> bool:
 
 def linear_captures(sensor) -> list[int]:
     """Return the captures whose numbers are linear in charge up to where well or converter end."""
-    dark, model = sensor(Bench(sensor, 0, 0, 550.0, 8, 0).light(0.0), _key(0)), sensor.model()
+    dark = sensor(Bench(sensor, 0, 0, 550.0, 8, 0).light(0.0), _key(0))
+    model = sensor.model()
     ends = [
         r.black_dn + r.gain_dn_per_e * min(model.diode_of(r).full_well_e, r.swing_e)
         for r in model.readings
@@ -117,7 +118,8 @@ def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
     """Return one row per capture, channel and figure."""
     sensor = replace(sensor, rows=0, columns=0)
     probe = sensor(Bench(sensor, 0, 0, 550.0, size, seed).light(0.0), _key(seed))
-    linear, rows = linear_captures(sensor), []
+    linear = linear_captures(sensor)
+    rows = []
     benches = [
         Bench(sensor, k, c, {"R": 600.0, "B": 460.0}.get(str(channel).upper(), 540.0), size, seed)
         for k in range(probe.sizes["capture"])
@@ -145,7 +147,8 @@ def dark_pictures(bench: Bench) -> int:
     """Return the number of dark pictures that the DSNU of the bench's capture and channel needs; 0
     if there is no DSNU, or rounding hides it.
     """
-    truth, digital = made_of(bench), bench.sensor.bits > 0
+    truth = made_of(bench)
+    digital = bench.sensor.bits > 0
     noise_dn2 = (truth["gain"] * truth["dark_noise_e"]) ** 2 + find.rounding_dn2(digital)
     if digital and noise_dn2 < find.RESOLVED_DN2:
         return 0
@@ -191,7 +194,8 @@ def figures(bench: Bench, pictures: int, series: DarkSeries):
     pairs = [pair(bench, share * top) for share in (*np.linspace(0.02, 0.9, LEVELS), *near)]
     gain, responsivity = find.gain_and_responsivity(pairs, dark, digital)
     noise = find.dark_noise_e(dark, gain, digital)
-    unlit, half = series.stack(bench.capture, bench.channel), stack(bench, 0.5 * top, pictures)
+    unlit = series.stack(bench.capture, bench.channel)
+    half = stack(bench, 0.5 * top, pictures)
     yield "system gain", "DN/e", gain, truth["gain"]
     yield (
         "quantum efficiency",

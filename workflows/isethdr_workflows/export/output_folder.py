@@ -21,7 +21,9 @@ from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 
 MANIFEST = "manifest.json"
 MARK = "isethdr_export"  # key of the manifest: the version of its layout
-AT_FDCWD, EXCHANGE = -100, 2  # of renameat2; macOS calls the second RENAME_SWAP
+# of renameat2; macOS calls the second RENAME_SWAP
+AT_FDCWD = -100
+EXCHANGE = 2
 
 
 def check_target(folder: Path, force: bool) -> None:

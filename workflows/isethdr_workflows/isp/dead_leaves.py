@@ -27,13 +27,15 @@ def dead_leaves(rows: int, columns: int, colours, rng) -> np.ndarray:
     colours : (surface, channel) response of each channel to each surface, any scale.
     rng : NumPy generator, the only source of random numbers.
     """
-    height, width = rows * FINE, columns * FINE
+    height = rows * FINE
+    width = columns * FINE
     out = np.empty((colours.shape[1], height, width), np.float32)
     out[:] = colours[rng.integers(len(colours)), :, None, None]
     for _ in range(int(SHAPES_PER_PIXEL * rows * columns)):
         # density of radii r^-3: as many small leaves as large ones are seen
         radius = FINE / np.sqrt(rng.uniform(RADII_PX[1] ** -2, RADII_PX[0] ** -2))
-        cy, cx = rng.uniform(0, height), rng.uniform(0, width)
+        cy = rng.uniform(0, height)
+        cx = rng.uniform(0, width)
         y0, y1, x0, x1 = (
             int(v)
             for v in (
@@ -66,11 +68,13 @@ def _inside(x, y, radius, rng):
         return x**2 + y**2 < radius**2
     # half of the rectangles stand upright, as walls and letters do
     angle = rng.uniform(0, np.pi) if rng.uniform() < 0.5 else 0.0
-    u, v = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
+    u = x * np.cos(angle) + y * np.sin(angle)
+    v = y * np.cos(angle) - x * np.sin(angle)
     return (np.abs(u) < radius * rng.uniform(0.1, 0.7)) & (np.abs(v) < 0.7 * radius)
 
 
 def _stripes(x, y, rng):
-    angle, frequency = rng.uniform(0, np.pi), rng.uniform(0.02, FINEST) / FINE
+    angle = rng.uniform(0, np.pi)
+    frequency = rng.uniform(0.02, FINEST) / FINE
     phase = 2 * np.pi * (frequency * (x * np.cos(angle) + y * np.sin(angle)) + rng.uniform())
     return (1 + rng.uniform(0.1, 0.9) * np.sin(phase)).astype(np.float32)

@@ -99,23 +99,25 @@ def recipe_hash(recipe: dict) -> str:
 
 def trained(cell: str, recipe: dict) -> np.ndarray:
     """Return filters (row, column, class, channel, tap) of one array."""
-    tile, channels, taps = cell_of(cell), channels_of(cell), sampled(cell)
+    tile = cell_of(cell)
+    channels = channels_of(cell)
+    taps = sampled(cell)
     size = taps.shape[-1]
     gram = np.zeros((*tile.shape, COUNT, size, size))
     cross = np.zeros((*tile.shape, COUNT, size, len(channels)))
     for number in range(recipe["pictures"]):
         planes, mosaic, filters, variance = example(cell, recipe, number)
-        kinds, near = classes(mosaic, filters, variance), neighbourhoods(mosaic, tile.shape)
+        kinds = classes(mosaic, filters, variance)
+        near = neighbourhoods(mosaic, tile.shape)
         # errors count in units of the noise around, and where there is little of it in units of the
         # signal around
         weight = 1 / (local_mean(variance) + 1e-3 * local_mean(mosaic) ** 2)
         for y, x in np.ndindex(tile.shape):
             at = np.s_[y :: tile.shape[0], x :: tile.shape[1]]
-            samples, target = (
-                near[at].reshape(-1, size),
-                planes[(slice(None), *at)].reshape(len(channels), -1).T,
-            )
-            kind, w = kinds[at].ravel(), weight[at].ravel()
+            samples = near[at].reshape(-1, size)
+            target = planes[(slice(None), *at)].reshape(len(channels), -1).T
+            kind = kinds[at].ravel()
+            w = weight[at].ravel()
             for k in np.unique(kind):
                 some = samples[kind == k]
                 scaled = some.T * w[kind == k]
@@ -159,7 +161,9 @@ def example(cell: str, recipe: dict, number: int):
     variance, all in electrons.
     """
     rng = np.random.default_rng([recipe["seed"], number])
-    side, tile, channels = recipe["side_px"], cell_of(cell), channels_of(cell)
+    side = recipe["side_px"]
+    tile = cell_of(cell)
+    channels = channels_of(cell)
     planes = dead_leaves(side, side, colours(cell, rng), rng)
     planes = planes * np.exp(rng.uniform(*np.log(recipe["peak_e"])))
     index = np.vectorize(channels.index)(tile)
@@ -197,7 +201,8 @@ def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[f
     """Return the rms errors of bilinear and learned planes on pictures of another seed, relative to
     the mean of each plane.
     """
-    channels, errors = channels_of(cell), []
+    channels = channels_of(cell)
+    errors = []
     for number in range(pictures):
         planes, mosaic, filters, variance = example(
             cell, {**recipe, "seed": recipe["seed"] + 1}, number

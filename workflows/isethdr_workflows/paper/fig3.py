@@ -54,10 +54,8 @@ def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
 
 def write(path: str, light: dict, row: int) -> None:
     """Write the views in false colour on one scale, with the line, and its profile."""
-    low, high = (
-        min(float(np.percentile(v, 1)) for v in light.values()),
-        max(float(v.max()) for v in light.values()),
-    )
+    low = min(float(np.percentile(v, 1)) for v in light.values())
+    high = max(float(v.max()) for v in light.values())
     views = {name: false_colour(lux, low, high)[0] for name, lux in light.items()}
     for view in views.values():
         view[row, ::8] = 255

@@ -18,12 +18,16 @@ DIRT = {  # dust grains and scratches per mm2 of pupil: assumed densities, from 
     "little": (10.0, 3.0),
     "none": (0.0, 0.0),
 }
-FOCAL_MM, F_NUMBER, PITCH_UM = 4.38, 2.8, 6.0
+FOCAL_MM = 4.38
+F_NUMBER = 2.8
+PITCH_UM = 6.0
 BANDS = {"first_nm": 430.0, "last_nm": 670.0, "step_nm": 40.0}
 DECADES = 8  # of the false colour, down from the brightest tile
 MARGIN = 3  # white tiles between cells
 RING = 8  # tiles from a disc to the ring around it
-LEAST_WIDTH, LEAST_HEIGHT = 100, 2 * RING  # tiles of a cell that holds the rings of five discs
+# tiles of a cell that holds the rings of five discs
+LEAST_WIDTH = 100
+LEAST_HEIGHT = 2 * RING
 
 
 def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[dict]:
@@ -53,7 +57,8 @@ def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[d
     lens = build(
         "lens", "diffraction_limited", f_number=F_NUMBER, focal_length_mm=FOCAL_MM, falloff="none"
     )
-    rows, cells = [], []
+    rows = []
+    cells = []
     for dirt, (dust, scratches) in DIRT.items():
         for blades in BLADES:
             flare = build(
@@ -106,7 +111,8 @@ def figures(lux) -> dict:
             [lux[height // 2 - RING : height // 2 + RING, x + d].ravel() for d in (-RING, RING)]
         )
         visible += bool(disc > 2 * np.median(ring))
-    peak, dark = float(lux.max()), float(np.median(lux))
+    peak = float(lux.max())
+    dark = float(np.median(lux))
     return {
         "lux_peak": peak,
         "lux_median": dark,
@@ -120,10 +126,13 @@ def write_sheet(path: str, cells: list) -> None:
     from PIL import Image
 
     top = max(float(c.max()) for c in cells)
-    (height, width), columns = cells[0].shape, len(BLADES)
-    step_y, step_x = height + MARGIN, width + MARGIN
+    height, width = cells[0].shape
+    columns = len(BLADES)
+    step_y = height + MARGIN
+    step_x = width + MARGIN
     sheet = np.full((len(DIRT) * step_y - MARGIN, columns * step_x - MARGIN, 3), 255, np.uint8)
     for number, lux in enumerate(cells):
-        y, x = number // columns * step_y, number % columns * step_x
+        y = number // columns * step_y
+        x = number % columns * step_x
         sheet[y : y + height, x : x + width] = false_colour(lux, top * 10.0**-DECADES, top)[0]
     Image.fromarray(sheet).save(path, quality=88)

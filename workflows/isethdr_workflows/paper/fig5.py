@@ -37,12 +37,11 @@ def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
     """
     scene_chain, radiance = rendered(f"experiment={scene}", f"sensor={SENSOR}")
     mixed, light = through(scene_chain, radiance, scene_chain.lighting, **PHONE)
-    (sensor,), isp, detection = (
-        scene_chain.cameras.values(),
-        build("isp", "linear"),
-        build("metric", "contrast_detection"),
-    )
-    rows, views = [], []
+    (sensor,) = scene_chain.cameras.values()
+    isp = build("isp", "linear")
+    detection = build("metric", "contrast_detection")
+    rows = []
+    views = []
     for exposure_s, white in zip(EXPOSURES_S, WHITE_CD_M2):
         shot, seen_picture, true, labels = seen_by(
             replace(sensor, exposure_s=exposure_s), isp, mixed, light, radiance
@@ -78,7 +77,8 @@ def people(picture, true, labels, detection) -> dict:
         labels["instance"].values,
         [o["instance"] for o in labels.attrs.get("objects", []) if o["name"] in names],
     )
-    y, var = picture["xyz"].values[..., 1][mask], picture["variance"].values[..., 1][mask]
+    y = picture["xyz"].values[..., 1][mask]
+    var = picture["variance"].values[..., 1][mask]
     any_person = y.size > 0
     return {
         "snr_person": float(np.median(y / np.sqrt(var))) if any_person else np.nan,

@@ -66,11 +66,9 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
 
 def shown_luminance(picture, true) -> dict:
     """Return the decades of luminance in a picture, and its distance from the truth."""
-    y, sd, want = (
-        picture["xyz"].values[..., 1],
-        np.sqrt(picture["variance"].values[..., 1]),
-        true["xyz"].values[..., 1],
-    )
+    y = picture["xyz"].values[..., 1]
+    sd = np.sqrt(picture["variance"].values[..., 1])
+    want = true["xyz"].values[..., 1]
     valid = np.asarray(picture["valid"].values, bool)
     usable = valid & (y > sd) & (want > 0)
     decades = (

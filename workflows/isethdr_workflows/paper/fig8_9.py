@@ -44,8 +44,11 @@ def paper_fig8_9_classical(
     rows with filters, demosaic, mean_lux, ssim and ciede2000, each with its standard error over
     shots.
     """
-    street, chart = driving(scene), colour_chart()
-    rows, views, names = [], [], []
+    street = driving(scene)
+    chart = colour_chart()
+    rows = []
+    views = []
+    names = []
     for filters, name in SENSORS.items():
         sensor = build("sensor", name)
         for demosaic in DEMOSAICS:
@@ -124,7 +127,8 @@ def at_noise(isp, sensor, scene: LitScene, lux: float):
     where noise counts beside colour.
     """
     _, picture, _, _ = seen_by(sensor, isp, *scene.at_level(lux))
-    y, variance = picture["xyz"].values[..., 1], picture["variance"].values[..., 1]
+    y = picture["xyz"].values[..., 1]
+    variance = picture["variance"].values[..., 1]
     return replace(isp, design_snr=float(np.clip(np.median(y / np.sqrt(variance)), *DESIGN_SNR)))
 
 

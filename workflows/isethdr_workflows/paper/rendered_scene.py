@@ -21,7 +21,8 @@ def rendered(*overrides):
     """Return (chain, scene radiance) of a composed config. Radiance is read from its store, and
     rendered only if it is missing.
     """
-    config, rows = compose(list(overrides)), Ledger()
+    config = compose(list(overrides))
+    rows = Ledger()
     built = chain(config)
     return built, scene_radiance(built, plan(built, rows), rows, config)[0]
 

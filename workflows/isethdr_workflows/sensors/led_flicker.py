@@ -18,10 +18,14 @@ from isethdr_core.physics.detector.temporal_modulation import Modulation, relati
 from isethdr_core.plugins.registry import build
 from isethdr_core.seeds import generator
 
-LAMPS, LAMP_CD_M2, GROUND_CD_M2 = 5, 2e4, 2.0
-FREQUENCY_HZ, DUTY = 90.0, 0.1
+LAMPS = 5
+LAMP_CD_M2 = 2e4
+GROUND_CD_M2 = 2.0
+FREQUENCY_HZ = 90.0
+DUTY = 0.1
 PHASES = tuple(0.1 + k / LAMPS for k in range(LAMPS))
-EXPOSURE_S, LINE_TIME_S = 0.016, 22.2e-6
+EXPOSURE_S = 0.016
+LINE_TIME_S = 22.2e-6
 MISSED = 0.1  # of a lamp's mean luminance: below it the lamp is called missed
 
 
@@ -141,7 +145,8 @@ def lamp_levels(light, steady, grid) -> np.ndarray:
     """Return the mean of `light` over the middle of each lamp, divided by that of `steady` unless
     it is None.
     """
-    height, width = grid.sizes["y"], grid.sizes["x"]
+    height = grid.sizes["y"]
+    width = grid.sizes["x"]
     half = max(2, width // 60)
     means = np.array(
         [

@@ -13,7 +13,8 @@ from .led_flicker import DUTY, FREQUENCY_HZ, LAMP_CD_M2, PHASES, electrons
 
 ON = "#e0a100"
 COLOURS = ("#c0392b", "#2c6fad", "#3a8f4d", "#7d5aa6")
-BANDS_HZ, BANDS_DUTY = 1000.0, 0.3
+BANDS_HZ = 1000.0
+BANDS_DUTY = 0.3
 
 
 def draw_lamps(shots: dict, path: str) -> None:
@@ -60,7 +61,8 @@ def _timeline(ax, name, model):
         starts = (np.arange(-1, 4) - phase) / FREQUENCY_HZ * 1e3
         ax.broken_barh([(s, 1e3 * DUTY / FREQUENCY_HZ) for s in starts], (-row - 1, 0.7), color=ON)
     for row, diode in enumerate(model.photodiodes):
-        start, length = 1e3 * model.exposure_s * diode.start_share, 1e3 * model.exposure_of(diode)
+        start = 1e3 * model.exposure_s * diode.start_share
+        length = 1e3 * model.exposure_of(diode)
         ax.broken_barh([(start, max(length, 0.06))], (row + 0.15, 0.7), color=COLOURS[row])
         ax.text(
             start - 0.2 if start > 8 else start + 0.3,
@@ -117,10 +119,8 @@ def draw_bands(path: str) -> None:
         2, len(cases), figsize=(12, 4.2), layout="constrained", height_ratios=[1.35, 1]
     )
     for (title, line_time_s, exposure_s, phase), (above, below) in zip(cases, axes.T):
-        pulsed, steady = (
-            bands(line_time_s, exposure_s, phase),
-            bands(0.0, 1e-3) * (exposure_s / 1e-3),
-        )
+        pulsed = bands(line_time_s, exposure_s, phase)
+        steady = bands(0.0, 1e-3) * (exposure_s / 1e-3)
         above.imshow(np.sqrt(pulsed / steady.max() * BANDS_DUTY), cmap="gray", vmin=0, vmax=1)
         above.set_title(title, fontsize=9)
         above.set_xticks([])

@@ -51,7 +51,8 @@ def level_curves(
         )
     c = contrast_percent / 100
     levels = np.geomspace(*DECADES, round(np.log10(DECADES[1] / DECADES[0])) * per_decade + 1)
-    see, rows = viewer(sensor), []
+    see = viewer(sensor)
+    rows = []
     for k, level in enumerate(levels):
         bright, true, valid = see(level, 2 * k)
         dark, _, valid_dark = see(level * (1 - c) / (1 + c), 2 * k + 1)
@@ -79,7 +80,8 @@ def viewer(sensor: str):
     mixed = build("lighting", "weights", weights={"sky": 1.0})(
         build("scene", "uniform", width=80, height=80, luminance_cd_m2=1.0)()
     )
-    camera, isp = build("sensor", sensor), build("isp", "merge")
+    camera = build("sensor", sensor)
+    isp = build("isp", "merge")
     focal_mm = camera.pitch_um * 1e-3 * 80 / mixed.attrs["field_width"]
     light = build("lens", "ideal", f_number=F_NUMBER, focal_length_mm=focal_mm, falloff="none")(
         mixed

@@ -195,7 +195,8 @@ def responsivity(sensor, temperature_k: float) -> float:
 def irradiance(spectrum, wavelength_nm, pitch_um: float, throughput: float, size=(8, 8)):
     """Return even irradiance (wavelength, y, x) on tiles of one pixel."""
     pitch = pitch_um * 1e-6
-    x, y = centres(size[1], size[1] * pitch), centres(size[0], size[0] * pitch)
+    x = centres(size[1], size[1] * pitch)
+    y = centres(size[0], size[0] * pitch)
     values = np.broadcast_to(
         np.asarray(spectrum, float)[:, None, None], (len(wavelength_nm), *size)
     )

@@ -34,7 +34,8 @@ SIZE = 128  # pixels a side
 def lofic_rows(seed: int):
     """Yield (figure, published, ours, unit, limit, how) of the pixel of 2.8 um."""
     sensor = replace(chosen(PRESET), cfa="W")
-    well, microvolts = PUBLISHED["full_well_e"], PUBLISHED["conversion_gain_uv_per_e"]
+    well = PUBLISHED["full_well_e"]
+    microvolts = PUBLISHED["conversion_gain_uv_per_e"]
     light_e = 0.5 * sensor.model().readings[1].swing_e  # both gains read it
     low, high = (measured(sensor, capture, light_e, seed) for capture in (0, 1))
     limit = "2 %: 3 errors of a gain from eight pairs of 128 x 128 pixels"
@@ -76,10 +77,12 @@ def measured(sensor, capture: int, light_e: float, seed: int) -> dict:
     """Return the figures measured from pictures of one capture: conversion gain, full well, largest
     SNR, and the electrons for `light_e`.
     """
-    bench, reading = Bench(sensor, capture, 0, 540.0, SIZE, seed), sensor.model().readings[capture]
+    bench = Bench(sensor, capture, 0, 540.0, SIZE, seed)
+    reading = sensor.model().readings[capture]
     photons = 1 / bench.efficiency()  # of an electron
     top = min(reading.swing_e, sensor.full_well_e) * photons
-    dark, near = pair(bench, 0.0), pair(bench, NEAR * top)
+    dark = pair(bench, 0.0)
+    near = pair(bench, NEAR * top)
     gain, _ = find.gain_and_responsivity([pair(bench, share * top) for share in SHARES], dark, True)
     codes = 2**sensor.bits - 1 - sensor.black_dn
 

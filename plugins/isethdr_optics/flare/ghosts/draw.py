@@ -52,7 +52,8 @@ def sources(power, x, y, pitch) -> tuple[list[Source], float]:
     light = np.bincount(flat.ravel(), total.ravel(), count[0] * count[1])
     bright = np.flatnonzero(light > BRIGHT * total_power / light.size)
     bright = bright[np.argsort(light[bright], kind="stable")[::-1][:MOST_LAMPS]]
-    point_sources, remaining = [], power.astype(float)
+    point_sources = []
+    remaining = power.astype(float)
     for index in bright:
         rows, cols = (
             np.flatnonzero(b == k) for b, k in zip(bins, divmod(int(index), int(count[1])))
@@ -65,7 +66,8 @@ def sources(power, x, y, pitch) -> tuple[list[Source], float]:
         for first_column in range(0, len(x), step):
             part = remaining[:, top : top + step, first_column : first_column + step]
             if part.any():
-                ys, xs = y[top : top + step], x[first_column : first_column + step]
+                ys = y[top : top + step]
+                xs = x[first_column : first_column + step]
                 point_sources.append(
                     Source(
                         (xs[0] + xs[-1]) / 2,
@@ -84,8 +86,10 @@ def _bin_of(tiles, per_bin):
 
 def _source(light, x, y, pitch):
     total = light.sum(axis=0)
-    along_x, along_y = total.sum(axis=0) / total.sum(), total.sum(axis=1) / total.sum()
-    cx, cy = float(along_x @ x), float(along_y @ y)
+    along_x = total.sum(axis=0) / total.sum()
+    along_y = total.sum(axis=1) / total.sum()
+    cx = float(along_x @ x)
+    cy = float(along_y @ y)
     # a rectangle of the same variance, tiles being even themselves
     half = [
         np.sqrt(3 * (float(w @ (c - m) ** 2) + p**2 / 12))
@@ -100,7 +104,8 @@ class Canvas:
     """
 
     def __init__(self, bands: int, x_mm, y_mm, pitch_mm):
-        self.bands, self.shape = bands, (len(y_mm), len(x_mm))
+        self.bands = bands
+        self.shape = (len(y_mm), len(x_mm))
         self.pitch = pitch_mm  # (y, x)
         self.corner = (y_mm[0] - pitch_mm[0] / 2, x_mm[0] - pitch_mm[1] / 2)
         self.grids: dict[int, np.ndarray] = {}
@@ -128,19 +133,25 @@ class Canvas:
             np.rint(np.log2(max(blur_mm / min(self.pitch), 1.0))),
         )
         level = int(np.clip(subdivisions, 0, np.ceil(np.log2(max(self.shape)))))
-        grid, size = self._grid(level), 2.0**level
+        grid = self._grid(level)
+        size = 2.0**level
         # cell centres at integers; two cells lie outside the sensor, so that the inner one has its
         # share from both sides
         u = (x_mm - self.corner[1]) / (self.pitch[1] * size) + 1.5
         v = (y_mm - self.corner[0]) / (self.pitch[0] * size) + 1.5
-        iu, iv = np.floor(u).astype(int), np.floor(v).astype(int)
+        iu = np.floor(u).astype(int)
+        iv = np.floor(v).astype(int)
         inside = lit & (iu >= 0) & (iv >= 0) & (iu < grid.shape[2] - 1) & (iv < grid.shape[1] - 1)
         self.outside += np.where(inside, 0.0, flux).sum(axis=1)
         if not inside.any():
             return
-        low_u, low_v = iu[inside].min(), iv[inside].min()
-        width, height = iu[inside].max() - low_u + 2, iv[inside].max() - low_v + 2
-        fu, fv, part = u - iu, v - iv, np.where(inside, flux, 0.0)
+        low_u = iu[inside].min()
+        low_v = iv[inside].min()
+        width = iu[inside].max() - low_u + 2
+        height = iv[inside].max() - low_v + 2
+        fu = u - iu
+        fv = v - iv
+        part = np.where(inside, flux, 0.0)
         at = (
             np.arange(self.bands)[:, None] * height + np.where(inside, iv - low_v, 0)
         ) * width + np.where(inside, iu - low_u, 0)
@@ -240,7 +251,8 @@ def _scale_mm(low, high, tangents):
     both = (low.margin > 0) & (high.margin > 0)
     if not both.any():
         return 0.0
-    near_mm, far_mm = float(low.x_mm[both].mean()), float(high.x_mm[both].mean())
+    near_mm = float(low.x_mm[both].mean())
+    far_mm = float(high.x_mm[both].mean())
     return max(abs(far_mm - near_mm) / (tangents[1] - tangents[0]), abs(far_mm) / tangents[1])
 
 

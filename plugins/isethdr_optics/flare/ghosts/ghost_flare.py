@@ -112,7 +112,8 @@ def ghost_seconds(flare: GhostFlare, lens, wavelength_nm, largest_tangent: float
 TYPICAL_SOURCES = 40  # lamps and blocks of directions that are drawn
 # CPU seconds of one source, pair and band, and of the rays of a pair, 31 bands; measured on a busy
 # machine
-SOURCE_S, TRACED_S = 1.7e-4, 0.1
+SOURCE_S = 1.7e-4
+TRACED_S = 0.1
 RADIAL_BINS = 24  # of the field, in which rays of lamps are traced once and kept
 # relative error of a tile's ghosts, in 99 % of the tiles; measured on three prescriptions against 4
 # times the rays and points
@@ -211,7 +212,8 @@ def _tangents(source, largest):
     is wider.
     """
     reach = np.hypot(source.half_x, source.half_y)
-    middle, step = np.hypot(source.x, source.y), largest / RADIAL_BINS
+    middle = np.hypot(source.x, source.y)
+    step = largest / RADIAL_BINS
     if reach < step:
         first = np.floor(middle / step)
         return float(first * step), float((first + 1) * step)

@@ -58,7 +58,10 @@ def without_faint_ghosts(lens, mixed, flares, optics, response) -> LimitedFlares
     """
     if not any(type(flare) is GhostFlare for flare in flares):
         return LimitedFlares(flares)
-    wave, total, out, notes = optics.wavelength_nm, 0.0, [], []
+    wave = optics.wavelength_nm
+    total = 0.0
+    out = []
+    notes = []
     centre = (
         1.0
         if optics.kernels is None

@@ -46,7 +46,8 @@ def rank(powers: Powers, largest_tangent: float) -> list[Pair]:
     count = len(lens.surfaces)
     reflectance = {k: float(np.max(powers.at_normal(k))) for k in range(count)}
     wave = float(np.median(powers.wavelength_nm))
-    indices, front_mm = lens.indices(wave), lens.surfaces[0].z_mm
+    indices = lens.indices(wave)
+    front_mm = lens.surfaces[0].z_mm
     pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
     image = paraxial.matrices(lens.surfaces, indices, [(k, False) for k in range(count)], front_mm)[
         -1
@@ -108,7 +109,9 @@ def split(pairs: list[Pair], error_allowed: float) -> tuple[list[Pair], list[Pai
     """Return (traced, left out): the weakest are left out while their shares sum to at most
     `error_allowed`.
     """
-    strong, weak, total = list(pairs), [], 0.0
+    strong = list(pairs)
+    weak = []
+    total = 0.0
     while strong and total + strong[-1].share <= error_allowed:
         total += strong[-1].share
         weak.append(strong.pop())
@@ -131,7 +134,8 @@ def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
     """Return, per (low, high) field tangents, the box (x, x, y, y) at the front vertex that holds a
     ghost's light, or None.
     """
-    indices, front_mm = lens.indices(wavelength_nm), lens.surfaces[0].z_mm
+    indices = lens.indices(wavelength_nm)
+    front_mm = lens.surfaces[0].z_mm
     half = _front_half_mm(lens, indices)
     step = 2 * half / SCAN
     across = (np.arange(SCAN) + 0.5) * step - half
@@ -143,7 +147,8 @@ def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
     )
     out = []
     for either in passed.reshape(-1, 2, *x.shape).any(axis=1):
-        columns, rows = np.flatnonzero(either.any(axis=0)), np.flatnonzero(either.any(axis=1))
+        columns = np.flatnonzero(either.any(axis=0))
+        rows = np.flatnonzero(either.any(axis=1))
         edge = 1.5 * step  # light between the scan's rays
         out.append(
             (
@@ -185,7 +190,8 @@ def beams(
         )
     wave = powers.wavelength_nm
     traced = wave if len(wave) <= SPECTRAL else np.linspace(wave[0], wave[-1], SPECTRAL)
-    between, nearest = _between(wave, traced), np.abs(wave[:, None] - traced).argmin(axis=1)
+    between = _between(wave, traced)
+    nearest = np.abs(wave[:, None] - traced).argmin(axis=1)
     x = np.stack([np.broadcast_to(np.linspace(*b[:2], nodes), (nodes // 2, nodes)) for b in limits])
     y = np.stack(
         [

@@ -17,7 +17,9 @@ def cut(part, value):
     The seam is (k, 2, 2, 3): segments of the cut line, each end with position and normal.
     """
     value = np.where(np.abs(value) < 1e-7, 1e-7, value)
-    v, n, f = part.vertices, part.normals, part.faces
+    v = part.vertices
+    n = part.normals
+    f = part.faces
     neg = value[f] < 0
     count = neg.sum(1)
     lone = np.where(count == 1, np.argmax(neg, 1), np.argmin(neg, 1))
@@ -30,15 +32,16 @@ def cut(part, value):
         w = (value[p] / (value[p] - value[q]))[:, None]
         return v[p] + w * (v[q] - v[p]), unit(n[p] + w * (n[q] - n[p]))
 
-    (vab, nab), (vac, nac) = crossing(a, b), crossing(a, c)
+    vab, nab = crossing(a, b)
+    vac, nac = crossing(a, c)
     base = len(v)
-    ab, ac = base + row, base + len(t) + row
-    tip, quad = (
-        np.stack([a, ab, ac], 1),
-        np.concatenate([np.stack([ab, b, c], 1), np.stack([ab, c, ac], 1)]),
-    )
+    ab = base + row
+    ac = base + len(t) + row
+    tip = np.stack([a, ab, ac], 1)
+    quad = np.concatenate([np.stack([ab, b, c], 1), np.stack([ab, c, ac], 1)])
     tip_neg = count[mixed] == 1
-    allv, alln = np.concatenate([v, vab, vac]), np.concatenate([n, nab, nac])
+    allv = np.concatenate([v, vab, vac])
+    alln = np.concatenate([n, nab, nac])
     two = np.concatenate([tip_neg, tip_neg])
     inside = np.concatenate([f[count == 3], tip[tip_neg], quad[~two]])
     outside = np.concatenate([f[count == 0], tip[~tip_neg], quad[two]])
@@ -55,7 +58,8 @@ def hem(seam, shift, name: str, material: str) -> Piece:
     """Return the strip from a seam to its copy moved by `shift`: a vector, or a distance along the
     normals, m.
     """
-    p, n = seam[:, :, 0], seam[:, :, 1]
+    p = seam[:, :, 0]
+    n = seam[:, :, 1]
     q = p + (n * shift if np.isscalar(shift) else np.asarray(shift, float))
     v = np.stack([p[:, 0], p[:, 1], q[:, 1], q[:, 0]], 1).reshape(-1, 3)
     k = 4 * np.arange(len(p))[:, None]
@@ -73,11 +77,16 @@ def polygon(points, r=0.0):
 
     def distance(p, q):
         x, y = (np.asarray(c, float) for c in (p, q))
-        nearest2, odd = np.full(x.shape, np.inf), np.zeros(x.shape, bool)
+        nearest2 = np.full(x.shape, np.inf)
+        odd = np.zeros(x.shape, bool)
         for (ax, ay), (bx, by) in zip(a, b):  # edge by edge: few numbers at a time
-            ex, ey, wx, wy = bx - ax, by - ay, x - ax, y - ay
+            ex = bx - ax
+            ey = by - ay
+            wx = x - ax
+            wy = y - ay
             k = np.clip((wx * ex + wy * ey) / max(ex * ex + ey * ey, 1e-12), 0, 1)
-            dx, dy = wx - k * ex, wy - k * ey
+            dx = wx - k * ex
+            dy = wy - k * ey
             np.minimum(nearest2, dx * dx + dy * dy, out=nearest2)
             if ay != by:
                 odd ^= ((ay > y) != (by > y)) & (x < ax + wy / (by - ay) * ex)
@@ -101,7 +110,9 @@ def curve(points, sigma=0.0):
 
 def subdivide(piece):
     """Return the piece with every face split into four at the middles of its edges."""
-    v, n, f = piece.vertices, piece.normals, piece.faces
+    v = piece.vertices
+    n = piece.normals
+    f = piece.faces
     edges = np.sort(f[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), 1)
     pairs, ids = np.unique(edges, axis=0, return_inverse=True)
     ids = ids.reshape(-1, 3) + len(v)

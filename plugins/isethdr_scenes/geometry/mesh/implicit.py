@@ -15,9 +15,11 @@ from .piece import Piece, unit
 
 def cone(a, b, ra: float, rb: float):
     """Return the field of a capsule from `a` to `b` whose radius runs from `ra` to `rb`, m."""
-    a, b = np.asarray(a, float), np.asarray(b, float)
+    a = np.asarray(a, float)
+    b = np.asarray(b, float)
 
-    along, size2 = b - a, max(((b - a) ** 2).sum(), 1e-12)
+    along = b - a
+    size2 = max(((b - a) ** 2).sum(), 1e-12)
 
     def distance(p):
         w = p - a
@@ -25,7 +27,8 @@ def cone(a, b, ra: float, rb: float):
         x, y, z = (w[:, k] - t * along[k] for k in range(3))
         return np.sqrt(x * x + y * y + z * z) - ra - t * (rb - ra)
 
-    distance.lo, distance.hi = np.minimum(a, b) - max(ra, rb), np.maximum(a, b) + max(ra, rb)
+    distance.lo = np.minimum(a, b) - max(ra, rb)
+    distance.hi = np.maximum(a, b) + max(ra, rb)
     return distance
 
 

@@ -85,7 +85,8 @@ def unit(v):
 
 def pose(x=0.0, y=0.0, z=0.0, yaw=0.0, scale=(1, 1, 1)) -> np.ndarray:
     """Return the (4, 4) matrix: scale, then turn by `yaw` degrees about z, then shift."""
-    c, s = np.cos(np.radians(yaw)), np.sin(np.radians(yaw))
+    c = np.cos(np.radians(yaw))
+    s = np.sin(np.radians(yaw))
     m = np.eye(4)
     m[:3, :3] = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) * np.asarray(scale, float)
     m[:3, 3] = x, y, z
@@ -123,13 +124,15 @@ def face_areas(part: Part) -> np.ndarray:
     """Return the vector areas of the faces, m2 (m, 3): along the outward normal, as long as the
     area.
     """
-    v, f = part.vertices, part.faces
+    v = part.vertices
+    f = part.faces
     return _cross(v, f) / 2
 
 
 def vertex_normals(vertices, faces) -> np.ndarray:
     """Return area-weighted normals (n, 3); vertices at the same place share one normal."""
-    face, position = _cross(vertices, faces), np.round(vertices * 1e5).astype(np.int64)
+    face = _cross(vertices, faces)
+    position = np.round(vertices * 1e5).astype(np.int64)
     order = np.lexsort(position.T)
     ids = np.empty(len(position), np.intp)
     ids[order] = np.cumsum(
@@ -150,7 +153,8 @@ def _cross(v, f):
     long as the area.
     """
     a = v[f[:, 0]]
-    (ax, ay, az), (bx, by, bz) = (v[f[:, 1]] - a).T, (v[f[:, 2]] - a).T
+    ax, ay, az = (v[f[:, 1]] - a).T
+    bx, by, bz = (v[f[:, 2]] - a).T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], 1)
 
 

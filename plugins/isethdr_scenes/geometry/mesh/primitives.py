@@ -23,8 +23,12 @@ def grid(points, name="grid", material="plastic_black", close_u=False, close_v=F
     n, m = p.shape[:2]
     i, j = np.meshgrid(np.arange(n - (not close_u)), np.arange(m - (not close_v)), indexing="ij")
     k = lambda a, b: ((a % n) * m + b % m).ravel()
-    a, b, c, d = k(i, j), k(i + 1, j), k(i + 1, j + 1), k(i, j + 1)
-    v, f = p.reshape(-1, 3), np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    a = k(i, j)
+    b = k(i + 1, j)
+    c = k(i + 1, j + 1)
+    d = k(i, j + 1)
+    v = p.reshape(-1, 3)
+    f = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     part = Piece(name, v, f, material)
     return replace(part, normals=vertex_normals(v, f)) if smooth else flat(part)
 
@@ -72,7 +76,8 @@ def lathe(profile, name="lathe", material="plastic_black", n=32, axis="y", turn=
     r, h = np.asarray(profile, float).T
     full = abs(turn[1] - turn[0]) > 6.28
     a = np.linspace(*turn, n, endpoint=not full)
-    c, s = np.cos(a)[:, None] * r, np.sin(a)[:, None] * r
+    c = np.cos(a)[:, None] * r
+    s = np.sin(a)[:, None] * r
     h = np.broadcast_to(h, c.shape)
     p = {"x": (h, c, s), "y": (s, h, c), "z": (c, s, h)}[axis]
     return grid(np.stack(p, -1), name, material, close_u=full)
@@ -83,7 +88,8 @@ def tube(path, radius, name="tube", material="plastic_black", sides=8, caps=True
     p = np.asarray(path, float)
     r = np.broadcast_to(np.asarray(radius, float), len(p)).copy()
     if caps:
-        p, r = np.concatenate([p[:1], p, p[-1:]]), np.concatenate([[1e-5], r, [1e-5]])
+        p = np.concatenate([p[:1], p, p[-1:]])
+        r = np.concatenate([[1e-5], r, [1e-5]])
     t = unit(np.gradient(p, axis=0) + 1e-12)
     side = np.cross(t, [0.31, 0.17, 0.94])
     weak = np.linalg.norm(side, axis=1) < 0.2

@@ -16,17 +16,13 @@ def bicycle(colour="paint_blue", crank=35.0):
     last three are points (3,).
     """
     m = Assembly("bicycle")
-    r, rear, front, bb = (
-        0.335,
-        np.array([-0.45, 0, 0.335]),
-        np.array([0.58, 0, 0.335]),
-        np.array([-0.02, 0, 0.285]),
-    )
-    seat, head, low = (
-        np.array([-0.185, 0, 0.78]),
-        np.array([0.385, 0, 0.86]),
-        np.array([0.425, 0, 0.72]),
-    )
+    r = 0.335
+    rear = np.array([-0.45, 0, 0.335])
+    front = np.array([0.58, 0, 0.335])
+    bb = np.array([-0.02, 0, 0.285])
+    seat = np.array([-0.185, 0, 0.78])
+    head = np.array([0.385, 0, 0.86])
+    low = np.array([0.425, 0, 0.72])
     for c in (rear, front):
         a = np.linspace(0, 2 * np.pi, 49)
         ring = lambda q, h, c=c, a=a: c + np.stack([q * np.cos(a), h + 0 * a, q * np.sin(a)], 1)

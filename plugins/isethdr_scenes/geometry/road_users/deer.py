@@ -47,7 +47,8 @@ def deer(name="deer", height=1.0, antlers=True, head_up=1.0, step=0.16, turn=0.0
         cone(top + d * 0.4, top + d, 0.052, 0.033),
         cone(top + d, top + d * 1.12, 0.033, 0.026),
     ]
-    legs, hooves = [], []
+    legs = []
+    hooves = []
     for x, y, s, fore in (
         (0.36, 0.085, 1, 1),
         (0.36, -0.085, -1, 1),

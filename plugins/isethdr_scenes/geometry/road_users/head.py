@@ -37,7 +37,8 @@ def head(m, c, neck, look):
         cap = lambda p: np.maximum(
             shell(p), (at(0, 0, 0.035)[2] - p[:, 2]) + 0.12 * (p[:, 0] - c[0])
         )
-        cap.lo, cap.hi = shell.lo, shell.hi
+        cap.lo = shell.lo
+        cap.hi = shell.hi
         part = skin_of(cap, 0.009, "helmet", look.helmet)
         v = part.vertices - c
         vent, part, _ = cut(
@@ -62,5 +63,6 @@ def head(m, c, neck, look):
         else (lambda p: -(p[:, 2] - c[2] + 0.035))
     )
     cap = lambda p: np.max([full(p), face(p), low(p)], 0)
-    cap.lo, cap.hi = full.lo, full.hi
+    cap.lo = full.lo
+    cap.hi = full.hi
     m.add(skin_of(cap, 0.007, "hair", look.hair))

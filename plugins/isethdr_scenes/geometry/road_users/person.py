@@ -59,7 +59,8 @@ LOOKS = (
 
 def figure(j, look=Person(), name="person", seed=0):
     """Clothed body around joints."""
-    g, h = look.build, look.step
+    g = look.build
+    h = look.step
     up = unit(j["neck"] - j["pelvis"])
     fwd = unit(np.array([1, 0, 0]) - up * up[0])
     side = np.array([0, 1.0, 0])
@@ -109,7 +110,8 @@ def figure(j, look=Person(), name="person", seed=0):
     jacket = blend(top, 0.05, 0.006, seed + 1)
     below = lambda p: (hem_at - up * 0.06 - p) @ up
     body = lambda p: np.maximum(jacket(p), below(p))
-    body.lo, body.hi = jacket.lo, jacket.hi
+    body.lo = jacket.lo
+    body.hi = jacket.hi
     sleeves = [
         blend(
             [
@@ -139,7 +141,8 @@ def figure(j, look=Person(), name="person", seed=0):
             cone(w + d * 0.03, w + d * 0.085 + fwd * 0.05 - side * q * 0.01, 0.017, 0.012),
         ]
         m.add(skin_of(blend(hand, 0.02), 0.007, f"hand_{s}", look.skin))
-        a, t = j[f"ankle_{s}"], j[f"toe_{s}"]
+        a = j[f"ankle_{s}"]
+        t = j[f"toe_{s}"]
         f = (
             unit(t - a - [0, 0, (t - a)[2] + 0.0])
             if abs((t - a)[2]) < 0.08
@@ -155,7 +158,8 @@ def figure(j, look=Person(), name="person", seed=0):
         ]
         base = blend(shoe, 0.02)
         fl = lambda p, b=base, o=heel, n=n: np.maximum(b(p), (o - n * 0.040 - p) @ n)
-        fl.lo, fl.hi = base.lo, base.hi
+        fl.lo = base.lo
+        fl.hi = base.hi
         part = skin_of(fl, 0.009, f"shoe_{s}", look.shoes)
         sole, part, _ = cut(part, (part.vertices - heel) @ n + 0.022)
         m.add(part, sole.named(f"sole_{s}", "sole"))

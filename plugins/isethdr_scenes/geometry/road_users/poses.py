@@ -54,7 +54,8 @@ def walk(phase=0.12, stride=26.0, arms=24.0):
 
 def two_bone(a, b, l1, l2, bend):
     """Middle joint of a chain from a to b, bent towards `bend`."""
-    a, b = np.asarray(a, float), np.asarray(b, float)
+    a = np.asarray(a, float)
+    b = np.asarray(b, float)
     d = min(np.linalg.norm(b - a), 0.999 * (l1 + l2))
     t = unit(b - a)
     x = (l1 * l1 - l2 * l2 + d * d) / (2 * d)

@@ -11,7 +11,8 @@ import numpy as np
 
 from ..mesh.piece import pose
 
-LANE_M, SHOULDER_M = 3.5, 0.9
+LANE_M = 3.5
+SHOULDER_M = 0.9
 EDGE_M = LANE_M + SHOULDER_M
 CROWN = 0.025  # fall of the carriageway from its middle to its edges, m per m
 # cross-section beside the road: |y|, height above the middle of the road: shoulder, ditch, field,
@@ -53,7 +54,8 @@ class Ground:
 
     def height(self, s, y) -> np.ndarray:
         """Return the height of the ground, m."""
-        s, y = np.asarray(s, float), np.asarray(y, float)
+        s = np.asarray(s, float)
+        y = np.asarray(y, float)
         z = np.interp(np.abs(y), *np.transpose(PROFILE)) + self._waves(s, y)
         if self.lay_by_m is None:
             return z

@@ -13,7 +13,8 @@ def cards(centres, normals, along, length, width, name, material, bend=0.25):
     n = len(centres)
     along = unit(along - normals * (along * normals).sum(1, keepdims=True))
     side = np.cross(normals, along)
-    l, w = np.broadcast_to(length, n)[:, None], np.broadcast_to(width, n)[:, None]
+    l = np.broadcast_to(length, n)[:, None]
+    w = np.broadcast_to(width, n)[:, None]
     v = np.stack(
         [
             centres,
@@ -34,7 +35,9 @@ def cards(centres, normals, along, length, width, name, material, bend=0.25):
 
 
 def _bough(rng, start, heading, length, radius, wander, lift, steps=6):
-    p, d, out = start, heading, [start]
+    p = start
+    d = heading
+    out = [start]
     for _ in range(steps):
         d = unit(d + rng.normal(size=3) * wander + [0, 0, lift])
         p = p + d * length / steps
@@ -45,7 +48,8 @@ def _bough(rng, start, heading, length, radius, wander, lift, steps=6):
 def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
     """Deciduous tree: four generations of boughs, folded leaf kites around the twigs."""
     rng = np.random.default_rng(seed)
-    wood, twigs = [], []
+    wood = []
+    twigs = []
 
     def grow(start, heading, length, radius, generation):
         path, r = _bough(rng, start, heading, length, radius, 0.12 if generation else 0.05, 0.06)
@@ -96,25 +100,24 @@ def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
 def conifer(name="conifer", height=11.0, needles=30000, seed=0):
     """Spruce: whorls of drooping boughs with sprays of needles."""
     rng = np.random.default_rng(seed)
-    wood, pts, dirs = (
-        [
-            tube(
-                [(0, 0, -0.1), (0.02, 0, height * 0.5), (0, 0, height)],
-                [height * 0.018, height * 0.011, 0.01],
-                "wood",
-                "bark",
-                9,
-                False,
-            )
-        ],
-        [],
-        [],
-    )
+    wood = [
+        tube(
+            [(0, 0, -0.1), (0.02, 0, height * 0.5), (0, 0, height)],
+            [height * 0.018, height * 0.011, 0.01],
+            "wood",
+            "bark",
+            9,
+            False,
+        )
+    ]
+    pts = []
+    dirs = []
     z = 0.09 * height
     while z < height * 0.985:
         k = 1 - z / height
         for _ in range(int(5 + 4 * k)):
-            a, l = rng.uniform(0, 6.28), height * (0.015 + 0.25 * k**0.9) * rng.uniform(0.8, 1.1)
+            a = rng.uniform(0, 6.28)
+            l = height * (0.015 + 0.25 * k**0.9) * rng.uniform(0.8, 1.1)
             t = np.linspace(0, 1, 7)[:, None]
             out = np.array([np.cos(a), np.sin(a), 0])
             path = (
@@ -132,7 +135,8 @@ def conifer(name="conifer", height=11.0, needles=30000, seed=0):
             pts.append(at + side + rng.normal(size=(m, 3)) * [0.02, 0.02, 0.03] * l)
             dirs.append(out + 1.2 * side / l + rng.normal(size=(m, 3)) * 0.35 - [0, 0, 0.15])
         z += height * 0.017 * (1 + 0.8 * k)
-    pts, dirs = np.concatenate(pts), unit(np.concatenate(dirs))
+    pts = np.concatenate(pts)
+    dirs = unit(np.concatenate(dirs))
     pick = rng.integers(0, len(pts), needles)
     normal = unit(rng.normal(size=(needles, 3)) * 0.45 + [0, 0, 1])
     c = pts[pick] + rng.normal(size=(needles, 3)) * 0.05
@@ -187,7 +191,8 @@ def grass(points, name="grass", height=0.28, seed=0, dry=0.25):
     """One blade per root point: three bent segments narrowing to a tip."""
     rng = np.random.default_rng(seed)
     n = len(points)
-    a, h = rng.uniform(0, 6.28, n), height * rng.uniform(0.4, 1.2, n)
+    a = rng.uniform(0, 6.28, n)
+    h = height * rng.uniform(0.4, 1.2, n)
     lean = np.stack([np.cos(a), np.sin(a), 0 * a], 1) * (h * rng.uniform(0.15, 0.7, n))[:, None]
     side = np.stack([-np.sin(a), np.cos(a), 0 * a], 1) * rng.uniform(0.003, 0.007, n)[:, None]
     up = np.stack([0 * h, 0 * h, h], 1)

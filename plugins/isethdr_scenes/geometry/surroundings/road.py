@@ -8,7 +8,9 @@ from ..mesh.piece import Assembly, Piece
 from ..mesh.primitives import box, grid
 from .ground import EDGE_M, LANE_M, Ground
 
-LINE_WIDTH_M, DASH_M, DASH_PERIOD_M = 0.12, 3.0, 9.0
+LINE_WIDTH_M = 0.12
+DASH_M = 3.0
+DASH_PERIOD_M = 9.0
 STUD_M = (0.10, 0.10, 0.018)  # along and across the road, and height
 STUD_FACE_M = (0.085, 0.014)  # of the reflector, 12 cm2
 CRACKS = 14  # sealed cracks on the whole road
@@ -28,7 +30,8 @@ def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assemb
     half = LINE_WIDTH_M / 2
     m.add(_strip(ground, s, np.linspace(-EDGE_M, EDGE_M, 25), "carriageway", "asphalt"))
     for side in (1, -1):
-        shoulder, line = np.array([0, 0.25, 0.6]) + EDGE_M, np.array([-half, half]) + LANE_M
+        shoulder = np.array([0, 0.25, 0.6]) + EDGE_M
+        line = np.array([-half, half]) + LANE_M
         m.add(
             _strip(ground, s, np.sort(side * shoulder), "shoulder", "gravel", 0.004),
             _strip(ground, s, np.sort(side * line), "edge_line", "road_paint", 0.004),
@@ -42,7 +45,8 @@ def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assemb
         m.add(_strip(ground, paved, np.linspace(-7.6, -EDGE_M, 9), "lay_by", "asphalt", 0.012))
     rng = np.random.default_rng(ground.seed)
     for _ in range(CRACKS):
-        first, y = rng.uniform(start_m, end_m - 10), rng.uniform(-3, 3)
+        first = rng.uniform(start_m, end_m - 10)
+        y = rng.uniform(-3, 3)
         along = np.arange(first, first + rng.uniform(2, 6), 0.25)
         across = y + np.cumsum(rng.normal(size=len(along))) * 0.06
         edges = [ground.on(along, across + w, 0.003) for w in (-0.022, 0.022)]
@@ -82,7 +86,8 @@ def tufts(ground: Ground, start_m, end_m, seed, per_m2, near_m=5.1, far_m=11.0) 
     cs = rng.uniform(start_m, end_m, clumps)
     cy = rng.uniform(near_m, far_m, clumps) * rng.choice([-1, 1], clumps)
     k = rng.integers(0, clumps, n)
-    s, y = cs[k] + rng.normal(size=n) * 0.10, cy[k] + rng.normal(size=n) * 0.10
+    s = cs[k] + rng.normal(size=n) * 0.10
+    y = cy[k] + rng.normal(size=n) * 0.10
     free = np.abs(y) > EDGE_M + 0.4
     if ground.lay_by_m:
         free &= ~((y < 0) & (y > -8) & (s > ground.lay_by_m[0] + 4) & (s < ground.lay_by_m[1] - 4))

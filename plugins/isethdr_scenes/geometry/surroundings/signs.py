@@ -11,7 +11,9 @@ from ..mesh.primitives import box, tube
 
 SignName = Literal["deer", "limit"]
 BOTTOM_M = 2.0  # of the panel above the ground
-TRIANGLE_M, DISC_M = 0.90, 0.60  # side, diameter
+# side, diameter
+TRIANGLE_M = 0.90
+DISC_M = 0.60
 LAYER_M = 0.0015  # between the layers of a panel
 # a leaping deer as convex patches: (left, up) of their corners, in sides of the triangle
 DEER = (
@@ -43,12 +45,16 @@ def sign(name: SignName) -> Assembly:
         middle = BOTTOM_M + height / 3
         rim = np.array([(-0.5, -height / TRIANGLE_M / 3), (0.5, -height / TRIANGLE_M / 3)])
         outline = TRIANGLE_M * np.array([*rim, (0.0, 2 * height / TRIANGLE_M / 3)])
-        inside, figures, scale = 0.70, DEER, 0.78 * TRIANGLE_M
+        inside = 0.70
+        figures = DEER
+        scale = 0.78 * TRIANGLE_M
     else:
         angle = np.linspace(0, 2 * np.pi, 33)[:-1]
         middle = BOTTOM_M + DISC_M / 2
         outline = DISC_M / 2 * np.stack([np.cos(angle), np.sin(angle)], 1)
-        inside, figures, scale = 0.80, SEVENTY, DISC_M / 2
+        inside = 0.80
+        figures = SEVENTY
+        scale = DISC_M / 2
     at = (-0.045, middle)
     out = Assembly(f"sign_{name}").add(
         tube([(0, 0, -0.3), (0, 0, middle + 0.15)], 0.030, "post", "galvanised", 12),

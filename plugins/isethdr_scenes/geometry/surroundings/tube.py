@@ -8,14 +8,15 @@ from ..mesh.piece import Assembly, Piece, flat, lit
 from ..mesh.primitives import box, grid
 from .ground import EDGE_M, Ground
 
-HALF_WIDTH_M, SPRING_M, TOP_M = (
-    5.4,
-    2.6,
-    5.6,
-)  # half the clear width; where the vault springs; its crown
+# half the clear width; where the vault springs; its crown
+HALF_WIDTH_M = 5.4
+SPRING_M = 2.6
+TOP_M = 5.6
 WALKWAY_M = 0.15  # height of the walkways along both walls
 PORTAL_M = 9.0  # the portal wall reaches this far out and up
-LUMINAIRE_M, LUMINAIRE_Z_M = 2.2, 4.75  # to either side of the middle, above the datum
+# to either side of the middle, above the datum
+LUMINAIRE_M = 2.2
+LUMINAIRE_Z_M = 4.75
 
 
 def section(n: int = 24) -> np.ndarray:

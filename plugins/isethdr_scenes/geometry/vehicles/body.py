@@ -16,7 +16,9 @@ class Body:
     """The shell as one painted sheet; `take` cuts a region out of the paint."""
 
     def __init__(self, shell, axles=(), tyre=0.33):
-        self.shell, self.axles, self.tyre = shell, axles, tyre
+        self.shell = shell
+        self.axles = axles
+        self.tyre = tyre
         self.upper, self.belt = shell.profiles()
         self.paint = loft(shell, axles, tyre)
         self.parts = []

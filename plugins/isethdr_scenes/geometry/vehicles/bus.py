@@ -18,7 +18,10 @@ from .wheels import plate, wheel
 
 def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0):
     """Return a city bus with its doors on the right."""
-    width, tyre, half, h = 2.52, 0.48, 1.26, 3.05
+    width = 2.52
+    tyre = 0.48
+    half = 1.26
+    h = 3.05
     shell = Shell(
         length,
         width,
@@ -154,7 +157,8 @@ def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0
     u, _, z, _ = b.at(lower_part)
     b.carve(lower_part, "bumper", "plastic_black", z - 0.46 + 9 * ((u > 0.4) & (u < length - 0.4)))
     # wheel houses are opened in the lower skin
-    keep, b.paint = b.paint, next(p for p in b.parts if p.name == "lower")
+    keep = b.paint
+    b.paint = next(p for p in b.parts if p.name == "lower")
     b.parts = [p for p in b.parts if p is not b.paint]
     b.arches(0.07, 0.55)
     b.parts.append(b.paint)

@@ -16,7 +16,8 @@ from .car_shapes import Car
 from .shell import Shell
 from .wheels import wheel
 
-TRACK_INSET_M, TYRE_WIDTH_M = 0.125, 0.215
+TRACK_INSET_M = 0.125
+TYRE_WIDTH_M = 0.215
 
 
 def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
@@ -69,13 +70,13 @@ def _screens(b: Body, c: Car):
         0.0,
     )
     if c.panel:
-        z, u, margin = (1.16, back[1] - 0.22), (back[0], c.length + 0.2), 0.17
+        z = (1.16, back[1] - 0.22)
+        u = (back[0], c.length + 0.2)
+        margin = 0.17
     else:
-        z, u, margin = (
-            (max(base[1], c.tail_lamp[2][1]) + 0.03, back[1] - 0.04),
-            (back[0] + 0.03, c.length + 0.1),
-            0.13,
-        )
+        z = (max(base[1], c.tail_lamp[2][1]) + 0.03, back[1] - 0.04)
+        u = (back[0] + 0.03, c.length + 0.1)
+        margin = 0.13
     _screen(b, c, "rear_window", "glass_tinted", z, margin, u, 0.08 if c.panel else 0.0)
 
 
@@ -101,14 +102,19 @@ def _side_windows(b: Body, c: Car):
     """Windows under the roof line and above the belt, posts between them; tinted behind the middle
     post.
     """
-    cowl, top, back = c.roof[2], c.roof[3], c.roof[5]
+    cowl = c.roof[2]
+    top = c.roof[3]
+    back = c.roof[5]
     u = np.linspace(cowl[0] + 0.12, c.glass_end, 60)
     frame = np.interp(
         u, [cowl[0], top[0], back[0], c.glass_end + 0.01], [0.105, 0.115, 0.115, 0.12]
     )
-    high, low = b.upper(u) - frame, b.belt(u) + 0.035
+    high = b.upper(u) - frame
+    low = b.belt(u) + 0.035
     open_ = high > low + 0.03
-    u, high, low = u[open_], high[open_], low[open_]
+    u = u[open_]
+    high = high[open_]
+    low = low[open_]
     high = np.minimum(
         high, low + np.maximum(0, (c.glass_end - u) * 1.9) + 0.015
     )  # slants down at the rear end
@@ -129,7 +135,8 @@ def _side_windows(b: Body, c: Car):
 
 
 def _door_gaps(b: Body, c: Car):
-    sill, half = c.clearance + 0.13, c.width / 2
+    sill = c.clearance + 0.13
+    half = c.width / 2
 
     def off_the_door(p):
         u, ay, z, _ = b.at(p)
@@ -151,7 +158,9 @@ def _door_gaps(b: Body, c: Car):
 
 def _lid_gaps(b: Body, c: Car):
     """Edges of the hood, and of the trunk lid or the rear doors."""
-    cowl, base, half = c.roof[2], c.roof[6], c.width / 2
+    cowl = c.roof[2]
+    base = c.roof[6]
+    half = c.width / 2
 
     def off_the_hood(p):
         u, _, z, _ = b.at(p)

@@ -12,8 +12,10 @@ from .car_shapes import Car
 
 def fittings(model: Assembly, b: Body, c: Car):
     """Add mirrors, door handles, roof rails, wipers and aerial."""
-    x0, half = c.length / 2, c.width / 2
-    cowl, top = c.roof[2], c.roof[3]
+    x0 = c.length / 2
+    half = c.width / 2
+    cowl = c.roof[2]
+    top = c.roof[3]
     um = cowl[0] + 0.36
     zm = float(b.belt(um)) + 0.10
     for s in (1, -1):
@@ -103,7 +105,8 @@ def fittings(model: Assembly, b: Body, c: Car):
 def interior(model: Assembly, b: Body, c: Car):
     """Add dashboard, steering wheel, seats and floor."""
     x0 = c.length / 2
-    cowl, top = c.roof[2], c.roof[3]
+    cowl = c.roof[2]
+    top = c.roof[3]
     belt = float(b.belt(top[0]))
     rows = [top[0] + 0.42] if c.panel else [top[0] + 0.36, top[0] + 1.22]
     model.add(

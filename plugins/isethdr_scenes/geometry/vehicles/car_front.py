@@ -18,9 +18,11 @@ def front(b: Body, c: Car):
     """Cut grille, headlamps (see `headlamp`), position lamps, intake and fog lamps; add badge and
     plate.
     """
-    half, nose = c.width / 2, c.roof[0][1]
+    half = c.width / 2
+    nose = c.roof[0][1]
     ahead = lambda u, lim=0.5: u - lim
-    z1, z0 = nose - 0.035, nose - 0.165
+    z1 = nose - 0.035
+    z0 = nose - 0.165
     u, ay, z, _ = b.at()
     grille = polygon([(0, z0 - 0.02), (0.36, z0 - 0.02), (0.43, z1 - 0.02), (0, z1 - 0.02)], 0.012)
     v = np.maximum(grille(ay, z), ahead(u))

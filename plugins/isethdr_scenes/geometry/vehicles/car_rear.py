@@ -16,7 +16,8 @@ def rear(b: Body, c: Car):
     """Cut tail lamps (tail, brake, indicator, reverse from outside to inside) and diffuser; add the
     attached parts.
     """
-    half, back = c.width / 2, (-1.0, 0.0, 0.0)
+    half = c.width / 2
+    back = (-1.0, 0.0, 0.0)
     u, ay, z, _ = b.at()
     shape = polygon(c.tail_lamp, 0.012)
     lens = b.take(

@@ -34,7 +34,8 @@ def round_lamp(
 
     name = f"{kind}.front_{tag}"
     if part is None:
-        ring, remaining = body.take(f"{name}.bezel", "chrome", beyond(None, radius + bezel)), None
+        ring = body.take(f"{name}.bezel", "chrome", beyond(None, radius + bezel))
+        remaining = None
     else:
         ring, remaining = body.carve(part, f"{name}.bezel", "chrome", beyond(part, radius + bezel))
     body.parts = [p for p in body.parts if p is not ring]

@@ -7,7 +7,8 @@ import numpy as np
 from ..mesh.cutting import polygon
 from ..mesh.primitives import box, tube
 
-FRONT, BACK = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
+FRONT = (1.0, 0.0, 0.0)
+BACK = (-1.0, 0.0, 0.0)
 
 
 def region(

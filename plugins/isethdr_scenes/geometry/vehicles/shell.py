@@ -67,12 +67,17 @@ def loft(shell: Shell, axles=(), tyre: float = 0.33) -> Piece:
     s = shell
     upper, belt = s.profiles()
     u = _stations(s)
-    zt, zs, zb, w = upper(u), belt(u), np.full(len(u), s.clearance), _half_width(s, u)
+    zt = upper(u)
+    zs = belt(u)
+    zb = np.full(len(u), s.clearance)
+    w = _half_width(s, u)
     for d, (_, r, share) in ((u, s.front_round), (s.length - u, s.rear_round)):
         t = np.clip(d / r, 0, 1)
         e = 1 - (1 - share) * 0.55 * (1 - np.sqrt(np.maximum(0, 1 - (1 - t) ** 2)))
         mid = 0.5 * (zb + zs)
-        zt, zs, zb = mid + (zt - mid) * e, mid + (zs - mid) * e, mid + (zb - mid) * e
+        zt = mid + (zt - mid) * e
+        zs = mid + (zs - mid) * e
+        zb = mid + (zb - mid) * e
     q = np.linspace(0, 1, 24)
     side = curve(
         [
@@ -87,7 +92,8 @@ def loft(shell: Shell, axles=(), tyre: float = 0.33) -> Piece:
         ],
         0.03,
     )(q)
-    y1, z1 = w[:, None] * side, zb[:, None] + (zs - zb)[:, None] * q
+    y1 = w[:, None] * side
+    z1 = zb[:, None] + (zs - zb)[:, None] * q
     cy, cz = _superellipse(s.crown, 20, 15)
     h = (zt - zs)[:, None]
     z2 = zs[:, None] + h * cz
@@ -98,7 +104,8 @@ def loft(shell: Shell, axles=(), tyre: float = 0.33) -> Piece:
     z = np.concatenate([np.repeat(zb[:, None], 5, 1), z1, z2], 1)
     uu = np.repeat(u[:, None], y.shape[1], 1)
     p = np.stack([uu, y, z], -1)
-    front, rear = _cap(p[0], -1), _cap(p[-1], 1)[::-1]
+    front = _cap(p[0], -1)
+    rear = _cap(p[-1], 1)[::-1]
     p = np.concatenate([front, p, rear])
     full = np.concatenate([p, (p * [1, -1, 1])[:, -2:0:-1]], 1)
     full[..., 1] += np.sign(full[..., 1]) * _bulge(s, full, axles, tyre)

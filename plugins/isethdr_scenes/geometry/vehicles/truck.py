@@ -23,7 +23,9 @@ def truck(
     seed=0,
 ):
     """Return a rigid truck, 8.5 m long with the default box."""
-    cab_len, width, tyre = 2.15, 2.48, 0.50
+    cab_len = 2.15
+    width = 2.48
+    tyre = 0.50
     total = cab_len + box_length + 0.25
     shell = Shell(
         cab_len,
@@ -139,8 +141,11 @@ def truck(
             )
         )
     m.add(*cab.moved(pose(x_cab)).parts)
-    x0, x1, z0 = total / 2 - cab_len - 0.22, -total / 2, 1.02
-    z1, mid = z0 + box_height, (total / 2 - cab_len - 0.22 - total / 2) / 2
+    x0 = total / 2 - cab_len - 0.22
+    x1 = -total / 2
+    z0 = 1.02
+    z1 = z0 + box_height
+    mid = (total / 2 - cab_len - 0.22 - total / 2) / 2
     length = x0 - x1
     m.add(
         box((mid, 0, (z0 + z1) / 2), (length, 2.5, box_height), "cargo", box_paint, 0.03),
@@ -242,7 +247,8 @@ def truck(
         box((x1 - 0.02, 0, z0 + 0.02), (0.06, 2.44, 0.10), "rear_sill", "steel", 0.01),
         *plate(x1 - 0.02, 0.74, -1, seed=5),
     )
-    ax_f, ax_r = total / 2 - 1.38, x1 + 1.75
+    ax_f = total / 2 - 1.38
+    ax_r = x1 + 1.75
     for s, tag in ((1, "left"), (-1, "right")):
         m.add(
             *wheel(ax_f, s * 1.08, tyre, 0.30, 0.58, name=f"wheel.front_{tag}", style="steel"),

@@ -17,7 +17,9 @@ def wheel(x, y, radius, width, rim=0.66, spokes=5, name="wheel", style="alloy"):
     rim : radius of the rim over that of the tyre. `spokes` : their number.
     name : of the parts. `style` : "alloy" or "steel".
     """
-    half_width, outer_radius, rim_radius = width / 2, radius, radius * rim
+    half_width = width / 2
+    outer_radius = radius
+    rim_radius = radius * rim
     tyre = [
         (rim_radius, -half_width * 0.82),
         (rim_radius + 0.25 * (outer_radius - rim_radius), -half_width),

@@ -16,7 +16,8 @@ from .properties import properties
 VERSION = "1.1.0"
 FOLDER = "stac"
 COLLECTION = "collection.json"
-OF_JSON, OF_ITEMS = "application/json", "application/geo+json"
+OF_JSON = "application/json"
+OF_ITEMS = "application/geo+json"
 EARTH = [-180.0, -90.0, 180.0, 90.0]
 ROLES = {"png": "overview", "exr": "data", "dng": "data", "panoptic": "labels"}
 
@@ -30,7 +31,8 @@ def write(job: Job) -> None:
     files: dict[tuple[str, str], list[Written]] = {}
     for written in job.files:
         files.setdefault((written.run, written.camera), []).append(written)
-    times, links = [], []
+    times = []
+    links = []
     for item in job.each():
         times.append(utc(str(item.attributes["created"])))
         path = f"items/{item.name}.json"

@@ -41,7 +41,8 @@ def write(job: Job) -> None:
     """Write the boxes of all visible things in one file."""
     images = []
     for item in job.each():
-        scene, picture = geometry.described(item), item.picture()
+        scene = geometry.described(item)
+        picture = item.picture()
         full = geometry.full_boxes(item)
         seen_things = [
             seen for seen in visible_objects(item.truth()) if masks.is_thing(seen.row["category"])

@@ -23,7 +23,8 @@ def check(job: Job) -> None:
 
 def write(job: Job) -> None:
     """Write `coco.json`."""
-    images, annotations = [], []
+    images = []
+    annotations = []
     for item in job.each():
         images.append(masks.image_row(item, LICENCE))
         truth = item.truth()

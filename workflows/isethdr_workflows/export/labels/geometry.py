@@ -78,7 +78,8 @@ def _unknown(item: Item, why: str) -> CatalogError:
 
 def _differs(row: dict[str, Any], objects: tuple[Placed, ...]) -> bool:
     """Return whether an object of the table is not the one of its number in the scene."""
-    number, at = int(row["instance"]), row.get("position_m")
+    number = int(row["instance"])
+    at = row.get("position_m")
     if at is None or number > len(objects):
         return True
     placed = objects[number - 1]
@@ -106,7 +107,8 @@ def box_of(model: Model, pose: np.ndarray) -> Box3d:
     pose : (4, 4) from the model to the world: rotation, one scale for each axis, and position.
     """
     corners = np.concatenate([np.asarray(part.vertices, float) for part in model.parts])
-    low, high = corners.min(0), corners.max(0)
+    low = corners.min(0)
+    high = corners.max(0)
     scale = np.linalg.norm(pose[:3, :3], axis=0)
     rotation = pose[:3, :3] / scale
     if np.linalg.det(rotation) < 0:  # a mirrored model; its box is its own mirror image
@@ -137,7 +139,8 @@ def full_boxes(item: Item) -> dict[int, list[float]]:
         scene = described(item)
     except CatalogError:
         return {}
-    picture, rows = item.picture(), item.truth().attrs.get("objects") or []
+    picture = item.picture()
+    rows = item.truth().attrs.get("objects") or []
     found = {}
     for row in filter(lambda row: is_thing(row["category"]), rows):
         placed = scene.objects[int(row["instance"]) - 1]
@@ -152,7 +155,8 @@ def points_in_front(model: Model, pose: np.ndarray, camera: Camera) -> np.ndarra
     """Return points (n, 3) in camera axes (right, down, forward), m, whose image has the same box
     as the object: corners of triangles, and where edges cross the plane of the camera.
     """
-    axes, points = camera_axes(camera), []
+    axes = camera_axes(camera)
+    points = []
     for part in model.parts:
         world = np.asarray(part.vertices, float) @ pose[:3, :3].T + pose[:3, 3]
         corners = (world - camera.position_m) @ axes.T
@@ -193,7 +197,8 @@ def field_coordinates(points: np.ndarray, projection: str) -> np.ndarray:
     """Return field coordinates (n, 2) of points (n, 3) in camera axes: tangents, or angles in
     radians along the direction from the axis.
     """
-    across, forward = points[:, :2], points[:, 2:]
+    across = points[:, :2]
+    forward = points[:, 2:]
     if projection == "tangent":
         return across / forward
     away = np.hypot(*across.T)[:, None]

@@ -26,7 +26,8 @@ def check(job: Job) -> None:
 
 def write(job: Job) -> None:
     """Write `panoptic.json` and the pictures of segments."""
-    images, annotations = [], []
+    images = []
+    annotations = []
     for item in job.each():
         images.append(masks.image_row(item, LICENCE))
         name = f"{item.name}.png"
@@ -67,5 +68,6 @@ def _grow(segment: dict[str, Any], seen: Visible) -> None:
     """Add the pixels of one more object to a segment."""
     segment["area"] += seen.area
     boxes = np.array([segment["bbox"], seen.box])
-    low, high = boxes[:, :2].min(0), (boxes[:, :2] + boxes[:, 2:]).max(0)
+    low = boxes[:, :2].min(0)
+    high = (boxes[:, :2] + boxes[:, 2:]).max(0)
     segment["bbox"] = [*low.tolist(), *(high - low).tolist()]

@@ -6,7 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-BITS, CONTINUES, SIGN, FIRST = 5, 0x20, 0x10, 48  # of a character: 5 bits of a number, from "0" on
+# of a character: 5 bits of a number, from "0" on
+BITS = 5
+CONTINUES = 0x20
+SIGN = 0x10
+FIRST = 48
 
 
 def lengths(window: np.ndarray, left: int, top: int, shape: tuple[int, int]) -> list[int]:
