@@ -47,6 +47,7 @@ def rows(name, one_pass, groups, bands, shape, settings, paths, count):
     from isethdr_mitsuba.paths.passes import estimate, weighted_median
 
     passes = [list(one_pass(k, paths, None)) for k in range(4 * count)]
+    # (pass, group, tile)
     light = np.stack(
         [
             luminance_of(
@@ -54,7 +55,7 @@ def rows(name, one_pass, groups, bands, shape, settings, paths, count):
             )
             for one in passes
         ]
-    )  # (pass, group, tile)
+    )
     true = light.std(0, ddof=1) / 2
     mean = light.mean(0)
     replay = iter(passes)

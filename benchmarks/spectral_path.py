@@ -168,9 +168,8 @@ def shared_rule(radiance, pupil):
     out = np.empty((count, ny, nx))
     padded = np.zeros((n, n))
     for band, wave in enumerate(BANDS_NM):
-        spacing_mm = (
-            wave * 1e-3 * FOCAL_MM / (n * PITCH_UM)
-        )  # of the pupil, so that a sample of the image is a pixel
+        # of the pupil, so that a sample of the image is a pixel
+        spacing_mm = wave * 1e-3 * FOCAL_MM / (n * PITCH_UM)
         size = min(n, round(FOCAL_MM / F_NUMBER / spacing_mm))
         at = np.arange(size) * len(pupil) // size
         first = (n - size) // 2
@@ -194,9 +193,8 @@ def private_bytes() -> int:
 
 def clocked(call):
     """Return wall seconds, CPU seconds, and peak private bytes above what was held before."""
-    ctypes.CDLL(None).malloc_trim(
-        0
-    )  # what earlier calls freed goes back, so that it is counted when it is taken again
+    # what earlier calls freed goes back, so that it is counted when it is taken again
+    ctypes.CDLL(None).malloc_trim(0)
     before = private_bytes()
     peak = [0]
     done = threading.Event()

@@ -196,7 +196,6 @@ def score_text(score: dict) -> str:
     """Return the value with half of its 95 % interval where it has one."""
     low = score["low"]
     high = score["high"]
-    has_interval = (
-        low is not None and high is not None and 0 < high - low < math.inf
-    )  # false for NaN too
+    # false for NaN too
+    has_interval = low is not None and high is not None and 0 < high - low < math.inf
     return f"{score['value']:.4g}" + (f" ± {(high - low) / 2:.1g}" if has_interval else "")

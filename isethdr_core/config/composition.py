@@ -231,9 +231,8 @@ def hydra_type(annotation: Any, f: Field[Any] | None = None) -> Any:
     if annotation is bool:
         return Any  # OmegaConf takes any number for true; pydantic takes 0 and 1 alone
     if annotation in (int, float, str) and f is not None and isinstance(f.default, annotation):
-        return (
-            annotation  # surely understood: to try each takes a quarter of a second at every start
-        )
+        # surely understood: to try each takes a quarter of a second at every start
+        return annotation
     default = (
         field(default_factory=f.default_factory)
         if f is not None and f.default_factory is not MISSING

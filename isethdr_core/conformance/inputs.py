@@ -185,9 +185,8 @@ def damaged_scenes(valid: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
         ("negative light", -1e-6),
     ):
         damaged = valid.copy(deep=True)
-        damaged["radiance"][:, 1, 2, 3] = (
-            value  # in every group: a lighting reads no group of weight 0
-        )
+        # in every group: a lighting reads no group of weight 0
+        damaged["radiance"][:, 1, 2, 3] = value
         yield fault, damaged
     valid = sealed(valid, "radiance")
     yield (

@@ -212,9 +212,8 @@ def _check_picture(subject: str, picture: xr.Dataset, grey: xr.Dataset) -> None:
 def _check_dark(subject: str, isp: Isp, layout: str) -> None:
     dark = captures(layout, level=0.0)
     shape = dark["raw"].shape
-    swing = np.where(
-        pattern(shape) > np.median(pattern(shape)), 8, -8
-    )  # DN around the black level, mean 0
+    # DN around the black level, mean 0
+    swing = np.where(pattern(shape) > np.median(pattern(shape)), 8, -8)
     picture = isp(
         dark.assign(
             raw=(dark["raw"].dims, (dark["raw"].values.astype(int) + swing).astype(np.uint16))

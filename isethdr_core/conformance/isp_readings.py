@@ -133,9 +133,8 @@ def check_variance(subject: str, isp: Isp, grey: xr.Dataset) -> None:
         picture = isp(grey.assign(raw=grey["raw"].copy(data=codes)))
         pictures.append(picture["xyz"].values[INNER, INNER])
         stated_variance.append(picture["variance"].values[INNER, INNER].mean(axis=(0, 1)))
-    if np.isnan(
-        stated_variance
-    ).all():  # a method that depends on the noise may state an unknown variance
+    # a method that depends on the noise may state an unknown variance
+    if np.isnan(stated_variance).all():
         return
     sample_variance = np.var(pictures, axis=0, ddof=1).mean(axis=(0, 1))
     ratio = np.mean(stated_variance, axis=0) / np.maximum(sample_variance, np.finfo(float).tiny)

@@ -219,9 +219,8 @@ def _check_labels(subject: str, full_scene: xr.Dataset) -> None:
         "objects are labelled 1, 2, ... in their order: the road is 1",
         np.all(bottom["instance"].values == 1),
     )
-    depth = (
-        1.5 / full_scene.y.values[-1]
-    )  # a camera 1.5 m above a flat road looks at it at this depth, y down
+    # a camera 1.5 m above a flat road looks at it at this depth, y down
+    depth = 1.5 / full_scene.y.values[-1]
     # 1e-3: rays are traced in float32
     close(subject, "depth is measured along the optical axis", bottom["depth"].values, depth, 1e-3)
     close(

@@ -35,6 +35,7 @@ DIMS = {
     "charge": 1,
     "quantum_efficiency": 3,
 }
+# optional: differences between devices
 SPREADS = (
     "prnu",
     "dark_spread_e",
@@ -42,12 +43,11 @@ SPREADS = (
     "column_e",
     "row_e",
     "silicon",
-)  # optional: differences between devices
+)
 ORDER = ("capture", "y", "x")
 KEY = generator(seed=7, device="K", scene="kit")
-SIGNAL_E = (
-    200.0  # mean signal of the test field: well above the read noise, well below any full well
-)
+# mean signal of the test field: well above the read noise, well below any full well
+SIGNAL_E = 200.0
 
 
 def check(subject: str, sensor: Sensor) -> None:

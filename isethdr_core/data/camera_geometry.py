@@ -21,15 +21,17 @@ from ..physics.optics import projection as projections
 from ..physics.resampling.overlap import borders, overlap_areas
 from .quantities import tile_pitch
 
+# attributes of the lines of sight of pixels: sensor and isp pass them on
 PLACES = (
     "projection",
     "distortion",
-)  # attributes of the lines of sight of pixels: sensor and isp pass them on
+)
+# and how bright a uniform scene is there: the sensor hands all of them on
 CARRIED = (
     *PLACES,
     "falloff",
     "falloff_table",
-)  # and how bright a uniform scene is there: the sensor hands all of them on
+)
 MODELS = {
     "brown_conrady": maps.BrownConrady,
     "kannala_brandt": maps.KannalaBrandt,

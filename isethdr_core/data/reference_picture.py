@@ -348,9 +348,8 @@ def _pixels(picture: xr.Dataset, dim: str, positions: npt.ArrayLike) -> np.ndarr
 
 def _nearest(scene: xr.DataArray | xr.Dataset, dim: str, tangents: np.ndarray) -> np.ndarray:
     centres = scene[dim].values
-    index = (tangents - centres[0]) / tile_pitch(
-        scene, dim
-    ) + 0.5  # in tiles, from the outer border of the first
+    # in tiles, from the outer border of the first
+    index = (tangents - centres[0]) / tile_pitch(scene, dim) + 0.5
     if index.min() < -TIE or index.max() > len(centres) + TIE:
         raise UnitError(
             f"pixel centres reach the tangent {np.abs(tangents).max():.4g} along {dim}, the scene's"

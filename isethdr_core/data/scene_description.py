@@ -228,12 +228,10 @@ class Camera:
     position_m: tuple[float, float, float]
     target_m: tuple[float, float, float]
     horizontal_field_deg: float = 45.0
-    aspect: float = (
-        16 / 9
-    )  # width / height of the field, in tangents, or in angles where it is equidistant
-    projection: Literal["tangent", "equidistant"] = (
-        "tangent"  # of the grid of tiles; tangents end at 75 degrees off the axis
-    )
+    # width / height of the field, in tangents, or in angles where it is equidistant
+    aspect: float = 16 / 9
+    # of the grid of tiles; tangents end at 75 degrees off the axis
+    projection: Literal["tangent", "equidistant"] = "tangent"
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,9 +27,8 @@ class Score:
     high: float = float("nan")
 
 
-UNLIKE_SHARES = (
-    0.05  # of valid pixels; scores of pictures that differ by more stand on unlike pixels
-)
+# of valid pixels; scores of pictures that differ by more stand on unlike pixels
+UNLIKE_SHARES = 0.05
 
 
 def unlike_shares(scores: list[dict[str, Any]]) -> dict[str, dict[str, float]]:

@@ -79,9 +79,8 @@ def guides(scene):
             near = np.minimum(lookup["distance"][p], lookup["distance"][q])
             second = np.maximum(lookup["distance"][p], lookup["distance"][q])
             with np.errstate(invalid="ignore"):
-                part = np.where(
-                    second == near, 0.0, (second - near) / second
-                )  # sky lies at no distance, as other sky does
+                # sky lies at no distance, as other sky does
+                part = np.where(second == near, 0.0, (second - near) / second)
             weight = weight * np.exp(-((np.nan_to_num(part, nan=1.0) / DISTANCE) ** 2))
         return weight
 

@@ -40,11 +40,12 @@ RADIANCE_CORE = (  # parts of the core that named radiance
 CORE_PACKAGE = "isethdr_core"
 # keys of a config that hold one component, and those that hold several, with their kind
 COMPONENTS = {kind: kind for kind in ("scene", "renderer", "lighting", "lens", "sensor", "isp")}
+# settings that select the noise, or the number of its realisations
 FREE = (
     "device",
     "seed",
     "draws",
-)  # settings that select the noise, or the number of its realisations
+)
 TABLES = {"versions": "lighting", "flare": "flare", "cameras": "sensor", "metric": "metric"}
 
 

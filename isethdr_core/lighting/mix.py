@@ -14,9 +14,8 @@ from ..physics.detector.temporal_modulation import Modulation, constant
 from ..uncertainty import ledger
 from .modulation import check_groups
 
-BLOCK_BANDS = (
-    8  # the bands of one inner chunk of a stored cube: a block decompresses each chunk once
-)
+# the bands of one inner chunk of a stored cube: a block decompresses each chunk once
+BLOCK_BANDS = 8
 
 
 def group_names(ds) -> list[str]:

@@ -174,9 +174,8 @@ class TargetsLighting:
 
     def _solve(self, radiance, groups):
         """Return the weight of every group, and {name: {wanted, reached}} of every target."""
-        map_of = cache(
-            lambda group: mix.luminance_map(radiance, group)
-        )  # read once, and only where a target asks
+        # read once, and only where a target asks
+        map_of = cache(lambda group: mix.luminance_map(radiance, group))
         self.check_groups(groups)
         own_light = self._own(groups)
         weights = mix.all_weights(self.weights, self.others, groups)
@@ -220,9 +219,8 @@ class TargetsLighting:
         if level:
             name = "mean_cd_m2" if level[0] == "mean" else "median_cd_m2"
             reached = solver.statistic(total_light, level[0], level[1])
-            if (
-                self.dynamic_range and reached > 0
-            ):  # the weights of the movable groups are used up: all groups move together
+            # the weights of the movable groups are used up: all groups move together
+            if self.dynamic_range and reached > 0:
                 scale = level[2] / reached
                 weights = {g: scale * w for g, w in weights.items()}
                 reached *= scale

@@ -86,9 +86,8 @@ class Demand:
     wavelength_nm: tuple[float, ...] | None = None  # band centres
     labels: frozenset[str] = frozenset()  # depth, distance, instance, category, normal
     error_allowed: float = 0.0  # relative; 0: exact computation
-    response: Response | None = (
-        None  # of the sensors; None: light is needed wavelength by wavelength
-    )
+    # of the sensors; None: light is needed wavelength by wavelength
+    response: Response | None = None
     margin: bool = True  # tiles beyond the camera's field
     window_m: tuple[float, float] | None = (
         # (width, height) of the image plane that sensors cover, around the axis; inf: all

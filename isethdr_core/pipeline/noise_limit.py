@@ -27,9 +27,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 REACH = 1  # radius, in tiles, of the mean that replaces light which is still noisy
-SATURATED = (
-    0.05  # share of a capture's saturated pixels that had less light than it is taken to end
-)
+# share of a capture's saturated pixels that had less light than it is taken to end
+SATURATED = 0.05
 CHANGED = 0.2  # relative change of light that an automatic exposure is tried with
 # relative limit for an outside sensor whose captures do not tell its noise: what renderers go by
 # without cameras

@@ -21,6 +21,7 @@ from .demosaic.interpolation import array_period
 from .readout.electrons import check_captures, chosen, readouts
 from .spectra import light, radiances
 
+# of the tag CFAPlaneColor; C is clear, as W
 COLOURS = {
     "R": 0,
     "G": 1,
@@ -29,7 +30,7 @@ COLOURS = {
     "Y": 5,
     "W": 6,
     "C": 6,
-}  # of the tag CFAPlaneColor; C is clear, as W
+}
 # kinds of picture: filter array, one channel, the same said as a DNG does
 ARRAY = 32803
 GREY = 1
@@ -71,9 +72,8 @@ def write_dng(captures, path, capture: str = "") -> Path:
             extratags=[(code, *entry, True) for code, *entry in sorted(tags(single, names, mono))],
         )
     if mono:
-        with tifffile.TiffFile(
-            path, mode="r+"
-        ) as file:  # tifffile writes three channels or none under this name
+        # tifffile writes three channels or none under this name
+        with tifffile.TiffFile(path, mode="r+") as file:
             file.pages[0].tags[KIND].overwrite(LINEAR)
     return Path(path)
 

@@ -55,9 +55,8 @@ def render_frame(
     from .world.geometry import build_world
 
     view = wide = view_of(description.camera, settings.width, settings.height, settings.margin)
-    if not (
-        demand.margin or variant.startswith("scalar")
-    ):  # the random numbers of Mitsuba's own film depend on the size of the frame
+    # the random numbers of Mitsuba's own film depend on the size of the frame
+    if not (demand.margin or variant.startswith("scalar")):
         view = wide.within_field()
     lamps = placed_lamps(description, settings.normalise, groups)
     lamps += disc_lamps(description, "sky" in groups)
@@ -99,9 +98,10 @@ def render_frame(
             "bound",
             f"part of a lamp's footprint on a tile, where the lamp is partly hidden{arcs}",
         )
+    # an object may extend beyond the field
     labels, objects = cut_labels(
         view.cut, *label_tiles(world, wide, description, demand.labels, settings.normalise)
-    )  # an object may extend beyond the field
+    )
     ds = cube.dataset(radiance, **labels)
     if by_need:
         ds.attrs["limit_share"] = settings.limit_share()
@@ -228,9 +228,8 @@ def state_noise(result, groups, settings):
     for group, noise, own, known, seconds in zip(
         groups, result.whole_noise, result.samples, result.known, result.seconds, strict=True
     ):
-        if not np.isfinite(
-            noise
-        ):  # a single pass has no spread, and a group without light has no noise
+        # a single pass has no spread, and a group without light has no noise
+        if not np.isfinite(noise):
             continue
         samples = own + known.paths
         stored = f", {known.paths} of them stored before" * bool(known.paths)

@@ -94,12 +94,13 @@ class MitsubaRenderer:
     lamps.
     """
 
+    # buy accuracy only: no part of a recipe
     effort_fields: ClassVar[tuple[str, ...]] = (
         "samples",
         "error_allowed",
         "most_samples",
         "noise_share_allowed",
-    )  # buy accuracy only: no part of a recipe
+    )
 
     width: Tiles = 640  # tiles across the camera's field
     height: Tiles = 360  # tiles down the camera's field

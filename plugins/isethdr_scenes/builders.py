@@ -114,9 +114,8 @@ def place(
         key = (spot.recipe, spot.lamps)
         if key not in names:
             names[key] = f"{spot.recipe[0]}{len(names)}"
-            built = (
-                _built if spot.recipe[0] not in IN_PLACE else _built.__wrapped__
-            )  # what depends on the ground serves one scene only
+            # what depends on the ground serves one scene only
+            built = _built if spot.recipe[0] not in IN_PLACE else _built.__wrapped__
             model = _switched(replace(built(spot.recipe), name=names[key]), spot.lamps, spectra)
             models[names[key]] = _with_beam(model, beam)
         pose = ground.place(spot.s_m, spot.y_m, spot.turn_deg, spot.z_m) @ piece.pose(

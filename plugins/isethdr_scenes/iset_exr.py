@@ -115,9 +115,8 @@ class IsetExr:
             wavelengths.
         """
         files_by_group = self._light_files()
-        for group in [
-            g for g in FILES if g not in files_by_group
-        ]:  # the deposit leaves out groups without a lamp
+        # the deposit leaves out groups without a lamp
+        for group in [g for g in FILES if g not in files_by_group]:
             missing = self._path(f"_{FILES[group]}.exr")
             ledger.left_out(f"group {group}", f"no file {missing.name}", 0.0, "cd/m2")
         ledger.error(
@@ -151,9 +150,8 @@ class IsetExr:
             (field, field * height / width),
             **self._labels((height, width)),
         )
-        ds.attrs.update(
-            scene_id=self.scene_id, objects=[]
-        )  # no `lamps`: the deposit does not say where they are
+        # no `lamps`: the deposit does not say where they are
+        ds.attrs.update(scene_id=self.scene_id, objects=[])
         return ds
 
     def _scale(self, light, nm) -> float:
@@ -175,9 +173,8 @@ class IsetExr:
             except LookupError as err:
                 ledger.left_out(f"label {label}", f"{path.name} {err}", 0.0, "cd/m2")
                 continue
-            if (
-                values.shape != shape
-            ):  # ISET attaches full-size maps to cropped scenes; here that is an error
+            # ISET attaches full-size maps to cropped scenes; here that is an error
+            if values.shape != shape:
                 raise UnitError(
                     f"{path.name} holds a {label} map of {values.shape[1]} x {values.shape[0]}"
                     f" tiles, the radiance has {shape[1]} x {shape[0]}; expected the same; fetch"

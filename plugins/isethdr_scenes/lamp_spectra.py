@@ -27,11 +27,12 @@ from isethdr_core.scene import Spectrum
 
 from .measured_spectra import TABLES, WAVELENGTH_NM, measured
 
+# centre nm, full width at half maximum nm
 GAUSSIAN = {
     "red": (630.0, 18.0),
     "amber": (592.0, 16.0),
     "green": (503.0, 30.0),
-}  # centre nm, full width at half maximum nm
+}
 HALOGEN_K = 3200.0
 NAMES = (*TABLES, *GAUSSIAN, "halogen")
 

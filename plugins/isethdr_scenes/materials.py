@@ -174,11 +174,12 @@ MATT = {
     "roof_slate": [(400, 0.07), (700, 0.08)],
     "roof_metal": [(400, 0.22), (700, 0.26)],
 }
+# normal reflectance, roughness
 METAL = {
     "chrome": (0.58, 0.03),
     "alloy": (0.88, 0.22),
     "steel": (0.55, 0.30),
-}  # normal reflectance, roughness
+}
 GLASS = {"glass": 0.84, "glass_tinted": 0.35}  # inner transmittance of the pane
 
 

@@ -14,16 +14,18 @@ import numpy as np
 from .geometry.surroundings.ground import EDGE_M, Ground
 
 OWN_LANE_M = -1.75  # middle of the camera's lane
+# own headlamps: metres ahead of the camera, to either side, above the road
 OWN_LAMPS = (
     2.0,
     0.65,
     0.65,
-)  # own headlamps: metres ahead of the camera, to either side, above the road
+)
+# headlamps of a car: ahead of its middle, to either side, above the road
 CAR_LAMP = (
     2.25,
     0.68,
     0.70,
-)  # headlamps of a car: ahead of its middle, to either side, above the road
+)
 RAIL_Y_M = 5.6
 RAIL_M = (26.0, 150.0)
 LAMP_POST_Y_M = 6.4
@@ -50,12 +52,13 @@ DRIVING = (
 )
 BRAKING = ("brake", "brake_high")
 PARKED = ("position", "tail", "marker", "indicator_front", "indicator_rear")
+# share, least |y| m
 PLANTS = {
     "oak": (0.20, 13.0),
     "birch": (0.12, 13.0),
     "spruce": (0.33, 15.0),
     "bush": (0.35, 10.5),
-}  # share, least |y| m
+}
 
 
 @dataclass(frozen=True)

@@ -27,17 +27,14 @@ class Photodiode:
     dark_spread: float = 0.0  # rms over pixels / mean, persistent
     prnu: float = 0.0  # rms over pixels / mean, persistent
     exposure_share: float = 1.0  # exposure / the model's exposure_s
-    start_share: float = (
-        0.0  # start of the exposure / the model's exposure_s, after the row's first start
-    )
-    silicon: str = (
-        ""  # key of the persistent maps; "": the name. Exposures of one photodiode share it
-    )
+    # start of the exposure / the model's exposure_s, after the row's first start
+    start_share: float = 0.0
+    # key of the persistent maps; "": the name. Exposures of one photodiode share it
+    silicon: str = ""
     blooming_percent: float = 0.0  # of the charge beyond the well that runs along the column
     hot_percent: float = 0.0  # of the pixels, persistent
-    hot_dark_e_per_s: float = (
-        0.0  # mean over the hot pixels of what they add at the reference temperature
-    )
+    # mean over the hot pixels of what they add at the reference temperature
+    hot_dark_e_per_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -59,9 +56,8 @@ class Reading:
     telegraph_percent: float = 0.0  # of the pixels with random telegraph noise, persistent
     telegraph_e: float = 0.0  # mean step of their traps
     inl_dn: float = 0.0  # largest distance of the converter from a straight line
-    companding: tuple[
-        tuple[float, float], ...
-    ] = ()  # knees (linear DN, companded DN); none: linear
+    # knees (linear DN, companded DN); none: linear
+    companding: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -81,16 +77,14 @@ class SensorModel:
     qe_csv: str = ""
     temperature_c: float = 60.0
     noise: bool = True
-    optical_crosstalk_percent: float = (
-        0.0  # of a pixel's light at 550 nm that its neighbours collect
-    )
+    # of a pixel's light at 550 nm that its neighbours collect
+    optical_crosstalk_percent: float = 0.0
     optical_crosstalk_power: float = 1.0  # that share grows as the wavelength to this power
     electrical_crosstalk_percent: float = 0.0  # of a pixel's electrons that its neighbours collect
     lower_case_share: float = 1.0  # sensitivity of pixels written in lower case in `cfa`
     lower_case_dark: float = 1.0  # dark charge of these pixels / that of the others
-    line_time_s: float = (
-        0.0  # rolling shutter: from the start of a row to that of the next; 0: global shutter
-    )
+    # rolling shutter: from the start of a row to that of the next; 0: global shutter
+    line_time_s: float = 0.0
 
     black_rows: int = 0  # without light, read after the image
     defect_e_per_s: float = inf  # extra dark charge of a pixel that the map of defects names

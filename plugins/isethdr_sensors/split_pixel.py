@@ -107,6 +107,7 @@ class SplitPixelSensor(ImagingSensor):
                 strict=True,
             )
         ]
+        # the fourth reading is optional
         readings = [
             Reading(
                 capture,
@@ -120,5 +121,5 @@ class SplitPixelSensor(ImagingSensor):
             for capture, diode, read, dsnu, column, conversion, gain, swing in zip(
                 CAPTURES, DIODES, *(getattr(self, name) for name in per_reading)
             )
-        ]  # the fourth reading is optional
+        ]
         return self.assemble(diodes, readings)

@@ -18,9 +18,8 @@ QUICK = {
     ("scene", "point_lights"): {"width": 64, "height": 36},
     ("scene", "macbeth"): {"width": 64, "height": 36},
 }
-DEAR = {
-    ("lens", "prescription")
-}  # what it promises of light, bands and places has tests of its own
+# what it promises of light, bands and places has tests of its own
+DEAR = {("lens", "prescription")}
 NEEDS = {("renderer", "mitsuba"): "mitsuba"}
 NOT_HERE = {
     ("scene", "iset_exr"): "reads a folder of EXR files, of which none is part of this project",
@@ -52,6 +51,7 @@ def test_tables_above_name_components_that_exist():
 
 def test_every_kind_has_an_ideal_member_or_needs_none():
     have = {kind for kind, name in components() if name == "ideal"}
+    # a scene and a renderer have no effects to switch off
     assert have >= {
         "lighting",
         "lens",
@@ -59,4 +59,4 @@ def test_every_kind_has_an_ideal_member_or_needs_none():
         "sensor",
         "isp",
         "metric",
-    }  # a scene and a renderer have no effects to switch off
+    }

@@ -89,6 +89,7 @@ print("kept")
 
 @pytest.mark.slow
 def test_a_sweep_over_it_runs(acme, isethdr_home):
+    # without the report, whose plots take as long as all else
     shown = isethdr(
         "run",
         "-m",
@@ -96,7 +97,7 @@ def test_a_sweep_over_it_runs(acme, isethdr_home):
         "sensor=acme_nano,bayer",
         plugins=[acme],
         ISETHDR_PLUGINS="core,scenes,optics,sensors,isp,metrics,acme",
-    )  # without the report, whose plots take as long as all else
+    )
     assert shown.returncode == 0, shown.stderr
     assert len(list((isethdr_home / "runs").glob("*.zarr"))) == 2
     assert "acme_nano" in shown.stdout and "bayer" in shown.stdout

@@ -132,9 +132,8 @@ def test_every_row_of_a_rendered_run_states_an_error_and_a_later_run_restates_th
     allowed = next(
         e.value for e in rows["plan"].errors if "error allowed after the radiance" in e.label
     )
-    assert (
-        rounded <= STORE * allowed < 2 * rounded
-    )  # the fewest bits that are within the store's share
+    # the fewest bits that are within the store's share
+    assert rounded <= STORE * allowed < 2 * rounded
     assert len(rows["radiance"].errors) == 1
     config.seed = 1
     again = {row.stage: row for row in run(config).ledger}

@@ -192,9 +192,8 @@ def test_iset_weights_agree_with_the_papers_script(reference):
         found = [
             mixed.attrs["iset_weights"][g] for g in ("headlights", "streetlights", "other", "sky")
         ]
-        np.testing.assert_allclose(
-            found, data["weights"][k], rtol=1e-6
-        )  # both hold light in float32: 2e-7 seen
+        # both hold light in float32: 2e-7 seen
+        np.testing.assert_allclose(found, data["weights"][k], rtol=1e-6)
         own = luminance(mixed.values, data["wave"])
         for name, function in (
             ("min", np.min),

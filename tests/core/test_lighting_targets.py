@@ -117,9 +117,8 @@ def test_level_of_the_picture(night, name, level):
     assert statistic(y) == pytest.approx(level, rel=REACHED)
     low, high = np.percentile(y, [1, 100], method="hazen")
     assert high / low == pytest.approx(1e5, rel=REACHED)
-    assert (
-        with_range.attrs["infeasible"] == ""
-    )  # lamps have no target of their own, so all may move
+    # lamps have no target of their own, so all may move
+    assert with_range.attrs["infeasible"] == ""
 
 
 def test_the_impossible_is_said_and_bounded(night):
@@ -140,9 +139,8 @@ def test_the_impossible_is_said_and_bounded(night):
     both = TargetsLighting(
         {"headlights": {"statistic": "max", "cd_m2": 1e5}}, dynamic_range=1e5, median_cd_m2=30.0
     )(night)
-    assert (
-        "headlights: wanted 100000" in both.attrs["infeasible"]
-    )  # the scale to the median took the lamp along
+    # the scale to the median took the lamp along
+    assert "headlights: wanted 100000" in both.attrs["infeasible"]
 
 
 def test_identical_collinear_dark_and_absent_groups():
@@ -152,9 +150,8 @@ def test_identical_collinear_dark_and_absent_groups():
     mixed = light(twins)
     assert np.isfinite(list(mixed.attrs["weights"].values())).all()
     assert np.median(found(mixed)) == pytest.approx(500.0, rel=REACHED)
-    assert (
-        "dynamic_range" in TargetsLighting(dynamic_range=1e6)(twins).attrs["infeasible"]
-    )  # one shape: one ratio
+    # one shape: one ratio
+    assert "dynamic_range" in TargetsLighting(dynamic_range=1e6)(twins).attrs["infeasible"]
     dark = TargetsLighting({"other": {"statistic": "max", "cd_m2": 10.0}})(twins)
     assert (
         dark.attrs["weights"]["other"] == 1.0

@@ -18,9 +18,8 @@ PACKAGES = {
 }
 PLUGINS = {path.name for path in ROOT.glob("plugins/isethdr_*")}
 PRODUCT = sorted(file for folder in PACKAGES.values() for file in folder.rglob("*.py"))
-FROZEN = (
-    ROOT / "tests" / "frozen_plugins"
-)  # plugins as others wrote them: no house rule holds there
+# plugins as others wrote them: no house rule holds there
+FROZEN = ROOT / "tests" / "frozen_plugins"
 ALL = sorted(
     {
         *PRODUCT,

@@ -101,9 +101,8 @@ def test_a_single_pixel_without_a_filter_array_is_right(bench, isp, shape):
             bench.mosaic_of(grey, shape, MONO, bench.QE_W[3:]), pattern=MONO, qe=bench.QE_W[3:]
         )
     )
-    np.testing.assert_allclose(
-        picture.xyz.values[..., 1], 7.0, rtol=1e-9
-    )  # one channel: exact for a grey in the balance light
+    # one channel: exact for a grey in the balance light
+    np.testing.assert_allclose(picture.xyz.values[..., 1], 7.0, rtol=1e-9)
     assert picture.xyz.shape == (*shape, 3) and picture.valid.values.all()
     assert not variance_known(picture) or picture.variance.values.min() > 0
 
@@ -130,6 +129,5 @@ def test_all_dark_has_the_mean_0_and_is_valid(bench, isp):
     )
     np.testing.assert_array_equal(exact.xyz.values, 0.0)
     if variance_known(exact):
-        np.testing.assert_allclose(
-            exact.variance.values, 0.0, atol=1e-12
-        )  # a noiseless read has 1e-12 e2 for division
+        # a noiseless read has 1e-12 e2 for division
+        np.testing.assert_allclose(exact.variance.values, 0.0, atol=1e-12)

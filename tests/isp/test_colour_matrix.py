@@ -71,9 +71,8 @@ def test_read_noise_counts_beside_shot_noise(bench):
     quiet, noisy = (
         solve_matrix(response, bench.WAVELENGTH, "daylight", 1.0, v) for v in (0.0, 400.0)
     )
-    gain = [
-        np.trace(m @ m.T) for m in (quiet, noisy)
-    ]  # variance of XYZ for the same noise in every channel
+    # variance of XYZ for the same noise in every channel
+    gain = [np.trace(m @ m.T) for m in (quiet, noisy)]
     assert gain[1] < gain[0]
 
 

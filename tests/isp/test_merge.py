@@ -99,9 +99,8 @@ def test_dark_charge_and_quantisation_leave_no_bias(bench):
 def test_reads_of_one_charge_share_their_shot_noise(bench):
     """Two gains of one charge at 2000 e: SNR is sqrt(N), not the sqrt(2 N) of two charges."""
     x, variance, _ = merged(bench, 2000, np.random.default_rng(5))
-    assert x.var() == pytest.approx(
-        2000, rel=0.02
-    )  # 250 000 draws: 0.3 %; read noise 0.64, small diode -1 %
+    # 250 000 draws: 0.3 %; read noise 0.64, small diode -1 %
+    assert x.var() == pytest.approx(2000, rel=0.02)
     assert variance.mean() == pytest.approx(2000, rel=0.02)
     apart = [dict(s, charge=k) for k, s in enumerate(bench.SPLIT)]
     x, variance, _ = merged(bench, 2000, np.random.default_rng(6), apart)
@@ -118,9 +117,8 @@ def test_four_captures_fold(bench):
     for level in (50, 21800, 7.5e5, 3e6, 5e7):
         x, variance, valid = merged(bench, level, np.random.default_rng(7), specs, side=300)
         assert abs(x.mean() - level) < max(1e-3 * level, 4 * x.std() / 300) and valid.all()
-        assert variance.mean() / x.var() == pytest.approx(
-            1, abs=0.08
-        )  # 90 000 draws: 0.5 %; 780 000 e is the second ramp
+        # 90 000 draws: 0.5 %; 780 000 e is the second ramp
+        assert variance.mean() / x.var() == pytest.approx(1, abs=0.08)
 
 
 def test_one_capture_is_exactly_linear(bench):
@@ -149,9 +147,8 @@ def test_order_of_captures_does_not_matter(bench):
 def test_all_saturated_is_not_valid_and_the_rest_is_absolute(bench, rule):
     grey = light("daylight", bench.WAVELENGTH)
     per_cd = bench.mosaic_of(grey, (12, 24)).max()
-    level = (
-        np.where(np.arange(24) < 12, 2e5, 5e6) / per_cd
-    )  # electrons of the large diode: in range, beyond the small one
+    # electrons of the large diode: in range, beyond the small one
+    level = np.where(np.arange(24) < 12, 2e5, 5e6) / per_cd
     picture = MergeIsp(rule=rule)(bench.make(bench.mosaic_of(grey, (12, 24)) * level, bench.SPLIT))
     valid = picture.valid.values
     assert valid[:, :11].all() and not valid[:, 12:].any()

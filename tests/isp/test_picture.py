@@ -47,9 +47,8 @@ def test_linear_in_the_light(bench):
     rng = np.random.default_rng(0)
     a, b = rng.uniform(0, 1e4, (2, *SHAPE))
     one, two, both = (LinearIsp()(bench.make(m)).xyz.values for m in (a, b, 2 * a + 3 * b))
-    np.testing.assert_allclose(
-        2 * one + 3 * two, both, rtol=0, atol=1e-9 * np.abs(both).max()
-    )  # rounding of the sum
+    # rounding of the sum
+    np.testing.assert_allclose(2 * one + 3 * two, both, rtol=0, atol=1e-9 * np.abs(both).max())
 
 
 def test_negative_electrons_stay_negative(bench):
@@ -101,9 +100,8 @@ def test_lens_falloff_is_undone_and_noise_grows_with_it(bench):
     own = picture.xyz.values[..., 1]
     fall = bench.cos4_falloff(picture.x.values[None], picture.y.values[:, None], short * 1e-3)
     assert fall.min() < 0.2
-    np.testing.assert_allclose(
-        own, 100.0, rtol=1e-9
-    )  # the falloff is undone before the demosaic, so only rounding is left
+    # the falloff is undone before the demosaic, so only rounding is left
+    np.testing.assert_allclose(own, 100.0, rtol=1e-9)
     sd = np.sqrt(picture.variance.values[..., 1]) / own
     assert sd[0, 0] > 1.5 * sd[6, 8]
 

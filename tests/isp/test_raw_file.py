@@ -88,9 +88,8 @@ def test_samples_and_tags_come_back(tmp_path, name, codes):
     neutral = np.array(found[50728])
     channel = captures["filter"].values
     mean = np.array([(samples[channel == k] - found[50714][0]).mean() for k in range(len(neutral))])
-    np.testing.assert_allclose(
-        mean / mean.max(), neutral, rtol=0.03
-    )  # 96 noisy pixels of 1000 e: 0.3 %, fixed pattern 0.5 %
+    # 96 noisy pixels of 1000 e: 0.3 %, fixed pattern 0.5 %
+    np.testing.assert_allclose(mean / mean.max(), neutral, rtol=0.03)
 
 
 def test_the_noise_tag_is_the_noise(tmp_path):
@@ -99,9 +98,8 @@ def test_the_noise_tag_is_the_noise(tmp_path):
     slope, offset = found[51041][:2]
     green = samples[captures["filter"].values == 1].astype(float)
     x = (green - found[50714][0]) / (found[50717][0] - found[50714][0])
-    assert x.var() == pytest.approx(
-        slope * x.mean() + offset, rel=0.45
-    )  # 192 pixels: 10 %, 4 standard errors
+    # 192 pixels: 10 %, 4 standard errors
+    assert x.var() == pytest.approx(slope * x.mean() + offset, rel=0.45)
 
 
 def test_the_colour_matrix_leads_from_xyz_to_the_camera(tmp_path):
@@ -109,9 +107,8 @@ def test_the_colour_matrix_leads_from_xyz_to_the_camera(tmp_path):
     found, _ = tiff(write_dng(captures, tmp_path / "a.dng"))
     matrix = np.array(found[50721]).reshape(3, 3)
     white = xyz_weights(W) @ light("daylight", W)
-    np.testing.assert_allclose(
-        matrix @ white, found[50728], rtol=1e-5
-    )  # six digits of the fractions
+    # six digits of the fractions
+    np.testing.assert_allclose(matrix @ white, found[50728], rtol=1e-5)
     assert camera_matrix(np.ones((1, len(W))), W).shape == (1, 3)
 
 
@@ -133,6 +130,7 @@ def test_an_independent_developer_reads_it(tmp_path, cfa, planes):
     )
     captures = shot(cfa=cfa, size=(24, 32))  # LibRaw refuses fewer than 22 rows or columns
     path = write_dng(captures, tmp_path / "a.dng")
+    # TIFF/EP, CFAPattern; 6 is white, as C is clear
     codes = {
         "R": 0,
         "G": 1,
@@ -140,7 +138,7 @@ def test_an_independent_developer_reads_it(tmp_path, cfa, planes):
         "Y": 5,
         "W": 6,
         "C": 6,
-    }  # TIFF/EP, CFAPattern; 6 is white, as C is clear
+    }
     found = tiff(path)[0]
     assert found[50710] == tuple(codes[name] for name in planes) and found[33422] == tuple(
         codes[name] for name in cfa
@@ -151,9 +149,8 @@ def test_an_independent_developer_reads_it(tmp_path, cfa, planes):
             captures["top_dn"][0]
         )
         seen = raw.raw_colors_visible
-        if (
-            len(planes) == 3
-        ):  # LibRaw calls every second sample of the plane that a cell holds twice 3
+        # LibRaw calls every second sample of the plane that a cell holds twice 3
+        if len(planes) == 3:
             seen = np.where(seen == 3, 1, seen)
         np.testing.assert_array_equal(
             np.array(list(planes))[seen],

@@ -62,9 +62,8 @@ def test_a_uniform_scene_comes_back_flat(name):
     corrected = falloff(shot)
     seen = hdr.build("isp", "ideal")(shot).xyz.values[INNER, INNER, 1]
     assert seen == pytest.approx(100, rel=WORST.get(name, 1e-3))
-    if (
-        name != "none"
-    ):  # there was something to correct, and without the correction it would be seen
+    # there was something to correct, and without the correction it would be seen
+    if name != "none":
         assert corrected[INNER, INNER].min() < 0.95
         shot.attrs["falloff"] = "none"
         shot.attrs.pop("distortion", None)

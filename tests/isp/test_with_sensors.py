@@ -95,9 +95,8 @@ def test_companded_sensor_comes_back_in_level_and_variance(level):
     assert shot.raw.values.max() < 4096
     picture = hdr.build("isp", "linear")(shot)
     y, variance = picture.xyz.values[2:-2, 2:-2, 1], picture.variance.values[2:-2, 2:-2, 1]
-    assert (
-        abs(y.mean() - level) < 4 * 2.7 * y.std() / np.sqrt(y.size) + 1e-3 * level
-    )  # as for the split pixel above
+    # as for the split pixel above
+    assert abs(y.mean() - level) < 4 * 2.7 * y.std() / np.sqrt(y.size) + 1e-3 * level
     assert variance.mean() == pytest.approx(y.var(), rel=0.1)
 
 
@@ -107,6 +106,7 @@ def test_merge_of_the_split_pixel_says_where_each_pixel_comes_from():
         level: hdr.build("isp", "merge")(sensor(irradiance(level), hdr.generator(seed=1)))
         for level in (1.0, 3e4)
     }
+    # LPHG, SPLG
     assert (captures[1.0]["source"].values == 1).all() and (
         captures[3e4]["source"].values == 2
-    ).all()  # LPHG, SPLG
+    ).all()

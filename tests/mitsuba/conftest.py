@@ -173,9 +173,8 @@ def mitsubas_own(scene, settings, view, lamps, group, bands_nm, bands_a_film=4):
     films = []
     for k in range(0, len(bands_nm), bands_a_film):
         some = bands_nm[k : k + bands_a_film]
-        some = np.r_[
-            some, some[-1] + settings.step_nm * np.arange(1, bands_a_film - len(some) + 1)
-        ]  # films of equal size
+        # films of equal size
+        some = np.r_[some, some[-1] + settings.step_nm * np.arange(1, bands_a_film - len(some) + 1)]
         films.append(
             mi.load_dict(sensor(view, film(some, settings.step_nm, view.shape[1], view.shape[0])))
         )

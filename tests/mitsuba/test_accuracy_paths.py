@@ -31,9 +31,8 @@ def test_runs_on_one_scene_are_renderings_of_their_own(make, monkeypatch):
     seen = few.source_seen.values
     sky = ~np.isfinite(few.distance.values)
     paths = ~seen[:, None] & np.ones(alone.radiance.shape, bool)
-    np.testing.assert_allclose(
-        few.radiance.values[paths], alone.radiance.values[paths], rtol=1e-5
-    )  # lamps are added in float32
+    # lamps are added in float32
+    np.testing.assert_allclose(few.radiance.values[paths], alone.radiance.values[paths], rtol=1e-5)
     np.testing.assert_allclose(
         few.radiance.values,
         alone.radiance.values,
@@ -48,10 +47,11 @@ def test_runs_on_one_scene_are_renderings_of_their_own(make, monkeypatch):
     assert sky.any() and (seen[groups.index("sky")] == sky).all()  # of no lamp
     seen = seen & ~sky
     tile = float(few.x[1] - few.x[0])
+    # where they stand: y to the left, over x ahead
     for group, low, high in (
         ("headlights", -2.6 / 22, -1.2 / 22),
         ("other", 1.2 / 16, 2.6 / 16),
-    ):  # where they stand: y to the left, over x ahead
+    ):
         x = few.x.values[seen[groups.index(group)].any(axis=0)]
         assert 0 < len(x) < 8 and x.min() > low - tile and x.max() < high + tile
 
@@ -59,6 +59,5 @@ def test_runs_on_one_scene_are_renderings_of_their_own(make, monkeypatch):
     k = groups.index("streetlights")
     errors = [transport.median_error(look[k], truth[k], ~seen[k]) for look in (before, after)]
     assert errors[1] < 0.7 * errors[0]  # at the least what twice the paths would do
-    assert (
-        0.5 < transport.own_errors(few)["streetlights"] / errors[0] < 2.0
-    )  # stated to a factor of 1.5, and half of 1296 tiles in one street
+    # stated to a factor of 1.5, and half of 1296 tiles in one street
+    assert 0.5 < transport.own_errors(few)["streetlights"] / errors[0] < 2.0

@@ -112,6 +112,7 @@ def test_the_ladder_of_paths_climbs_and_is_one_for_all():
         rungs.append(paths)
         paths = next_rung(paths)
     assert rungs == [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 80, 96, 112, 128, 160, 192, 224, 256]
+    # from wherever paths began
     assert [next_rung(n) for n in (17, 63, 65, 79, 100, 300)] == [
         24,
         64,
@@ -119,7 +120,7 @@ def test_the_ladder_of_paths_climbs_and_is_one_for_all():
         80,
         112,
         320,
-    ]  # from wherever paths began
+    ]
 
 
 def test_the_paths_of_a_group_depend_neither_on_other_groups_nor_on_the_overscan():
@@ -280,9 +281,8 @@ def test_the_true_error_is_below_the_allowed_one(make):
             luminance(d.radiance.sel(light_group=group).values.astype(float), d.wavelength.values)
             for d in (ds, long)
         )
-        b = np.where(
-            b < np.quantile(b, 0.99), b, 0
-        )  # lamps seen directly have no noise, and drown the rest
+        # lamps seen directly have no noise, and drown the rest
+        b = np.where(b < np.quantile(b, 0.99), b, 0)
         used = b > 0.01 * b.mean()
         error = weighted_median(np.abs(a[used] / b[used] - 1), b[used])
         print(

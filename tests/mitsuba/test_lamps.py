@@ -111,9 +111,10 @@ def test_the_footprint_on_tiles_is_the_polygon_itself(make):
 def test_a_half_hidden_lamp_sends_half_and_says_how_well_that_is_known(make):
     camera = make.camera((0, 0, 0), (1, 0, 0), 20.0, 1.0)
     whole = one_lamp(make, facing(make, 0.01, 0.01, 20.0), camera)
+    # covers y > 0
     wall = make.describe(
         [("wall", "post", (make.part(facing(make, 1.0, 1.0)),), make.pose(10.0, 1.0))]
-    )  # covers y > 0
+    )
     from dataclasses import replace
 
     half = replace(
@@ -156,9 +157,8 @@ def test_beam_pattern_against_its_formula(make, angle_deg):
     t = np.clip((c - co) / (ci - co), 0, 1)
     d = ci - co
     floor = 0.02 / 0.98 * 2 * ((1 - ci**2) / 2 + d * (co / 2 + 0.35 * d))
-    wanted = (
-        800.0 * c / 20.0**2 * (t * t * (3 - 2 * t) + floor) / (1 + floor)
-    )  # candela x foreshortening / d^2
+    # candela x foreshortening / d^2
+    wanted = 800.0 * c / 20.0**2 * (t * t * (3 - 2 * t) + floor) / (1 + floor)
     # 10 cm at 20 m spans 0.3 degrees, over which the pattern bends: 1e-3 of the axis value
     assert flux(ds) == pytest.approx(
         wanted, rel=1e-3, abs=1e-3 * 800 / 20**2 * (28 < angle_deg < 32)
@@ -259,6 +259,5 @@ def test_a_triangle_is_drawn_as_often_as_its_chance_says(count):
     threshold, other = alias_table(chance)
     assert (threshold >= 0).all() and (threshold <= 1).all()
     drawn = (threshold + np.bincount(other, 1 - threshold, count)) / count
-    np.testing.assert_allclose(
-        drawn, chance / chance.sum(), rtol=1e-12, atol=1e-15
-    )  # sums of up to a thousand float64 of order 1
+    # sums of up to a thousand float64 of order 1
+    np.testing.assert_allclose(drawn, chance / chance.sum(), rtol=1e-12, atol=1e-15)

@@ -54,9 +54,8 @@ def test_a_coloured_ball_below_a_coloured_sky(make):
     colour = make.spectrum((345.0, 400.0, 500.0, 610.0, 745.0), (0.9, 0.1, 0.8, 0.2, 1.0))
     mesh = sphere(12, False)
     ball = make.part((mesh[0] * 2 + [7.0, 0, 0], mesh[1]), "coloured")
-    settings = MitsubaRenderer(
-        width=6, height=6, first_nm=420.0, last_nm=720.0, step_nm=100.0
-    )  # tables begin at 360 nm
+    # tables begin at 360 nm
+    settings = MitsubaRenderer(width=6, height=6, first_nm=420.0, last_nm=720.0, step_nm=100.0)
     scene = make.describe(
         [("ball", "chart", (ball,), make.pose())],
         sky=sky,
@@ -98,15 +97,15 @@ def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
                 for k in range(repeats)
             ]
         )
+        # light of blocks of 7 x 4 tiles
         piles.append(
             pile.reshape(repeats, 4, 4, 2, 7, 6, 4).mean((2, 4, 6)).reshape(repeats, 4, 12)
-        )  # light of blocks of 7 x 4 tiles
+        )
     a, b = piles
     error = np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1)) / repeats)
     lit = a.mean(0) > 0.01 * a.mean((0, 2))[:, None]
-    z = (a.mean(0) - b.mean(0))[lit] / np.maximum(error, 1e-5 * a.mean(0))[
-        lit
-    ]  # 1e-5: float32 sums
+    # 1e-5: float32 sums
+    z = (a.mean(0) - b.mean(0))[lit] / np.maximum(error, 1e-5 * a.mean(0))[lit]
     # Student's t with 14 degrees of freedom, 1.08 wide, of 35 blocks: no block beyond 5, and no
     # bias of all of them
     assert lit.sum() > 30 and np.abs(z).max() < 5 and abs(z.mean()) < 4 / np.sqrt(len(z))
@@ -143,9 +142,8 @@ def test_first_directions_are_spread_evenly(make, samples):
         12,
     )
     found = np.stack([next(v for _, _, v in one_pass(k, samples, None)) for k in range(passes)])
-    coins = 0.25 / np.sqrt(
-        samples
-    )  # of 0.5 x 0.5, all or nothing with even chances: a standard deviation as large as the mean
+    # of 0.5 x 0.5, all or nothing with even chances: a standard deviation as large as the mean
+    coins = 0.25 / np.sqrt(samples)
     assert found.mean() == pytest.approx(0.25, abs=5 * coins / np.sqrt(found.size))
     # 768 numbers know a variance to 5 %; measured are 0.03 and 0.005 of that of coins
     assert found.var() < 0.1 * coins**2
@@ -164,9 +162,8 @@ def test_all_places_together_are_the_mean_of_a_band():
         (1.0, [555.0]),
         (150.0, [475.0]),
     ):
-        fine = np.linspace(
-            -step / 2, step / 2, int(4 * step) + 1
-        )  # knots at quarters: exact for what is linear between halves
+        # knots at quarters: exact for what is linear between halves
+        fine = np.linspace(-step / 2, step / 2, int(4 * step) + 1)
         truth = np.stack(
             [
                 [

@@ -113,9 +113,8 @@ def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
     scene = lamp_at(make, direction, wide(make, 220.0, 1.5), distance_m=1.0, radius_m=np.tan(half))
     ds = MitsubaRenderer(width=48, height=32, **QUICK, max_depth=1)(scene)
     light = luminance(ds.radiance.values[0].astype(float), ds.wavelength.values)
-    light /= np.median(
-        light[light > 0.5 * light.max()]
-    )  # level of the tiles that are wholly covered
+    # level of the tiles that are wholly covered
+    light /= np.median(light[light > 0.5 * light.max()])
     ray = projections.direction(*np.meshgrid(ds.x, ds.y), "equidistant")
     world = np.stack([ray[2], -ray[0], -ray[1]])
     angle = np.arccos(np.einsum("k,kyx->yx", direction, world))
@@ -285,10 +284,11 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
     at, _ = lens_map.inverse(picture.x.values / 1.5e-3, np.zeros(picture.sizes["x"]))
     assert np.degrees(np.abs(at).max()) > 85
     beside = np.degrees(np.abs(at)) > 76
+    # the road goes on there
     assert (
         set(labels["instance"].values[-4:, beside].ravel()) == {1}
         and (found[-4:, beside] > 0).all()
-    )  # the road goes on there
+    )
 
 
 @pytest.mark.slow
@@ -313,9 +313,8 @@ def test_the_scalar_variant_renders_equidistant_fields(make):
     np.testing.assert_allclose(sky[0], sky[1], atol=4 * 0.045 * sky[1].max())
     assert sky[0].mean() == pytest.approx(sky[1].mean(), rel=0.01)
     some = lit[1] > 0.01 * np.median(lit[1])
-    assert some.sum() > 30 and np.median(lit[0][some] / lit[1][some]) == pytest.approx(
-        1, abs=0.1
-    )  # skew noise of 0.5 a tile, its median of 30
+    # skew noise of 0.5 a tile, its median of 30
+    assert some.sum() > 30 and np.median(lit[0][some] / lit[1][some]) == pytest.approx(1, abs=0.1)
     upside_down = np.abs(sky[0][::-1] - sky[1]).max()
     assert upside_down > 0.5 * sky[1].max(), "the test could not detect an inverted picture"
 

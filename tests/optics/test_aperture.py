@@ -48,9 +48,8 @@ def pattern(flare, samples, size=129):
 def test_halving_the_grid_spacing_converges(flare):
     fine = pattern(flare, 1536)
     errors = [np.abs(pattern(flare, n) - fine).sum() / fine.sum() for n in (192, 384, 768)]
-    assert (
-        errors[0] > 1.7 * errors[1] > 1.7**2 * errors[2]
-    )  # first order at least: edges cross cells
+    # first order at least: edges cross cells
+    assert errors[0] > 1.7 * errors[1] > 1.7**2 * errors[2]
     assert errors[2] < 2e-3
 
 
@@ -91,9 +90,8 @@ def test_rounding_takes_spikes_away():
 
 
 def test_parallel_scratches_make_one_streak():
-    psf = LENS.psf([550], 1.0, 201, [ApertureFlare(**WIPER)]).values[
-        0
-    ]  # scratches along y: the streak lies along x
+    # scratches along y: the streak lies along x
+    psf = LENS.psf([550], 1.0, 201, [ApertureFlare(**WIPER)]).values[0]
     along, across = psf[95:106, 130:].sum(), psf[130:, 95:106].sum()
     assert along > 10 * across
     turned = LENS.psf(

@@ -54,9 +54,8 @@ def test_prysm_of_the_same_pupil(zernike_um, obscured):
         cells * np.exp(-2j * np.pi / 0.55 * opd), axis[1] - axis[0], 4.0, 0.55, pitch_um, size
     )
     theirs = np.abs(field) ** 2
-    theirs = np.roll(
-        theirs[::-1, ::-1], 1, axis=(0, 1)
-    )  # their phase has the other sign: the image is turned about the axis
+    # their phase has the other sign: the image is turned about the axis
+    theirs = np.roll(theirs[::-1, ::-1], 1, axis=(0, 1))
     # The border row and column have no partner after the turn. Both are sums of the same products:
     # rounding alone.
     ours, theirs = (p[1:, 1:] / p[1:, 1:].sum() for p in (ours, theirs))

@@ -80,8 +80,7 @@ def errors(f_number, pitch_um):
 def test_twenty_waves_of_defocus_are_as_wrong_as_the_ledger_says(f_number, pitch_um):
     stated, measured, core = errors(f_number, pitch_um)
     assert stated.max() <= 0.03
-    assert (
-        measured <= stated + wings.WRAP
-    ).all()  # the ledger's two rows: speckle, and what the period leaves
+    # the ledger's two rows: speckle, and what the period leaves
+    assert (measured <= stated + wings.WRAP).all()
     assert measured.max() < 0.01  # what it is: 0.6 % at most
     assert core < 5e-3

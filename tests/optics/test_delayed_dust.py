@@ -91,18 +91,18 @@ def test_delay_takes_no_light_away():
         for d in (0.0, 0.2, 3.0)
     ]
     assert energies[0] == energies[1] == energies[2]
-    assert open_energy_mm2(LENS, [GLASS], 450.0) == pytest.approx(
-        np.pi / 4, rel=1e-6
-    )  # chords of discs
+    # chords of discs
+    assert open_energy_mm2(LENS, [GLASS], 450.0) == pytest.approx(np.pi / 4, rel=1e-6)
     # The point spread holds it all: within 64 um lie all but the skirts of the grains, a few
     # percent.
     assert 0.9 < LENS.psf([500], 2.0, 64, [GLASS]).values.sum() < 1.0
 
 
 def test_amplitudes_are_those_of_the_points():
+    # grains overlap
     flare = ApertureFlare(
         dust_per_mm2=300.0, dust_radius_um=20.0, dust_delay_um=0.7, scratches_per_mm2=10.0
-    )  # grains overlap
+    )
     axis = axis_mm(LENS, 0.02)
     cells = amplitude(LENS, [flare], axis, axis, 480.0)
     inner = (np.arange(8) - 3.5) / 8 * 0.02
@@ -123,9 +123,8 @@ def test_the_mirror_image_is_lost_and_kernels_know():
     """
     one, other = (LENS.psf([550], 1.5, 65, [OneGrain(d)]).values[0] for d in (0.15, -0.15))
     assert np.abs(one - one[::-1, ::-1]).sum() > 0.02
-    np.testing.assert_allclose(
-        one, other[::-1, ::-1], atol=1e-6 * one.max()
-    )  # float32; the stop itself is symmetric
+    # float32; the stop itself is symmetric
+    np.testing.assert_allclose(one, other[::-1, ::-1], atol=1e-6 * one.max())
     [band] = _computed(LENS, [OneGrain(0.15)], np.array([550.0]), (3.0, 3.0), (20, 20)).bands
     sharp = LENS.psf([550], 3.0, 41, [OneGrain(0.15)], integrated=True).values[0]
     skew, want = ((b - b[::-1, ::-1])[20, 21:24] for b in (band, sharp))

@@ -145,17 +145,15 @@ def test_on_the_axis_the_exit_pupil_is_round_and_as_wide_as_the_f_number_says():
         lens, place = place_at(name, f_number, 0.0)
         meridional, sagittal = lens.exit_pupil_at(0.0)
         assert meridional == pytest.approx(sagittal, abs=1e-6)
-        assert meridional == pytest.approx(
-            1.0, abs=0.004
-        )  # the f-number is paraxial, the rays at the border are not
+        # the f-number is paraxial, the rays at the border are not
+        assert meridional == pytest.approx(1.0, abs=0.004)
         assert exit_pupil(lens.real(), 0.0, REFERENCE_NM).off_ellipse < 1e-6
         plain = replace(place, pupil_matrix=None, f_number=f_number / meridional)
         found, wanted = (
             one.psf(REFERENCE_NM, 0.5, 65, integrated=False).values for one in (place, plain)
         )
-        np.testing.assert_allclose(
-            found, wanted, atol=2e-4 * wanted.max()
-        )  # the same pupil, on cells of another size
+        # the same pupil, on cells of another size
+        np.testing.assert_allclose(found, wanted, atol=2e-4 * wanted.max())
 
 
 @dataclass(frozen=True)
@@ -184,9 +182,8 @@ def test_flares_in_the_stop_are_seen_through_the_exit_pupil():
             sampled_pupil.amplitude(place, flares, axis, axis, 550.0), 0.004, cell_means=True
         )
         even = replace(place, uneven=())
-        assert drawn == pytest.approx(
-            sampled_pupil.open_energy_mm2(even, flares, 550.0), rel=2e-3
-        )  # cells on the border
+        # cells on the border
+        assert drawn == pytest.approx(sampled_pupil.open_energy_mm2(even, flares, 550.0), rel=2e-3)
 
 
 def test_a_point_keeps_its_light_whatever_the_shape_of_its_pupil():
@@ -196,9 +193,8 @@ def test_a_point_keeps_its_light_whatever_the_shape_of_its_pupil():
     _, place = place_at("double_gauss", 4.0, 14.0)
     light = float(place.psf(550.0, 2.0, 65).sum())
     round_one = float(replace(place, pupil_matrix=None).psf(550.0, 2.0, 65).sum())
-    assert (
-        light == pytest.approx(round_one, abs=1.5e-3) and 0.97 < light < 1
-    )  # a pupil 6 % narrower: 6 % more of 2 % outside
+    # a pupil 6 % narrower: 6 % more of 2 % outside
+    assert light == pytest.approx(round_one, abs=1.5e-3) and 0.97 < light < 1
 
 
 def test_the_ledger_states_what_the_ellipse_leaves():

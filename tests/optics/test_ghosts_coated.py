@@ -99,9 +99,8 @@ def test_coated_surfaces_against_an_independent_monte_carlo_trace(bare, column):
     x_mm = light.x.values * 1e3
     mean = weight @ spots[:, 0] / weight.sum()
     size = np.sqrt(weight @ (spots[:, 0] - mean) ** 2 / weight.sum())
-    assert share.sum(0) @ x_mm == pytest.approx(
-        mean, abs=0.025 * size
-    )  # rays go linearly over a radial bin of the field
+    # rays go linearly over a radial bin of the field
+    assert share.sum(0) @ x_mm == pytest.approx(mean, abs=0.025 * size)
     assert (
         flux(light)[0]
         < 0.5
@@ -126,9 +125,8 @@ def pairs(name, f_number, half_field_deg, coating):
     found = []
     for pair in rank(powers, float(np.tan(np.radians(half_field_deg)))):
         product = powers.at_normal(pair.front) * powers.at_normal(pair.back)
-        largest = (
-            powers.at_normal(pair.front).max() * powers.at_normal(pair.back).max()
-        )  # the rank takes each surface at its worst
+        # the rank takes each surface at its worst
+        largest = powers.at_normal(pair.front).max() * powers.at_normal(pair.back).max()
         found.append(pair.share * product / largest)
     return found
 
@@ -144,9 +142,8 @@ def test_three_layers_keep_a_headlamp_s_flux_in_any_pair_below_a_ten_thousandth(
     }
     assert shares["multilayer"] < 1e-4 and shares["broadband"] < 5e-5
     assert shares["none"] > 3e-3 and shares["mgf2"] > 3 * shares["multilayer"]
-    assert (
-        max(p.max() for p in pairs(*lens, "multilayer")) > 1e-4
-    )  # not so at 400 nm, where a headlamp has next to no light
+    # not so at 400 nm, where a headlamp has next to no light
+    assert max(p.max() for p in pairs(*lens, "multilayer")) > 1e-4
 
 
 @pytest.mark.parametrize("lens", LENSES, ids=lambda lens: lens[0])

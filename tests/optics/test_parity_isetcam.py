@@ -36,9 +36,8 @@ def test_irradiance_of_a_uniform_scene():
             falloff="none",
         )
         light = lens(uniform(d["radiance_photons"], d["wave"]))
-        np.testing.assert_allclose(
-            light[:, 2, 2], d["irr_before_otf"][:, case], rtol=1e-6
-        )  # stored from float32
+        # stored from float32
+        np.testing.assert_allclose(light[:, 2, 2], d["irr_before_otf"][:, case], rtol=1e-6)
 
 
 def test_cos4():
@@ -67,12 +66,10 @@ def test_diffraction_psf_to_transfer_function():
     pitch, lens = 1e3 * float(d["psf_dx_mm"]), DiffractionLimitedLens()
     for i, wave in enumerate(d["wavelength_nm"]):
         psf = lens.psf([float(wave)], pitch_um=pitch, size=1024).values[0]
-        got = np.abs(np.fft.fft2(psf))[
-            ::8, ::8
-        ]  # 1024 samples: every eighth frequency is one of theirs
-        assert (
-            np.abs(got - d["otf_dc_at_11"][..., i]).max() < 6e-3
-        )  # light beyond 128 um: 0.3 % to 0.5 %
+        # 1024 samples: every eighth frequency is one of theirs
+        got = np.abs(np.fft.fft2(psf))[::8, ::8]
+        # light beyond 128 um: 0.3 % to 0.5 %
+        assert np.abs(got - d["otf_dc_at_11"][..., i]).max() < 6e-3
 
 
 @pytest.mark.parametrize("domain", ["psf", "pupil"])
@@ -108,13 +105,11 @@ def test_zernike_wavefront(domain):
                 / 201
                 / (float(d["pupil_diameter_mm"]) / 2)
             )
-            got = wavefront_um(
-                {j: c for j, c in enumerate(d["zcoeffs"][:, z]) if c}, axis, -axis
-            )  # OSA's y points up
+            # OSA's y points up
+            got = wavefront_um({j: c for j, c in enumerate(d["zcoeffs"][:, z]) if c}, axis, -axis)
             want = d[f"wavefront_um_{domain}"][:, :, w, z]
-            assert (
-                np.abs(got - want)[inside].max() < 2e-6 * np.abs(want).max()
-            )  # float32; their pi of 3.1416 in one domain
+            # float32; their pi of 3.1416 in one domain
+            assert np.abs(got - want)[inside].max() < 2e-6 * np.abs(want).max()
 
 
 def test_optical_image_of_points():
@@ -142,6 +137,5 @@ def test_optical_image_of_points():
     theirs = np.fft.ifft2(np.fft.fft2(want) * tile[:, None] * tile).real[:, 8:-8, 8:-8]
     inside = (slice(None), slice(16, -16), slice(16, -16))
     difference = np.abs(ours - theirs)[inside]
-    assert (
-        difference.max() < 2e-3 * theirs.max() and difference.sum() < 0.02 * theirs[inside].sum()
-    )  # measured 8e-4, 0.011
+    # measured 8e-4, 0.011
+    assert difference.max() < 2e-3 * theirs.max() and difference.sum() < 0.02 * theirs[inside].sum()

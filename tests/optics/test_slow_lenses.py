@@ -134,6 +134,5 @@ def test_small_frames_take_little_time_and_memory(f_number, tiles, pitch_um):
             [sys.executable, "-c", code], capture_output=True, text=True, check=True
         ).stdout.split(),
     )
-    assert (
-        seconds < 5 and peak < 2**30
-    )  # 0.3 s and 0.13 GB beside the imports; lattices took 24 s and 4.3 GB
+    # 0.3 s and 0.13 GB beside the imports; lattices took 24 s and 4.3 GB
+    assert seconds < 5 and peak < 2**30

@@ -128,9 +128,8 @@ def test_ghosts(monkeypatch, bare):
     assert error <= of.figure <= 10 * error and error > 1e-3, (error, of.figure)
     light = of.shot.parts[ghost_flare.PART]
     without = stated(lens, (), mixed, 2e-4).shot.total
-    np.testing.assert_allclose(
-        light, of.shot.total - without, atol=1e-5 * without.max()
-    )  # float32 light
+    # float32 light
+    np.testing.assert_allclose(light, of.shot.total - without, atol=1e-5 * without.max())
 
 
 def test_labels_decide_nothing(monkeypatch):

@@ -9,10 +9,11 @@ from isethdr_optics.psf import kernels
 from isethdr_core import build
 
 LENS = build("lens", "diffraction_limited", f_number=4.0, focal_length_mm=4.0)
+# one band from 525 to 575 nm, and the ten that it is made of
 BAND, PARTS = (
     [500.0, 550.0, 600.0],
     np.arange(527.5, 573.0, 5.0),
-)  # one band from 525 to 575 nm, and the ten that it is made of
+)
 
 
 @pytest.fixture
@@ -26,9 +27,8 @@ def used(monkeypatch):
 
     monkeypatch.setattr(kernels, "exact_core", core)
     monkeypatch.setattr(kernels, "_cache", type(kernels._cache)())
-    monkeypatch.setattr(
-        kernels, "_stored", lambda name: None
-    )  # a slow machine writes kernels to disk
+    # a slow machine writes kernels to disk
+    monkeypatch.setattr(kernels, "_stored", lambda name: None)
     return found
 
 

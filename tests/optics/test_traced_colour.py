@@ -28,9 +28,8 @@ def test_the_traced_focus_of_a_wavelength_is_that_of_the_matrices():
             back_focus_mm(real.surfaces[:-1], real.indices(wave))
             - back_focus_mm(real.surfaces[:-1], real.indices(real.reference_nm))
         )
-        f_number = 16.0 / lens.pupil_scale_at(
-            0.0, wave
-        )  # of this colour: its focal length is another
+        # of this colour: its focal length is another
+        f_number = 16.0 / lens.pupil_scale_at(0.0, wave)
         shift = lens.colour_at(0.0, wave)[4] * 16 * 3**0.5 * f_number**2
         # a shift is a parabola to its own share of the focal length, here up to 2.6 %; blue light
         # focuses in front
@@ -61,9 +60,8 @@ def test_every_wavelength_has_its_own_wavefront_off_the_axis_too():
         sampled_pupil.coefficients_um(axis, w)[4] - sampled_pupil.coefficients_um(axis, 587.56)[4]
         for w in (430.0, 650.0)
     ]
-    assert (
-        min(map(abs, lost)) > 5e-3 and max(abs(a - b) for a, b in zip(lost, kept)) > 1e-3
-    )  # there is colour, and not that of the axis
+    # there is colour, and not that of the axis
+    assert min(map(abs, lost)) > 5e-3 and max(abs(a - b) for a, b in zip(lost, kept)) > 1e-3
 
 
 def test_colour_turns_with_the_place():
@@ -72,9 +70,8 @@ def test_colour_turns_with_the_place():
         node_lens(lens, lens.wavefront_at(angle), turn, angle).psf(450.0, 1.0, 65).values[0]
         for turn in (0.0, np.pi / 2)
     )
-    np.testing.assert_allclose(
-        np.rot90(right), up, atol=1e-5 * up.max()
-    )  # cells of the pupil are the same turned by a quarter
+    # cells of the pupil are the same turned by a quarter
+    np.testing.assert_allclose(np.rot90(right), up, atol=1e-5 * up.max())
 
 
 def scene(tangent, pitch, bands, rows=8, more=24):
@@ -149,9 +146,8 @@ def test_blue_and_red_images_at_70_percent_of_the_field_lie_where_their_rays_do(
     # a tile of 1.6 um, drawn out by up to 2 % and shared by area, has its centroid off by 1 % of
     # itself
     np.testing.assert_allclose(found, want, atol=0.02)
-    np.testing.assert_allclose(
-        np.diff(found), np.diff(want), atol=2e-3
-    )  # its stretch hardly differs between bands
+    # its stretch hardly differs between bands
+    np.testing.assert_allclose(np.diff(found), np.diff(want), atol=2e-3)
     kept = plane.move(light.values).sum(axis=(1, 2))
     np.testing.assert_allclose(kept, light.values.sum(axis=(1, 2)), rtol=1e-9)
 
@@ -174,9 +170,10 @@ def test_the_whole_lens_moves_its_bands():
     want = (blue - red) / reference * 4e3 * tangent
     assert (at[0] - before[0]) - (at[1] - before[1]) == pytest.approx(want, rel=0.05) and want > 0.1
     assert image.values.min() >= 0
+    # the skirt's border
     np.testing.assert_allclose(
         image.values.sum(axis=(1, 2)), plain.values.sum(axis=(1, 2)), rtol=1e-3
-    )  # the skirt's border
+    )
 
 
 def test_a_course_without_course_is_a_magnification_and_light_is_kept():
@@ -220,9 +217,8 @@ def test_dark_tiles_beside_a_lamp_keep_their_digits():
     values[4, 15] = 1.0
     course = Course(np.array([0.0, 9.0]), np.array([1.0, 1.0004]), (0.1, 0.1))
     out = displaced(values, course, (9, 31))
-    np.testing.assert_allclose(
-        out[:, :12], 1e-12, rtol=2e-3
-    )  # the border's own dilution; a lamp of 1e12 leaves no rounding
+    # the border's own dilution; a lamp of 1e12 leaves no rounding
+    np.testing.assert_allclose(out[:, :12], 1e-12, rtol=2e-3)
 
 
 def test_the_ledger_and_bad_use():

@@ -73,9 +73,8 @@ def test_the_power_is_that_of_rays_counted_by_direction(name, f_number, angle_de
     pupil = exit_pupil(lens, tangent, lens.reference_nm)
     places = np.stack([(leaves[0] - pupil.centre) / pupil.meridional, leaves[1] / pupil.sagittal])
     cell = np.minimum(np.floor((leaves - low[:, None]) / (high - low)[:, None] * 9).astype(int), 8)
-    inner = [
-        (i, j) for i in range(9) for j in range(9) if np.hypot(i - 4, j - 4) < 3.3
-    ]  # whole cells, off the rim
+    # whole cells, off the rim
+    inner = [(i, j) for i in range(9) for j in range(9) if np.hypot(i - 4, j - 4) < 3.3]
     count, modelled = [], []
     for i, j in inner:
         seen = (cell[0] == i) & (cell[1] == j)

@@ -57,9 +57,8 @@ def _once(real, height_mm, wavelength_nm, side, draw):
                 centre = np.array([[0.0], [0.0], [surface.z_mm + radius]])
                 foot = ((centre - at) * way).sum(0)
                 chord = np.sqrt(radius**2 - ((centre - at) ** 2).sum(0) + foot**2)
-                at = at + way * (
-                    foot + np.sign(radius) * chord
-                )  # backwards, the vertex of R > 0 is where a ray leaves the sphere
+                # backwards, the vertex of R > 0 is where a ray leaves the sphere
+                at = at + way * (foot + np.sign(radius) * chord)
                 normal = (centre - at) / radius  # towards the sensor
             alive &= np.hypot(at[0], at[1]) <= surface.semi_diameter_mm
             comes = np.arccos(np.clip(-(normal * way).sum(0), -1, 1))
@@ -104,9 +103,8 @@ def test_uniform_light_is_what_rays_counted_from_the_sensor_say(name, f_number, 
             height = 4.0 * plane.x[at]
             want, off = counted_sr(real, height, wave)
             assert off < 1.2e-3 * want
-            assert seen_sr(real, height, wave) == pytest.approx(
-                want, abs=4 * off + 3e-4 * want
-            )  # 160 cells across the beam
+            # 160 cells across the beam
+            assert seen_sr(real, height, wave) == pytest.approx(want, abs=4 * off + 3e-4 * want)
             assert found[band, 2, at] == pytest.approx(want, abs=4 * off + close * want)
             attributes = lens.throughput_sr() * table_values(
                 plane.attrs["falloff_table"], np.degrees(np.arctan(plane_tangent(plane, at)))

@@ -101,11 +101,12 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
     lens = PrescribedLens(prescription="cooke_triplet", f_number=5.0, focal_length_mm=50.0)
     real, angle, azimuth = lens.real(), np.radians(19.0), 0.8
     place = node_lens(lens, lens.wavefront_at(angle), azimuth, angle)
+    # y down
     indices, tx, ty = (
         real.indices(real.reference_nm),
         np.tan(angle) * np.cos(azimuth),
         -np.tan(angle) * np.sin(azimuth),
-    )  # y down
+    )
     pupil_z, radius = paraxial.entrance_pupil(real.surfaces[:-1], indices)
     front, across = real.surfaces[0].z_mm, np.linspace(-1.3, 1.3, 120) * radius
     x, y = np.meshgrid(across + (front - pupil_z) * tx, across + (front - pupil_z) * ty)
@@ -130,13 +131,11 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
     lit, seen = rays.margin[inside] > 0, cells[at[1], at[0]]
     assert 0.1 < np.mean(~lit) < 0.4
     clear = (seen < 1e-3) | (seen > 1 - 1e-3)
-    assert (
-        clear.mean() > 0.9 and np.mean((seen > 0.5)[clear] != lit[clear]) < 5e-3
-    )  # cells of a hundredth of the stop beside the rim
+    # cells of a hundredth of the stop beside the rim
+    assert clear.mean() > 0.9 and np.mean((seen > 0.5)[clear] != lit[clear]) < 5e-3
     mirrored = cells[::-1]
-    assert (
-        np.mean((mirrored[at[1], at[0]] > 0.5) != lit) > 0.02
-    )  # the test sees on which side the rims are
+    # the test sees on which side the rims are
+    assert np.mean((mirrored[at[1], at[0]] > 0.5) != lit) > 0.02
 
 
 def test_energy_of_a_cut_pupil_is_its_area_and_its_point_spread_keeps_it():
@@ -146,9 +145,8 @@ def test_energy_of_a_cut_pupil_is_its_area_and_its_point_spread_keeps_it():
         np.pi * 0.25 * energy(disc(0, 0, 1.0) & disc(-0.5, 1.0, 1.0), []) / np.pi
     )
     sharp, wide = (lens.psf(550.0, 2.0, 129).values[0] for lens in (whole, cut))
-    assert (
-        wide.sum() == pytest.approx(sharp.sum(), abs=6e-3) and wide.max() < 0.6 * sharp.max()
-    )  # a smaller pupil, more of it far away
+    # a smaller pupil, more of it far away
+    assert wide.sum() == pytest.approx(sharp.sum(), abs=6e-3) and wide.max() < 0.6 * sharp.max()
     # the narrow direction of the pupil is the wide one of its point spread
     y, x = np.indices(wide.shape) - 64
     near = np.hypot(y, x) < 8

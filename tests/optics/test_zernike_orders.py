@@ -61,9 +61,8 @@ def test_pupil_mean_of_every_index():
 @pytest.mark.parametrize("j", [84, 600])
 def test_light_of_high_orders_is_kept(j):
     rms_um = 0.03 if order(j)[0] < 20 else 0.003
-    steepest_um = (
-        2 * 4.0 * sampled_pupil.steepest_um(lens(j, rms_um), WAVE_NM)
-    )  # where the steepest part of the wavefront sends light
+    # where the steepest part of the wavefront sends light
+    steepest_um = 2 * 4.0 * sampled_pupil.steepest_um(lens(j, rms_um), WAVE_NM)
     count = int(steepest_um / 2) + 40
     light = float(lens(j, rms_um).psf(WAVE_NM, 4.0, count, integrated=True).sum())
     clean = float(

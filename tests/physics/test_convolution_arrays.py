@@ -42,18 +42,16 @@ def test_same_light_on_either_library(place, dtype, mirrored):
 
 def test_doubtful_pixels_are_summed_there_too(place):
     y = np.arange(-20, 21)
-    psf = np.exp(
-        -0.5 * (y[:, None] ** 2 + y**2) / 2.0**2
-    )  # below 1e-13 of its peak: rounding of the transform would show
+    # below 1e-13 of its peak: rounding of the transform would show
+    psf = np.exp(-0.5 * (y[:, None] ** 2 + y**2) / 2.0**2)
     image = np.random.default_rng(1).uniform(0.5, 1.5, (60, 50))
     image[30, 25] = 1e12
     kernel = prepare(place(psf), image.shape)
     assert isinstance(kernel, Kernel) and not isinstance(kernel.spectrum, np.ndarray)
     theirs, bound = convolve_with_bound(place(image), kernel)
     assert bound.pixels == 0
-    np.testing.assert_allclose(
-        arrays.on_host(theirs), convolve(image, psf), rtol=6e-8
-    )  # what either transform is allowed, and not more
+    # what either transform is allowed, and not more
+    np.testing.assert_allclose(arrays.on_host(theirs), convolve(image, psf), rtol=6e-8)
 
 
 def test_what_does_not_fit_is_refused(place):

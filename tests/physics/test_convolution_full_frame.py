@@ -70,6 +70,7 @@ def test_no_light_is_lost_or_made(prepared):
         - total[top + ny, left]
         + total[top, left]
     )
+    # sums of 2e6 float64 values
     assert convolve(image, prepared).sum() == pytest.approx(
         float(np.sum(image[i, j] * stays)), rel=1e-9
-    )  # sums of 2e6 float64 values
+    )

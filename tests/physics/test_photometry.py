@@ -30,9 +30,8 @@ def test_table_equals_colour_science():
 def test_one_watt_at_555_nm_is_683_lumen():
     w = np.arange(550.0, 561.0, 1.0)
     line = np.where(w == 555, 1.0, 0.0)  # 1 W/nm over a band of 1 nm
-    assert photometry.luminance(line, w) == pytest.approx(
-        683.0, rel=1e-4
-    )  # y-bar is 1.0000 at 555 nm in four digits
+    # y-bar is 1.0000 at 555 nm in four digits
+    assert photometry.luminance(line, w) == pytest.approx(683.0, rel=1e-4)
 
 
 def test_luminance_is_y_and_linear_and_axis_is_free():
@@ -66,9 +65,10 @@ def test_agrees_with_isetcam(isetcam):
         photometry.xyz_bar(w5[seen]).T, isetcam["xyz_cmf5"][seen], atol=1e-14
     )
     np.testing.assert_allclose(photometry.xyz(isetcam["d65"], w), isetcam["xyz_d65"], rtol=1e-14)
+    # their cut at 730 nm: 3.7e-5
     np.testing.assert_allclose(
         photometry.luminance(isetcam["d65_w5"], w5), isetcam["lum_d65_w5"], rtol=5e-5
-    )  # their cut at 730 nm: 3.7e-5
+    )
     np.testing.assert_allclose(
         photometry.xyz(isetcam["bb_energy"], w), isetcam["xyz_bb"], rtol=1e-14
     )

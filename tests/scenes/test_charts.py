@@ -97,9 +97,8 @@ def test_slanted_edge_mean_sides_and_slope(angle):
     assert y.max() == pytest.approx(200, rel=FLOAT32) and y.min() == pytest.approx(10, rel=FLOAT32)
     if angle == 5.0:  # the edge's position in each row: dark tiles counted with their share
         edge = ((200 - y) / 190).sum(1)
-        np.testing.assert_allclose(
-            np.diff(edge), -np.tan(np.radians(5.0)), rtol=1e-5
-        )  # clockwise: to the left going down
+        # clockwise: to the left going down
+        np.testing.assert_allclose(np.diff(edge), -np.tan(np.radians(5.0)), rtol=1e-5)
 
 
 def test_disc_area_whatever_its_size_and_place():
@@ -142,9 +141,8 @@ def test_point_lights_hold_their_energy(diameter_deg):
     )
     area = np.pi * np.tan(np.radians(diameter_deg / 2)) ** 2
     energy = lamps.reshape(60, 5, 40).sum((0, 2)) * pitch**2  # each disc owns a fifth of the width
-    np.testing.assert_allclose(
-        energy, [area * 10.0 ** (6 - k) for k in range(5)], rtol=1e-6
-    )  # float32 tiles
+    # float32 tiles
+    np.testing.assert_allclose(energy, [area * 10.0 ** (6 - k) for k in range(5)], rtol=1e-6)
     sky = luminance(ds.radiance.sel(light_group="sky").values.astype(float), ds.wavelength.values)
     assert sky.sum() * pitch**2 == pytest.approx(0.1 * (200 * 60 * pitch**2 - 5 * area), rel=1e-6)
     assert [lamp["luminance_cd_m2"] for lamp in ds.attrs["lamps"]] == pytest.approx(
@@ -183,9 +181,8 @@ def test_uniform_d65_agrees_with_isetcam():
     data = np.load(Path(folder) / "isetcam" / "a_photometry.npz")
     ours = Uniform(1, 1)().radiance.values[0, :, 0, 0].astype(float)
     fine = data["d65_w5"][np.searchsorted(data["wave5"], np.arange(395, 706, 5))]
-    theirs = (
-        fine[:-2:2] + 2 * fine[1:-1:2] + fine[2::2]
-    ) / 4  # mean over 10 nm of lines between values at 5 nm
+    # mean over 10 nm of lines between values at 5 nm
+    theirs = (fine[:-2:2] + 2 * fine[1:-1:2] + fine[2::2]) / 4
     # ISETCam's D65 is tilted against the CIE table by 1.3e-3 from 380 to 780 nm; values at the
     # centres would differ by 4 %
     np.testing.assert_allclose(ours / ours.mean(), theirs / theirs.mean(), rtol=1e-3)

@@ -44,9 +44,8 @@ def test_ball_and_implicit_ball_converge_to_a_sphere():
     # the inscribed polyhedron of n steps misses about (pi/n)^2 / 4 of each of two angles
     assert volume(ball(radii=(0.5,) * 3, n=40)) == pytest.approx(exact, rel=5e-3)
     sphere = skin_of(cone((0, 0, 0), (0, 0, 0), 0.5, 0.5), 0.025, "sphere", "skin")
-    assert volume(sphere) == pytest.approx(
-        exact, rel=5e-3
-    )  # step / radius is 1/20: sagitta (1/20)^2
+    # step / radius is 1/20: sagitta (1/20)^2
+    assert volume(sphere) == pytest.approx(exact, rel=5e-3)
     # normals are central differences of the field over e = 0.7 steps: off by (e / r)^2 / 6 = 2e-4
     assert np.abs(sphere.normals - unit(sphere.vertices)).max() < 5e-4
     assert open_edge(sphere) < ROUNDING
@@ -148,9 +147,8 @@ def test_a_model_joins_parts_by_material_but_keeps_lamps_apart():
 def test_own_headlamps_stand_where_they_are_asked_to_and_look_ahead():
     for part in own_headlamps(2.0, 0.65, 0.66).model().parts:
         side = 1 if part.name.endswith("left") else -1
-        assert np.allclose(
-            part.vertices.mean(0), (2.0, side * 0.65, 0.66), atol=0.05
-        )  # the lens' radius
+        # the lens' radius
+        assert np.allclose(part.vertices.mean(0), (2.0, side * 0.65, 0.66), atol=0.05)
         assert (unit(face_areas(part))[:, 0] > 0.99).all()
 
 

@@ -68,7 +68,6 @@ def test_sky_has_its_luminance_by_the_photometry_of_colour_science():
     colour = pytest.importorskip("colour")
     sky = sky_of(4000.0)
     sd = colour.SpectralDistribution(sky.at(NM), NM)
-    assert colour.luminous_flux(sd) == pytest.approx(
-        4000.0, rel=5e-3
-    )  # 1924 V(lambda) and other integration rules
+    # 1924 V(lambda) and other integration rules
+    assert colour.luminous_flux(sd) == pytest.approx(4000.0, rel=5e-3)
     assert min(sky.value) > 0

@@ -153,9 +153,8 @@ def test_rider_reaches_pedals_and_grips(models):
 
 def test_tunnel_is_open_at_its_exit_and_closed_behind(models):
     parts = {p.name: p for p in models["tunnel"].parts}
-    corner = np.concatenate(
-        [p.vertices[p.faces] for p in models["tunnel"].parts]
-    )  # (faces, 3, xyz)
+    # (faces, 3, xyz)
+    corner = np.concatenate([p.vertices[p.faces] for p in models["tunnel"].parts])
     assert _hits(corner, (0, 0, 1.5), (1, 0, 0)) == 0
     assert _hits(corner, (0, 0, 1.5), (-1, 0, 0)) % 2 == 1
     for direction in ((0, 1, 0), (0, -1, 0), (0, 0.1, 1)):

@@ -78,9 +78,8 @@ def test_pedestrian_walks_close_beside_the_oncoming_headlamp_and_is_not_hidden(s
     lamp = oncoming_lamp(ground, car.s_m)
     apart = angle_deg(ground.on(person.s_m, person.y_m, 0.7), lamp, seen_from)
     low, high = drive.pedestrian_beside_deg
-    assert (
-        low - 0.05 <= apart <= high + 0.4
-    )  # the range is the horizontal angle; heights differ by half a degree
+    # the range is the horizontal angle; heights differ by half a degree
+    assert low - 0.05 <= apart <= high + 0.4
     corner = ground.on(car.s_m - 2.2, car.y_m + 0.94)  # outer front corner of the car
     shoulder = ground.on(person.s_m, person.y_m - 0.25)
     bearing = [np.degrees(np.arctan2(*(p - seen_from)[1::-1])) for p in (shoulder, corner)]

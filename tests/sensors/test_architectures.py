@@ -139,9 +139,8 @@ def test_four_captures_of_two_photodiodes():
     )
     found, _ = electrons(sensor, 20000.0)
     assert [r.capture for r in sensor.model().readings] == ["LPLG", "LPHG", "SPLG", "SPHG"]
-    assert_allclose(
-        found.mean((1, 2)), [20000, 20000, 20000 / 9, 20000 / 9], rtol=0.002
-    )  # 5 standard errors, step of 29 e
+    # 5 standard errors, step of 29 e
+    assert_allclose(found.mean((1, 2)), [20000, 20000, 20000 / 9, 20000 / 9], rtol=0.002)
     correlation = np.corrcoef(found.reshape(4, -1))
     assert (
         correlation[0, 1] > 0.98
@@ -256,14 +255,14 @@ def test_all_dark_and_all_saturated(name, level, saturated, flat):
     assert (shot.saturated.values == saturated).all()
     codes = shot.raw.values.astype(float)
     black, top = (shot[name].values[:, None, None] for name in ("black_dn", "top_dn"))
+    # 10 widths of the noise
     spread = (
         10
         * shot.gain_dn_per_e.values[:, None, None]
         * (shot.read_noise_e.values[:, None, None] + 1)
-    )  # 10 widths of the noise
-    assert (
-        np.all(np.abs(codes - (top if saturated else black)) <= spread) or name == "lin_log"
-    )  # which goes on beyond its knee
+    )
+    # which goes on beyond its knee
+    assert np.all(np.abs(codes - (top if saturated else black)) <= spread) or name == "lin_log"
 
 
 def test_more_charge_than_can_be_counted_is_saturated():

@@ -87,9 +87,8 @@ def test_infrared_cut_residual_is_as_stated():
 
 def test_imx363_curves_are_the_same_shapes_times_062():
     data = reference("sensor_qe.npz")
-    assert_allclose(
-        data["imx363_public"], 0.62 * data["ar0132at_rgb"], atol=0.017
-    )  # one was resampled from a coarser grid
+    # one was resampled from a coarser grid
+    assert_allclose(data["imx363_public"], 0.62 * data["ar0132at_rgb"], atol=0.017)
 
 
 def test_responsivity_of_the_data_sheet():
@@ -100,9 +99,8 @@ def test_responsivity_of_the_data_sheet():
     photons = photons_from_energy(light, w) * 5 / luminance(light, w)
     qe = quantum_efficiency(BayerSensor(infrared_cut=False).model(), w)[1]
     volts = (photons * qe).sum() * 3.75e-6**2 * 110e-6
-    assert_allclose(
-        volts, 5.48, rtol=0.03
-    )  # peak_qe is stated to two digits, the fit is good to 1 %
+    # peak_qe is stated to two digits, the fit is good to 1 %
+    assert_allclose(volts, 5.48, rtol=0.03)
 
 
 def test_curves_are_physical_everywhere():
@@ -129,9 +127,10 @@ def test_own_curves(tmp_path, flat):
     path = tmp_path / "qe.csv"
     path.write_text("wavelength_nm,R,G,B\n400,0,0,1\n500,0,1,0\n600,1,0,0\n601,0,0,0\n")
     sensor = IdealSensor(qe_csv=str(path), infrared_cut=False)
+    # the table may end where the filter is blind
     assert_allclose(
         spectral_curve(sensor.model(), [450.0, 500.0, 700.0]), [[0, 0, 0], [0.5, 1, 0], [0.5, 0, 0]]
-    )  # the table may end where the filter is blind
+    )
     assert float(sensor.expected(flat(1e-3)).min()) > 0
     with pytest.raises(ConfigError, match="no column for filter 'W'"):
         RgbwSensor(qe_csv=str(path)).expected(flat(1e-3))
@@ -181,9 +180,8 @@ def test_a_smooth_spectrum_s_error_shrinks_with_the_square_of_the_band():
     wide, middle, narrow = (
         smooth_spectrum_error(model, np.arange(380.0, 781, step)) for step in (20, 10, 5)
     )
-    assert (
-        narrow < 1e-3 and 2.5 < wide / middle < 6 and 2.5 < middle / narrow < 6
-    )  # 4 where the curves have no edges
+    # 4 where the curves have no edges
+    assert narrow < 1e-3 and 2.5 < wide / middle < 6 and 2.5 < middle / narrow < 6
 
 
 def triangle(tmp_path, centre_nm, half_nm):
@@ -256,12 +254,10 @@ def test_filters_made_of_the_clear_one():
     clear, yellow, magenta = (filter_curve(letter, w) for letter in "CYM")
     assert_array_equal(clear, filter_curve("W", w))
     assert np.all(yellow < clear) and np.all(magenta < clear)
-    assert_allclose(
-        np.interp([450, 500, 600], w, yellow / clear), [0, 0.5, 1], atol=1e-3
-    )  # blocks blue
-    assert_allclose(
-        np.interp([450, 540, 650], w, magenta / clear), [1, 0.1, 1], atol=0.05
-    )  # blocks green
+    # blocks blue
+    assert_allclose(np.interp([450, 500, 600], w, yellow / clear), [0, 0.5, 1], atol=1e-3)
+    # blocks green
+    assert_allclose(np.interp([450, 540, 650], w, magenta / clear), [1, 0.1, 1], atol=0.05)
 
 
 def test_lower_case_letters_stand_after_their_filters():
@@ -284,6 +280,5 @@ def test_any_spectrum_within_its_bands_stays_within_the_stated_bound(cfa):
         )
         worst = max(worst, float(np.abs(counted - true).max() / response.max()))
     assert bound / 3 < worst <= bound
-    assert (
-        line_error(model, np.arange(400.0, 701.0, 1.0)) < 0.15 * bound
-    )  # a tenth of the width, a tenth of the error, and a little for edges
+    # a tenth of the width, a tenth of the error, and a little for edges
+    assert line_error(model, np.arange(400.0, 701.0, 1.0)) < 0.15 * bound

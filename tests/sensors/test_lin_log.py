@@ -101,11 +101,12 @@ def test_the_table_reads_noisy_pixels_back_without_bias(mean):
 
 
 def test_a_bend_beyond_the_range_is_refused_in_the_plan_where_no_converter_has_codes():
+    # beyond 25 454 e, just before, and 455 e with one at 20 000 e
     for fields in (
         {"knee_e": 1e5},
         {"knee_e": 33500.0},
         {"swing_v": 0.05},
-    ):  # beyond 25 454 e, just before, and 455 e with one at 20 000 e
+    ):
         with pytest.raises(
             ConfigError,
             match=(

@@ -43,9 +43,8 @@ def test_keeps_the_promises_of_a_sensor():  # as it is by default: tests/core/te
 
 def test_below_the_knee_it_is_a_linear_sensor_bit_for_bit():
     sensor = LoficSensor()
-    light = np.linspace(0.0, 1800.0, SIZE[0] * SIZE[1]).reshape(
-        SIZE
-    )  # from 2200 e on, 1e-6 e and more spill
+    # from 2200 e on, 1e-6 e and more spill
+    light = np.linspace(0.0, 1800.0, SIZE[0] * SIZE[1]).reshape(SIZE)
     raw, saturated = electrons(sensor, light)
     want, want_saturated = linear_readings(sensor.model(), [light], generator(3))
     np.testing.assert_array_equal(raw, want)
@@ -57,9 +56,8 @@ def test_low_gain_counts_every_electron_on_both_sides_of_the_knee():
     for mean in (100.0, 7000.0, 9000.0, 60000.0):
         (total, charge), _ = electrons(sensor, mean)
         n = total.size
-        assert np.array_equal(total, np.round(total)) and np.all(
-            total - charge >= -1e-3
-        )  # float32 raw: 60 000 e to 0.004 e
+        # float32 raw: 60 000 e to 0.004 e
+        assert np.array_equal(total, np.round(total)) and np.all(total - charge >= -1e-3)
         # 5 standard errors: charge plus spill is Poisson
         assert total.mean() == pytest.approx(mean, abs=5 * np.sqrt(mean / n))
         assert total.var() == pytest.approx(mean, rel=5 * np.sqrt(2 / n))
@@ -96,9 +94,8 @@ def test_the_high_gain_says_where_it_stops_being_linear():
         <= soft_knee_shot.LINEAR_WITHIN * sensor.knee_e
     )
     _, saturated = electrons(sensor, light)
-    assert (
-        not saturated[1][light < limit - 600].any() and saturated[1][light > limit + 600].all()
-    )  # 6 shot noises
+    # 6 shot noises
+    assert not saturated[1][light < limit - 600].any() and saturated[1][light > limit + 600].all()
     assert not saturated[0].any()
     # the default's converter ends before the knee
     model = LoficSensor().model()

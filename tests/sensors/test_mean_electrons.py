@@ -21,9 +21,8 @@ def test_28_photons_of_1_cd_m2(make_light):
         wavelength_nm=[545.0, 555.0, 565.0],
     )
     electrons = IdealSensor(exposure_s=0.016, pitch_um=3.0, **COUNTER).expected(light).values
-    assert_allclose(
-        electrons, irradiance * 555e-9 / (h * c) * 9e-12 * 0.016, rtol=1e-12
-    )  # rounding only
+    # rounding only
+    assert_allclose(electrons, irradiance * 555e-9 / (h * c) * 9e-12 * 0.016, rtol=1e-12)
     assert 28 < electrons[0, 0, 0] < 29
 
 
@@ -75,9 +74,10 @@ def test_affine_in_the_light(sensor, make_light):
     )
     dark = sensor.expected(a * 0 + make_light(np.zeros((5, 8, 8)), 6.0)).values
     both = sensor.expected(a.copy(data=a.values + 2 * b.values)).values - dark
+    # float64 sums
     assert_allclose(
         both, (sensor.expected(a).values - dark) + 2 * (sensor.expected(b).values - dark), rtol=1e-9
-    )  # float64 sums
+    )
 
 
 def test_dark_charge_doubles_every_8_kelvin(flat):

@@ -55,9 +55,8 @@ def test_photon_transfer_slope_is_the_gain():
     levels = np.array([500.0, 2000.0, 5000.0, 10000.0, 20000.0])
     shots = [electrons_read(sensor, level)[0] * gain for level in levels]
     slope = np.polyfit([s.mean() for s in shots], [s.var() for s in shots], 1)[0]
-    assert_allclose(
-        slope, gain, rtol=0.03
-    )  # 5 standard errors; all levels share their words, so errors do not average
+    # 5 standard errors; all levels share their words, so errors do not average
+    assert_allclose(slope, gain, rtol=0.03)
 
 
 def test_readings_of_one_charge_share_its_shot_noise():
@@ -74,9 +73,8 @@ def test_readings_of_one_charge_share_its_shot_noise():
 def test_read_noise_below_black_survives():
     found, _ = electrons_read(SplitPixelSensor(**CLEAN_SPLIT), 0.0)
     assert np.all(found.min((1, 2)) < 0)
-    assert_allclose(
-        found.mean((1, 2)), 0, atol=5 * 4 / np.sqrt(N)
-    )  # no bias by clipping; rms is below 4 e
+    # no bias by clipping; rms is below 4 e
+    assert_allclose(found.mean((1, 2)), 0, atol=5 * 4 / np.sqrt(N))
     assert not electrons_read(SplitPixelSensor(bits=0), 0.0)[0].min() >= 0
 
 
@@ -95,9 +93,8 @@ def test_full_well_and_top_code():
     for mean_e in (2.2e4 * 1.1, 1e6, 1e12, 1e30):
         found, saturated = electrons_read(sensor, mean_e, size=(40, 50))
         assert saturated[:2].all()
-        assert (
-            found[0].max() <= 22000.0 + 1e-6 and found[1].max() <= 5390.0 + 1e-6
-        )  # 1.078 V at 49 uV/e and at 200 uV/e
+        # 1.078 V at 49 uV/e and at 200 uV/e
+        assert found[0].max() <= 22000.0 + 1e-6 and found[1].max() <= 5390.0 + 1e-6
     assert saturated.all() and found[2].max() <= 7900 + 1e-6
     found, saturated = electrons_read(sensor, 20000.0)
     assert not saturated[0].any() and saturated[1].all() and not saturated[2].any()
@@ -120,9 +117,8 @@ def test_fixed_pattern_persists_from_shot_to_shot_and_differs_between_devices():
     pattern = (0.05 * 5000) ** 2 + 20**2 + 10**2
     temporal = 5000 + 9.1**2 + 0.2
     shared = np.corrcoef(first.ravel(), second.ravel())[0, 1]
-    assert_allclose(
-        shared, pattern / (pattern + temporal), atol=0.02
-    )  # 5 standard errors; only 256 columns
+    # 5 standard errors; only 256 columns
+    assert_allclose(shared, pattern / (pattern + temporal), atol=0.02)
     assert abs(np.corrcoef(first.ravel(), other.ravel())[0, 1]) < 0.02
     assert_allclose((first - second).var() / 2, temporal, rtol=5 * np.sqrt(2 / N))
 
@@ -231,9 +227,8 @@ def test_every_sensor_reduces_to_the_ideal_one(make, ideal, make_light):
     for capture in range(got.sizes["capture"]):
         assert_array_equal(got.raw.values[capture], want.raw.values[0])
         assert not got.saturated.values.any()
-    assert_allclose(
-        want.raw.values, IdealSensor(peak_qe=0.65, **ideal).expected(light), rtol=1e-7
-    )  # float32
+    # float32
+    assert_allclose(want.raw.values, IdealSensor(peak_qe=0.65, **ideal).expected(light), rtol=1e-7)
     assert_array_equal(got["filter"], want["filter"])
 
 

@@ -77,9 +77,8 @@ def test_companded_captures_come_back():
     plain = hdr.build("isp", "linear")(
         hdr.build("sensor", "bayer")(grey(500.0), hdr.generator(3))
     ).xyz.values[..., 1]
-    assert (
-        abs(y.mean() / plain.mean() - 1) < 2e-3
-    )  # rounding to steps of up to 10 codes, the same noise
+    # rounding to steps of up to 10 codes, the same noise
+    assert abs(y.mean() / plain.mean() - 1) < 2e-3
 
 
 @pytest.mark.parametrize(

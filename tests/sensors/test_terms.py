@@ -63,16 +63,14 @@ def test_crosstalk_conserves_electrons(optical, electrical):
     model = SingleSensor(
         optical_crosstalk_percent=optical, electrical_crosstalk_percent=electrical
     ).model()
-    mean = np.random.default_rng(0).lognormal(
-        0, 8, (7, 9)
-    )  # lamps beside darkness, up to the border
+    # lamps beside darkness, up to the border
+    mean = np.random.default_rng(0).lognormal(0, 8, (7, 9))
     astray = mean * np.random.default_rng(1).random((7, 9))
     both = [mean - astray, astray] if optical else [mean]
     assert_allclose(spread(both, model).sum(), mean.sum(), rtol=1e-13)
     assert spread(both, model).min() >= 0
-    assert_allclose(
-        spread([part[:1, :1] for part in both], model), mean[:1, :1], rtol=1e-14
-    )  # a single pixel keeps all
+    # a single pixel keeps all
+    assert_allclose(spread([part[:1, :1] for part in both], model), mean[:1, :1], rtol=1e-14)
 
 
 @pytest.mark.parametrize("power", [0.0, 1.0, 2.5, -1.0])
@@ -155,13 +153,11 @@ def test_blooming_conserves_charge_that_finds_room():
     assert_allclose(out.sum(), charge.sum(), rtol=1e-14)
     assert out.max() <= 1000.0
     assert_array_equal(out[:, [0, 2]], 100.0)  # along the column only
-    assert_allclose(
-        out[20 - 3 : 21 + 3, 1], 1000.0
-    )  # 3000 e each way fill 900 e wells: three whole and a third
+    # 3000 e each way fill 900 e wells: three whole and a third
+    assert_allclose(out[20 - 3 : 21 + 3, 1], 1000.0)
     assert_allclose(out[[16, 24], 1], 400.0, rtol=1e-12)
-    assert_allclose(
-        bloom(charge, 1000.0, 40.0).sum(), charge.sum() - 0.6 * 6000, rtol=1e-14
-    )  # the rest is drained
+    # the rest is drained
+    assert_allclose(bloom(charge, 1000.0, 40.0).sum(), charge.sum() - 0.6 * 6000, rtol=1e-14)
     assert_array_equal(bloom(charge, 1000.0, 0.0), np.minimum(charge, 1000.0))
 
 
@@ -227,18 +223,15 @@ def test_captures_state_the_row_noise_of_their_pixels(make_light):
 def test_hot_pixels():
     one, two = (read(0.0, seed, hot_percent=2.0, hot_dark_e_per_s=1e5) for seed in (1, 2))
     count = 0.02 * N
-    assert_allclose(
-        (one > 0).sum(), count, atol=5 * np.sqrt(count) + 0.01 * count
-    )  # 1 in 1600 of them is below 1 e
-    assert_allclose(
-        one[one > 0].mean(), 1600, rtol=5 / np.sqrt(count)
-    )  # 1e5 e/s in 16 ms, exponential: rms = mean
+    # 1 in 1600 of them is below 1 e
+    assert_allclose((one > 0).sum(), count, atol=5 * np.sqrt(count) + 0.01 * count)
+    # 1e5 e/s in 16 ms, exponential: rms = mean
+    assert_allclose(one[one > 0].mean(), 1600, rtol=5 / np.sqrt(count))
     assert_allclose(one[one > 0].std(), 1600, rtol=5 * 2 / np.sqrt(count))
     assert ((one > 50) == (two > 50)).mean() > 0.9995  # the same pixels
     warm = read(0.0, 1, hot_percent=2.0, hot_dark_e_per_s=1e5, temperature_c=68.0)
-    assert_allclose(
-        warm[one > 50].mean() / one[one > 50].mean(), 2, rtol=0.01
-    )  # thermal: doubles in 8 K
+    # thermal: doubles in 8 K
+    assert_allclose(warm[one > 50].mean() / one[one > 50].mean(), 2, rtol=0.01)
 
 
 def test_read_noise_tail_keeps_the_rms():
@@ -304,9 +297,8 @@ def test_captures_carry_the_table(flat):
     linear = np.interp(
         shot.raw.values[0], shot.companding_dn.values[0], shot.companding_linear_dn.values[0]
     )
-    assert (
-        np.abs(linear - plain.raw.values[0]).max() <= 5.1 and plain.raw.values.max() > 600
-    )  # half of the widest step
+    # half of the widest step
+    assert np.abs(linear - plain.raw.values[0]).max() <= 5.1 and plain.raw.values.max() > 600
     assert_array_equal(shot.saturated, plain.saturated)
     assert table(KNEES, 4095)[0][-1] == shot.companding_linear_dn.values[0][-1]
 

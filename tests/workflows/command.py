@@ -52,6 +52,7 @@ def start(*arguments: str, plugins=(), **variables: str) -> subprocess.Popen:
     """Return the started command, in a process group of its own, so that Ctrl-C reaches it
     alone.
     """
+    # a shell ignores it for what it starts behind itself
     return subprocess.Popen(
         [sys.executable, "-c", "from isethdr_core.cli.commands import main; main()", *arguments],
         env=environment(plugins, variables),
@@ -60,7 +61,7 @@ def start(*arguments: str, plugins=(), **variables: str) -> subprocess.Popen:
         text=True,
         start_new_session=True,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )  # a shell ignores it for what it starts behind itself
+    )
 
 
 def isethdr(*arguments: str, plugins=(), **variables: str) -> subprocess.CompletedProcess:

@@ -45,9 +45,8 @@ def test_bits_kept_halve_the_error_each(monkeypatch):
     monkeypatch.setattr(stored, "SIZE", (64, 36))
     (work,) = stored.measured()
     for bits, each in zip(stored.BITS[:-1], work.points):
-        assert (
-            0.4 < each.error / 2.0 ** -(bits + 1) <= 1.0 + 1e-6
-        )  # rounded to nearest: at most half a step, and some value comes close
+        # rounded to nearest: at most half a step, and some value comes close
+        assert 0.4 < each.error / 2.0 ** -(bits + 1) <= 1.0 + 1e-6
     assert work.points[-1].error == 0
     assert [p.mark for p in work.points].count("default") == 1
 
@@ -57,9 +56,8 @@ def test_the_closed_form_of_a_pixel_beats_every_integrator(monkeypatch):
     (work,) = dynamics.measured()
     ours = next(p for p in work.points if p.mark == "default")
     assert ours.error < 1e-14  # a few roundings of float64; the reference has 60 digits
-    assert all(
-        p.error > 1e-3 for p in work.points if p.mark == "peer"
-    )  # explicit, up to 1024 steps: stiff
+    # explicit, up to 1024 steps: stiff
+    assert all(p.error > 1e-3 for p in work.points if p.mark == "peer")
     assert min(p.error for p in work.points if p.setting.startswith("implicit")) < 1e-6
 
 
@@ -108,9 +106,8 @@ def test_the_point_spread_is_airy_s(monkeypatch):
     assert [p.error for p in support.points] == sorted(
         (p.error for p in support.points), reverse=True
     )
-    assert (
-        support.points[0].error > 0.01
-    )  # three tiles: light that diffraction takes farther is missing
+    # three tiles: light that diffraction takes farther is missing
+    assert support.points[0].error > 0.01
 
 
 def test_functionals_are_within_the_noise_allowed(monkeypatch):
@@ -120,9 +117,8 @@ def test_functionals_are_within_the_noise_allowed(monkeypatch):
     for each in work.points:
         assert each.error < 0.1
     assert any("functionals" in p.setting for p in work.points)  # else nothing was tried
-    assert (
-        next(p for p in work.points if p.mark == "peer").error < 1e-4
-    )  # float32 light of 1e4 electrons: 6e-8 x 1e4 / 1e2, and sums
+    # float32 light of 1e4 electrons: 6e-8 x 1e4 / 1e2, and sums
+    assert next(p for p in work.points if p.mark == "peer").error < 1e-4
 
 
 def test_rows_of_a_study_are_kept_and_found(tmp_path, monkeypatch):

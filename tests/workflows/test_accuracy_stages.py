@@ -39,9 +39,8 @@ def test_more_places_of_the_field_are_better_and_shares_are_better_than_patches(
     monkeypatch.setattr(field, "PATCHES", (2,))
     (work,) = field.measured()
     none, one, two, patches, default = work.points
-    assert (
-        none.error > 3 * one.error and one.error > 1.5 * two.error
-    )  # straight lines between places err by the square of the distance
+    # straight lines between places err by the square of the distance
+    assert none.error > 3 * one.error and one.error > 1.5 * two.error
     assert patches.error > 1.5 * two.error  # the same places
     assert default.mark == "default" and default.error < 0.05  # what the lens allows itself
     assert none.mark == patches.mark == "peer"
@@ -49,12 +48,10 @@ def test_more_places_of_the_field_are_better_and_shares_are_better_than_patches(
 
 def test_fresnel_s_laws():
     straight, bent = ghosts_by_chance.fresnel(np.array([1.0]), 1.0, 1.5)
-    assert straight[0] == pytest.approx(0.04, rel=1e-6) and bent[0] == pytest.approx(
-        1.0
-    )  # ((n - 1) / (n + 1))^2
-    brewster = np.cos(
-        np.arctan(1.5)
-    )  # light along the plane is not reflected: half of ((n^2 - 1) / (n^2 + 1))^2 is left
+    # ((n - 1) / (n + 1))^2
+    assert straight[0] == pytest.approx(0.04, rel=1e-6) and bent[0] == pytest.approx(1.0)
+    # light along the plane is not reflected: half of ((n^2 - 1) / (n^2 + 1))^2 is left
+    brewster = np.cos(np.arctan(1.5))
     assert ghosts_by_chance.fresnel(np.array([brewster]), 1.0, 1.5)[0][0] == pytest.approx(
         0.5 * (1.25 / 3.25) ** 2, rel=1e-9
     )
@@ -82,9 +79,8 @@ def test_light_of_a_ghost_by_hand():
         slow_singlet([1.0, 1.0, 1.9, 1.0, 1.0]), 0.0, 550.0, edges, 4096, 6
     )
     r = (0.9 / 2.9) ** 2
-    assert mean[0, 0] == pytest.approx(
-        np.pi * r**2 * (1 - r) ** 2, rel=2e-3
-    )  # border of the stop among evenly scattered points
+    # border of the stop among evenly scattered points
+    assert mean[0, 0] == pytest.approx(np.pi * r**2 * (1 - r) ** 2, rel=2e-3)
     assert 0 < error[0, 0] < 2e-3 * mean[0, 0]
     none, _ = ghosts_by_chance.flux_by_chance(slow_singlet([1.0] * 5), 0.0, 550.0, edges, 64, 2)
     assert none[0, 0] == 0.0
@@ -113,9 +109,8 @@ def test_more_pairs_and_rays_are_better_down_to_the_reference(monkeypatch):
     pairs, rays = ghosts.measured()
     none, some, all_pairs, discs = pairs.points
     assert none.error > 2 * some.error and some.error > 2 * all_pairs.error
-    assert (
-        0.01 < none.error < 0.05
-    )  # bare glass: a few pairs of 15 at (4 to 6 %)^2, and what of it falls on the frame
+    # bare glass: a few pairs of 15 at (4 to 6 %)^2, and what of it falls on the frame
+    assert 0.01 < none.error < 0.05
     assert discs.mark == "peer" and discs.error > 5 * all_pairs.error
     # ghosts of all pairs: 4 % of a tile's light is stated, blocks of tiles average; and what the
     # photons do not know
@@ -131,9 +126,8 @@ def test_functionals_through_an_aberrated_pupil_are_within_the_noise_allowed(mon
     monkeypatch.setattr(basis, "ALLOWED", (0.1,))
     (work,) = aberrated.measured()
     assert "functionals" in marked(work, "default").setting  # else nothing was tried
-    assert (
-        marked(work, "default").error < 0.1 and marked(work, "peer").error < 1e-4
-    )  # as in the stage `basis`
+    # as in the stage `basis`
+    assert marked(work, "default").error < 0.1 and marked(work, "peer").error < 1e-4
 
 
 def test_denoised_paths_are_told_as_paths():
@@ -141,12 +135,10 @@ def test_denoised_paths_are_told_as_paths():
     assert (
         denoise.as_paths(0.2, plain) == "24" and denoise.as_paths(0.2 / np.sqrt(2), plain) == "48"
     )
-    assert (
-        denoise.as_paths(0.05, plain) == "more than 96" and denoise.as_paths(0.9, plain) == "6"
-    )  # no word beyond what was measured
-    assert (
-        denoise.as_paths(0.15, [(6, 0.1, 1.0, 0.0), (24, 0.2, 2.0, 0.0)]) == "14"
-    )  # errors by chance the wrong way round
+    # no word beyond what was measured
+    assert denoise.as_paths(0.05, plain) == "more than 96" and denoise.as_paths(0.9, plain) == "6"
+    # errors by chance the wrong way round
+    assert denoise.as_paths(0.15, [(6, 0.1, 1.0, 0.0), (24, 0.2, 2.0, 0.0)]) == "14"
     given = denoise.points(
         [*plain, (None, 0.11, 3.5, 0.0)], [(6, 0.2, 1.5, 0.0)], [(6, 0.3, 1.2, 0.0)]
     )

@@ -31,9 +31,8 @@ def test_what_is_allowed_is_kept_and_more_is_stated_than_is_wrong(monkeypatch):
     assert [r["allowed"] for r in rows] == [0.03, 0.3] and rows[0]["bits"] > rows[1]["bits"]
     for row in rows:
         assert row["within"] >= 0.99
-        assert (
-            row["error_99"] <= row["stated_99"] + row["truth_error"]
-        )  # the truth's own error adds to what is found
+        # the truth's own error adds to what is found
+        assert row["error_99"] <= row["stated_99"] + row["truth_error"]
         assert row["cold_cpu_s"] >= row["warm_cpu_s"] > 0
 
 

@@ -78,12 +78,10 @@ def test_gain_quantum_efficiency_noise_and_patterns_agree(reference):
     assert theirs.K == pytest.approx(
         gain.value, abs=6 * gain.error
     ) and theirs.QE / 100 == pytest.approx(efficiency.value, abs=6 * efficiency.error)
-    assert theirs.sigma_d * theirs.K == pytest.approx(
-        noise.value * gain.value, rel=1e-3
-    )  # mean of squares, variance: 1 / pixels apart
-    assert theirs.PRNU1288 == pytest.approx(
-        prnu.value, rel=1e-9
-    )  # the same formula on the same pictures
+    # mean of squares, variance: 1 / pixels apart
+    assert theirs.sigma_d * theirs.K == pytest.approx(noise.value * gain.value, rel=1e-3)
+    # the same formula on the same pictures
+    assert theirs.PRNU1288 == pytest.approx(prnu.value, rel=1e-9)
     assert theirs.s_2_y_dark == pytest.approx(find.spatial(unlit).value, abs=1e-9)
 
 

@@ -33,10 +33,11 @@ ONE = ["run", *LIGHTS, "lighting=ideal", "sensor=ideal"]
 
 def test_an_interrupted_run_leaves_nothing_half_written(tmp_path):
     plugins, started = [installed_trouble(tmp_path / "plugins")], []
+    # Ctrl-C while writing: tests/core/test_store.py
     for where, number, code in (
         ("metric", signal.SIGINT, 130),
         ("store", signal.SIGTERM, 143),
-    ):  # Ctrl-C while writing: tests/core/test_store.py
+    ):
         home = tmp_path / f"{where}-{number}"
         home.mkdir()
         process = start(

@@ -53,9 +53,10 @@ def test_another_exposure_reads_the_kernels_from_disk_and_gives_what_irradiance_
     monkeypatch.setattr(kernels, "_computed", None)  # calling it would fail
     second = run("sensor.exposure_s=0.008")
     assert second.key != first.key and len(functionals(second)) == 1
+    # asks for no response
     monkeypatch.setattr(
         "isethdr_sensors.imaging_sensor.ImagingSensor.narrow", lambda self, demand: demand
-    )  # asks for no response
+    )
     (isethdr_home / "runs").rename(isethdr_home / "kept")  # else the stored run is returned
     long = run("sensor.exposure_s=0.008")
     assert not functionals(long)

@@ -44,9 +44,8 @@ def test_rendered_reads_what_a_chart_knows():
 @pytest.mark.slow
 def test_day_lifts_the_dark_and_not_the_headlight(tmp_path):
     night, day = fig3.paper_fig3(picture=str(tmp_path / "a.png"))
-    assert day["lux_headlight"] == pytest.approx(
-        night["lux_headlight"], rel=0.2
-    )  # the lamp's own light is the same in both
+    # the lamp's own light is the same in both
+    assert day["lux_headlight"] == pytest.approx(night["lux_headlight"], rel=0.2)
     assert (tmp_path / "a.png").stat().st_size > 5000
 
 

@@ -67,9 +67,8 @@ def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
     pitch = (PITCH_UM, PITCH_UM)
     reach = (tiles, tiles)
     waves = wave + step * np.array([-1.0, 0.0, 1.0])
-    single = kernels(fine, (flare,), np.array([wave]), pitch, reach).bands[
-        0
-    ]  # one wavelength: a band of 1 nm
+    # one wavelength: a band of 1 nm
+    single = kernels(fine, (flare,), np.array([wave]), pitch, reach).bands[0]
     usual_kernels, truth = (kernels(lens, (flare,), waves, pitch, reach) for lens in (usual, fine))
     y, x = np.indices(single.shape) - tiles
     octave = np.log2(np.maximum(np.hypot(y, x), 1)).astype(int)

@@ -70,9 +70,8 @@ def radiance(chart: str, level: float, rows: int, columns: int):
     mixed = build("lighting", "weights", weights={"sky": 1.0})(scene)
     if chart == "stripes":
         x, y = np.meshgrid(np.arange(size["width"]) / TILES, np.arange(size["height"]) / TILES)
-        phase = (
-            2 * np.pi * (0.05 * x + 0.35 * x**2 / (2 * columns))
-        )  # from 0.05 to 0.4 cycles per pixel
+        # from 0.05 to 0.4 cycles per pixel
+        phase = 2 * np.pi * (0.05 * x + 0.35 * x**2 / (2 * columns))
         mixed = mixed * (0.5 + 0.4 * np.sin(phase + 0.5 * y)).astype(np.float32)
         mixed.attrs = build("lighting", "weights", weights={"sky": 1.0})(scene).attrs
     return mixed

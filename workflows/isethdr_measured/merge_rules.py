@@ -16,6 +16,7 @@ from isethdr_isp.readout.merge_rules import RULES
 
 from isethdr_core.plugins.registry import build
 
+# standard deviations around the end of each capture
 TOPS_SD = (
     -8,
     -5,
@@ -28,7 +29,7 @@ TOPS_SD = (
     2,
     3,
     5,
-)  # standard deviations around the end of each capture
+)
 DEFAULT = "inverse_variance"
 UNBIASED = 1e-3  # of the level
 

@@ -12,11 +12,12 @@ from isethdr_core.quantities import tristimulus
 
 from .paper.rendered_scene import rendered, write_sheet
 
+# and the white of its ghosts alone, cd/m2
 COATINGS = {
     "none": 1.0,
     "mgf2": 0.05,
     "multilayer": 0.002,
-}  # and the white of its ghosts alone, cd/m2
+}
 LENS = {"f_number": 4.0, "focal_length_mm": 4.0}
 PRESCRIPTION = "double_gauss"
 WHITE_CD_M2 = 20.0

@@ -100,9 +100,8 @@ def de94(lab_reference, lab_sample):
     l2, a2, b2 = _unpack(lab_sample)
     c1 = np.hypot(a1, b1)
     c2 = np.hypot(a2, b2)
-    dh2 = np.maximum(
-        (a1 - a2) ** 2 + (b1 - b2) ** 2 - (c1 - c2) ** 2, 0.0
-    )  # rounding may leave it just below 0
+    # rounding may leave it just below 0
+    dh2 = np.maximum((a1 - a2) ** 2 + (b1 - b2) ** 2 - (c1 - c2) ** 2, 0.0)
     return np.sqrt(
         (l1 - l2) ** 2 + ((c1 - c2) / (1 + 0.045 * c1)) ** 2 + dh2 / (1 + 0.015 * c1) ** 2
     )
@@ -182,9 +181,8 @@ def colour_matrix(response, xyz, white_response, white_xyz, noise_covariance=0.0
     s = s / size
     u = u / size
     noise = noise / np.outer(size, size)
-    base = np.outer(v, u) / np.sum(
-        u**2
-    )  # one matrix that keeps the white; the rest lives in its null space
+    # one matrix that keeps the white; the rest lives in its null space
+    base = np.outer(v, u) / np.sum(u**2)
     free = np.linalg.svd(u[None, :])[2][1:]
     if len(free):
         gram = free @ (s.T @ s + noise) @ free.T

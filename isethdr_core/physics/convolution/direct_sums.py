@@ -13,9 +13,8 @@ from . import transform
 SUMMED = 1e-12
 FEW_PRODUCTS = 1e8  # of direct summation, about what it costs to look for a better way
 MOST_SCATTERED = 5e9  # of spreading bright pixels one by one, some seconds
-MOST_PRODUCTS = (
-    4e10  # of direct summation, about a minute; beyond it the bound of `convolve` is absolute
-)
+# of direct summation, about a minute; beyond it the bound of `convolve` is absolute
+MOST_PRODUCTS = 4e10
 
 
 def mend(out, image, kernel, error: float, allowed: float):
@@ -130,7 +129,6 @@ def _gather(out, where, image, psf, peak, error):
         bottom = min(y + ky, ny)
         right = min(x + kx, nx)
         window = flipped[top - y : bottom - y, left - x : right - x]
-        out[i, j] = (
-            np.einsum("ij,ij->i", image[top:bottom, left:right], window).sum() / peak
-        )  # in rows: rounding as `SUMMED`
+        # in rows: rounding as `SUMMED`
+        out[i, j] = np.einsum("ij,ij->i", image[top:bottom, left:right], window).sum() / peak
     return out, 0.0, 0

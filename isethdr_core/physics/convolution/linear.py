@@ -193,9 +193,8 @@ def convolve_into(
     left = 0
     if low < 0 or not kernel.positive:  # signed sums cancel: only an absolute bound holds
         return Bound(0.0, absolute * scale * gain * kernel.peak, out.shape[0] * out.shape[1])
-    if (
-        least * allowed >= absolute
-    ):  # no pixel is darker than `least`, so the bound is usually far below the error allowed
+    # no pixel is darker than `least`, so the bound is usually far below the error allowed
+    if least * allowed >= absolute:
         return Bound((absolute / least if least > 0 else 0.0) + SUMMED, 0.0, 0)
 
     def again(rows: slice, values: Any) -> None:

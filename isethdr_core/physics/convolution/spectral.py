@@ -12,9 +12,8 @@ import numpy as np
 
 from . import transform as transform
 
-TOGETHER_BYTES = (
-    2**20
-)  # of the bands' kernels that are combined at a time: they stay in the processor's cache
+# of the bands' kernels that are combined at a time: they stay in the processor's cache
+TOGETHER_BYTES = 2**20
 
 
 def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, float]:
@@ -36,10 +35,11 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     outputs, count, bands = combine.shape
     ny, nx = out.shape[1:]
     scale = float(np.abs(combine).max()) or 1.0  # so that single precision is in range for any unit
+    # a view: slices of mapped files are slow objects
     blocks, single = (
         np.asarray(blocks),
         blocks.dtype in (np.float32, np.complex64),
-    )  # a view: slices of mapped files are slow objects
+    )
     flat = (combine / scale).reshape(-1, bands).astype(np.float32 if single else float)
     together = max(1, TOGETHER_BYTES // (bands * transform.COLUMNS * blocks.itemsize))
     half_spectra = [transform.rows_of(ny, size, out, single) for _ in range(max(count, outputs))]
@@ -101,6 +101,5 @@ def _back(out, half, scale, size, apply) -> float:
 
 def matrix_product(weights, values) -> np.ndarray:
     """Return weights (row, band) times values (band, ...), as (row, ...)."""
-    return (weights @ values.reshape(len(values), -1)).reshape(
-        len(weights), *values.shape[1:]
-    )  # a view where each band is contiguous
+    # a view where each band is contiguous
+    return (weights @ values.reshape(len(values), -1)).reshape(len(weights), *values.shape[1:])

@@ -273,7 +273,6 @@ def squares(a, xp):
     """Return the sum of squares of an array of the library `xp`."""
     if xp is np:
         axes = "abc"[: a.ndim]
-        return float(
-            np.einsum(f"{axes},{axes}->", a, a)
-        )  # not by BLAS, because its threads would spin beside the transforms
+        # not by BLAS, because its threads would spin beside the transforms
+        return float(np.einsum(f"{axes},{axes}->", a, a))
     return float(xp.sum(a * a))

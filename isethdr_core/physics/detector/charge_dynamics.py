@@ -135,9 +135,8 @@ def flow_varying(
         low = 0.0 if k == halvings else 2.0 ** -(k + 1)
         high = 2.0**-k
         for node, weight in zip(NODES, WEIGHTS, strict=True):
-            charge_left = (
-                low + (high - low) * node
-            ) * duration_s  # seconds before the end: exact however small
+            # seconds before the end: exact however small
+            charge_left = (low + (high - low) * node) * duration_s
             memory = memory + weight * (high - low) * np.exp(
                 -arriving_e(start_s + (duration_s - charge_left), charge_left) / well.thermal_e
             )

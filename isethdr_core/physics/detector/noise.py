@@ -148,9 +148,8 @@ def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
     remaining = np.where(upper, -np.expm1(-mean) - p, p - term)
     count = np.zeros_like(mean)
     k = 0
-    rare = np.flatnonzero(
-        upper & (p < 1e-10)
-    )  # differences of sums cannot resolve these, and would never end
+    # differences of sums cannot resolve these, and would never end
+    rare = np.flatnonzero(upper & (p < 1e-10))
     remaining[rare] = 0.0
     count[rare] = _decide(
         np.ones(rare.size), mean[rare], p[rare], upper[rare], np.ones(rare.size, bool)
@@ -186,9 +185,8 @@ def _expand(mean: np.ndarray, word: np.ndarray) -> np.ndarray:
 
 
 def _cornish_fisher(mean: np.ndarray, word: np.ndarray, z: np.ndarray) -> np.ndarray:
-    mean_ = mean.astype(
-        z.dtype
-    )  # float32 for the step away from the mean: its rounding is part of the bound
+    # float32 for the step away from the mean: its rounding is part of the bound
+    mean_ = mean.astype(z.dtype)
     root = np.sqrt(mean_)
     z2 = z * z
     step = z * (root - (z2 + 2) / (72 * root))

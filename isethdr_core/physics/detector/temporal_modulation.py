@@ -156,9 +156,8 @@ def square_wave_pieces(
     durations = []
     states = []
     remaining_s = np.full(at.shape, float(duration_s))
-    for k in range(
-        count
-    ):  # piece k of the period that the exposure starts in and of those after it
+    # piece k of the period that the exposure starts in and of those after it
+    for k in range(count):
         end = k // 2 + (duty if k % 2 == 0 else 1.0)
         begin = k // 2 + (0.0 if k % 2 == 0 else duty)
         full = (

@@ -111,10 +111,11 @@ def energy_of(amplitude: npt.ArrayLike, pupil_pitch_mm: float, cell_means: bool 
     if not cell_means:
         return fine * pupil_pitch_mm**2
     coarse = []
+    # mean over the four ways of pairing cells: one alone depends on where the border lies
     for down in (
         0,
         1,
-    ):  # mean over the four ways of pairing cells: one alone depends on where the border lies
+    ):
         for right in (0, 1):
             rows, columns = (
                 (offset, (n + offset) % 2) for n, offset in zip(amplitude.shape, (down, right))
@@ -179,9 +180,8 @@ def sampled_psf(
     loss: list[np.ndarray] = []
     area = 1.0
     for axis in (1, 0):
-        turn = (
-            pupil_pitch_mm[axis] * pitch_um[axis] / (wavelength_nm * 1e-3 * distance_mm)
-        )  # cycles per pupil and image sample
+        # cycles per pupil and image sample
+        turn = pupil_pitch_mm[axis] * pitch_um[axis] / (wavelength_nm * 1e-3 * distance_mm)
         if abs(turn) * count[axis] > 1.0:
             raise ValueError(
                 f"the image grid, {count[axis] * pitch_um[axis]:.6g} um, is wider than the"
@@ -310,9 +310,8 @@ def _fine_grid(count: Counts, pitch_um: Pair, cutoff_um: Pair) -> tuple[list[int
     """Return (y, x) numbers of samples, and how many of them make a rectangle, that carry all of a
     point spread and a margin.
     """
-    fine = [
-        2 * int(np.ceil(p / c)) for p, c in zip(pitch_um, cutoff_um)
-    ]  # even: the sinc is 0 at the highest frequency, nothing rings
+    # even: the sinc is 0 at the highest frequency, nothing rings
+    fine = [2 * int(np.ceil(p / c)) for p, c in zip(pitch_um, cutoff_um)]
     return [2 * (n // 2 + MARGIN) * q + 1 for n, q in zip(count, fine)], fine
 
 

@@ -125,9 +125,8 @@ class _Radial:
         """Return the area on the sensor per area of the plane of tangents (broadcast)."""
         t2 = np.square(x) + np.square(y)
         angle = np.arctan(np.sqrt(t2))
-        return (
-            self.per_angle(angle) * np.sinc(angle / np.pi) ** -1 * np.cos(angle) ** 3
-        )  # d(angle)^2 / d(tangent)^2
+        # d(angle)^2 / d(tangent)^2
+        return self.per_angle(angle) * np.sinc(angle / np.pi) ** -1 * np.cos(angle) ** 3
 
     def per_angle(self, angle):
         """Return the area on the sensor per area of the plane of angles: radius / angle times

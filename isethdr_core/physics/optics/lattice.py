@@ -75,9 +75,8 @@ def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int
     pad = (ORDER + 1) // 2
     rows, cols = (2 * (int(np.ceil(radius / d)) + pad) for d in step)
     turned = np.exp(-2j * np.pi * offset[1] * np.arange(cols // px + 2))
-    passed = np.concatenate(
-        [[0], np.cumsum(turned)]
-    )  # what a chord from the first cell on adds to column 0 of the periods it enters
+    # what a chord from the first cell on adds to column 0 of the periods it enters
+    passed = np.concatenate([[0], np.cumsum(turned)])
     chords = list(chord_ends(terms, -rows / 2 * dy, dy / sub, rows * sub))
     strip, left, right, weight = (np.concatenate([c[i] for c in chords]) for i in range(4))
     strip = np.tile(strip, 2)

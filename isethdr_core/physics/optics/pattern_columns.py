@@ -26,9 +26,8 @@ PERIOD = 3.0  # of the field along y, in reaches
 STRIPS = 1.5  # of a row of cells
 BLOCK = 32  # columns at a time
 TOGETHER = 2048  # chords in one block, which fits the processor's cache
-MOVES = (
-    1.2  # tiles that the outermost tile moves from one wavelength of a band to the next, at most
-)
+# tiles that the outermost tile moves from one wavelength of a band to the next, at most
+MOVES = 1.2
 
 
 @dataclass(frozen=True)

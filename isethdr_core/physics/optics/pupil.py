@@ -21,9 +21,8 @@ GAUSS = (0.5 - 1 / 12**0.5, 0.5 + 1 / 12**0.5)  # places of the two-point rule, 
 # are bounded
 LEVELS = 512
 
-Matrix = tuple[
-    tuple[float, float], tuple[float, float]
-]  # ((xx, xy), (yx, yy)) of a linear map of the pupil plane
+# ((xx, xy), (yx, yy)) of a linear map of the pupil plane
+Matrix = tuple[tuple[float, float], tuple[float, float]]
 
 
 @dataclass(frozen=True)

@@ -81,9 +81,8 @@ def intersect(surface: Surface, position, direction):
         residual = c * (x**2 + y**2)
         with np.errstate(invalid="ignore"):
             t = -residual / (b + np.copysign(np.sqrt(b**2 - a * residual), b))
-            t = np.where(
-                1 - q * c * t * dz > 0, t, np.nan
-            )  # the far side of the sphere is not the surface
+            # the far side of the sphere is not the surface
+            t = np.where(1 - q * c * t * dz > 0, t, np.nan)
     if surface.aspheric or surface.odd:
         t = _newton(surface, x, y, direction, t)
     return np.stack([x + t * dx, y + t * dy, surface.z_mm + t * dz])
@@ -102,9 +101,8 @@ def _newton(surface, x, y, direction, t):
         py = y + t * dy
         r2 = px**2 + py**2
         miss = t * dz - sag_mm(surface, r2)
-        if not np.any(
-            np.abs(miss) > NEWTON_MM
-        ):  # NaN compares false: rays lost already do not keep the loop going
+        # NaN compares false: rays lost already do not keep the loop going
+        if not np.any(np.abs(miss) > NEWTON_MM):
             break
         t = t - miss / (dz - 2 * slope(surface, r2) * (px * dx + py * dy))
     return np.where(np.abs(miss) <= 1e3 * NEWTON_MM, t, np.nan)

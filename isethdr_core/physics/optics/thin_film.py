@@ -40,9 +40,8 @@ def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
         )
     if any(np.any(np.asarray(thickness) < 0) for _, thickness in layers):
         raise ValueError("a layer has a negative thickness; expected nm, 0 or more")
-    cos_in = np.clip(
-        cos_in, 1e-12, 1.0
-    )  # exactly grazing light has no defined admittance; all of it is reflected
+    # exactly grazing light has no defined admittance; all of it is reflected
+    cos_in = np.clip(cos_in, 1e-12, 1.0)
     transverse = n_in * np.sqrt(1 - cos_in**2)
     behind = _normal_part(n_out, transverse)
     inside = [(index, _normal_part(index, transverse), thickness) for index, thickness in layers]

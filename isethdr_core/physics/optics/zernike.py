@@ -321,9 +321,8 @@ def _substitution(matrix, count: int) -> np.ndarray:
     The degree of a polynomial does not change. Its values at more points than terms determine it.
     """
     radius = np.sqrt((np.arange(count) + 0.5) / count)
-    turn = (
-        np.pi * (3 - 5**0.5) * np.arange(count)
-    )  # sunflower pattern: no two points lie on one line through the middle
+    # sunflower pattern: no two points lie on one line through the middle
+    turn = np.pi * (3 - 5**0.5) * np.arange(count)
     radius = np.concatenate([radius, radius])
     turn = np.concatenate([turn, turn + 1.0])
     points = np.stack([radius * np.cos(turn), radius * np.sin(turn)])

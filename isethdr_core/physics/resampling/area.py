@@ -68,9 +68,8 @@ def integrate_tiles(
             f" {(along_y.shape[1], along_x.shape[1])}, the number of tile centres given"
         )
     out = np.empty((*values.shape[:-2], along_y.shape[0], along_x.shape[0]))
-    for band in np.ndindex(
-        values.shape[:-2]
-    ):  # one band at a time: no float64 copy of the whole cube
+    # one band at a time: no float64 copy of the whole cube
+    for band in np.ndindex(values.shape[:-2]):
         rows = _product(along_y, values[band].astype(np.float64, copy=False))
         out[band] = _product(along_x, rows.T).T
     return out

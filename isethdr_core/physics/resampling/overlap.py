@@ -74,9 +74,8 @@ def _rows(x_in, y_in, distortion, x_out, y_out):
         (u[1:, :-1], v[1:, :-1]),
     ]
     ring = [(a.ravel(), b.ravel()) for a, b in ring]
-    first = np.floor(np.min([a for a, _ in ring], axis=0)).astype(
-        np.int32
-    )  # columns left of this hold none of the quadrilateral
+    # columns left of this hold none of the quadrilateral
+    first = np.floor(np.min([a for a, _ in ring], axis=0)).astype(np.int32)
     parts = [_edge(ring[k], ring[(k + 1) % 4], first) for k in range(4)]
     quad, column, row, area = (np.concatenate(p) for p in zip(*parts))
     keep = (column < nx) & (row < ny) & (area != 0)

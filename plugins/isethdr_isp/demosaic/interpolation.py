@@ -186,11 +186,12 @@ def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
         if np.abs(moments @ weight - [1.0, 0.0, 0.0]).max() < EXACT:
             best = dy, dx, weight
             break
+        # kept if no larger window at the border determines a plane
         best = best or (
             dy,
             dx,
             tent / tent.sum(),
-        )  # kept if no larger window at the border determines a plane
+        )
     keep = np.abs(best[2]) > EXACT
     return list(zip(*(v[keep].tolist() for v in best)))
 

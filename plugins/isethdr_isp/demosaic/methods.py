@@ -40,9 +40,8 @@ class Interpolated(NamedTuple):
 
     planes: np.ndarray  # (channel, y, x)
     invalid: np.ndarray  # (y, x) bool, the pixel depends on a sample that is not valid
-    noise_map: (
-        NoiseMap | None
-    )  # propagation of the samples' noise; None if the method does not state it
+    # propagation of the samples' noise; None if the method does not state it
+    noise_map: NoiseMap | None
 
 
 def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -> Interpolated:

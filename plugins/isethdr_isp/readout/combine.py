@@ -82,9 +82,8 @@ class Charge:
     dark_e: float
     top_e: float  # less the margin for clipped charge
     good: np.ndarray  # (y, x) bool, not saturated
-    per_light: (
-        np.ndarray
-    )  # (y, x) electrons per cd/m2 of the white, each pixel through its own filter
+    # (y, x) electrons per cd/m2 of the white, each pixel through its own filter
+    per_light: np.ndarray
     source: np.ndarray  # (y, x) uint8, the capture whose read weighs most
     reads: tuple[WeightedRead, ...] = ()  # the readings and their shares of `t_e`
 
@@ -105,9 +104,8 @@ def read_charge(reads: list[Readout], per_light) -> Charge:
     for read in reads:
         # a full well reads as saturated though its read noise may lie below the top
         use = (read.charge_e < read.clear_top_e) & ~read.saturated
-        inverse = np.where(
-            use, 1 / np.maximum(read.read_var_e2, 1e-12), 0.0
-        )  # a noiseless read simply outweighs the others
+        # a noiseless read simply outweighs the others
+        inverse = np.where(use, 1 / np.maximum(read.read_var_e2, 1e-12), 0.0)
         inverses.append(inverse)
         total += inverse * read.charge_e
         weight += inverse

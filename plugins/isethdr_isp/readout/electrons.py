@@ -45,9 +45,8 @@ class Readout:
     sensitivity: np.ndarray  # (channel,) electrons per (cd/m2 of light `white`) on the axis
     response: np.ndarray  # (channel, wavelength) electrons per band mean radiance on the axis
     capture: int = 0  # place of this capture in the shot
-    spread: DeviceSpread = field(
-        default_factory=DeviceSpread
-    )  # how far another device would differ
+    # how far another device would differ
+    spread: DeviceSpread = field(default_factory=DeviceSpread)
 
     def of_rows(self, rows: slice) -> Readout:
         """Return the readout of some rows of the sensor."""

@@ -33,9 +33,8 @@ class DeviceSpread:
     column_e: float = 0.0  # over columns, of the offset
     row_e: float = 0.0  # over rows, of the offset
     silicon: int = 0  # readings with the same number share the photodiode's silicon
-    offset_gain: np.ndarray | float = (
-        1.0  # electrons that have to arrive per electron of offset; 1 where the pixel is linear
-    )
+    # electrons that have to arrive per electron of offset; 1 where the pixel is linear
+    offset_gain: np.ndarray | float = 1.0
 
     def of_silicon(self) -> DeviceSpread:
         """Return the terms that all readings of a charge share."""
@@ -55,9 +54,8 @@ class WeightedRead(NamedTuple):
 
     spread: DeviceSpread
     weight: np.ndarray | float  # (y, x) electrons of the mosaic per electron of this reading
-    sensitivity: np.ndarray | float = (
-        1.0  # (y, x) electrons of this reading per electron of the mosaic, in the same light
-    )
+    # (y, x) electrons of this reading per electron of the mosaic, in the same light
+    sensitivity: np.ndarray | float = 1.0
 
 
 def device_spread(captures, i: int, offset_gain: np.ndarray | float = 1.0) -> DeviceSpread:

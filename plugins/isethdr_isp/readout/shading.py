@@ -88,9 +88,8 @@ def measured_shading(captures, capture: str = ""):
                 " everywhere"
             )
         curve = at @ fit / fit[0]
-        step = (at - curve[:, None] * at[:1]) / fit[
-            0
-        ]  # derivative of curve by fit; at[0] picks the value on the axis
+        # derivative of curve by fit; at[0] picks the value on the axis
+        step = (at - curve[:, None] * at[:1]) / fit[0]
         sum_e = float(e.sum())
         total = total + sum_e * curve
         weight = weight + sum_e

@@ -91,10 +91,11 @@ class LampTables:
             if self.placed
             else (np.zeros(0, int), np.zeros((0, 0)))
         )
+        # all lamps may be switched off
         strength = (
             np.array([np.sqrt(p.peak_cd_m2 * p.area_m2) for p in self.placed])
             + np.finfo(float).tiny
-        )  # all lamps may be switched off
+        )
         self.chances = Chances(camera, view, self.members, strength, *known)
 
     def has_lamps(self, g: int) -> bool:
@@ -251,9 +252,10 @@ class _Targets:
         )
         # From lists: the renderer copies them into aligned memory. It would use NumPy arrays where
         # they lie, which are aligned only by chance, and then compiles another kernel.
+        # (triangle, 5, 4)
         rows = np.stack(
             [np.column_stack([v, beam[:, k]]) for k, v in enumerate(vectors)], 1
-        ).astype(np.float32)  # (triangle, 5, 4)
+        ).astype(np.float32)
         self.rows = mi.Float(rows.ravel().tolist())
         self.row = mi.UInt32(each(lambda row, p: [row])[:, 0])
         sizes = np.array([len(p.triangles) for _, p in lamps.values()])

@@ -15,9 +15,8 @@ from isethdr_core.scene import Lamp, Spectrum
 
 from .intensity_grid import IntensityGrid, intensity_grid
 
-SPECTRUM_NM = np.arange(
-    360.0, 831.0
-)  # grid on which emission spectra are tabulated and weighed, nm
+# grid on which emission spectra are tabulated and weighed, nm
+SPECTRUM_NM = np.arange(360.0, 831.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +63,8 @@ def beam(cos_axis, cos_inner: float, cos_outer: float):
     return t * t * (3 - 2 * t)
 
 
-LAMBERTIAN_COS = (
-    1e-9  # an inner angle of 90 degrees or more: no beam, every face emits alike in all directions
-)
+# an inner angle of 90 degrees or more: no beam, every face emits alike in all directions
+LAMBERTIAN_COS = 1e-9
 
 
 def placed_lamps(description, normalise: str = "intensity", groups=None) -> list[PlacedLamp]:
@@ -200,10 +198,11 @@ def _beam_flux(vectors, axis, cos_inner, cos_outer):
     side = np.linalg.svd(axis[None])[2][1:]
     phi = (np.arange(64) + 0.5) * 2 * np.pi / 64
     total = 0.0
+    # the pattern has a kink at the inner cone
     for low, high in (
         (cos_inner, 1.0),
         (cos_outer, cos_inner),
-    ):  # the pattern has a kink at the inner cone
+    ):
         c = low + (high - low) * (node + 1) / 2
         s = np.sqrt(1 - c**2)
         ring = np.cos(phi)[:, None] * side[0] + np.sin(phi)[:, None] * side[1]

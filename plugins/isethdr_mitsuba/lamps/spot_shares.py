@@ -8,9 +8,8 @@ import numpy as np
 from .spots import Spot
 
 POINTS = 2000  # of what the camera sees
-EVERYWHERE = (
-    0.2  # share given by intensity alone: for light that reaches the camera over several surfaces
-)
+# share given by intensity alone: for light that reaches the camera over several surfaces
+EVERYWHERE = 0.2
 
 
 def seen_points(scene, view) -> np.ndarray:
@@ -48,9 +47,8 @@ def shares(spots: list[Spot], lux) -> np.ndarray:
     part = lux[:, total > 0] / total[total > 0]
     if not part.size:
         return strength / strength.sum()
-    useful = np.sqrt(
-        np.mean(part**2, 1)
-    )  # the variance of a point's light is least with shares as its parts
+    # the variance of a point's light is least with shares as its parts
+    useful = np.sqrt(np.mean(part**2, 1))
     return EVERYWHERE * strength / strength.sum() + (1 - EVERYWHERE) * useful / useful.sum()
 
 

@@ -223,9 +223,8 @@ def _rays(view, flat, normal, corner):
 def _spread(flat, areas):
     """Return (n, POINTS, 2) points evenly over polygons given as fans of triangles with `areas`."""
     along = (np.arange(POINTS) + 0.5) / POINTS
-    other = (
-        np.arange(POINTS) * 0.6180339887498949
-    ) % 1  # golden section: evenly spread against `along`
+    # golden section: evenly spread against `along`
+    other = (np.arange(POINTS) * 0.6180339887498949) % 1
     share = np.cumsum(areas, 1)
     total = np.maximum(share[:, -1:], 1e-300)
     share = share / total

@@ -47,9 +47,8 @@ class Camera:
         y = self.top + (mi.Float(row) + mi.Float(point.y) * WHOLE) * self.pitch_y
         if self.angles:
             theta = dr.sqrt(x * x + y * y)
-            across = dr.select(
-                theta > 1e-4, dr.sin(theta) / theta, 1
-            )  # 1e-4: the series' next term is below float32
+            # 1e-4: the series' next term is below float32
+            across = dr.select(theta > 1e-4, dr.sin(theta) / theta, 1)
             way = (
                 self.right * (across * x) + self.down * (across * y) + self.forward * dr.cos(theta)
             )
@@ -80,7 +79,6 @@ def share(numbers):
 def stream(seed, numbers, purpose: str):
     """Return random numbers for `purpose`, independent per number."""
     a, b = mi.sample_tea_32(numbers, seed ^ crc32(purpose.encode()))
-    moved = mi.UInt64(numbers) - dr.arange(
-        mi.UInt64, dr.width(numbers)
-    )  # PCG32 adds the place in the array: the number given counts instead
+    # PCG32 adds the place in the array: the number given counts instead
+    moved = mi.UInt64(numbers) - dr.arange(mi.UInt64, dr.width(numbers))
     return mi.PCG32(dr.width(numbers), mi.UInt64(a) + moved, mi.UInt64(b) + moved)

@@ -35,9 +35,8 @@ WITHIN = 20  # number of wavelengths in a band over which spectra are averaged
 MAP = 512, 1024  # rows and columns of an environment map of the sky
 # from the axes of a map of Mitsuba, whose zenith is y, to those of the world
 UPRIGHT = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-LOST_BEADS = (
-    0.5  # share of the luminance of a dry marking in the own headlamps: R_L 77 instead of 150
-)
+# share of the luminance of a dry marking in the own headlamps: R_L 77 instead of 150
+LOST_BEADS = 0.5
 
 
 def film_pass(description, view, lamps, groups, bands_nm, settings):

@@ -227,9 +227,8 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
     sky = lamps.groups.index("sky") if "sky" in lamps.groups else -1
     sky_row = spectra.rows - 2 * lamps.sky_rows
     total = [[mi.Spectrum(0) for _ in range(packets)] for _ in range(groups)]
-    ramp = mi.Spectrum(
-        *RAMP_NM, *RAMP_NM
-    )  # surfaces are evaluated with reflectance 0 and 1, side by side
+    # surfaces are evaluated with reflectance 0 and 1, side by side
+    ramp = mi.Spectrum(*RAMP_NM, *RAMP_NM)
     # lanes take turns in the tile's one sequence of points, wavelengths and directions from the
     # first surface
     point, along, way = offsets(seed, tile)
@@ -265,9 +264,8 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
         material = surfaces.material_at(shape, hit)
 
         # light that a path hits by itself: the sky always, a lamp only after the first surface
-        visible = dr.select(
-            depth == 0, sky_row + lamps.sky_rows, sky_row
-        )  # all paths of one camera ray use the mean of the sky
+        # all paths of one camera ray use the mean of the sky
+        visible = dr.select(depth == 0, sky_row + lamps.sky_rows, sky_row)
         colour = spectra.at(place, dr.select(hit, material, visible), going)
         if dr.hint(sky >= 0, mode="scalar"):
             level = dr.select(going & ~hit & on[sky], dr.select(depth == 0, mi.Float(shares), 1), 0)

@@ -16,9 +16,8 @@ import numpy as np
 BASE_US = 1.1
 SKY_US = 0.4
 LAMPS_US = 1.3
-GIVEN_UP = (
-    0.01  # share of the tiles: those that would take most get what the dearest other one gets
-)
+# share of the tiles: those that would take most get what the dearest other one gets
+GIVEN_UP = 0.01
 STEP = 8  # paths that counts are multiples of
 WORTH = 1.15  # times what there is: for less no path is added
 

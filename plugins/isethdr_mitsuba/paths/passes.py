@@ -22,9 +22,8 @@ PASS_PATHS = 64e6  # paths per pass: a new pass costs 0.1 s of set-up
 SPLITS = 3  # ways to split the passes into halves: four equal passes have three
 ONE_SIDED = 0.9  # largest difference between the halves, as a share of all paths
 ROUNDING = 1e-6  # relative: a smaller difference between halves counts as rounding, not as noise
-NORMAL = (
-    0.6744897501960817  # half of a normal distribution lies within this many standard deviations
-)
+# half of a normal distribution lies within this many standard deviations
+NORMAL = 0.6744897501960817
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +33,10 @@ class Estimate:
     """
 
     radiance: np.ndarray
-    noise: (
-        np.ndarray
-    )  # (group,) relative noise of luminance, as `_Sums.noise`; NaN where there is no light
-    xyz_noise: (
-        np.ndarray
-    )  # (group, 3, row, column) standard errors of X, Y and Z, cd/m2; NaN after one pass alone
+    # (group,) relative noise of luminance, as `_Sums.noise`; NaN where there is no light
+    noise: np.ndarray
+    # (group, 3, row, column) standard errors of X, Y and Z, cd/m2; NaN after one pass alone
+    xyz_noise: np.ndarray
     # (group, row, column) of the luminance that either half of the paths found, cd/m2; NaN after
     # one pass alone
     half_difference: np.ndarray
@@ -197,12 +194,10 @@ class _Sums:
             xyz[g] += self.weights[:, band, None] * values
         self.squares += samples * xyz**2
         for g in groups:
-            fewer = (
-                -1 if self.more[g, 0] > 0 else 1
-            )  # each pass goes to the half that has fewer paths
-            pair = (
-                -1 if self.passes[g] & 2 else 1
-            )  # two splits more, of four equal passes 1 + 2 and 1 + 4 against the others
+            # each pass goes to the half that has fewer paths
+            fewer = -1 if self.more[g, 0] > 0 else 1
+            # two splits more, of four equal passes 1 + 2 and 1 + 4 against the others
+            pair = -1 if self.passes[g] & 2 else 1
             to_half = samples * np.array([fewer, pair, fewer * pair])
             self.apart[g] += to_half[:, None] * xyz[g, 1]
             self.more[g] += to_half

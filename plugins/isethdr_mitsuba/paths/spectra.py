@@ -46,9 +46,8 @@ class BandTable:
         shift = np.stack(
             [self.starts_nm + u * self.spacing_nm, self.starts_nm + (1 - u) * self.spacing_nm], 1
         ).ravel()
-        nm = np.clip(
-            self.bands_nm + shift[:, None] - SPECTRUM_NM[0], 0, len(SPECTRUM_NM) - 1
-        )  # (place, band)
+        # (place, band)
+        nm = np.clip(self.bands_nm + shift[:, None] - SPECTRUM_NM[0], 0, len(SPECTRUM_NM) - 1)
         left = np.minimum(nm.astype(int), len(SPECTRUM_NM) - 2)
         value = np.moveaxis(
             self.rows[:, left] * (1 - (nm - left)) + self.rows[:, left + 1] * (nm - left), 0, 1

@@ -25,9 +25,8 @@ class Shape:
     """A Mitsuba shape and the object, material or lamp that it represents."""
 
     shape: mi.Shape
-    label: int = (
-        0  # object 1, 2, ...; 0 for shared parts of a model: their instances hold the number
-    )
+    # object 1, 2, ...; 0 for shared parts of a model: their instances hold the number
+    label: int = 0
     material: int = 0  # index into the description's materials
     lamp: int | None = None  # index into the lamps
     pose: np.ndarray | None = None  # (4, 4) of an instance: it has no triangles of its own

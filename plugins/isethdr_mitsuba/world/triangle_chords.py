@@ -37,9 +37,8 @@ def straightened(triangles, view, off: float):
         side = np.roll(flat, -1, 1) - flat
         longest = np.linalg.norm(side, axis=-1)
         middle = view.coordinates(middles) - flat
-        area = np.abs(
-            middle[..., 0] * side[..., 1] - middle[..., 1] * side[..., 0]
-        )  # distance from the chord x its length
+        # distance from the chord x its length
+        area = np.abs(middle[..., 0] * side[..., 1] - middle[..., 1] * side[..., 0])
         straight = ((longest < LONGEST) & (area <= off * longest)).all(1)
         near = np.linalg.norm(flat, axis=-1).min(1) - _widest(triangles) < reach
         done.append((triangles[straight & near], which[straight & near]))

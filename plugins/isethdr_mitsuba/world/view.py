@@ -24,9 +24,8 @@ class View:
     world axes (unit vectors).
     """
 
-    x: (
-        np.ndarray
-    )  # (columns,) field coordinates of the tile centres: tangents, or radians where equidistant
+    # (columns,) field coordinates of the tile centres: tangents, or radians where equidistant
+    x: np.ndarray
     y: np.ndarray  # (rows,)
     pitch_x: float  # of a tile, in the unit of x
     pitch_y: float

@@ -300,9 +300,8 @@ def _tiles(samples, scale, pitch_um, half) -> np.ndarray:
     down, across = (
         _triangles(h, scale * p, step, pattern.shape[0]) for h, p in zip(half, pitch_um)
     )
-    return np.maximum(
-        (across @ (down @ pattern).T).T, 0.0
-    )  # the cubic's overshoot could be darker than dark; none was found
+    # the cubic's overshoot could be darker than dark; none was found
+    return np.maximum((across @ (down @ pattern).T).T, 0.0)
 
 
 def _triangles(half, pitch_um, step_um, size):

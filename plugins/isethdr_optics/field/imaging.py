@@ -47,9 +47,8 @@ class FieldKernels:
 
     axis: kernels.Kernels
     half: tuple[int, int]  # (y, x) tiles from the middle to the border of a core
-    shares: list[
-        tuple[tuple[slice, slice], np.ndarray]
-    ]  # per place, a window of the frame and there the share of the light
+    # per place, a window of the frame and there the share of the light
+    shares: list[tuple[tuple[slice, slice], np.ndarray]]
     cores: list[kernels.Kernels]  # per place, that on the axis first
     # per octave, how far kernels of places may be from that of the axis, as
     # `kernel_sampling_error.deviation`
@@ -79,9 +78,10 @@ class FieldKernels:
     @cached_property
     def unlike_far(self) -> kernels.Kernels | None:
         """The kernels of the axis, with their difference to the outermost field point as error."""
+        # that bound is not asked for
         return self._beyond(
             np.broadcast_to(self.unlike, (len(self.axis.bands), len(self.unlike))), wrap=1.0
-        )  # that bound is not asked for
+        )
 
     def _beyond(self, deviation, **more):
         if all(np.array_equal(self.half, [n // 2 for n in band.shape]) for band in self.axis.bands):
@@ -367,9 +367,8 @@ def _unlike(pairs, wide, half):
     unlike = np.max(deviations, axis=0)
     unlike_nodes = np.flatnonzero(unlike)
     if len(unlike_nodes):
-        unlike[unlike_nodes[-1] + 1 :] = unlike[
-            unlike_nodes[-1]
-        ]  # beyond the largest reach, the value at its border
+        # beyond the largest reach, the value at its border
+        unlike[unlike_nodes[-1] + 1 :] = unlike[unlike_nodes[-1]]
     return error, unlike
 
 

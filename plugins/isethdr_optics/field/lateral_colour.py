@@ -201,9 +201,8 @@ def displaced(light, course: Course, shape) -> np.ndarray:
     edge = (np.arange(height + 1) - height / 2)[:, None]
     source = columns / course.at(columns, edge)
     before = columns
-    while (
-        np.abs(source - before).max() > CLOSE
-    ):  # shrinks by the course's slope, a percent or less, from step to step
+    # shrinks by the course's slope, a percent or less, from step to step
+    while np.abs(source - before).max() > CLOSE:
         source, before = columns / course.at(source, edge), source
     return _along(wide.T, (edge * course.at(source, edge)).T, shape[0]).T
 

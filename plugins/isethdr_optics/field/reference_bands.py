@@ -13,11 +13,12 @@ from isethdr_core.errors import ConfigError
 
 from ..pupil.wavefronts import coefficients_um
 
+# from, below, judged at
 PARTS_NM = (
     (0.0, 380.0, (340.0, 370.0)),
     (380.0, 780.0, (400.0, 550.0, 700.0)),
     (780.0, np.inf, (800.0, 1000.0)),
-)  # from, below, judged at
+)
 WIDTH_NM = 10.0
 
 

@@ -86,9 +86,8 @@ def _hemisphere(form: str, shoulder: float, slope: float) -> float:
     """Return 2 pi times the integral of the function over its peak, times b db, for b from 0 to
     1.
     """
-    edges = np.concatenate(
-        [[0.0], np.geomspace(1e-6 * shoulder, 1.0, 200)]
-    )  # even in decades, as the function falls
+    # even in decades, as the function falls
+    edges = np.concatenate([[0.0], np.geomspace(1e-6 * shoulder, 1.0, 200)])
     node, weight = np.polynomial.legendre.leggauss(8)
     half = np.diff(edges)[:, None] / 2
     sine = edges[:-1, None] + half * (1 + node)

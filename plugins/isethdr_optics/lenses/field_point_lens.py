@@ -26,12 +26,10 @@ class PlaceLens(DiffractionLimitedLens):
     traced: Any = None  # lens whose colour it has, if that is traced
     angle_rad: float = 0.0  # of the place
     azimuth_rad: float = 0.0  # counter-clockwise from +x, y up
-    rims: tuple[
-        tuple[float, float, float], ...
-    ] = ()  # discs (x, y, radius) in stop radii that cut the stop, y down
-    uneven: tuple[
-        tuple[int, float], ...
-    ] = ()  # (OSA index, value) of the amplitude over the stop, its mean square 1; none: even
+    # discs (x, y, radius) in stop radii that cut the stop, y down
+    rims: tuple[tuple[float, float, float], ...] = ()
+    # (OSA index, value) of the amplitude over the stop, its mean square 1; none: even
+    uneven: tuple[tuple[int, float], ...] = ()
     # map from a point of the stop to its direction cosines at the image, both in units of the stop
     # of the f-number; x right, y down. Rims, wavefront and amplitude are defined over the stop.
     # None: identity

@@ -18,14 +18,12 @@ LateralColour = Annotated[float, Range(-5, 5)]  # percent: a tile then lands on 
 FocalShift = Annotated[float, Range(-10_000, 10_000)]  # micrometres: 1 cm is beyond any blur kept
 ErrorAllowed = Annotated[float, Range(1e-9, 0.999)]  # a share; what double precision can tell
 Zernike = Annotated[float, Range(-1000, 1000)]  # micrometres rms: more than a thousand waves
-Zernikes = dict[
-    Annotated[int, Range(0, 860)], Zernike
-]  # OSA index up to radial order 40: as far as pupils are exact
+# OSA index up to radial order 40: as far as pupils are exact
+Zernikes = dict[Annotated[int, Range(0, 860)], Zernike]
 
 # --- flares ---
-Blades = Annotated[
-    int, Range(0, 64)
-]  # 64 straight blades differ from a circle by 0.2 % of the area
+# 64 straight blades differ from a circle by 0.2 % of the area
+Blades = Annotated[int, Range(0, 64)]
 Direction = Annotated[float, Range(-360, 360)]  # degrees
 PerArea = Annotated[float, Range(0, 10_000)]  # per mm2: grains 10 um apart cover the glass
 Micrometres = Annotated[float, Range(0, 10_000)]  # of dirt: 1 cm is larger than any pupil here

@@ -41,9 +41,8 @@ BORDER_SHARE = 3.0
 # times the field: as far as chief rays of the distortion go, for tiles that lateral colour adds
 # around it
 BEYOND = 1.05
-FIELD_POINTS = (
-    33  # of distortion and relative illumination, from the axis to the border of the field
-)
+# of distortion and relative illumination, from the axis to the border of the field
+FIELD_POINTS = 33
 
 
 @dataclass(frozen=True)

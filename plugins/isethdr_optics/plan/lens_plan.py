@@ -134,9 +134,10 @@ class LensPlan:
         lens = self.lens
         optics = self.optics
         f_m = 1e-3 * lens.focal_length_mm
+        # with the loss by flares, mean of all bands
         throughput_sr = lens.throughput_sr() * float(
             np.mean(optics.gains / lens.gains_sr(optics.wavelength_nm))
-        )  # with the loss by flares, mean of all bands
+        )
         light = make_quantity(
             values,
             first,

@@ -134,9 +134,8 @@ def _without_dark_tiles(lens, mixed, flares, response, plane, inner):
         * sampled_pupil.blur_um(axis_lens, wave[0])
         / ((largest_reach + 1) * max(pitch_um))
     )
-    if (
-        light.share(2 * edges, most=brightest(largest_reach)) > allowed
-    ):  # every stop spreads this much: no kernel is needed to find out
+    # every stop spreads this much: no kernel is needed to find out
+    if light.share(2 * edges, most=brightest(largest_reach)) > allowed:
         return None
     probe = kernels.kernels(
         axis_lens, flares, wave[-1:], pitch_um, tuple(min(largest_reach, n - 1) for n in frame)

@@ -67,9 +67,10 @@ def amplitude(
     enters_x = _fit(even, places, position[0][within])
     enters_y = _fit(odd, places, position[1][within])
     transmits = _fit(even, places, passed.weight[within])
+    # of equal areas
     radius, turn = np.meshgrid(
         np.sqrt((np.arange(RADII) + 0.5) / RADII), 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
-    )  # of equal areas
+    )
     x = (radius * np.cos(turn)).ravel()
     y = (radius * np.sin(turn)).ravel()
     power = _area(enters_x, enters_y, x, y) * _at(transmits, x, y)

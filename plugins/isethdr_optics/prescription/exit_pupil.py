@@ -125,9 +125,8 @@ def _sphere_curvature_per_mm(lens, image_mm, indices):
     if not behind:
         return 1 / np.hypot(sensor_z - stop_z, image_mm)
     matrix = paraxial.matrices(lens.surfaces, indices, behind, stop_z)[-1]
-    depth = (sensor_z - last_z) * matrix[1, 1] + matrix[
-        0, 1
-    ]  # from the exit pupil to the sensor, times the element below
+    # from the exit pupil to the sensor, times the element below
+    depth = (sensor_z - last_z) * matrix[1, 1] + matrix[0, 1]
     return float(matrix[1, 1] * np.sign(depth) / np.hypot(depth, matrix[1, 1] * image_mm))
 
 

@@ -178,9 +178,8 @@ def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> f
     z = max(optics[0].z_mm, 1e-3 * pupil_radius)
     half = 1.5 * pupil_radius * abs(z / pupil_z)
     cells = ((np.arange(grid) + 0.5) / grid * 2 - 1) * half
-    x, y = np.meshgrid(
-        cells - height_mm * z / pupil_z, cells
-    )  # from the place on the sensor, towards the exit pupil
+    # from the place on the sensor, towards the exit pupil
+    x, y = np.meshgrid(cells - height_mm * z / pupil_z, cells)
     directions = np.stack([x, y, np.full(x.shape, z)])
     distance = np.sqrt(np.sum(directions**2, axis=0))
     start = np.stack([np.full(x.shape, height_mm), 0.0 * x, 0.0 * x])

@@ -94,10 +94,11 @@ def _heights(basis, hits) -> list:
     if not hits:
         return []
     even = np.array([order(j)[1] >= 0 for j in range(basis.shape[1])])
+    # y is odd in y
     across = [
         (np.flatnonzero(used), fitted(basis[:, used], np.stack(hit, axis=1)))
         for hit, used in zip(zip(*hits), (even, ~even))
-    ]  # y is odd in y
+    ]
 
     def one(k):
         powers = [
@@ -132,9 +133,8 @@ def _circle(x, y):
     """Return the centre on the x axis and the radius of the circle nearest to points, and the
     distance of the farthest from it.
     """
-    if (
-        len(x) < 3
-    ):  # a sliver between two lines from the start: narrower than some degrees of the stop's border
+    # a sliver between two lines from the start: narrower than some degrees of the stop's border
+    if len(x) < 3:
         return 0.0, 1.0, 0.0
     (twice, constant), *_ = np.linalg.lstsq(
         np.stack([2 * x, np.ones_like(x)], axis=1), x**2 + y**2, rcond=None

@@ -29,9 +29,8 @@ def half_plane(x, y, pitch: float, angle_deg: float) -> np.ndarray:
     distance = (normal[0] * x[None, :] + normal[1] * y[:, None]) / pitch
     a, b = sorted(abs(n) for n in normal)
     reach = distance + (a + b) / 2
-    if (
-        a < 1e-7
-    ):  # along the tiles: the general form would divide by zero; the difference is below 1e-7
+    # along the tiles: the general form would divide by zero; the difference is below 1e-7
+    if a < 1e-7:
         return np.clip(reach / b, 0.0, 1.0)
     ramp = lambda t: np.square(np.maximum(t, 0.0)) / 2
     # far inside, four large squares would cancel: beyond the tile the answer is 1

@@ -63,9 +63,8 @@ class PointLights(Chart):
             area = disc(x, y, pitch, centre, 0.0, radius)
             lit += level * area
             covered += area
-            instance[(area > 0) & (area >= area.max() / 2)] = (
-                number  # a disc below a tile still has a label
-            )
+            # a disc below a tile still has a label
+            instance[(area > 0) & (area >= area.max() / 2)] = number
             left = (centre - radius) / pitch + self.width / 2
             top = self.height / 2 - radius / pitch
             objects.append(

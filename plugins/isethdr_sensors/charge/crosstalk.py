@@ -23,9 +23,8 @@ from ..spectral.colour_filter_array import channels, filter_map
 OPTICAL = np.array([[0, 1, 0], [1, 0, 1], [0, 1, 0]]) / 4  # through the side walls: edge neighbours
 STATED_NM = 550.0  # wavelength at which the optical share is stated
 LARGEST_SHARE = 0.8  # with 4 neighbours: a pixel keeps at least as much as each neighbour gets
-ELECTRICAL = (
-    np.array([[1, 4, 1], [4, 0, 4], [1, 4, 1]]) / 20
-)  # diffusion: corners are sqrt(2) away (assumption)
+# diffusion: corners are sqrt(2) away (assumption)
+ELECTRICAL = np.array([[1, 4, 1], [4, 0, 4], [1, 4, 1]]) / 20
 
 
 def kernel(optical_percent: float, electrical_percent: float) -> np.ndarray:
@@ -83,9 +82,8 @@ def spread(parts_e, model: SensorModel) -> np.ndarray:
     out = np.zeros((height, width))
     for mean_e, around in zip(parts_e, _kernels(model)):
         wide = np.pad(mean_e, 2, mode="symmetric")
-        for dy, dx in np.ndindex(
-            around.shape
-        ):  # a plain sum of positive terms is never negative, even beside a lamp
+        # a plain sum of positive terms is never negative, even beside a lamp
+        for dy, dx in np.ndindex(around.shape):
             if around[dy, dx]:
                 out += around[dy, dx] * wide[dy : dy + height, dx : dx + width]
     return out
@@ -99,9 +97,8 @@ def mixed_efficiency(qe, model: SensorModel, wavelength_nm) -> np.ndarray:
     """
     if not model.optical_crosstalk_percent and not model.electrical_crosstalk_percent:
         return qe
-    filters = filter_map(
-        model.cfa, 40, 40
-    )  # whole periods of 1, 2, 4, 5, 8, 10 pixels, far from the border in the middle
+    # whole periods of 1, 2, 4, 5, 8, 10 pixels, far from the border in the middle
+    filters = filter_map(model.cfa, 40, 40)
     out = np.zeros(np.shape(qe))
     for part, around in zip(parts(qe, model, wavelength_nm), _kernels(model)):
         share = np.zeros((len(channels(model.cfa)),) * 2)  # [channel, neighbour's channel]

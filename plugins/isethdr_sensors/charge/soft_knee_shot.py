@@ -20,9 +20,8 @@ from ..readout import captures, converter, shot
 from ..timing import exposure_timing
 from . import full_well, soft_knee_in_time
 
-LINEAR_WITHIN = (
-    1e-4  # share of the knee's charge that may have spilled where a reading still counts as linear
-)
+# share of the knee's charge that may have spilled where a reading still counts as linear
+LINEAR_WITHIN = 1e-4
 # mean spill below which the charge is left alone, so that it has the bits of a linear sensor
 NOTHING_E = 1e-6
 

@@ -55,9 +55,8 @@ def scatter_of_readings(table: ReadBack, slopes, plain_e2, off_bend_e2) -> np.nd
     the rises of `plain_e2` by ridge.
     """
     first, last = np.searchsorted(-slopes, (-BENDS, -LOGARITHMIC))
-    if (
-        last - first < 2 or not np.isfinite(off_bend_e2).all()
-    ):  # no bend between two entries; light beyond all numbers
+    # no bend between two entries; light beyond all numbers
+    if last - first < 2 or not np.isfinite(off_bend_e2).all():
         return off_bend_e2
     dn = table.dn
     electrons = table.electrons
@@ -81,9 +80,8 @@ def scatter_of_readings(table: ReadBack, slopes, plain_e2, off_bend_e2) -> np.nd
     part = np.arange(len(rises)) // every(len(rises))
     by_part = np.add.reduceat(by_rise, np.flatnonzero(np.diff(part, prepend=-1)), axis=1)
     target = (true_e2 - entry_shares @ electrons - other_share) / true_e2
-    finite = np.isfinite(target) & np.isfinite(by_part).all(
-        1
-    )  # a level whose readings are all one code gives no equation
+    # a level whose readings are all one code gives no equation
+    finite = np.isfinite(target) & np.isfinite(by_part).all(1)
     count = part[-1] + 1
     from scipy.optimize import nnls  # slow to import
 

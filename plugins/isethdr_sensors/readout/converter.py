@@ -170,9 +170,8 @@ def check_black_level(reading: Reading) -> None:
         return
     black_e = reading.black_dn / reading.gain_dn_per_e
     t = black_e / rms
-    bias = rms * (
-        exp(-t * t / 2) / sqrt(2 * pi) - t * erfc(t / sqrt(2)) / 2
-    )  # E[max(0, -black - n)], n normal
+    # E[max(0, -black - n)], n normal
+    bias = rms * (exp(-t * t / 2) / sqrt(2 * pi) - t * erfc(t / sqrt(2)) / 2)
     if bias > 1e-3 * rms:
         ledger.left_out(
             f"readings of {reading.capture} below code 0",

@@ -73,9 +73,8 @@ def response(
     bent = bent[electrons < FINITE_E]
     electrons = electrons[electrons < FINITE_E]
     inside = (bent <= top + step / 2) & (electrons <= LARGEST_MEAN_E)
-    start = np.array(
-        [0.0, reading.black_dn] if reading.black_dn > 0 else [-1000.0, 0.0]
-    )  # the straight line goes on below black
+    # the straight line goes on below black
+    start = np.array([0.0, reading.black_dn] if reading.black_dn > 0 else [-1000.0, 0.0])
     line = (start - reading.black_dn) / reading.gain_dn_per_e
     charge_var_e2 = flow_moments(EMPTY, electrons / exposure_s, exposure_s, soft).charge_var_e2
     variance = (charge_var_e2 + read_var_e2) / slope(electrons, exposure_s, soft) ** 2

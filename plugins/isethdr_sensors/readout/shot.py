@@ -224,6 +224,7 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
         mean_e = light_e[k][rows] * part(prnu[k], rows) + part(dark[k], rows)
         return _charge(model, model.photodiodes[k], mean_e, generator, rows.start)
 
+    # columns reach across blocks
     bloomed = {
         k: blooming.bloom(
             np.concatenate([charge(k, rows) for rows in blocks]),
@@ -232,7 +233,7 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
         )
         for k, diode in enumerate(model.photodiodes)
         if diode.blooming_percent
-    }  # columns reach across blocks
+    }
     for rows in blocks:
         charges = [
             bloomed[k][rows] if k in bloomed else charge(k, rows)

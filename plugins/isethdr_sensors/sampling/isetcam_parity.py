@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-NORMAL_FROM_E = (
-    25.0  # mean electrons from which ISETCam draws a rounded normal instead of a Poisson count
-)
+# mean electrons from which ISETCam draws a rounded normal instead of a Poisson count
+NORMAL_FROM_E = 25.0
 
 
 class ClippedNoise(NamedTuple):

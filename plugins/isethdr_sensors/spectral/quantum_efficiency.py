@@ -16,9 +16,8 @@ from ..sensor_model import SensorModel
 from . import band_integration, spectral_curves
 from .colour_filter_array import channels
 
-NEGLIGIBLE = (
-    1e-6  # of the largest quantum efficiency: bands below it at both ends need not be rendered
-)
+# of the largest quantum efficiency: bands below it at both ends need not be rendered
+NEGLIGIBLE = 1e-6
 BLIND = 0.02  # of a curve's peak: a table may end here
 BEYOND_NM = 10.0  # light may lie so much beyond the end of a table, as sub-bands of its last band
 

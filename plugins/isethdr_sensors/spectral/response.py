@@ -93,9 +93,8 @@ def channel_planes(model: SensorModel, light, qe) -> list[np.ndarray]:
         ]
     efficiency = _efficiency(model, wavelength_nm)
     efficiency_of_light = np.asarray(light.attrs["efficiency"])
-    difference = np.abs(efficiency[:, None] - efficiency_of_light).max(
-        2
-    )  # the light may serve other sensors too
+    # the light may serve other sensors too
+    difference = np.abs(efficiency[:, None] - efficiency_of_light).max(2)
     row = difference.argmin(1)
     if np.any(difference[np.arange(len(efficiency)), row] > CLOSE * efficiency.max()):
         raise UnitError(

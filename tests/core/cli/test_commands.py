@@ -129,12 +129,10 @@ def test_a_choice_by_interpolation_is_one_line():
 
 
 def test_run_and_plan(isethdr_home, capsys):
-    quick = {
-        "ISETHDR_PLUGINS": "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows"
-    }  # without the report, whose plots take as long as all else
-    print_plan(
-        [*SMALL, "sensor=bayer"]
-    )  # what the command does: tests/workflows/test_command_and_python.py
+    # without the report, whose plots take as long as all else
+    quick = {"ISETHDR_PLUGINS": "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows"}
+    # what the command does: tests/workflows/test_command_and_python.py
+    print_plan([*SMALL, "sensor=bayer"])
     assert "light groups" in capsys.readouterr().out and not (isethdr_home / "runs").exists()
     first = isethdr("run", *SMALL, "sensor=bayer", **quick)
     assert (

@@ -82,9 +82,8 @@ def test_a_member_can_be_added_and_removed():
 
 def test_every_component_is_a_config_group_entry_with_its_name():
     by_kind = {kind: [n for k, n in components() if k == kind] for kind in KINDS}
-    for turn in range(
-        max(map(len, by_kind.values()))
-    ):  # one of each kind at a time: composing takes a tenth of a second
+    # one of each kind at a time: composing takes a tenth of a second
+    for turn in range(max(map(len, by_kind.values()))):
         names = {kind: members[turn % len(members)] for kind, members in by_kind.items()}
         group = {"flare": "+flare@flare.new", "metric": "+metric@metric.new"}
         config = compose([f"{group.get(kind, kind)}={name}" for kind, name in names.items()])

@@ -119,13 +119,11 @@ def test_a_noisy_bright_tile_does_not_spill_into_quiet_dark_ones():
     mean = np.full(SHAPE, 1.0)
     mean[10, 12] = 100.0
     given = scene(noisy(mean, 0.0), 0.01)
-    given["xyz_noise"][..., 10, 12] *= (
-        100  # as large as the value: a path that met a lamp by chance
-    )
+    # as large as the value: a path that met a lamp by chance
+    given["xyz_noise"][..., 10, 12] *= 100
     before, after = preview.tristimulus(given)[0, 1], preview.denoised(given)[0, 1]
     dark = np.ones(SHAPE, bool)
     dark[10, 12] = False
-    np.testing.assert_allclose(
-        after[dark], before[dark], rtol=1e-6
-    )  # all of them are the same, so that only what is spilt could show
+    # all of them are the same, so that only what is spilt could show
+    np.testing.assert_allclose(after[dark], before[dark], rtol=1e-6)
     assert after[10, 12] < 0.2 * before[10, 12]

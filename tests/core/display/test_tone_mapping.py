@@ -33,9 +33,8 @@ def test_pyramids_come_back_whole():
     rng = np.random.default_rng(0)
     for shape in ((64, 64), (65, 43), (7, 200), (1, 1), (3, 2)):
         image = rng.standard_normal(shape)
-        np.testing.assert_allclose(
-            _collapsed(_laplacian(image)), image, atol=1e-12
-        )  # rounding of sums
+        # rounding of sums
+        np.testing.assert_allclose(_collapsed(_laplacian(image)), image, atol=1e-12)
 
 
 @pytest.mark.parametrize("operator", ["global", *OPERATORS])
@@ -51,9 +50,8 @@ def test_exposures_are_comparable(operator):
         display_view.display(k * xyz, 1.0, operator=operator)[..., 1].astype(int)
         for k in (0.25, 0.5, 1.0)
     ]
-    assert all(
-        (b - a).min() >= -1 and b.mean() > a.mean() + 3 for a, b in zip(shown, shown[1:])
-    )  # 1: rounding to codes
+    # 1: rounding to codes
+    assert all((b - a).min() >= -1 and b.mean() > a.mean() + 3 for a, b in zip(shown, shown[1:]))
 
 
 @BOTH

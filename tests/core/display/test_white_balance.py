@@ -52,9 +52,8 @@ def test_d65_changes_nothing_and_the_published_example_comes_out():
 
 def test_the_grey_world_finds_the_light_without_lamps_and_without_what_is_not_valid():
     rng = np.random.default_rng(1)
-    xyz = rng.uniform(0.1, 1.0, (40, 50, 1)) * HALOGEN + 0.3 * rng.standard_normal(
-        (40, 50, 3)
-    )  # noise below 0 is not clipped
+    # noise below 0 is not clipped
+    xyz = rng.uniform(0.1, 1.0, (40, 50, 1)) * HALOGEN + 0.3 * rng.standard_normal((40, 50, 3))
     xyz[3, 4] = [1e4, 2e4, 9e4]
     valid = np.ones((40, 50), bool)
     xyz[30:, :10], valid[30:, :10] = 0.9, False

@@ -60,10 +60,11 @@ def test_too_many_pixels_are_refused_before_the_scene_is_made(no_work, scene):
 
 @pytest.mark.parametrize("name", sorted(name for kind, name in components() if kind == "sensor"))
 def test_every_sensor_says_whether_it_fits(name):
+    # 0.73 mm x 0.41 mm
     scene, lens = (
         build("scene", "uniform"),
         build("lens", "ideal", focal_length_mm=1.0),
-    )  # 0.73 mm x 0.41 mm
+    )
     for rows, columns, wrong in ((10, 10, ""), (200, 10, "rows=200"), (10, 300, "columns=300")):
         sensor = build("sensor", name, pitch_um=3.0, rows=rows, columns=columns)
         if not wrong:

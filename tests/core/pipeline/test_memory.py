@@ -94,9 +94,8 @@ def test_a_frame_that_is_advised_fits(kind, overrides, monkeypatch):
 def test_every_sensor_counts_its_pixels(name):
     need = build("sensor", name, pitch_um=3.0).pixel_need(3e-3, 1.5e-3)
     assert need.what.startswith("500 x 1000 pixels")
-    assert need.size_bytes >= 500 * 1000 * (
-        memory.FLOAT32_BYTES + 1
-    )  # one capture and its mask, at least
+    # one capture and its mask, at least
+    assert need.size_bytes >= 500 * 1000 * (memory.FLOAT32_BYTES + 1)
 
 
 def test_counted_tiles_are_those_that_are_made():
@@ -126,9 +125,8 @@ def test_kernels_take_what_was_counted():
     assert kernel_bytes(build("lens", "ideal"), frame) == 0
     aberrated = build("lens", "wavefront", zernike_um={8: 0.05})
     assert kernel_bytes(aberrated, frame) > 2 * 4 * 179 * 199
-    shifted = build(
-        "lens", "diffraction_limited", focal_shift_um={440.0: 20.0, 660.0: 0.0}
-    )  # of bands 450 to 650 nm
+    # of bands 450 to 650 nm
+    shifted = build("lens", "diffraction_limited", focal_shift_um={440.0: 20.0, 660.0: 0.0})
     assert kernel_bytes(shifted, frame) > 2 * 4 * 179 * 199
 
 

@@ -151,9 +151,10 @@ def test_a_renderer_is_expected_to_take_longer_for_more_paths_groups_and_tiles()
     assert _rendering(GoesOn(), now, Demand(groups=("sky",)), stored) == pytest.approx(
         2.0 * 20 / 80
     )
+    # unknown: as the mean
     assert _rendering(GoesOn(), now, Demand(groups=("sky", "other")), stored) == pytest.approx(
         2.0 * (20 + 130) / 80
-    )  # unknown: as the mean
+    )
     assert _rendering(object(), now, both, {**stored, "path_span": {}}) == pytest.approx(2.0)
 
 

@@ -39,9 +39,8 @@ def test_constant_and_linear_ramp_come_back_exactly(name):
         rtol=0,
         atol=1e-12,
     )
-    flat, _, _ = demosaic(
-        np.full(filters.shape, -3.5), filters, channels
-    )  # negative electrons stay
+    # negative electrons stay
+    flat, _, _ = demosaic(np.full(filters.shape, -3.5), filters, channels)
     np.testing.assert_allclose(flat, -3.5, rtol=1e-12)
 
 
@@ -83,9 +82,8 @@ def test_bayer_equals_isetcams_bilinear(reference):
     filters = np.tile(data["cfa_pattern"].astype(int) - 1, (36, 54))
     planes, _, _ = demosaic(data["volts"], filters, 3)
     theirs = data["sensorspace_bilinear_none"]
-    assert (
-        np.abs(np.moveaxis(planes, 0, -1) - theirs).max() / theirs.max() < 1e-7
-    )  # stored as float32
+    # stored as float32
+    assert np.abs(np.moveaxis(planes, 0, -1) - theirs).max() / theirs.max() < 1e-7
 
 
 def test_refuses_arrays_it_cannot_serve():

@@ -104,9 +104,8 @@ def test_the_shipped_file_is_small_and_says_how_it_was_made():
 
     said = provenance()
     assert TABLE.stat().st_size < 300_000 and tuple(load()) == ARRAYS
-    assert said["recipe"] == RECIPE and said["sha256"] == recipe_hash(
-        RECIPE
-    )  # else: isethdr study train_demosaic
+    # else: isethdr study train_demosaic
+    assert said["recipe"] == RECIPE and said["sha256"] == recipe_hash(RECIPE)
 
 
 @pytest.mark.slow

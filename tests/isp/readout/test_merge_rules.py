@@ -62,9 +62,8 @@ def test_source_is_the_capture_that_weighs_most(bench, rule):
     turned = MergeIsp(rule=rule)(bench.make(mean, [bench.SPLIT[k] for k in (2, 0, 1)]))[
         "source"
     ].values
-    np.testing.assert_array_equal(
-        np.array([1, 2, 0])[source], turned
-    )  # numbers follow the captures' order
+    # numbers follow the captures' order
+    np.testing.assert_array_equal(np.array([1, 2, 0])[source], turned)
 
 
 def companded(captures, knees):
@@ -90,9 +89,8 @@ def test_companded_captures_keep_level_and_variance(bench):
         )
         out = RULES["inverse_variance"](*charges(companded(captures, knees), "daylight"))
         assert abs(out.signal_e.mean() - level) < 4 * out.signal_e.std() / 300 + 0.02
-        assert out.variance_e2.mean() / out.signal_e.var() == pytest.approx(
-            1, abs=0.03
-        )  # 90 000 draws: 0.5 %
+        # 90 000 draws: 0.5 %
+        assert out.variance_e2.mean() / out.signal_e.var() == pytest.approx(1, abs=0.03)
     # where steps are wide against shot noise, they have to be in the variance
     coarse = [(0, 0), (65536, 400)]
     out = RULES["inverse_variance"](

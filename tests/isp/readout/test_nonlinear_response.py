@@ -71,9 +71,8 @@ def test_without_noise_it_is_exact_to_half_a_code():
     for electrons in (1.0, 1e3, 1e5, 1e8):
         captures, level = shot(electrons, noise=False)
         found = hdr.build("isp", "linear")(captures).xyz.values[..., 1].mean() / level
-        half_e = (
-            0.5 * 25455 / 4031
-        )  # a code of charge; beyond the knee 391 of them are a factor e of the light
+        # a code of charge; beyond the knee 391 of them are a factor e of the light
+        half_e = 0.5 * 25455 / 4031
         assert abs(found - 1) < 1.02 * (half_e / electrons if electrons < 1.8e4 else half_e / 391)
 
 

@@ -76,9 +76,8 @@ def test_the_lens_glows_with_its_share_of_the_flux(make):
     u = (np.arange(1, 2000) - 0.5) / 2000
     up, left = np.degrees(np.arcsin(2 * u - 1)), (np.arange(720) - 359.5) / 4
     a, b = np.radians(left), np.radians(up[:, None])
-    sphere = np.stack(
-        [np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b) + 0 * a], -1
-    )  # the front half
+    # the front half
+    sphere = np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b) + 0 * a], -1)
     total = candela(one, sphere).mean() * 2 * np.pi
     glow = one.peak_cd_m2 * one.floor / (1 + one.floor) * np.pi * one.area_m2
     assert glow / total == pytest.approx(0.02, rel=0.01)

@@ -95,9 +95,8 @@ def test_points_are_spread_evenly_over_a_lamp_and_their_density_is_that(make):
         out = -way / far[:, None]
         left = np.degrees(np.arctan2(-out[:, 1], -out[:, 0]))
         table = placed.lamp.table.at(left, np.degrees(np.arcsin(out[:, 2])))
-        np.testing.assert_allclose(
-            candela[seen], placed.lamp.intensity_cd * table[seen], rtol=0.03
-        )  # glow of the lens, and the grid
+        # glow of the lens, and the grid
+        np.testing.assert_allclose(candela[seen], placed.lamp.intensity_cd * table[seen], rtol=0.03)
 
 
 def _along(at, corner, to, other):

@@ -209,10 +209,11 @@ def test_agrees_with_mitsubas_own_path_integrator(make, group):
             for p in pile
         ]
     )
+    # (repeat, block)
     ours, theirs = (
         blocks(pictures(make, make.street(12), settings, group, way).mean(1))
         for way in ("path", "own")
-    )  # (repeat, block)
+    )
     repeats = len(ours)
     error = np.sqrt((ours.var(0, ddof=1) + theirs.var(0, ddof=1)) / repeats)
     lit = ours.mean(0) > 1e-3 * ours.mean()
@@ -248,9 +249,8 @@ def test_one_kernel_for_all_passes_light_groups_and_scenes(make):
             with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
                 list(one_pass(7 + len(lot), 1 + len(lot), lot))
             ran = [k for k in dr.kernel_history() if k["type"] == dr.KernelType.JIT]
-            found |= {
-                k["hash"] for k in ran if k["operation_count"] > 1000
-            }  # of paths; others are copies and such
+            # of paths; others are copies and such
+            found |= {k["hash"] for k in ran if k["operation_count"] > 1000}
         return found
 
     # other boxes, camera, grid, lamps' numbers and lots of groups; the same kinds of surfaces
@@ -280,10 +280,11 @@ def test_hits_are_those_of_mitsuba(make):
 
     ball = make.part(sphere(6, False))
     ball = replace(ball, normals=ball.vertices / 2)
+    # the tenth comes after the second
     row = [
         make.part((make.cube[0] * 0.2 + [0.4 * k, 0.1 * k, 2.0], make.cube[1]), name=f"box{k}")
         for k in range(12)
-    ]  # the tenth comes after the second
+    ]
     once = make.part((make.cube[0] * 1.8, make.cube[1]), "black", name="once")
     squeezed = make.pose(12, -4, 1, 40) @ np.diag([1, 0.5, 2, 1])
     placed = [

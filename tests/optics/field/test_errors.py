@@ -43,17 +43,15 @@ def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields,
     moved with the colours.
     """
     monkeypatch.setattr(kernels, "CORE_SAMPLES", core_samples)
-    monkeypatch.setattr(
-        field_point_psf, "WORTH", 0.0
-    )  # places are made as the axis is, with errors of their own
+    # places are made as the axis is, with errors of their own
+    monkeypatch.setattr(field_point_psf, "WORTH", 0.0)
     monkeypatch.setattr(imaging, "RINGS", (1,))
     monkeypatch.setattr(
         imaging, "_half", lambda along, waves, pitch_um, shape: ((24, 24), (24, 24))
     )
     monkeypatch.setattr(kernels, "_cache", type(kernels._cache)())
-    monkeypatch.setattr(
-        imaging.FieldKernels, "unlike_far", None
-    )  # the finer ones take the axis's kernel too: see below
+    # the finer ones take the axis's kernel too: see below
+    monkeypatch.setattr(imaging.FieldKernels, "unlike_far", None)
     lens, mixed = WavefrontLens(focal_length_mm=6.0, **fields), street()
     with exact_core.kept_cores():
         deviation, bound, *_ = lens.spread_errors(mixed, DIRT, np.eye(2))
@@ -62,10 +60,11 @@ def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields,
             for one in (lens, replace(lens, speckle_error=lens.speckle_error / 3))
         )
     assert deviation.shape == bound.shape == light.shape and bound.min() >= 0
+    # less is near the rounding of float32
     wrong, lit = (
         np.abs(light - finer),
         deviation > 1e-5 * light,
-    )  # less is near the rounding of float32
+    )
     share = (wrong / deviation)[lit]
     # On the safe side: of normal deviates 1 in 100 is beyond 2.6, and the root of the mean square
     # is 1. Not far from it: more is stated, as neighbours and places are taken to err alike.
@@ -88,9 +87,8 @@ def test_a_lamp_off_the_axis_differs_from_its_own_kernel_as_stated(monkeypatch):
     deviation, bound, *_ = lens.spread_errors(mixed, DIRT, np.eye(2))
     own = node_lens(lens, lens.wavefront_at(np.arctan(np.hypot(x, y))), float(np.arctan2(-y, x)))
     wrong = np.abs(lens(mixed, DIRT).values - own(mixed, DIRT).values)
-    far = (
-        np.maximum(np.abs(np.arange(34)[:, None] - 8), np.abs(np.arange(50) - 13)) > 24
-    )  # beyond every core
+    # beyond every core
+    far = np.maximum(np.abs(np.arange(34)[:, None] - 8), np.abs(np.arange(50) - 13)) > 24
     share = wrong[:, far] / deviation[:, far]
     # Half way to the border. Of one lamp alone errors spread wider than normal deviates: by what
     # its spikes have less.
@@ -98,9 +96,10 @@ def test_a_lamp_off_the_axis_differs_from_its_own_kernel_as_stated(monkeypatch):
 
 
 def test_bands_whose_images_lie_close_are_taken_together():
+    # corner 36 tiles out: half a tile is 1.4 %
     assert errors._grouped([1.0, 1.001, 0.9995, 1.02], (40, 60)) == [
         [0, 1, 2],
         [3],
-    ]  # corner 36 tiles out: half a tile is 1.4 %
+    ]
     rising = Course(np.linspace(0, 36, READ), 1 + np.linspace(0, 0.03, READ), (1.0, 1.0))
     assert errors._grouped([1.0, rising, rising], (40, 60)) == [[0], [1, 2]]

@@ -137,6 +137,5 @@ def test_a_lens_that_changes_at_the_border_has_its_places_there():
     own = node_lens(lens, lens.wavefront_at(angle), turn)(
         quantities.plane(values, [550.0], x, y, quantities.RADIANCE)
     )
-    assert (
-        np.abs(light.values - own.values).sum() < 2 * note.value * own.values.sum()
-    )  # half way along and around: the sum of both
+    # half way along and around: the sum of both
+    assert np.abs(light.values - own.values).sum() < 2 * note.value * own.values.sum()

@@ -68,9 +68,8 @@ def test_shares_are_a_partition_of_unity(symmetric):
 
 @pytest.mark.slow
 def test_a_wavefront_that_does_not_vary_gives_the_one_point_spread(monkeypatch):
-    monkeypatch.setattr(
-        sampled_pupil, "FEWEST_SAMPLES", sampled_pupil.CORE_SAMPLES
-    )  # small cores are sampled as the frame's is
+    # small cores are sampled as the frame's is
+    monkeypatch.setattr(sampled_pupil, "FEWEST_SAMPLES", sampled_pupil.CORE_SAMPLES)
     scene = field([(5, 90), (36, 48), (60, 10)])
     one, row = noted(lambda: WavefrontLens(zernike_um={4: 0.05, 12: 0.02}, **KEEP)(scene))
     constant = WavefrontLens(
@@ -108,9 +107,8 @@ def test_a_lamp_at_a_place_has_the_point_spread_of_that_place():
     light, row = noted(lambda: lens(scene))
     angle = float(np.arctan(scene.x[95]))
     own = node_lens(lens, lens.wavefront_at(angle), 0.0)(scene)
-    assert (
-        np.abs(light.values - own.values).sum() < 1.5 * grid_error(row) * own.values.sum()
-    )  # the middle band's; L1
+    # the middle band's; L1
+    assert np.abs(light.values - own.values).sum() < 1.5 * grid_error(row) * own.values.sum()
     wrong = node_lens(lens, lens.wavefront_at(0.0), 0.0)(scene)
     assert np.abs(light.values - wrong.values).sum() > 5 * np.abs(light.values - own.values).sum()
 
@@ -127,9 +125,8 @@ def test_the_error_between_places_is_what_the_ledger_says_and_finer_grids_are_be
             lens, lens.wavefront_at(np.arctan(np.hypot(u, v))), float(np.arctan2(-v, u))
         )(scene)
         errors.append(np.abs(light.values - own.values).sum() / own.values.sum())
-        assert (
-            errors[-1] < 2 * grid_error(row) <= 2 * allowed
-        )  # half way in radius and around at once: the sum of both
+        # half way in radius and around at once: the sum of both
+        assert errors[-1] < 2 * grid_error(row) <= 2 * allowed
     assert errors[1] < 0.5 * errors[0]
 
 

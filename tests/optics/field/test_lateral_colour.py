@@ -59,13 +59,11 @@ def test_a_lamp_moves_by_its_height_times_the_magnification_and_keeps_its_light(
 
 def test_uniform_light_thins_out_as_the_image_grows():
     light = IdealLens(lateral_colour_percent=TABLE, falloff="none")(field(np.full((96, 128), 2.0)))
-    inner = light.values[
-        :, 2:-2, 2:-2
-    ]  # the largest image needs a tile more on either side, the smallest ends half a tile within
+    # the largest image needs a tile more on either side, the smallest ends half a tile within
+    inner = light.values[:, 2:-2, 2:-2]
     want = 2.0 * light.attrs["throughput_sr"] / np.square(SCALES)
-    np.testing.assert_allclose(
-        inner, np.broadcast_to(want[:, None, None], inner.shape), rtol=1e-6
-    )  # float32
+    # float32
+    np.testing.assert_allclose(inner, np.broadcast_to(want[:, None, None], inner.shape), rtol=1e-6)
 
 
 def test_magnified_is_exact_for_any_scale():
@@ -88,19 +86,15 @@ def test_nothing_is_resampled_without_and_labels_follow_the_reference(monkeypatc
     scene = lamp()
     light = IdealLens(lateral_colour_percent=TABLE)(scene)
     assert camera_geometry.map_of(light) == camera_geometry.Identity()
-    np.testing.assert_allclose(
-        light.x.values[1:-1] / 4e-3, scene.x.values, rtol=1e-9
-    )  # no finer grid, the same tiles
-    assert (
-        light.sizes["x"] == 130 and light.sizes["y"] == 98
-    )  # 0.6 % larger: less than a tile on either side
-    assert light.attrs["field_width"] == pytest.approx(
-        0.992 * 128 * PITCH * 4e-3
-    )  # what all bands cover, to less than a tile
+    # no finer grid, the same tiles
+    np.testing.assert_allclose(light.x.values[1:-1] / 4e-3, scene.x.values, rtol=1e-9)
+    # 0.6 % larger: less than a tile on either side
+    assert light.sizes["x"] == 130 and light.sizes["y"] == 98
+    # what all bands cover, to less than a tile
+    assert light.attrs["field_width"] == pytest.approx(0.992 * 128 * PITCH * 4e-3)
     np.testing.assert_allclose(light.values[2, 1:-1, 1:-1], IdealLens()(scene).values[2], rtol=1e-6)
-    monkeypatch.setattr(
-        "isethdr_optics.field.lateral_colour.magnified", None
-    )  # calling it would fail
+    # calling it would fail
+    monkeypatch.setattr("isethdr_optics.field.lateral_colour.magnified", None)
     for none in ({}, {400: 0.0, 700: 0.0}):
         np.testing.assert_array_equal(
             IdealLens(lateral_colour_percent=none)(scene).values, IdealLens()(scene).values
@@ -132,9 +126,8 @@ def test_no_light_leaves_at_the_border(make):
     )
     assert not np.array_equal(moved.values[0], moved.values[-1])
     before, after = (i.values.sum(axis=(1, 2), dtype=float) for i in (still, moved))
-    np.testing.assert_allclose(
-        after, before, rtol=2e-7
-    )  # float32; what diffraction carries out of the frame is gone before
+    # float32; what diffraction carries out of the frame is gone before
+    np.testing.assert_allclose(after, before, rtol=2e-7)
 
 
 @pytest.mark.parametrize(
@@ -155,13 +148,11 @@ def test_tiles_that_the_sensor_plane_has_more_are_like_the_border_s(distortion):
     more = [(light.sizes[d] - still.sizes[d]) // 2 for d in ("y", "x")]
     inner = seen[more[0] : -more[0] or None, more[1] : -more[1] or None]
     np.testing.assert_allclose(inner, known, rtol=1e-9)  # rounding of borders
-    assert (
-        values.min() <= seen.min() and seen.max() <= values.max()
-    )  # means of tiles, the border's among them
+    # means of tiles, the border's among them
+    assert values.min() <= seen.min() and seen.max() <= values.max()
     if distortion == "none":
-        np.testing.assert_allclose(
-            seen[:, 0], seen[:, 1], rtol=1e-9
-        )  # the tile beyond is like its neighbour
+        # the tile beyond is like its neighbour
+        np.testing.assert_allclose(seen[:, 0], seen[:, 1], rtol=1e-9)
     share = direct_share(light, mixed)
     assert (0 <= share).all() and (share <= 1).all() and np.median(share) > 0.9
 
@@ -185,9 +176,8 @@ def test_other_lenses_too_and_the_ledger_says_so(make):
         light = make(lateral_colour_percent=TABLE)(field(values))
     assert np.isfinite(light.values).all() and light.attrs["field_width"] < 32 * PITCH * 4e-3
     [within] = [o for o in rows[0].left_out if "within a band" in o.what]
-    assert within.bound == pytest.approx(
-        20 * 0.0045 / 50 * 75, rel=0.5
-    )  # corner at 20 tiles, bands of some 75 nm
+    # corner at 20 tiles, bands of some 75 nm
+    assert within.bound == pytest.approx(20 * 0.0045 / 50 * 75, rel=0.5)
 
 
 def test_what_border_tiles_lack_is_an_error_of_those_tiles_alone():
@@ -201,9 +191,8 @@ def test_what_border_tiles_lack_is_an_error_of_those_tiles_alone():
     [note] = [e for e in rows[0].errors if e.part == retiling.BORDER]
     declared = rows[0].light_parts[retiling.BORDER].light
     off = np.abs(light.values / still(values).values - 1)
-    assert note.value == pytest.approx(
-        (32 + 24) * 1e-5, rel=1e-3
-    )  # of a corner tile, along both axes
+    # of a corner tile, along both axes
+    assert note.value == pytest.approx((32 + 24) * 1e-5, rel=1e-3)
     assert off.max() == pytest.approx(note.value, rel=0.1)
     # uniform light that is 1e-5 smaller is 2e-5 brighter; float32
     assert np.all(off <= note.value * (declared.values > 0) + 2.1e-5)

@@ -77,9 +77,10 @@ def test_ideal_flare_changes_nothing():
 
 def test_round_clean_aperture_is_the_bare_lens():
     flare = ApertureFlare(blades=0, dust_per_mm2=0.0, scratches_per_mm2=0.0)
+    # extrapolated energy
     np.testing.assert_allclose(
         LENS.psf([550], 1.0, 64, [flare]), LENS.psf([550], 1.0, 64), rtol=2e-5
-    )  # extrapolated energy
+    )
 
 
 def test_hexagon_takes_light_and_makes_six_spikes():
@@ -134,15 +135,13 @@ def test_order_of_flares_does_not_matter_and_dictionaries_do():
 def test_third_party_pupils():
     grey = LENS(scene(), [HalfTone()])
     assert grey.attrs["throughput_sr"] == pytest.approx(0.64 * LENS.throughput_sr(), rel=1e-4)
-    np.testing.assert_allclose(
-        grey, 0.64 * LENS(scene()), rtol=3e-3
-    )  # cells of a pupil against the closed form of the clean stop: 2e-3
+    # cells of a pupil against the closed form of the clean stop: 2e-3
+    np.testing.assert_allclose(grey, 0.64 * LENS(scene()), rtol=3e-3)
     psf = LENS.psf([550], 1.0, 65, [Wedge()]).values[0]
     assert np.unravel_index(psf.argmax(), psf.shape) == (32, 40)  # complex: no mirror image
     tilted = WavefrontLens(zernike_um={2: 0.5}).psf([550], 1.0, 65).values[0]
-    np.testing.assert_allclose(
-        psf, tilted, atol=2e-4 * psf.max()
-    )  # 4 N c = 8 um; phase averaged over a cell
+    # 4 N c = 8 um; phase averaged over a cell
+    np.testing.assert_allclose(psf, tilted, atol=2e-4 * psf.max())
 
 
 @pytest.mark.slow

@@ -33,9 +33,8 @@ def test_the_hemisphere_holds_the_stated_share(form, shoulder_deg, slope):
         limit=400,
     )[0]
     assert found == pytest.approx(0.1, abs=1e-6)
-    assert total(flare, 550.0) == pytest.approx(
-        0.1, abs=1e-6
-    )  # as the kernel takes it from the sharp image
+    # as the kernel takes it from the sharp image
+    assert total(flare, 550.0) == pytest.approx(0.1, abs=1e-6)
     assert flare.scatter(550.0, np.linspace(0, np.pi / 2, 999)).min() >= 0
 
 
@@ -47,9 +46,8 @@ def test_closed_form_of_harvey_shack(shoulder, slope):
         * shoulder**2
         * (np.log1p(t) if slope == 2 else ((1 + t) ** (1 - slope / 2) - 1) / (1 - slope / 2))
     )
-    assert _hemisphere("harvey_shack", shoulder, slope) == pytest.approx(
-        want, rel=1e-9
-    )  # 1600 Gauss nodes
+    # 1600 Gauss nodes
+    assert _hemisphere("harvey_shack", shoulder, slope) == pytest.approx(want, rel=1e-9)
 
 
 def test_closed_form_of_abg():
@@ -65,14 +63,14 @@ def test_shoulder_and_slope(form):
     flare = HazeFlare(form, shoulder_deg=0.5, slope=2.4)
     at = np.radians(0.5)
     half = 0.5 if form == "abg" else 2**-1.2
-    assert flare.scatter(550.0, at) / flare.scatter(550.0, 0.0) == pytest.approx(
-        half, rel=1e-4
-    )  # cosine of half a degree
+    # cosine of half a degree
+    assert flare.scatter(550.0, at) / flare.scatter(550.0, 0.0) == pytest.approx(half, rel=1e-4)
     far = np.radians([15.0, 20.0])
     btdf = flare.scatter(550.0, far) / np.cos(far)
+    # (shoulder / b)^2
     assert np.diff(np.log(btdf))[0] / np.diff(np.log(np.sin(far)))[0] == pytest.approx(
         -2.4, abs=5e-3
-    )  # (shoulder / b)^2
+    )
 
 
 def test_wavelength_laws():
@@ -82,15 +80,13 @@ def test_wavelength_laws():
         4.0, rel=1e-12
     )
     weak = HazeFlare(scattered=1e-5)
-    assert weak.total(440.0) / weak.total(880.0) == pytest.approx(
-        4.0, rel=1e-4
-    )  # 1 - exp(-x) = x to x / 2
+    # 1 - exp(-x) = x to x / 2
+    assert weak.total(440.0) / weak.total(880.0) == pytest.approx(4.0, rel=1e-4)
     # Roughness, weak: the function of sin(angle) / wavelength, its peak as wavelength^-4
     # (Rayleigh-Rice), slope above 2.
     steep = HazeFlare(scattered=1e-5, slope=4.0, shoulder_deg=0.1)
-    assert steep.scatter(440.0, 0.0) / steep.scatter(880.0, 0.0) == pytest.approx(
-        16.0, rel=1e-3
-    )  # what 90 degrees cuts off
+    # what 90 degrees cuts off
+    assert steep.scatter(440.0, 0.0) / steep.scatter(880.0, 0.0) == pytest.approx(16.0, rel=1e-3)
     grey = HazeFlare(wavelength_exponent=0.0, shoulder_exponent=0.0)
     angle = np.linspace(0, 1, 50)
     np.testing.assert_array_equal(grey.scatter(440.0, angle), grey.scatter(880.0, angle))

@@ -31,9 +31,8 @@ def test_every_pixel_of_the_sum_is_right(shape, kernel, lamp):
     total, bound = overlaid(parts, shape)
     exact = convolve(share * light, k) + convolve((1 - share) * light, parts[1][2])
     assert total.min() >= 0 and bound.pixels == 0
-    np.testing.assert_allclose(
-        total, exact, rtol=bound.relative + 3e-8
-    )  # the exact way is right to 3e-8 itself
+    # the exact way is right to 3e-8 itself
+    np.testing.assert_allclose(total, exact, rtol=bound.relative + 3e-8)
 
 
 @pytest.mark.parametrize("allowed", [1e-2, 1e-4])
@@ -56,9 +55,8 @@ def test_an_error_allowed_is_kept_and_spares_work(allowed, monkeypatch):
     np.testing.assert_allclose(total, exact, rtol=allowed)
     assert bound.relative <= allowed * (1 + 1e-6) and bound.pixels == 0
     overlaid(parts, light.shape)
-    assert (
-        len(calls) - spared > spared == 0
-    )  # nothing was done again; without an error allowed something is
+    # nothing was done again; without an error allowed something is
+    assert len(calls) - spared > spared == 0
 
 
 def test_parts_stay_in_their_windows_and_fade_without_trouble():

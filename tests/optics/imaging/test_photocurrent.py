@@ -90,13 +90,11 @@ def test_far_below_the_noise_for_every_sensor(name):
     share, electrons, row = compare(sensor, night())
     dark = electrons < 1e5
     assert dark.any() and not dark.all()
-    assert (
-        share[dark].max() < 0.1 and share.max() < 0.2
-    )  # what is promised: a tenth below full well, a fifth above it
+    # what is promised: a tenth below full well, a fifth above it
+    assert share[dark].max() < 0.1 and share.max() < 0.2
     (note,) = [e for e in row.errors if "functionals" in e.label]
-    assert (
-        share[dark].max() < 1.5 * note.value + 1e-3
-    )  # the ledger's figure is of a sample: the worst of all may lie above it
+    # the ledger's figure is of a sample: the worst of all may lie above it
+    assert share[dark].max() < 1.5 * note.value + 1e-3
 
 
 @pytest.mark.parametrize("lamps", [("mercury", "led"), ("sodium", "mercury"), ("mercury",)])
@@ -177,18 +175,16 @@ def test_near_and_far_are_the_kernel(monkeypatch):
             transform.convolved(image, part.blocks[band], part.size)[0] * peak
             for part, peak in ((divided.near, near), (divided.far, far))
         ]
-        np.testing.assert_allclose(
-            seen[0] + seen[1], convolve(image, kernel), rtol=1e-6
-        )  # single precision of the far part, a few per cent
+        # single precision of the far part, a few per cent
+        np.testing.assert_allclose(seen[0] + seen[1], convolve(image, kernel), rtol=1e-6)
     np.testing.assert_array_equal(divided.profiles[1][0], whole.profiles[1][0])
 
 
 def test_bad_functionals_are_seen_to_be_bad(monkeypatch):
     best, found = spectral_fit.directions, []
     monkeypatch.setattr(spectral_fit, "TOLERATED", 1e9)  # the first number tried is taken
-    monkeypatch.setattr(
-        bright_tiles, "correct", lambda *a: None
-    )  # what is missing around lamps reaches over so small a frame
+    # what is missing around lamps reaches over so small a frame
+    monkeypatch.setattr(bright_tiles, "correct", lambda *a: None)
     for order in (range(len(BANDS)), [0, 1, 2, *range(len(BANDS) - 1, 2, -1)]):
         monkeypatch.setattr(
             spectral_fit, "directions", lambda known, *m, o=list(order): best(known[:3], *m)[o]
@@ -204,9 +200,8 @@ def test_light_that_no_few_functionals_tell_goes_band_by_band(monkeypatch):
     monkeypatch.setattr(spectral_fit, "MOST", 4)
     rng = np.random.default_rng(1)
     mixed = night()
-    mixed.values[:, 20:28, 20:28] = (
-        rng.uniform(0, 1, (len(BANDS), 8, 8)) * 1e3
-    )  # every tile a spectrum of its own
+    # every tile a spectrum of its own
+    mixed.values[:, 20:28, 20:28] = rng.uniform(0, 1, (len(BANDS), 8, 8)) * 1e3
     sensor = build("sensor", "bayer", pitch_um=3.0)
     light = LENS.photocurrent(mixed, FLARES, response(sensor))
     assert light.dims == quantities.MIXED_DIMS
@@ -256,9 +251,8 @@ def test_light_that_flares_add_is_counted(monkeypatch):
                 quantities.IRRADIANCE,
             )
 
-    monkeypatch.setattr(
-        kernels, "kernels", lambda lens, flares, *how: made(lens, FLARES, *how)
-    )  # made before: saves time
+    # made before: saves time
+    monkeypatch.setattr(kernels, "kernels", lambda lens, flares, *how: made(lens, FLARES, *how))
     share, electrons, _ = compare(build("sensor", "bayer", pitch_um=3.0), night(), flares=(Veil(),))
     assert share[electrons < 1e5].max() < 0.1
 
@@ -271,9 +265,10 @@ def test_photocurrent_of_another_sensor_is_refused():
     with pytest.raises(UnitError, match="another sensor"):
         second.expected(light)
     both = LENS.photocurrent(night(), FLARES, response(first) + response(second))
+    # float32
     np.testing.assert_allclose(
         first.expected(both).values / second.expected(both).values, 0.65 / 0.3, rtol=1e-6
-    )  # float32
+    )
 
 
 def test_same_light_whatever_the_number_of_threads(monkeypatch):

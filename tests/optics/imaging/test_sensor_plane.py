@@ -79,9 +79,8 @@ def test_the_light_of_a_lamp_is_kept_and_lands_on_its_image(distortion):
     values[33, 45] = 7.0
     lens = IdealLens(distortion=distortion, falloff="none")
     light, scene = lens(field(values)), field(values)
-    np.testing.assert_allclose(
-        flux(light), flux(IdealLens(falloff="none")(scene)), rtol=1e-6
-    )  # float32
+    # float32
+    np.testing.assert_allclose(flux(light), flux(IdealLens(falloff="none")(scene)), rtol=1e-6)
     assert light.values.min() >= 0
     x, y = camera_geometry.map_of(light).forward(float(scene.x[45]), float(scene.y[33]))
     f_m, total = 4e-3, light.values[0].sum()
@@ -116,9 +115,10 @@ def test_a_tables_values_are_those_typed():
     at = np.degrees(np.arctan(np.hypot(light.x.values[None], light.y.values[:, None]) / 4e-3))
     near = np.abs(at - 10) < 0.2
     assert near.any()
+    # slope 0.015 per degree
     np.testing.assert_allclose(
         (light.values[0] / light.attrs["throughput_sr"])[near], 0.9, atol=0.005
-    )  # slope 0.015 per degree
+    )
 
 
 def test_only_known_light_is_looked_at():
@@ -129,9 +129,8 @@ def test_only_known_light_is_looked_at():
         x, y = (np.abs(light[d].values).max() / 4e-3 + 0.0075 for d in ("x", "y"))
         u, v = lens.inverse(np.array([x, x, 0.0]), np.array([y, 0.0, y]))
         assert np.abs(u).max() <= half_x * (1 + 1e-9) and np.abs(v).max() <= half_y * (1 + 1e-9)
-        assert (
-            np.abs(u).max() > half_x - 3 * 0.015 or np.abs(v).max() > half_y - 3 * 0.015
-        )  # and no smaller than needed
+        # and no smaller than needed
+        assert np.abs(u).max() > half_x - 3 * 0.015 or np.abs(v).max() > half_y - 3 * 0.015
         w, h = light.attrs["field_width"] / 4e-3 / 2, light.attrs["field_height"] / 4e-3 / 2
         u, v = lens.inverse(np.array([w, w, 0.0]), np.array([h, 0.0, h]))
         assert np.abs(u).max() <= 0.4 * (1 + 1e-6) and np.abs(v).max() <= 0.3 * (1 + 1e-6)
@@ -216,10 +215,11 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
     )
     radiance = seen / (flat * light.attrs["throughput_sr"])
     share = true["xyz"].values[..., 1] / y_of[ids == 1][0] * 3.0
+    # tiles and pixels blur borders
     assert (
         np.median(np.abs(radiance - share)) < 1e-4
         and np.mean(np.abs(radiance - share) > 0.3) < 0.05
-    )  # tiles and pixels blur borders
+    )
     for number in (
         1,
         2,
@@ -267,9 +267,8 @@ def test_tangents_and_angles_give_the_same_picture():
     a, b = (v.values[0][v.sizes["y"] // 2] for v in (by_tangent, by_angle))
     n = min(len(a), len(b))
     a, b = (v[(len(v) - n) // 2 : (len(v) - n) // 2 + n] for v in (a, b))
-    np.testing.assert_allclose(
-        a, b, rtol=2.5e-3
-    )  # cos4 and the map are taken in the middles of tiles of 0.01
+    # cos4 and the map are taken in the middles of tiles of 0.01
+    np.testing.assert_allclose(a, b, rtol=2.5e-3)
 
 
 def test_the_prescriptions_distortion_and_illumination_are_those_of_its_rays():
@@ -287,13 +286,11 @@ def test_the_prescriptions_distortion_and_illumination_are_those_of_its_rays():
     )
     angle = np.degrees(np.arctan(tangent))
     stated = camera_geometry.table_values(plane.attrs["falloff_table"], angle)
-    np.testing.assert_allclose(
-        stated, relative_illumination(real, tangent), rtol=2e-3
-    )  # 160 cells across the beam
+    # 160 cells across the beam
+    np.testing.assert_allclose(stated, relative_illumination(real, tangent), rtol=2e-3)
     light = IdealLens(falloff="none")(scene)
-    assert (
-        plane.attrs["falloff"] == "table" and plane.unmagnified_shape[1] < light.sizes["x"]
-    )  # before bands are magnified
+    # before bands are magnified
+    assert plane.attrs["falloff"] == "table" and plane.unmagnified_shape[1] < light.sizes["x"]
 
 
 def test_added_light_falls_on_the_sensors_own_tiles():
@@ -309,9 +306,8 @@ def test_added_light_falls_on_the_sensors_own_tiles():
         dark = field(0.0)
         light = lens(dark, flares=[Veil()])
         np.testing.assert_allclose(light.values[0, 5], light.x.values + 1.0, rtol=1e-6)
-    assert (
-        light.sizes["x"] > 64
-    )  # pincushion: the sensor is larger than the field's image without distortion
+    # pincushion: the sensor is larger than the field's image without distortion
+    assert light.sizes["x"] > 64
 
 
 @pytest.mark.parametrize(

@@ -71,10 +71,11 @@ def test_kernels_differ_from_finer_ones_as_stated():
     given, weights = field_optics(lens, mixed, DIRT), np.eye(2)
     deviation, bound = spread_errors.spread_errors(mixed, given, weights)
     light = lens(mixed, DIRT).values
+    # less is near the rounding of float32
     wrong, lit = (
         np.abs(light - finer(mixed, DIRT).values),
         deviation > 1e-5 * light,
-    )  # less is near the rounding of float32
+    )
     share = (wrong / (deviation + bound))[lit]
     # of normal deviates half are below 0.67, 1 in 100 beyond 2.6; more is stated, as neighbours are
     # taken to err alike

@@ -118,9 +118,8 @@ def test_the_bound_holds_for_the_worst_light_there_is():
             slice((n - k) // 2, (n + k) // 2) for n, k in zip(far.shape, made.bands[band].shape)
         )
         near[cut] = made.bands[band]
-        np.testing.assert_allclose(
-            near[cut], far[cut], atol=2e-4 * far.max()
-        )  # the same kernel, cut
+        # the same kernel, cut
+        np.testing.assert_allclose(near[cut], far[cut], atol=2e-4 * far.max())
         most = float(scene().values[band].max())
         assert (
             (far - near).sum()

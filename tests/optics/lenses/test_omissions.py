@@ -131,9 +131,8 @@ def test_bands_that_no_sensor_sees_are_not_sent_through_the_lens_and_the_plan_sa
     offered = bands.offered_nm(parts.scene)
     assert dropped == len(offered) - len(bands.sensed_nm(parts.cameras.values(), offered)) > 0
     assert row.bound == pytest.approx(1e-6)
-    assert not any(
-        "through the lens" in what for what in rows_of("lens=ideal", "~flare.dirt")
-    )  # every band is seen
+    # every band is seen
+    assert not any("through the lens" in what for what in rows_of("lens=ideal", "~flare.dirt"))
 
 
 def test_a_wavefront_that_varies_states_no_such_row():

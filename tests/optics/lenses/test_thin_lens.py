@@ -32,9 +32,10 @@ def test_point_spread_at_the_airy_rings():
     r = np.hypot(psf.x.values[None, :], psf.y.values[:, None]) * 1e6
     for i, wave in enumerate((0.45, 0.65)):
         for zero, want in ((3.8317, 0.8378), (7.0156, 0.9099)):
+            # samples of 0.1 um
             assert float(psf.values[i][r <= zero / np.pi * wave * 4].sum()) == pytest.approx(
                 want, abs=2e-3
-            )  # samples of 0.1 um
+            )
     assert psf.dims == ("wavelength", "y", "x") and np.unravel_index(
         psf.values[0].argmax(), (256, 256)
     ) == (128, 128)
@@ -43,9 +44,8 @@ def test_point_spread_at_the_airy_rings():
 def test_coarse_samples_are_integrals_and_never_sum_above_one():
     fine, coarse = LENS.psf([550], 1.0, 255), LENS.psf([550], 5.0, 51)
     assert (fine.attrs["sample"], coarse.attrs["sample"]) == ("point", "integral")
-    assert float(coarse.sum()) == pytest.approx(
-        float(fine.sum()), rel=1e-5
-    )  # the same square; samples of 1 um resolve 2.2 um
+    # the same square; samples of 1 um resolve 2.2 um
+    assert float(coarse.sum()) == pytest.approx(float(fine.sum()), rel=1e-5)
     assert float(LENS.psf([400], 6.0, 64).sum()) < 1
 
 
@@ -83,9 +83,8 @@ def test_wavefront_tilt_moves_light_right_and_up_and_defocus_spreads_it():
     sharp, soft = (
         WavefrontLens(zernike_um={4: c}).psf([550], 0.5, 64).values[0].max() for c in (0.0, 0.05)
     )
-    assert soft / sharp == pytest.approx(
-        np.exp(-((2 * np.pi * 0.05 / 0.55) ** 2)), rel=0.02
-    )  # Marechal
+    # Marechal
+    assert soft / sharp == pytest.approx(np.exp(-((2 * np.pi * 0.05 / 0.55) ** 2)), rel=0.02)
 
 
 def test_irradiance_conserves_energy_up_to_what_is_stated():
@@ -119,9 +118,8 @@ def test_kernel_does_not_depend_on_how_finely_the_scene_is_tiled():
     fine = np.kron(coarse, np.ones((3, 3)))
     a, b = LENS(mixed(coarse, 3.0)), LENS(mixed(fine, 1.0))
     mean = resample_mean(b.values, b.x.values, b.y.values, a.x.values, a.y.values, 3e-6, 3e-6)
-    np.testing.assert_allclose(
-        a, mean, rtol=2e-4
-    )  # both kernels are exact to 1e-4 (768 pupil samples)
+    # both kernels are exact to 1e-4 (768 pupil samples)
+    np.testing.assert_allclose(a, mean, rtol=2e-4)
 
 
 def test_kernel_against_the_airy_pattern_far_out():
@@ -133,10 +131,11 @@ def test_kernel_against_the_airy_pattern_far_out():
         want = (j0(a) ** 2 + j1(a) ** 2) - (j0(b) ** 2 + j1(b) ** 2)
         ring = (r >= low) & (r < high)
         got = k.bands[0][ring].sum(dtype=float)
+        # the ring's border in whole tiles; speckle of its sum
         assert got == pytest.approx(want, rel=0.05), (
             low,
             high,
-        )  # the ring's border in whole tiles; speckle of its sum
+        )
 
 
 def test_dark_tiles_beside_a_lamp_agree_with_direct_sums():
@@ -166,9 +165,8 @@ def test_linear_and_bands_are_independent():
     wave = (500.0, 510.0, 520.0)
     a, b = (mixed(rng.uniform(0, 1, (3, 12, 16)), wave=wave) for _ in range(2))
     both = a.copy(data=2 * a.values + b.values)
-    np.testing.assert_allclose(
-        LENS(both), 2 * LENS(a) + LENS(b).values, rtol=1e-12
-    )  # float64 rounding
+    # float64 rounding
+    np.testing.assert_allclose(LENS(both), 2 * LENS(a) + LENS(b).values, rtol=1e-12)
     a32 = a.astype(np.float32)
     assert LENS(a32).dtype == np.float32
 
@@ -177,9 +175,8 @@ def test_ledger_states_the_convolution_as_it_happened(monkeypatch):
     from isethdr_core.physics.convolution import direct_sums, linear
 
     values = 10.0 ** np.random.default_rng(5).uniform(0, 12, (40, 50))
-    monkeypatch.setattr(
-        linear, "RELATIVE", 1e-14
-    )  # no transform is that good: many tiles are doubtful
+    # no transform is that good: many tiles are doubtful
+    monkeypatch.setattr(linear, "RELATIVE", 1e-14)
     monkeypatch.setattr(direct_sums, "_few_sources", lambda *a: None)
     books = []
     for products in (4e10, 0):  # enough direct summation, and none

@@ -20,9 +20,8 @@ from isethdr_core.uncertainty import ledger
 
 BANDS, SHAPE, TILE = np.array([460.0, 540.0, 620.0]), (30, 66), 0.55 / 66
 LENS = DiffractionLimitedLens(focal_length_mm=4.0)
-SENSOR = build(
-    "sensor", "bayer", pitch_um=3.75, rows=133, columns=293
-)  # half of the field's height and width
+# half of the field's height and width
+SENSOR = build("sensor", "bayer", pitch_um=3.75, rows=133, columns=293)
 ASKED = SENSOR.narrow(Demand()).response
 EVERYWHERE = replace(ASKED, window_m=None)
 MIDDLE = slice(7, 23), slice(16, 50)  # the tiles that it sees
@@ -142,9 +141,8 @@ def test_a_lamp_beyond_the_largest_reach_is_found_without_any_kernel(monkeypatch
 
 
 def test_a_bound_that_does_not_hold_for_all_bands_brings_all_back(monkeypatch):
-    monkeypatch.setattr(
-        window, "GUESS_FACTOR", 0.1
-    )  # the kernel that is looked at first promises too much
+    # the kernel that is looked at first promises too much
+    monkeypatch.setattr(window, "GUESS_FACTOR", 0.1)
     mixed = scene(1e-4, 1e-3, lamp=(15, 33))
     light, left, error = asked(mixed)
     assert window.WHY not in left and error == 0
@@ -205,12 +203,12 @@ def test_light_from_beyond_the_rendered_field_has_farther_to_go():
     made = kernels.kernels(
         without_geometry(LENS), (), BANDS, (1e3 * 4 * TILE,) * 2, tuple(n - 1 for n in SHAPE)
     )
-    side = max(
-        b[: SHAPE[0] - 1 - 7].sum() for b in made.bands
-    )  # 7 rows lie above the window, 16 columns beside it
+    # 7 rows lie above the window, 16 columns beside it
+    side = max(b[: SHAPE[0] - 1 - 7].sum() for b in made.bands)
+    # energy beyond the kernels is counted whole
     for lamp, spare in (
         ((15, 33), 1e-3),
         (None, 2.1e-3),
-    ):  # energy beyond the kernels is counted whole
+    ):
         row = asked(scene(1e-4, 1e-4, lamp=lamp))[1]["not in the scene radiance"]
         assert 0.9 * side < row.bound < side + spare

@@ -42,9 +42,10 @@ def test_published_focal_lengths_and_back_focus():
     """
     gauss, triplet = load("double_gauss"), load("cooke_triplet")
     assert gauss.focal_length_mm() == pytest.approx(100.0, abs=0.01)
+    # glass catalogues differ in the sixth digit
     assert back_focus_mm(gauss.surfaces[:-1], gauss.indices(587.56)) == pytest.approx(
         61.487536, abs=2e-4
-    )  # glass catalogues differ in the sixth digit
+    )
     assert triplet.focal_length_mm(550.0) == pytest.approx(50.0, abs=0.01)
 
 
@@ -159,9 +160,8 @@ def test_the_lens_reduces_to_the_perfect_one_on_its_axis():
 
 def test_spherical_aberration_of_a_singlet_grows_with_the_cube_of_its_aperture():
     wide, narrow = (spot_radius_mm(parse(GOOD).stopped(n), 0.0) for n in (8.0, 16.0))
-    assert wide / narrow == pytest.approx(
-        8.0, rel=0.03
-    )  # third order; the grid's rays are the same share of either stop within 2 %
+    # third order; the grid's rays are the same share of either stop within 2 %
+    assert wide / narrow == pytest.approx(8.0, rel=0.03)
 
 
 def test_the_lens_says_what_it_leaves_out():

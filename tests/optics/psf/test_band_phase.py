@@ -13,9 +13,8 @@ from isethdr_core.data import quantities
 from isethdr_core.errors import ConfigError
 from isethdr_core.uncertainty import ledger
 
-COMA = WavefrontLens(
-    zernike_um={8: 2.0, 4: 1.0}
-)  # 7.0 rad rms within 100 nm about 450 nm: 24 parts
+# 7.0 rad rms within 100 nm about 450 nm: 24 parts
+COMA = WavefrontLens(zernike_um={8: 2.0, 4: 1.0})
 WAVE, WIDTH = 450.0, 100.0
 
 
@@ -58,9 +57,8 @@ def test_what_parts_follow_is_not_stated_and_what_no_parts_follow_is_refused():
         kernels.kernels(strong, (), wide, (3.0, 3.0), (8, 8))
     narrower = float(str(refused.value).split("take bands of ")[1].split(" nm")[0])
     assert 50 < narrower < 100
-    band_phase.check(
-        strong, (), np.array([450.0, 450.0 + narrower])
-    )  # what it says to type is accepted
+    # what it says to type is accepted
+    band_phase.check(strong, (), np.array([450.0, 450.0 + narrower]))
 
 
 def test_a_lens_states_it_in_its_ledger(monkeypatch):

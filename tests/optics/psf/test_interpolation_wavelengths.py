@@ -65,9 +65,8 @@ def test_a_few_lattices_serve_many_bands_and_a_band_does_not_depend_on_the_other
     )
     bands = np.arange(600.0, 651.0, 10.0)
     together = _computed(LENS, (), bands, *AT)
-    assert (
-        set(made) <= {540.0, 620.0, 700.0} and len(made) <= 3 * 3
-    )  # at most once for each fineness that bands ask for
+    # at most once for each fineness that bands ask for
+    assert set(made) <= {540.0, 620.0, 700.0} and len(made) <= 3 * 3
     alone = _computed(LENS, (), bands[2:5], *AT)
     np.testing.assert_array_equal(alone.bands[1], together.bands[3])
 
@@ -77,13 +76,13 @@ def test_what_is_not_known_at_knots_or_changes_too_fast_has_its_own():
         interpolation_wavelengths._cell(plan(LENS), 455.0, 10.0)[1]
         in interpolation_wavelengths.STEPS_NM
     )
+    # 20 nm change it by more than a line follows
     assert (
         interpolation_wavelengths._cell(plan(WavefrontLens(zernike_um={8: 2.0})), 455.0, 10.0)[1]
         == 0
-    )  # 20 nm change it by more than a line follows
-    assert (
-        interpolation_wavelengths._cell(plan(LENS, width=50.0), 455.0, 50.0)[1] == 0
-    )  # two lattices in place of one
+    )
+    # two lattices in place of one
+    assert interpolation_wavelengths._cell(plan(LENS, width=50.0), 455.0, 50.0)[1] == 0
     assert interpolation_wavelengths._cell(plan(LENS, (Unknown(),)), 455.0, 10.0)[1] == 0
     assert (
         interpolation_wavelengths._cell(
@@ -92,6 +91,5 @@ def test_what_is_not_known_at_knots_or_changes_too_fast_has_its_own():
         == 0
     )
     table = DiffractionLimitedLens(focal_shift_um={445.0: 0.0, 465.0: 0.1})
-    assert (
-        interpolation_wavelengths._cell(plan(table), 455.0, 10.0)[1] == 0
-    )  # the table ends before the next knot
+    # the table ends before the next knot
+    assert interpolation_wavelengths._cell(plan(table), 455.0, 10.0)[1] == 0

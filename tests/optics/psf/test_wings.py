@@ -135,9 +135,8 @@ def test_speckles_are_streaks_along_the_radius():
     along = np.corrcoef(polar[:-3].ravel(), polar[3:].ravel())[0, 1]  # 3 tiles farther out
     turn = round(3 / 78 / (np.pi / 400))  # 3 tiles sideways
     across = np.corrcoef(polar[:, :-turn].ravel(), polar[:, turn:].ravel())[0, 1]
-    assert (
-        along > 0.35 and along > across + 0.25
-    )  # a streak of 6 and a speckle of 1 tile share half and nothing; grains share rings
+    # a streak of 6 and a speckle of 1 tile share half and nothing; grains share rings
+    assert along > 0.35 and along > across + 0.25
 
 
 @pytest.mark.slow
@@ -208,17 +207,17 @@ def test_where_memory_ends_finer_rings_take_the_place_of_coarse_ones_as_far_out_
     found = _computed(*args)
     assert sorted(reaches) == sorted([(90, 96), (64, 64)] * 2)  # of two bands, by two threads
     stated, error = compared(found, finer)
-    assert (
-        finer.speckle.max() < stated.max() <= 0.05 and (error < 1.5 * stated + 0.005).all()
-    )  # 0.5 % near the border, where light wraps
+    # 0.5 % near the border, where light wraps
+    assert finer.speckle.max() < stated.max() <= 0.05 and (error < 1.5 * stated + 0.005).all()
 
 
 def test_errors_of_large_kernels_are_known_from_some_of_their_rows(monkeypatch):
     y, x = np.ogrid[-420:421, -300:301]
     kernel = np.maximum(np.hypot(y, x), 1.0) ** -3
+    # pairs of tiles err alike
     noise = (
         np.random.default_rng(0).standard_normal((421, 301)).repeat(2, 0).repeat(2, 1)[:841, :601]
-    )  # pairs of tiles err alike
+    )
     wrong = 0.1 * kernel * noise
     wrong[380:461, 260:341] = 0.0
     some = kernel_sampling_error.deviation(wrong, kernel)
@@ -238,9 +237,8 @@ def test_a_pupil_with_hardly_any_phase_has_the_kernel_of_one_without():
     difference = np.abs(plain.bands[0] - hardly.bands[0])
     difference[60:-60, 60:-60] = 0.0
     beyond = plain.bands[0].sum() - plain.bands[0][60:-60, 60:-60].sum()
-    assert (
-        difference.sum() < 0.03 * beyond
-    )  # two lattices of their own, each within its stated error
+    # two lattices of their own, each within its stated error
+    assert difference.sum() < 0.03 * beyond
 
 
 def test_what_the_period_wraps_into_the_border_is_stated(monkeypatch):

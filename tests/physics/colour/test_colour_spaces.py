@@ -62,10 +62,11 @@ def test_a_mean_hue_of_0_is_not_taken_for_360():
             colour_spaces.de2000(k * a * [1 / k, 1, 1], b * [1, s, s])
             for s in np.linspace(0.5, 4, 200)
         ]
+        # just above 0
         near = [
             colour_spaces.de2000(k * a * [1 / k, 1, 1 - 1e-9], b * [1, s, s])
             for s in np.linspace(0.5, 4, 200)
-        ]  # just above 0
+        ]
         np.testing.assert_allclose(turned, near, rtol=1e-8)
 
 
@@ -93,9 +94,8 @@ def test_differences_equal_colour_science():
     np.testing.assert_allclose(
         colour_spaces.de2000(a, b), science.difference.delta_E_CIE2000(a, b), rtol=1e-11
     )
-    opposite = a * [1, -0.5, -0.5] + rng.normal(
-        size=a.shape
-    )  # where the mean of two hues turns round
+    # where the mean of two hues turns round
+    opposite = a * [1, -0.5, -0.5] + rng.normal(size=a.shape)
     np.testing.assert_allclose(
         colour_spaces.de2000(a, opposite),
         science.difference.delta_E_CIE2000(a, opposite),
@@ -194,9 +194,8 @@ def test_lab_is_continuous_and_symmetric_around_black():
     below, above = (colour_spaces.lab(np.full(3, edge * k), white) for k in (1 - 1e-9, 1 + 1e-9))
     np.testing.assert_allclose(below, above, atol=1e-6)
     black = np.array([[0.001] * 3, [-0.001] * 3])
-    np.testing.assert_allclose(
-        colour_spaces.lab(black, white).sum(0), 0, atol=1e-12
-    )  # noise around black has mean L* = 0
+    # noise around black has mean L* = 0
+    np.testing.assert_allclose(colour_spaces.lab(black, white).sum(0), 0, atol=1e-12)
 
 
 def test_matrix_is_exact_for_the_white_and_for_a_sensor_that_spans_xyz():
@@ -210,9 +209,8 @@ def test_matrix_is_exact_for_the_white_and_for_a_sensor_that_spans_xyz():
     noisy = colour_spaces.colour_matrix(
         response[:, :3] ** 1.1, target, white @ mix.T, white, np.eye(3)
     )
-    np.testing.assert_allclose(
-        noisy @ (white @ mix.T), white, rtol=1e-12
-    )  # whatever the noise term, the white stays
+    # whatever the noise term, the white stays
+    np.testing.assert_allclose(noisy @ (white @ mix.T), white, rtol=1e-12)
 
 
 def test_matrix_is_the_least_squares_one_under_its_constraint():

@@ -28,10 +28,11 @@ def matrix(n):
     "real, made, tolerance", [(np.float64, np.complex128, 1e-13), (np.float32, np.complex64, 1e-4)]
 )
 def test_rows(library, real, made, tolerance):
+    # part of a wider array
     rows, out = (
         rng.uniform(-1, 1, (5, 90)).astype(real),
         np.empty((5, 60), made)[:, :46],
-    )  # part of a wider array
+    )
     fourier.rfft(rows, out)
     np.testing.assert_allclose(out, rows @ matrix(90)[:, :46], atol=tolerance)
     again = np.empty((5, 90), real)

@@ -40,9 +40,8 @@ def gaussian(n, sd):
 @pytest.mark.parametrize("lamps", [1, 60])
 @pytest.mark.parametrize("few", [0, 1e8])
 def test_dark_pixels_beside_lamps(ratio, kernel, lamps, few, monkeypatch):
-    monkeypatch.setattr(
-        direct_sums, "FEW_PRODUCTS", few
-    )  # both ways out: sources summed, pixels summed
+    # both ways out: sources summed, pixels summed
+    monkeypatch.setattr(direct_sums, "FEW_PRODUCTS", few)
     rng = np.random.default_rng(3)
     image = rng.uniform(0.5, 1.5, (60, 80))
     image[20 : 20 + max(1, lamps // 6), 30 : 30 + min(6, lamps)] = ratio
@@ -76,9 +75,10 @@ def test_any_size_odd_or_even_is_linear_not_circular(shape):
     image, psf = rng.uniform(0, 1, (17, 23)), rng.uniform(0, 1, shape)
     got = convolve(image, psf)
     pixels = [(i, j) for i in (0, 3, 8, 16) for j in (0, 5, 22)]
+    # float64 rounding
     np.testing.assert_allclose(
         [got[p] for p in pixels], direct(image, psf, pixels).astype(float), rtol=1e-12
-    )  # float64 rounding
+    )
 
 
 def test_centre_is_at_half_the_size():
@@ -97,17 +97,17 @@ def test_centre_is_at_half_the_size():
 def test_energy_is_kept_where_the_kernel_stays_inside():
     image = np.zeros((90, 100))
     image[40:50, 45:55] = 10.0 ** np.random.default_rng(4).uniform(0, 12, (10, 10))
-    assert convolve(image, gaussian(61, 4.0)).sum() == pytest.approx(
-        image.sum(), rel=1e-13
-    )  # float64 sums
+    # float64 sums
+    assert convolve(image, gaussian(61, 4.0)).sum() == pytest.approx(image.sum(), rel=1e-13)
 
 
 def test_linear_and_scale_free():
     rng = np.random.default_rng(5)
     a, b, psf = rng.uniform(0, 1, (30, 40)), rng.uniform(0, 1e6, (30, 40)), skirt(59, 79)
+    # as stated
     np.testing.assert_allclose(
         convolve(2 * a + b, psf), 2 * convolve(a, psf) + convolve(b, psf), rtol=1e-8
-    )  # as stated
+    )
     np.testing.assert_allclose(
         convolve(a * 1e-200, psf * 1e150), convolve(a, psf) * 1e-50, rtol=1e-12
     )
@@ -129,9 +129,8 @@ def test_bound_says_what_was_kept(monkeypatch, products):
     error = np.abs(np.array([got[p] for p in pixels]) - want)
     assert np.all(error <= bound.relative * want + bound.absolute)
     if products == 0:
-        assert (
-            error.max() / bound.absolute > 1e-3 or (error / want).max() > 1e-8
-        )  # the fallback is not free
+        # the fallback is not free
+        assert error.max() / bound.absolute > 1e-3 or (error / want).max() > 1e-8
 
 
 @pytest.mark.parametrize("mirror", [True, False])
@@ -147,9 +146,8 @@ def test_a_prepared_kernel_and_float32_lose_nothing(mirror):
     assert np.isrealobj(kernel.spectrum) == mirror  # half the memory where nothing is lost
     pixels = [(i, j) for i in (0, 20, 39) for j in (0, 25, 49)]
     want = direct(image, psf, pixels).astype(float)
-    np.testing.assert_allclose(
-        [convolve(image, kernel)[p] for p in pixels], want, rtol=1e-12
-    )  # float64 rounding, not float32's 6e-8
+    # float64 rounding, not float32's 6e-8
+    np.testing.assert_allclose([convolve(image, kernel)[p] for p in pixels], want, rtol=1e-12)
     with pytest.raises(ValueError, match="prepare"):
         convolve(image[1:], kernel)
 

@@ -93,9 +93,8 @@ def test_what_the_channels_see_is_exact_where_the_blur_is_the_same_in_every_band
     cube, kernels = night(6), [psf(0)] * BANDS
     rows = directions(WEIGHTS, np.eye(BANDS), np.eye(BANDS))[:3]
     out = given(cube, kernels, rows, predictor(rows, np.eye(BANDS)))
-    np.testing.assert_allclose(
-        out, by_bands(cube, kernels), rtol=1e-9
-    )  # the residual spectrum makes no electrons
+    # the residual spectrum makes no electrons
+    np.testing.assert_allclose(out, by_bands(cube, kernels), rtol=1e-9)
 
 
 def test_directions_begin_with_the_channels_and_are_independent():
@@ -104,9 +103,8 @@ def test_directions_begin_with_the_channels_and_are_independent():
     assert np.linalg.matrix_rank(np.concatenate([rows[:3], WEIGHTS]), tol=1e-9) == 3
     assert np.linalg.matrix_rank(rows, tol=1e-6) == BANDS
     alike = directions(np.concatenate([WEIGHTS, 2 * WEIGHTS]), np.eye(BANDS), np.eye(BANDS))
-    assert (
-        np.linalg.matrix_rank(np.concatenate([alike[:3], WEIGHTS]), tol=1e-9) == 3
-    )  # channels that see alike count once
+    # channels that see alike count once
+    assert np.linalg.matrix_rank(np.concatenate([alike[:3], WEIGHTS]), tol=1e-9) == 3
 
 
 def test_matrix_product_is_the_matrix_product():

@@ -44,9 +44,8 @@ def test_constant_light_agrees_with_sixty_digits(thermal_e):
             charge, spilled = cd.flow(q0, rates, t, well)
             for rate, q, s in zip(rates, charge, spilled):
                 want_q, want_s = reference(q0, [rate], [t], well)
-                assert abs(q - want_q) <= 1e-12 * abs(want_q) + mp.mpf(
-                    "1e-50"
-                )  # 1e-50: what 60 digits leave of the knee
+                # 1e-50: what 60 digits leave of the knee
+                assert abs(q - want_q) <= 1e-12 * abs(want_q) + mp.mpf("1e-50")
                 if want_s > 1e-290:  # smaller numbers are not representable with full precision
                     assert abs(s - want_s) <= 1e-12 * want_s
 

@@ -14,9 +14,8 @@ from isethdr_core.physics.detector.random_words import words
 
 T = 0.016
 WELL = cd.Well(knee_e=20000.0, thermal_e=530.0)
-SMALL = cd.Well(
-    knee_e=600.0, thermal_e=25.0, knee_e_per_s=2e4
-)  # few enough electrons to follow one by one
+# few enough electrons to follow one by one
+SMALL = cd.Well(knee_e=600.0, thermal_e=25.0, knee_e_per_s=2e4)
 
 
 def master_equation(rates, times, well, states=1100):
@@ -65,9 +64,8 @@ def test_closed_moments_solve_their_differential_equations(rates):
     got, y = noise.EMPTY, [0.0] * 5
     for rate in rates:
         got = noise.flow_moments(got, rate, T / len(rates), WELL)
-        with np.errstate(
-            over="ignore", invalid="ignore"
-        ):  # the solver tries steps that leave the well, and rejects them
+        # the solver tries steps that leave the well, and rejects them
+        with np.errstate(over="ignore", invalid="ignore"):
             y = solve_ivp(
                 slopes, (0, T / len(rates)), y, args=(rate,), method="Radau", rtol=1e-10, atol=1e-7
             ).y[:, -1]
@@ -87,12 +85,10 @@ def test_charge_plus_spill_is_poisson_and_the_well_forgets():
     np.testing.assert_allclose(
         got.charge_var_e2 + got.spilled_var_e2 + 2 * got.covariance_e2, arrived, rtol=1e-12
     )
-    np.testing.assert_allclose(
-        got.charge_var_e2[:10], arrived[:10], rtol=1e-12
-    )  # no spill: Poisson
-    assert float(got.charge_var_e2[-1]) == pytest.approx(
-        WELL.thermal_e, rel=1e-6
-    )  # full: kT C noise
+    # no spill: Poisson
+    np.testing.assert_allclose(got.charge_var_e2[:10], arrived[:10], rtol=1e-12)
+    # full: kT C noise
+    assert float(got.charge_var_e2[-1]) == pytest.approx(WELL.thermal_e, rel=1e-6)
     assert np.all(got.charge_var_e2 >= 0) and np.all(got.spilled_var_e2 >= 0)
 
 

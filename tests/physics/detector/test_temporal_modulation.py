@@ -111,15 +111,12 @@ def test_rolling_shutter_rows_see_the_lamp_at_their_own_time():
     assert starts.shape == (400, 1) and starts[1, 0] == 1000.0 + 2e-5
     on = m.square_wave_s(starts, 5e-4, 1000.0, 0.5)
     # 1e-13 s: times near 1000 s are rounded to that
-    assert on.min() == pytest.approx(0.0, abs=1e-13) and on.max() == pytest.approx(
-        5e-4, rel=1e-9
-    )  # full bands: light and dark
-    np.testing.assert_allclose(
-        on[50:], on[:-50], atol=2e-13
-    )  # 50 rows are one period; 1000.00102 is rounded to 1e-13 s
-    assert (
-        np.ptp(m.square_wave_s(m.row_starts_s(400, 2e-5), 3e-3, 1000.0, 0.5)) < 1e-15
-    )  # whole periods: no bands
+    # full bands: light and dark
+    assert on.min() == pytest.approx(0.0, abs=1e-13) and on.max() == pytest.approx(5e-4, rel=1e-9)
+    # 50 rows are one period; 1000.00102 is rounded to 1e-13 s
+    np.testing.assert_allclose(on[50:], on[:-50], atol=2e-13)
+    # whole periods: no bands
+    assert np.ptp(m.square_wave_s(m.row_starts_s(400, 2e-5), 3e-3, 1000.0, 0.5)) < 1e-15
     assert np.ptp(m.row_starts_s(400, 0.0)) == 0.0
 
 

@@ -58,9 +58,8 @@ def test_airy_profile_absolute():
     p = psf(550, 0.25, 65)
     r = np.abs(np.arange(65) - 32) * 0.25
     v = np.pi * r / (0.55 * 4) + 1e-12
-    want = (
-        (2 * j1(v) / v) ** 2 * np.pi / 4 * (0.25 / (0.55 * 4)) ** 2
-    )  # peak: area of the pupil / (wavelength f)^2
+    # peak: area of the pupil / (wavelength f)^2
+    want = (2 * j1(v) / v) ** 2 * np.pi / 4 * (0.25 / (0.55 * 4)) ** 2
     np.testing.assert_allclose(p[32], want, atol=2e-4 * want.max())  # 400 pupil samples
 
 
@@ -124,9 +123,8 @@ def test_mtf_is_the_closed_form():
 def test_sum_below_one_and_the_rest_lies_outside():
     small, large = psf(550, 0.5, 64), psf(550, 0.5, 512)
     assert small.sum() < large.sum() < 1
-    assert 1 - large.sum() == pytest.approx(
-        2 / (np.pi**2) * 0.55 * 4 / 128, rel=0.25
-    )  # Airy: 2 lambda N / (pi^2 r); a square, not a disc
+    # Airy: 2 lambda N / (pi^2 r); a square, not a disc
+    assert 1 - large.sum() == pytest.approx(2 / (np.pi**2) * 0.55 * 4 / 128, rel=0.25)
 
 
 @pytest.mark.parametrize("axis_, j", [(1, 2), (0, 1)])
@@ -156,9 +154,8 @@ def test_integrated_is_the_fine_sum_and_splits_consistently():
         .sum((1, 3))
     )
     got = psf(550, 1.1, 35, integrated=True)
-    np.testing.assert_allclose(
-        got, want, atol=2e-3 * want.max()
-    )  # a midpoint rule of 11 points errs by 1e-3
+    # a midpoint rule of 11 points errs by 1e-3
+    np.testing.assert_allclose(got, want, atol=2e-3 * want.max())
     assert got.min() >= 0
 
 
@@ -193,9 +190,8 @@ def test_the_closed_form_of_the_round_stop_is_what_finer_and_finer_cells_come_to
             ).max()
             / exact.max()
         )
-    assert off[1] < 3e-7 and off[1] < off[0] / 4, (
-        off
-    )  # cells miss the rim by their own width to the power 1.5 or more
+    # cells miss the rim by their own width to the power 1.5 or more
+    assert off[1] < 3e-7 and off[1] < off[0] / 4, off
 
 
 def test_the_closed_form_of_the_round_stop_by_quadrature():

@@ -28,9 +28,8 @@ def test_inverse_and_forward_undo_each_other(which, projection):
     x[0] = y[0] = 0.0
     there = lens.forward(x, y)
     back = lens.inverse(*there)
-    assert (
-        np.abs(np.array(back) - [x, y]).max() < 1e-11 * limit
-    )  # a hundred times better than 1e-9 of the field
+    # a hundred times better than 1e-9 of the field
+    assert np.abs(np.array(back) - [x, y]).max() < 1e-11 * limit
     assert there[0][0] == there[1][0] == 0
 
 
@@ -68,9 +67,8 @@ def test_closed_forms():
     assert y == pytest.approx(0.4 * 0.975 + 0.01 * (0.25 + 0.32) + 2 * 0.02 * 0.12, rel=1e-14)
     x, _ = KannalaBrandt().forward(1.0, 0.0)
     assert x == pytest.approx(np.pi / 4, rel=1e-12)  # equidistant
-    assert float(KannalaBrandt(0.05).angle_rad(2.0 + 0.05 * 8)) == pytest.approx(
-        2.0, rel=1e-13
-    )  # beyond 90 degrees
+    # beyond 90 degrees
+    assert float(KannalaBrandt(0.05).angle_rad(2.0 + 0.05 * 8)) == pytest.approx(2.0, rel=1e-13)
     at = TABLE.forward(np.tan(np.radians(TABLE.angle_deg)), 0.0)[0]
     np.testing.assert_allclose(at, TABLE.radius_per_focal_length, rtol=1e-12)
 

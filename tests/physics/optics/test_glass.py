@@ -43,9 +43,8 @@ def test_model_glass_has_its_two_numbers_and_follows_the_real_one():
         64.17, rel=1e-9
     )
     wave = np.linspace(400, 700, 31)
-    assert (
-        np.abs(index("1.5168/64.17", wave) - index("N-BK7", wave)).max() < 1e-3
-    )  # two numbers cannot hold more
+    # two numbers cannot hold more
+    assert np.abs(index("1.5168/64.17", wave) - index("N-BK7", wave)).max() < 1e-3
 
 
 def test_numbers_and_air():

@@ -64,9 +64,8 @@ def test_spline_taps_are_boxes_convolved():
     for k, tap in enumerate(spline_taps(t, 3)):
         at = (3 - k) * 400 + np.arange(400)  # the earliest spline is at its last piece
         inside = at < len(want)
-        np.testing.assert_allclose(
-            tap[inside], want[at[inside]], atol=5e-3
-        )  # steps of 1 / 400, shifted by two of them
+        # steps of 1 / 400, shifted by two of them
+        np.testing.assert_allclose(tap[inside], want[at[inside]], atol=5e-3)
     np.testing.assert_allclose(sum(spline_taps(t, ORDER)), 1.0, atol=1e-13)  # rounding
 
 
@@ -121,22 +120,25 @@ def test_cells_with_a_wavefront_equal_chirp_z(offset):
         a, WAVE, (step, step), FOCAL, [2 * r + 1 for r in reach], pitch, OPEN, cell_means=True
     )
     inner = (slice(25, -25), slice(30, -30))
+    # half cells of 3 um at the rim
     np.testing.assert_allclose(
         np.sqrt(got[inner]), np.sqrt(want[inner]), atol=8e-4 * np.sqrt(want.max())
-    )  # half cells of 3 um at the rim
+    )
 
 
 def test_a_pupil_wider_than_the_period_is_folded_and_points_move_with_the_offset():
     terms = opening(disc(0.05, 0.02, 0.4), [(disc(0.1, -0.2, 0.05), 0.7)])
+    # cells of 5 um: the pupil spans more than one period
     pitch, reach, period = (
         (4.0, 3.5),
         (40, 50),
         (120, 150),
-    )  # cells of 5 um: the pupil spans more than one period
+    )
     base, moved = (drawn(period, pitch, reach, o, terms) for o in ((0.0, 0.0), (1.0, 1.0)))
+    # what wraps
     np.testing.assert_allclose(
         moved[10:-11, 10:-11], base[11:-10, 11:-10], rtol=0.05, atol=2e-5 * base.max()
-    )  # what wraps
+    )
     x = (np.arange(902) - 450.5) / 900
     want = sampled_psf(
         raster(terms, x, x), WAVE, (1 / 900, 1 / 900), FOCAL, (41, 51), pitch, OPEN, cell_means=True

@@ -28,9 +28,8 @@ def area(shape, losses=(), n=400, **kw):
 
 
 def test_areas():
-    assert area(disc(0, 0, 0.5)) == pytest.approx(
-        np.pi / 4, rel=1e-5
-    )  # chords are exact along x, 1600 lines along y
+    # chords are exact along x, 1600 lines along y
+    assert area(disc(0, 0, 0.5)) == pytest.approx(np.pi / 4, rel=1e-5)
     for n in (3, 4, 5, 6, 8):
         assert area(blades(0.5, n, 11.0)) == pytest.approx(
             n / 2 * 0.25 * np.sin(2 * np.pi / n), rel=1e-4
@@ -141,15 +140,13 @@ def test_the_image_of_a_shape_under_a_linear_map_holds_the_images_of_its_points(
         strip(0.1, 0.0, 0.5, 0.1, 0.4),
     ):
         image = shape.mapped(matrix)
-        assert energy(image, []) == pytest.approx(
-            grown * energy(shape, []), rel=1e-4
-        )  # heights of slanted corners are bounds
+        # heights of slanted corners are bounds
+        assert energy(image, []) == pytest.approx(grown * energy(shape, []), rel=1e-4)
         points = shape.contains(*back)
         np.testing.assert_array_equal(image.contains(across, down), points)
         cells = points.reshape(60, 10, 60, 10).mean((1, 3))
-        np.testing.assert_allclose(
-            raster([(image, 1.0)], x, x), cells, atol=0.15
-        )  # 10 x 10 points, and corners as above
+        # 10 x 10 points, and corners as above
+        np.testing.assert_allclose(raster([(image, 1.0)], x, x), cells, atol=0.15)
         inverse = tuple(map(tuple, np.linalg.inv(matrix)))
         np.testing.assert_allclose(
             image.mapped(inverse).contains(across, down), shape.contains(across, down), atol=0

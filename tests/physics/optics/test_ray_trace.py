@@ -22,16 +22,14 @@ def test_refraction_is_snell_and_keeps_length_and_plane():
     d, n = (v / np.linalg.norm(v, axis=0) for v in rng.normal(size=(2, 3, 500)))
     out = refract(d, n, 1.0, 1.6)
     np.testing.assert_allclose(np.linalg.norm(out, axis=0), 1.0, rtol=1e-13)
-    np.testing.assert_allclose(
-        1.6 * np.cross(out, n, axis=0), np.cross(d, n, axis=0), atol=1e-13
-    )  # n' sin' and the plane
+    # n' sin' and the plane
+    np.testing.assert_allclose(1.6 * np.cross(out, n, axis=0), np.cross(d, n, axis=0), atol=1e-13)
     assert np.all(np.sum(out * n, axis=0) * np.sum(d * n, axis=0) > 0)
     np.testing.assert_allclose(refract(-out, n, 1.6, 1.0), -d, atol=1e-12)  # reversible
     np.testing.assert_allclose(reflect(reflect(d, n), n), d, atol=1e-14)
     steep = np.array([[0.9], [0.0], [np.sqrt(1 - 0.81)]])
-    assert np.isnan(
-        refract(steep, np.array([[0.0], [0.0], [1.0]]), 1.6, 1.0)
-    ).all()  # total reflection
+    # total reflection
+    assert np.isnan(refract(steep, np.array([[0.0], [0.0], [1.0]]), 1.6, 1.0)).all()
 
 
 @pytest.mark.parametrize(
@@ -60,16 +58,14 @@ def test_intersections_lie_on_the_surface_and_on_the_ray(surface):
         sag_mm(surface, (hit[0] + step) ** 2 + hit[1] ** 2)
         - sag_mm(surface, (hit[0] - step) ** 2 + hit[1] ** 2)
     ) / (2 * step)
-    np.testing.assert_allclose(
-        (-n[0] / n[2])[ok], rise[ok], atol=1e-8
-    )  # rounding of differences over 1e-5 mm
+    # rounding of differences over 1e-5 mm
+    np.testing.assert_allclose((-n[0] / n[2])[ok], rise[ok], atol=1e-8)
 
 
 def test_a_paraboloid_has_a_perfect_focus_and_a_hyperboloid_too():
     x = np.linspace(-8, 8, 41)
-    mirror = Surface(
-        10.0, -1 / 20, -1.0
-    )  # concave to light that comes along +z: focus 10 mm before it
+    # concave to light that comes along +z: focus 10 mm before it
+    mirror = Surface(10.0, -1 / 20, -1.0)
     p, d = collimated(x, 0 * x, -30.0, 0.0, 0.0)
     rays = follow([mirror, Surface(0.0)], [1.0, 1.0, 1.0], [(0, True), (1, False)], p, d)
     np.testing.assert_allclose(rays.position_mm[:2], 0, atol=1e-12)
@@ -117,9 +113,8 @@ def test_small_rays_follow_the_matrices(path):
         slope = rays.direction[0, 0] / abs(rays.direction[2, 0])
         error.append([abs(rays.position_mm[0, 0] - height) / size, abs(slope - angle) / size])
     assert np.max(error[0]) < 1e-3
-    np.testing.assert_allclose(
-        np.array(error[0]) / error[1], 4, rtol=0.02
-    )  # third-order aberration
+    # third-order aberration
+    np.testing.assert_allclose(np.array(error[0]) / error[1], 4, rtol=0.02)
 
 
 def test_paths():

@@ -22,16 +22,14 @@ def test_no_layer_is_fresnel():
         r_s, r_p, t_s, t_p = reflect(n1, n2, [], COS, 550.0)
         want = fresnel(n1, n2, COS)
         np.testing.assert_allclose(r_s, want[0], rtol=1e-10)
-        np.testing.assert_allclose(
-            r_p, want[1], rtol=1e-8, atol=1e-14
-        )  # cancellation near Brewster's angle
+        # cancellation near Brewster's angle
+        np.testing.assert_allclose(r_p, want[1], rtol=1e-8, atol=1e-14)
         np.testing.assert_allclose([r_s + t_s, r_p + t_p], 1.0, rtol=1e-12)
 
 
 def test_hand_values_at_normal_incidence():
-    assert reflect(1.0, 1.52, [], 1.0, 550.0)[0] == pytest.approx(
-        (0.52 / 2.52) ** 2, rel=1e-12
-    )  # 4.26 %
+    # 4.26 %
+    assert reflect(1.0, 1.52, [], 1.0, 550.0)[0] == pytest.approx((0.52 / 2.52) ** 2, rel=1e-12)
     layer = [(1.38, quarter_wave_nm(1.38, 550.0))]
     # a quarter wave: ((n0 ns - n1^2) / (n0 ns + n1^2))^2
     want = ((1.52 - 1.38**2) / (1.52 + 1.38**2)) ** 2

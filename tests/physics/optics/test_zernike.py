@@ -84,9 +84,8 @@ def test_grid_equals_sum_of_terms_and_slope_is_that_of_defocus():
     c = {2: 0.3, 4: -0.2, 13: 0.05}
     want = sum(v * zernike(j, x[None, :], y[:, None]) for j, v in c.items())
     np.testing.assert_allclose(wavefront_um(c, x, y), want, atol=1e-14)
-    assert steepest_slope_um({4: 0.1}) == pytest.approx(
-        0.1 * 4 * 3**0.5, rel=1e-3
-    )  # d/dr sqrt3 (2 r^2 - 1) at the rim; sampled
+    # d/dr sqrt3 (2 r^2 - 1) at the rim; sampled
+    assert steepest_slope_um({4: 0.1}) == pytest.approx(0.1 * 4 * 3**0.5, rel=1e-3)
     assert np.all(wavefront_um({}, x, y) == 0)
 
 
@@ -132,9 +131,8 @@ def test_grid_of_low_and_high_orders_is_their_sum():
     x, y = np.linspace(-0.7, 0.7, 6), np.linspace(-0.6, 0.7, 5)
     c = {4: 0.2, (POWERS_ORDER + 1) * (POWERS_ORDER + 2) // 2 - 1: 0.1, 700: -0.3}
     want = sum(v * zernike(j, x[None, :], y[:, None]) for j, v in c.items())
-    np.testing.assert_allclose(
-        wavefront_um(c, x, y), want, rtol=0, atol=1e-11
-    )  # powers of order 12 keep 3e-12
+    # powers of order 12 keep 3e-12
+    np.testing.assert_allclose(wavefront_um(c, x, y), want, rtol=0, atol=1e-11)
 
 
 @pytest.mark.parametrize("j", [12, 71, 820, 840, 860])
@@ -159,9 +157,8 @@ def test_many_terms_at_once_are_the_single_terms():
     x, y = np.random.default_rng(0).uniform(-0.7, 0.7, (2, 40))
     terms = [44, 0, 5, 17, 3]
     wanted = np.stack([zernike(j, x, y) for j in terms], axis=1)
-    np.testing.assert_allclose(
-        zernike_basis(terms, x, y), wanted, atol=1e-12
-    )  # rounding of powers to the eighth
+    # rounding of powers to the eighth
+    np.testing.assert_allclose(zernike_basis(terms, x, y), wanted, atol=1e-12)
 
 
 def test_a_mapped_wavefront_has_its_values_at_the_images_of_points():

@@ -34,9 +34,8 @@ def test_adjoining_rectangles_conserve_the_integral():
         64 * 0.7 / 50,
         40 * 0.7 / 13,
     ).sum((1, 2))
-    np.testing.assert_allclose(
-        total, v.sum((1, 2)) * 0.49, rtol=1e-12
-    )  # float64 sums of 2560 values
+    # float64 sums of 2560 values
+    np.testing.assert_allclose(total, v.sum((1, 2)) * 0.49, rtol=1e-12)
 
 
 def test_matches_brute_force_in_long_double():

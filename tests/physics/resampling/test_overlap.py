@@ -62,9 +62,8 @@ def test_a_region_keeps_its_energy_where_the_map_sends_it():
     light = np.zeros((60, 300))
     light[25:35, 60:240] = np.random.default_rng(3).random((10, 180))
     edge = float(lens.forward(x_in[180], 0.0)[0])
-    x_out = edge + edge / 50 * np.arange(
-        -200, 80
-    )  # one border on the image of the line (straight enough over 10 rows)
+    # one border on the image of the line (straight enough over 10 rows)
+    x_out = edge + edge / 50 * np.arange(-200, 80)
     y_out = borders(centres(40, 0.2), 0.005)
     areas = overlap_areas(x_in, y_in, lens, x_out, y_out)
     out = (areas @ light.ravel()).reshape(40, -1)
@@ -83,9 +82,8 @@ def test_uniform_light_becomes_the_inverse_area_ratio():
     middle = (x_out[1:] + x_out[:-1]) / 2
     u, v = lens.inverse(*np.meshgrid(middle, middle))
     r2 = u**2 + v**2
-    np.testing.assert_allclose(
-        out, 1 / ((1 - 0.2 * r2) * (1 - 0.6 * r2)), rtol=2e-4
-    )  # straight sides, tiles of 0.007
+    # straight sides, tiles of 0.007
+    np.testing.assert_allclose(out, 1 / ((1 - 0.2 * r2) * (1 - 0.6 * r2)), rtol=2e-4)
     assert out[0, 0] > out[48, 48] > 0.999
 
 
@@ -102,16 +100,14 @@ def test_overlaps_match_counted_points():
     x_in, y_in, x_out, y_out = grids(20, 9)
     matrix = overlap_areas(x_in, y_in, MAPS[1], x_out, y_out).toarray()
     fine = centres(9 * 200, 0.7)
-    u, v = MAPS[1].inverse(
-        *np.meshgrid(fine[1000:1200], fine[600:800])
-    )  # one output tile: column 5, row 3
+    # one output tile: column 5, row 3
+    u, v = MAPS[1].inverse(*np.meshgrid(fine[1000:1200], fine[600:800]))
     pitch = x_in[1] - x_in[0]
     column, row = (np.floor((w - x_in[0]) / pitch).astype(int) for w in (u, v))
     one = matrix[3 * 9 + 5]
     counted = np.bincount((row * 20 + column).ravel(), minlength=400) * (one.sum() / u.size)
-    np.testing.assert_allclose(
-        one, counted, atol=0.01 * one.sum()
-    )  # 200 x 200 points of even weight
+    # 200 x 200 points of even weight
+    np.testing.assert_allclose(one, counted, atol=0.01 * one.sum())
 
 
 def test_strips_of_rows_join():

@@ -92,22 +92,21 @@ def test_constant_parts_are_constant_light_and_little_light_is_untouched():
         None,
         0,
     )
-    np.testing.assert_allclose(
-        found, flow(0.0, arrived / T, T, WELL)[0], rtol=1e-12, atol=2e-6
-    )  # 1e-6 e may spill unnoticed
+    # 1e-6 e may spill unnoticed
+    np.testing.assert_allclose(found, flow(0.0, arrived / T, T, WELL)[0], rtol=1e-12, atol=2e-6)
     small = arrived[arrived < LIMIT]
     assert len(small) > 5 and np.array_equal(found[0, : len(small)], small)
 
 
 def test_fast_pulses_are_even_light():
-    lights = [
-        (Modulation(50e3, duty=0.5, phase=0.2), 2e4)
-    ]  # 800 pulses of 25 e, a tenth of thermal_e
+    # 800 pulses of 25 e, a tenth of thermal_e
+    lights = [(Modulation(50e3, duty=0.5, phase=0.2), 2e4)]
     parts, arrived = frames(lights, np.zeros((1, 1)), 1)
     even = flow(0.0, arrived / T, T, WELL)[0]
+    # half a pulse
     assert in_time.stays(
         arrived, parts, np.zeros((1, 1)), T, WELL, LIMIT, None, 0
-    ) == pytest.approx(even, abs=12.5)  # half a pulse
+    ) == pytest.approx(even, abs=12.5)
 
 
 def test_noise_agrees_with_pixels_followed_in_small_steps():
@@ -136,10 +135,11 @@ def test_noise_agrees_with_pixels_followed_in_small_steps():
 
 
 def test_the_noise_that_the_count_explains_is_not_drawn_twice():
+    # just beyond the knee: most of the variance is that of the count
     lights = [
         (STEADY, 1e3),
         (PULSES, 7e3),
-    ]  # just beyond the knee: most of the variance is that of the count
+    ]
     begins, durations = pieces([m for m, _ in lights], np.zeros(1), T)
     moments = EMPTY
     for begin, duration in zip(begins, durations):

@@ -51,9 +51,10 @@ def test_every_sensor_accepts_both(name):
         assert not sensor.model().noise
         return
     short = photocurrent(light, response)
+    # float64, another order of sums
     np.testing.assert_allclose(
         sensor.expected(short).values, sensor.expected(light).values, rtol=1e-12
-    )  # float64, another order of sums
+    )
 
 
 def test_light_that_goes_astray_has_rows_of_its_own():

@@ -103,9 +103,8 @@ def test_a_chart_by_day_and_by_night_fills_the_same_share():
     assert shot(1e4, exposure_rule="fixed").saturated.values.any()
     day, night = (shot(level, exposure_rule="highlights", dark_e_per_s=0.0) for level in (1e4, 1.0))
     assert not day.saturated.values.any()
-    assert float(night.exposure_s[0]) == pytest.approx(
-        1e4 * float(day.exposure_s[0]), rel=1e-6
-    )  # spectral radiance is float32
+    # spectral radiance is float32
+    assert float(night.exposure_s[0]) == pytest.approx(1e4 * float(day.exposure_s[0]), rel=1e-6)
 
 
 def test_darkness_takes_the_longest_exposure(make_light):
@@ -148,9 +147,8 @@ def test_each_exposure_is_solved_on_its_own(make_light):
     shot = camera(light, hdr.generator(1))
     exposures = np.asarray(shot["exposure_s"].values, float)
     alone, _ = auto_exposure.solve(sensor("bayer", exposure_rule="histogram"), light)
-    assert exposures[0] == pytest.approx(
-        alone, rel=1e-6
-    )  # T1 as a sensor with one exposure solves it
+    # T1 as a sensor with one exposure solves it
+    assert exposures[0] == pytest.approx(alone, rel=1e-6)
     np.testing.assert_allclose(
         exposures[1:] / exposures[:-1], exposures[1] / exposures[0], rtol=1e-9
     )
@@ -158,9 +156,8 @@ def test_each_exposure_is_solved_on_its_own(make_light):
     brightest = (
         hdr.build("sensor", "bayer", exposure_s=float(exposures[-1])).expected(light).values.max()
     )
-    assert brightest / full_e == pytest.approx(
-        0.5, rel=1e-3
-    )  # the target; dark charge is a part of it
+    # the target; dark charge is a part of it
+    assert brightest / full_e == pytest.approx(0.5, rel=1e-3)
 
 
 def test_dim_light_keeps_the_bracket_as_it_is(make_light):

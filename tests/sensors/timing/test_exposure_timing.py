@@ -34,9 +34,10 @@ def sampled(modulation, start, duration, samples=40_000):
     turns = modulation.frequency_hz * t + modulation.phase
     if modulation.depth:
         return (1 + modulation.depth * np.cos(2 * np.pi * turns)).mean(axis=1, keepdims=True), 1e-8
+    # half a sample an edge
     return (turns % 1 < modulation.duty).mean(
         axis=1, keepdims=True
-    ) / modulation.duty, 6 / samples / modulation.duty  # half a sample an edge
+    ) / modulation.duty, 6 / samples / modulation.duty
 
 
 @pytest.mark.parametrize(
@@ -127,14 +128,12 @@ def test_the_mean_over_phases_is_the_mean_over_time(make_light):
 
 def test_both_photodiodes_expose_together_and_staggered_captures_do_not(make_light):
     _, scene, lamp = two(make_light)
-    flash = in_components(
-        lamp, frequency_hz=50.0, duty=0.05, phase=0.0
-    )  # on for the first millisecond of 20
+    # on for the first millisecond of 20
+    flash = in_components(lamp, frequency_hz=50.0, duty=0.05, phase=0.0)
     split = build("sensor", "split_pixel", exposure_s=0.016, line_time_s=0.0).expected(flash).values
     steady = build("sensor", "split_pixel", exposure_s=0.016).expected(lamp).values
-    np.testing.assert_allclose(
-        split.sum(axis=(1, 2)) / steady.sum(axis=(1, 2)), 20 / 16, rtol=0.01
-    )  # dark charge is 1 % at most
+    # dark charge is 1 % at most
+    np.testing.assert_allclose(split.sum(axis=(1, 2)) / steady.sum(axis=(1, 2)), 20 / 16, rtol=0.01)
     sensor = build(
         "sensor",
         "staggered",
@@ -144,9 +143,8 @@ def test_both_photodiodes_expose_together_and_staggered_captures_do_not(make_lig
         dark_e_per_s=0.0,
     )
     first, second = sensor.expected(flash).values
-    assert first.min() > 0 and np.all(
-        second == 0
-    )  # the second exposure starts when the lamp is dark
+    # the second exposure starts when the lamp is dark
+    assert first.min() > 0 and np.all(second == 0)
 
 
 def test_an_interleaved_shorter_exposure_ends_with_the_longer_one(make_light):
@@ -183,9 +181,8 @@ def test_the_shot_is_that_of_its_means(make_light):
     shot, mean = sensor(bright, None), sensor.expected(bright)
     free = ~shot.saturated.values
     assert 0.2 < free.mean() < 1
-    np.testing.assert_allclose(
-        shot.raw.values[free], mean.values[free], rtol=1e-6
-    )  # raw is float32
+    # raw is float32
+    np.testing.assert_allclose(shot.raw.values[free], mean.values[free], rtol=1e-6)
 
 
 def test_automatic_exposure_meters_the_mean_over_time(make_light):

@@ -160,9 +160,8 @@ def test_a_bent_converter_is_found():
     from isethdr_workflows.emva1288 import study as study
 
     rows = {r["figure"]: r for r in study.measure(replace(chosen("single"), inl_dn=40.0), 96, 8, 1)}
-    assert (
-        rows["linearity error"]["found"] > 0.5 and rows["linearity error"]["within"] == "NO"
-    )  # 40 DN of 4031 is 1 % of the scale
+    # 40 DN of 4031 is 1 % of the scale
+    assert rows["linearity error"]["found"] > 0.5 and rows["linearity error"]["within"] == "NO"
 
 
 def test_light_carries_the_photons_it_says():
@@ -170,9 +169,8 @@ def test_light_carries_the_photons_it_says():
     for wavelength in (460.0, 600.0):
         bench = Bench(sensor, 0, 0, wavelength, 16, 1)
         np.testing.assert_allclose(sensor.expected(bench.light(1234.0)), 1234.0, rtol=1e-9)
-    assert bench.light(1.0).max() * 10 * 0.016 * 9e-12 == pytest.approx(
-        photon_energy_j(600.0)
-    )  # W m-2 nm-1 over 10 nm, 16 ms, (3 um)^2
+    # W m-2 nm-1 over 10 nm, 16 ms, (3 um)^2
+    assert bench.light(1.0).max() * 10 * 0.016 * 9e-12 == pytest.approx(photon_energy_j(600.0))
 
 
 def test_estimates_on_numbers_of_known_statistics():

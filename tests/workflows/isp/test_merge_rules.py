@@ -28,9 +28,8 @@ def rows():
 def test_the_default_is_unbiased_rightly_reported_and_not_beaten(rows):
     found = verdict([r for r in rows if not r["asked"]], MODEL)
     assert found["worst_bias_percent"] < 0.1
-    assert found["worst_variance"] == pytest.approx(
-        1, abs=0.05
-    )  # 3.3 % in the ramp; 40 000 draws add 0.7 %
+    # 3.3 % in the ramp; 40 000 draws add 0.7 %
+    assert found["worst_variance"] == pytest.approx(1, abs=0.05)
     assert found["most_beaten_db"] < 0.1  # 0.03 dB of the noise of 40 000 shared draws
     assert found["unbiased"] == "none"  # every other rule is biased somewhere
 
@@ -62,14 +61,12 @@ def test_a_rule_that_is_unbiased_and_better_would_be_named(rows):
 
 def test_other_rules_show_their_known_faults(rows):
     by = {(r["level_e"], r["rule"]): r for r in rows if not r["asked"]}
-    assert (
-        by[1, "own_noise"]["bias_percent"] < -5
-    )  # weights that follow the noise favour low values
+    # weights that follow the noise favour low values
+    assert by[1, "own_noise"]["bias_percent"] < -5
     assert by[20900, "average"]["bias_percent"] < -0.1  # a switch on noisy data
     assert by[22000, "hard_switch"]["bias_percent"] < -0.1
-    assert (
-        by[1, "inverse_variance"]["snr_db"] > by[1, "average"]["snr_db"] + 2.5
-    )  # 3.05 and 0.83 e of read noise weighed alike
+    # 3.05 and 0.83 e of read noise weighed alike
+    assert by[1, "inverse_variance"]["snr_db"] > by[1, "average"]["snr_db"] + 2.5
     assert by[100, "own_noise"]["reported_over_true"] < 0.6  # one charge counted as two
 
 

@@ -13,6 +13,5 @@ def test_whole_bands_are_right_and_single_wavelengths_are_not(tmp_path):
     assert far["radius_tiles"] == "64-70"
     # within 70 tiles the usual kernels are those of the finest setting: they differ by nothing
     assert far["integrated"] <= far["stated"] <= 0.03 < far["one_wavelength"]
-    assert [r["one_wavelength"] for r in rows] == sorted(
-        r["one_wavelength"] for r in rows
-    )  # speckles are drawn out more, farther out
+    # speckles are drawn out more, farther out
+    assert [r["one_wavelength"] for r in rows] == sorted(r["one_wavelength"] for r in rows)

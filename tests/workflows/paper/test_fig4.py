@@ -15,16 +15,14 @@ def test_lights_step_down_by_ten():
     mixed = study.lights(120, 40)
     y = luminance(mixed.values, mixed.wavelength.values)[18:22]
     peaks = [y[:, k * 24 : (k + 1) * 24].max() for k in range(5)]
-    np.testing.assert_allclose(
-        peaks, 1e6 * 10.0 ** -np.arange(5), rtol=1e-3
-    )  # float32, and the ground of 1e-3 cd/m2
+    # float32, and the ground of 1e-3 cd/m2
+    np.testing.assert_allclose(peaks, 1e6 * 10.0 ** -np.arange(5), rtol=1e-3)
 
 
 def test_figures_count_the_discs_that_stand_out():
     lux = np.ones((40, 120))
-    for k, level in enumerate(
-        (1e4, 1e3, 100.0, 10.0, 1.2)
-    ):  # the last is below twice its surroundings
+    # the last is below twice its surroundings
+    for k, level in enumerate((1e4, 1e3, 100.0, 10.0, 1.2)):
         lux[18:22, 24 * k + 10 : 24 * k + 15] = level
     got = study.figures(lux)
     assert got == {"lux_peak": 1e4, "lux_median": 1.0, "decades": 4.0, "discs_seen": 4}
@@ -37,9 +35,8 @@ def test_sheet(tmp_path):
     study.write_sheet(str(tmp_path / "a.png"), [np.full((6, 9), 10.0**-k) for k in range(count)])
     sheet = np.asarray(Image.open(tmp_path / "a.png"))
     assert sheet.shape == (4 * 9 - 3, 5 * 12 - 3, 3)
-    assert (
-        sheet[0, 0].sum() > sheet[0, 12].sum() > sheet[0, 24].sum()
-    )  # a decade darker from cell to cell
+    # a decade darker from cell to cell
+    assert sheet[0, 0].sum() > sheet[0, 12].sum() > sheet[0, 24].sum()
     assert (sheet[6:9] == 255).all()
 
 

@@ -18,9 +18,8 @@ def test_light_is_seen_better_until_the_well_is_full():
     # lies between
     steps = np.diff(snr[:full])
     assert np.all(steps > 8) and np.all(steps < 21)
-    assert (
-        seen[0] < 0.2 and seen[full - 1] > 0.99 and np.all(seen[full:] == 0)
-    )  # what is saturated shows no contrast
+    # what is saturated shows no contrast
+    assert seen[0] < 0.2 and seen[full - 1] > 0.99 and np.all(seen[full:] == 0)
 
 
 @pytest.mark.slow
@@ -31,9 +30,8 @@ def test_three_captures_reach_further_and_dip_where_one_takes_over():
     ]
     assert lasts[1] > 10 * lasts[0]
     snr = np.array([r["snr_db"] for r in three if r["valid_percent"] > 99])
-    assert np.any(
-        np.diff(snr) < -3
-    )  # the small photodiode starts with a hundredth of the electrons
+    # the small photodiode starts with a hundredth of the electrons
+    assert np.any(np.diff(snr) < -3)
 
 
 @pytest.mark.parametrize(

@@ -40,9 +40,8 @@ def measured() -> list[Work]:
                 "default" if step == default else "",
             )
         )
-    own_error = (
-        points[0].error * (FINE_NM / STEPS_NM[0]) ** 2
-    )  # smooth spectra: as the square of the width
+    # smooth spectra: as the square of the width
+    own_error = points[0].error * (FINE_NM / STEPS_NM[0]) ** 2
     return [
         Work(
             "bands",

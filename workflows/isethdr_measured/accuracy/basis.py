@@ -48,9 +48,8 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
     """
     mixed = night(shape)
     response = build("sensor", "bayer", pitch_um=3.0).narrow(Demand()).response
-    rows, columns, truth = direct(
-        mixed, lens, flares, response
-    )  # also makes the kernels, which every setting shares
+    # also makes the kernels, which every setting shares
+    rows, columns, truth = direct(mixed, lens, flares, response)
     noise = np.sqrt(np.maximum(truth, 0) + response.read_noise_e**2)
     points = []
 

@@ -11,11 +11,12 @@ from isethdr_core.physics.convolution import convolve
 from ..convolution_methods import METHODS, direct, frame, prepare
 
 SHAPE = (270, 480)
+# relative: from far below to what 0.1 and 1 of the noise of 25 000 electrons are
 ALLOWED = (
     1e-5,
     6e-4,
     6e-3,
-)  # relative: from far below to what 0.1 and 1 of the noise of 25 000 electrons are
+)
 RATIO = 1e8  # lamp over background: a headlight beside a dark road
 
 

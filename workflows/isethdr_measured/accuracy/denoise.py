@@ -84,9 +84,8 @@ def common_rule(scene) -> np.ndarray:
     for xyz in tristimulus(scene):
         black = max(float(xyz[1].mean()), 1e-30) * 1e-3
         log = np.moveaxis(np.log(xyz + black), 0, -1)
-        sigma = (
-            float(np.median(np.abs(np.diff(log, axis=1)))) * 1.4826 / np.sqrt(2)
-        )  # of neighbours, were there nothing but noise
+        # of neighbours, were there nothing but noise
+        sigma = float(np.median(np.abs(np.diff(log, axis=1)))) * 1.4826 / np.sqrt(2)
         soft = (
             denoise_nl_means(
                 log, patch_size=3, patch_distance=8, h=0.8 * sigma, sigma=sigma, channel_axis=-1

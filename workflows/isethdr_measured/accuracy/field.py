@@ -16,10 +16,11 @@ from .changed import changed
 SHAPE = (21, 29)  # tiles; so few that the exact core of a kernel reaches over all of them
 PITCH = 0.0015  # tangents: 6 um of a 4 mm lens
 BAND_NM = 550.0
+# coma and astigmatism that grow with the field angle, degrees
 FIELD_ZERNIKE_UM = {
     0: {},
     2: {8: 0.16, 5: 0.08},
-}  # coma and astigmatism that grow with the field angle, degrees
+}
 RINGS = (0, 1, 2, 3, 4, 6)
 PATCHES = (2, 4)  # rings of places whose point spreads are each taken for a patch around
 DECADES = 3.0  # of light, evenly spread, so that every part of the field counts
@@ -83,9 +84,8 @@ def one_per_tile(lens, mixed) -> np.ndarray:
         position = grid.Place(
             0, float(np.hypot(x[column], y[row])), float(np.arctan2(-y[row], x[column])), 1
         )
-        quadrant_position, flips = grid.first_quadrant(
-            position
-        )  # the lens is symmetric: a quarter of the tiles is enough
+        # the lens is symmetric: a quarter of the tiles is enough
+        quadrant_position, flips = grid.first_quadrant(position)
         key = abs(2 * row - SHAPE[0] + 1), abs(2 * column - SHAPE[1] + 1)
         if key not in known:
             at = node_lens(

@@ -77,9 +77,8 @@ def measured() -> list[Work]:
         " image"
     )
     reference_method = f"photons of chance, {BATCHES} x {PHOTONS} a pair, spheres by their centres"
-    reference_error = float(
-        error.sum() / image_w * np.sqrt(2 / np.pi)
-    )  # mean absolute value of a Gaussian error
+    # mean absolute value of a Gaussian error
+    reference_error = float(error.sum() / image_w * np.sqrt(2 / np.pi))
     return [
         Work("ghosts pairs", error_name, reference_method, reference_error, pairs),
         Work("ghosts rays", error_name, reference_method, reference_error, rays),

@@ -72,16 +72,14 @@ def landed(lens, n, start, tangent: float, front: int, back: int):
     back_again = range(back - 1, front - 1, -1)
     on = range(front + 1, last)
     for leg, steps in enumerate((forth, back_again, on)):
-        n_before = (
-            0 if leg != 1 else 1
-        )  # the medium that light comes from: before the surface, or behind it
+        # the medium that light comes from: before the surface, or behind it
+        n_before = 0 if leg != 1 else 1
         for k in steps:
             surface = surfaces[k]
             turns = k == (back, front, -1)[leg]
             at, normal = met(surface, at, direction)
-            passing = (
-                np.hypot(at[:, 0], at[:, 1]) <= surface.semi_diameter_mm
-            )  # a ray that misses is NaN, and not kept
+            # a ray that misses is NaN, and not kept
+            passing = np.hypot(at[:, 0], at[:, 1]) <= surface.semi_diameter_mm
             at = at[passing]
             direction = direction[passing]
             normal = normal[passing]
@@ -121,9 +119,8 @@ def met(surface, at, direction):
     with np.errstate(invalid="ignore"):
         root = np.sqrt(along**2 - (to**2).sum(axis=1) + surface.curvature_per_mm**-2)
     near, far_side = (at + (sign * root - along)[:, None] * direction for sign in (-1, 1))
-    first = np.abs(near[:, 2] - surface.z_mm) < np.abs(
-        far_side[:, 2] - surface.z_mm
-    )  # of the two, that on the vertex's side
+    # of the two, that on the vertex's side
+    first = np.abs(near[:, 2] - surface.z_mm) < np.abs(far_side[:, 2] - surface.z_mm)
     hit = np.where(first[:, None], near, far_side)
     return hit, (hit - centre) * surface.curvature_per_mm
 

@@ -38,9 +38,8 @@ def measured() -> list[Work]:
                 repeat=1,
             )
             groups = known[: MANY // draws * draws].reshape(-1, draws).mean(axis=1)
-            other_mean = (known.sum() - groups * draws) / (
-                MANY - draws
-            )  # of the draws that are not in the group
+            # of the draws that are not in the group
+            other_mean = (known.sum() - groups * draws) / (MANY - draws)
             error = np.sqrt(np.mean((groups - other_mean) ** 2)) / scatter if scatter > 0 else 0.0
             points.append(
                 Point(

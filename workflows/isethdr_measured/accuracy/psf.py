@@ -110,7 +110,6 @@ def airy(points: int) -> np.ndarray:
         scale = 2 * np.pi / (wave * 1e-3) * sine
         total += (2 * j1(scale * r_um) / (scale * r_um)) ** 2 * scale**2 / (4 * np.pi)
     density = total / WAVES * (TILE_UM / points) ** 2
-    weight = np.maximum(
-        1 - np.abs(at[None, :] - np.arange(-TILES, TILES + 1)[:, None]), 0.0
-    )  # mean over the source tile
+    # mean over the source tile
+    weight = np.maximum(1 - np.abs(at[None, :] - np.arange(-TILES, TILES + 1)[:, None]), 0.0)
     return weight @ density @ weight.T

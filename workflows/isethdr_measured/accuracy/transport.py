@@ -115,16 +115,14 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
             )
             for run in runs
         )
-        return replace(
-            path_results[-1][0], radiance=path_results[-1][0].radiance.copy()
-        )  # lamps are added to it
+        # lamps are added to it
+        return replace(path_results[-1][0], radiance=path_results[-1][0].radiance.copy())
 
     with changed(frame, estimate=estimate):
         rendering = render(scene, Demand(labels=labels))
     lamps = rendering.radiance.values - path_results[-1][0].radiance
-    lamps[lamps < 1e-6 * rendering.radiance.values] = (
-        0.0  # the rounding of what is stored, which is no lamp
-    )
+    # the rounding of what is stored, which is no lamp
+    lamps[lamps < 1e-6 * rendering.radiance.values] = 0.0
     return [
         (with_paths(rendering, paths, lamps), cpu_s, peak_mb)
         for paths, cpu_s, peak_mb in path_results
@@ -146,9 +144,8 @@ def with_paths(scene, paths, lamps):
     groups = [str(g) for g in scene.light_group.values]
     noise = {g: float(n) for g, n in zip(groups, paths.noise) if np.isfinite(n)}
     took = {g: float(s) for g, s in zip(groups, paths.seconds / paths.seconds.max())}
-    return with_new_paths.assign_attrs(
-        noise=noise, took=took
-    )  # by share of the seconds: those of the passes that a group was part of
+    # by share of the seconds: those of the passes that a group was part of
+    return with_new_paths.assign_attrs(noise=noise, took=took)
 
 
 def luminance_of(scene) -> dict:

@@ -106,9 +106,8 @@ def _row(name, chain, scene, fraction, truth, hand) -> dict:
             for _ in range(AGAIN)
         ]
     wrong = errors(result, truth)
-    ours, theirs = (
-        min((p[k].warm_s for p in pairs if p[k]), default=float("nan")) for k in (0, 1)
-    )  # in turns: the machine is as busy for both
+    # in turns: the machine is as busy for both
+    ours, theirs = (min((p[k].warm_s for p in pairs if p[k]), default=float("nan")) for k in (0, 1))
     cold_s = ours + result.making_s
     cold = theirs + min((h[3] - h[2] for h in within_error if h[0] == best), default=float("nan"))
     return {

@@ -22,9 +22,10 @@ def scene(name: str, width: int, focal_length_mm: float):
     field = [n * TILE_UM * 1e-3 / focal_length_mm for n in (width, width * 9 // 16)]
     nx, ny = (2 * round(n * MARGIN / 2) for n in (width, width * 9 // 16))
     pitch = field[0] / width
+    # -1 to 1 across
     y, x = np.meshgrid(
         quantities.centres(ny, 2 * ny / nx), quantities.centres(nx, 2.0), indexing="ij"
-    )  # -1 to 1 across
+    )
     radiance = {"tunnel": _tunnel, "street": _street, "noon": _noon}[name](
         x, y, np.random.default_rng(len(name) + 40)
     )

@@ -29,10 +29,11 @@ def only(*metrics: str) -> tuple[str, ...]:
     return tuple(f"~metric.{name}" for name in METRICS if name not in metrics)
 
 
+# the main job's tiles, as many paths as the noise takes
 TRACED = (
     "scene.trees=[1,2]",
     "report=false",
-)  # the main job's tiles, as many paths as the noise takes
+)
 TILES = ("renderer.width=192", "renderer.height=108")  # or 0.3 of them each way
 CHART = (
     "~renderer",

@@ -127,9 +127,8 @@ def disc(tiles: float, lens: str = "ideal") -> Measured:
         ),
         lens,
     )
-    lost = (
-        beyond(36.0, 4.0 * 700 / 550) if lens != "ideal" else 0.0
-    )  # of the longest waves, through a square: an upper bound
+    # of the longest waves, through a square: an upper bound
+    lost = beyond(36.0, 4.0 * 700 / 550) if lens != "ideal" else 0.0
     truth = level * math.pi / 4 * tiles**2 * _balance_factor(mixed.wavelength.values)
     return Measured(
         abs(float(picture.xyz.values[..., 1].sum()) / truth - 1),

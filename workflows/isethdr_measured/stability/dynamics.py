@@ -91,9 +91,8 @@ def exact(
         context.Emax = 10**15
         context.Emin = -(10**15)
         t, k, th, r = (Decimal(v) for v in (time, knee, thermal, rate))
-        arrived = Decimal(
-            current * time
-        )  # the function under test multiplies in float64: that is not what is judged
+        # the function under test multiplies in float64: that is not what is judged
+        arrived = Decimal(current * time)
         x = arrived / th
         memory = t * (1 - (-x).exp()) / x
         log_keep = k / th - x  # log of u(0) exp(-a T)

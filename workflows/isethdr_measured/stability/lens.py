@@ -249,9 +249,8 @@ def energy(
     light = lens(mixed(cube, GREEN, 1e-3 * tile_um / focal_length_mm))
     missing = 1 - float(light.values.sum(dtype=float)) / lens.throughput_sr()
     half_um = count * tile_um / 2
-    lost = float(
-        np.mean([beyond(half_um + tile_um * (k / 20 - 0.5), f_number) for k in range(21)])
-    )  # the source has a width
+    # the source has a width
+    lost = float(np.mean([beyond(half_um + tile_um * (k / 20 - 0.5), f_number) for k in range(21)]))
     return Measured(
         abs(missing - lost), PUPIL, "1 less J0^2 + J1^2 beyond the frame, share of the light"
     )

@@ -44,9 +44,8 @@ def step_to_one(mean: float) -> Measured:
     the probability (w + 1/2) 2^-64 of a larger count.
     """
     m = Fraction(mean)
-    edge = (m - m**2 / 2) * 2**64 - Fraction(
-        1, 2
-    )  # the next term, m^3 / 6, is below 1e-17 of a word
+    # the next term, m^3 / 6, is below 1e-17 of a word
+    edge = (m - m**2 / 2) * 2**64 - Fraction(1, 2)
     near = [w for w in (math.floor(edge) + k for k in range(-3, 4)) if w >= 0]
     # p is float64: 1e-16 of itself moves the step by less than one word up to 2^53
     counts = poisson(np.full(len(near), mean), np.array(near, np.int64))

@@ -20,9 +20,8 @@ from .spectra import PLANCK_LIGHT
 from .verdict import Measured, relative
 
 GREEN = np.array([550.0])
-PER_W_M2 = (
-    550e-9 / PLANCK_LIGHT * (PITCH_UM * 1e-6) ** 2
-)  # photons per second and pixel of 1 W m-2 at 550 nm
+# photons per second and pixel of 1 W m-2 at 550 nm
+PER_W_M2 = 550e-9 / PLANCK_LIGHT * (PITCH_UM * 1e-6) ** 2
 FLOAT32 = 2.0**-23
 
 

@@ -130,12 +130,10 @@ def line_photons(nm: float, cfa: str) -> Measured:
     light = irradiance(cube, bands)
     captures, row = with_ledger(lambda: sensor(light, None))
     response = captures.quantum_efficiency.values[0] * bands
-    at_peak = (
-        1e-3 * 3e-6**2 * 0.016 * 1e-9 / PLANCK_LIGHT * response.max()
-    )  # electrons of 1e-3 W m-2 at the filters' peak
-    truth = sensor.expected(
-        irradiance(np.full((1, 4, 4), 1e-3), np.array([nm]))
-    ).values  # the same energy, 1 nm wide where it is
+    # electrons of 1e-3 W m-2 at the filters' peak
+    at_peak = 1e-3 * 3e-6**2 * 0.016 * 1e-9 / PLANCK_LIGHT * response.max()
+    # the same energy, 1 nm wide where it is
+    truth = sensor.expected(irradiance(np.full((1, 4, 4), 1e-3), np.array([nm]))).values
     miss = float(np.abs(sensor.expected(light).values - truth).max()) / at_peak
     stated_bound = next(left.bound for left in row.left_out if left.key == PLACE_IN_BAND)
     return Measured(

@@ -14,9 +14,8 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.errors import IsetHdrError
 
-SHORTEST_MESSAGE = (
-    25  # characters: a shorter message cannot state the mistake, the expected value and a remedy
-)
+# characters: a shorter message cannot state the mistake, the expected value and a remedy
+SHORTEST_MESSAGE = 25
 
 
 @dataclass(frozen=True)

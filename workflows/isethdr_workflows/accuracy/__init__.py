@@ -129,9 +129,8 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
     config = checked_config(compose(list(overrides)))
     base = Setting(config, chain(config))
     configured = chosen(configured_knobs(config, base.parts), knob, values)
-    jobs = [
-        job for knob_found in configured for job in _jobs(config, knob_found)
-    ]  # refused before any work
+    # refused before any work
+    jobs = [job for knob_found in configured for job in _jobs(config, knob_found)]
     into = _folder(folder, overrides)
     last = max(
         SENSOR, *(span(knob_found.kind, knob_found.knob.error_of)[1] for knob_found in configured)

@@ -131,9 +131,8 @@ def measured(
     ----------
     earlier, first, last, exact : as `all_stages`.
     """
-    once = (
-        first == 0 and configuration.parts.renderer is not None
-    )  # a second rendering reads the first
+    # a second rendering reads the first
+    once = first == 0 and configuration.parts.renderer is not None
     alone = empty_home() if first in (0, 2) else nullcontext()  # nothing of before is at hand
     with alone:
         start = time.process_time()

@@ -84,9 +84,8 @@ def gain_and_responsivity(pairs: list[Pair], dark: Pair, digital: bool):
     weight = pixels / (2 * np.maximum(np.polyval(first, mean), variance.min()) ** 2)
     if resolved(dark, digital):
         slope = np.sum(weight * mean * (variance - dark.variance_dn2)) / np.sum(weight * mean**2)
-        shared = np.sum(weight * mean) / np.sum(
-            weight * mean**2
-        )  # the dark variance enters every level
+        # the dark variance enters every level
+        shared = np.sum(weight * mean) / np.sum(weight * mean**2)
         error = sqrt(
             1 / np.sum(weight * mean**2) + shared**2 * 2 * dark.variance_dn2**2 / dark.pixels
         )
@@ -144,9 +143,8 @@ def saturation(pairs: list[Pair]) -> Pair:
 def full_well_e(blinded: Pair, dark: Pair, gain: Estimate, dark_noise: Estimate) -> Estimate:
     """Return the charge at which numbers end, electrons: the mean far beyond saturation."""
     value = (blinded.mean_dn - dark.mean_dn) / gain.value
-    clipped = (
-        0.4 * dark_noise.value
-    )  # at the top code only the lower half of the read noise is left, mean -0.4 of its rms
+    # at the top code only the lower half of the read noise is left, mean -0.4 of its rms
+    clipped = 0.4 * dark_noise.value
     return Estimate(
         value, sqrt((value * gain.error / gain.value) ** 2 + clipped**2 + (0.5 / gain.value) ** 2)
     )

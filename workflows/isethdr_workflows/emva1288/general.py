@@ -146,9 +146,8 @@ def mean_error_dn(bench: Bench, exposed, slope_dn: float) -> float:
         + (gain * reading.dsnu_e) ** 2
         + dark**2
     )
-    hot = (
-        gain * diode.hot_percent / 100 * diode.hot_dark_e_per_s * model.exposure_of(diode)
-    )  # a defect: no part of the truth
+    # a defect: no part of the truth
+    hot = gain * diode.hot_percent / 100 * diode.hot_dark_e_per_s * model.exposure_of(diode)
     return sqrt(temporal**2 / exposed.pixels + shared**2) + hot
 
 

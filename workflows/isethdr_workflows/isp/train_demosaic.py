@@ -135,9 +135,8 @@ def solved(gram, cross, taps, base, ridge: float) -> np.ndarray:
     """
     filters = np.empty((*gram.shape[:3], *base.shape[2:]))
     for y, x in np.ndindex(gram.shape[:2]):
-        free = np.linalg.svd(taps[y, x].astype(float))[2][
-            len(taps[y, x]) :
-        ].T  # every step along it keeps all sums
+        # every step along it keeps all sums
+        free = np.linalg.svd(taps[y, x].astype(float))[2][len(taps[y, x]) :].T
         for k in range(gram.shape[2]):
             g = free.T @ gram[y, x, k] @ free
             g += (ridge * np.trace(g) / len(g) + 1e-9) * np.eye(len(g))

@@ -13,9 +13,8 @@ from isethdr_core.plugins.registry import build
 from .rendered_scene import rendered, seen_by, shown, thinned, through, write_sheet
 
 EXPOSURES_S = (0.005, 0.010, 0.020, 0.040)
-WHITE_CD_M2 = 0.3 / np.array(
-    EXPOSURES_S
-)  # the white of each picture is inversely proportional to its exposure, not to its content
+# the white of each picture is inversely proportional to its exposure, not to its content
+WHITE_CD_M2 = 0.3 / np.array(EXPOSURES_S)
 PHONE = {"f_number": 1.73, "focal_length_mm": 4.38}  # Google Pixel 4a
 SENSOR = "bayer_imx363"
 OBJECTS = ("cyclist", "pedestrian", "person", "bicycle")

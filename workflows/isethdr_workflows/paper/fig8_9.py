@@ -18,10 +18,11 @@ from .rendered_scene import lux_of, rendered, seen_by, shown, through, write_she
 SENSORS = {"RGB": "bayer", "RGBW": "rgbw"}
 DEMOSAICS = ("bilinear", "learned")  # classical, and linear per local class
 SHOWN_LUX = (0.1, 0.25)  # the two levels whose pictures the sheet shows
+# range for the design of the colour matrix; outside it noise dominates or is negligible
 DESIGN_SNR = (
     0.5,
     40.0,
-)  # range for the design of the colour matrix; outside it noise dominates or is negligible
+)
 LENS = {"f_number": 4.0}
 
 

@@ -13,10 +13,12 @@ from ..emva1288.camera import Bench, pair
 from ..emva1288.study import chosen
 
 PRESET = "lofic_miyauchi2019"
+# Miyauchi et al. 2019, at a pitch of 2.8 um
 PUBLISHED = {
     "full_well_e": 120000.0,
     "conversion_gain_uv_per_e": 160.0,
-}  # Miyauchi et al. 2019, at a pitch of 2.8 um
+}
+# of the scale of a capture, for the photon transfer
 SHARES = (
     0.1,
     0.2,
@@ -26,7 +28,7 @@ SHARES = (
     0.6,
     0.7,
     0.8,
-)  # of the scale of a capture, for the photon transfer
+)
 NEAR = 0.98  # of the scale: where the SNR is largest, before clipping takes noise away
 SIZE = 128  # pixels a side
 

@@ -236,9 +236,8 @@ def points(source: Source, low, high, tangents, limits, iris: Iris | None = None
             u, v = (woven(a, b) for a, b in zip(first, last))
             margin = np.minimum(margin, iris.margin(u * along - v * across, u * across + v * along))
     area_m2 = (limits[1] - limits[0]) * (limits[3] - limits[2]) / POINTS**2 * 1e-6
-    through = (spread("valid") > 1 - 1e-6) & (
-        margin > 0
-    )  # float32 weights of a whole cell sum to 1 within 1e-7
+    # float32 weights of a whole cell sum to 1 within 1e-7
+    through = (spread("valid") > 1 - 1e-6) & (margin > 0)
     flux = np.where(through, np.maximum(weight, 0.0), 0.0) * (source.power[:, None] * area_m2)
     blur = np.hypot(source.half_x, source.half_y) / np.sqrt(2) * _scale_mm(low, high, tangents)
     return x * along - y * across, x * across + y * along, flux, blur

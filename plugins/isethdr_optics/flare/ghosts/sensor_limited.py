@@ -73,9 +73,8 @@ def without_faint_ghosts(lens, mixed, flares, optics, response) -> LimitedFlares
         electrons(response, wave) * optics.gains,
         response,
     )
-    unit = 2 * light.share(
-        np.ones(len(wave)), centre, everywhere=True
-    )  # ghosts as bright as the brightest tile
+    # ghosts as bright as the brightest tile
+    unit = 2 * light.share(np.ones(len(wave)), centre, everywhere=True)
     for flare in flares:
         if type(flare) is GhostFlare:
             faint, share, left_out = _faint(

@@ -30,9 +30,8 @@ class Pair:
     share: float  # largest over bands and field: light of the ghost / light of the image
     radius_mm: float  # of the spot on the sensor, from a lamp far away on the axis
     focus_mm: float  # of the ghost, behind the sensor
-    magnification: (
-        float  # of positions: -1 is as far from the axis as the lamp's image, on the other side
-    )
+    # of positions: -1 is as far from the axis as the lamp's image, on the other side
+    magnification: float
 
 
 def rank(powers: Powers, largest_tangent: float) -> list[Pair]:
@@ -166,9 +165,8 @@ def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
 def _front_half_mm(lens, indices):
     first = lens.surfaces[0]
     if np.isfinite(first.semi_diameter_mm):
-        return (
-            first.semi_diameter_mm * 1.15
-        )  # oblique light crosses the vertex plane displaced by tangent x sag
+        # oblique light crosses the vertex plane displaced by tangent x sag
+        return first.semi_diameter_mm * 1.15
     return 2 * paraxial.entrance_pupil(lens.surfaces[:-1], indices)[1]
 
 

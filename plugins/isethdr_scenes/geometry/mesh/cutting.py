@@ -64,9 +64,8 @@ def hem(seam, shift, name: str, material: str) -> Piece:
     v = np.stack([p[:, 0], p[:, 1], q[:, 1], q[:, 0]], 1).reshape(-1, 3)
     k = 4 * np.arange(len(p))[:, None]
     strip = Piece(name, v, np.concatenate([k + [0, 1, 2], k + [0, 2, 3]]), material)
-    solid = (
-        np.linalg.norm(face_areas(strip), axis=1) > 1e-12
-    )  # a segment along `shift` sweeps nothing
+    # a segment along `shift` sweeps nothing
+    solid = np.linalg.norm(face_areas(strip), axis=1) > 1e-12
     return flat(replace(strip, faces=strip.faces[solid]))
 
 

@@ -40,11 +40,12 @@ def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
     drawn from `seed`.
     """
     rng = np.random.default_rng(seed)
+    # radians per metre: folds hang down, so they are closer vertically
     waves = rng.normal(size=(5, 3)) * [
         18,
         18,
         30,
-    ]  # radians per metre: folds hang down, so they are closer vertically
+    ]
     phase = rng.uniform(0, 2 * np.pi, 5)
 
     def distance(p):

@@ -135,9 +135,8 @@ def vertex_normals(vertices, faces) -> np.ndarray:
     position = np.round(vertices * 1e5).astype(np.int64)
     order = np.lexsort(position.T)
     ids = np.empty(len(position), np.intp)
-    ids[order] = np.cumsum(
-        np.append(False, (position[order[1:]] != position[order[:-1]]).any(1))
-    )  # places counted, however far apart
+    # places counted, however far apart
+    ids[order] = np.cumsum(np.append(False, (position[order[1:]] != position[order[:-1]]).any(1)))
     total = np.stack(
         [
             np.bincount(ids[faces].ravel(), np.repeat(face[:, c], 3), ids.max() + 1)

@@ -27,12 +27,13 @@ PROFILE = (
     (60, 0.5),
     (400, 7.0),
 )
+# unevenness of the land: radians per m, amplitude m
 WAVES = (
     (0.05, 0.25),
     (0.16, 0.10),
     (0.5, 0.035),
     (1.7, 0.012),
-)  # unevenness of the land: radians per m, amplitude m
+)
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,8 @@ class Ground:
 
     curvature_per_m: float = 0.0016
     seed: int = 0
-    lay_by_m: tuple[float, float] | None = (
-        None  # s range of a paved stretch on the right, for a parked vehicle
-    )
+    # s range of a paved stretch on the right, for a parked vehicle
+    lay_by_m: tuple[float, float] | None = None
 
     def points(self, s, y=0.0, z=0.0) -> np.ndarray:
         """Return world points (..., 3) at `s`, `y` and height `z` over the datum."""

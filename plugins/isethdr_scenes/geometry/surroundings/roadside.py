@@ -8,6 +8,7 @@ from ..mesh.piece import Assembly, lit, pose
 from ..mesh.primitives import box, grid, tube
 from .ground import Ground
 
+# profile of a W-beam in metres: distance towards the road, height
 W_BEAM = (
     (0, -0.155),
     (0.03, -0.15),
@@ -19,7 +20,7 @@ W_BEAM = (
     (0.08, 0.115),
     (0.03, 0.15),
     (0, 0.155),
-)  # profile of a W-beam in metres: distance towards the road, height
+)
 
 
 def guard_rail(ground: Ground, start_m: float, end_m: float, y: float) -> Assembly:

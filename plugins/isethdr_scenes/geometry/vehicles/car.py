@@ -115,9 +115,8 @@ def _side_windows(b: Body, c: Car):
     u = u[open_]
     high = high[open_]
     low = low[open_]
-    high = np.minimum(
-        high, low + np.maximum(0, (c.glass_end - u) * 1.9) + 0.015
-    )  # slants down at the rear end
+    # slants down at the rear end
+    high = np.minimum(high, low + np.maximum(0, (c.glass_end - u) * 1.9) + 0.015)
     outline = polygon(np.concatenate([np.stack([u, high], 1), np.stack([u, low], 1)[::-1]]), 0.012)
     u, ay, z, _ = b.at()
     trim = b.take(

@@ -46,9 +46,8 @@ def rear(b: Body, c: Car):
                 material,
                 np.max([f0 - t, t - f1, shape(ay, z) + 0.014, -s * y], 0),
             )
-            b.parts = [p for p in b.parts if p is not glow] + lit(
-                glow, kind, back
-            )  # the wrapped side stays dark
+            # the wrapped side stays dark
+            b.parts = [p for p in b.parts if p is not glow] + lit(glow, kind, back)
     u, ay, z, _ = b.at()
     low = c.clearance + 0.06
     diffuser = polygon(

@@ -103,9 +103,8 @@ def test_flux_and_shape_against_an_independent_monte_carlo_trace(bare, column):
     spots, area_mm2 = monte_carlo(flare.of_lens(lens), tangent, 800_000)
     power = 1e3 * 0.008**2 * (1 + tangent**2) ** -2 * area_mm2 * 1e-6
     error = 1 / np.sqrt(len(spots))  # about 1.3 %
-    assert flux(light)[0] == pytest.approx(
-        power * len(spots) / 800_000, rel=3 * error + 0.004
-    )  # + borders of the pupil grid
+    # + borders of the pupil grid
+    assert flux(light)[0] == pytest.approx(power * len(spots) / 800_000, rel=3 * error + 0.004)
     weight = light.values[0] / light.values[0].sum()
     x_mm, y_mm = light.x.values * 1e3, light.y.values * 1e3
     mean = weight.sum(0) @ x_mm
@@ -126,9 +125,8 @@ def test_flux_of_a_slow_singlet_by_hand(bare):
     light = flare.irradiance(lens, lamp(31, 0.005, 15, 15))
     r = (0.9 / 2.9) ** 2
     want = 1e3 * 0.005**2 * np.pi * (100 / 80) ** 2 * 1e-6 * r**2 * (1 - r) ** 2
-    assert flux(light)[0] / want == pytest.approx(
-        1.0, abs=5e-3
-    )  # border of the stop on a grid of 48 points
+    # border of the stop on a grid of 48 points
+    assert flux(light)[0] / want == pytest.approx(1.0, abs=5e-3)
 
 
 def test_the_matrices_tell_size_place_and_light(bare):
@@ -144,9 +142,8 @@ def test_the_matrices_tell_size_place_and_light(bare):
         path,
         *collimated(np.array([edge, 0.0]), np.zeros(2), 0.0, np.array([0.0, 0.01]), 0.0),
     )
-    assert abs(rays.position_mm[0, 0]) == pytest.approx(
-        pair.radius_mm, rel=0.02
-    )  # third-order aberration at f/20
+    # third-order aberration at f/20
+    assert abs(rays.position_mm[0, 0]) == pytest.approx(pair.radius_mm, rel=0.02)
     image = follow(
         real.surfaces,
         real.indices(550.0),
@@ -159,9 +156,8 @@ def test_the_matrices_tell_size_place_and_light(bare):
 def test_ghosts_of_a_night_lamp_lie_where_the_matrices_say_and_have_the_coatings_colour():
     lens, wave = IdealLens(f_number=4.0, focal_length_mm=4.0), np.array([430.0, 600.0, 680.0])
     flare = GhostFlare("double_gauss", error_allowed=1e-7, sensor_reflectance_percent=0.0)
-    scene = lamp(
-        96, 0.005, slice(47, 49), 60, wave
-    )  # 3.6 degrees to the right; 96 tiles divide into coarse cells evenly
+    # 3.6 degrees to the right; 96 tiles divide into coarse cells evenly
+    scene = lamp(96, 0.005, slice(47, 49), 60, wave)
     light = flare.irradiance(lens, scene)
     share = flux(light) / (flux(lens(scene)))
     assert np.all(share < 1e-4 * len(flare.pairs(lens, wave, 0.3)[0])) and np.all(share > 0)
@@ -169,9 +165,8 @@ def test_ghosts_of_a_night_lamp_lie_where_the_matrices_say_and_have_the_coatings
     assert share[1] < 0.5 * share[0] and share[1] < 0.5 * share[2]
     left = light.values[:, :, :48].sum()
     assert left > 0.1 * light.values.sum()
-    np.testing.assert_allclose(
-        light.values, light.values[:, ::-1], rtol=1e-5
-    )  # a mirror image: beams are kept in float32
+    # a mirror image: beams are kept in float32
+    np.testing.assert_allclose(light.values, light.values[:, ::-1], rtol=1e-5)
 
 
 def test_turning_the_lamp_turns_the_ghosts(bare):
@@ -180,9 +175,8 @@ def test_turning_the_lamp_turns_the_ghosts(bare):
         GhostFlare(bare, error_allowed=0.0),
     )
     right, down = (flare.irradiance(lens, lamp(61, 0.016, *at)) for at in ((30, 45), (45, 30)))
-    np.testing.assert_allclose(
-        flux(right), flux(down), rtol=1e-3
-    )  # the even points are not the same turned by 90 degrees
+    # the even points are not the same turned by 90 degrees
+    np.testing.assert_allclose(flux(right), flux(down), rtol=1e-3)
     where = [
         [
             float((g.values[0].sum(axis=a) @ c.values) / g.values.sum())
@@ -235,9 +229,8 @@ def test_rays_between_wavelengths_are_those_of_their_own_wavelength():
     lit = (one.margin[0] > 0) & (many.margin[5] > 0)
     spread = np.ptp(one.x_mm[0][lit])
     assert np.abs(many.x_mm[5] - one.x_mm[0])[lit].max() < 3e-3 * spread
-    np.testing.assert_allclose(
-        many.weight[5][lit], one.weight[0][lit], rtol=0.05
-    )  # angles of the nearest traced wavelength
+    # angles of the nearest traced wavelength
+    np.testing.assert_allclose(many.weight[5][lit], one.weight[0][lit], rtol=0.05)
 
 
 def test_the_canvas_keeps_energy_at_every_level():
@@ -250,9 +243,8 @@ def test_the_canvas_keeps_energy_at_every_level():
         light = canvas.irradiance()
         np.testing.assert_allclose(light.sum(axis=(1, 2)) * 0.01 + canvas.outside, 1.0, rtol=1e-6)
         assert light.min() >= 0
-        np.testing.assert_allclose(
-            light[0].sum(axis=0) @ axis * 0.01, x[0].mean(), atol=1e-6
-        )  # linear shares keep the centroid
+        # linear shares keep the centroid
+        np.testing.assert_allclose(light[0].sum(axis=0) @ axis * 0.01, x[0].mean(), atol=1e-6)
 
 
 @pytest.mark.parametrize("tiles", [64, 75])
@@ -265,9 +257,8 @@ def test_even_light_is_even_up_to_the_border(tiles):
     fine = (np.arange(480) + 0.5) / 480 * 24 - 12
     x, y = (v.reshape(1, -1) for v in np.meshgrid(fine, fine))
     canvas.draw(x, y, np.full(x.shape, 0.05**2))
-    np.testing.assert_allclose(
-        canvas.irradiance(), 1.0, rtol=1e-9
-    )  # whole numbers of points per cell
+    # whole numbers of points per cell
+    np.testing.assert_allclose(canvas.irradiance(), 1.0, rtol=1e-9)
 
 
 def test_sources_hold_all_light_and_find_lamps():
@@ -332,12 +323,10 @@ def test_blades_take_their_share_of_the_stop_and_shape_the_ghost(bare):
     whole = flare.irradiance(lens, scene)
     for blades in (5, 6):
         cut = replace(flare, blades=blades, rotation_deg=20.0).irradiance(lens, scene)
-        share = (
-            blades / (2 * np.pi) * np.sin(2 * np.pi / blades)
-        )  # of the circle through the corners
-        assert flux(cut)[0] / flux(whole)[0] == pytest.approx(
-            share, rel=0.015
-        )  # 48 points across, cut hard
+        # of the circle through the corners
+        share = blades / (2 * np.pi) * np.sin(2 * np.pi / blades)
+        # 48 points across, cut hard
+        assert flux(cut)[0] / flux(whole)[0] == pytest.approx(share, rel=0.015)
         assert np.all(cut.values <= whole.values * (1 + 1e-6) + 1e-12 * whole.values.max())
     # near the border light is left in the directions of the six corners, not between them; a
     # mirrored iris would have them at 40
