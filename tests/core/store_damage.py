@@ -20,7 +20,8 @@ from isethdr_core.errors import CatalogError
 from isethdr_core.storage import store
 
 GROUPS = ("", "captures/bayer", "picture/bayer", "truth/bayer")
-ROWS, COLUMNS = 24, 40
+ROWS = 24
+COLUMNS = 40
 
 
 class Damage(NamedTuple):

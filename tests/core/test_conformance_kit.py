@@ -38,7 +38,8 @@ def wrapped(kind, name, change):
 
 def caught(offer, kind, cls, promise, **fields):
     # pickle looks the class up in its module, so it has to be there
-    cls.__qualname__, cls.__module__ = cls.__name__, __name__
+    cls.__qualname__ = cls.__name__
+    cls.__module__ = __name__
     globals()[cls.__name__] = cls
     offer(kind, "faulty", cls)
     with pytest.raises(AssertionError, match=promise) as found:

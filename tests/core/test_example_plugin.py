@@ -23,7 +23,8 @@ def acme(tmp_path_factory):
         "hatchling", reason="the example plugin is built with hatchling; pip install isethdr[test]"
     )
     folder = tmp_path_factory.mktemp("acme")
-    source, target = shutil.copytree(EXAMPLE, folder / "source"), folder / "site"
+    source = shutil.copytree(EXAMPLE, folder / "source")
+    target = folder / "site"
     code = "import sys, hatchling.build; print(hatchling.build.build_wheel(sys.argv[1]))"
     built = subprocess.run(
         [sys.executable, "-c", code, str(folder)],

@@ -45,7 +45,8 @@ class Recorder:
     """A plugin that writes down which hook was called for what."""
 
     def __init__(self):
-        self.calls, self.stages = [], []
+        self.calls = []
+        self.stages = []
 
     @hookimpl
     def isethdr_before_stage(self, stage):

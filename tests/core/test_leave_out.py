@@ -79,7 +79,8 @@ def test_lightings_that_only_a_report_shows_are_left_out_without_one():
         "sensor=ideal",
     ]
     rows = Ledger()
-    shown, unseen = chain(compose(base)), chain(compose([*base, "report=false"]))
+    shown = chain(compose(base))
+    unseen = chain(compose([*base, "report=false"]))
     assert set(plan(shown, Ledger()).groups) == {"sky", "headlights"}
     assert plan(unseen, rows).groups == ("headlights",)
     assert "lighting day, and light groups that it alone needs" in [

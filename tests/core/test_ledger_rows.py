@@ -122,7 +122,8 @@ def test_every_row_of_a_rendered_run_states_an_error_and_a_later_run_restates_th
         ]
     )
     with open_dict(config):
-        config.scene, config.renderer = {"name": "world"}, {"name": "flat"}
+        config.scene = {"name": "world"}
+        config.renderer = {"name": "flat"}
     rows = {row.stage: row for row in run(config).ledger}
     check_rows(rows.values())
     rounded = rows["radiance"].error

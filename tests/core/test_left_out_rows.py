@@ -18,7 +18,8 @@ from isethdr_core.uncertainty import ledger
 
 
 def planned(**parts):
-    nothing, rows = SimpleNamespace(), Ledger()
+    nothing = SimpleNamespace()
+    rows = Ledger()
     known = {
         "scene": nothing,
         "renderer": SimpleNamespace(),
@@ -57,7 +58,8 @@ def test_the_display_view_that_nobody_looks_at():
 
 
 def test_chunks_of_bands_that_nobody_asks_for_are_not_read():
-    scene, rows = build("scene", "uniform", width=4, height=3)(), Ledger()
+    scene = build("scene", "uniform", width=4, height=3)()
+    rows = Ledger()
     with ledger.stage(rows, "radiance"):
         part = of_demand(scene, Demand(wavelength_nm=(500.0, 510.0, 520.0)))
         assert of_demand(scene, Demand()) is scene

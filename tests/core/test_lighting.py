@@ -24,7 +24,8 @@ FLOAT32 = 6e-8  # half a unit in the last place of float32: mixing rounds once
 def scene(groups, seed=0, height=9, width=12, margin=0):
     """Random scene radiance over many decades; `groups` {name: scale}."""
     rng = np.random.default_rng(seed)
-    x, y = quantities.centres(width, 0.6), quantities.centres(height, 0.45)
+    x = quantities.centres(width, 0.6)
+    y = quantities.centres(height, 0.45)
     cube = np.stack(
         [scale * 10 ** rng.uniform(-4, 0, (len(BANDS), height, width)) for scale in groups.values()]
     )
@@ -80,12 +81,10 @@ class FailingArray(xr.backends.BackendArray):
     """
 
     def __init__(self, values, forbidden):
-        self.values, self.forbidden, self.shape, self.dtype = (
-            values,
-            forbidden,
-            values.shape,
-            values.dtype,
-        )
+        self.values = values
+        self.forbidden = forbidden
+        self.shape = values.shape
+        self.dtype = values.dtype
 
     def __getitem__(self, key):
         def read(key):
@@ -206,7 +205,8 @@ def test_iset_weights_agree_with_the_papers_script(reference):
 
 def test_iset_is_seeded_and_refuses_a_dark_group(reference):
     _, ds = reference
-    one, two = IsetLighting(seed=3)(ds), IsetLighting(seed=3)(ds)
+    one = IsetLighting(seed=3)(ds)
+    two = IsetLighting(seed=3)(ds)
     np.testing.assert_array_equal(one, two)
     assert IsetLighting(seed=4)(ds).attrs["weights"] != one.attrs["weights"]
     with pytest.raises(ConfigError, match="'streetlights' is dark"):

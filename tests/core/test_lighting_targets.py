@@ -16,7 +16,8 @@ from isethdr_core.testing import check
 from isethdr_core.uncertainty import ledger
 
 BANDS = np.arange(400.0, 701.0, 10.0)
-HEIGHT, WIDTH = 30, 40
+HEIGHT = 30
+WIDTH = 40
 # mixed light is stored as float32, and its luminance sums 31 rounded bands
 STORED = 3e-7
 # linear statistics are solved by one division; percentiles by a search to 1e-14
@@ -174,7 +175,8 @@ def test_identical_collinear_dark_and_absent_groups():
 
 def test_searches_work_over_thirty_decades():
     rng = np.random.default_rng(3)
-    rest, ambient = rng.uniform(0, 1e-9, 500), rng.uniform(0.5, 1, 500)
+    rest = rng.uniform(0, 1e-9, 500)
+    ambient = rng.uniform(0.5, 1, 500)
     for wanted in (1e-8, 1.0, 1e12, 1e22):
         w = solver.weight_for_percentile(rest, ambient, 50.0, wanted)
         assert solver.percentile_of(rest + w * ambient, 50.0) == pytest.approx(wanted, rel=1e-12)

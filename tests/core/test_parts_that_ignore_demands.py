@@ -70,7 +70,8 @@ def composed():
     """
     config = compose(JOB)
     with open_dict(config):
-        config.sensor, config.lens = {"name": "acme_nano"}, {"name": "acme_plastic"}
+        config.sensor = {"name": "acme_nano"}
+        config.lens = {"name": "acme_plastic"}
     return config
 
 
@@ -135,7 +136,8 @@ def test_taught_to_narrow_it_is_given_less_and_sees_the_same(acme, offer):
     assert left.bound == NEGLIGIBLE and "17 of 61 bands" in left.what
     fast = run(job())
     assert fast.key != slow.key
-    few, every = raw(fast), raw(slow)
+    few = raw(fast)
+    every = raw(slow)
     gain = float(fast.open("captures/acme_nano")["gain_dn_per_e"].values[0])
     # 17 bands of 1e-6 of the peak move a mean by far less than an electron; its count then moves by
     # one at most, rounding by a code

@@ -24,7 +24,8 @@ def chain(sensor):
 def test_blind_bands_are_not_transformed_and_nothing_is_lost(monkeypatch):
     from isethdr_optics.imaging import irradiance as imaging
 
-    seen, irradiance = [], imaging.irradiance
+    seen = []
+    irradiance = imaging.irradiance
     monkeypatch.setattr(
         imaging,
         "irradiance",

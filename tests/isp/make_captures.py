@@ -59,7 +59,10 @@ def make(
     """
     ny, nx = np.shape(mean_e)
     filters = np.tile(pattern, (ny // pattern.shape[0] + 1, nx // pattern.shape[1] + 1))[:ny, :nx]
-    charges, raw, saturated, gains = {}, [], [], []
+    charges = {}
+    raw = []
+    saturated = []
+    gains = []
     for s in specs:
         mean = mean_e * s.get("area", 1.0) + dark
         if s["charge"] not in charges:

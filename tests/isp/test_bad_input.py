@@ -119,7 +119,8 @@ def test_all_full_is_finite_and_nowhere_valid(bench, isp):
 @EVERY
 def test_all_dark_has_the_mean_0_and_is_valid(bench, isp):
     picture = isp(bench.make(np.zeros((48, 48)), rng=np.random.default_rng(0)))
-    y, variance = picture.xyz.values[..., 1], picture.variance.values[..., 1]
+    y = picture.xyz.values[..., 1]
+    variance = picture.variance.values[..., 1]
     # 2304 pixels, of which learned and denoised ones leave some 20 to 60 independent: 4 standard
     # errors
     assert abs(y.mean()) < 4 * y.std() / np.sqrt(20) and y.min() < 0 and picture.valid.values.all()

@@ -22,7 +22,8 @@ def shot():
 
 def test_it_holds_the_picture_before(shot):
     captures, _ = shot
-    plain, smooth = MergeIsp()(captures), MergeIsp(denoise="nl_means")(captures)
+    plain = MergeIsp()(captures)
+    smooth = MergeIsp(denoise="nl_means")(captures)
     assert not np.array_equal(smooth["xyz"], plain["xyz"])
     assert np.isnan(smooth["variance"].values).all()
     assert before_denoising(smooth).identical(plain.drop_vars("source").assign(source=plain.source))
@@ -36,15 +37,18 @@ def test_a_picture_that_is_not_denoised_is_itself(shot):
 @pytest.mark.parametrize("name", ["snr_curve", "dynamic_range"])
 def test_scores_of_noise_do_not_change(shot, name):
     captures, mixed = shot
-    plain, smooth = MergeIsp()(captures), MergeIsp(denoise="nl_means")(captures)
-    metric, reference = hdr.build("metric", name), truth(mixed, plain)
+    plain = MergeIsp()(captures)
+    smooth = MergeIsp(denoise="nl_means")(captures)
+    metric = hdr.build("metric", name)
+    reference = truth(mixed, plain)
     found = metric(smooth, reference)
     assert found and found == metric(plain, reference)
 
 
 def test_it_is_stored_with_the_rounding_of_pictures(shot):
     """A twentieth of a standard deviation at most, as the picture itself would be."""
-    plain, smooth = MergeIsp()(shot[0]), MergeIsp(denoise="nl_means")(shot[0])
+    plain = MergeIsp()(shot[0])
+    smooth = MergeIsp(denoise="nl_means")(shot[0])
     rounded = rounded_picture(smooth)
     assert {"xyz", "undenoised_xyz", "undenoised_variance"} <= rounded.keys()
     apart = np.abs(rounded["undenoised_xyz"].values - plain["xyz"].values)

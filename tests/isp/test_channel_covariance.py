@@ -57,14 +57,18 @@ def macbeth(wavelength_nm):
 
 def stated_over_true(bench, isp, name, electrons, realisations):
     """Return the ratio of the mean stated variance to that of the realisations, for X, Y and Z."""
-    rng, mean = np.random.default_rng(7), scene(bench, name, electrons)
+    rng = np.random.default_rng(7)
+    mean = scene(bench, name, electrons)
     shot = bench.make(mean, [{"name": "A", "charge": 0, "top_e": 1e9, "read": READ_E}])
-    total, square, stated = 0.0, 0.0, 0.0
+    total = 0.0
+    square = 0.0
+    stated = 0.0
     for _ in range(realisations):
         charge = rng.poisson(mean) + READ_E * rng.standard_normal(SHAPE)
         picture = isp(shot.assign(raw=(shot["raw"].dims, (64.0 + 0.5 * charge)[None])))
         xyz = picture["xyz"].values[INNER]
-        total, square = total + xyz, square + xyz**2
+        total = total + xyz
+        square = square + xyz**2
         stated = stated + picture["variance"].values[INNER]
     true = (square - total**2 / realisations) / (realisations - 1)
     return (stated / realisations).mean((0, 1)) / true.mean((0, 1))
@@ -77,13 +81,14 @@ def test_a_linear_demosaic_states_the_squares_of_its_answers(bench, method):
     """
     if method == "malvar":
         pytest.importorskip("colour_demosaicing")
-    rng, shape, names = np.random.default_rng(0), (12, 14), list("RGB")
-    filters, variance = np.tile(bench.BAYER, (6, 7)), rng.uniform(1, 9, shape)
+    rng = np.random.default_rng(0)
+    shape = (12, 14)
+    names = list("RGB")
+    filters = np.tile(bench.BAYER, (6, 7))
+    variance = rng.uniform(1, 9, shape)
     [read] = readouts(bench.make(np.ones(shape)), light("daylight", bench.WAVELENGTH))
-    matrix, none = (
-        solve_matrix(read.response, bench.WAVELENGTH, "daylight", 20.0),
-        np.zeros(shape, bool),
-    )
+    matrix = solve_matrix(read.response, bench.WAVELENGTH, "daylight", 20.0)
+    none = np.zeros(shape, bool)
     expected = 0.0
     for place in np.ndindex(shape):
         impulse = np.zeros(shape)

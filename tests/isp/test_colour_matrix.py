@@ -15,11 +15,9 @@ def setup(bench, filters="rgbw"):
     XYZ.
     """
     response = bench.electrons_per_radiance(qe=bench.QE_W if filters == "rgbw" else bench.QE)
-    samples, weights, white = (
-        radiances(bench.WAVELENGTH),
-        xyz_weights(bench.WAVELENGTH),
-        light("daylight", bench.WAVELENGTH),
-    )
+    samples = radiances(bench.WAVELENGTH)
+    weights = xyz_weights(bench.WAVELENGTH)
+    white = light("daylight", bench.WAVELENGTH)
     return response, samples @ response.T, samples @ weights.T, response @ white, weights @ white
 
 
@@ -28,7 +26,8 @@ def test_without_noise_it_is_least_squares_that_keep_the_white(bench, filters):
     response, electrons, target, white_e, white = setup(bench, filters)
     matrix = solve_matrix(response, bench.WAVELENGTH, "daylight", np.inf, 25.0)
     # independent: Lagrange's equations of the same problem, row by row
-    gram, n = electrons.T @ electrons, len(white_e)
+    gram = electrons.T @ electrons
+    n = len(white_e)
     saddle = np.block([[gram, white_e[:, None]], [white_e[None], np.zeros((1, 1))]])
     expected = np.linalg.solve(saddle, np.vstack([electrons.T @ target, white[None]]))[:n].T
     # 1e-6: the normal equations of four like channels lose ten digits
@@ -46,7 +45,8 @@ def test_with_noise_no_other_matrix_that_keeps_the_white_errs_less(bench, snr, d
         return np.sum((electrons @ m.T - target) ** 2) + len(electrons) * np.trace(m @ noise @ m.T)
 
     np.testing.assert_allclose(matrix @ white_e, white, rtol=1e-9)
-    rng, least = np.random.default_rng(0), expected_error(matrix)
+    rng = np.random.default_rng(0)
+    least = expected_error(matrix)
     for _ in range(50):
         step = rng.standard_normal(matrix.shape) * np.abs(matrix).mean()
         step -= np.outer(step @ white_e, white_e) / (white_e @ white_e)  # keeps the white

@@ -17,7 +17,8 @@ def test_a_full_mosaic_is_white_up_to_the_border():
 
 
 def test_one_full_pixel_blends_with_the_smoothed_weight():
-    filled, displayed = np.zeros((11, 11)), np.full((11, 11, 3), 0.5)
+    filled = np.zeros((11, 11))
+    displayed = np.full((11, 11, 3), 0.5)
     filled[5, 5] = 0.975  # half of the way from 0.95 to 1
     gauss = np.exp(-0.5 * np.arange(-2, 3) ** 2)
     weight = np.zeros((11, 11))

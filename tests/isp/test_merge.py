@@ -54,12 +54,10 @@ def test_expected_value_is_exact_by_quadrature(mean, dark, top):
     """No random numbers: E[x] over Poisson counts and normal read noise is the signal, with unlike
     captures of like size.
     """
-    read, ratio = (
-        5.0,
-        2.0,
-        # a long capture of twice the light and much read noise, so that every term of the rule
-        # counts
-    )
+    # a long capture of twice the light and much read noise, so that every term of the rule
+    # counts
+    read = 5.0
+    ratio = 2.0
     count = np.arange(0, 260)
     poisson = np.exp(
         count * np.log(mean + dark) - (mean + dark) - np.cumsum(np.log(np.maximum(count, 1)))
@@ -80,11 +78,10 @@ def test_expected_value_is_exact_by_quadrature(mean, dark, top):
 def test_weighting_by_inverse_variance_without_correction_is_biased(bench):
     """The law that makes the correction necessary: without it the same test fails by far."""
     rng = np.random.default_rng(9)
-    n, read = rng.poisson(1.0, 400_000), 0.6
-    t, z = (
-        n + read * rng.standard_normal(n.size),
-        (rng.poisson(0.01, n.size) + 0.83 * rng.standard_normal(n.size)) / 0.01,
-    )
+    n = rng.poisson(1.0, 400_000)
+    read = 0.6
+    t = n + read * rng.standard_normal(n.size)
+    z = (rng.poisson(0.01, n.size) + 0.83 * rng.standard_normal(n.size)) / 0.01
     weights = 1 / (np.maximum(t, 0) + read**2), 1 / (np.maximum(z, 0) / 0.01 + (0.83 / 0.01) ** 2)
     assert (weights[0] * t + weights[1] * z).mean() / sum(weights).mean() < 0.9
 
@@ -128,7 +125,8 @@ def test_one_capture_is_exactly_linear(bench):
         rng=np.random.default_rng(1),
         step_e=5.0,
     )
-    one, same = LinearIsp()(captures), MergeIsp()(captures)
+    one = LinearIsp()(captures)
+    same = MergeIsp()(captures)
     for name in ("xyz", "variance", "valid"):
         np.testing.assert_array_equal(one[name].values, same[name].values)
 
@@ -139,7 +137,8 @@ def test_order_of_captures_does_not_matter(bench):
         bench.SPLIT,
         rng=np.random.default_rng(1),
     )
-    a, b = MergeIsp()(captures), MergeIsp()(captures.isel(capture=[2, 0, 1]))
+    a = MergeIsp()(captures)
+    b = MergeIsp()(captures.isel(capture=[2, 0, 1]))
     np.testing.assert_allclose(a.xyz.values, b.xyz.values, rtol=1e-12)
 
 
@@ -175,10 +174,8 @@ def test_captures_with_unlike_filters_agree_on_the_balance_light_and_say_how_far
 
 def test_isetcams_rule_agrees_with_its_own_numbers(reference):
     data = reference("f_splitpixel_combine_noise0")
-    areas, tops = (
-        data["pd_area_m2"],
-        data["voltage_swing"] * data["analog_gain"] / data["conversion_gain"],
-    )
+    areas = data["pd_area_m2"]
+    tops = data["voltage_swing"] * data["analog_gain"] / data["conversion_gain"]
     reads = [
         Readout(
             data["electrons"][..., k],

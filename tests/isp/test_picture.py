@@ -107,7 +107,8 @@ def test_lens_falloff_is_undone_and_noise_grows_with_it(bench):
 
 
 def test_mono_needs_no_other_channel(bench):
-    pattern, qe = np.array([[0]]), bench.QE_W[3:]
+    pattern = np.array([[0]])
+    qe = bench.QE_W[3:]
     grey = 7 * light("daylight", bench.WAVELENGTH)
     for isp in (LinearIsp(), MergeIsp(), IdealIsp()):
         picture = isp(bench.make(bench.mosaic_of(grey, SHAPE, pattern, qe), pattern=pattern, qe=qe))

@@ -51,7 +51,8 @@ def test_all_captures_of_a_split_pixel_count(bench):
 
 
 def test_lamps_do_not_count(bench):
-    wall, lamp = light("halogen", bench.WAVELENGTH), light("sodium", bench.WAVELENGTH)
+    wall = light("halogen", bench.WAVELENGTH)
+    lamp = light("sodium", bench.WAVELENGTH)
     mosaic = bench.mosaic_of(wall, (40, 40))
     mosaic[8:12, 8:12] = 200 * bench.mosaic_of(lamp, (4, 4))
     assert str(illuminant(bench.make(mosaic), "automatic")) == "halogen"

@@ -14,8 +14,12 @@ from isethdr_core.demand import Demand
 from isethdr_core.quantities import RADIANCE, centres, plane
 
 W = np.arange(400.0, 701.0, 100.0)
-COLUMNS, ROWS, TILE = 60, 44, 0.012  # a field of 20 degrees to the side, 24 to the corner
-BARREL, FISHEYE = {"model": "brown_conrady", "k1": -0.2}, {"model": "kannala_brandt", "k1": 0.02}
+# a field of 20 degrees to the side, 24 to the corner
+COLUMNS = 60
+ROWS = 44
+TILE = 0.012
+BARREL = {"model": "brown_conrady", "k1": -0.2}
+FISHEYE = {"model": "kannala_brandt", "k1": 0.02}
 TABLE = {0: 1.0, 10: 0.9, 20: 0.6, 40: 0.3}
 LENSES = {
     "none": ("ideal", {"falloff": "none"}),

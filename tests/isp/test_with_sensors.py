@@ -20,7 +20,8 @@ def irradiance(level, shape=(40, 40), tile_um=1.0, pitch_um=3.0):
     f/4.
     """
     ny, nx = (round(n * pitch_um / tile_um) for n in shape)
-    x, y = centres(nx, nx * tile_um * 1e-6), centres(ny, ny * tile_um * 1e-6)
+    x = centres(nx, nx * tile_um * 1e-6)
+    y = centres(ny, ny * tile_um * 1e-6)
     fall = cos4_falloff(x[None], y[:, None], FOCAL_MM * 1e-3)
     return plane(
         level * THROUGHPUT * white("daylight", W)[:, None, None] * fall,
@@ -61,7 +62,8 @@ def test_split_pixel_is_unbiased_and_its_variance_is_right(level):
     picture = hdr.build("isp", "merge")(
         sensor(irradiance(level, (120, 120)), hdr.generator(seed=3))
     )
-    y, variance = picture.xyz.values[2:-2, 2:-2, 1], picture.variance.values[2:-2, 2:-2, 1]
+    y = picture.xyz.values[2:-2, 2:-2, 1]
+    variance = picture.variance.values[2:-2, 2:-2, 1]
     assert picture.valid.values.all()
     # 13 456 pixels, neighbours alike: one standard error is 2.7 times that of independent pixels; 4
     # of them
@@ -94,7 +96,8 @@ def test_companded_sensor_comes_back_in_level_and_variance(level):
     shot = sensor(irradiance(level, (100, 100)), hdr.generator(seed=3))
     assert shot.raw.values.max() < 4096
     picture = hdr.build("isp", "linear")(shot)
-    y, variance = picture.xyz.values[2:-2, 2:-2, 1], picture.variance.values[2:-2, 2:-2, 1]
+    y = picture.xyz.values[2:-2, 2:-2, 1]
+    variance = picture.variance.values[2:-2, 2:-2, 1]
     # as for the split pixel above
     assert abs(y.mean() - level) < 4 * 2.7 * y.std() / np.sqrt(y.size) + 1e-3 * level
     assert variance.mean() == pytest.approx(y.var(), rel=0.1)

@@ -101,11 +101,9 @@ def street(boxes=12, seed=3):
             ("diffuse", "plastic", "conductor", "diffuse", "diffuse", "plastic")
         )
     ]
-    led, sodium, red = (
-        table(bell(452, 11) + 0.75 * bell(560, 55)),
-        table(bell(589, 10) + 0.02),
-        table(bell(630, 12) + 1e-3),
-    )
+    led = table(bell(452, 11) + 0.75 * bell(560, 55))
+    sodium = table(bell(589, 10) + 0.02)
+    red = table(bell(630, 12) + 1e-3)
     down = Lamp("street", "streetlights", 3000.0, sodium, (0, 0, -1.0), 60.0, 80.0, 0.01)
     head = Lamp("low_beam", "headlights", 2e4, led, (-1.0, 0, -0.02), 8.0, 25.0, 0.01)
     tail = Lamp("tail", "other", 5.0, red, (-1.0, 0, 0), 90.0, 90.0, 0.0)
@@ -115,7 +113,8 @@ def street(boxes=12, seed=3):
         ("ground", "road", (part((quad(60, 60)[0][:, [2, 1, 0]], quad(60, 60)[1]), "m0"),), pose())
     ]
     for i in range(boxes):
-        x, y = rng.uniform(6, 45), rng.uniform(-14, 14)
+        x = rng.uniform(6, 45)
+        y = rng.uniform(-14, 14)
         y += 4 * np.sign(y) if abs(y) < 3 else 0
         s = rng.uniform(0.3, 1.2)
         out.append(

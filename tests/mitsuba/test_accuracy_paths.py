@@ -55,7 +55,9 @@ def test_runs_on_one_scene_are_renderings_of_their_own(make, monkeypatch):
         x = few.x.values[seen[groups.index(group)].any(axis=0)]
         assert 0 < len(x) < 8 and x.min() > low - tile and x.max() < high + tile
 
-    truth, before, after = tristimulus(long)[:, 1], tristimulus(few)[:, 1], denoised(few)[:, 1]
+    truth = tristimulus(long)[:, 1]
+    before = tristimulus(few)[:, 1]
+    after = denoised(few)[:, 1]
     k = groups.index("streetlights")
     errors = [transport.median_error(look[k], truth[k], ~seen[k]) for look in (before, after)]
     assert errors[1] < 0.7 * errors[0]  # at the least what twice the paths would do

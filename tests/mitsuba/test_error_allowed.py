@@ -18,7 +18,8 @@ from isethdr_core.runs.sample_accumulation import Known
 from isethdr_core.store import open_store
 from isethdr_core.uncertainty import ledger
 
-SHAPE, BANDS = (24, 32), np.array([500.0, 550.0, 600.0])
+SHAPE = (24, 32)
+BANDS = np.array([500.0, 550.0, 600.0])
 
 
 def made_up(spreads, asked):
@@ -40,7 +41,8 @@ def made_up(spreads, asked):
 
 
 def test_each_group_goes_on_until_its_noise_is_allowed():
-    spreads, asked = (0.1, 1.5, 4.0), []
+    spreads = (0.1, 1.5, 4.0)
+    asked = []
     settings = SimpleNamespace(samples=32, error_allowed=0.1, most_samples=10_000, seed=1)
     found = estimate(made_up(spreads, asked), settings, ("sky", "near", "far"), BANDS, SHAPE)
     assert (found.noise <= 0.1).all() and found.samples[0] == 32
@@ -63,7 +65,8 @@ def test_light_that_few_paths_meet_has_its_noise_stated(spread, samples):
     """Four passes meet much of such light in few tiles: the spread of each tile's own would say
     1.24 to 1.32 times too little.
     """
-    off, stated = [], []
+    off = []
+    stated = []
     for seed in range(8):
         found = estimate(
             made_up((spread,), []),
@@ -107,7 +110,8 @@ def test_nothing_said_is_a_tenth_and_paths_that_are_said_are_taken_as_they_are()
 
 
 def test_the_ladder_of_paths_climbs_and_is_one_for_all():
-    rungs, paths = [], 1
+    rungs = []
+    paths = 1
     while paths < 300:
         rungs.append(paths)
         paths = next_rung(paths)
@@ -125,20 +129,16 @@ def test_the_ladder_of_paths_climbs_and_is_one_for_all():
 
 def test_the_paths_of_a_group_depend_neither_on_other_groups_nor_on_the_overscan():
     """Made-up passes whose tiles beyond the field are three times as noisy as those of it."""
-    settings, inside = (
-        SimpleNamespace(samples=16, error_allowed=0.1, most_samples=10_000, seed=4),
-        np.zeros(SHAPE, bool),
-    )
+    settings = SimpleNamespace(samples=16, error_allowed=0.1, most_samples=10_000, seed=4)
+    inside = np.zeros(SHAPE, bool)
     field = slice(3, SHAPE[0] - 3), slice(4, SHAPE[1] - 4)
     inside[field] = True
 
     def one_pass(seed, samples, wanted):
         for g in wanted:
             for band in range(len(BANDS)):
-                rng, spread = (
-                    np.random.default_rng([seed, g]),
-                    np.where(inside, 1.0, 3.0) * (1.0, 2.0)[g],
-                )
+                rng = np.random.default_rng([seed, g])
+                spread = np.where(inside, 1.0, 3.0) * (1.0, 2.0)[g]
                 yield g, band, rng.gamma(samples / spread**2, spread**2 / samples)[cut].ravel()
 
     cut = ...
@@ -150,7 +150,8 @@ def test_the_paths_of_a_group_depend_neither_on_other_groups_nor_on_the_overscan
     assert (
         estimate(one_pass, settings, ("near",), BANDS, SHAPE).samples[0] > 2 * alone.samples[0]
     ), "tiles beyond the field would have decided"
-    cut, small = field, tuple(n - m for n, m in zip(SHAPE, (6, 8)))
+    cut = field
+    small = tuple(n - m for n, m in zip(SHAPE, (6, 8)))
     without = estimate(one_pass, settings, ("near", "far"), BANDS, small, whole=SHAPE)
     assert list(without.samples) == list(both.samples) and np.array_equal(without.noise, both.noise)
 
@@ -180,7 +181,8 @@ def test_known_paths_are_not_followed_again_and_count(make):
     """Made-up passes: what is asked for beside 200 known paths, and what is said of all of them
     together.
     """
-    spreads, asked = (0.1, 1.5, 4.0), []
+    spreads = (0.1, 1.5, 4.0)
+    asked = []
     settings = SimpleNamespace(samples=32, error_allowed=0.1, most_samples=10_000, seed=1)
     known = {"near": Known(200, 1.5 / np.sqrt(200), 200), "far": Known(800, 4 / np.sqrt(800), 1000)}
     found = estimate(
@@ -218,11 +220,9 @@ def test_a_finer_demand_is_met_by_more_paths(make, offer, isethdr_home):
             return make.street(2)
 
     def stored(**effort):
-        rows, renderer = (
-            ledger.Ledger(),
-            MitsubaRenderer(
-                width=24, height=14, margin=0.0, step_nm=100.0, max_depth=3, seed=1, **effort
-            ),
+        rows = ledger.Ledger()
+        renderer = MitsubaRenderer(
+            width=24, height=14, margin=0.0, step_nm=100.0, max_depth=3, seed=1, **effort
         )
         parts = Chain(Street(), renderer, None, {}, None, {}, {}, None, {})
         name = SimpleNamespace(name="street")
@@ -272,7 +272,8 @@ def test_the_true_error_is_below_the_allowed_one(make):
     """At 96 x 54, against a picture of many more paths with other seeds, in the unit of the
     renderer's own estimate.
     """
-    scene, settings = make.street(6), {"width": 96, "height": 54, "margin": 0.0, "step_nm": 100.0}
+    scene = make.street(6)
+    settings = {"width": 96, "height": 54, "margin": 0.0, "step_nm": 100.0}
     ds = MitsubaRenderer(**settings, samples=16, error_allowed=0.05, seed=1)(scene)
     long = MitsubaRenderer(**settings, samples=1536, seed=2)(scene)
     assert set(ds.attrs["noise"]) == set(scene.light_groups())
@@ -297,13 +298,12 @@ def test_the_true_error_is_below_the_allowed_one(make):
     "samples", [40, 43, 7]
 )  # halves of one size, of nearly one, and passes of two paths and of one
 def test_halves_of_the_paths_differ_as_the_mean_differs_from_the_truth(samples):
-    settings, spread = (
-        SimpleNamespace(samples=samples, error_allowed=None, most_samples=10_000, seed=1),
-        0.7,
-    )
+    settings = SimpleNamespace(samples=samples, error_allowed=None, most_samples=10_000, seed=1)
+    spread = 0.7
     found = estimate(made_up((spread,), []), settings, ("sky",), BANDS, SHAPE)
     mean = luminance(found.radiance[0], BANDS).ravel()
-    half, true = found.half_difference[0].ravel(), luminance(np.ones(len(BANDS)), BANDS)
+    half = found.half_difference[0].ravel()
+    true = luminance(np.ones(len(BANDS)), BANDS)
     # 768 tiles know a variance of skew light to 8 % and a correlation to 4 %: three of these
     assert np.mean(half**2) == pytest.approx((spread * true) ** 2 / samples, rel=0.24)
     assert abs(np.corrcoef(half, mean)[0, 1]) < 0.12 and abs(
@@ -322,7 +322,8 @@ def test_one_pass_alone_has_no_halves():
 
 def test_tiles_that_look_into_the_sky_say_nothing_of_those_that_it_lights():
     """Two thirds of the light have no noise: the noise is that of the rest, as if it were alone."""
-    lit, alone = np.arange(SHAPE[0] * SHAPE[1]) % 2 == 0, []
+    lit = np.arange(SHAPE[0] * SHAPE[1]) % 2 == 0
+    alone = []
     noisy = made_up((0.7,), [])
 
     def half_seen(seed, samples, wanted):

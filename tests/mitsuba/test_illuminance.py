@@ -99,7 +99,8 @@ def test_a_lamp_does_not_light_its_own_object(make):
 
 
 def test_an_even_sky_gives_half_of_pi_l_above_ground_and_all_of_it_without(make):
-    sky, wall = make.flat(1e-3), panel(make, 20.0, 0.1)
+    sky = make.flat(1e-3)
+    wall = panel(make, 20.0, 0.1)
     assert lit(make, [wall], sky=sky)["wall"]["sky"] == pytest.approx(np.pi * UNIT, rel=1e-6)
     ground = make.quad(4000.0, 4000.0)[0][:, [2, 1, 0]] * [1, 1, -1], make.quad(1, 1)[1][:, ::-1]
     road = "road", "road", (make.part(ground),), make.pose(0.0, 0, -1.0)

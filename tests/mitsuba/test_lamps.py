@@ -78,10 +78,8 @@ def test_a_lamp_of_any_size_keeps_its_flux(make, half_m):
     forward = np.array([1, 0.013, -0.007]) / np.linalg.norm([1, 0.013, -0.007])
     right = np.cross(forward, [0, 0, 1])
     right /= np.linalg.norm(right)
-    px, py = (
-        corner @ right / (corner @ forward),
-        corner @ np.cross(forward, right) / (corner @ forward),
-    )
+    px = corner @ right / (corner @ forward)
+    py = corner @ np.cross(forward, right) / (corner @ forward)
     area = abs(np.dot(px, np.roll(py, 1)) - np.dot(py, np.roll(px, 1))) / 2
     # the cube is stored in float32, and the bands see V with 10 nm steps where the lamp is weighed
     # with 1 nm ones: 1e-4
@@ -214,7 +212,9 @@ def test_flux_of_a_curved_lamp_needs_no_flat_face(make):
         "flux",
     )
     k = np.arange(400_000) + 0.5
-    z, phi = 1 - 2 * k / len(k), k * np.pi * (3 - 5**0.5)  # Fibonacci sphere
+    # Fibonacci sphere
+    z = 1 - 2 * k / len(k)
+    phi = k * np.pi * (3 - 5**0.5)
     direction = np.stack([z, np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi)], 1)
     area = (
         np.cross(

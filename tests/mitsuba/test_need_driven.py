@@ -85,7 +85,8 @@ def test_bits_are_equal_on_any_number_of_threads(make):
 
     scene = make.street(6)
     paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
-    luminance, before = np.full((16, 24), 0.5), dr.thread_count()
+    luminance = np.full((16, 24), 0.5)
+    before = dr.thread_count()
     try:
         found = []
         for count in (1, 2):
@@ -115,7 +116,8 @@ def test_an_exposure_that_changes_has_the_need_worked_out_again(make):
 
 
 def test_the_renderer_goes_by_the_cameras_where_it_is_asked_for_nothing_else(make):
-    scene, settings = make.street(3), MitsubaRenderer(**SIZE, noise_share_allowed=0.6)
+    scene = make.street(3)
+    settings = MitsubaRenderer(**SIZE, noise_share_allowed=0.6)
     demand = Demand(noise_limit=lambda ds: like_a_camera(np.ones((16, 24))))
     ds = settings(scene, demand)
     assert ds.attrs["limit_share"] == settings.noise_share_allowed
@@ -135,7 +137,8 @@ def test_plans_do_not_bias_any_group(make):
     scene = make.street(8)
     paths = follower(scene, MitsubaRenderer(**SIZE), scene.light_groups())
     luminance = judged(paths, 1024, 4).sum(0)
-    light, taken = [], []
+    light = []
+    taken = []
     for seed in range(200):
         found = rounds(paths, seed)
         # the limit follows from the noisy picture, as a run's does

@@ -43,12 +43,14 @@ def by_formula(material, metres, across=0.0):
     points = np.stack([AHEAD_M + metres, across + 0 * metres, 0 * metres], -1)
     to_eye = EYE_M - points
     to_eye /= np.linalg.norm(to_eye, axis=-1, keepdims=True)
-    total, lux = 0.0, 0.0
+    total = 0.0
+    lux = 0.0
     for side in (ASIDE_M, -ASIDE_M):
         way = np.array([AHEAD_M, side, HEIGHT_M]) - points
         far = np.linalg.norm(way, axis=-1)
         light = way / far[:, None]
-        left, up = np.arctan2(-light[:, 1], -light[:, 0]), np.arcsin(-light[:, 2])
+        left = np.arctan2(-light[:, 1], -light[:, 0])
+        up = np.arcsin(-light[:, 2])
         candela = beam.intensity_cd * beam.table.at(np.degrees(left), np.degrees(up))
         each = candela / far**2
         lux = lux + each
@@ -110,7 +112,8 @@ def test_the_rendered_road_has_the_luminance_of_the_formula():
     materials = road_materials(DEFAULT)
     for across, material in ((0.0, "asphalt"), (LINE_M, "road_paint")):
         x = ((across + 0.85) / -(AHEAD_M + 30.0) - ds.x.values) ** 2
-        row, column = found.shape[0] // 2, int(x.argmin())
+        row = found.shape[0] // 2
+        column = int(x.argmin())
         seen = found[row - 2 : row + 2, column - 1 : column + 2].mean()
         (formula,), _ = by_formula(materials[material], [30.0], across)
         # bands see 99.6 % of the luminance; lamps of 5 cm, tiles of 1 m along the road: 1 %; paths

@@ -31,10 +31,8 @@ def test_every_path_counts_once(make, samples):
     """A white ball below an even sky looks like the sky, path by path: no path may be lost or
     counted twice, however they share rays and lanes.
     """
-    sky, white = (
-        make.spectrum((390.0, 740.0), (1.0, 1.0)),
-        make.material("white", reflectance=make.flat(1.0)),
-    )
+    sky = make.spectrum((390.0, 740.0), (1.0, 1.0))
+    white = make.material("white", reflectance=make.flat(1.0))
     mesh = sphere(12, False)
     ball = make.part((mesh[0] * 0.5 + [4.0, 0, 0], mesh[1]), "white")
     one_pass = compiled(
@@ -61,7 +59,8 @@ def test_a_coloured_ball_below_a_coloured_sky(make):
         sky=sky,
         materials=[make.material("coloured", reflectance=colour)],
     )
-    one_pass, passes = compiled(scene, settings, ["sky"]), 6
+    one_pass = compiled(scene, settings, ["sky"])
+    passes = 6
     found = np.mean([[v for _, _, v in one_pass(k, 1000, None)] for k in range(passes)], 0)
     fine = np.linspace(-50, 50, 40_001)
     truth = np.array(
@@ -82,12 +81,11 @@ def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
     """
     from isethdr_mitsuba.paths import work_items
 
-    scene, settings, repeats = (
-        make.street(8),
-        MitsubaRenderer(width=24, height=14, step_nm=100.0, max_depth=3),
-        8,
-    )
-    one_pass, piles = compiled(scene, settings, scene.light_groups()), []
+    scene = make.street(8)
+    settings = MitsubaRenderer(width=24, height=14, step_nm=100.0, max_depth=3)
+    repeats = 8
+    one_pass = compiled(scene, settings, scene.light_groups())
+    piles = []
     assert work_items.lanes_and_shares(512) == (16, 4)
     for way in (work_items.lanes_and_shares, lambda samples: (1, 1)):
         monkeypatch.setattr(work_items, "lanes_and_shares", way)
@@ -115,7 +113,8 @@ def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
 @pytest.mark.parametrize("samples", [5, 300])
 def test_a_group_alone_is_the_same_with_lanes_and_shared_rays(make, samples):
     scene = make.street(6)
-    settings, groups = MitsubaRenderer(width=12, height=7, step_nm=100.0), scene.light_groups()
+    settings = MitsubaRenderer(width=12, height=7, step_nm=100.0)
+    groups = scene.light_groups()
     whole = picture(compiled(scene, settings, groups), 4, 4, 9, samples)
     some = picture(compiled(scene, settings, groups), 4, 4, 9, samples, [1, 3])
     for g, name in enumerate(groups):
@@ -131,16 +130,17 @@ def test_first_directions_are_spread_evenly(make, samples):
     it, where each chose for itself as a coin would fall.
     """
     behind = lambda mesh: (mesh[0], mesh[1][:, ::-1])
-    wall, black = make.part(behind(make.quad(9.0, 9.0, 5.0))), make.quad(1e4, 1e4)
+    wall = make.part(behind(make.quad(9.0, 9.0, 5.0)))
+    black = make.quad(1e4, 1e4)
     side = make.part((black[0][:, [1, 0, 2]] + [5.0 - 1e4, -6.0, 0], black[1]), "black")
     scene = make.describe(
         [("wall", "wall", (wall,), make.pose()), ("side", "wall", (side,), make.pose())],
         sky=make.flat(1.0),
     )
-    one_pass, passes = (
-        compiled(scene, MitsubaRenderer(width=8, height=8, step_nm=300.0, last_nm=400.0), ["sky"]),
-        12,
+    one_pass = compiled(
+        scene, MitsubaRenderer(width=8, height=8, step_nm=300.0, last_nm=400.0), ["sky"]
     )
+    passes = 12
     found = np.stack([next(v for _, _, v in one_pass(k, samples, None)) for k in range(passes)])
     # of 0.5 x 0.5, all or nothing with even chances: a standard deviation as large as the mean
     coins = 0.25 / np.sqrt(samples)
@@ -188,7 +188,8 @@ def test_bands_that_begin_anywhere_are_right_on_average():
     from isethdr_mitsuba.paths.spectra import SPECTRUM_NM, BandTable
 
     row = 1 + np.sin(SPECTRUM_NM)
-    table, fine = BandTable([row], [503.21], 7.3), np.linspace(-3.65, 3.65, 200_001)
+    table = BandTable([row], [503.21], 7.3)
+    fine = np.linspace(-3.65, 3.65, 200_001)
     mean = np.mean([table.at((k + 0.5) / 64).mean(0)[0, 0] for k in range(64)])
     # 64 x 30 midpoints over 7.3 nm of straight pieces: 1 / (24 x 1920^2) of the change of slope,
     # and the dense sum
@@ -202,7 +203,8 @@ def test_tiles_have_offsets_of_their_own():
     import mitsuba as mi
     from isethdr_mitsuba.paths.camera_rays import offsets
 
-    tiles, passes = 512, 400
+    tiles = 512
+    passes = 400
     seed, tile = np.meshgrid(
         np.random.default_rng(4).integers(2**32, size=passes, dtype=np.uint32),
         np.arange(tiles, dtype=np.uint32),

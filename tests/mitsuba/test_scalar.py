@@ -301,7 +301,8 @@ def test_agrees_with_the_compiled_way(make, group):
         )
         for v, pile in sums.items()
     }
-    a, b = blocks["scalar"], blocks["llvm"]
+    a = blocks["scalar"]
+    b = blocks["llvm"]
     lit = b.mean(0) > 1e-3 * b.mean()
     z = (a.mean(0) - b.mean(0))[lit] / np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1))[lit] / 8)
     # Student's t of 14 degrees of freedom; a lamp's extent and texels move a block by half a per

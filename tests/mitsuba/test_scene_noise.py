@@ -25,7 +25,9 @@ SEEDS = 12
 @pytest.mark.parametrize("pitch_um", [3.0, 7.0])
 def test_the_stated_error_of_electrons_agrees_with_repeats(make, pitch_um):
     """A street with sodium, white and red lamps; pixels of half a tile and of more than a tile."""
-    description, expected, stated = make.street(8), [], []
+    description = make.street(8)
+    expected = []
+    stated = []
     for seed in range(SEEDS):
         scene = MitsubaRenderer(width=64, height=36, samples=16, step_nm=30.0, seed=seed)(
             description
@@ -58,7 +60,9 @@ def test_the_stated_error_of_electrons_agrees_with_repeats(make, pitch_um):
 @pytest.mark.slow
 def test_the_stated_error_of_scores_agrees_with_repeats(make):
     """24 renderings with 96 samples per tile against one with 4096 (48 x 27 tiles)."""
-    description, scores, errors = make.street(8), {}, {}
+    description = make.street(8)
+    scores = {}
+    errors = {}
     metrics = [
         build("metric", name)
         for name in (
@@ -74,7 +78,8 @@ def test_the_stated_error_of_scores_agrees_with_repeats(make):
     # holds some 110 pixels, up to 0.9 dB apart at the median. There the stated error was 0.4 to 4.8
     # of the one found (1, 2 and 3 cd/m2, 6 renderings), in bins of a decade 0.8 to 1.0.
     metrics.append(build("metric", "snr_curve", luminances_cd_m2=(2.0,), bins_per_decade=1))
-    sensor, isp = build("sensor", "bayer", pitch_um=3.0), build("isp", "linear")
+    sensor = build("sensor", "bayer", pitch_um=3.0)
+    isp = build("isp", "linear")
     again = lambda changed: isp(sensor(changed, hdr.generator(seed=0)))
     for seed in (*range(24), 99):
         scene = MitsubaRenderer(
@@ -139,7 +144,9 @@ def test_a_tile_without_rare_samples_still_states_their_noise():
     """
     from isethdr_mitsuba.paths.passes import estimate
 
-    shape, bands, rare_share = (24, 32), np.array([550.0]), 1 / 60
+    shape = (24, 32)
+    bands = np.array([550.0])
+    rare_share = 1 / 60
     level = np.geomspace(1.0, 30.0, 32)[None] * np.where(np.arange(24) < 12, 1.0, 0.2)[:, None]
 
     def one_pass(seed, samples, wanted):

@@ -19,8 +19,10 @@ from isethdr_core.uncertainty import score_errors
 from isethdr_core.uncertainty.changed_scenes import ScoredShot
 
 METRICS = ("ideal", "snr_curve", "dynamic_range", "ciede2000", "ssim", "log_luminance_error")
-SEEDS, SAMPLES = range(12), 96
-TRUE_SEED, TRUE_SAMPLES = 99, 4096
+SEEDS = range(12)
+SAMPLES = 96
+TRUE_SEED = 99
+TRUE_SAMPLES = 4096
 INDEPENDENT = 4  # of the scores of one picture: level, noise, colour and structure
 
 
@@ -30,7 +32,8 @@ def scores_of(scene, noise: str, shots: int) -> list:
     mixed = hdr.build("lighting", "weights", weights=dict.fromkeys(groups, 1.0))(scene)
     focal_length_mm = 3e-3 * 48 / mixed.attrs["field_width"]
     light = hdr.build("lens", "ideal", f_number=2.0, focal_length_mm=focal_length_mm)(mixed)
-    sensor, isp = hdr.build("sensor", "bayer", pitch_um=3.0), hdr.build("isp", "linear")
+    sensor = hdr.build("sensor", "bayer", pitch_um=3.0)
+    isp = hdr.build("isp", "linear")
     metrics = [hdr.build("metric", name) for name in METRICS]
 
     def shot(light, k=0):

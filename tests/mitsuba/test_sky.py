@@ -13,7 +13,9 @@ from isethdr_core.physics.photometry import luminance
 from isethdr_core.scene import Camera, Spectrum, flat
 
 BANDS = {"first_nm": 450.0, "last_nm": 650.0, "step_nm": 50.0, "margin": 0.0}
-SUN_DEG, SUN_AROUND = 40.0, 90.0  # on the right
+# on the right
+SUN_DEG = 40.0
+SUN_AROUND = 90.0
 LABELS = frozenset({"instance", "depth"})
 
 
@@ -63,7 +65,8 @@ def test_tiles_of_open_sky_have_its_radiance_without_noise(make, day):
     ds = MitsubaRenderer(**BANDS, width=8, height=8, samples=8, max_depth=2)(scene)
     x, y = np.meshgrid(ds.x.values, ds.y.values)
     forward = np.array([1, 0, 0.5]) / np.hypot(1, 0.5)
-    right, below = np.array([0, -1.0, 0]), np.cross(forward, [0, -1.0, 0])
+    right = np.array([0, -1.0, 0])
+    below = np.cross(forward, [0, -1.0, 0])
     ray = forward + x[..., None] * right + y[..., None] * below
     ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
     fine = ds.wavelength.values[:, None] + np.linspace(-24, 24, 9)

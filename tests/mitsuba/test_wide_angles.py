@@ -109,7 +109,8 @@ def test_a_lamp_is_imaged_at_its_angle_with_its_flux(make, angle_deg, turn_deg):
 
 def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
     """A disc of 28 degrees, 85 degrees off the axis: its border is curved on the grid."""
-    direction, half = towards(85.0, 30.0), np.radians(14.0)
+    direction = towards(85.0, 30.0)
+    half = np.radians(14.0)
     scene = lamp_at(make, direction, wide(make, 220.0, 1.5), distance_m=1.0, radius_m=np.tan(half))
     ds = MitsubaRenderer(width=48, height=32, **QUICK, max_depth=1)(scene)
     light = luminance(ds.radiance.values[0].astype(float), ds.wavelength.values)
@@ -133,7 +134,8 @@ def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
     ).sum()
     # sin(angle) / angle at the middles of tiles of 4.6 degrees 1e-3, chords 2e-3
     assert (light * solid).sum() == pytest.approx(truth, rel=3e-3)
-    inner, outer = angle < half - np.radians(4.5), angle > half + np.radians(4.5)
+    inner = angle < half - np.radians(4.5)
+    outer = angle > half + np.radians(4.5)
     assert inner.any()
     np.testing.assert_allclose(light[inner], 1, atol=2e-3)
     assert light[outer].max() == 0
@@ -153,13 +155,15 @@ def test_labels_agree_with_boxes_on_the_same_rays(make):
     )
     ray = projections.direction(*np.meshgrid(ds.x, ds.y), "equidistant")
     world = np.stack([ray[2], -ray[0], -ray[1]], -1)
-    wanted, distance = np.zeros(ds.instance.shape, int), np.full(ds.instance.shape, np.inf)
+    wanted = np.zeros(ds.instance.shape, int)
+    distance = np.full(ds.instance.shape, np.inf)
     for number, at in enumerate(places.values(), 1):
         with np.errstate(divide="ignore", invalid="ignore"):
             sides = np.sort(
                 (np.array(at)[None, None, None] + np.array([-1, 1])[:, None, None, None]) / world, 0
             )
-        enter, leave = sides[0].max(-1), sides[1].min(-1)
+        enter = sides[0].max(-1)
+        leave = sides[1].min(-1)
         met = (enter < leave) & (enter > 0) & (enter < distance)
         wanted[met], distance[met] = number, enter[met]
     assert set(np.unique(wanted)) == {0, 1, 2, 3}
@@ -207,7 +211,9 @@ def test_tangent_and_equidistant_projections_agree(make):
     """Within the common field: the tangent picture is resampled by exact areas of overlap."""
     from dataclasses import replace
 
-    scene, at, repeats = make.street(0), ((0, 0, 1.4), (18, 0, 1.2)), 6
+    scene = make.street(0)
+    at = ((0, 0, 1.4), (18, 0, 1.2))
+    repeats = 6
     some = Demand(groups=("sky", "headlights"))
     lens = camera_geometry.distortion_map({"model": "kannala_brandt"}, "tangent")  # radius = angle
 
@@ -238,7 +244,8 @@ def test_tangent_and_equidistant_projections_agree(make):
     ]
     # blocks of 4 x 3 tiles of the road below the lamps, where light varies little inside a tile
     blocks = lambda pile: np.stack(pile)[..., 14:, :].reshape(repeats, -1, 2, 3, 5, 4).mean((3, 5))
-    a, b = blocks(flat), blocks([one[..., middle, middle] for _, one in bent])
+    a = blocks(flat)
+    b = blocks([one[..., middle, middle] for _, one in bent])
     error = np.sqrt((a.var(0, ddof=1) + b.var(0, ddof=1)) / repeats)
     z = (a.mean(0) - b.mean(0)) / np.hypot(error, 1e-3 * b.mean(0))
     assert np.abs(z).max() < 4
@@ -269,12 +276,14 @@ def test_a_fisheye_camera_from_the_street_to_the_picture(make):
     light = lens(mixed)
     shot = hdr.build("sensor", "ideal", pitch_um=60.0)(light, hdr.generator(seed=0))
     picture = hdr.build("isp", "ideal")(shot)
-    true, labels = truth(mixed, picture), labels_on(radiance, picture)
+    true = truth(mixed, picture)
+    labels = labels_on(radiance, picture)
     assert (
         picture.attrs["projection"] == "equidistant"
         and picture.attrs["distortion"]["model"] == "kannala_brandt"
     )
-    found, wanted = picture["xyz"].values[..., 1], true["xyz"].values[..., 1]
+    found = picture["xyz"].values[..., 1]
+    wanted = true["xyz"].values[..., 1]
     # pixels of a tile and a quarter, moved by exact areas twice: half a per cent in the middle of
     # even surfaces, more at edges
     assert np.median(np.abs(found / wanted - 1)) < 0.01
@@ -298,10 +307,8 @@ def test_the_scalar_variant_renders_equidistant_fields(make):
     scene = replace(
         scene, camera=replace(scene.camera, projection="equidistant", horizontal_field_deg=150.0)
     )
-    settings, demand = (
-        {**QUICK, "width": 16, "height": 8},
-        Demand(groups=("sky", "streetlights"), labels=frozenset({"instance"})),
-    )
+    settings = {**QUICK, "width": 16, "height": 8}
+    demand = Demand(groups=("sky", "streetlights"), labels=frozenset({"instance"}))
     slow, fast = (
         MitsubaRenderer(**settings | {"variant": v, "samples": n})(scene, demand)
         for v, n in (("scalar", 128), ("auto", 1024))

@@ -92,7 +92,8 @@ def test_rounding_takes_spikes_away():
 def test_parallel_scratches_make_one_streak():
     # scratches along y: the streak lies along x
     psf = LENS.psf([550], 1.0, 201, [ApertureFlare(**WIPER)]).values[0]
-    along, across = psf[95:106, 130:].sum(), psf[130:, 95:106].sum()
+    along = psf[95:106, 130:].sum()
+    across = psf[130:, 95:106].sum()
     assert along > 10 * across
     turned = LENS.psf(
         [550], 1.0, 201, [ApertureFlare(**{**WIPER, "scratch_direction_deg": 0.0})]

@@ -40,7 +40,8 @@ def test_prysm_of_the_same_pupil(zernike_um, obscured):
         ),
         0 * x,
     )
-    pitch_um, size = 0.5, 128
+    pitch_um = 0.5
+    size = 128
     ours = psf_from_pupil(
         cells,
         wavefront_um(zernike_um, axis / 0.5, axis / 0.5),
@@ -74,7 +75,8 @@ def test_prysm_from_its_own_mask():
 
     axis = (np.arange(2002) - 1000.5) / 2000
     x, y = np.meshgrid(axis, axis)
-    r, t = np.hypot(x, y), np.arctan2(y, x)
+    r = np.hypot(x, y)
+    t = np.arctan2(y, x)
     opd = sum(c * zernike_nm(*order(j), r / 0.5, t, norm=True) for j, c in ABERRATED.items())
     field = focus_fixed_sampling(
         geometry.circle(0.5, r) * np.exp(2j * np.pi / 0.55 * opd),
@@ -106,7 +108,8 @@ def test_galsim_of_the_same_pupil(obscured):
     aperture = galsim.Aperture(
         diam=1.0, lam=550.0, obscuration=obscured, pupil_plane_scale=1 / 512, pupil_plane_size=4.0
     )
-    pitch_um, size = 0.5, 65
+    pitch_um = 0.5
+    size = 65
     # Its stop is 1 m wide: 550e-9 of its radians are 2.2 um here. Its image is interpolated between
     # samples of wavelength x f-number / 4: Lanczos of 31 keeps that below the tolerance.
     profile = galsim.OpticalPSF(
@@ -124,7 +127,8 @@ def test_galsim_of_the_same_pupil(obscured):
     ).array[::-1, ::-1]
     axis = np.unique(aperture.u_illuminated.round(9))
     step = np.diff(axis).min()
-    low, high = axis[0], axis[-1]
+    low = axis[0]
+    high = axis[-1]
     whole = np.arange(round((high - low) / step) + 1) * step + low
     cells = np.zeros((len(whole), len(whole)))
     cells[

@@ -9,7 +9,9 @@ from isethdr_optics.psf import kernel_sampling_error, wings
 from isethdr_optics.psf.kernels import CORE_SAMPLES, _computed
 from scipy.special import j0
 
-CENTRE, WIDTH, WAVES = 550.0, 10.0, 20.0
+CENTRE = 550.0
+WIDTH = 10.0
+WAVES = 20.0
 BEYOND = 20  # tiles outside the exact core
 
 
@@ -20,7 +22,8 @@ def radial(radius_um, f_number, wavelength_nm):
     blur = wavelength_nm * 1e-3 * f_number
     turns = 2 * WAVES + radius_um.max() / blur
     at, weight = np.polynomial.legendre.leggauss(int(3 * turns) + 60)
-    rho, weight = (at + 1) / 2, weight / 2
+    rho = (at + 1) / 2
+    weight = weight / 2
     pupil = 2 * rho * weight * np.exp(2j * np.pi * WAVES * CENTRE / wavelength_nm * rho**2)
     out = [
         np.abs(j0(np.pi / blur * np.outer(r, rho)) @ pupil) ** 2
@@ -59,9 +62,11 @@ def errors(f_number, pitch_um):
     made = _computed(
         lens, (), np.array([CENTRE, CENTRE + WIDTH]), (pitch_um, pitch_um), (reach, reach)
     )
-    want, got = quadrant(f_number, pitch_um, reach), made.bands[0][reach:, reach:]
+    want = quadrant(f_number, pitch_um, reach)
+    got = made.bands[0][reach:, reach:]
     y, x = np.indices(want.shape)
-    wrong, core = np.abs(got - want), (y <= half) & (x <= half)
+    wrong = np.abs(got - want)
+    core = (y <= half) & (x <= half)
     octave = np.log2(np.maximum(np.hypot(y, x), 1)).astype(int)
     octaves = [k for k in range(kernel_sampling_error.OCTAVES) if made.speckle[0][k] > 0]
     seen = [(octave == k) & ~core for k in octaves]

@@ -46,13 +46,15 @@ class OneGrain:
 
 
 def test_no_delay_is_dust_as_it_was():
-    plain, none = ApertureFlare(), ApertureFlare(dust_delay_um=0.0)
+    plain = ApertureFlare()
+    none = ApertureFlare(dust_delay_um=0.0)
     assert all(len(shape) == 2 for shape in none.pupil_shapes(0.5)[1]) and not has_phase(
         LENS, [none]
     )
     axis = axis_mm(LENS, 0.02)
     assert amplitude(LENS, [none], axis, axis, 550.0).dtype == np.float32
-    pairs, triples = OneGrain(0.0, 0.4), OneGrain(0.0, 0.4)
+    pairs = OneGrain(0.0, 0.4)
+    triples = OneGrain(0.0, 0.4)
     object.__setattr__(
         pairs, "pupil_shapes", lambda r: (disc(0, 0, r), [(disc(0.2, 0.0, 0.15), 0.4)])
     )

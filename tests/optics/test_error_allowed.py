@@ -12,7 +12,9 @@ from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
 from isethdr_core.plugins.registry import build
 
-BANDS, SHAPE, FIELD = np.arange(400.0, 701.0, 20.0), (24, 32), 0.016
+BANDS = np.arange(400.0, 701.0, 20.0)
+SHAPE = (24, 32)
+FIELD = 0.016
 LENS = DiffractionLimitedLens(focal_length_mm=6.0)
 
 
@@ -26,7 +28,8 @@ def night():
 
 @pytest.mark.parametrize("allowed", [1e-2, 1e-4])
 def test_irradiance_is_within_what_is_allowed(allowed):
-    exact, light = LENS(night()).values, LENS(night(), error_allowed=allowed).values
+    exact = LENS(night()).values
+    light = LENS(night(), error_allowed=allowed).values
     assert (light >= 0).all()
     assert np.abs(light / exact - 1).max() <= allowed + 2e-7  # float32 of both
 
@@ -43,7 +46,8 @@ def test_a_lens_that_varies_over_the_field_is_told_too(monkeypatch):
     )
     monkeypatch.setattr(imaging, "RINGS", (1,))
     scene = night().isel(wavelength=slice(0, 16, 8))
-    exact, light = lens(scene).values, lens(scene, error_allowed=1e-3).values
+    exact = lens(scene).values
+    light = lens(scene, error_allowed=1e-3).values
     assert told == [0.0, 0.0, 1e-3, 1e-3]
     assert (light >= 0).all() and np.abs(light / exact - 1).max() <= 1e-3
     sensor = build("sensor", "bayer", pitch_um=3.0)

@@ -36,7 +36,8 @@ class Figures(NamedTuple):
 def figures(density, at_um) -> Figures:
     x, y = np.meshgrid(at_um, at_um)
     light = density.sum()
-    off_x, off_y = x - (density * x).sum() / light, y - (density * y).sum() / light
+    off_x = x - (density * x).sum() / light
+    off_y = y - (density * y).sum() / light
     radius = np.hypot(off_x, off_y).ravel()
     order = np.argsort(radius)
     within = np.cumsum(density.ravel()[order])

@@ -67,11 +67,9 @@ def finished(*more):
 def test_truth_and_labels_lie_on_the_picture(lens, isethdr_home):
     result, picture, truth = finished(*LENSES[lens])
     assert picture.attrs["distortion"] == truth.attrs["distortion"]
-    seen, true, labels = (
-        picture["xyz"].values[..., 1],
-        truth["xyz"].values[..., 1],
-        truth["instance"].values,
-    )
+    seen = picture["xyz"].values[..., 1]
+    true = truth["xyz"].values[..., 1]
+    labels = truth["instance"].values
     scale = true.max()
     # 1 % of white: the stated relative illumination is that of pixel middles; borders of patches
     # are shared by tiles and pixels

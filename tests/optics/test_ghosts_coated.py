@@ -48,7 +48,8 @@ def weighted_monte_carlo(lens, tangent, count, seed=2):
     rng = np.random.default_rng(seed)
     stop, first, second, sensor = lens.surfaces
     r = stop.semi_diameter_mm
-    polar, turn = r * np.sqrt(rng.random(count)), 2 * np.pi * rng.random(count)
+    polar = r * np.sqrt(rng.random(count))
+    turn = 2 * np.pi * rng.random(count)
     pos = np.stack([polar * np.cos(turn), polar * np.sin(turn), np.full(count, stop.z_mm)], axis=1)
     way = np.tile(np.array([tangent, 0.0, 1.0]) / np.hypot(1, tangent), (count, 1))
     weight = np.ones(count)
@@ -67,7 +68,8 @@ def weighted_monte_carlo(lens, tangent, count, seed=2):
         weight[np.hypot(pos[:, 0], pos[:, 1]) > surface.semi_diameter_mm] = 0.0
         normal = (pos - centre) / np.linalg.norm(pos - centre, axis=1)[:, None]
         cosine = (way * normal).sum(1)
-        normal, cosine = normal * np.sign(cosine)[:, None], np.abs(cosine)
+        normal = normal * np.sign(cosine)[:, None]
+        cosine = np.abs(cosine)
         reflectance = airy_reflectance(cosine, n1, n2)
         weight *= reflectance if reflects else 1 - reflectance
         if reflects:
@@ -89,7 +91,9 @@ def test_coated_surfaces_against_an_independent_monte_carlo_trace(bare, column):
     flare = GhostFlare(bare, coating="mgf2", error_allowed=0.0, sensor_reflectance_percent=0.0)
     # at 430 nm: at 550 a quarter wave of MgF2 leaves next to nothing on glass of 1.9
     scene = lamp(201, 0.008, 100, column, bands=(430.0,))
-    light, tangent, count = flare.irradiance(lens, scene), float(scene.x[column]), 200_000
+    light = flare.irradiance(lens, scene)
+    tangent = float(scene.x[column])
+    count = 200_000
     spots, weight, area_mm2 = weighted_monte_carlo(flare.of_lens(lens), tangent, count)
     power = 1e3 * 0.008**2 * (1 + tangent**2) ** -2 * area_mm2 * 1e-6
     spread = weight.std() / weight.mean() / np.sqrt(count)
@@ -175,10 +179,8 @@ class StrongestPair(GhostFlare):
 
 def test_rays_agree_that_the_strongest_pair_takes_less_than_a_ten_thousandth():
     """All light of the ghost, wherever it lands: a frame far wider than the camera's field."""
-    lens, wave = (
-        IdealLens(f_number=4.0, falloff="none", focal_length_mm=4.0),
-        np.arange(400.0, 701.0, 25.0),
-    )
+    lens = IdealLens(f_number=4.0, falloff="none", focal_length_mm=4.0)
+    wave = np.arange(400.0, 701.0, 25.0)
     light = spectrum_of("led_white").at(wave)
     for coating, worst in (("multilayer", 1e-3), ("broadband", 1e-4)):
         flare = StrongestPair(

@@ -48,7 +48,8 @@ def scene():
 
 def shots_of(flares):
     """Return (electrons of the capture, ledger) of a lens that blurs nothing."""
-    mixed, lens = scene(), hdr.build("lens", "ideal", falloff="none")
+    mixed = scene()
+    lens = hdr.build("lens", "ideal", falloff="none")
     with ledger.stage(rows := ledger.Ledger(), "lens ideal"):
         light = lens(mixed, flares)
     sensor = hdr.build("sensor", "bayer", pitch_um=4.0, exposure_s=0.004)
@@ -58,7 +59,8 @@ def shots_of(flares):
 
 
 def test_its_error_reaches_the_electrons_of_its_own_light():
-    ([shot], rows), ([without], _) = shots_of([AcmeVeil()]), shots_of([])
+    [shot], rows = shots_of([AcmeVeil()])
+    [without], _ = shots_of([])
     added = shot.total - without.total
     half = added.shape[0] // 2
     assert added[half:].min() > 0 and np.all(added[:half] == 0)
@@ -71,7 +73,8 @@ def test_its_error_reaches_the_electrons_of_its_own_light():
 
 
 def test_it_is_the_figure_of_the_picture_and_its_cause():
-    ([shot], rows), ([without], plain) = shots_of([AcmeVeil()]), shots_of([])
+    [shot], rows = shots_of([AcmeVeil()])
+    [without], plain = shots_of([])
 
     def stated(one, its_rows):
         with ledger.stage(ledger.Ledger(), "picture bayer") as row:

@@ -43,7 +43,9 @@ def test_irradiance_of_a_uniform_scene():
 def test_cos4():
     d = reference("b_irradiance")
     want = d["cos4th_factor"]
-    n, f, far = len(want), 1e3 * float(d["cos4th_focal_m"]), float(d["cos4th_distance_m"])
+    n = len(want)
+    f = 1e3 * float(d["cos4th_focal_m"])
+    far = float(d["cos4th_distance_m"])
     # ISETCam measures field positions at the image distance, so the field is in tangents.
     x = quantities.centres(n, 2 * np.tan(np.radians(float(d["cos4th_fov_deg"]) / 2)))
     lens = IdealLens(focal_length_mm=f, object_distance_m=far)
@@ -63,7 +65,8 @@ def test_diffraction_transfer_function():
 
 def test_diffraction_psf_to_transfer_function():
     d = reference("c_dl_otf")
-    pitch, lens = 1e3 * float(d["psf_dx_mm"]), DiffractionLimitedLens()
+    pitch = 1e3 * float(d["psf_dx_mm"])
+    lens = DiffractionLimitedLens()
     for i, wave in enumerate(d["wavelength_nm"]):
         psf = lens.psf([float(wave)], pitch_um=pitch, size=1024).values[0]
         # 1024 samples: every eighth frequency is one of theirs
@@ -77,10 +80,8 @@ def test_zernike_point_spread(domain):
     d = reference("d_wvf_zernike")
     for w, wave in enumerate(d["wave_nm"]):
         for z in range(3):
-            amplitude, opd = (
-                d[f"pupil_amp_{domain}"][:, :, w, z],
-                d[f"wavefront_um_{domain}"][:, :, w, z],
-            )
+            amplitude = d[f"pupil_amp_{domain}"][:, :, w, z]
+            opd = d[f"wavefront_um_{domain}"][:, :, w, z]
             plane_mm = float(d[f"pupil_plane_mm_{domain}"][w, z])
             # Their transform has 201 samples: the pitch is wavelength f / plane.
             pitch_um = float(wave) * 1e-3 * 8.0 / plane_mm

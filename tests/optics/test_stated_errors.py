@@ -76,11 +76,9 @@ def magnified_exactly(make, mixed, captures):
     """Return electrons of a lens whose bands each have a focal length of their own: nothing is
     retiled, no point spread is drawn out.
     """
-    one, filters, side = (
-        captures.isel(capture=0),
-        captures["filter"].values,
-        captures.attrs["pitch_um"] * 1e-6,
-    )
+    one = captures.isel(capture=0)
+    filters = captures["filter"].values
+    side = captures.attrs["pitch_um"] * 1e-6
     counting = one["quantum_efficiency"].values * photons_per_energy(mixed.wavelength.values)
     out = np.zeros(filters.shape)
     for band, wave in enumerate(mixed.wavelength.values):
@@ -114,7 +112,8 @@ def test_lateral_colour(lens, f_number, scatter):
 
 def test_ghosts(monkeypatch, bare):
     mixed = scene((60, 80), 5e-3, (450.0, 650.0), 200.0, 0.5)
-    lens, flare = IdealLens(f_number=5.0, focal_length_mm=F_MM, falloff="none"), GhostFlare(bare)
+    lens = IdealLens(f_number=5.0, focal_length_mm=F_MM, falloff="none")
+    flare = GhostFlare(bare)
     of = stated(lens, (flare,), mixed, 2e-4)
     for module, name, finer in (
         (draw, "POINTS", 4),
@@ -139,7 +138,8 @@ def test_labels_decide_nothing(monkeypatch):
     steady = scene((24, 32), 3e-3 / F_MM, (450.0, 550.0, 650.0), 2.0, 0.5)
     pulsed = stacked(["a", "b"], [Modulation(), Modulation(90.0, 0.1)], [steady, steady / 2])
     named = stated(lens, dusty, pulsed, 0.01)
-    words, as_stated = np.random.default_rng(3), ErrorTerm.__init__
+    words = np.random.default_rng(3)
+    as_stated = ErrorTerm.__init__
 
     def relabelled(term, *fields, **named_fields):
         as_stated(term, *fields, **named_fields)

@@ -10,16 +10,15 @@ from isethdr_core import build
 
 LENS = build("lens", "diffraction_limited", f_number=4.0, focal_length_mm=4.0)
 # one band from 525 to 575 nm, and the ten that it is made of
-BAND, PARTS = (
-    [500.0, 550.0, 600.0],
-    np.arange(527.5, 573.0, 5.0),
-)
+BAND = [500.0, 550.0, 600.0]
+PARTS = np.arange(527.5, 573.0, 5.0)
 
 
 @pytest.fixture
 def used(monkeypatch):
     """How many wavelengths each band's core was made of, band by band."""
-    found, made = [], kernels.exact_core
+    found = []
+    made = kernels.exact_core
 
     def core(plan, centre, width, waves, energy):
         found.append(len(waves))
@@ -44,7 +43,8 @@ def test_a_band_is_the_mean_of_its_parts(used, reach, monkeypatch):
     """Three wavelengths do for a band as long as the pattern at the kernel's border moves by less
     than a speckle from one to the next.
     """
-    few, parts = tiles(BAND, reach)[1], np.mean(tiles(PARTS, reach), axis=0)
+    few = tiles(BAND, reach)[1]
+    parts = np.mean(tiles(PARTS, reach), axis=0)
     assert used[:3] == [3, 3, 3] and len(used) == 3 + len(PARTS) and sum(used[3:]) == 30
     # of a point's light, in all tiles together: measured 0.0005 and 0.0011, what rings at the
     # border make of midpoints

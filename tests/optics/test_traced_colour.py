@@ -44,13 +44,12 @@ def test_the_traced_focus_of_a_wavelength_is_that_of_the_matrices():
 
 
 def test_every_wavelength_has_its_own_wavefront_off_the_axis_too():
-    lens, angle = PrescribedLens(f_number=4.0), np.radians(11.0)
+    lens = PrescribedLens(f_number=4.0)
+    angle = np.radians(11.0)
     place = node_lens(lens, lens.wavefront_at(angle), 0.0, angle)
     for wave in (430.0, 500.0, 650.0):
-        own, exact = (
-            sampled_pupil.coefficients_um(place, wave),
-            zernike_um(lens.real(), float(np.tan(angle)), wave)[0],
-        )
+        own = sampled_pupil.coefficients_um(place, wave)
+        exact = zernike_um(lens.real(), float(np.tan(angle)), wave)[0]
         off = sum((own.get(j, 0.0) - exact.get(j, 0.0)) ** 2 for j in {*own, *exact}) ** 0.5
         assert off < 1e-3  # um rms, half way between traced wavelengths: a five hundredth of a wave
     reference = sampled_pupil.coefficients_um(place, 587.56)
@@ -65,7 +64,8 @@ def test_every_wavelength_has_its_own_wavefront_off_the_axis_too():
 
 
 def test_colour_turns_with_the_place():
-    lens, angle = PrescribedLens(prescription="singlet", f_number=8.0), np.radians(12.0)
+    lens = PrescribedLens(prescription="singlet", f_number=8.0)
+    angle = np.radians(12.0)
     right, up = (
         node_lens(lens, lens.wavefront_at(angle), turn, angle).psf(450.0, 1.0, 65).values[0]
         for turn in (0.0, np.pi / 2)
@@ -81,7 +81,8 @@ def scene(tangent, pitch, bands, rows=8, more=24):
     half = int(np.ceil(tangent / pitch)) + more
     values = np.zeros((len(bands), rows, 2 * half))
     values[:, rows // 2 - 1 : rows // 2 + 1, half + int(round(tangent / pitch - 0.5))] = 1.0
-    x, y = quantities.centres(2 * half, 2 * half * pitch), quantities.centres(rows, rows * pitch)
+    x = quantities.centres(2 * half, 2 * half * pitch)
+    y = quantities.centres(rows, rows * pitch)
     return quantities.plane(values, list(bands), x, y, quantities.RADIANCE)
 
 
@@ -91,30 +92,36 @@ def own_ray_um(real, tangent, wavelength_nm):
     """
 
     def through(y, target):
-        z, slope = real.surfaces[0].z_mm, np.arctan(tangent)
+        z = real.surfaces[0].z_mm
+        slope = np.arctan(tangent)
         for k, s in enumerate(real.surfaces):
             if s.curvature_per_mm == 0:
-                y, z = y + (s.z_mm - z) * np.tan(slope), s.z_mm
+                y = y + (s.z_mm - z) * np.tan(slope)
+                z = s.z_mm
                 normal = 0.0
             else:
-                radius, centre = 1 / s.curvature_per_mm, s.z_mm + 1 / s.curvature_per_mm
+                radius = 1 / s.curvature_per_mm
+                centre = s.z_mm + 1 / s.curvature_per_mm
                 # distance of the centre from the ray, then the angle at which the ray meets the
                 # sphere
                 height = (y * np.cos(slope) - (z - centre) * np.sin(slope)) / radius
                 normal = slope - np.arcsin(height)
-                y, z = -radius * np.sin(normal), centre - radius * np.cos(normal)
+                y = -radius * np.sin(normal)
+                z = centre - radius * np.cos(normal)
             if k == target:
                 return y
             n1, n2 = real.indices(wavelength_nm)[k : k + 2]
             slope = normal + np.arcsin(n1 / n2 * np.sin(slope - normal))
         raise AssertionError(target)
 
-    low, high = -0.6 * real.focal_length_mm(), 0.6 * real.focal_length_mm()
+    low = -0.6 * real.focal_length_mm()
+    high = 0.6 * real.focal_length_mm()
     starts = np.linspace(low, high, 241)
     with np.errstate(invalid="ignore"):
         hits = np.array([through(y, real.stop) for y in starts])
     good = np.isfinite(hits)
-    starts, hits = starts[good], hits[good]
+    starts = starts[good]
+    hits = hits[good]
     cross = np.flatnonzero(np.sign(hits[:-1]) != np.sign(hits[1:]))[0]
     a, b = starts[cross : cross + 2]
     for _ in range(60):
@@ -141,7 +148,8 @@ def test_blue_and_red_images_at_70_percent_of_the_field_lie_where_their_rays_do(
     light = scene(0.7 * np.tan(np.radians(real.half_field_deg)), 0.0004, bands, rows=16)
     plane = sensor_plane(lens, light)
     tangent = float(light.x[np.flatnonzero(light.values[0].any(axis=0))[0]])
-    found, want = centroids_um(plane, light.values), [own_ray_um(real, tangent, w) for w in bands]
+    found = centroids_um(plane, light.values)
+    want = [own_ray_um(real, tangent, w) for w in bands]
     assert abs(want[0] - want[2]) > (0.005 if name == "cooke_triplet" else 0.2)
     # a tile of 1.6 um, drawn out by up to 2 % and shared by area, has its centroid off by 1 % of
     # itself
@@ -153,19 +161,15 @@ def test_blue_and_red_images_at_70_percent_of_the_field_lie_where_their_rays_do(
 
 
 def test_the_whole_lens_moves_its_bands():
-    same, light = (
-        dict(f_number=4.0, wavefront="none", falloff="none", distortion="none"),
-        scene(0.15, 0.012, (450.0, 650.0), rows=2, more=3),
-    )
+    same = dict(f_number=4.0, wavefront="none", falloff="none", distortion="none")
+    light = scene(0.15, 0.012, (450.0, 650.0), rows=2, more=3)
     image, plain = (PrescribedLens(lateral_colour=c, **same)(light) for c in ("traced", "none"))
     at, before = (
         [1e6 * float(v.sum(axis=0) @ i.x.values / v.sum()) for v in i.values.astype(float)]
         for i in (image, plain)
     )
-    tangent, real = (
-        float(light.x[np.flatnonzero(light.values[0].any(axis=0))[0]]),
-        PrescribedLens(**same).real(),
-    )
+    tangent = float(light.x[np.flatnonzero(light.values[0].any(axis=0))[0]])
+    real = PrescribedLens(**same).real()
     blue, reference, red = (own_ray_um(real, tangent, w) for w in (450.0, real.reference_nm, 650.0))
     want = (blue - red) / reference * 4e3 * tangent
     assert (at[0] - before[0]) - (at[1] - before[1]) == pytest.approx(want, rel=0.05) and want > 0.1
@@ -195,9 +199,11 @@ def test_a_course_without_course_is_a_magnification_and_light_is_kept():
 
 def test_uniform_light_thins_by_the_area_ratio_of_a_bent_course():
     """r -> r (1 + k r^2): area by (1 + k r^2) (1 + 3 k r^2)."""
-    k, radius = 0.004, np.linspace(0, 3, 2000)
+    k = 0.004
+    radius = np.linspace(0, 3, 2000)
     out = displaced(np.ones((31, 45)), Course(radius, 1 + k * radius**2, (0.1, 0.1)), (29, 43))
-    x, y = (np.arange(43) - 21) * 0.1, (np.arange(29) - 14) * 0.1
+    x = (np.arange(43) - 21) * 0.1
+    y = (np.arange(29) - 14) * 0.1
     from_r = np.hypot(*np.meshgrid(x, y))
     source = from_r
     for _ in range(20):

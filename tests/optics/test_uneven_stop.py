@@ -24,7 +24,8 @@ def counted(name, f_number, angle_deg, count=800):
     """Return the lens, and where rays of an even beam, one at random in each of count x count
     squares, cross the stop (radii) and the exit sphere (cosines).
     """
-    lens, tangent = load(name).stopped(f_number).scaled(8.0), float(np.tan(np.radians(angle_deg)))
+    lens = load(name).stopped(f_number).scaled(8.0)
+    tangent = float(np.tan(np.radians(angle_deg)))
     indices = lens.indices(lens.reference_nm)
     pupil_z, radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
     across = ((np.arange(count) + 0.5) / count * 2.4 - 1.2) * radius
@@ -69,13 +70,15 @@ def seen_from_image(lens, tangent, position, direction):
 def test_the_power_is_that_of_rays_counted_by_direction(name, f_number, angle_deg):
     lens, tangent, stop, leaves = counted(name, f_number, angle_deg)
     terms, rms = amplitude(lens, tangent, lens.reference_nm)
-    low, high = leaves.min(axis=1), leaves.max(axis=1)
+    low = leaves.min(axis=1)
+    high = leaves.max(axis=1)
     pupil = exit_pupil(lens, tangent, lens.reference_nm)
     places = np.stack([(leaves[0] - pupil.centre) / pupil.meridional, leaves[1] / pupil.sagittal])
     cell = np.minimum(np.floor((leaves - low[:, None]) / (high - low)[:, None] * 9).astype(int), 8)
     # whole cells, off the rim
     inner = [(i, j) for i in range(9) for j in range(9) if np.hypot(i - 4, j - 4) < 3.3]
-    count, modelled = [], []
+    count = []
+    modelled = []
     for i, j in inner:
         seen = (cell[0] == i) & (cell[1] == j)
         count.append(seen.sum())
@@ -103,10 +106,8 @@ def test_a_lens_that_keeps_the_sine_condition_is_even_however_its_stop_is_filled
 
 @pytest.mark.slow
 def test_even_light_changes_nothing_and_uneven_light_keeps_its_energy():
-    lens, angle = (
-        PrescribedLens(prescription="cooke_triplet", f_number=5.6, focal_length_mm=6.0),
-        np.radians(20.0),
-    )
+    lens = PrescribedLens(prescription="cooke_triplet", f_number=5.6, focal_length_mm=6.0)
+    angle = np.radians(20.0)
     place = node_lens(lens, lens.wavefront_at(angle), 0.4, angle)
     even = replace(place, uneven=())
     assert np.abs(place.psf(550.0, 1.0, 64) - even.psf(550.0, 1.0, 64)).sum() > 1e-3

@@ -33,7 +33,8 @@ def counted_sr(real, height_mm, wavelength_nm, side=200, times=5):
 
 
 def _once(real, height_mm, wavelength_nm, side, draw):
-    surfaces, indices = real.surfaces, real.indices(wavelength_nm)
+    surfaces = real.surfaces
+    indices = real.indices(wavelength_nm)
     half = 1.1 * surfaces[-2].semi_diameter_mm
     x, y = (
         (g + draw.random(g.shape)).ravel() * 2 * half / side - half
@@ -43,15 +44,14 @@ def _once(real, height_mm, wavelength_nm, side, draw):
     way = np.stack([x, y, np.full(x.shape, surfaces[-2].z_mm)]) - at
     distance = np.sqrt((way**2).sum(0))
     way /= distance
-    share, alive = (way[2] / distance) ** 2 * (2 * half / side) ** 2, np.ones(x.shape, bool)
+    share = (way[2] / distance) ** 2 * (2 * half / side) ** 2
+    alive = np.ones(x.shape, bool)
     for k in range(len(surfaces) - 2, -1, -1):
         surface = surfaces[k]
         with np.errstate(invalid="ignore"):
             if surface.curvature_per_mm == 0:
-                at, normal = (
-                    at + way * ((surface.z_mm - at[2]) / way[2]),
-                    np.array([[0.0], [0.0], [1.0]]),
-                )
+                at = at + way * ((surface.z_mm - at[2]) / way[2])
+                normal = np.array([[0.0], [0.0], [1.0]])
             else:
                 radius = 1 / surface.curvature_per_mm
                 centre = np.array([[0.0], [0.0], [surface.z_mm + radius]])
@@ -77,15 +77,11 @@ def test_uniform_light_is_what_rays_counted_from_the_sensor_say(name, f_number, 
     """On the axis, half way and at 0.9 of the field: throughput, relative illumination, distortion,
     lateral colour and pupils of two bands.
     """
-    lens, waves = (
-        PrescribedLens(prescription=name, f_number=f_number, wavefront="none"),
-        (450.0, 650.0),
-    )
+    lens = PrescribedLens(prescription=name, f_number=f_number, wavefront="none")
+    waves = (450.0, 650.0)
     real = lens.real()
-    x, y = (
-        quantities.centres(1201, 2 * np.tan(np.radians(real.half_field_deg))),
-        quantities.centres(5, 1e-3),
-    )
+    x = quantities.centres(1201, 2 * np.tan(np.radians(real.half_field_deg)))
+    y = quantities.centres(5, 1e-3)
     light = quantities.plane(np.ones((2, 5, 1201)), waves, x, y, quantities.RADIANCE)
     plane = sensor_plane(lens, light)
     found = (

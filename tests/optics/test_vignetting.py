@@ -99,16 +99,17 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
     directions are open or not.
     """
     lens = PrescribedLens(prescription="cooke_triplet", f_number=5.0, focal_length_mm=50.0)
-    real, angle, azimuth = lens.real(), np.radians(19.0), 0.8
+    real = lens.real()
+    angle = np.radians(19.0)
+    azimuth = 0.8
     place = node_lens(lens, lens.wavefront_at(angle), azimuth, angle)
     # y down
-    indices, tx, ty = (
-        real.indices(real.reference_nm),
-        np.tan(angle) * np.cos(azimuth),
-        -np.tan(angle) * np.sin(azimuth),
-    )
+    indices = real.indices(real.reference_nm)
+    tx = np.tan(angle) * np.cos(azimuth)
+    ty = -np.tan(angle) * np.sin(azimuth)
     pupil_z, radius = paraxial.entrance_pupil(real.surfaces[:-1], indices)
-    front, across = real.surfaces[0].z_mm, np.linspace(-1.3, 1.3, 120) * radius
+    front = real.surfaces[0].z_mm
+    across = np.linspace(-1.3, 1.3, 120) * radius
     x, y = np.meshgrid(across + (front - pupil_z) * tx, across + (front - pupil_z) * ty)
     rays = follow(
         real.surfaces,
@@ -128,7 +129,8 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
         np.clip(np.rint((h - axis[0]) / (axis[1] - axis[0])).astype(int), 0, len(axis) - 1)
         for h in crossed
     ]
-    lit, seen = rays.margin[inside] > 0, cells[at[1], at[0]]
+    lit = rays.margin[inside] > 0
+    seen = cells[at[1], at[0]]
     assert 0.1 < np.mean(~lit) < 0.4
     clear = (seen < 1e-3) | (seen > 1 - 1e-3)
     # cells of a hundredth of the stop beside the rim

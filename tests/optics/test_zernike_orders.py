@@ -30,7 +30,8 @@ def pupil_mean(j: int, rms_um: float) -> float:
     """
     n, m = order(j)
     node, weight = np.polynomial.legendre.leggauss(600)
-    s, a = (node + 1) / 2, abs(m)
+    s = (node + 1) / 2
+    a = abs(m)
     radial = s ** (a / 2) * eval_jacobi((n - a) // 2, 0, a, 2 * s - 1)
     phase = 2e3 * np.pi * rms_um / WAVE_NM * (n + 1 if m == 0 else 2 * (n + 1)) ** 0.5 * radial
     return weight / 2 @ (np.exp(1j * phase) if m == 0 else jv(0, phase))
@@ -103,7 +104,8 @@ def test_the_last_index_that_is_exact_is_the_last_one_declared():
 
 def test_interpolation_wavelengths_see_every_angle_of_a_wavefront():
     class Plan:
-        lens, flares = build("lens", "wavefront", zernike_um={528: 0.1}), ()
+        lens = build("lens", "wavefront", zernike_um={528: 0.1})
+        flares = ()
 
     # sin(32 theta) is 0 at 32 evenly spaced angles; the change of phase is that of the largest
     # value, at the rim

@@ -97,7 +97,9 @@ def _through(surface, before, behind, position, direction, path):
     """Return position, direction and path behind one spherical or plane surface."""
     if surface.conic or surface.aspheric:
         raise NotImplementedError("this direct sum knows spheres and planes alone")
-    px, py, pz = position[0], position[1], position[2] - surface.z_mm
+    px = position[0]
+    py = position[1]
+    pz = position[2] - surface.z_mm
     dx, dy, dz = direction
     c = surface.curvature_per_mm
     # c (p + s d)^2 - 2 (p + s d)_z = 0: the root of the vertex side, in the form without
@@ -166,7 +168,8 @@ def direct_sum(
     used = (fan.inside > 0) & np.isfinite(weight)
     wave_mm = wavelength_nm * 1e-6
     path = (fan.path_mm + back)[used]
-    sources, weight = source[:, used], weight[used]
+    sources = source[:, used]
+    weight = weight[used]
     field = np.empty((len(y_um), len(x_um)), complex)
     for row, y in enumerate(1e-3 * np.asarray(y_um)):
         for column, x in enumerate(1e-3 * np.asarray(x_um)):

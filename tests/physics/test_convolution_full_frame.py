@@ -36,7 +36,8 @@ def test_right_everywhere_beside_a_lamp(prepared, ratio, lamp):
     got = convolve(image, prepared)
     assert got.min() > 0
     darkest = np.unravel_index(int(np.argmin(got)), SHAPE)
-    wide, flipped = image.astype(np.longdouble), prepared.psf[::-1, ::-1]
+    wide = image.astype(np.longdouble)
+    flipped = prepared.psf[::-1, ::-1]
     for i, j in [
         darkest,
         (100, 201),
@@ -63,7 +64,8 @@ def test_no_light_is_lost_or_made(prepared):
     total = np.zeros((2 * ny, 2 * nx))
     total[1:, 1:] = prepared.psf.cumsum(0).cumsum(1)
     i, j = np.nonzero(image)
-    top, left = ny - 1 - i, nx - 1 - j
+    top = ny - 1 - i
+    left = nx - 1 - j
     stays = (
         total[top + ny, left + nx]
         - total[top, left + nx]

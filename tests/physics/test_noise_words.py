@@ -22,10 +22,12 @@ def test_words_agree_with_philox_computed_by_hand():
     key = int.from_bytes(hashlib.blake2b(repr(STREAM).encode(), digest_size=16).digest(), "little")
     mask = 2**64 - 1
     k = [key & mask, key >> 64]
-    y, x = 123, 4567
+    y = 123
+    x = 4567
     c = [x // 4 + 1, y, 0, 0]
     for _ in range(10):
-        p0, p1 = 0xD2E7470EE14C6C93 * c[0], 0xCA5A826395121157 * c[2]
+        p0 = 0xD2E7470EE14C6C93 * c[0]
+        p1 = 0xCA5A826395121157 * c[2]
         c = [(p1 >> 64) ^ c[1] ^ k[0], p1 & mask, (p0 >> 64) ^ c[3] ^ k[1], p0 & mask]
         k = [(k[0] + 0x9E3779B97F4A7C15) & mask, (k[1] + 0xBB67AE8584CAA73B) & mask]
     assert words(STREAM, y, y + 1, x, x + 1).view(np.uint64)[0, 0] == c[x % 4]
@@ -46,7 +48,8 @@ def test_every_part_of_the_key_matters():
 
 
 def test_device_streams_do_not_depend_on_the_shot():
-    a, b = generator(1, "A", "s1"), generator(2, "A", "s2")
+    a = generator(1, "A", "s1")
+    b = generator(2, "A", "s2")
     assert_array_equal(
         words(a.device_stream("prnu"), 0, 2, 0, 9), words(b.device_stream("prnu"), 0, 2, 0, 9)
     )

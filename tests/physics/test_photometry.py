@@ -58,7 +58,8 @@ def test_nothing_is_seen_outside_the_visible():
 
 
 def test_agrees_with_isetcam(isetcam):
-    w, w5 = isetcam["wave"], isetcam["wave5"]
+    w = isetcam["wave"]
+    w5 = isetcam["wave5"]
     seen = w5 <= LAST_NM_OF_ISETCAM
     np.testing.assert_allclose(photometry.xyz_bar(w).T, isetcam["xyz_cmf"], atol=1e-14)
     np.testing.assert_allclose(

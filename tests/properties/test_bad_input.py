@@ -145,7 +145,8 @@ def draws(seed: int, count: int, turns: int):
         place = drawn.choice(sorted(where))
         keys = [key for key in OmegaConf.select(config, place) if key != "name"]
         if keys:
-            key, name = drawn.choice(keys), OmegaConf.select(config, place).name
+            key = drawn.choice(keys)
+            name = OmegaConf.select(config, place).name
             cls = components()[where[place], name].cls
             yield number, place, key, typed(drawn, field_types(cls)[key])
 
@@ -155,7 +156,8 @@ def typed(drawn: random.Random, annotation: Any) -> str:
     if drawn.random() < 0.2:
         return drawn.choice(NUMBERS + TEXTS + NESTED)
     if limits := declared(annotation):
-        low, high = max(limits.least, -1e30), min(limits.most, 1e30)
+        low = max(limits.least, -1e30)
+        high = min(limits.most, 1e30)
         small = max(low, 1e-12)
         inside = (low, high, (low + high) / 2, small * (high / small) ** drawn.random())
         whole = get_args(annotation)[0] is int
@@ -210,7 +212,8 @@ def at_most(seconds: float):
 
 def inside(annotation: Any, value: Any) -> bool:
     """Return whether all numbers of a value lie in their ranges, without what `build` uses."""
-    origin, parts = get_origin(annotation), get_args(annotation)
+    origin = get_origin(annotation)
+    parts = get_args(annotation)
     if limits := declared(annotation):
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
         return number and limits.least <= value <= limits.most

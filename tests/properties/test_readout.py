@@ -44,7 +44,8 @@ def test_electrons_come_back(bits, black, well, conversion, share):
     light = irradiance(np.array(share)[None, None, :] * well / per_w * np.ones((1, 2, 1)), GREEN)
     shot = sensor(light, None)
     [read] = readouts(shot, np.ones(1))
-    truth, step = sensor.expected(light).values[0], float(shot.quantisation_e.values[0])
+    truth = sensor.expected(light).values[0]
+    step = float(shot.quantisation_e.values[0])
     ok = ~read.saturated
     # float64 codes up to 2^24: 1e-9 of the swing is far above rounding
     assert np.all(np.abs(read.charge_e - truth)[ok] <= step / 2 + 1e-9 * well)

@@ -73,10 +73,13 @@ def test_ramp_ends_and_ratios():
 
 @pytest.mark.parametrize("angle", [0.0, 1e-5, 5.0, 45.0, 80.0, 90.0, 135.0, 180.0])
 def test_half_plane_agrees_with_counting_points(angle):
-    x, y, pitch = quantities.centres(7, 7.0), quantities.centres(5, 5.0), 1.0
+    x = quantities.centres(7, 7.0)
+    y = quantities.centres(5, 5.0)
+    pitch = 1.0
     cover = coverage.half_plane(x, y, pitch, angle)
     fine = (np.arange(400) + 0.5) / 400 - 0.5
-    px, py = (x[:, None] + fine).ravel(), (y[:, None] + fine).ravel()
+    px = (x[:, None] + fine).ravel()
+    py = (y[:, None] + fine).ravel()
     counted = np.cos(np.radians(angle)) * px[None] + np.sin(np.radians(angle)) * py[:, None] > 0
     counted = counted.reshape(5, 400, 7, 400).mean((1, 3))
     # 400 points to a side: a line misjudges fewer than one point per row, 1/400, half of it on
@@ -102,7 +105,9 @@ def test_slanted_edge_mean_sides_and_slope(angle):
 
 
 def test_disc_area_whatever_its_size_and_place():
-    x, y, pitch = quantities.centres(11, 1.1), quantities.centres(9, 0.9), 0.1
+    x = quantities.centres(11, 1.1)
+    y = quantities.centres(9, 0.9)
+    pitch = 0.1
     for radius, cx, cy in (
         (0.3, 0.0, 0.0),
         (0.31, 0.017, -0.023),

@@ -27,7 +27,8 @@ def test_tiles_lie_row_by_row_over_their_captions():
     sheet = np.array(tiled(tiles, [""] * 10))
     assert sheet.shape == (2 * (6 + CAPTION_PX), 8 * 8, 3)
     for k in range(10):
-        x, y = k % 8 * 8, k // 8 * (6 + CAPTION_PX)
+        x = k % 8 * 8
+        y = k // 8 * (6 + CAPTION_PX)
         assert (sheet[y : y + 6, x : x + 8] == k).all()
 
 

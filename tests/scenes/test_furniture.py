@@ -33,7 +33,8 @@ def test_the_size_is_known_without_a_mesh(built, group, family):
     for detail in ("near", "far"):
         thing, model = built[family, detail]
         corners = np.concatenate([p.vertices for p in model.parts])
-        low, high = corners.min(0), corners.max(0)
+        low = corners.min(0)
+        high = corners.max(0)
         # above the ground: posts and walls go on below it, for slopes
         assert np.abs([*(high - low)[:2], high[2]] - np.array(thing.size_m)).max() < 0.03
         assert np.abs(low + high)[:2].max() / 2 < 0.02 and low[2] <= 0.02

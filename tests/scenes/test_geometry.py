@@ -60,7 +60,8 @@ def test_tube_and_lathe_are_closed_cylinders():
 
 
 def test_smooth_union_is_larger_than_its_parts_and_smaller_than_their_sum():
-    a, b = cone((0, 0, 0), (0.3, 0, 0), 0.1, 0.1), cone((0.2, 0, 0), (0.5, 0, 0), 0.1, 0.1)
+    a = cone((0, 0, 0), (0.3, 0, 0), 0.1, 0.1)
+    b = cone((0.2, 0, 0), (0.5, 0, 0), 0.1, 0.1)
     both = volume(skin_of(blend([a, b], 0.03), 0.01, "union", "skin"))
     one = np.pi * 0.1**2 * 0.3 + 4 / 3 * np.pi * 0.1**3
     assert one < both < 2 * one
@@ -87,7 +88,8 @@ def test_cut_along_a_linear_field_is_exact():
 
 def test_polygon_is_a_signed_distance():
     square = polygon([(-1, -1), (1, -1), (1, 1), (-1, 1)], 0.25)
-    p, q = np.array([0.0, 3.0, 2.0, 0.0]), np.array([0.0, 0.0, 2.0, 0.75])
+    p = np.array([0.0, 3.0, 2.0, 0.0])
+    q = np.array([0.0, 0.0, 2.0, 0.75])
     assert square(p, q) == pytest.approx([-1.25, 1.75, np.sqrt(2) - 0.25, -0.5], abs=1e-12)
 
 

@@ -17,7 +17,8 @@ ROUND |= {"signal_red", "signal_amber", "signal_green"}
 
 
 RECEIVER_DEG = 0.149  # 65 mm at 25 m
-LAMP_HEIGHT_M, LAMP_ASIDE_M = 0.65, 0.65
+LAMP_HEIGHT_M = 0.65
+LAMP_ASIDE_M = 0.65
 
 
 def intensity_cd(left_deg, up_deg):
@@ -67,7 +68,8 @@ def road_lux(metres, across):
 
 
 def test_dipped_beam_has_the_flux_of_a_headlamp():
-    left, up = np.arange(-49.75, 50, 0.5), np.arange(-49.95, 50, 0.1)[:, None]
+    left = np.arange(-49.75, 50, 0.5)
+    up = np.arange(-49.95, 50, 0.1)[:, None]
     each = np.radians(0.5) * np.radians(0.1) * np.cos(np.radians(up))
     # lm: an H7 low beam projects some 700 lm onto the road, LED units up to 1000
     assert 400 < (intensity_cd(left, up) * each).sum() < 1200
@@ -85,7 +87,8 @@ def test_a_table_is_linear_between_its_nodes_and_ends_at_them():
 @pytest.mark.parametrize("kind", sorted(set(KINDS) - ROUND - set(STREET)))
 def test_lamps_of_vehicles_are_tables_of_their_family(kind):
     """Each family keeps its rules: see `test_photometry`."""
-    pattern, one = family(KINDS[kind].family), lamp(kind, (1.0, 0.0, 0.0))
+    pattern = family(KINDS[kind].family)
+    one = lamp(kind, (1.0, 0.0, 0.0))
     assert one.table is pattern.table and one.intensity_cd == pattern.intensity_cd
     assert pattern.rules
 
@@ -117,7 +120,9 @@ def test_a_road_luminaire_lights_its_road_evenly():
     along = np.arange(0.0, 30.1, 1.0)
     lux = 0.0
     for post in (-30.0, 0.0, 30.0, 60.0):
-        x, height, aside = along - post, 8.0, 2.0
+        x = along - post
+        height = 8.0
+        aside = 2.0
         distance2 = x**2 + height**2 + aside**2
         left = np.degrees(np.arctan2(x, height))
         up = np.degrees(np.arcsin(aside / np.sqrt(distance2)))

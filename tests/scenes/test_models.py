@@ -108,10 +108,8 @@ def test_parts_are_sound(models, name):
 def test_lamps_face_their_axis(models, name):
     for part in (p for p in models[name].parts if p.lamp):
         vector = face_areas(part).sum(0)
-        projected, whole = (
-            vector @ np.array(part.lamp.axis),
-            np.linalg.norm(face_areas(part), axis=1).sum(),
-        )
+        projected = vector @ np.array(part.lamp.axis)
+        whole = np.linalg.norm(face_areas(part), axis=1).sum()
         assert np.linalg.norm(part.lamp.axis) == pytest.approx(1, abs=1e-12)
         # faces within 60 degrees of the axis emit; a lamp that looks away cannot have its intensity
         assert projected > 0.5 * whole > 0, part.name
@@ -166,15 +164,19 @@ def test_tunnel_is_open_at_its_exit_and_closed_behind(models):
 
 def _hits(corner, origin, direction):
     """Number of triangles hit by a ray (Moeller and Trumbore, 1997)."""
-    a, e1, e2 = corner[:, 0], corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    d, p = np.array(direction, float), np.cross(direction, e2)
+    a = corner[:, 0]
+    e1 = corner[:, 1] - corner[:, 0]
+    e2 = corner[:, 2] - corner[:, 0]
+    d = np.array(direction, float)
+    p = np.cross(direction, e2)
     det = (e1 * p).sum(1)
     ok = np.abs(det) > 1e-12
     inv = 1 / np.where(ok, det, 1)
     t = np.array(origin) - a
     u = (t * p).sum(1) * inv
     q = np.cross(t, e1)
-    v, distance = (q @ d) * inv, (e2 * q).sum(1) * inv
+    v = (q @ d) * inv
+    distance = (e2 * q).sum(1) * inv
     return int((ok & (u >= 0) & (v >= 0) & (u + v < 1) & (distance > 0)).sum())
 
 
@@ -182,7 +184,8 @@ def _hits(corner, origin, direction):
 def test_eyes_of_a_deer_look_out_of_its_head(head_up):
     """Eyes shine in headlamps only where they lie outside the skin."""
     parts = {p.material: p for p in deer.deer(head_up=head_up, turn=0.5 * head_up).model().parts}
-    skin, eyes = parts["fur"], parts["eye_deer"]
+    skin = parts["fur"]
+    eyes = parts["eye_deer"]
     _, nearest = cKDTree(skin.vertices).query(eyes.vertices)
     out = np.einsum("nk,nk->n", eyes.vertices - skin.vertices[nearest], skin.normals[nearest])
     # a part of each ball; vertices of the skin are 14 mm apart

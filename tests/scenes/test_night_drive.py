@@ -168,7 +168,8 @@ def test_same_seed_same_arrays_and_another_seed_another_plan():
         "trees": (0, 6),
         "street_lamps": (0, 2),
     }
-    a, b = NightDrive(seed=3, **small)(), NightDrive(seed=3, **small)()
+    a = NightDrive(seed=3, **small)()
+    b = NightDrive(seed=3, **small)()
     for x, y in zip(a.objects, b.objects, strict=True):
         assert (x.name, x.model, x.category) == (y.name, y.model, y.category) and np.array_equal(
             x.pose, y.pose
@@ -260,7 +261,8 @@ def test_what_two_scenes_share_is_built_once():
     poses and lamps are its own.
     """
     few = {"vehicles": (1, 1), "people": (1, 1), "animals": (0, 0), "trees": (0, 0)}
-    first, again = NightDrive(**few)(), NightDrive(**few, headlamp_light="halogen")()
+    first = NightDrive(**few)()
+    again = NightDrive(**few, headlamp_light="halogen")()
     shared = [
         name
         for name in first.models

@@ -30,8 +30,10 @@ def test_every_set_of_rules_has_a_family():
 
 
 def test_a_stop_lamp_is_five_times_as_bright_as_the_position_lamp_beside_it():
-    stop, position = family("stop"), family("rear_position")
-    left, up = np.arange(-20.0, 21, 5), np.arange(-10.0, 11, 5)[:, None]
+    stop = family("stop")
+    position = family("rear_position")
+    left = np.arange(-20.0, 21, 5)
+    up = np.arange(-10.0, 11, 5)[:, None]
     ratio = stop.intensity_cd * stop.table.at(left, up)
     assert (ratio >= 5 * position.intensity_cd * position.table.at(left, up)).all()
 
@@ -46,7 +48,8 @@ def test_a_stop_lamp_is_five_times_as_bright_as_the_position_lamp_beside_it():
 )
 def test_a_lamp_outside_its_rules_is_told_by_name(change, broken):
     lamp = family("dipped_r112_b")
-    left, up = lamp.table.left_deg, lamp.table.up_deg
+    left = lamp.table.left_deg
+    up = lamp.table.up_deg
     changed = IntensityTable(left, up, lamp.table.value * change(left, up[:, None]))
     found = check(changed, lamp.intensity_cd, "r112_b")
     assert broken <= {f.rule.name for f in found if not f.is_met}
@@ -98,7 +101,9 @@ def ldt(symmetry, planes, candela, angles=(0, 45, 90)):
     step = 360 / planes
     head = ["maker", 1, symmetry, planes, step, len(angles), 45, "n", "l", "l", "f", "d"]
     head += [0] * 12 + [0, 1]  # lines 13 to 26: sizes, ratios, factor, tilt, sets of lamps
-    head[22], head[23] = 100, "1,0"  # line 24: factor of the intensities, with a comma
+    # line 24: factor of the intensities, with a comma
+    head[22] = 100
+    head[23] = "1,0"
     lamps = [1, "LED", 2000, "4000", "80", 20]
     c = [k * step for k in range(planes)]
     return "\n".join(map(str, [*head, *lamps, *[0] * 10, *c, *angles, *np.ravel(candela)]))

@@ -39,7 +39,9 @@ def test_the_mean_of_many_objects_is_the_spectrum_of_the_class(name):
 
 
 def test_the_same_seed_gives_the_same_materials_and_another_others():
-    first, again, other = own(3, "paint_red"), own(3, "paint_red"), own(3, "paint_red", seed=1)
+    first = own(3, "paint_red")
+    again = own(3, "paint_red")
+    other = own(3, "paint_red", seed=1)
     assert first == again
     assert first[0].reflectance != first[1].reflectance != other[1].reflectance
 
@@ -47,7 +49,8 @@ def test_the_same_seed_gives_the_same_materials_and_another_others():
 def test_dust_hides_paint_by_its_share_and_never_reflects_more_than_either():
     dust = []
     for m in own(200, "paint_black"):
-        clean, dirty = m.reflectance.at(NM), m.texture.other.at(NM)
+        clean = m.reflectance.at(NM)
+        dirty = m.texture.other.at(NM)
         assert (dirty >= clean - 1e-12).all() and (dirty < 0.3).all()  # soil is brighter than black
         dust.append(((m.mean_reflectance().at(NM) - clean) / (np.interp(NM, *SOIL) - clean)).mean())
     assert 0 <= min(dust) and max(dust) <= MOST_DUST + 1e-9
@@ -63,7 +66,8 @@ def test_what_is_measured_by_class_does_not_vary():
 
 
 def test_red_sheeting_sends_back_its_share_of_the_white_one():
-    white, red = MATERIALS["sheeting_white"], MATERIALS["sheeting_red"]
+    white = MATERIALS["sheeting_white"]
+    red = MATERIALS["sheeting_red"]
     assert red.retro == white.retro  # one surface, two colours
     share = luminous_mean(red.reflectance) / luminous_mean(white.reflectance)
     assert share == pytest.approx(RED_OVER_WHITE, rel=1e-6)

@@ -99,7 +99,9 @@ def test_far_is_coarser_and_keeps_extent_and_lamps():
 
 
 def test_the_same_variant_is_the_same_car_and_another_one_differs():
-    thing, again, other = one("car", "sedan"), one("car", "sedan"), one("car", "sedan", 1)
+    thing = one("car", "sedan")
+    again = one("car", "sedan")
+    other = one("car", "sedan", 1)
     assert thing == again and hash(thing) == hash(again)
     assert thing.size_m != other.size_m
 

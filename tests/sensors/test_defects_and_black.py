@@ -32,11 +32,14 @@ def dark(sensor, key=KEY):
 
 def test_telegraph_noise_has_three_peaks_and_its_variance():
     """Steps of an exponential distribution: -1, 0, 1 with 1/4, 1/2, 1/4; 5 standard errors."""
-    rows, percent, step = range(0, 400), 30.0, 20.0
+    rows = range(0, 400)
+    percent = 30.0
+    step = 20.0
     steps = telegraph_noise.steps_e(step, percent, ("t",), rows, 500)
     found = telegraph_noise.telegraph_noise(steps, ("shot",), 0)
     trapped = steps > 0
-    share, n = percent / 100, trapped.size
+    share = percent / 100
+    n = trapped.size
     assert trapped.mean() == pytest.approx(share, abs=5 * np.sqrt(share * (1 - share) / n))
     sign = np.divide(found, steps, out=np.zeros_like(steps), where=trapped)[trapped]
     assert set(np.unique(sign)) == {-1.0, 0.0, 1.0}
@@ -84,7 +87,8 @@ def test_black_rows_leave_the_image_as_it_is_and_show_the_dark(flat):
     np.testing.assert_array_equal(plain.raw.values, covered.raw.values)
     black = covered["optical_black"].values[0].astype(float)
     assert black.shape == (30, plain.sizes["x"])
-    gain, want = float(plain.gain_dn_per_e[0]), 64 + 40.0 * float(plain.gain_dn_per_e[0])
+    gain = float(plain.gain_dn_per_e[0])
+    want = 64 + 40.0 * float(plain.gain_dn_per_e[0])
     noise_dn = gain * np.sqrt(9.1**2 + 40.0 + 8.0**2) + 0.3
     assert black.mean() == pytest.approx(want, abs=5 * noise_dn / np.sqrt(black.size))
 
@@ -153,7 +157,8 @@ def test_a_ramp_is_kept_and_a_border_is_not_invented():
     ramp = 3 * x + 2 * y
     spoilt = np.zeros(ramp.shape, bool)
     spoilt[10, 10] = spoilt[5, 12] = spoilt[0, 0] = True
-    valid, source = np.ones(ramp.shape, bool), np.zeros(ramp.shape, np.uint8)
+    valid = np.ones(ramp.shape, bool)
+    source = np.zeros(ramp.shape, np.uint8)
     mosaic = Merged(np.where(spoilt, 999.0, ramp), np.full(ramp.shape, 4.0), valid, source)
     out = corrected(mosaic, spoilt, (2, 2))
     np.testing.assert_allclose(out.signal_e[1:], ramp[1:], rtol=1e-12)

@@ -163,7 +163,8 @@ def test_unknown_filter_and_impossible_scale_are_refused(flat):
 
 def test_narrow_drops_only_bands_that_cannot_matter(make_light):
     w = tuple(np.arange(380.0, 851, 10))
-    sensor, ledger = BayerSensor(), Ledger()
+    sensor = BayerSensor()
+    ledger = Ledger()
     with stage(ledger, "sensor"):
         kept = sensor.narrow(Demand(wavelength_nm=w)).wavelength_nm
     assert set(kept) < set(w) and ledger[0].left_out[0].bound == 1e-6
@@ -201,7 +202,8 @@ def test_a_line_narrower_than_a_band_counts_as_it_is(tmp_path, make_light, centr
     """0.1 nm wide, in bands of 10 nm: the integral in closed form, and black bodies within the
     stated error.
     """
-    sensor, bands = triangle(tmp_path, centre_nm, 0.05), np.arange(400.0, 701.0, 10.0)
+    sensor = triangle(tmp_path, centre_nm, 0.05)
+    bands = np.arange(400.0, 701.0, 10.0)
     response = quantum_efficiency(sensor.model(), bands)[0] * bands
     # of even energy: int q w dw = height x half width x centre, a triangle's moment
     assert response.sum() * 10 == pytest.approx(0.05 * centre_nm, rel=1e-12)
@@ -229,10 +231,8 @@ def test_band_means_are_exact_for_straight_curves_and_keep_a_table_that_ends_at_
 ):
     path = tmp_path / "straight.csv"
     path.write_text("wavelength_nm,R,G,B\n400,0.2,0.9,0.5\n700,0.8,0.3,0.5\n")
-    model, bands = (
-        IdealSensor(qe_csv=str(path), infrared_cut=False).model(),
-        np.arange(400.0, 701.0, 10.0),
-    )
+    model = IdealSensor(qe_csv=str(path), infrared_cut=False).model()
+    bands = np.arange(400.0, 701.0, 10.0)
     means = quantum_efficiency(model, bands)
     slope = (spectral_curve(model, bands[1:-1] + 1) - spectral_curve(model, bands[1:-1] - 1)) / 2
     # q = q0 + b (w - c): its photon mean over a band of width h is q0 + b h^2 / (12 c)
@@ -269,9 +269,12 @@ def test_any_spectrum_within_its_bands_stays_within_the_stated_bound(cfa):
     """Lines at random places, in bands of 10 nm and where they are; the bound is met to a third by
     the worst of them, so it is no empty one.
     """
-    model, bands = BayerSensor(cfa=cfa).model(), np.arange(400.0, 701.0, 10.0)
-    bound, response = line_error(model, bands), quantum_efficiency(model, bands) * bands
-    rng, worst = np.random.default_rng(0), 0.0
+    model = BayerSensor(cfa=cfa).model()
+    bands = np.arange(400.0, 701.0, 10.0)
+    bound = line_error(model, bands)
+    response = quantum_efficiency(model, bands) * bands
+    rng = np.random.default_rng(0)
+    worst = 0.0
     for _ in range(200):
         lines_nm = rng.uniform(395.0, 705.0, rng.integers(1, 5))
         true = (spectral_curve(model, lines_nm) * lines_nm).mean(1)

@@ -37,8 +37,10 @@ def test_keeps_the_promises_of_a_sensor():  # as it is by default: tests/core/te
 
 
 def test_below_the_knee_it_is_the_bayer_sensor_bit_for_bit(flat):
-    key, light = generator(seed=4, device="B"), flat(1e-4, pitch_um=3.75)
-    ours, bayer = LinLogSensor()(light, key), BayerSensor()(light, key)
+    key = generator(seed=4, device="B")
+    light = flat(1e-4, pitch_um=3.75)
+    ours = LinLogSensor()(light, key)
+    bayer = BayerSensor()(light, key)
     assert float(bayer.raw.max()) < 2000 and float(bayer.raw.max()) > 100
     for name in ("raw", "saturated", "gain_dn_per_e", "dark_e", "quantum_efficiency"):
         np.testing.assert_array_equal(ours[name].values, bayer[name].values)

@@ -68,7 +68,8 @@ def test_the_photodiode_has_the_noise_of_its_dynamics(mean):
     sensor = LoficSensor(**CLEAN)
     (total, charge), _ = electrons(sensor, mean)
     want = flow_moments(EMPTY, mean / sensor.exposure_s, sensor.exposure_s, sensor.well())
-    charge, total = charge.astype(float), total.astype(float)
+    charge = charge.astype(float)
+    total = total.astype(float)
     n = charge.size
     # 5 standard errors; the mean's 3 e: curvature of the knee over the shot noise, which the
     # moments leave out

@@ -42,7 +42,8 @@ def test_all_photons_are_counted_whatever_the_pixel_size(make_light):
 def test_the_photodiode_sees_only_its_own_area(make_light):
     # one bright tile of 1 um in the middle of a 3 um pixel, one at its edge
     values = np.zeros((3, 9, 9))
-    values[:, 4, 4], values[:, 4, 0] = 1.0, 1.0
+    values[:, 4, 4] = 1.0
+    values[:, 4, 0] = 1.0
     light = make_light(values, pitch_um=1.0, wavelength_nm=[540, 550, 560])
     whole = IdealSensor(pitch_um=3.0, **COUNTER).expected(light).values[0]
     centre = IdealSensor(pitch_um=3.0, fill_factor=1 / 9, **COUNTER).expected(light).values[0]
@@ -98,7 +99,9 @@ def test_small_photodiode_collects_its_share(flat):
 
 def test_default_grid_fills_the_nominal_field_and_ignores_the_margin(make_light):
     values = np.ones((3, 40, 60))
-    values[:, :5], values[:, :, :5] = 1e6, 1e6  # bright margin
+    # bright margin
+    values[:, :5] = 1e6
+    values[:, :, :5] = 1e6
     light = make_light(values, pitch_um=3.0, field=(50 * 3e-6, 30 * 3e-6))
     electrons = IdealSensor(pitch_um=3.0, **COUNTER).expected(light)
     assert electrons.shape == (1, 30, 50)

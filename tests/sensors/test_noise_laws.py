@@ -63,7 +63,8 @@ def test_readings_of_one_charge_share_its_shot_noise():
     found, _ = electrons_read(SplitPixelSensor(**CLEAN_SPLIT), 4000.0)
     correlation = np.corrcoef(found.reshape(3, -1))
     # shot variance 4000 against read and rounding variance of the two readings
-    lplg, lphg = 3.05**2 + 5.458**2 / 12, 0.83**2 + 1.337**2 / 12
+    lplg = 3.05**2 + 5.458**2 / 12
+    lphg = 0.83**2 + 1.337**2 / 12
     assert_allclose(correlation[0, 1], 4000 / np.sqrt((4000 + lplg) * (4000 + lphg)), atol=1e-4)
     assert abs(correlation[0, 2]) < 5 / np.sqrt(N) and abs(correlation[1, 2]) < 5 / np.sqrt(N)
     # what differs between the two is read noise alone
@@ -140,7 +141,8 @@ def test_fixed_pattern_amplitudes():
         )
         left = 10000 / 16  # temporal variance that 16 shots leave
         if "column_e" in field:
-            average, left = average.mean(0), left / SIZE[0]
+            average = average.mean(0)
+            left = left / SIZE[0]
         assert_allclose(average.var(), want**2 + left, rtol=5 * np.sqrt(2 / average.size))
 
 

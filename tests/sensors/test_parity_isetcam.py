@@ -36,7 +36,8 @@ def load(name):
 
 @pytest.mark.parametrize("name", ["default", "ovt_LPDLCG", "ovt_LPDHCG", "ovt_SPDLCG"])
 def test_noise_free_volts(name):
-    data, light = load(f"e_nf_{name}.npz"), load("e_input_irradiance.npz")
+    data = load(f"e_nf_{name}.npz")
+    light = load("e_input_irradiance.npz")
     rows, columns = data["size"].astype(int)
     filters = np.tile(data["cfa_pattern"].astype(int) - 1, (rows // 2, columns // 2))
     rate = pixel_rate(
@@ -66,7 +67,8 @@ def cells(data, flag):
     """Yield (level, filter, what ISETCam found with noise flag `flag`, what its rules make of the
     same electrons) of all 18 cells.
     """
-    gain, flag_2 = float(data["conversion_gain_v_per_e"]), float(flag == 2)
+    gain = float(data["conversion_gain_v_per_e"])
+    flag_2 = float(flag == 2)
     dark_e = flag_2 * float(data["dark_voltage_v_per_s"] * data["exp_time_s"]) / gain
     readout = VoltageReadout(gain, float(data["voltage_swing"]))
     noise = VoltageNoise(
@@ -144,7 +146,8 @@ def test_our_sensor_has_the_same_statistics():
     alone agree within both samples' errors.
     """
     data = load("e_noise_default.npz")
-    gain, n_ours = float(data["conversion_gain_v_per_e"]), 65536
+    gain = float(data["conversion_gain_v_per_e"])
+    n_ours = 65536
     sensor = BayerSensor(
         exposure_s=float(data["exp_time_s"]),
         bits=0,

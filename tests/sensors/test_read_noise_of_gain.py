@@ -18,7 +18,10 @@ from isethdr_core.seeds import generator
 SIZE = (160, 200)
 N = SIZE[0] * SIZE[1]
 CLEAN = dict(prnu=0.0, dark_spread=0.0, column_e=0.0, dark_e_per_s=0.0)
-FLOOR_E, BEHIND_UV, CONVERSION = 1.5, 600.0, 100.0  # 1.5 e, and 6 e at a gain of 1
+# 1.5 e, and 6 e at a gain of 1
+FLOOR_E = 1.5
+BEHIND_UV = 600.0
+CONVERSION = 100.0
 
 
 def camera(gain, **fields):

@@ -129,10 +129,8 @@ def test_efficiency_of_the_captures_includes_crosstalk(make_light):
             )
             for a, b in ((0, 0), (5, 8))
         )
-        qe, blurred = (
-            quantum_efficiency(clean.model(), w),
-            mixed_efficiency(quantum_efficiency(clean.model(), w), mixed.model(), w),
-        )
+        qe = quantum_efficiency(clean.model(), w)
+        blurred = mixed_efficiency(quantum_efficiency(clean.model(), w), mixed.model(), w)
         assert np.abs(blurred / qe - 1).max() > 0.05
         filters = clean(light, generator())["filter"].values[8:-8, 8:-8]
         before, after = (s.expected(light).values[0][8:-8, 8:-8] for s in (clean, mixed))

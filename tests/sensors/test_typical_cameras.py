@@ -63,7 +63,8 @@ def test_denoising_takes_at_most_a_fifth_of_mtf50(camera, contrast):
         contrast_ratio=contrast,
     )()
     mixed = hdr.build("lighting", "ideal")(scene)
-    light, metric = lens(mixed), hdr.build("metric", "slanted_edge")
+    light = lens(mixed)
+    metric = hdr.build("metric", "slanted_edge")
     found = []
     for seed in range(3):  # of the noise, which moves one measurement by some per cent
         picture = isp(sensor(light, hdr.generator(seed=seed)))

@@ -108,7 +108,8 @@ def table(folder) -> list[dict]:
 
 @pytest.mark.slow
 def test_the_command_measures_a_knob_of_an_outside_plugin(tmp_path):
-    site, info = tmp_path / "site", tmp_path / "site" / "acme-1.0.dist-info"
+    site = tmp_path / "site"
+    info = tmp_path / "site" / "acme-1.0.dist-info"
     info.mkdir(parents=True)
     (site / "acme.py").write_text(PLUGIN)
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: acme\nVersion: 1.0\n")

@@ -65,7 +65,8 @@ def test_gain_quantum_efficiency_noise_and_patterns_agree(reference):
     dark, unlit, half = ours[0], *(stack_of(images) for images in stacks.values())
     gain, responsivity = find.gain_and_responsivity(ours[1:], dark, True)
     efficiency = find.quantum_efficiency(gain, responsivity)
-    noise, prnu = find.dark_noise_e(dark, gain, True), find.prnu_percent(half, unlit)
+    noise = find.dark_noise_e(dark, gain, True)
+    prnu = find.prnu_percent(half, unlit)
 
     # theirs weighs all levels alike, so its line is a little less certain than ours: 6 of our
     # standard errors, 2 %

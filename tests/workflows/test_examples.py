@@ -43,7 +43,8 @@ def test_both_files_of_a_pair_give_the_same_bits(name, offer, tmp_path, monkeypa
         offer("metric", "darker_than", by_hand["DarkerThan"])
     result = hdr.run(hdr.compose([f"experiment={name}", *QUICK]))
     [camera] = result.cameras
-    stored, captures = result.open(f"captures/{camera}"), by_hand["captures"]
+    stored = result.open(f"captures/{camera}")
+    captures = by_hand["captures"]
     for variable in ("raw", "saturated", "filter"):
         assert np.array_equal(stored[variable].values, captures[variable].values), variable
     assert len(np.unique(captures["raw"].values)) > 50

@@ -32,7 +32,8 @@ ONE = ["run", *LIGHTS, "lighting=ideal", "sensor=ideal"]
 
 
 def test_an_interrupted_run_leaves_nothing_half_written(tmp_path):
-    plugins, started = [installed_trouble(tmp_path / "plugins")], []
+    plugins = [installed_trouble(tmp_path / "plugins")]
+    started = []
     # Ctrl-C while writing: tests/core/test_store.py
     for where, number, code in (
         ("metric", signal.SIGINT, 130),
@@ -64,7 +65,8 @@ def test_an_interrupted_run_leaves_nothing_half_written(tmp_path):
 
 @pytest.mark.slow
 def test_a_plugin_that_raises(isethdr_home, tmp_path):
-    plugins, errors = [installed_trouble(tmp_path / "plugins")], tmp_path / "errors"
+    plugins = [installed_trouble(tmp_path / "plugins")]
+    errors = tmp_path / "errors"
     one = [*ONE, "+metric@metric.acme=acme"]
     sweep = ["run", "-m", *ONE[1:], "+metric@metric.acme=acme,ideal"]
     (code, said), (beside, said_beside) = one_by_one(

@@ -7,14 +7,17 @@ from isethdr_measured.fireflies import Rendered, median_around, standing_out
 
 
 def test_the_median_is_that_of_the_same_instance():
-    values, instance = np.ones((5, 8)), np.zeros((5, 8), int)
-    values[:, 4:], instance[:, 4:] = 100.0, 1
+    values = np.ones((5, 8))
+    instance = np.zeros((5, 8), int)
+    values[:, 4:] = 100.0
+    instance[:, 4:] = 1
     found = median_around(values, instance)
     assert (found[:, :4] == 1.0).all() and (found[:, 4:] == 100.0).all()
 
 
 def test_a_tile_stands_out_by_eight_times_and_by_five_sigma():
-    luminance, instance = np.ones((9, 9)), np.zeros((9, 9), int)
+    luminance = np.ones((9, 9))
+    instance = np.zeros((9, 9), int)
     luminance[4, 4] = 8.5
     for sigma, expected in ((0.1, 1), (1.49, 1), (1.51, 0), (np.inf, 0)):
         one = Rendered(luminance, instance, np.full((9, 9), sigma))

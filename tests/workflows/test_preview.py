@@ -13,7 +13,8 @@ from isethdr_core.data import quantities
 from isethdr_core.display.preview import tristimulus
 from isethdr_core.errors import ConfigError
 
-SHAPE, GROUPS = (18, 32), ("sky", "lamps")
+SHAPE = (18, 32)
+GROUPS = ("sky", "lamps")
 
 
 def rendering(labels):

@@ -95,7 +95,8 @@ class GoesOn(Recorder):
         return ds.assign_attrs(path_span=spans, noise=noise)
 
 
-STARTED, GO = threading.Event(), threading.Event()
+STARTED = threading.Event()
+GO = threading.Event()
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,8 @@ def config(offer):
             ]
         )
         with open_dict(made):
-            made.scene, made.renderer = {"name": "world"}, {"name": name, **renderer}
+            made.scene = {"name": "world"}
+            made.renderer = {"name": name, **renderer}
             made.lighting.weights = weights
         return made
 
@@ -229,7 +231,8 @@ def radiance(config):
     """Return the scene radiance that a run of `config` would start from, its light level, and what
     the ledger says of stored paths.
     """
-    parts, rows = chain(config), Ledger()
+    parts = chain(config)
+    rows = Ledger()
     scene, _ = scene_radiance_of(parts, plan(parts, rows), rows, config)
     said = [o.what for row in rows for o in row.left_out if "samples" in o.what]
     return scene, float(scene.radiance[0].values.ravel()[0]), said, rows

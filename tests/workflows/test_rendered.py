@@ -58,7 +58,8 @@ def test_a_rendering_by_need_that_ends_in_the_middle_leaves_what_was_there(tmp_p
     """Killed, or stopped by Ctrl-C, between its paths: the stored radiance of before is there, and
     the same run then makes what it makes where nothing had happened.
     """
-    home, beside = tmp_path / "home", tmp_path / "beside"
+    home = tmp_path / "home"
+    beside = tmp_path / "beside"
     plugins = [installed_trouble(tmp_path / "plugins")]
     first = isethdr("run", *BY_NEED, "renderer.noise_share_allowed=50", ISETHDR_HOME=str(home))
     assert first.returncode == 0, first.stderr

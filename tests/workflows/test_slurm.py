@@ -21,7 +21,8 @@ from isethdr_core.results.stored import open_run
 from . import slurm_cluster
 from .command import LIGHTS, here, isethdr, leftovers, start, stores
 
-KILLS, KILLS_OF_A_START = 5, 2
+KILLS = 5
+KILLS_OF_A_START = 2
 MOST_STARTS = 8
 METRICS = ("shares", "dynamic_range", "snr", "colour", "ssim", "contrast", "detection")
 SWEEP = [
@@ -65,7 +66,8 @@ def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> i
     """Kill up to `kills` processes of jobs, chosen at random, until the command ends, and return
     how many were killed.
     """
-    chosen, killed = random.Random(), 0
+    chosen = random.Random()
+    killed = 0
     while process.poll() is None:
         time.sleep(chosen.uniform(1.0, 8.0))
         running = slurm_cluster.workers(variables)
@@ -88,7 +90,8 @@ def test_a_sweep_on_slurm_survives_killed_processes(isethdr_home, tmp_path, monk
     np.save(tmp_path / "image.npy", image)
     sweep = [*SWEEP, f"scene.path={tmp_path / 'image.npy'}"]
     there = tmp_path / "cluster_home"
-    kills, codes = KILLS, []
+    kills = KILLS
+    codes = []
     with slurm_cluster.cluster(tmp_path / "slurm") as variables:
         while not codes or (codes[-1] != 0 and len(codes) < MOST_STARTS):
             process = start(*sweep, *SLURM, ISETHDR_HOME=str(there), **variables)

@@ -55,7 +55,8 @@ def test_a_sweep_stores_every_combination_once(isethdr_home, monkeypatch, capsys
 
 @pytest.mark.slow
 def test_every_launcher_stores_the_same(isethdr_home, tmp_path, monkeypatch, capsys):
-    other, few = tmp_path / "joblib", [*SWEEP[:-2], "sensor=bayer", "seed=1"]
+    other = tmp_path / "joblib"
+    few = [*SWEEP[:-2], "sensor=bayer", "seed=1"]
     parallel = start(  # with two workers joblib runs even one job in another process
         *few, "hydra/launcher=joblib", "hydra.launcher.n_jobs=2", ISETHDR_HOME=str(other)
     )

@@ -130,7 +130,8 @@ def test_a_new_plugin_is_made_installed_tested_and_run(kind, tmp_path, isethdr_h
     name = f"acme_{kind}"
     made = isethdr("new-plugin", kind, name, "--into", str(tmp_path))
     assert made.returncode == 0, made.stderr
-    folder, site = tmp_path / f"acme-{kind}", tmp_path / "site"
+    folder = tmp_path / f"acme-{kind}"
+    site = tmp_path / "site"
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     options = ["--no-deps", "--no-build-isolation", "--target", str(site)]
     subprocess.run([*pip, *options, str(folder)], check=True)

@@ -48,7 +48,8 @@ def test_files_of_the_working_folder_compose(work):
 
 def ways(work: Path) -> list[list[str]]:
     """Return the arguments by which the stranger's experiment could come in."""
-    there, name = stranger(work), "experiment=mine"
+    there = stranger(work)
+    name = "experiment=mine"
     return [
         ["--config-dir", str(there), name],
         [f"--config-dir={there}", name],

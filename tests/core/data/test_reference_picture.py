@@ -11,7 +11,8 @@ from isethdr_core.errors import UnitError
 from isethdr_core.physics.photometry import xyz
 from isethdr_core.truth import check_picture, labels_on, make_picture, objects_on, truth
 
-FOCAL_MM, PITCH_UM = 4.0, 3.0
+FOCAL_MM = 4.0
+PITCH_UM = 3.0
 W = np.array([450.0, 550.0, 650.0])
 
 

@@ -155,7 +155,8 @@ def test_components_state_what_they_have_in_common_once():
             ledger.left_out("rays", "few", float(light.max()), "relative")
             return light
 
-    rows, light = ledger.Ledger(), varying(headlights=PULSES, streetlights=RIPPLE)
+    rows = ledger.Ledger()
+    light = varying(headlights=PULSES, streetlights=RIPPLE)
     with ledger.stage(rows, "lens"):
         ledger.error(9.0, "relative", "bound", "rounding")  # stated before: not theirs
         Lens()(light)

@@ -85,8 +85,10 @@ def test_bad_input_is_named():
 
 
 def test_colours_fade_by_the_slope_of_the_curve():
-    t, step = np.array([1e-4, 0.01, 0.2, 0.9]), 1e-6
-    shown, above = display_view.tone(t), display_view.tone(t * (1 + step))
+    t = np.array([1e-4, 0.01, 0.2, 0.9])
+    step = 1e-6
+    shown = display_view.tone(t)
+    above = display_view.tone(t * (1 + step))
     slope = np.log(above / shown) / np.log1p(step)
     # equation 4 of Mantiuk et al. 2009; the difference quotient is right to about its step
     expected = 3.3892 * slope**0.8552 / (1 + 2.3892 * slope**0.8552)

@@ -61,7 +61,8 @@ def test_other_objects_normals_and_distances_are_not_averaged():
     """Two halves of light that noise cannot tell apart: only labels keep the border sharp."""
     left = np.arange(SHAPE[1]) < SHAPE[1] // 2
     half = np.broadcast_to(left, SHAPE)
-    mean, share = np.where(half, 1.0, 1.3), 0.5
+    mean = np.where(half, 1.0, 1.3)
+    share = 0.5
     normal = np.where(half[..., None], [0.0, 0, 1], [0.0, 1, 0])
     kinds = {
         "instance": {"instance": half.astype(np.uint32)},
@@ -87,7 +88,8 @@ def test_a_lamp_stays_where_it_is_and_light_is_never_negative():
     mean[10, 12] = 1e5
     given = scene(noisy(mean, 0.0), 0.3)
     given["xyz_noise"][..., 10, 12] = 0  # seen directly: exact
-    before, after = preview.tristimulus(given), preview.denoised(given)
+    before = preview.tristimulus(given)
+    after = preview.denoised(given)
     np.testing.assert_allclose(after, before, rtol=1e-9)
     assert preview.denoised(scene(noisy(mean, 0.8), 0.8)).min() >= 0
 
@@ -121,7 +123,8 @@ def test_a_noisy_bright_tile_does_not_spill_into_quiet_dark_ones():
     given = scene(noisy(mean, 0.0), 0.01)
     # as large as the value: a path that met a lamp by chance
     given["xyz_noise"][..., 10, 12] *= 100
-    before, after = preview.tristimulus(given)[0, 1], preview.denoised(given)[0, 1]
+    before = preview.tristimulus(given)[0, 1]
+    after = preview.denoised(given)[0, 1]
     dark = np.ones(SHAPE, bool)
     dark[10, 12] = False
     # all of them are the same, so that only what is spilt could show

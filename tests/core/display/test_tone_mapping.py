@@ -59,7 +59,8 @@ def test_what_is_out_of_reach_changes_nothing(operator):
     row = np.full((16, REACH_PX * 2), 0.01)
     lamp = row.copy()
     lamp[5:9, :4] = 1e4
-    plain, lit = OPERATORS[operator](row), OPERATORS[operator](lamp)
+    plain = OPERATORS[operator](row)
+    lit = OPERATORS[operator](lamp)
     np.testing.assert_allclose(lit[:, REACH_PX:], plain[:, REACH_PX:], rtol=1e-9)
     assert not np.allclose(lit[:, :40], plain[:, :40])
 
@@ -76,7 +77,8 @@ def test_flat_fields_rise_with_the_light_and_white_is_white(operator):
 
 def test_local_laplacian_keeps_small_contrasts_and_shrinks_large_ones():
     x = np.arange(256)
-    small, large = 0.3 * SIGMA, 5 * SIGMA
+    small = 0.3 * SIGMA
+    large = 5 * SIGMA
     for step, kept in ((small, 1.0), (large, BETA + (1 - BETA) * SIGMA / large)):
         t = np.exp(np.where(x < 128, -step, 0.0) - 1.0) * np.ones((64, 1))
         shown = np.log(OPERATORS["local_laplacian"](t))
@@ -89,7 +91,8 @@ def test_local_laplacian_keeps_small_contrasts_and_shrinks_large_ones():
 @BOTH
 def test_the_dark_is_lifted_and_its_texture_shows(operator):
     t = scene()
-    shown, straight = OPERATORS[operator](t), np.clip(t, 0, 1)
+    shown = OPERATORS[operator](t)
+    straight = np.clip(t, 0, 1)
     dark = np.s_[20:140, 10:80]
     assert np.median(shown[dark]) > 20 * np.median(straight[dark])
     assert np.std(np.log(shown[dark])) > 0.5 * np.std(np.log(straight[dark]))

@@ -56,7 +56,8 @@ def test_the_grey_world_finds_the_light_without_lamps_and_without_what_is_not_va
     xyz = rng.uniform(0.1, 1.0, (40, 50, 1)) * HALOGEN + 0.3 * rng.standard_normal((40, 50, 3))
     xyz[3, 4] = [1e4, 2e4, 9e4]
     valid = np.ones((40, 50), bool)
-    xyz[30:, :10], valid[30:, :10] = 0.9, False
+    xyz[30:, :10] = 0.9
+    valid[30:, :10] = False
     # 1900 pixels with a noise of 0.3 on a mean of 0.55: 1.3 %
     np.testing.assert_allclose(grey_world(picture(xyz, valid)), HALOGEN, atol=0.05)
 

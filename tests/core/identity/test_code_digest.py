@@ -176,7 +176,8 @@ def test_a_number_in_a_table_renames_all_that_read_it_and_nothing_else(tmp_path)
     files = PLUGIN | {"acme/other.py": "from .glass import index\n\n\nclass Other:\n    pass\n"}
     files |= {"acme/second.py": "from .tables import kind\n\n\nclass Second:\n    n = kind\n"}
     edited = files | {"acme/glass.csv": "thin,1.7\n"}
-    before, after = written(tmp_path / "before", files), written(tmp_path / "after", edited)
+    before = written(tmp_path / "before", files)
+    after = written(tmp_path / "after", edited)
     for module, name, differs in (
         ("lens", "Lens", 1),
         ("second", "Second", 1),
@@ -350,13 +351,15 @@ def test_texts_for_people_do_not_enter(text):
 )
 def test_strings_that_decide_enter(old, new):
     assert old in TEXTS
-    before, after = facts_of(TEXTS.encode()), facts_of(TEXTS.replace(old, new).encode())
+    before = facts_of(TEXTS.encode())
+    after = facts_of(TEXTS.replace(old, new).encode())
     assert (before.tree, before.strings) != (after.tree, after.strings)
 
 
 def test_a_local_name_is_not_taken_for_an_import_of_the_same_name():
     source = "from .a import noise\n\n\ndef f({}):\n    return noise\n"
-    own, imported = facts_of(source.format("noise").encode()), facts_of(source.format("").encode())
+    own = facts_of(source.format("noise").encode())
+    imported = facts_of(source.format("").encode())
     assert not own.references and len(imported.references) == 1
 
 

@@ -81,7 +81,8 @@ def config(offer):
     dropped = "contrast detection ssim colour snr dynamic_range log_luminance".split()
     config = compose([*CHOSEN, *(f"~metric.{name}" for name in dropped)])
     with open_dict(config):
-        config.scene, config.renderer = {"name": "world"}, {"name": "flat"}
+        config.scene = {"name": "world"}
+        config.renderer = {"name": "flat"}
     return config
 
 
@@ -162,7 +163,8 @@ def old_stores(config, table, isethdr_home, tmp_path, monkeypatch):
     result = run(config)
     scene = open_scene(next((tmp_path / "now" / "scenes").glob("*.zarr")))
     monkeypatch.setenv("ISETHDR_HOME", str(isethdr_home))
-    recipe, name = old_recipe(), old_run(config)
+    recipe = old_recipe()
+    name = old_run(config)
     described = {"scene": {"class": OLD_CLASS["scene/world"], "size_m": 1.0}}
     described |= {"renderer": {"class": OLD_CLASS["renderer/flat"], "samples": 4}}
     attributes = {k: v for k, v in scene.attrs.items() if k not in ("format", "complete", "code")}

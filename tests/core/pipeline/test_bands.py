@@ -110,11 +110,9 @@ def test_photocurrent_of_fewer_bands_is_read_as_that_of_all(names, monkeypatch):
         None,
         {},
     )
-    demand, rows, mixed = (
-        plan(chain(sensors["bayer"]), ledger.Ledger()),
-        ledger.Ledger(),
-        some_light(),
-    )
+    demand = plan(chain(sensors["bayer"]), ledger.Ledger())
+    rows = ledger.Ledger()
+    mixed = some_light()
     if len(names) > 1:
         demand = Demand(
             response=sum(

@@ -45,7 +45,8 @@ SMALL = [
 
 def test_a_run_is_computed_once():
     config = compose([*SMALL, "sensor=ideal"])
-    first, second = run(config), run(config)
+    first = run(config)
+    second = run(config)
     assert (
         first.computed
         and not second.computed
@@ -74,7 +75,8 @@ def test_the_store_holds_captures_picture_truth_and_the_config():
     result = run(compose([*SMALL, "~cameras.rgbw"]))
     assert result.cameras == ["bayer", "split_pixel"]
     for camera in result.cameras:
-        picture, truth = result.open(f"picture/{camera}"), result.open(f"truth/{camera}")
+        picture = result.open(f"picture/{camera}")
+        truth = result.open(f"truth/{camera}")
         assert picture["xyz"].shape == truth["xyz"].shape and {"raw", "saturated"} <= set(
             result.open(f"captures/{camera}")
         )
@@ -89,7 +91,8 @@ def test_the_store_holds_captures_picture_truth_and_the_config():
 def test_cameras_look_at_the_same_light_and_draw_their_own_noise():
     both = run(compose([*SMALL, "~cameras.split_pixel"]))
     alone = run(compose([*SMALL, "~cameras.split_pixel", "~cameras.rgbw"]))
-    a, b = both.open("captures/bayer")["raw"], alone.open("captures/bayer")["raw"]
+    a = both.open("captures/bayer")["raw"]
+    b = alone.open("captures/bayer")["raw"]
     assert np.array_equal(a, b), "a further camera must not change this one's noise"
 
 

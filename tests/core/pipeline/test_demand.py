@@ -72,10 +72,8 @@ def test_labels_of_metrics_add_up():
 
 
 def test_bands_of_two_cameras_are_joined_in_order():
-    a, b = (
-        Demand(wavelength_nm=(500.0, 600.0), error_allowed=0.1),
-        Demand(wavelength_nm=(450.0, 500.0), error_allowed=0.01),
-    )
+    a = Demand(wavelength_nm=(500.0, 600.0), error_allowed=0.1)
+    b = Demand(wavelength_nm=(450.0, 500.0), error_allowed=0.01)
     assert union([a, b]).wavelength_nm == (450.0, 500.0, 600.0)
     assert union([a, b]).error_allowed == 0.01
     assert union([a, Demand()]).wavelength_nm is None

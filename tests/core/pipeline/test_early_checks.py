@@ -94,9 +94,11 @@ def test_the_form_of_a_shot_is_that_of_its_captures(name):
 
     sensor = build("sensor", name)
     assert isinstance(sensor, ListsCaptures)
-    shot, form = sensor(irradiance(1e-3, 24, 24, 5e-6), generator()), sensor.shot_form()
+    shot = sensor(irradiance(1e-3, 24, 24, 5e-6), generator())
+    form = sensor.shot_form()
     assert tuple(shot["capture"].values.tolist()) == form.captures
-    rows, columns = len(form.filters), len(form.filters[0])
+    rows = len(form.filters)
+    columns = len(form.filters[0])
     seen = shot["channel"].values[shot["filter"].values[:rows, :columns]]
     np.testing.assert_array_equal(seen, [list(row) for row in form.filters])
 

@@ -61,10 +61,8 @@ def test_too_many_pixels_are_refused_before_the_scene_is_made(no_work, scene):
 @pytest.mark.parametrize("name", sorted(name for kind, name in components() if kind == "sensor"))
 def test_every_sensor_says_whether_it_fits(name):
     # 0.73 mm x 0.41 mm
-    scene, lens = (
-        build("scene", "uniform"),
-        build("lens", "ideal", focal_length_mm=1.0),
-    )
+    scene = build("scene", "uniform")
+    lens = build("lens", "ideal", focal_length_mm=1.0)
     for rows, columns, wrong in ((10, 10, ""), (200, 10, "rows=200"), (10, 300, "columns=300")):
         sensor = build("sensor", name, pitch_um=3.0, rows=rows, columns=columns)
         if not wrong:
@@ -124,11 +122,9 @@ def test_what_is_not_known_beforehand_is_left_to_the_sensor():
     class Unknown:
         """A part without any of the methods."""
 
-    scene, lens, sensor = (
-        build("scene", "uniform"),
-        build("lens", "ideal"),
-        build("sensor", "bayer", columns=60_000),
-    )
+    scene = build("scene", "uniform")
+    lens = build("lens", "ideal")
+    sensor = build("sensor", "bayer", columns=60_000)
     check_fields(Unknown(), lens, [sensor])
     check_fields(scene, Unknown(), [sensor])
     check_fields(scene, lens, [Unknown()])

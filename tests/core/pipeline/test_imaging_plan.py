@@ -79,7 +79,8 @@ def test_leave_out_false_leaves_nothing_out():
 
 
 def test_errors_and_omissions_of_a_plan_are_stated_once_when_light_is_imaged():
-    lens, budget = DiffractionLimitedLens(), LightBudget()
+    lens = DiffractionLimitedLens()
+    budget = LightBudget()
     with ledger.stage(rows := ledger.Ledger(), "lens"):
         plan = lens.plan((), mixed(), None, budget)
         assert not rows and plan.left_out
@@ -91,7 +92,8 @@ def test_errors_and_omissions_of_a_plan_are_stated_once_when_light_is_imaged():
 
 
 def test_a_plan_serves_other_light_on_the_same_field():
-    lens, light = DiffractionLimitedLens(), mixed()
+    lens = DiffractionLimitedLens()
+    light = mixed()
     plan = lens.plan((), light, None, LightBudget())
     twice = light.copy(data=2 * light.values)
     # twice the light, up to the rounding of the transforms in float32
@@ -106,7 +108,8 @@ def test_a_plan_refuses_light_on_another_field(other):
 
 
 def test_a_plan_refuses_negative_light_on_its_own_field():
-    plan, light = IdealLens().plan((), mixed(), None, LightBudget()), mixed()
+    plan = IdealLens().plan((), mixed(), None, LightBudget())
+    light = mixed()
     light.values[0, 0, 0] = -1.0
     with pytest.raises(UnitError):
         plan.image(light)
@@ -148,7 +151,8 @@ def test_the_outline_of_a_lens_without_a_plan_leaves_nothing_out():
 
 def test_a_run_plans_its_light_once(monkeypatch, isethdr_home):
     """Also where its pictures state what the errors of the lens do to them, camera by camera."""
-    made, own = [], IdealLens.plan
+    made = []
+    own = IdealLens.plan
 
     def counted(self, flares, field, response=None, budget=None):
         made.append(budget)

@@ -113,7 +113,8 @@ def kernel_bytes(lens, frame):
 def test_kernels_take_what_was_counted():
     from isethdr_optics.psf import kernels
 
-    lens, wave = build("lens", "diffraction_limited"), (500.0, 600.0)
+    lens = build("lens", "diffraction_limited")
+    wave = (500.0, 600.0)
     frame = memory.Frame(90, 100, (1e-3, 1e-3), wave, sensed=False)
     counted = kernel_bytes(lens, frame)
     assert (

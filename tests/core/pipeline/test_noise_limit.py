@@ -27,7 +27,8 @@ def field(level_cd_m2, tiles=(12, 16)):
 
 def test_a_lens_that_only_images_makes_the_sharp_light():
     _, mixed, lens = field(3.0)
-    light, whole = sharp_light(lens, mixed), lens(mixed, flares=())
+    light = sharp_light(lens, mixed)
+    whole = lens(mixed, flares=())
     np.testing.assert_allclose(light.values, whole.values, rtol=1e-6)  # float32
     np.testing.assert_allclose(light.x.values, whole.x.values, rtol=1e-9)
     assert light.attrs["field_width"] == pytest.approx(whole.attrs["field_width"])
@@ -73,7 +74,8 @@ def test_nobody_looks_beyond_the_field_of_the_camera():
 
 def test_automatic_exposure_follows_the_light_that_is_shown_and_says_that_it_may_change():
     scene, _, lens = field(500.0)
-    fixed, auto = build("sensor", "bayer"), build("sensor", "bayer", exposure_rule="centre")
+    fixed = build("sensor", "bayer")
+    auto = build("sensor", "bayer", exposure_rule="centre")
     cameras = lambda sensor: CameraNoise(
         build("lighting", "ideal"), lens, {"one": sensor}, None, hdr.generator(0)
     )

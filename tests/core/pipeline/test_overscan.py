@@ -20,7 +20,8 @@ from isethdr_core.storage import store
 from isethdr_core.uncertainty import ledger
 
 RENDERER = SimpleNamespace(margin=0.1)
-WEIGHTS, TARGETS = build("lighting", "weights"), build("lighting", "targets")
+WEIGHTS = build("lighting", "weights")
+TARGETS = build("lighting", "targets")
 
 
 def wanted(lens, flares=(), lightings=(WEIGHTS,), renderer=RENDERER):

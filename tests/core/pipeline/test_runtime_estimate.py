@@ -35,7 +35,8 @@ def test_seconds_of_stored_runs_grow_with_the_tiles():
     result = run(compose(FAST))
     real = {row.stage: row.seconds for row in result.ledger}
     assert result.attributes["expected_s"] == {}
-    same, four = forecast([*FAST, "seed=1"]), forecast([*FAST, "scene.width=48", "scene.height=32"])
+    same = forecast([*FAST, "seed=1"])
+    four = forecast([*FAST, "scene.width=48", "scene.height=32"])
     assert same == pytest.approx({stage: real[stage] for stage in same})
     assert {
         "scene uniform",
@@ -64,7 +65,8 @@ class Tells:
 
 
 def test_a_lens_that_can_tell_is_believed_and_corrected_by_what_runs_took(monkeypatch):
-    parts, config = chain(compose(FAST)), plain(compose(FAST))
+    parts = chain(compose(FAST))
+    config = plain(compose(FAST))
     frame = Frame(100, 200, (1e-3, 1e-3), (500.0, 600.0), True)
 
     def lens_s(lens, *rows):
@@ -137,10 +139,8 @@ def test_a_renderer_is_expected_to_take_longer_for_more_paths_groups_and_tiles()
         "path_span": {"sky": [0, 20], "lamps": [0, 60]},
         "noise": {"sky": 0.1, "lamps": 0.2},
     }
-    now, both = (
-        {"width": 20, "height": 4, "first_nm": 500.0, "last_nm": 600.0, "step_nm": 100.0},
-        Demand(),
-    )
+    now = {"width": 20, "height": 4, "first_nm": 500.0, "last_nm": 600.0, "step_nm": 100.0}
+    both = Demand()
 
     class GoesOn:
         def expected_paths(self, paths, noise):
@@ -172,7 +172,8 @@ class Guesses:
 
 
 def test_a_renderer_guesses_where_nothing_is_stored_of_the_scene(monkeypatch):
-    parts, config = chain(compose(FAST)), plain(compose(FAST))
+    parts = chain(compose(FAST))
+    config = plain(compose(FAST))
     parts = replace(parts, renderer=Guesses())
     config["renderer"] = {"name": "guesses"}
     frame = Frame(100, 200, (1e-3, 1e-3), (500.0, 600.0), True)

@@ -123,7 +123,8 @@ def test_sensors_state_what_they_see_and_nothing_where_they_fill_the_field():
 
 
 def test_cameras_see_what_either_sees_and_one_that_says_nothing_sees_all():
-    wide, high = Demand(window_m=(3.0, 1.0)), Demand(window_m=(2.0, np.inf))
+    wide = Demand(window_m=(3.0, 1.0))
+    high = Demand(window_m=(2.0, np.inf))
     assert union([wide, high]).window_m == (3.0, np.inf)
     assert union([wide, Demand(), high]).window_m is None
     first, second = (
@@ -172,7 +173,8 @@ def test_light_that_varies_in_time_is_cut_like_any_other():
 
 
 def test_noise_of_the_scene_is_taken_from_the_tiles_that_light_has():
-    field, light = mixed(), light_of(build("lens", "ideal"), (90e-6, 90e-6))[0]
+    field = mixed()
+    light = light_of(build("lens", "ideal"), (90e-6, 90e-6))[0]
     np.testing.assert_array_equal(on_light(field.values, field, light), field.values[:, 2:6, 4:8])
 
 

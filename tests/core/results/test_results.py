@@ -21,7 +21,8 @@ CAMERA = "front<b>"
 
 def picture(bright_row: int) -> xr.Dataset:
     """Return a picture of 4 x 6 pixels of 3 um whose first rows are bright."""
-    y, x = 3e-6 * (np.arange(4) - 1.5), 3e-6 * (np.arange(6) - 2.5)
+    y = 3e-6 * (np.arange(4) - 1.5)
+    x = 3e-6 * (np.arange(6) - 2.5)
     xyz = np.full((4, 6, 3), 1.0)
     xyz[bright_row] = 100.0
     dims = ("y", "x", "xyz_channel")

@@ -42,7 +42,8 @@ def test_the_same_command_has_the_same_name_in_any_order():
 
 def test_time_left_is_the_time_of_the_computed_jobs_times_those_to_come(isethdr_home):
     sweep = replace(stored_sweep(isethdr_home), total=10)
-    stored, computed = Job(0, (), 0.1, "a"), Job(1, (), 5.0, "b", computed=True)
+    stored = Job(0, (), 0.1, "a")
+    computed = Job(1, (), 5.0, "b", computed=True)
     assert seconds_left(sweep, [stored], now=1020.0) is None
     assert seconds_left(sweep, [stored, computed], now=1020.0) == 20.0 * 8
     assert seconds_left(replace(sweep, total=2), [stored, computed], now=1020.0) == 0.0

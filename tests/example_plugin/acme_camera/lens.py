@@ -29,7 +29,8 @@ class AcmePlastic:
             )
         quantities.check_mixed(mixed)
         f_m = self.focal_length_mm * 1e-3
-        x_m, y_m = mixed.x.values * f_m, mixed.y.values * f_m
+        x_m = mixed.x.values * f_m
+        y_m = mixed.y.values * f_m
         throughput_sr = self.transmittance * irradiance_factor(self.f_number)
         ledger.error(2.0**-24, "relative", "bound", "a product, rounded to float32")
         light = mixed.values * (throughput_sr * cos4_falloff(x_m[None, :], y_m[:, None], f_m))

@@ -44,11 +44,13 @@ class AcmeNano:
             words(generator.stream("acme", "read"), 0, height, 0, width)
         )
         top = 2 ** {"ramp": 12, "sar": 10}[self.converter] - 1
-        gain, black = 0.9 * top / well, 0.05 * top
+        gain = 0.9 * top / well
+        black = 0.05 * top
         raw = np.clip(np.rint(black + gain * read), 0, top)
         saturated = charge >= well
         for row, column in self.dead_pixels:
-            raw[row, column], saturated[row, column] = top, True
+            raw[row, column] = top
+            saturated[row, column] = True
         one = {
             "exposure_s": self.exposure_s,
             "gain_dn_per_e": gain,
@@ -97,11 +99,13 @@ class AcmeNano:
 
         light = time_mean(light)  # one row of this sensor sees many periods of any lamp
         quantities.check_irradiance(light)
-        pitch, nm = self.pitch_um * 1e-6, light.wavelength.values
+        pitch = self.pitch_um * 1e-6
+        nm = light.wavelength.values
         height, width = (
             int(light.attrs[side] / pitch + 1e-9) for side in ("field_height", "field_width")
         )
-        y, x = quantities.centres(height, height * pitch), quantities.centres(width, width * pitch)
+        y = quantities.centres(height, height * pitch)
+        x = quantities.centres(width, width * pitch)
         qe = np.stack(
             [0.5 * np.exp(-0.5 * ((nm - peak) / 45.0) ** 2) for peak in PEAKS_NM.values()]
         )

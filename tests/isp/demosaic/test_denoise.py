@@ -76,7 +76,8 @@ def test_strips_and_no_variance_change_nothing(monkeypatch):
     one.valid[30:33, 5:9] = False
     whole = denoised(one, (2, 2))
     monkeypatch.setattr(denoise, "STRIP", 17)
-    parts, plain = denoised(one, (2, 2)), denoised(one, (2, 2), with_variance=False)
+    parts = denoised(one, (2, 2))
+    plain = denoised(one, (2, 2), with_variance=False)
     np.testing.assert_allclose(parts.signal_e, whole.signal_e, rtol=1e-6)
     np.testing.assert_allclose(parts.variance_e2, whole.variance_e2, rtol=1e-4)
     np.testing.assert_array_equal(plain.signal_e, parts.signal_e)
@@ -86,7 +87,8 @@ def test_strips_and_no_variance_change_nothing(monkeypatch):
 def test_stabilised_values_are_anscombes_for_one_capture_and_have_a_noise_of_one():
     x = np.linspace(1.0, 5000.0, 40000).reshape(200, 200)
     good = np.ones(x.shape, bool)
-    ours, anscombe = stabilised(x, x + READ**2, good), 2 * np.sqrt(x + 0.375 + READ**2)
+    ours = stabilised(x, x + READ**2, good)
+    anscombe = 2 * np.sqrt(x + 0.375 + READ**2)
     # 512 bins of 10 e: the first is too wide for the curve, which bends on the scale of 4 e
     np.testing.assert_allclose(ours - ours[50, 0], anscombe - anscombe[50, 0], atol=0.5)
     rng = np.random.default_rng(8)
@@ -127,7 +129,8 @@ def test_the_darkest_flat_fields_keep_their_mean(level, read):
     """The mean changes by less than 0.005 of the noise of one pixel. Averages of stabilised values
     with the exact inverse would change it by up to 0.07.
     """
-    rng, change = np.random.default_rng(14), []
+    rng = np.random.default_rng(14)
+    change = []
     for _ in range(8):
         x = rng.poisson(level, (64, 64)) + read * rng.standard_normal((64, 64))
         one = Merged(
@@ -143,7 +146,8 @@ def test_the_darkest_flat_fields_keep_their_mean(level, read):
 
 @pytest.mark.parametrize("isp", [LinearIsp, MergeIsp])
 def test_through_the_isp_the_level_stays_and_no_variance_is_stated(bench, isp):
-    grey, rng = 20 * light("daylight", bench.WAVELENGTH), np.random.default_rng(10)
+    grey = 20 * light("daylight", bench.WAVELENGTH)
+    rng = np.random.default_rng(10)
     captures = bench.make(bench.mosaic_of(grey, (96, 96)), bench.SPLIT, rng=rng)
     rows = ledger.Ledger()
     with ledger.stage(rows, "isp") as row:
@@ -175,7 +179,8 @@ def test_variance_is_that_of_the_weights(monkeypatch):
     others = 11 * 11 - 1
     share = (1 + others * 0.25) / (1 + others * 0.5) ** 2
     level = np.full((40, 40), 100.0)
-    good, source = np.ones((40, 40), bool), np.zeros((40, 40), np.uint8)
+    good = np.ones((40, 40), bool)
+    source = np.zeros((40, 40), np.uint8)
     out = denoised(Merged(level, level + 4.0, good, source), (2, 2))
     assert out.variance_e2[20, 20] == pytest.approx(104 * share)
     # every second sample of the shifts is 60 e brighter, so all lie 30 e from the mean: a variance

@@ -55,10 +55,12 @@ def test_sums_are_restored_whatever_rounding_did():
 @pytest.mark.parametrize("cell", load())
 @pytest.mark.parametrize("level", [2.0, 300.0])
 def test_the_mean_is_that_of_the_field_and_the_noise_below_that_of_a_sample(cell, level):
-    rng, channels = np.random.default_rng(3), channels_of(cell)
+    rng = np.random.default_rng(3)
+    channels = channels_of(cell)
     filters = filters_of(cell)
     colour = level * np.array([0.6, 1.0, 0.5, 2.0])[: len(channels)]
-    mean, read = colour[filters], 2.0
+    mean = colour[filters]
+    read = 2.0
     planes = []
     for _ in range(40):
         mosaic = rng.poisson(mean) + read * rng.standard_normal(mean.shape)
@@ -72,7 +74,8 @@ def test_the_mean_is_that_of_the_field_and_the_noise_below_that_of_a_sample(cell
 
 
 def test_every_order_of_an_array_is_the_same_rule():
-    rng, cell = np.random.default_rng(1), "WGWR/GWRW/WBWG/BWGW"
+    rng = np.random.default_rng(1)
+    cell = "WGWR/GWRW/WBWG/BWGW"
     mosaic = rng.uniform(50, 100, (SIDE, SIDE))
     whole = learned(mosaic, filters_of(cell), list("RGBW"), mosaic)
     part = learned(mosaic[1:, 2:], filters_of(cell)[1:, 2:], list("RGBW"), mosaic[1:, 2:])

@@ -100,18 +100,21 @@ def test_without_a_denser_channel_there_is_no_guide_and_the_ledger_says_so():
 
 
 def test_guided_keeps_own_samples_and_costs_little_in_noise():
-    planes, rng = np.full((4, *SHAPE), 10.0), np.random.default_rng(0)
+    planes = np.full((4, *SHAPE), 10.0)
+    rng = np.random.default_rng(0)
     filters = tiled(RGBW_4X4)
     mosaic = 10 + 5 * rng.standard_normal(SHAPE)
     args = mosaic, filters, list("RGBW"), np.full(SHAPE, 25.0), np.zeros(SHAPE, bool)
-    plain, guided = interpolate("bilinear", *args)[0], interpolate("guided", *args)[0]
+    plain = interpolate("bilinear", *args)[0]
+    guided = interpolate("guided", *args)[0]
     np.testing.assert_allclose(np.take_along_axis(guided, filters[None], 0)[0], mosaic, rtol=1e-12)
     assert rms(guided, planes) < 1.1 * rms(plain, planes)  # the slope is shrunk by the noise
 
 
 def test_malvars_variance_is_that_of_the_noise():
     needs_package("malvar")
-    planes, rng = np.full((3, *SHAPE), 50.0), np.random.default_rng(1)
+    planes = np.full((3, *SHAPE), 50.0)
+    rng = np.random.default_rng(1)
     draws = np.stack([run("malvar", planes, BAYER, "RGB", 2.0, rng)[0] for _ in range(150)])[
         ..., 8:-8, 8:-8
     ]

@@ -94,9 +94,15 @@ def ensemble(name, electrons, devices, pixels, **isp):
     the devices' means.
     """
     kind, fields = SENSORS[name]
-    sensor, process = hdr.build("sensor", kind, **fields), MergeIsp(**isp)
+    sensor = hdr.build("sensor", kind, **fields)
+    process = MergeIsp(**isp)
     flat = flat_of(sensor, electrons, pixels)
-    shots, means, again, total, fixed, temporal = [], [], [], [], [], []
+    shots = []
+    means = []
+    again = []
+    total = []
+    fixed = []
+    temporal = []
     for number in range(devices):
         generator = hdr.generator(seed=number, device=f"D{number}")
         shot = sensor(flat, generator)
@@ -148,7 +154,9 @@ def test_the_stated_variance_is_right_from_3_to_110000_electrons(name, levels):
 
 
 def test_photodiodes_that_share_silicon_add_in_amplitude():
-    signal, variance, share = np.full((4, 5), 1000.0), np.full((4, 5), 1000.0), 0.3
+    signal = np.full((4, 5), 1000.0)
+    variance = np.full((4, 5), 1000.0)
+    share = 0.3
     mean_square = 1000.0**2 - 1000.0  # an unbiased estimate of the square of the mean
 
     def prnu_part(other_silicon):
@@ -216,7 +224,8 @@ def test_columns_deviate_alike_through_the_demosaic():
     column = rule.variance(np.eye(3), SampleNoise((NoisePart(np.full((12, 12), 9.0), rows="any"),)))
     assert column[0, 5, 5] == pytest.approx(4.5) and column[2, 5, 5] == pytest.approx(9.0)
     rng = np.random.default_rng(0)
-    matrix, deviation = rng.standard_normal((3, 3)), rng.uniform(1, 3, (12, 12))
+    matrix = rng.standard_normal((3, 3))
+    deviation = rng.uniform(1, 3, (12, 12))
     # a column deviates by one normal number: the map's answers to each column, squared and added,
     # are the variance
     answers = [

@@ -13,7 +13,8 @@ from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.quantities import IRRADIANCE, centres, plane
 
 W = np.arange(400.0, 701.0, 10.0)
-THROUGHPUT, PITCH_M = np.pi / 65, 3e-6
+THROUGHPUT = np.pi / 65
+PITCH_M = 3e-6
 
 
 def irradiance(luminance):
@@ -48,7 +49,8 @@ def shot(luminance, seed=1, **fields):
 def test_a_ramp_over_the_whole_range_comes_back(varies, cfa):
     ramp = np.linspace(5.0, 23000.0, 240)
     picture = MergeIsp()(shot(np.broadcast_to(ramp, (40, 240)), varies=varies, cfa=cfa))
-    y, variance = picture.xyz.values[4:-4, 8:-8, 1], picture.variance.values[4:-4, 8:-8, 1]
+    y = picture.xyz.values[4:-4, 8:-8, 1]
+    variance = picture.variance.values[4:-4, 8:-8, 1]
     assert picture.valid.values.all()
     # bilinear interpolation leaves about 10 of 32 rows independent, which gives the standard error
     # of a column; all 224 columns stay below 4.5 standard errors, and the mean over the ramp below

@@ -54,11 +54,13 @@ def shot(electrons, **fields):
 def test_level_and_variance_of_draws(isp, electrons):
     captures, level = shot(electrons)
     picture = hdr.build("isp", isp)(captures)
-    y, variance = picture.xyz.values[..., 1], picture.variance.values[..., 1]
+    y = picture.xyz.values[..., 1]
+    variance = picture.variance.values[..., 1]
     assert picture.valid.values.all()
     # the table is without bias but for 0.04 % where it bends within a width of the noise; there
     # readings state their variance to 5 %
-    bend, bent = 2.03e4 < electrons < 2.4e4, electrons > 1.8e4
+    bend = 2.03e4 < electrons < 2.4e4
+    bent = electrons > 1.8e4
     assert abs(y.mean() / level - 1) < 4 * y.std() / level / SIZE + (
         4e-4 if bend else 1e-4 if bent else 0.0
     )

@@ -42,7 +42,8 @@ def placed(make, mesh, pose=None, share=0.0, axis=(1.0, 0, 0)):
 def tilted(make):
     """A lens of two panes, turned away from each other and tilted back, as in a car's corner."""
     v, f = make.quad(0.05, 0.04)
-    a, b = make.pose(turn_deg=35.0, pitch_deg=-20.0), make.pose(0, 0.2, 0, -15.0)
+    a = make.pose(turn_deg=35.0, pitch_deg=-20.0)
+    b = make.pose(0, 0.2, 0, -15.0)
     corners = np.concatenate([v @ m[:3, :3].T + m[:3, 3] for m in (a, b)])
     return corners, np.concatenate([f, f + len(v)])
 
@@ -74,8 +75,10 @@ def test_a_turned_lamp_takes_its_beam_along(make):
 def test_the_lens_glows_with_its_share_of_the_flux(make):
     one = placed(make, make.quad(0.1, 0.1), share=0.02)
     u = (np.arange(1, 2000) - 0.5) / 2000
-    up, left = np.degrees(np.arcsin(2 * u - 1)), (np.arange(720) - 359.5) / 4
-    a, b = np.radians(left), np.radians(up[:, None])
+    up = np.degrees(np.arcsin(2 * u - 1))
+    left = (np.arange(720) - 359.5) / 4
+    a = np.radians(left)
+    b = np.radians(up[:, None])
     # the front half
     sphere = np.stack([np.cos(b) * np.cos(a), np.cos(b) * np.sin(a), np.sin(b) + 0 * a], -1)
     total = candela(one, sphere).mean() * 2 * np.pi
@@ -99,7 +102,8 @@ def test_the_device_agrees_with_the_host(make):
     vector = mi.Vector3f(*direction.T.astype(np.float32))
     for number, one in enumerate(lamps):
         axis = mi.Vector3f(*map(float, one.axis))
-        lamp, every = mi.UInt32(number), mi.Bool(True)
+        lamp = mi.UInt32(number)
+        every = mi.Bool(True)
         found = DeviceGrids(lamps).pattern(lamp, vector, axis, mi.Float(7), every)
         # float32 directions: 1e-7 of a place, 1e-4 of a cell
         np.testing.assert_allclose(np.array(found), one.relative(direction), atol=2e-4)

@@ -54,22 +54,27 @@ def two_lamps(make):
 def surface_at(point):
     """A surface that faces the lamps, seen from their side."""
     si = dr.zeros(mi.SurfaceInteraction3f, DRAWN)
-    si.p, si.n = mi.Point3f(*map(float, point)), mi.Normal3f(1, 0, 0)
-    si.sh_frame, si.wi = mi.Frame3f(si.n), mi.Vector3f(0, 0, 1)
+    si.p = mi.Point3f(*map(float, point))
+    si.n = mi.Normal3f(1, 0, 0)
+    si.sh_frame = mi.Frame3f(si.n)
+    si.wi = mi.Vector3f(0, 0, 1)
     return si
 
 
 def test_points_are_spread_evenly_over_a_lamp_and_their_density_is_that(make):
     lamps = two_lamps(make)
     world = SimpleNamespace(table=lambda value_of, default=0: np.zeros(1, np.uint32))
-    tables, si = LampTables(world, lamps, ["other"]), surface_at(HERE)
+    tables = LampTables(world, lamps, ["other"])
+    si = surface_at(HERE)
     for number, placed in enumerate(lamps):
         rng = mi.PCG32(size=DRAWN, initstate=3 + number)
-        one, every = mi.UInt32(np.full(DRAWN, number).tolist()), mi.Bool(True)
+        one = mi.UInt32(np.full(DRAWN, number).tolist())
+        every = mi.Bool(True)
         chosen = tables.targets[0].pick(rng, one, every)
         p, d, sent, cosine, density = tables._candidate(0, one, chosen, rng, si, every)
         first = int(tables.targets[0].first[number])
-        k, at = np.array(chosen) - first, np.array(p).T.astype(float)
+        k = np.array(chosen) - first
+        at = np.array(p).T.astype(float)
         corner, a, b = (placed.triangles[k, n] for n in range(3))
         # the place in its triangle, as one of the four between the middles of its sides
         share = np.stack([_along(at, corner, a, b), _along(at, corner, b, a)], 1)
@@ -101,7 +106,9 @@ def test_points_are_spread_evenly_over_a_lamp_and_their_density_is_that(make):
 
 def _along(at, corner, to, other):
     """The coordinate along one side of a triangle of points of its plane."""
-    e, f, w = to - corner, other - corner, at - corner
+    e = to - corner
+    f = other - corner
+    w = at - corner
     dot = lambda p, q: np.einsum("nk,nk->n", p, q)
     return (dot(w, e) * dot(f, f) - dot(w, f) * dot(e, f)) / (
         dot(e, e) * dot(f, f) - dot(e, f) ** 2
@@ -110,7 +117,8 @@ def _along(at, corner, to, other):
 
 def test_lamps_are_drawn_by_their_chances():
     """In a cell of the world, where nothing is near: uneven light of nine lamps."""
-    count, place = 9, 64 * 36 + 5
+    count = 9
+    place = 64 * 36 + 5
     light = np.random.default_rng(2).lognormal(0, 2, (1, count))
     view = SimpleNamespace(whole=(36, 64))
     camera = SimpleNamespace(origin=mi.Point3f(0))

@@ -49,9 +49,11 @@ def test_light_of_near_lamps_is_that_of_lamps_by_chance(make, monkeypatch):
     from isethdr_mitsuba.doctor import choose_variant
 
     mi.set_variant(choose_variant("llvm"))
-    scene, repeats = make.street(8), 8
+    scene = make.street(8)
+    repeats = 8
     settings = MitsubaRenderer(width=24, height=14, step_nm=100.0, max_depth=3)
-    groups, piles = scene.light_groups(), []
+    groups = scene.light_groups()
+    piles = []
     for seen in (near_lamps.SEEN, np.inf):
         monkeypatch.setattr(near_lamps, "SEEN", seen)
         one_pass = compiled(scene, settings, groups)
@@ -61,7 +63,8 @@ def test_light_of_near_lamps_is_that_of_lamps_by_chance(make, monkeypatch):
         piles.append(pile.mean((2, 4, 6)).reshape(repeats, len(groups), 12))
     near, chance = piles
     for g, group in enumerate(groups):
-        a, b = near[:, g], chance[:, g]
+        a = near[:, g]
+        b = chance[:, g]
         if group == "sky":  # no lamp: bit for bit
             assert np.array_equal(a, b)
             continue

@@ -54,7 +54,8 @@ def shown(part, number, left_deg, up_deg, at):
 
 def luminances(pairs, camera, width, height):
     """Luminance of tiles and their solid angles under lamps in front of nothing."""
-    models, placed = {m.name: m for m, _ in pairs}, tuple(p for _, p in pairs)
+    models = {m.name: m for m, _ in pairs}
+    placed = tuple(p for _, p in pairs)
     dark = {"dark": Material("dark", reflectance=flat(0.0))}
     description = SceneDescription("lamps", models, placed, dark, camera)
     spectral = {"first_nm": 380.0, "last_nm": 780.0, "samples": 1, "max_depth": 1}
@@ -68,7 +69,8 @@ def luminances(pairs, camera, width, height):
 @pytest.mark.slow
 def test_rendered_lamps_have_the_candela_of_their_tables(models):
     """All kinds from three directions each, side by side in one picture."""
-    pairs, expected = [], []
+    pairs = []
+    expected = []
     for k, kind in enumerate(TABLES):
         part = next(p for parts in models for p in parts if p.lamp and p.lamp.kind == kind)
         for j, (left, up) in enumerate(DIRECTIONS):
@@ -76,7 +78,8 @@ def test_rendered_lamps_have_the_candela_of_their_tables(models):
             pairs.append(shown(part, len(pairs), left, up, at))
             cd = part.lamp.intensity_cd
             expected.append((cd * part.lamp.table.at(left, up), cd, at @ at))
-    across, down = len(TABLES), len(DIRECTIONS)
+    across = len(TABLES)
+    down = len(DIRECTIONS)
     field = 2 * np.degrees(np.arctan(CELL * across / 2))
     camera = Camera((0, 0, 0), (1, 0, 0), float(field), across / down)
     found = luminances(pairs, camera, 4 * across, 4 * down)

@@ -60,7 +60,8 @@ def test_cells_go_around_the_camera_and_outwards():
         300.0 ** ((np.arange(rings) + 0.5) / rings),
         indexing="ij",
     )
-    x, y = far * np.cos(np.radians(degrees)), far * np.sin(np.radians(degrees))
+    x = far * np.cos(np.radians(degrees))
+    y = far * np.sin(np.radians(degrees))
     found = spatial_sampling.cell_of(
         mi.Vector3f(*(np.float32(v.ravel()) for v in (x, y, 7 + 0 * x)))
     )
@@ -93,13 +94,15 @@ def yard(make):
 
 
 def test_a_lamp_behind_a_wall_is_hardly_looked_at(make, monkeypatch):
-    kept, aim = [], LampTables.aim
+    kept = []
+    aim = LampTables.aim
     monkeypatch.setattr(
         LampTables, "aim", lambda self, *given: (aim(self, *given), kept.append(self.chances))[0]
     )
     settings = MitsubaRenderer(width=64, height=36, margin=0.0, step_nm=100.0)
     compiled(yard(make), settings, ["streetlights"])
-    chance, blocks = np.array(kept[0].chance).reshape(-1, 2), 64 * 36
+    chance = np.array(kept[0].chance).reshape(-1, 2)
+    blocks = 64 * 36
     assert len(chance) == blocks + np.prod(spatial_sampling.CELLS)
     assert chance[blocks:].sum(1) == pytest.approx(1.0)
     assert (chance[blocks:] == 0.5).all(1).any(), (
@@ -152,7 +155,8 @@ def test_light_is_the_same_and_noise_less_than_where_nothing_is_known_of_the_pla
     )
     anywhere = followed()
     assert by_place.noise[0] < 0.6 * anywhere.noise[0]
-    level, other = by_place.radiance.mean((0, 1)), anywhere.radiance.mean((0, 1))
+    level = by_place.radiance.mean((0, 1))
+    other = anywhere.radiance.mean((0, 1))
     lit = level > 0.01 * level.mean()
     assert level[lit].sum() == pytest.approx(
         other[lit].sum(), rel=5 * anywhere.noise[0] / np.sqrt(lit.sum())

@@ -57,7 +57,8 @@ def photopic_share(ds, spectrum):
 
 def sphere(n, inside_out):
     """Return a convex polyhedron; with constant emission its facets do not matter."""
-    theta, phi = np.linspace(0, np.pi, n + 1), np.linspace(0, 2 * np.pi, 2 * n, endpoint=False)
+    theta = np.linspace(0, np.pi, n + 1)
+    phi = np.linspace(0, 2 * np.pi, 2 * n, endpoint=False)
     v = np.array(
         [[np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)] for t in theta for p in phi]
     )
@@ -106,7 +107,8 @@ def test_the_spread_of_passes_is_the_noise_of_the_mean(make):
     """The error stated for 128 paths is the median deviation from a picture of many more, x 1 /
     0.6745.
     """
-    scene, settings = make.street(6), {"width": 32, "height": 18, "margin": 0.0, "step_nm": 100.0}
+    scene = make.street(6)
+    settings = {"width": 32, "height": 18, "margin": 0.0, "step_nm": 100.0}
     rows = ledger.Ledger()
     with ledger.stage(rows, "renderer") as row:
         few = MitsubaRenderer(**settings, samples=128, seed=5)(
@@ -135,7 +137,8 @@ def test_same_seed_gives_the_same_cube_and_another_seed_does_not(make):
 @pytest.mark.slow
 def test_a_group_is_the_same_bit_for_bit_when_the_others_are_not_rendered(make):
     """A group that is not rendered is absent from the result, not black."""
-    scene, renderer = make.street(6), MitsubaRenderer(width=48, height=27, samples=8)
+    scene = make.street(6)
+    renderer = MitsubaRenderer(width=48, height=27, samples=8)
     whole = renderer(scene)
     assert list(whole.light_group.values) == ["sky", "headlights", "other", "streetlights"]
     rows = ledger.Ledger()
@@ -153,7 +156,8 @@ def test_all_lamps_in_one_group_give_the_sum_of_the_groups(make):
     """An independent estimate: other random numbers, other choice of lamps, same light."""
     from dataclasses import replace
 
-    scene, renderer = make.street(6), MitsubaRenderer(width=32, height=18, samples=512, margin=0.0)
+    scene = make.street(6)
+    renderer = MitsubaRenderer(width=32, height=18, samples=512, margin=0.0)
     parts = renderer(scene, Demand(groups=("headlights", "other", "streetlights")))
 
     def merged(model):
@@ -168,7 +172,8 @@ def test_all_lamps_in_one_group_give_the_sum_of_the_groups(make):
         replace(scene, models={k: merged(m) for k, m in scene.models.items()}),
         Demand(groups=("all",)),
     )
-    a, b = parts.radiance.sum("light_group").values.mean(0), one.radiance.values[0].mean(0)
+    a = parts.radiance.sum("light_group").values.mean(0)
+    b = one.radiance.values[0].mean(0)
     lit = a > 0.01 * a.mean()
     # median of the signed relative difference of two noisy pictures of 512 paths on 100 tiles: no
     # bias above 1 %
@@ -304,10 +309,8 @@ def test_hits_are_those_of_mitsuba(make):
     ray = mi.Ray3f(
         mi.Point3f(0, 0, 0), dr.normalize(mi.Vector3f(1, mi.Float(across), mi.Float(up)))
     )
-    (ours, shape), theirs = (
-        HitTables(world).meet(world.scene, ray, mi.Bool(True)),
-        world.scene.ray_intersect(ray),
-    )
+    ours, shape = HitTables(world).meet(world.scene, ray, mi.Bool(True))
+    theirs = world.scene.ray_intersect(ray)
     hit = np.array(theirs.is_valid())
     number = lambda pointer: np.array(dr.reinterpret_array(mi.UInt32, pointer))[hit]
     assert (
@@ -343,11 +346,9 @@ def pictures(make, scene, settings, group, way, repeats=8):
     from isethdr_mitsuba.world.view import view_of
 
     renderer = MitsubaRenderer(**settings)
-    view, lamps, bands = (
-        view_of(scene.camera, renderer.width, renderer.height, 0.0),
-        placed_lamps(scene),
-        renderer._bands(None),
-    )
+    view = view_of(scene.camera, renderer.width, renderer.height, 0.0)
+    lamps = placed_lamps(scene)
+    bands = renderer._bands(None)
     if way == "own":
         render = make.mitsubas_own(scene, renderer, view, lamps, group, bands)
         return np.stack(
@@ -376,10 +377,8 @@ def follower(scene, renderer, groups):
     from isethdr_mitsuba.world.materials import ramp_surfaces
     from isethdr_mitsuba.world.view import view_of
 
-    view, surfaces = (
-        view_of(scene.camera, renderer.width, renderer.height, 0.0),
-        ramp_surfaces(scene),
-    )
+    view = view_of(scene.camera, renderer.width, renderer.height, 0.0)
+    surfaces = ramp_surfaces(scene)
     return frame.follower(
         scene,
         view,

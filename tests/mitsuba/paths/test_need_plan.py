@@ -14,8 +14,10 @@ from isethdr_mitsuba.paths.tallies import Neighbours, Tally, path_variance
 
 def test_planned_paths_bring_tiles_to_their_limit_in_the_least_time():
     rng = np.random.default_rng(1)
-    variance, limit = rng.lognormal(0, 2, (3, 3, 500)), rng.lognormal(0, 1, (3, 500))
-    weights, us = np.array([1.0, 0.3, 0.0]), np.array([1.0, 2.0, 1.5])
+    variance = rng.lognormal(0, 2, (3, 3, 500))
+    limit = rng.lognormal(0, 1, (3, 500))
+    weights = np.array([1.0, 0.3, 0.0])
+    us = np.array([1.0, 2.0, 1.5])
     limit[:, 7] = np.inf  # nobody looks
     paths = need_plan.needed(variance, limit, weights, us)
     assert not paths[:, 7].any() and not paths[2].any(), "nor where a group has no weight"
@@ -37,7 +39,8 @@ def test_planned_paths_bring_tiles_to_their_limit_in_the_least_time():
 def test_launches_follow_what_is_planned_and_share_paths():
     rng = np.random.default_rng(3)
     more = rng.integers(0, 5, (4, 60)) * 8 * (rng.random((4, 60)) < 0.5)
-    found, launched = np.zeros_like(more), 0
+    found = np.zeros_like(more)
+    launched = 0
     for tiles, paths, bits in need_plan.lots(more):
         assert len(set(tiles)) == len(tiles) and (paths > 0).all()
         launched += paths.sum()
@@ -54,7 +57,8 @@ def test_nothing_is_added_for_little():
 
 def test_neighbours_are_tiles_of_the_same_object():
     rng = np.random.default_rng(4)
-    instance, values = rng.integers(0, 3, (7, 9)), rng.random((2, 63))
+    instance = rng.integers(0, 3, (7, 9))
+    values = rng.random((2, 63))
     found = Neighbours(instance).sum(values).reshape(2, 7, 9)
     planes = values.reshape(2, 7, 9)
     for y in range(7):
@@ -71,9 +75,11 @@ def test_variance_of_paths_from_batches():
     than their own few batches tell.
     """
     rng = np.random.default_rng(5)
-    shape, light = (12, 16), 1 + rng.random((12, 16))
+    shape = (12, 16)
+    light = 1 + rng.random((12, 16))
     tally = Tally.empty(1, 1, 192)
-    batches, each = 4, 8
+    batches = 4
+    each = 8
     sums = rng.gamma(2.0, light.reshape(-1, 1, 1) / 2, (192, batches, each)).sum(2)
     tally.paths[:], tally.batches[:] = batches * each, batches
     tally.xyz[0, :] = sums.sum(1)

@@ -14,7 +14,10 @@ def llvm():
     mi.set_variant(choose_variant("llvm"))
 
 
-SHAPE, BATCHES, PATHS = (40, 60), 8, 16  # of a batch
+# of a batch
+SHAPE = (40, 60)
+BATCHES = 8
+PATHS = 16
 
 
 def tally_of(batches):
@@ -45,8 +48,10 @@ def buffers(rng, spread, level):
 def test_two_buffers_tell_by_how_much_batches_overstate(spread):
     from isethdr_mitsuba.paths.tallies import Neighbours, path_variance, spread_of_buffers
 
-    rng, level = np.random.default_rng(4), np.full(SHAPE, 10.0)
-    found, near = buffers(rng, spread, level), Neighbours(np.zeros(SHAPE, int))
+    rng = np.random.default_rng(4)
+    level = np.full(SHAPE, 10.0)
+    found = buffers(rng, spread, level)
+    near = Neighbours(np.zeros(SHAPE, int))
     each = path_variance(found, near)
     # of one path; 15 batches and 24 of the neighbours' 375 are known to a seventh in each tile
     assert each.mean() == pytest.approx(1.0, rel=0.02)

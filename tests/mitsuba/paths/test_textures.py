@@ -80,7 +80,8 @@ def test_the_integrator_shows_both_spectra_and_their_mean(make):
 
 @pytest.mark.parametrize("name", sorted(LOOKS))
 def test_a_textured_material_keeps_its_mean_and_is_possible(name):
-    plain, made = MATERIALS[name], textured(MATERIALS[name], 7)
+    plain = MATERIALS[name]
+    made = textured(MATERIALS[name], 7)
     nm = np.arange(380.0, 781.0)
     np.testing.assert_allclose(made.mean_reflectance().at(nm), plain.reflectance.at(nm), rtol=0.01)
     for spectrum in (made.reflectance, made.texture.other):

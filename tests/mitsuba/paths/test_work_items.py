@@ -41,7 +41,8 @@ def test_a_tile_is_the_same_in_any_list(make):
     from isethdr_mitsuba.doctor import choose_variant
 
     mi.set_variant(choose_variant("llvm"))
-    scene, settings = make.street(6), MitsubaRenderer(width=12, height=7, step_nm=100.0)
+    scene = make.street(6)
+    settings = MitsubaRenderer(width=12, height=7, step_nm=100.0)
     follow = follower(scene, settings, scene.light_groups())
     every = follow.all_groups()
     whole = follow.even_pass(9, 64)

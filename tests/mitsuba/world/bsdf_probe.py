@@ -18,7 +18,8 @@ def seen_from(observer):
     """Return surface interactions seen from directions (..., 3)."""
     wi = vectors(observer)
     si = dr.zeros(mi.SurfaceInteraction3f, dr.width(wi))
-    si.wi, si.wavelengths = wi, mi.Spectrum(NM)
+    si.wi = wi
+    si.wavelengths = mi.Spectrum(NM)
     return si
 
 
@@ -31,7 +32,8 @@ def value(bsdf, light, observer):
 
 def towards(elevation_deg, azimuth_deg=20.0):
     """Return the unit vector at an elevation above the surface."""
-    e, a = np.radians(elevation_deg), np.radians(azimuth_deg)
+    e = np.radians(elevation_deg)
+    a = np.radians(azimuth_deg)
     return np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
 
 
@@ -56,10 +58,12 @@ def reciprocity(bsdf, count=50_000, seed=0):
     rng = np.random.default_rng(seed)
     grazing = rng.random((count, 2)) < 0.5
     up = np.where(grazing, rng.random((count, 2)) * 0.087, rng.random((count, 2))) + 1e-3
-    up, turn = np.minimum(up, 1), 2 * np.pi * rng.random((count, 2))
+    up = np.minimum(up, 1)
+    turn = 2 * np.pi * rng.random((count, 2))
     across = np.sqrt(1 - up**2)
     d = np.stack([across * np.cos(turn), across * np.sin(turn), up], -1)
-    a, b = value(bsdf, d[:, 0], d[:, 1]), value(bsdf, d[:, 1], d[:, 0])
+    a = value(bsdf, d[:, 0], d[:, 1])
+    b = value(bsdf, d[:, 1], d[:, 0])
     return float((2 * np.abs(a - b) / np.maximum(a + b, 1e-9)).max())
 
 
@@ -72,7 +76,8 @@ def samples_agree(bsdf, elevation_deg, count=50_000):
     on = weight > 0
     si = seen_from(np.tile(observer, (count, 1)))
     value_at, density_at = bsdf.eval_pdf(mi.BSDFContext(), si, vectors(wo))
-    again, light = np.array(density_at)[on], np.array(value_at)[0][on]
+    again = np.array(density_at)[on]
+    light = np.array(value_at)[0][on]
     density_off = np.abs(density[on] / again - 1).max()
     return float(density_off), float(np.abs((weight * density)[on] / light - 1).max())
 
@@ -84,8 +89,10 @@ def chi_square_p(bsdf, observer, edges, samples, seed=5, order=6, sectors=16):
     the rings are those of t = 1 - cos(angle from the observer).
     """
     node, weight = np.polynomial.legendre.leggauss(order)
-    middle, half = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 2
-    t, t_weight = (middle[:, None] + half[:, None] * node).ravel(), np.outer(half, weight).ravel()
+    middle = (edges[1:] + edges[:-1]) / 2
+    half = np.diff(edges) / 2
+    t = (middle[:, None] + half[:, None] * node).ravel()
+    t_weight = np.outer(half, weight).ravel()
     sector = np.linspace(-np.pi, np.pi, sectors + 1)
     psi_half = np.pi / sectors
     psi = ((sector[1:] + sector[:-1])[:, None] / 2 + psi_half * node).ravel()
@@ -119,10 +126,12 @@ def chi_square_above_p(bsdf, elevation_deg, samples, seed=5, order=8, cells=(24,
     node, weight = np.polynomial.legendre.leggauss(order)
 
     def points(edges):
-        middle, half = (edges[1:] + edges[:-1]) / 2, np.diff(edges) / 2
+        middle = (edges[1:] + edges[:-1]) / 2
+        half = np.diff(edges) / 2
         return (middle[:, None] + half[:, None] * node).ravel(), np.outer(half, weight).ravel()
 
-    (up, up_weight), (turn, turn_weight) = points(up_edges), points(turn_edges)
+    up, up_weight = points(up_edges)
+    turn, turn_weight = points(turn_edges)
     z, a = np.meshgrid(up, turn, indexing="ij")
     across = np.sqrt(1 - z**2)
     wo = np.stack([-across * np.cos(a), -across * np.sin(a), z], -1)

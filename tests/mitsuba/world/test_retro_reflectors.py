@@ -111,6 +111,7 @@ def test_the_scalar_variant_has_the_same_reflector():
     bsdf = loaded(MATERIALS["plate_white"])
     for way, eye, wanted in zip(light, observer, expected):
         si = mi.SurfaceInteraction3f()
-        si.wi, si.wavelengths = mi.Vector3f(*eye), mi.Spectrum(550.0)
+        si.wi = mi.Vector3f(*eye)
+        si.wavelengths = mi.Spectrum(550.0)
         found = bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(*way))[0] / way[2]
         assert found == pytest.approx(wanted, rel=1e-3)  # float32

@@ -52,7 +52,8 @@ def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields,
     monkeypatch.setattr(kernels, "_cache", type(kernels._cache)())
     # the finer ones take the axis's kernel too: see below
     monkeypatch.setattr(imaging.FieldKernels, "unlike_far", None)
-    lens, mixed = WavefrontLens(focal_length_mm=6.0, **fields), street()
+    lens = WavefrontLens(focal_length_mm=6.0, **fields)
+    mixed = street()
     with exact_core.kept_cores():
         deviation, bound, *_ = lens.spread_errors(mixed, DIRT, np.eye(2))
         light, finer = (
@@ -61,10 +62,8 @@ def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields,
         )
     assert deviation.shape == bound.shape == light.shape and bound.min() >= 0
     # less is near the rounding of float32
-    wrong, lit = (
-        np.abs(light - finer),
-        deviation > 1e-5 * light,
-    )
+    wrong = np.abs(light - finer)
+    lit = deviation > 1e-5 * light
     share = (wrong / deviation)[lit]
     # On the safe side: of normal deviates 1 in 100 is beyond 2.6, and the root of the mean square
     # is 1. Not far from it: more is stated, as neighbours and places are taken to err alike.
@@ -77,11 +76,10 @@ def test_a_lamp_off_the_axis_differs_from_its_own_kernel_as_stated(monkeypatch):
     """What is spread far away as on the axis, against the kernel of the lamp's own place."""
     monkeypatch.setattr(imaging, "RINGS", (1,))
     monkeypatch.setattr(imaging, "_error", lambda *given: 0.01)
-    lens, mixed = (
-        WavefrontLens(focal_length_mm=6.0, field_zernike_um={0: {}, 3.2: {4: 0.08, 12: 0.05}}),
-        street(),
-    )
-    x, y = float(mixed.x[13]), float(mixed.y[8])
+    lens = WavefrontLens(focal_length_mm=6.0, field_zernike_um={0: {}, 3.2: {4: 0.08, 12: 0.05}})
+    mixed = street()
+    x = float(mixed.x[13])
+    y = float(mixed.y[8])
     mixed.values[...] = 0.0  # no light around it, whose places differ too
     mixed.values[:, 8, 13] = 1.0
     deviation, bound, *_ = lens.spread_errors(mixed, DIRT, np.eye(2))

@@ -18,7 +18,8 @@ BANDS = np.arange(400.0, 701.0, 10.0)
 
 
 def place(name, f_number, degrees, azimuth_rad=0.5, **more):
-    lens, angle = PrescribedLens(prescription=name, f_number=f_number, **more), np.radians(degrees)
+    lens = PrescribedLens(prescription=name, f_number=f_number, **more)
+    angle = np.radians(degrees)
     return node_lens(lens, lens.wavefront_at(angle), azimuth_rad, angle)
 
 
@@ -38,10 +39,8 @@ def stated(lens, half, flares=DIRT, waves=BANDS):
     ],
 )
 def test_kernels_between_knots_are_the_exact_ones_to_what_is_stated(lens, pitch_um, half):
-    found, [error] = (
-        field_point_psf.field_point_kernels(lens, DIRT, BANDS, (pitch_um,) * 2, (half, half)),
-        stated(lens, (half, half)),
-    )
+    found = field_point_psf.field_point_kernels(lens, DIRT, BANDS, (pitch_um,) * 2, (half, half))
+    [error] = stated(lens, (half, half))
     assert 0.006 < error < 0.032  # a knot is at most half a radian away from the next
     worst = []
     for k in (0, 4, 14):  # 400 nm lies on a knot, 440 half way between two that are 40 nm apart
@@ -65,7 +64,8 @@ def test_few_bands_are_made_exactly():
 
 
 def test_the_worst_place_is_stated_whichever_comes_last():
-    still, moving = WavefrontLens(zernike_um={4: 0.0}), WavefrontLens(zernike_um={4: 0.3})
+    still = WavefrontLens(zernike_um={4: 0.0})
+    moving = WavefrontLens(zernike_um={4: 0.3})
     both = []
     for order in ([still, moving], [moving, still]):
         lenses = [node_lens(one, {}, 0.0) for one in order]
@@ -110,7 +110,8 @@ def test_a_thinned_grid_is_a_partition_of_unity_where_it_has_places():
     counts = {p.radius: p.count for p, _ in grid}
     assert counts[0.5] == field_grid.AROUND and counts[0.0] == 1
     assert counts[1.0] == 32 == min(n for n in range(8, 65, 8) if 2 * np.pi / n <= 0.25)
-    x, y = centres(40, 1.4), centres(40, 1.4)
+    x = centres(40, 1.4)
+    y = centres(40, 1.4)
     shares = [field_grid.weight(p, step, x, y) for p, step in grid]
     assert min(s.min() for s in shares) >= 0
     np.testing.assert_allclose(sum(shares), 1.0, atol=1e-12)
@@ -133,7 +134,8 @@ def test_a_lens_that_changes_at_the_border_has_its_places_there():
         light = lens(quantities.plane(values, [550.0], x, y, quantities.RADIANCE))
     [note] = [e for e in rows[0].errors if "places of the field" in e.label]
     assert 0 < note.value <= 0.1
-    angle, turn = float(np.arctan(np.hypot(x[60], y[20]))), float(np.arctan2(-y[20], x[60]))
+    angle = float(np.arctan(np.hypot(x[60], y[20])))
+    turn = float(np.arctan2(-y[20], x[60]))
     own = node_lens(lens, lens.wavefront_at(angle), turn)(
         quantities.plane(values, [550.0], x, y, quantities.RADIANCE)
     )

@@ -46,8 +46,10 @@ def wave(coefficients, x, y):
 
 def test_turned_coefficients_are_the_turned_wavefront():
     x, y = np.random.default_rng(1).uniform(-0.7, 0.7, (2, 100))
-    given, angle = {1: 0.3, 2: 0.1, 3: -0.2, 5: 0.4, 7: 0.1, 8: 0.2, 12: 0.5, 13: -0.3}, 0.7
-    c, s = np.cos(angle), np.sin(angle)
+    given = {1: 0.3, 2: 0.1, 3: -0.2, 5: 0.4, 7: 0.1, 8: 0.2, 12: 0.5, 13: -0.3}
+    angle = 0.7
+    c = np.cos(angle)
+    s = np.sin(angle)
     np.testing.assert_allclose(
         wave(rotated(given, angle), x, y), wave(given, c * x + s * y, c * y - s * x), atol=1e-13
     )
@@ -56,7 +58,8 @@ def test_turned_coefficients_are_the_turned_wavefront():
 
 @pytest.mark.parametrize("symmetric", [True, False])
 def test_shares_are_a_partition_of_unity(symmetric):
-    x, y = quantities.centres(40, 0.6), quantities.centres(30, 0.45)
+    x = quantities.centres(40, 0.6)
+    y = quantities.centres(30, 0.45)
     radius = float(np.hypot(x.max(), y.max()))
     for rings in (1, 2, 3):
         shares = [
@@ -90,7 +93,8 @@ def test_a_wavefront_that_does_not_vary_gives_the_one_point_spread(monkeypatch):
 
 @pytest.mark.slow
 def test_point_spreads_that_hardly_vary_are_left_out_within_their_bound(monkeypatch):
-    lens, scene = WavefrontLens(field_zernike_um={0: {}, 8: {8: 0.006}}, **KEEP), field([(5, 90)])
+    lens = WavefrontLens(field_zernike_um={0: {}, 8: {8: 0.006}}, **KEEP)
+    scene = field([(5, 90)])
     one, row = noted(lambda: lens(scene))
     [left] = [o for o in row.left_out if "off the axis" in o.what]
     assert 1e-4 < left.bound <= 0.05
@@ -117,7 +121,8 @@ def test_a_lamp_at_a_place_has_the_point_spread_of_that_place():
 def test_the_error_between_places_is_what_the_ledger_says_and_finer_grids_are_better():
     errors = []
     scene = field([(20, 70)])
-    u, v = float(scene.x[70]), float(scene.y[20])
+    u = float(scene.x[70])
+    v = float(scene.y[20])
     for allowed in (0.1, 0.02):
         lens = WavefrontLens(field_zernike_um=COMA, error_allowed=allowed, **KEEP)
         light, row = noted(lambda lens=lens: lens(scene))
@@ -144,7 +149,8 @@ def test_the_stated_error_is_that_of_the_worst_band():
 
 
 def test_light_is_kept_never_negative_and_linear():
-    lens, lamps = WavefrontLens(field_zernike_um=COMA, **KEEP), [(36, 48), (30, 66), (50, 30)]
+    lens = WavefrontLens(field_zernike_um=COMA, **KEEP)
+    lamps = [(36, 48), (30, 66), (50, 30)]
     images = [lens(field([lamp])).values for lamp in lamps]
     sums = [i.sum() for i in images]
     # what leaves the frame differs from place to place by a few 1e-4
@@ -168,10 +174,8 @@ def test_turning_the_field_turns_the_image():
 
 @pytest.mark.slow
 def test_mirrored_places_are_those_computed_one_by_one(monkeypatch):
-    lens, scene = (
-        WavefrontLens(field_zernike_um=COMA, error_allowed=0.2, **KEEP),
-        field([(10, 15), (50, 20), (60, 80)]),
-    )
+    lens = WavefrontLens(field_zernike_um=COMA, error_allowed=0.2, **KEEP)
+    scene = field([(10, 15), (50, 20), (60, 80)])
     mirrored = lens(scene).values
     monkeypatch.setattr(grid, "is_mirrored", lambda wavefronts: False)
     np.testing.assert_allclose(mirrored, lens(scene).values, rtol=1e-5)
@@ -190,9 +194,12 @@ def gradients(coefficients, count=20000):
     """Return the slopes (x, y) of a wavefront, um per radius, at even points of the stop, by
     differences.
     """
-    rng, h = np.random.default_rng(0), 1e-5
-    r, turn = np.sqrt(rng.random(count)), 2 * np.pi * rng.random(count)
-    x, y = r * np.cos(turn), r * np.sin(turn)
+    rng = np.random.default_rng(0)
+    h = 1e-5
+    r = np.sqrt(rng.random(count))
+    turn = 2 * np.pi * rng.random(count)
+    x = r * np.cos(turn)
+    y = r * np.sin(turn)
     return (
         (wave(coefficients, x + a, y + b) - wave(coefficients, x - a, y - b)) / (2 * h)
         for a, b in ((h, 0), (0, h))
@@ -214,10 +221,8 @@ def test_slopes_of_a_traced_wavefront_land_where_the_rays_do(name, f_number, nm)
     from isethdr_core.physics.optics.ray_trace import collimated, follow, sequential
 
     lens = load(name).stopped(f_number).scaled(8.0)
-    indices, (pupil_z, radius) = (
-        lens.indices(nm),
-        paraxial.entrance_pupil(lens.surfaces[:-1], lens.indices(nm)),
-    )
+    indices = lens.indices(nm)
+    pupil_z, radius = paraxial.entrance_pupil(lens.surfaces[:-1], lens.indices(nm))
     front = lens.surfaces[0].z_mm
     for tangent in (0.0, 0.1, 0.2):
         found, left, scale = zernike_um(lens, tangent, nm)
@@ -250,9 +255,11 @@ def test_the_lens_of_a_prescription_images_with_its_own_wavefronts():
     same = dict(
         f_number=4.0, focal_length_mm=8.0, distortion="none", falloff="none", lateral_colour="none"
     )
-    lens, flat = PrescribedLens(error_allowed=0.2, **same), PrescribedLens(wavefront="none", **same)
+    lens = PrescribedLens(error_allowed=0.2, **same)
+    flat = PrescribedLens(wavefront="none", **same)
     scene = field([(36, 48)], (73, 97))
-    (own, row), perfect = noted(lambda: lens(scene)), flat(scene)
+    own, row = noted(lambda: lens(scene))
+    perfect = flat(scene)
     assert own.values.max() < perfect.values.max()  # aberrations take light from the peak
     assert own.values.sum() == pytest.approx(perfect.values.sum(), rel=2e-3)  # and put it beside
     axis = node_lens(lens, lens.wavefront_at(0.0), 0.0, 0.0)(scene)
@@ -276,9 +283,11 @@ def test_a_stop_that_off_axis_rays_cannot_fill_is_refused():
 def test_flares_stay_where_they_are_in_the_pupil():
     from isethdr_optics import ApertureFlare
 
-    lens, scene = WavefrontLens(field_zernike_um=COMA, error_allowed=0.2, **KEEP), field([(36, 20)])
+    lens = WavefrontLens(field_zernike_um=COMA, error_allowed=0.2, **KEEP)
+    scene = field([(36, 20)])
     dirt = [ApertureFlare(blades=6, seed=1)]
-    dusty, clean = lens(scene, dirt), lens(scene)
+    dusty = lens(scene, dirt)
+    clean = lens(scene)
     bare = DiffractionLimitedLens(**KEEP)
     loss = float(bare(scene, dirt).sum() / bare(scene).sum())
     assert float(dusty.sum() / clean.sum()) == pytest.approx(loss, rel=2e-3)

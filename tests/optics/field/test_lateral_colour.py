@@ -19,7 +19,8 @@ PITCH = 0.005
 
 def field(values, **attrs):
     height, width = values.shape
-    x, y = quantities.centres(width, width * PITCH), quantities.centres(height, height * PITCH)
+    x = quantities.centres(width, width * PITCH)
+    y = quantities.centres(height, height * PITCH)
     planes = np.broadcast_to(values, (len(BANDS), height, width)).astype(np.float32)
     return quantities.plane(planes, list(BANDS), x, y, quantities.RADIANCE, **attrs)
 
@@ -34,11 +35,10 @@ def lamp(row=80, column=110):
     "distortion", ["none", {"model": "brown_conrady", "k1": -0.2}], ids=["straight", "barrel"]
 )
 def test_a_lamp_moves_by_its_height_times_the_magnification_and_keeps_its_light(distortion):
-    scene, lens = (
-        lamp(),
-        IdealLens(lateral_colour_percent=TABLE, falloff="none", distortion=distortion),
-    )
-    light, plain = lens(scene), IdealLens(falloff="none", distortion=distortion)(scene)
+    scene = lamp()
+    lens = IdealLens(lateral_colour_percent=TABLE, falloff="none", distortion=distortion)
+    light = lens(scene)
+    plain = IdealLens(falloff="none", distortion=distortion)(scene)
     sums, known = (a.values.sum(axis=(1, 2), dtype=float) for a in (light, plain))
     np.testing.assert_allclose(sums, known, rtol=1e-6)  # float32
     assert light.values.min() >= 0
@@ -73,10 +73,8 @@ def test_magnified_is_exact_for_any_scale():
         want = np.zeros(count)
         for j in range(count):
             for i in range(41):
-                low, high = (
-                    max((i - 20.5) * scale, j - count / 2),
-                    min((i - 19.5) * scale, j + 1 - count / 2),
-                )
+                low = max((i - 20.5) * scale, j - count / 2)
+                high = min((i - 19.5) * scale, j + 1 - count / 2)
                 want[j] += values[i] * max(high - low, 0.0) / scale
         got = magnified(np.outer(values, np.ones(3)), scale, (count, 3))[:, 1]
         np.testing.assert_allclose(got, want / scale, rtol=1e-12)
@@ -138,12 +136,12 @@ def test_tiles_that_the_sensor_plane_has_more_are_like_the_border_s(distortion):
     answer there too.
     """
     values = np.random.default_rng(2).uniform(0.5, 1.5, (96, 128))
-    mixed, lens = (
-        field(values),
-        IdealLens(lateral_colour_percent=TABLE, falloff="none", distortion=distortion),
-    )
-    light, still = lens(mixed), IdealLens(falloff="none", distortion=distortion)(mixed)
-    seen, known = on_light(values, mixed, light), on_light(values, mixed, still)
+    mixed = field(values)
+    lens = IdealLens(lateral_colour_percent=TABLE, falloff="none", distortion=distortion)
+    light = lens(mixed)
+    still = IdealLens(falloff="none", distortion=distortion)(mixed)
+    seen = on_light(values, mixed, light)
+    known = on_light(values, mixed, still)
     assert seen.shape == light.shape[1:] and light.sizes["x"] > still.sizes["x"]
     more = [(light.sizes[d] - still.sizes[d]) // 2 for d in ("y", "x")]
     inner = seen[more[0] : -more[0] or None, more[1] : -more[1] or None]
@@ -181,10 +179,8 @@ def test_other_lenses_too_and_the_ledger_says_so(make):
 
 
 def test_what_border_tiles_lack_is_an_error_of_those_tiles_alone():
-    still, tiny = (
-        IdealLens(falloff="none"),
-        IdealLens(falloff="none", lateral_colour_percent={450: 0.0, 650: -1e-3}),
-    )
+    still = IdealLens(falloff="none")
+    tiny = IdealLens(falloff="none", lateral_colour_percent={450: 0.0, 650: -1e-3})
     values = field(np.full((48, 64), 2.0))
     with ledger.stage(rows := ledger.Ledger(), "lens"):
         light = tiny(values)

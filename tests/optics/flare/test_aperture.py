@@ -106,10 +106,8 @@ def test_hexagon_takes_light_and_makes_six_spikes():
 
 def test_spikes_scale_with_wavelength():
     flare = ApertureFlare(dust_per_mm2=0, scratches_per_mm2=0)
-    a, b = (
-        LENS.psf([450], 0.9, 128, [flare]).values[0],
-        LENS.psf([600], 1.2, 128, [flare]).values[0],
-    )
+    a = LENS.psf([450], 0.9, 128, [flare]).values[0]
+    b = LENS.psf([600], 1.2, 128, [flare]).values[0]
     np.testing.assert_allclose(a, b, atol=1e-6 * a.max())  # the same grid in units of wavelength
 
 
@@ -123,7 +121,8 @@ def test_dust_and_seed():
 
 
 def test_order_of_flares_does_not_matter_and_dictionaries_do():
-    one, two = ApertureFlare(dust_per_mm2=0), HalfTone()
+    one = ApertureFlare(dust_per_mm2=0)
+    two = HalfTone()
     np.testing.assert_allclose(
         LENS.psf([550], 1.0, 64, [one, two]),
         LENS.psf([550], 1.0, 64, {"b": two, "a": one}),

@@ -107,8 +107,10 @@ def test_nothing_scattered_changes_nothing():
 def test_a_picture_keeps_its_energy():
     # Slope 4 and a shoulder of 0.5 degrees: beyond the frame, 10 degrees away, 0.3 % of the haze by
     # the closed form of a disc.
-    lens, flare = IdealLens(falloff="none"), HazeFlare(scattered=0.1, shoulder_deg=0.5, slope=4.0)
-    clean, hazy = lens(scene()), lens(scene(), [flare])
+    lens = IdealLens(falloff="none")
+    flare = HazeFlare(scattered=0.1, shoulder_deg=0.5, slope=4.0)
+    clean = lens(scene())
+    hazy = lens(scene(), [flare])
     assert hazy.values.min() >= 0
     assert float(hazy.sum()) == pytest.approx(float(clean.sum()), rel=5e-4)
     ratio = float(hazy[0, 60, 60]) / float(clean[0, 60, 60])
@@ -118,7 +120,8 @@ def test_a_picture_keeps_its_energy():
 
 
 def test_two_hazes_take_turns():
-    a, b = HazeFlare(scattered=0.1, slope=4.0), HazeFlare("abg", 0.2, slope=4.0)
+    a = HazeFlare(scattered=0.1, slope=4.0)
+    b = HazeFlare("abg", 0.2, slope=4.0)
     lens = IdealLens(falloff="none")
     out = lens(scene(), [a, b])
     np.testing.assert_allclose(out[0, 60, 60] > 0.72 * lens(scene())[0, 60, 60], True)

@@ -92,11 +92,14 @@ def meridional(rows, heights_mm):
     ----------
     rows : (radius, thickness, index behind) from front to sensor.
     """
-    angle, q, index = 0.0 * heights_mm, 1.0 * heights_mm, 1.0
+    angle = 0.0 * heights_mm
+    q = 1.0 * heights_mm
+    index = 1.0
     for radius, distance, behind in rows:
         incidence = np.arcsin(q / radius + np.sin(angle))
         refracted = np.arcsin(index / behind * np.sin(incidence))
-        angle, index = angle + refracted - incidence, behind
+        angle = angle + refracted - incidence
+        index = behind
         q = radius * (np.sin(refracted) - np.sin(angle)) + distance * np.sin(angle)
     return q / np.cos(angle)
 
@@ -104,7 +107,9 @@ def meridional(rows, heights_mm):
 def test_a_singlet_has_the_figures_of_the_thick_lens_formula(tmp_path):
     lens = imported(seq(tmp_path / "a.seq")).lens
     found = figures(lens)
-    n, r, d = float(glass.index("N-BK7", 587.56)), 102.5, 5.0
+    n = float(glass.index("N-BK7", 587.56))
+    r = 102.5
+    d = 5.0
     power = (n - 1) * (2 / r - (n - 1) * d / (n * r * r))  # lensmaker's equation
     assert found.focal_length_mm == pytest.approx(1 / power, rel=1e-9)
     assert found.back_focus_mm == pytest.approx((1 - (n - 1) * d / (n * r)) / power, rel=1e-9)
@@ -164,7 +169,8 @@ def test_a_hyperboloid_focuses_to_a_point(tmp_path):
     sphere = imported(hyperbolic(tmp_path / "b.seq", ""), ["500000.999000=1.5"]).lens
     assert figures(sphere).spots[0][1] > 50
     # the difference of hyperboloid and sphere in powers of r: the same focus from an even asphere
-    c, x = -1 / 20, np.linspace(0, 1.2, 60)
+    c = -1 / 20
+    x = np.linspace(0, 1.2, 60)
 
     def sag(k):
         return c * (8 * x) ** 2 / (1 + np.sqrt(1 - (1 + k) * c**2 * (8 * x) ** 2))
@@ -181,7 +187,9 @@ def test_a_hyperboloid_focuses_to_a_point(tmp_path):
 def test_an_odd_asphere_bends_rays_as_snells_law_says(tmp_path):
     odd = "  TYPE ODDASPHE\n  PARM 3 {}\n  PARM 5 {}"
     text = TRIPLET.format(unit="MM", pupil=10, field=0, surfaces="{}")
-    a3, a5, n = -2e-4, 1e-7, 1.5
+    a3 = -2e-4
+    a5 = 1e-7
+    n = 1.5
     blocks = ["SURF 1\n  STOP\n  CURV 0.01\n  DISZ 0\n  GLAS A 0 0 1.5 40"]
     blocks = [
         "SURF 1\n  STOP\n  CURV 0\n  DISZ 5",

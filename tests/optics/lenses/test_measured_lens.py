@@ -77,7 +77,8 @@ def test_the_edge_of_the_picture_keeps_the_light(tmp_path, airy):
 
 def test_weights_of_places_sum_to_one():
     table = load("example", "", 5.6)
-    x, y = np.linspace(-0.5, 0.5, 31), np.linspace(-0.3, 0.3, 19)
+    x = np.linspace(-0.5, 0.5, 31)
+    y = np.linspace(-0.3, 0.3, 19)
     total = np.zeros((19, 31))
     for share in shares(table, np.tan(np.radians(table.field_deg)), x, y):
         total[share.window] += share.weights

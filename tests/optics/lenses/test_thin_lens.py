@@ -42,7 +42,8 @@ def test_point_spread_at_the_airy_rings():
 
 
 def test_coarse_samples_are_integrals_and_never_sum_above_one():
-    fine, coarse = LENS.psf([550], 1.0, 255), LENS.psf([550], 5.0, 51)
+    fine = LENS.psf([550], 1.0, 255)
+    coarse = LENS.psf([550], 5.0, 51)
     assert (fine.attrs["sample"], coarse.attrs["sample"]) == ("point", "integral")
     # the same square; samples of 1 um resolve 2.2 um
     assert float(coarse.sum()) == pytest.approx(float(fine.sum()), rel=1e-5)
@@ -50,7 +51,8 @@ def test_coarse_samples_are_integrals_and_never_sum_above_one():
 
 
 def test_no_aberration_is_diffraction_limited():
-    a, b = WavefrontLens().psf([500], 1.0, 64), DiffractionLimitedLens().psf([500], 1.0, 64)
+    a = WavefrontLens().psf([500], 1.0, 64)
+    b = DiffractionLimitedLens().psf([500], 1.0, 64)
     np.testing.assert_array_equal(a, b)
     light = mixed(point(9, 11, 1e6, background=1.0))
     np.testing.assert_array_equal(WavefrontLens()(light), DiffractionLimitedLens()(light))
@@ -58,7 +60,8 @@ def test_no_aberration_is_diffraction_limited():
 
 @pytest.mark.slow
 def test_fast_lens_on_coarse_tiles_is_ideal():
-    tile_um, blur_um = 50.0, 0.55
+    tile_um = 50.0
+    blur_um = 0.55
     scene = mixed(np.random.default_rng(0).uniform(1, 2, (12, 14)), pitch_um=tile_um)
     kind = dict(f_number=1.0, falloff="none")
     got = DiffractionLimitedLens(**kind)(scene) / IdealLens(**kind)(scene)
@@ -116,7 +119,8 @@ def test_kernel_does_not_depend_on_how_finely_the_scene_is_tiled():
         2
     ).integers(0, 4, (9, 9))
     fine = np.kron(coarse, np.ones((3, 3)))
-    a, b = LENS(mixed(coarse, 3.0)), LENS(mixed(fine, 1.0))
+    a = LENS(mixed(coarse, 3.0))
+    b = LENS(mixed(fine, 1.0))
     mean = resample_mean(b.values, b.x.values, b.y.values, a.x.values, a.y.values, 3e-6, 3e-6)
     # both kernels are exact to 1e-4 (768 pupil samples)
     np.testing.assert_allclose(a, mean, rtol=2e-4)

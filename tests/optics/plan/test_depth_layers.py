@@ -89,7 +89,8 @@ def test_focus_at_the_depth_of_the_field_is_the_sharp_picture_bit_for_bit():
 
 def test_layers_keep_the_energy():
     # dark around a bright middle: what leaves the frame is beyond any kernel of 20 tiles
-    values, depth = np.zeros((TILES, TILES)), np.full((TILES, TILES), np.inf)
+    values = np.zeros((TILES, TILES))
+    depth = np.full((TILES, TILES), np.inf)
     values[25:36, 25:36] = np.random.default_rng(2).random((11, 11))
     depth[:, 30:] = 0.4
     sharp = LENS(field(values)).values.sum()
@@ -159,7 +160,8 @@ def test_a_disc_on_tiles_keeps_light_and_second_moment(diameter):
 
 @pytest.mark.parametrize("blur", [1.5, 4.0, 12.0])  # 0.7, 1.8, 5.5 wavelengths x f-number
 def test_a_disc_beside_diffraction_stays_within_what_is_stated(blur):
-    pitch, waves = (1.0, 1.0), np.array([540.0, 550.0, 560.0])
+    pitch = (1.0, 1.0)
+    waves = np.array([540.0, 550.0, 560.0])
     lens = DiffractionLimitedLens(f_number=4.0)
     wavefront = WavefrontLens(f_number=4.0, zernike_um={4: blur / (16 * np.sqrt(3) * 4.0)})
     sharp, exact = (
@@ -185,6 +187,7 @@ def test_light_errors_lie_on_the_tiles_of_the_light():
     depth[:, :15] = 0.2
     mixed = field(np.ones((31, 31)), depth)
     plan = replace(LENS, focus_m=5.0).plan((), mixed, None, LightBudget())
-    light, maps = plan.image(mixed), plan.light_errors(mixed, np.ones((1, 1)))
+    light = plan.image(mixed)
+    maps = plan.light_errors(mixed, np.ones((1, 1)))
     assert maps.bound.shape == maps.deviation.shape == light.shape
     assert map_of(light) is not None

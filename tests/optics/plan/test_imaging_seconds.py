@@ -22,7 +22,8 @@ from isethdr_optics.psf import kernel_store, kernel_work, kernels
 from isethdr_core.physics.optics import ray_sums
 from isethdr_core.pipeline.memory import Frame
 
-WAVE, DIRT = (450.0, 550.0, 650.0), (ApertureFlare(),)
+WAVE = (450.0, 550.0, 650.0)
+DIRT = (ApertureFlare(),)
 GRAINS = ApertureFlare(dust_delay_um=0.05)  # whose phase no wavenumbers follow
 
 
@@ -33,7 +34,8 @@ def frame(rows=60, columns=100):
 def test_kernels_at_hand_take_no_time(isethdr_home):
     kernels._cache.clear()
     lens = DiffractionLimitedLens()
-    anew, larger = lens.expected_s(frame(), DIRT), lens.expected_s(frame(600, 1000), DIRT)
+    anew = lens.expected_s(frame(), DIRT)
+    larger = lens.expected_s(frame(600, 1000), DIRT)
     plain = without_geometry(lens)  # as an image asks for them
     kernels.kernels(plain, DIRT, WAVE, (3.0, 3.0), (59, 99))
     assert 0 < lens.expected_s(frame(), DIRT) < 0.1 * anew
@@ -42,7 +44,8 @@ def test_kernels_at_hand_take_no_time(isethdr_home):
 
 def test_kernels_on_disk_are_at_hand(isethdr_home):
     lens = WavefrontLens(zernike_um={7: 0.05})
-    reach, pitch = (59, 99), (3.0, 3.0)
+    reach = (59, 99)
+    pitch = (3.0, 3.0)
     anew = lens.expected_s(frame(), DIRT)
     assert anew > DiffractionLimitedLens().expected_s(frame(), DIRT)
     name = kernel_store.name(without_geometry(lens), DIRT, np.array(WAVE), pitch, reach, None)
@@ -66,7 +69,8 @@ def test_kernels_of_another_reach_are_at_hand_only_where_sensors_may_end_them(is
     assert not kernels.at_hand(*given, (29, 49)) and not kernels.at_hand(*given, (299, 499))
     assert kernels.at_hand(*given, (299, 499), 0.5)
     assert not kernels.at_hand(*given, (89, 149), 0.5)
-    smaller, same = lens.expected_s(frame(30, 50), DIRT), lens.expected_s(frame(), DIRT)
+    smaller = lens.expected_s(frame(30, 50), DIRT)
+    same = lens.expected_s(frame(), DIRT)
     assert smaller > 10 * same
 
 
@@ -96,7 +100,8 @@ def test_more_work_takes_longer():
 
 def test_the_work_of_rings_is_what_is_done(monkeypatch):
     """Counted without samples: running sums, and reads at every border of a band."""
-    done, sums = [0, 0], ray_sums._running_sums
+    done = [0, 0]
+    sums = ray_sums._running_sums
     changes = ray_sums._Reader._changes
 
     def counted_sums(sector, rays, apply):
@@ -110,7 +115,8 @@ def test_the_work_of_rings_is_what_is_done(monkeypatch):
 
     monkeypatch.setattr(ray_sums, "_running_sums", counted_sums)
     monkeypatch.setattr(ray_sums._Reader, "_changes", counted_changes)
-    lens, wave = DiffractionLimitedLens(focal_length_mm=6.0), np.array(WAVE)
+    lens = DiffractionLimitedLens(focal_length_mm=6.0)
+    wave = np.array(WAVE)
     frame_of = kernels._frame(lens, DIRT, wave, (3.0, 3.0), (90, 120))
     kernels._scaled(lens, DIRT, frame_of)
     counts = kernel_work.one_pattern(lens, DIRT, frame_of)

@@ -45,7 +45,9 @@ from isethdr_core.plugins.registry import build
 
 MOST = 20  # calls across modules
 ROOT = Path(isethdr_optics.__file__).parent
-SHAPE, TILE = (31, 67), 0.5 / 67  # numbers of tiles that nothing else has
+# numbers of tiles that nothing else has
+SHAPE = (31, 67)
+TILE = 0.5 / 67
 BANDS = np.linspace(440.0, 660.0, 12)
 SENSOR = build("sensor", "bayer", pitch_um=3.75)
 IN_A_WINDOW = replace(SENSOR, rows=80, columns=160)
@@ -239,7 +241,8 @@ def test_only_what_the_core_calls_writes_into_the_ledger():
 
 def imported(name: str, path: Path) -> set[str]:
     """Return the modules that a file may import, with all names that it takes from packages."""
-    package, out = name.split(".")[:-1], set()
+    package = name.split(".")[:-1]
+    out = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             out |= {alias.name for alias in node.names}

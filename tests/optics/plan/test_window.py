@@ -18,7 +18,9 @@ from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.plugins.registry import build
 from isethdr_core.uncertainty import ledger
 
-BANDS, SHAPE, TILE = np.array([460.0, 540.0, 620.0]), (30, 66), 0.55 / 66
+BANDS = np.array([460.0, 540.0, 620.0])
+SHAPE = (30, 66)
+TILE = 0.55 / 66
 LENS = DiffractionLimitedLens(focal_length_mm=4.0)
 # half of the field's height and width
 SENSOR = build("sensor", "bayer", pitch_um=3.75, rows=133, columns=293)
@@ -177,7 +179,8 @@ def test_a_sensor_that_fills_the_field_changes_nothing():
 
 
 def test_errors_of_kernels_are_of_the_tiles_that_light_has_and_hold():
-    mixed, weights = scene(1e-4, 1e-4, lamp=(15, 33)), photons_per_energy(BANDS)[None]
+    mixed = scene(1e-4, 1e-4, lamp=(15, 33))
+    weights = photons_per_energy(BANDS)[None]
     found = []
     for response in (ASKED, EVERYWHERE):
         light, left, _ = asked(mixed, response)

@@ -40,7 +40,8 @@ def test_published_focal_lengths_and_back_focus():
     """The designs are distributed as 100 mm f/3 with a back focus of 61.487536 mm, and as 50 mm
     f/5.
     """
-    gauss, triplet = load("double_gauss"), load("cooke_triplet")
+    gauss = load("double_gauss")
+    triplet = load("cooke_triplet")
     assert gauss.focal_length_mm() == pytest.approx(100.0, abs=0.01)
     # glass catalogues differ in the sixth digit
     assert back_focus_mm(gauss.surfaces[:-1], gauss.indices(587.56)) == pytest.approx(
@@ -98,15 +99,16 @@ def test_a_stop_in_front_gives_cos4_over_the_jacobian():
     """Nothing vignettes and the beam before the lens is the stop itself: what remains is
     geometry.
     """
-    lens, t = load("singlet").stopped(8.0), np.array([0.05, 0.1, 0.15])
+    lens = load("singlet").stopped(8.0)
+    t = np.array([0.05, 0.1, 0.15])
     area = pupil_area_mm2(lens, t, 550.0)
     stop = np.pi * lens.surfaces[lens.stop].semi_diameter_mm ** 2
     np.testing.assert_allclose(area, stop, rtol=2e-4)  # 160 cells across
-    d, step = distortion(lens, t), 1e-4
-    around, wide = (
-        1 + d,
-        (t + step) * (1 + distortion(lens, t + step))
-        - (t - step) * (1 + distortion(lens, t - step)),
+    d = distortion(lens, t)
+    step = 1e-4
+    around = 1 + d
+    wide = (t + step) * (1 + distortion(lens, t + step)) - (t - step) * (
+        1 + distortion(lens, t - step)
     )
     np.testing.assert_allclose(
         relative_illumination(lens, t), (1 + t**2) ** -2 / (around * wide / (2 * step)), rtol=5e-4
@@ -123,15 +125,19 @@ def test_apertures_vignette_by_the_area_of_their_overlap():
         {"radius_mm": 1e5, "thickness_mm": 1e-3, "glass": "1.5", "semi_diameter_mm": 5.0},
         {"radius_mm": -1e5},
     ]
-    lens, t = parse(data), 0.1
-    r, half = 5.0, 20 * t / 2
+    lens = parse(data)
+    t = 0.1
+    r = 5.0
+    half = 20 * t / 2
     overlap = 2 * r**2 * np.arccos(half / r) - 2 * half * np.sqrt(r**2 - half**2)
     assert pupil_area_mm2(lens, [t], 550.0)[0] == pytest.approx(overlap, rel=2e-3)  # 160 cells
 
 
 def test_tables_of_coatings_follow_the_matrices():
-    lens, wave = load("double_gauss_camera"), np.array([450.0, 550.0])
-    powers, cosine = Powers(lens, wave), np.array([0.95, 0.723, 0.5])
+    lens = load("double_gauss_camera")
+    wave = np.array([450.0, 550.0])
+    powers = Powers(lens, wave)
+    cosine = np.array([0.95, 0.723, 0.5])
     got = powers(0, True, True, np.broadcast_to(cosine, (2, 3)))
     for band, w in enumerate(wave):
         want = reflect_unpolarised(

@@ -56,7 +56,8 @@ def test_a_mean_hue_of_0_is_not_taken_for_360():
     """Hues of 315 and 45 degrees, of rounded components: the middle is 0, where the rotation of
     blue ends in a step of 1e-5.
     """
-    a, b = np.array([[50.0, 3, -3]]), np.array([[50.0, 2, 2]])
+    a = np.array([[50.0, 3, -3]])
+    b = np.array([[50.0, 2, 2]])
     for k in (1.0, 1 / 3, 0.7, np.pi):  # 4e-14: what is left is rounding
         turned = [
             colour_spaces.de2000(k * a * [1 / k, 1, 1], b * [1, s, s])
@@ -72,12 +73,10 @@ def test_a_mean_hue_of_0_is_not_taken_for_360():
 
 def test_large_pictures_are_as_small_ones():
     """In pieces, also where they are broadcast, and where the last piece is short."""
-    lab, white = (
-        np.random.default_rng(7).uniform(
-            [0, -50, -50], [100, 50, 50], (3, colour_spaces.PIECE - 5, 3)
-        ),
-        np.array([95.0, 100, 108]),
+    lab = np.random.default_rng(7).uniform(
+        [0, -50, -50], [100, 50, 50], (3, colour_spaces.PIECE - 5, 3)
     )
+    white = np.array([95.0, 100, 108])
     rows = [colour_spaces.de2000(one[:9000], lab[0, :9000]) for one in lab]
     np.testing.assert_array_equal(colour_spaces.de2000(lab, lab[0])[:, :9000], rows)
     np.testing.assert_array_equal(
@@ -215,8 +214,11 @@ def test_matrix_is_exact_for_the_white_and_for_a_sensor_that_spans_xyz():
 
 def test_matrix_is_the_least_squares_one_under_its_constraint():
     rng = np.random.default_rng(4)
-    response, target = rng.uniform(0, 1, (60, 4)), rng.uniform(0, 1, (60, 3))
-    u, v, noise = np.array([1.0, 2, 0.5, 3]), np.array([0.9, 1, 1.1]), np.diag([0.1, 0.2, 0.3, 0.4])
+    response = rng.uniform(0, 1, (60, 4))
+    target = rng.uniform(0, 1, (60, 3))
+    u = np.array([1.0, 2, 0.5, 3])
+    v = np.array([0.9, 1, 1.1])
+    noise = np.diag([0.1, 0.2, 0.3, 0.4])
     best = colour_spaces.colour_matrix(response, target, u, v, noise)
 
     def cost(m):

@@ -8,8 +8,11 @@ from isethdr_core.physics.convolution import convolve, convolve_with_bound, dire
 
 def direct(image, psf, pixels):
     """Direct sums in long double: independent of any transform."""
-    (ny, nx), (cy, cx) = image.shape, (psf.shape[0] // 2, psf.shape[1] // 2)
-    image, psf = image.astype(np.longdouble), psf.astype(np.longdouble)
+    ny, nx = image.shape
+    cy = psf.shape[0] // 2
+    cx = psf.shape[1] // 2
+    image = image.astype(np.longdouble)
+    psf = psf.astype(np.longdouble)
     out = []
     for i, j in pixels:
         total = np.longdouble(0)
@@ -25,7 +28,8 @@ def direct(image, psf, pixels):
 
 
 def skirt(ny, nx, power=3.0):
-    y, x = np.arange(ny) - ny // 2, np.arange(nx) - nx // 2
+    y = np.arange(ny) - ny // 2
+    x = np.arange(nx) - nx // 2
     k = (1 + np.hypot(y[:, None], x[None, :])) ** -power
     return k / k.sum()
 
@@ -72,7 +76,8 @@ def test_black_stays_black_and_nothing_is_negative(few, monkeypatch):
 @pytest.mark.parametrize("shape", [(9, 11), (8, 10), (1, 1), (25, 5), (80, 91), (2, 1)])
 def test_any_size_odd_or_even_is_linear_not_circular(shape):
     rng = np.random.default_rng(1)
-    image, psf = rng.uniform(0, 1, (17, 23)), rng.uniform(0, 1, shape)
+    image = rng.uniform(0, 1, (17, 23))
+    psf = rng.uniform(0, 1, shape)
     got = convolve(image, psf)
     pixels = [(i, j) for i in (0, 3, 8, 16) for j in (0, 5, 22)]
     # float64 rounding
@@ -103,7 +108,9 @@ def test_energy_is_kept_where_the_kernel_stays_inside():
 
 def test_linear_and_scale_free():
     rng = np.random.default_rng(5)
-    a, b, psf = rng.uniform(0, 1, (30, 40)), rng.uniform(0, 1e6, (30, 40)), skirt(59, 79)
+    a = rng.uniform(0, 1, (30, 40))
+    b = rng.uniform(0, 1e6, (30, 40))
+    psf = skirt(59, 79)
     # as stated
     np.testing.assert_allclose(
         convolve(2 * a + b, psf), 2 * convolve(a, psf) + convolve(b, psf), rtol=1e-8
@@ -136,10 +143,8 @@ def test_bound_says_what_was_kept(monkeypatch, products):
 @pytest.mark.parametrize("mirror", [True, False])
 def test_a_prepared_kernel_and_float32_lose_nothing(mirror):
     rng = np.random.default_rng(9)
-    image, psf = (
-        rng.uniform(0, 1, (40, 50)).astype(np.float32),
-        rng.uniform(0, 1, (79, 99)).astype(np.float32),
-    )
+    image = rng.uniform(0, 1, (40, 50)).astype(np.float32)
+    psf = rng.uniform(0, 1, (79, 99)).astype(np.float32)
     if mirror:
         psf = psf + psf[::-1, ::-1]
     kernel = linear.prepare(psf, image.shape)

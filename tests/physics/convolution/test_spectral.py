@@ -16,14 +16,16 @@ from isethdr_core.physics.colour.spectral_basis import (
 from isethdr_core.physics.convolution import convolve, prepare
 from isethdr_core.physics.convolution.spectral import channels, matrix_product
 
-BANDS, SHAPE = 9, (40, 53)
+BANDS = 9
+SHAPE = (40, 53)
 rng = np.random.default_rng(0)
 WAVE = np.linspace(0, 1, BANDS)
 WEIGHTS = np.stack([np.exp(-(((WAVE - c) / 0.25) ** 2)) for c in (0.2, 0.5, 0.8)])
 
 
 def psf(band, mirrored=True):
-    y, x = np.arange(1 - SHAPE[0], SHAPE[0]), np.arange(1 - SHAPE[1], SHAPE[1])
+    y = np.arange(1 - SHAPE[0], SHAPE[0])
+    x = np.arange(1 - SHAPE[1], SHAPE[1])
     k = (1 + np.hypot(y[:, None], x)) ** -(2.5 + WAVE[band]) * (
         1 + 0.9 * np.cos((1 + WAVE[band]) * (y[:, None] + 2 * x))
     )
@@ -65,7 +67,8 @@ def given(cube, kernels, project, predict, factor=1.0, **more):
 
 @pytest.mark.parametrize("mirrored", [True, False])
 def test_with_as_many_functionals_as_bands_nothing_is_lost(mirrored):
-    cube, kernels = night(), [psf(b, mirrored) for b in range(BANDS)]
+    cube = night()
+    kernels = [psf(b, mirrored) for b in range(BANDS)]
     project = rng.normal(size=(BANDS, BANDS))
     factor = rng.uniform(0.2, 1, SHAPE)
     with ThreadPoolExecutor(2) as pool:
@@ -75,7 +78,8 @@ def test_with_as_many_functionals_as_bands_nothing_is_lost(mirrored):
 
 
 def test_as_many_functionals_as_there_are_spectra_are_enough():
-    cube, kernels = night(4), [psf(b) for b in range(BANDS)]
+    cube = night(4)
+    kernels = [psf(b) for b in range(BANDS)]
     moments = shot_noise_moments(cube.reshape(BANDS, -1).T, cube.sum(0).ravel())
     points = np.stack([k[::3, ::3].ravel() for k in kernels], axis=1)
     rows = directions(WEIGHTS, moments / np.trace(moments), kernel_moments(points, WEIGHTS))
@@ -90,7 +94,8 @@ def test_as_many_functionals_as_there_are_spectra_are_enough():
 
 
 def test_what_the_channels_see_is_exact_where_the_blur_is_the_same_in_every_band():
-    cube, kernels = night(6), [psf(0)] * BANDS
+    cube = night(6)
+    kernels = [psf(0)] * BANDS
     rows = directions(WEIGHTS, np.eye(BANDS), np.eye(BANDS))[:3]
     out = given(cube, kernels, rows, predictor(rows, np.eye(BANDS)))
     # the residual spectrum makes no electrons
@@ -108,7 +113,8 @@ def test_directions_begin_with_the_channels_and_are_independent():
 
 
 def test_matrix_product_is_the_matrix_product():
-    weights, values = rng.normal(size=(5, BANDS)), rng.normal(size=(BANDS, 60, 1100))
+    weights = rng.normal(size=(5, BANDS))
+    values = rng.normal(size=(BANDS, 60, 1100))
     np.testing.assert_allclose(
         matrix_product(weights, values), np.einsum("kb,byx->kyx", weights, values), atol=1e-12
     )

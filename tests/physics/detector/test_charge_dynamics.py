@@ -18,14 +18,19 @@ def reference(q0, rates, times, well):
     """Return (charge, spilled) through pieces of constant light with 60 digits, from the linear
     equation of u.
     """
-    knee, thermal, source = mp.mpf(well.knee_e), mp.mpf(well.thermal_e), mp.mpf(well.knee_e_per_s)
-    q, spilled = mp.mpf(float(q0)), mp.mpf(0)
+    knee = mp.mpf(well.knee_e)
+    thermal = mp.mpf(well.thermal_e)
+    source = mp.mpf(well.knee_e_per_s)
+    q = mp.mpf(float(q0))
+    spilled = mp.mpf(0)
     for rate, t in zip(rates, times):
-        a, t = mp.mpf(float(rate)) / thermal, mp.mpf(float(t))
+        a = mp.mpf(float(rate)) / thermal
+        t = mp.mpf(float(t))
         memory = source / thermal * (-mp.expm1(-a * t) / a if a else t)
         gone = mp.log1p(memory * mp.exp((q - knee) / thermal + a * t))
         u = mp.exp(-(q - knee) / thermal - a * t) + memory
-        q, spilled = knee - thermal * mp.log(u), spilled + thermal * gone
+        q = knee - thermal * mp.log(u)
+        spilled = spilled + thermal * gone
     return q, spilled
 
 
@@ -52,7 +57,8 @@ def test_constant_light_agrees_with_sixty_digits(thermal_e):
 
 @pytest.mark.parametrize("level", [1e4, 1e6, 2e7, 1e9, 1e12])
 def test_pulsed_light_agrees_with_sixty_digits(level):
-    rates, times = [40.0, level, 40.0, 2 * level, 40.0], [0.002, 0.001, 0.010, 0.001, 0.002]
+    rates = [40.0, level, 40.0, 2 * level, 40.0]
+    times = [0.002, 0.001, 0.010, 0.001, 0.002]
     charge, spilled = cd.flow_pieces(0.0, rates, times, WELL)
     want_q, want_s = reference(0.0, rates, times, WELL)
     assert abs(charge - want_q) <= 1e-12 * want_q
@@ -140,7 +146,8 @@ def rippled(levels):
 def test_varying_light_agrees_with_high_precision_quadrature(times_saturation):
     level = times_saturation * WELL.knee_e / T
     charge, spilled = cd.flow_varying(0.0, rippled(np.array([level])), 0.0, T, WELL)
-    a, f = mp.mpf(level) / WELL.thermal_e, 2 * mp.pi * 100
+    a = mp.mpf(level) / WELL.thermal_e
+    f = 2 * mp.pi * 100
 
     def to_come(
         left,
@@ -225,7 +232,8 @@ def test_explicit_steps_would_fail_where_ours_do_not():
     """The problem is stiff: one explicit step of a microsecond at 1e12 e/s leaves the well by
     orders of magnitude.
     """
-    q, h = 0.0, 1e-6
+    q = 0.0
+    h = 1e-6
     with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(3):
             q = q + h * (1e12 - WELL.overflow_e_per_s(q))

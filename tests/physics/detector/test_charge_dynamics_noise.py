@@ -61,7 +61,8 @@ def test_closed_moments_solve_their_differential_equations(rates):
             pull * v - pull * c - out,
         ]
 
-    got, y = noise.EMPTY, [0.0] * 5
+    got = noise.EMPTY
+    y = [0.0] * 5
     for rate in rates:
         got = noise.flow_moments(got, rate, T / len(rates), WELL)
         # the solver tries steps that leave the well, and rejects them
@@ -107,8 +108,12 @@ def test_moments_agree_with_the_master_equation(rates):
 
 def test_moments_agree_with_electrons_followed_one_by_one():
     """Gillespie's direct method (1977): exact times of every arrival and every loss."""
-    rng, pixels, rate = np.random.default_rng(5), 3000, 6e4
-    q, spilled, clock = np.zeros(pixels), np.zeros(pixels), np.zeros(pixels)
+    rng = np.random.default_rng(5)
+    pixels = 3000
+    rate = 6e4
+    q = np.zeros(pixels)
+    spilled = np.zeros(pixels)
+    clock = np.zeros(pixels)
     while True:
         out = np.where(q > 0, SMALL.overflow_e_per_s(q), 0.0)
         clock = clock + rng.exponential(1.0, pixels) / (rate + out)
@@ -116,7 +121,8 @@ def test_moments_agree_with_electrons_followed_one_by_one():
         if not alive.any():
             break
         lost = alive & (rng.random(pixels) * (rate + out) > rate)
-        q, spilled = q + np.where(alive, 1 - 2 * lost, 0), spilled + lost
+        q = q + np.where(alive, 1 - 2 * lost, 0)
+        spilled = spilled + lost
     got = noise.flow_moments(noise.EMPTY, rate, T, SMALL)
     # 5 standard errors and, for linearising, as for the master equation
     assert q.mean() == pytest.approx(float(got.charge_e), abs=5 * np.sqrt(q.var() / pixels) + 0.75)

@@ -11,11 +11,9 @@ from isethdr_core.physics.detector.temporal_modulation import (
     row_starts_s,
 )
 
-PULSES, OTHER, RIPPLE = (
-    Modulation(90.0, duty=0.1, phase=0.6),
-    Modulation(217.0, duty=0.35, phase=0.1),
-    Modulation(100.0, depth=0.8, phase=0.2),
-)
+PULSES = Modulation(90.0, duty=0.1, phase=0.6)
+OTHER = Modulation(217.0, duty=0.35, phase=0.1)
+RIPPLE = Modulation(100.0, depth=0.8, phase=0.2)
 EACH = pytest.mark.parametrize("light", [PULSES, OTHER, RIPPLE], ids=["pulses", "other", "ripple"])
 
 
@@ -45,7 +43,9 @@ def test_whole_periods_see_the_mean(light):
 
 @EACH
 def test_the_integral_is_that_of_many_samples(light):
-    start, duration, samples = 0.0173, 0.0077, 400_000
+    start = 0.0173
+    duration = 0.0077
+    samples = 400_000
     t = start + (np.arange(samples) + 0.5) * (duration / samples)
     turns = light.frequency_hz * t + light.phase
     wave = (

@@ -47,7 +47,9 @@ def test_ripple_agrees_with_sixty_digits(frequency, start):
     with mp.workdps(60):
         for duration in (1e-9, 1e-4, 0.016):
             for depth in (0.0, 0.2, 1.0):
-                w, t0, d = 2 * mp.pi * mp.mpf(frequency), mp.mpf(start), mp.mpf(duration)
+                w = 2 * mp.pi * mp.mpf(frequency)
+                t0 = mp.mpf(start)
+                d = mp.mpf(duration)
                 swing = (
                     (
                         mp.sin(w * (t0 + d) + 2 * mp.pi * mp.mpf(0.37))

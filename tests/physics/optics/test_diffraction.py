@@ -16,7 +16,9 @@ from isethdr_core.physics.diffraction import (
 from isethdr_core.physics.optics.pupil import disc, opening, raster
 from isethdr_core.physics.optics.zernike import wavefront_um
 
-N, FOCAL, RADIUS = 400, 4.0, 0.5
+N = 400
+FOCAL = 4.0
+RADIUS = 0.5
 
 
 def pupil(n=N, obscured=0.0):
@@ -64,7 +66,8 @@ def test_airy_profile_absolute():
 
 
 def test_annulus():
-    e, p = 0.5, psf(550, 0.05, 256, obscured=0.5)
+    e = 0.5
+    p = psf(550, 0.05, 256, obscured=0.5)
     r = (np.arange(256) - 128) * 0.05
     v = np.pi * np.hypot(r[:, None], r[None, :]) / (0.55 * 4) + 1e-12
     want = (2 * j1(v) / v - e * e * 2 * j1(e * v) / (e * v)) ** 2
@@ -121,7 +124,8 @@ def test_mtf_is_the_closed_form():
 
 
 def test_sum_below_one_and_the_rest_lies_outside():
-    small, large = psf(550, 0.5, 64), psf(550, 0.5, 512)
+    small = psf(550, 0.5, 64)
+    large = psf(550, 0.5, 512)
     assert small.sum() < large.sum() < 1
     # Airy: 2 lambda N / (pi^2 r); a square, not a disc
     assert 1 - large.sum() == pytest.approx(2 / (np.pi**2) * 0.55 * 4 / 128, rel=0.25)
@@ -179,7 +183,8 @@ def test_two_boxes_equal_one_box_averaged_over_the_source():
 
 @pytest.mark.parametrize("boxes", [1, 2])
 def test_the_closed_form_of_the_round_stop_is_what_finer_and_finer_cells_come_to(boxes):
-    grid, off = (FOCAL, (25, 20), (7.0, 5.0)), []
+    grid = (FOCAL, (25, 20), (7.0, 5.0))
+    off = []
     exact = integrated_airy(RADIUS, 550.0, *grid, boxes)
     for cells in (400, 1600):
         a, pitch, _ = pupil(cells)
@@ -198,7 +203,8 @@ def test_the_closed_form_of_the_round_stop_by_quadrature():
     """Rectangles on the axis, beside it and in the far rings, by 80 x 80 Gauss-Legendre points
     each.
     """
-    pitch, found = (7.0, 5.0), integrated_airy(RADIUS, 550.0, FOCAL, (41, 51), (7.0, 5.0))
+    pitch = (7.0, 5.0)
+    found = integrated_airy(RADIUS, 550.0, FOCAL, (41, 51), (7.0, 5.0))
     at, weight = np.polynomial.legendre.leggauss(80)
     for row, column in ((20, 25), (21, 25), (20, 28), (3, 40), (40, 1)):
         y, x = ((k - n) * p + at * p / 2 for k, n, p in zip((row, column), (20, 25), pitch))

@@ -23,7 +23,8 @@ MAPS = [
 @pytest.mark.parametrize("projection", ["tangent", "equidistant"])
 @pytest.mark.parametrize("which", range(len(MAPS)))
 def test_inverse_and_forward_undo_each_other(which, projection):
-    lens, limit = on_projection(MAPS[which], projection), 0.5
+    lens = on_projection(MAPS[which], projection)
+    limit = 0.5
     x, y = np.random.default_rng(1).uniform(-limit, limit, (2, 2000))
     x[0] = y[0] = 0.0
     there = lens.forward(x, y)
@@ -36,7 +37,8 @@ def test_inverse_and_forward_undo_each_other(which, projection):
 @pytest.mark.parametrize("projection", ["tangent", "equidistant"])
 @pytest.mark.parametrize("which", range(len(MAPS)))
 def test_area_ratio_is_the_determinant_of_the_differences(which, projection):
-    lens, h = on_projection(MAPS[which], projection), 1e-5
+    lens = on_projection(MAPS[which], projection)
+    h = 1e-5
     x, y = np.random.default_rng(2).uniform(-0.5, 0.5, (2, 50))
     across, down = (
         np.subtract(lens.forward(x + a, y + b), lens.forward(x - a, y - b)) / (2 * h)
@@ -54,10 +56,8 @@ def test_area_ratio_is_the_determinant_of_the_differences(which, projection):
 def test_the_projection_of_the_field_does_not_matter():
     angle = np.radians([3.0, 20.0, 45.0])
     for lens in MAPS:
-        by_tangent, by_angle = (
-            lens.forward(np.tan(angle), 0.0)[0],
-            on_projection(lens, "equidistant").forward(angle, 0.0)[0],
-        )
+        by_tangent = lens.forward(np.tan(angle), 0.0)[0]
+        by_angle = on_projection(lens, "equidistant").forward(angle, 0.0)[0]
         np.testing.assert_allclose(by_tangent, by_angle, rtol=1e-12)
 
 

@@ -25,7 +25,8 @@ def test_weights_integrate_a_band_limited_function_over_tiles(width, frequency):
 
 def test_weights_end_past_the_tile():
     """No sample farther than a tile and the support takes part: light there may be far brighter."""
-    width, at = 5.7, np.array([100.0])
+    width = 5.7
+    at = np.array([100.0])
     first, weight = tile_weights(at, width)
     last = first[0] + weight.shape[1] - 1
     assert first[0] >= at[0] - width - SUPPORT and last <= at[0] + width + SUPPORT + 1
@@ -33,7 +34,11 @@ def test_weights_end_past_the_tile():
 
 
 def test_tiles_of_a_round_pupil_are_those_of_the_airy_pattern():
-    radius_mm, distance_mm, wave, pitch, reach = 0.75, 6.0, 450.0, (3.0, 4.0), (30, 40)
+    radius_mm = 0.75
+    distance_mm = 6.0
+    wave = 450.0
+    pitch = (3.0, 4.0)
+    reach = (30, 40)
     blur_um = wave * 1e-3 * distance_mm / (2 * radius_mm)
     stop = [(disc(0.0, 0.0, radius_mm), 1.0)]
     pupil = patterns.RealPupil(stop, radius_mm, distance_mm, np.pi * radius_mm**2)

@@ -7,7 +7,10 @@ import pytest
 
 from isethdr_core.physics.optics.glass import SELLMEIER, index
 
-D, F, C = 587.5618, 486.1327, 656.2725  # nm
+# nm
+D = 587.5618
+F = 486.1327
+C = 656.2725
 # nd and Abbe's number as the catalogue prints them: 5 and 2 decimals
 PRINTED = {
     "N-BK7": (1.5168, 64.17),

@@ -20,7 +20,9 @@ from isethdr_core.physics.optics.lattice import (
 from isethdr_core.physics.optics.pupil import disc, opening, raster
 from isethdr_core.physics.optics.zernike import wavefront_um
 
-WAVE, FOCAL, RADIUS = 550.0, 4.0, 0.5
+WAVE = 550.0
+FOCAL = 4.0
+RADIUS = 0.5
 OPEN = np.pi * RADIUS**2
 
 
@@ -75,7 +77,9 @@ def test_the_airy_pattern_to_the_border(way, inside, border, offset):
     """Every point of a frame a third of the period wide, which is all that the period leaves to
     wrap.
     """
-    pitch, reach, period = (6.0, 7.0), (100, 120), (300, 360)
+    pitch = (6.0, 7.0)
+    reach = (100, 120)
+    period = (300, 360)
     got = (
         drawn(period, pitch, reach, offset)
         if way == "shapes"
@@ -98,7 +102,10 @@ def test_the_airy_pattern_to_the_border(way, inside, border, offset):
 
 @pytest.mark.parametrize("offset", [(0.0, 0.0), (0.3, -0.4)])
 def test_cells_with_a_wavefront_equal_chirp_z(offset):
-    pitch, reach, period, zernike_um = (2.0, 1.7), (60, 80), (240, 300), {4: 0.15, 8: 0.1, 2: 1.0}
+    pitch = (2.0, 1.7)
+    reach = (60, 80)
+    period = (240, 300)
+    zernike_um = {4: 0.15, 8: 0.1, 2: 1.0}
     got = celled(period, pitch, reach, [offset], zernike_um)[0]
     step = 2 * RADIUS / 900
     x = (np.arange(902) - 450.5) * step
@@ -129,11 +136,9 @@ def test_cells_with_a_wavefront_equal_chirp_z(offset):
 def test_a_pupil_wider_than_the_period_is_folded_and_points_move_with_the_offset():
     terms = opening(disc(0.05, 0.02, 0.4), [(disc(0.1, -0.2, 0.05), 0.7)])
     # cells of 5 um: the pupil spans more than one period
-    pitch, reach, period = (
-        (4.0, 3.5),
-        (40, 50),
-        (120, 150),
-    )
+    pitch = (4.0, 3.5)
+    reach = (40, 50)
+    period = (120, 150)
     base, moved = (drawn(period, pitch, reach, o, terms) for o in ((0.0, 0.0), (1.0, 1.0)))
     # what wraps
     np.testing.assert_allclose(

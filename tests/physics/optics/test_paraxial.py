@@ -14,8 +14,12 @@ from isethdr_core.physics.optics.surfaces import Surface
 
 
 def test_singlet_by_hand():
-    r1, r2, t, n = 50.0, -80.0, 6.0, 1.5
-    surfaces, indices = [Surface(0.0, 1 / r1), Surface(t, 1 / r2)], [1.0, n, 1.0]
+    r1 = 50.0
+    r2 = -80.0
+    t = 6.0
+    n = 1.5
+    surfaces = [Surface(0.0, 1 / r1), Surface(t, 1 / r2)]
+    indices = [1.0, n, 1.0]
     power = (n - 1) * (1 / r1 - 1 / r2 + (n - 1) * t / (n * r1 * r2))  # the lens maker's equation
     assert focal_length_mm(surfaces, indices) == pytest.approx(1 / power, rel=1e-12)
     assert back_focus_mm(surfaces, indices) == pytest.approx(
@@ -25,10 +29,8 @@ def test_singlet_by_hand():
 
 
 def test_determinant_is_the_ratio_of_indices_forwards_and_back():
-    surfaces, indices = (
-        [Surface(0.0, 0.03), Surface(4.0, -0.02), Surface(9.0, 0.01)],
-        [1.0, 1.6, 1.2, 1.4],
-    )
+    surfaces = [Surface(0.0, 0.03), Surface(4.0, -0.02), Surface(9.0, 0.01)]
+    indices = [1.0, 1.6, 1.2, 1.4]
     for path in ([(0, False), (1, False), (2, False)], ghost_path(3, 2, 0), ghost_path(3, 1, 0)):
         assert np.linalg.det(matrices(surfaces, indices, path, -3.0)[-1]) == pytest.approx(
             1 / 1.4, rel=1e-12
@@ -40,7 +42,8 @@ def test_the_ghost_of_a_thin_lens_by_hand(n):
     """Two refractions and two reflections inside a thin lens: power times (3 n - 1) / (n - 1), 7
     for n = 1.5.
     """
-    surfaces, indices = [Surface(0.0, 0.02), Surface(1e-9, -0.01)], [1.0, n, 1.0]
+    surfaces = [Surface(0.0, 0.02), Surface(1e-9, -0.01)]
+    indices = [1.0, n, 1.0]
     ghost = -matrices(surfaces, indices, ghost_path(2, 1, 0), 0.0)[-1][1, 0]
     assert ghost * focal_length_mm(surfaces, indices) == pytest.approx(
         (3 * n - 1) / (n - 1), rel=1e-8
@@ -48,7 +51,8 @@ def test_the_ghost_of_a_thin_lens_by_hand(n):
 
 
 def test_entrance_pupil_of_a_stop_behind_a_thin_lens():
-    f, d = 50.0, 10.0
+    f = 50.0
+    d = 10.0
     surfaces = [
         Surface(0.0, 1 / f),
         Surface(1e-12, -1 / f),

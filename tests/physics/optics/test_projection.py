@@ -15,7 +15,8 @@ from isethdr_core.physics.optics.projection import (
 
 
 def test_the_same_direction_has_the_same_angle():
-    theta, phi = np.radians([0.0, 10.0, 60.0]), 0.7
+    theta = np.radians([0.0, 10.0, 60.0])
+    phi = 0.7
     tangent = direction(np.tan(theta) * np.cos(phi), np.tan(theta) * np.sin(phi))
     angles = direction(theta * np.cos(phi), theta * np.sin(phi), "equidistant")
     np.testing.assert_allclose(tangent, angles, atol=1e-15)

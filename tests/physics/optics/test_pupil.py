@@ -43,8 +43,10 @@ def test_areas():
 
 
 def test_cells_average_the_points():
-    shape, losses = blades(0.5, 5, 8.0, 0.3), dirt(0.5, Dust(30, 20), Scratches(8, 10, 300), seed=3)
-    n, sub = 60, 24
+    shape = blades(0.5, 5, 8.0, 0.3)
+    losses = dirt(0.5, Dust(30, 20), Scratches(8, 10, 300), seed=3)
+    n = 60
+    sub = 24
     x = axis(n * sub)
     points = (
         transmission(shape, losses, x[None, :], x[:, None]).reshape(n, sub, n, sub).mean((1, 3))
@@ -57,7 +59,8 @@ def test_cells_average_the_points():
 
 def test_overlaps_are_those_of_all_pairs():
     """Shapes whose bounds lie apart are not compared: nothing that overlaps may be missed."""
-    shape, losses = blades(0.5, 6, 17.0), dirt(0.5, Dust(120, 20), Scratches(30, 10, 400), seed=4)
+    shape = blades(0.5, 6, 17.0)
+    losses = dirt(0.5, Dust(120, 20), Scratches(30, 10, 400), seed=4)
     found = {held for _, held in overlaps(shape, [s for s, _ in losses])}
     pairs = {
         (a, b)

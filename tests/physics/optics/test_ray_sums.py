@@ -10,7 +10,9 @@ from isethdr_core.physics.optics import pattern_columns, ray_sums
 from isethdr_core.physics.optics.diffraction import integrated_airy
 from isethdr_core.physics.optics.pupil import disc
 
-RADIUS_MM, DISTANCE_MM, PITCH_UM = 0.5, 4.0, 3.0
+RADIUS_MM = 0.5
+DISTANCE_MM = 4.0
+PITCH_UM = 3.0
 ROUND = patterns.RealPupil(
     [(disc(0.0, 0.0, RADIUS_MM), 1.0)], RADIUS_MM, DISTANCE_MM, np.pi * RADIUS_MM**2
 )
@@ -42,13 +44,16 @@ def test_rays_give_the_means_of_every_band():
     lattice = patterns.half_lattice([(REACH + 2) * PITCH_UM] * 2, 0.4 * blur_um)
     pattern = patterns.half_pattern(ROUND, 400.0, lattice)
     across, along = ray_sums.sectors(pattern, (PITCH_UM, PITCH_UM), edges)
-    low, blocks = 30, []
+    low = 30
+    blocks = []
     for less, sector in enumerate((across, along)):
         for ring in ray_sums.rings(low, REACH):
             ring = ray_sums.Ring(*ring, REACH, less)
             ray_sums.band_means([sector], ring, 3.0, 4, lambda b, s=less: blocks.append((s, b)))
     for number, band in enumerate(edges):
-        want, wrong, light = airy(band, 12), 0.0, 0.0
+        want = airy(band, 12)
+        wrong = 0.0
+        light = 0.0
         for less, block in blocks:
             for k, values in enumerate(block.values[number]):
                 major = block.first + k
@@ -57,7 +62,8 @@ def test_rays_give_the_means_of_every_band():
                 true = (
                     want[REACH + i, REACH + major] if not less else want[REACH + major, REACH + i]
                 )
-                wrong, light = wrong + np.abs(own - true).sum(), light + true.sum()
+                wrong = wrong + np.abs(own - true).sum()
+                light = light + true.sum()
         assert wrong < 0.02 * light  # the error that lattices this fine are made for
 
 

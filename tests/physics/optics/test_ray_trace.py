@@ -53,7 +53,8 @@ def test_intersections_lie_on_the_surface_and_on_the_ray(surface):
     np.testing.assert_allclose((hit[2] - surface.z_mm)[ok], sag_mm(surface, r2)[ok], atol=1e-11)
     np.testing.assert_allclose(np.cross(hit - p, d, axis=0)[:, ok], 0, atol=1e-11)
     # the normal against differences of the sag
-    step, n = 1e-5, normal(surface, hit)
+    step = 1e-5
+    n = normal(surface, hit)
     rise = (
         sag_mm(surface, (hit[0] + step) ** 2 + hit[1] ** 2)
         - sag_mm(surface, (hit[0] - step) ** 2 + hit[1] ** 2)
@@ -71,7 +72,8 @@ def test_a_paraboloid_has_a_perfect_focus_and_a_hyperboloid_too():
     np.testing.assert_allclose(rays.position_mm[:2], 0, atol=1e-12)
     # light in glass n leaves through a hyperboloid with k = -n^2 (Descartes' ovals for infinity):
     # focus R / (n - 1)
-    n, radius = 1.6, -12.0
+    n = 1.6
+    radius = -12.0
     surfaces = [Surface(0.0, 1 / radius, -(n**2)), Surface(-radius / (n - 1))]
     p, d = collimated(x / 2, 0 * x, -30.0, 0.0, 0.0)
     rays = follow(surfaces, [n, 1.0, 1.0], sequential(2), p, d)

@@ -9,7 +9,8 @@ from isethdr_core.physics.optics import half_plane_pattern as half
 from isethdr_core.physics.optics import whole_plane_pattern as whole
 from isethdr_core.physics.optics.pupil import Dust, Scratches, blades, dirt, opening
 
-RADIUS, DISTANCE = 0.5, 4.0
+RADIUS = 0.5
+DISTANCE = 4.0
 BLUR_UM = 0.55 * DISTANCE / (2 * RADIUS)
 
 
@@ -65,7 +66,8 @@ def test_a_tilt_moves_the_pattern(monkeypatch):
 @pytest.mark.parametrize(("change", "count"), [(0.1, 2), (0.7, 4), (2.8, 9)])
 def test_a_polynomial_gives_the_patterns_between(change, count):
     """Waves in k of the largest rate that pairs of points have; `FOLLOWED` is of the rms."""
-    first, last = 1.4e-3, 2.5e-3
+    first = 1.4e-3
+    last = 2.5e-3
     numbers = whole.interpolation_wavenumbers(first, last, change, 0.005)
     assert len(numbers) == count and whole.left_by(count, change) <= 0.005
     at = np.linspace(first, last, 41)

@@ -33,7 +33,8 @@ def disk(rings=24, spokes=64):
     rho^2, uniform in angle.
     """
     node, weight = np.polynomial.legendre.leggauss(rings)
-    rho, angle = np.sqrt((node + 1) / 2), 2 * np.pi * np.arange(spokes) / spokes
+    rho = np.sqrt((node + 1) / 2)
+    angle = 2 * np.pi * np.arange(spokes) / spokes
     return (
         rho[:, None] * np.cos(angle),
         rho[:, None] * np.sin(angle),
@@ -64,8 +65,10 @@ def test_osa_index():
 
 
 def test_closed_forms():
-    r, t = 0.7, 0.4
-    x, y = r * np.cos(t), r * np.sin(t)
+    r = 0.7
+    t = 0.4
+    x = r * np.cos(t)
+    y = r * np.sin(t)
     want = {
         1: 2 * r * np.sin(t),
         2: 2 * r * np.cos(t),
@@ -80,7 +83,8 @@ def test_closed_forms():
 
 
 def test_grid_equals_sum_of_terms_and_slope_is_that_of_defocus():
-    x, y = np.linspace(-1, 1, 7), np.linspace(-0.9, 0.8, 5)
+    x = np.linspace(-1, 1, 7)
+    y = np.linspace(-0.9, 0.8, 5)
     c = {2: 0.3, 4: -0.2, 13: 0.05}
     want = sum(v * zernike(j, x[None, :], y[:, None]) for j, v in c.items())
     np.testing.assert_allclose(wavefront_um(c, x, y), want, atol=1e-14)
@@ -94,7 +98,8 @@ def exact(j: int, x: Fraction, y: Fraction) -> float:
     nothing is rounded before the end.
     """
     n, m = order(j)
-    a, squared = abs(m), x * x + y * y
+    a = abs(m)
+    squared = x * x + y * y
     radial = sum(
         (-1) ** s
         * factorial(n - s)
@@ -102,7 +107,8 @@ def exact(j: int, x: Fraction, y: Fraction) -> float:
         / Fraction(factorial(s) * factorial((n + a) // 2 - s) * factorial((n - a) // 2 - s))
         for s in range((n - a) // 2 + 1)
     )
-    real, imaginary = Fraction(1), Fraction(0)
+    real = Fraction(1)
+    imaginary = Fraction(0)
     for _ in range(a):
         real, imaginary = real * x - imaginary * y, real * y + imaginary * x
     return (
@@ -128,7 +134,8 @@ def test_every_index_is_exact():
 
 
 def test_grid_of_low_and_high_orders_is_their_sum():
-    x, y = np.linspace(-0.7, 0.7, 6), np.linspace(-0.6, 0.7, 5)
+    x = np.linspace(-0.7, 0.7, 6)
+    y = np.linspace(-0.6, 0.7, 5)
     c = {4: 0.2, (POWERS_ORDER + 1) * (POWERS_ORDER + 2) // 2 - 1: 0.1, 700: -0.3}
     want = sum(v * zernike(j, x[None, :], y[:, None]) for j, v in c.items())
     # powers of order 12 keep 3e-12

@@ -41,14 +41,12 @@ def test_adjoining_rectangles_conserve_the_integral():
 def test_matches_brute_force_in_long_double():
     rng = np.random.default_rng(1)
     v = rng.uniform(0, 1, (6, 5))
-    x, y, xo, yo, w, h = (
-        grid(5, 2.0, 1.0),
-        grid(6, 1.5, -2.0),
-        np.array([0.3, -0.9, 3.1]),
-        np.array([-3.2, 0.1]),
-        3.7,
-        2.3,
-    )
+    x = grid(5, 2.0, 1.0)
+    y = grid(6, 1.5, -2.0)
+    xo = np.array([0.3, -0.9, 3.1])
+    yo = np.array([-3.2, 0.1])
+    w = 3.7
+    h = 2.3
     got = integrate_tiles(v, x, y, xo, yo, w, h)
     for j, yc in enumerate(yo):
         for i, xc in enumerate(xo):
@@ -105,7 +103,8 @@ def test_detail_within_tiles_moves_a_rectangle_s_mean_by_no_more_than_stated():
     rng = np.random.default_rng(5)
     fine = rng.uniform(0, 1, (24, 32)) ** 4
     blocks = fine.reshape(6, 4, 8, 4)
-    coarse, deviation = blocks.mean((1, 3)), blocks.std((1, 3))
+    coarse = blocks.mean((1, 3))
+    deviation = blocks.std((1, 3))
     worst = []
     for width, height in ((1.0, 1.0), (0.5, 0.75), (2.3, 1.9)):
         x_out, y_out = (
@@ -127,9 +126,14 @@ def test_detail_within_tiles_moves_a_rectangle_s_mean_by_no_more_than_stated():
 
 def test_one_tile_for_each_rectangle_has_the_bits_of_the_matrix_product():
     rng = np.random.default_rng(5)
-    values, x, y = rng.random((2, 9, 12)), np.arange(12) * 3e-6, np.arange(9) * 3e-6
-    x_out, y_out, side = x[1::2], y[::2], 1e-6
-    along_x, along_y = overlaps(x, x_out, side), overlaps(y, y_out, side)
+    values = rng.random((2, 9, 12))
+    x = np.arange(12) * 3e-6
+    y = np.arange(9) * 3e-6
+    x_out = x[1::2]
+    y_out = y[::2]
+    side = 1e-6
+    along_x = overlaps(x, x_out, side)
+    along_y = overlaps(y, y_out, side)
     assert along_x.nnz == len(x_out) and along_y.nnz == len(y_out)
     product = [(along_x @ (along_y @ plane).T).T for plane in values]
     found = integrate_tiles(values, x, y, x_out, y_out, side, side)

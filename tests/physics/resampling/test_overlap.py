@@ -58,7 +58,8 @@ def test_a_region_keeps_its_energy_where_the_map_sends_it():
     much.
     """
     lens = KannalaBrandt()
-    x_in, y_in = borders(centres(300, 1.2), 1.2 / 300), borders(centres(60, 0.24), 0.24 / 60)
+    x_in = borders(centres(300, 1.2), 1.2 / 300)
+    y_in = borders(centres(60, 0.24), 0.24 / 60)
     light = np.zeros((60, 300))
     light[25:35, 60:240] = np.random.default_rng(3).random((10, 180))
     edge = float(lens.forward(x_in[180], 0.0)[0])

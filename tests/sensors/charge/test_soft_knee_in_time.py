@@ -23,14 +23,13 @@ from isethdr_core.physics.detector.temporal_modulation import (
 from isethdr_core.plugins.registry import build
 from isethdr_core.seeds import generator
 
-WELL, T = Well(7000.0, 240.0, 440000.0), 0.016
+WELL = Well(7000.0, 240.0, 440000.0)
+T = 0.016
 LIMIT = in_time.untouched_e(1e-6, T, WELL)
-STEADY, PULSES, OTHER, RIPPLE = (
-    Modulation(),
-    Modulation(90.0, duty=0.1, phase=0.6),
-    Modulation(217.0, duty=0.3, phase=0.1),
-    Modulation(100.0, depth=0.8),
-)
+STEADY = Modulation()
+PULSES = Modulation(90.0, duty=0.1, phase=0.6)
+OTHER = Modulation(217.0, duty=0.3, phase=0.1)
+RIPPLE = Modulation(100.0, depth=0.8)
 LIGHTS = [
     [(STEADY, 1e3), (PULSES, 2e4)],
     [(PULSES, 2e4), (OTHER, 9e3)],
@@ -110,9 +109,12 @@ def test_fast_pulses_are_even_light():
 
 
 def test_noise_agrees_with_pixels_followed_in_small_steps():
-    lights, count, steps = [(STEADY, 1e3), (PULSES, 8e3)], 6000, 2500
+    lights = [(STEADY, 1e3), (PULSES, 8e3)]
+    count = 6000
+    steps = 2500
     rng = np.random.default_rng(5)
-    charge, total = np.zeros(count), np.zeros(count)
+    charge = np.zeros(count)
+    total = np.zeros(count)
     for k in range(steps):
         came = rng.poisson(
             sum(v / T * float(light_s(m, k * T / steps, T / steps)) for m, v in lights), count
@@ -160,7 +162,8 @@ def test_the_noise_that_the_count_explains_is_not_drawn_twice():
 def test_a_lofic_pixel_keeps_all_charge_in_its_capacitor_whenever_it_comes(flat):
     sensor = build("sensor", "lofic", noise=False, bits=0, line_time_s=2e-4, swing_v=[1.0, 4.0])
     light = in_components(flat(3e-4, 16, 16, 5.6), **PULSES._asdict())
-    shot, mean = sensor(light, None), sensor.expected(light)
+    shot = sensor(light, None)
+    mean = sensor.expected(light)
     assert mean.values.min() > 2 * sensor.knee_e
     np.testing.assert_allclose(shot.raw.sel(capture="LCG"), mean.sel(capture="LCG"), rtol=1e-6)
     alone = shot.raw.sel(capture="HCG").values
@@ -172,7 +175,8 @@ def test_blocks_of_rows_give_the_same_bits(flat):
     from isethdr_sensors.charge import soft_knee_shot
 
     sensor = build("sensor", "lofic")
-    light_e, parts = np.full((13, 9), 2e4), [(PULSES, np.full((13, 9), 2e4))]
+    light_e = np.full((13, 9), 2e4)
+    parts = [(PULSES, np.full((13, 9), 2e4))]
     one, other = (
         soft_knee_shot.readings(
             sensor.model(), sensor.well(), (True, False), light_e, generator(4), rows, in_time=parts

@@ -139,7 +139,8 @@ def test_import_is_light():
 @pytest.mark.slow
 def test_speed_of_a_full_frame():
     mean = np.broadcast_to(np.geomspace(0.1, 3e5, 1920), (1080, 1920))
-    model, seconds = SplitPixelSensor().model(), []
+    model = SplitPixelSensor().model()
+    seconds = []
     for k in range(3):
         start = time.process_time()
         readings(model, [mean, mean * 0.01], generator(k))

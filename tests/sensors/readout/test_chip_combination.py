@@ -22,7 +22,8 @@ def camera(bits, **fields):
 
 @pytest.mark.parametrize("bits", [20, 24])
 def test_every_code_comes_back_as_itself(bits):
-    knees, top = camera(bits).companding, 2**bits - 1
+    knees = camera(bits).companding
+    top = 2**bits - 1
     codes = np.arange(knees[-1][1] + 1)
     linear = companding.decompand(codes, knees, top)
     np.testing.assert_array_equal(companding.compand(linear, knees, top), codes)
@@ -32,7 +33,8 @@ def test_every_code_comes_back_as_itself(bits):
 def test_every_linear_code_comes_back_within_half_a_step(bits):
     """All of 20 bits, every eleventh of 24; in a segment the error is even: step / sqrt(12)."""
     sensor = camera(bits)
-    knees, top = sensor.companding, 2**bits - 1
+    knees = sensor.companding
+    top = 2**bits - 1
     [code] = chip_combination.combined_model(sensor.model()).readings
     dn = np.arange(0, top + 1, 1 if bits == 20 else 11, dtype=float)
     apart = companding.decompand(companding.compand(dn, knees, top), knees, top) - dn
@@ -85,7 +87,8 @@ def test_mean_and_stated_variance(bits, mean_e, flat):
     light = flat(1e-6 * (mean_e - dark) / (one - dark), 200, 200)
     shot = sensor(light, hdr.generator(seed=3))
     [read] = readouts(shot, np.ones(31))
-    values, n = read.charge_e.ravel(), read.charge_e.size
+    values = read.charge_e.ravel()
+    n = read.charge_e.size
     assert not read.saturated.any()
     allowed = max(chip_combination.bias_e(s) for s in chip_combination.sources(sensor.model())[1:])
     in_ramp = 4300 < mean_e < 5200 or 17500 < mean_e < 21000
@@ -106,7 +109,8 @@ def test_the_picture_is_that_of_the_captures_apart(make_light):
     )
     for k in range(12):
         here = np.s_[:, 8 * k + 2 : 8 * k + 6, 1]
-        a, b = apart["xyz"].values[here], together["xyz"].values[here]
+        a = apart["xyz"].values[here]
+        b = together["xyz"].values[here]
         error = 5 * np.hypot(a.std(), b.std()) / np.sqrt(a.size)
         assert abs(a.mean() - b.mean()) < error + 6e-4 * a.mean()  # 6e-4: the bias of the ramps
     assert together["valid"].values.all()

@@ -16,7 +16,8 @@ SENSORS = sorted(name for kind, name in components() if kind == "sensor")
 
 def irradiance():
     values = np.random.default_rng(0).uniform(0, 1e-3, (len(BANDS), 30, 40))
-    x, y = quantities.centres(40, 40 * 5e-6), quantities.centres(30, 30 * 5e-6)
+    x = quantities.centres(40, 40 * 5e-6)
+    y = quantities.centres(30, 30 * 5e-6)
     return quantities.plane(
         values,
         BANDS,
@@ -45,7 +46,8 @@ def photocurrent(light, response):
 
 @pytest.mark.parametrize("name", SENSORS)
 def test_every_sensor_accepts_both(name):
-    sensor, light = build("sensor", name), irradiance()
+    sensor = build("sensor", name)
+    light = irradiance()
     response = sensor.narrow(Demand()).response
     if response is None:  # no noise: no error could be small beside it
         assert not sensor.model().noise
@@ -58,7 +60,8 @@ def test_every_sensor_accepts_both(name):
 
 
 def test_light_that_goes_astray_has_rows_of_its_own():
-    sensor, light = build("sensor", "bayer", optical_crosstalk_percent=5.0), irradiance()
+    sensor = build("sensor", "bayer", optical_crosstalk_percent=5.0)
+    light = irradiance()
     response = sensor.narrow(Demand()).response
     assert len(response.channels) == len(set(response.channels)) == 6
     np.testing.assert_allclose(
@@ -69,10 +72,8 @@ def test_light_that_goes_astray_has_rows_of_its_own():
 
 
 def test_the_longest_exposure_counts():
-    fixed, solved = (
-        build("sensor", "bayer", exposure_s=0.01),
-        build("sensor", "bayer", exposure_rule="centre", exposure_max_s=0.02),
-    )
+    fixed = build("sensor", "bayer", exposure_s=0.01)
+    solved = build("sensor", "bayer", exposure_rule="centre", exposure_max_s=0.02)
     areas = [s.narrow(Demand()).response.area_exposure_m2_s for s in (fixed, solved)]
     assert areas[1] == pytest.approx(2 * areas[0])
     assert areas[0] == pytest.approx((3.75e-6) ** 2 * 0.01)

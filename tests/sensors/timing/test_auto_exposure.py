@@ -37,7 +37,8 @@ def test_twice_the_light_takes_half_the_time(rule, make_light):
 @pytest.mark.parametrize("rule", RULES)
 def test_the_level_meets_its_target(rule, make_light):
     """Metered again, apart from the solver, on the mean electrons at the solved exposure."""
-    light, camera = light_of(make_light), sensor(exposure_rule=rule, exposure_target=0.4)
+    light = light_of(make_light)
+    camera = sensor(exposure_rule=rule, exposure_target=0.4)
     with ledger.stage(ledger.Ledger(), "sensor") as row:
         exposure_s, _ = auto_exposure.solve(camera, light)
     share = hdr.build("sensor", "bayer", exposure_s=exposure_s).expected(light).values[0] / 25455

@@ -50,7 +50,8 @@ def test_the_amplified_reading_meets_the_target(name, rule, make_light):
 
 @pytest.mark.parametrize("name", SENSORS)
 def test_a_shot_with_automatic_gain_is_the_shot_with_that_gain(name, make_light):
-    light, key = dim(make_light), hdr.generator(seed=4)
+    light = dim(make_light)
+    key = hdr.generator(seed=4)
     sensor = camera(name, auto_gain_max=2.0, exposure_min_s=0.004, exposure_max_s=0.004)
     shot = sensor(light, key)
     assert shot.attrs["analog_gain_factor"] == 2.0

@@ -178,7 +178,8 @@ def test_the_shot_is_that_of_its_means(make_light):
     light, _, _ = two(make_light)
     bright = light.copy(data=light.values * 100)
     sensor = build("sensor", "staggered", exposure_s=5e-3, line_time_s=1e-3, **QUIET)
-    shot, mean = sensor(bright, None), sensor.expected(bright)
+    shot = sensor(bright, None)
+    mean = sensor.expected(bright)
     free = ~shot.saturated.values
     assert 0.2 < free.mean() < 1
     # raw is float32

@@ -90,10 +90,8 @@ def test_the_dark_series_is_made_of_the_bench_s_own_pictures():
     for name in ("split_pixel", "interleaved", "lofic"):
         sensor = chosen(name)
         bench = Bench(sensor, len(sensor.model().readings) - 1, 1, 540.0, 32, 7)
-        ours, theirs = (
-            dark_series(bench, 3).stack(bench.capture, bench.channel),
-            stack(bench, DARK, 3),
-        )
+        ours = dark_series(bench, 3).stack(bench.capture, bench.channel)
+        theirs = stack(bench, DARK, 3)
         np.testing.assert_allclose(ours.mean_dn, theirs.mean_dn, rtol=1e-12)
         assert ours.left_dn2 == pytest.approx(theirs.left_dn2, rel=1e-9) and (
             ours.pixels,
@@ -109,7 +107,10 @@ def test_dark_pictures_asked_for_are_enough():
     """Patterns from normal draws: the scatter of the variance found over 400 series is the share
     asked for.
     """
-    rng, pixels, noise, pattern = np.random.default_rng(2), 900, 25.0, 1.0
+    rng = np.random.default_rng(2)
+    pixels = 900
+    noise = 25.0
+    pattern = 1.0
     count = pictures_needed(noise, pattern, pixels)
     found = []
     for _ in range(400):
@@ -175,7 +176,8 @@ def test_light_carries_the_photons_it_says():
 
 def test_estimates_on_numbers_of_known_statistics():
     rng = np.random.default_rng(0)
-    gain, noise = 0.5, 6.0
+    gain = 0.5
+    noise = 6.0
     pairs = [
         Pair(
             e / 0.4,
@@ -237,7 +239,8 @@ def test_a_bent_response_that_is_not_the_stated_one_is_told_apart(monkeypatch):
 
     from isethdr_workflows.emva1288 import general as study
 
-    sensor, expected = chosen("lin_log"), study.expected_dn
+    sensor = chosen("lin_log")
+    expected = study.expected_dn
     monkeypatch.setattr(study, "SHARES", (0.1,))
     monkeypatch.setattr(study, "BEYOND", (10.0,))
     made = replace(sensor, knee_e=1.01 * sensor.knee_e)
@@ -263,7 +266,8 @@ def test_a_bent_response_that_is_not_the_stated_one_is_told_apart(monkeypatch):
 
 @pytest.mark.slow
 def test_every_preset_is_found_again():
-    off, names = [], measurable_sensors()
+    off = []
+    names = measurable_sensors()
     assert {
         "bayer",
         "rgbw",

@@ -15,7 +15,8 @@ from isethdr_core.runs.labels import Labels, add_labels
 from isethdr_core.storage.store import write_store
 from isethdr_core.sweeps.record import Job, Sweep, begin, write_job
 
-ROWS, COLUMNS = 12, 16
+ROWS = 12
+COLUMNS = 16
 BANDS = (450.0, 555.5, 650.0)
 QUICK = [
     "experiment=own_picture",
@@ -31,7 +32,9 @@ QUICK = [
     *(f"~metric.{name}" for name in ("shares", "dynamic_range", "snr", "colour", "ssim")),
     *(f"~metric.{name}" for name in ("log_luminance", "contrast", "detection")),
 ]
-LABELLED, SCENE, SWEEP = "1abe11ed00000000", "5ce4e00000000000-00000000", "two"
+LABELLED = "1abe11ed00000000"
+SCENE = "5ce4e00000000000-00000000"
+SWEEP = "two"
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,8 @@ def test_items_are_arrays_of_stored_runs(home):
         LABELLED, products=PRODUCTS.keys() - {"distance", "depth", "normal"}
     )
     assert len(data) == 1 and data[0].keys() == {"run", "camera", *data.products}
-    item, run = data[0], open_run(LABELLED)
+    item = data[0]
+    run = open_run(LABELLED)
     assert (item["run"], item["camera"]) == (LABELLED, "bayer")
     for product in data.products:
         assert item[product].dtype == PRODUCTS[product].dtype and item[product].flags.writeable

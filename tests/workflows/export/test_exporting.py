@@ -156,7 +156,8 @@ def test_a_kill_leaves_the_old_folder_or_the_new_one(tmp_path, when):
 
 
 def test_two_folders_change_places(tmp_path):
-    a, b = tmp_path / "a", tmp_path / "b"
+    a = tmp_path / "a"
+    b = tmp_path / "b"
     for path in (a, b):
         path.mkdir()
         (path / path.name).touch()

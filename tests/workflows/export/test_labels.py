@@ -39,7 +39,9 @@ def scene(turn_deg: float = 0.0, moved_m: float = 0.0) -> SceneDescription:
     """Return the scene of the labelled run: a camera at the origin that looks along x, and three
     boxes at 10, 20 and 30 m.
     """
-    a, models, objects = np.radians(turn_deg), {}, []
+    a = np.radians(turn_deg)
+    models = {}
+    objects = []
     for number, (name, size) in enumerate(zip(("car", "person", "road"), SIZES), 1):
         models[name] = Model(name, (Part("all", corners(np.array(size)), FACES, "grey"),))
         pose = np.eye(4)
@@ -235,7 +237,8 @@ def test_a_box_follows_its_object_through_turns_scales_and_mirrors():
 
 def picture(**attrs):
     """Return a picture of 40 x 30 pixels of 1/10 of the focal length."""
-    x, y = 4e-4 * (np.arange(40) - 19.5), 4e-4 * (np.arange(30) - 14.5)
+    x = 4e-4 * (np.arange(40) - 19.5)
+    y = 4e-4 * (np.arange(30) - 14.5)
     values = np.ones((30, 40, 3))
     valid = np.ones((30, 40), bool)
     return make_picture(values, values, valid, x, y, focal_length_mm=4.0, pitch_um=400.0, **attrs)

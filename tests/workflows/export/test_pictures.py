@@ -52,7 +52,8 @@ def test_an_exr_holds_the_picture_in_cd_m2(home, run, tmp_path):
     exported([run.key], tmp_path / "out", ["exr"])
     for group, name in (("picture", ""), ("truth", "_reference")):
         with OpenEXR.File(str(tmp_path / f"out/exr/{run.key}_bayer{name}.exr")) as file:
-            pixels, header = np.array(file.channels()["RGB"].pixels), dict(file.header())
+            pixels = np.array(file.channels()["RGB"].pixels)
+            header = dict(file.header())
         xyz = run.open(f"{group}/bayer")["xyz"].values
         # float32 of the file; the matrix is applied in float64
         np.testing.assert_allclose(pixels, linear_srgb(xyz), rtol=1e-6, atol=1e-4)
@@ -69,7 +70,8 @@ def test_radiance_has_one_part_for_each_light_group(home, tmp_path):
     with OpenEXR.File(str(path), separate_channels=True) as file:
         assert [part.name() for part in file.parts] == ["sky", "headlights"]
         for number, values in enumerate(light):
-            header, channels = file.header(number), file.channels(number)
+            header = file.header(number)
+            channels = file.channels(number)
             assert header["wavelengthsNm"] == "450 555.5 650"
             assert header["emissiveUnits"] == "W.m^-2.sr^-1.nm^-1"
             assert header["fieldWidth"] == pytest.approx(0.4, rel=1e-6)  # float32

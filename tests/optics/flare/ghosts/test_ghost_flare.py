@@ -31,10 +31,13 @@ def monte_carlo(lens, tangent, count, seed=1):
     rng = np.random.default_rng(seed)
     stop, first, second, sensor = lens.surfaces
     r = stop.semi_diameter_mm
-    polar, turn = r * np.sqrt(rng.random(count)), 2 * np.pi * rng.random(count)
+    polar = r * np.sqrt(rng.random(count))
+    turn = 2 * np.pi * rng.random(count)
     pos = np.stack([polar * np.cos(turn), polar * np.sin(turn), np.full(count, stop.z_mm)], axis=1)
     way = np.tile(np.array([tangent, 0.0, 1.0]) / np.hypot(1, tangent), (count, 1))
-    inside, bounced, landed = np.zeros(count, bool), np.zeros(count, int), []
+    inside = np.zeros(count, bool)
+    bounced = np.zeros(count, int)
+    landed = []
     target = np.zeros(count, int)  # the next surface: 0 first, 1 second
     for _ in range(12):
         out = np.full((len(pos), 3), np.nan)
@@ -49,10 +52,10 @@ def monte_carlo(lens, tangent, count, seed=1):
                 + np.stack([-b - root, -b + root], 1)[..., None] * way[here][:, None]
             )
             out[here] = both[np.arange(here.sum()), np.abs(both[..., 2] - s.z_mm).argmin(1)]
-        pos, alive = (
-            out,
+        pos = out
+        alive = (
             np.hypot(out[:, 0], out[:, 1])
-            < 14.0 * lens.focal_length_mm() / parse(SINGLET).focal_length_mm(),
+            < 14.0 * lens.focal_length_mm() / parse(SINGLET).focal_length_mm()
         )
         pos, way, inside, bounced, target = (v[alive] for v in (pos, way, inside, bounced, target))
         centre_z = np.where(
@@ -63,8 +66,10 @@ def monte_carlo(lens, tangent, count, seed=1):
         normal = pos - np.stack([0 * centre_z, 0 * centre_z, centre_z], 1)
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         cosine = (way * normal).sum(1)
-        normal, cosine = normal * np.sign(cosine)[:, None], np.abs(cosine)
-        n1, n2 = np.where(inside, 1.9, 1.0), np.where(inside, 1.0, 1.9)
+        normal = normal * np.sign(cosine)[:, None]
+        cosine = np.abs(cosine)
+        n1 = np.where(inside, 1.9, 1.0)
+        n2 = np.where(inside, 1.0, 1.9)
         a1 = np.arccos(np.minimum(cosine, 1 - 1e-14))
         a2 = np.arcsin(np.minimum(n1 / n2 * np.sin(a1), 1))
         reflectance = (
@@ -75,7 +80,8 @@ def monte_carlo(lens, tangent, count, seed=1):
         tangential = way - cosine[:, None] * normal
         through = tangential * (n1 / n2)[:, None] + np.cos(a2)[:, None] * normal
         way = np.where(back[:, None], way - 2 * cosine[:, None] * normal, through)
-        bounced, inside = bounced + back, np.where(back, inside, ~inside)
+        bounced = bounced + back
+        inside = np.where(back, inside, ~inside)
         target = np.where(way[:, 2] > 0, 1, 0)
         free = ~inside
         done = free & (way[:, 2] > 0) & (bounced == 2)
@@ -93,10 +99,8 @@ def monte_carlo(lens, tangent, count, seed=1):
 @pytest.mark.slow
 @pytest.mark.parametrize("column", [100, 130])
 def test_flux_and_shape_against_an_independent_monte_carlo_trace(bare, column):
-    lens, flare = (
-        IdealLens(f_number=5.0, focal_length_mm=100.0),
-        GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0),
-    )
+    lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
+    flare = GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0)
     scene = lamp(201, 0.008, 100, column)  # wide enough for all of the ghost
     light = flare.irradiance(lens, scene)
     tangent = float(scene.x[column])
@@ -106,7 +110,8 @@ def test_flux_and_shape_against_an_independent_monte_carlo_trace(bare, column):
     # + borders of the pupil grid
     assert flux(light)[0] == pytest.approx(power * len(spots) / 800_000, rel=3 * error + 0.004)
     weight = light.values[0] / light.values[0].sum()
-    x_mm, y_mm = light.x.values * 1e3, light.y.values * 1e3
+    x_mm = light.x.values * 1e3
+    y_mm = light.y.values * 1e3
     mean = weight.sum(0) @ x_mm
     wide = np.sqrt(weight.sum(0) @ (x_mm - mean) ** 2), np.sqrt(weight.sum(1) @ y_mm**2)
     size = spots.std(axis=0)
@@ -118,10 +123,8 @@ def test_flux_and_shape_against_an_independent_monte_carlo_trace(bare, column):
 
 def test_flux_of_a_slow_singlet_by_hand(bare):
     """Slow, on the axis: T1 R2 R1 T2 of the light through the stop."""
-    lens, flare = (
-        IdealLens(f_number=40.0, focal_length_mm=100.0),
-        GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0),
-    )
+    lens = IdealLens(f_number=40.0, focal_length_mm=100.0)
+    flare = GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0)
     light = flare.irradiance(lens, lamp(31, 0.005, 15, 15))
     r = (0.9 / 2.9) ** 2
     want = 1e3 * 0.005**2 * np.pi * (100 / 80) ** 2 * 1e-6 * r**2 * (1 - r) ** 2
@@ -154,7 +157,8 @@ def test_the_matrices_tell_size_place_and_light(bare):
 
 
 def test_ghosts_of_a_night_lamp_lie_where_the_matrices_say_and_have_the_coatings_colour():
-    lens, wave = IdealLens(f_number=4.0, focal_length_mm=4.0), np.array([430.0, 600.0, 680.0])
+    lens = IdealLens(f_number=4.0, focal_length_mm=4.0)
+    wave = np.array([430.0, 600.0, 680.0])
     flare = GhostFlare("double_gauss", error_allowed=1e-7, sensor_reflectance_percent=0.0)
     # 3.6 degrees to the right; 96 tiles divide into coarse cells evenly
     scene = lamp(96, 0.005, slice(47, 49), 60, wave)
@@ -170,10 +174,8 @@ def test_ghosts_of_a_night_lamp_lie_where_the_matrices_say_and_have_the_coatings
 
 
 def test_turning_the_lamp_turns_the_ghosts(bare):
-    lens, flare = (
-        IdealLens(f_number=5.0, focal_length_mm=100.0),
-        GhostFlare(bare, error_allowed=0.0),
-    )
+    lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
+    flare = GhostFlare(bare, error_allowed=0.0)
     right, down = (flare.irradiance(lens, lamp(61, 0.016, *at)) for at in ((30, 45), (45, 30)))
     # the even points are not the same turned by 90 degrees
     np.testing.assert_allclose(flux(right), flux(down), rtol=1e-3)
@@ -189,8 +191,10 @@ def test_turning_the_lamp_turns_the_ghosts(bare):
 
 
 def test_light_is_linear_and_zero_stays_zero(bare):
-    lens, flare = IdealLens(f_number=5.0, focal_length_mm=100.0), GhostFlare(bare)
-    one, two = lamp(31, 0.02, 10, 20), lamp(31, 0.02, 25, 4)
+    lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
+    flare = GhostFlare(bare)
+    one = lamp(31, 0.02, 10, 20)
+    two = lamp(31, 0.02, 25, 4)
     both = one.copy(data=one.values + two.values)
     np.testing.assert_allclose(
         flare.irradiance(lens, both),
@@ -202,7 +206,8 @@ def test_light_is_linear_and_zero_stays_zero(bare):
 
 
 def test_what_is_left_out_is_listed_and_within_the_error():
-    lens, wave = IdealLens(), [500.0, 600.0]
+    lens = IdealLens()
+    wave = [500.0, 600.0]
     scene = lamp(41, 0.01, 12, 30, wave)
     coarse = GhostFlare("double_gauss", error_allowed=3e-4)
     rows = ledger.Ledger()
@@ -274,9 +279,11 @@ def test_sources_hold_all_light_and_find_lamps():
 
 
 def test_the_smallest_scenes_work(bare):
-    lens, flare = IdealLens(f_number=5.0, focal_length_mm=100.0), GhostFlare(bare)
+    lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
+    flare = GhostFlare(bare)
     for height, width in ((1, 1), (1, 9), (7, 1)):
-        x, y = quantities.centres(width, 0.01 * width), quantities.centres(height, 0.01 * height)
+        x = quantities.centres(width, 0.01 * width)
+        y = quantities.centres(height, 0.01 * height)
         scene = quantities.plane(
             np.ones((1, height, width)),
             [550.0],
@@ -306,7 +313,8 @@ def test_bad_input(bare):
 
 
 def test_beams_are_kept(bare):
-    lens, flare = IdealLens(f_number=5.0, focal_length_mm=100.0), GhostFlare(bare)
+    lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
+    flare = GhostFlare(bare)
     scene = lamp(31, 0.02, 10, 20)
     first = flare.irradiance(lens, scene)
     known = len(ghosts_module._beams)
@@ -318,7 +326,8 @@ def test_blades_take_their_share_of_the_stop_and_shape_the_ghost(bare):
     """On the axis a ghost is the stop's own picture: a polygon of the right area, corners where the
     blades meet.
     """
-    lens, scene = IdealLens(f_number=5.0, focal_length_mm=100.0), lamp(121, 0.013, 60, 60)
+    lens = IdealLens(f_number=5.0, focal_length_mm=100.0)
+    scene = lamp(121, 0.013, 60, 60)
     flare = GhostFlare(bare, error_allowed=0.0, sensor_reflectance_percent=0.0)
     whole = flare.irradiance(lens, scene)
     for blades in (5, 6):
@@ -362,7 +371,8 @@ def test_an_equidistant_field_is_refused(bare):
 
 
 def test_ghosts_weaker_than_the_error_allowed_are_not_traced_at_all(monkeypatch):
-    lens, scene = IdealLens(), lamp(41, 0.01, 12, 30, [500.0, 600.0])
+    lens = IdealLens()
+    scene = lamp(41, 0.01, 12, 30, [500.0, 600.0])
     forced = GhostFlare("double_gauss", error_allowed=0.0).irradiance(lens, scene)
     # calling it would fail
     monkeypatch.setattr("isethdr_optics.flare.ghosts.ghost_flare.beams", None)

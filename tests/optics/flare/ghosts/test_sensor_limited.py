@@ -15,8 +15,11 @@ from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
 from isethdr_core.plugins.registry import build
 
-BANDS, SHAPE, FIELD = np.array([450.0, 550.0, 650.0]), (12, 20), 0.6
-LENS, GHOSTS = IdealLens(f_number=4.0, focal_length_mm=6.0), GhostFlare()
+BANDS = np.array([450.0, 550.0, 650.0])
+SHAPE = (12, 20)
+FIELD = 0.6
+LENS = IdealLens(f_number=4.0, focal_length_mm=6.0)
+GHOSTS = GhostFlare()
 RESPONSE = build("sensor", "bayer", pitch_um=3.75).narrow(Demand()).response
 
 
