@@ -54,10 +54,16 @@ def white_cd_m2(truth, lamps=None) -> float:
     cd/m2, above 0; 1 cd/m2 for a scene without any light.
     """
     y = luminance(truth)
-    mask = lamp_mask(y) if lamps is None else np.asarray(lamps, bool)
-    y_without_lamps = y[~mask] if not mask.all() else y
-    white = float(np.percentile(y_without_lamps, WHITE_PERCENTILE))
+    white = float(np.percentile(y[white_pixels(y, lamps)], WHITE_PERCENTILE))
     return white if white > 0 else float(y.max()) if y.max() > 0 else 1.0
+
+
+def white_pixels(luminance, lamps=None) -> np.ndarray:
+    """Return the pixels (y, x) whose percentile is the white: all but the lamps, or all if there
+    are only lamps; parameters as `white_cd_m2`.
+    """
+    mask = lamp_mask(luminance) if lamps is None else np.asarray(lamps, bool)
+    return ~mask if not mask.all() else np.ones(mask.shape, bool)
 
 
 def luminance(picture) -> np.ndarray:

@@ -773,6 +773,20 @@ class HasMeanOfParts(Protocol):
     MEAN_OF_PARTS: ClassVar[bool]  # True: it is, and needs no labels
 
 
+@runtime_checkable
+class HasWhite(Protocol):
+    """A metric that compares pictures against the display white of the whole reference picture
+    (`display_view.white_cd_m2`), unless its field `white_cd_m2` is above 0.
+    """
+
+    WHITE_SCORE: ClassVar[str]  # name of its score that is the white it took, in cd/m2
+
+    @property
+    def white_cd_m2(self) -> float:
+        """The white to take; 0: that of the reference picture."""
+        ...
+
+
 # --- abilities of each kind -----------------------------------------------------------------------
 
 REQUIRED: dict[str, type] = {  # a flare has at least one of `FLARES` instead
@@ -831,7 +845,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         ListsCaptures,
     ),
     "isp": (ChecksCaptures,),
-    "metric": (HasMeanOfParts,),
+    "metric": (HasMeanOfParts, HasWhite),
 }
 
 

@@ -1,15 +1,16 @@
 """Uncertainty: stated errors, their share of a budget, and their effect on pixels and scores.
 
-| module            | content                                                                    |
-|-------------------|----------------------------------------------------------------------------|
-| `budget`          | the error allowed, and how the stages share it                             |
-| `changed_scenes`  | pictures of the scene with other renderer noise                            |
-| `earlier_terms`   | error terms as stored by earlier versions, and stated by their plugins     |
-| `error_terms`     | stated errors as data: source, quantity, part, value, unit, how known      |
-| `ledger`          | seconds, peak memory, errors and what was left out, per stage              |
-| `propagation`     | stated errors carried to the electrons of each capture                     |
-| `render_noise`    | the renderer's own noise, tile by tile, and in the pixels of a camera      |
-| `score_errors`    | errors of scores due to the renderer's noise                               |
-| `spending`        | error shares that the components of a chain ask for, and get               |
-| `score_intervals` | one 95 % interval per score, for sensor noise and renderer noise together  |
+| module              | content                                                                    |
+|---------------------|----------------------------------------------------------------------------|
+| `budget`            | the error allowed, and how the stages share it                             |
+| `changed_scenes`    | pictures of the scene with other renderer noise                            |
+| `earlier_terms`     | error terms as stored by earlier versions, and stated by their plugins     |
+| `error_terms`       | stated errors as data: source, quantity, part, value, unit, how known      |
+| `ledger`            | seconds, peak memory, errors and what was left out, per stage              |
+| `percentile_errors` | how far noise moves a percentile                                           |
+| `propagation`       | stated errors carried to the electrons of each capture                     |
+| `render_noise`      | the renderer's own noise, tile by tile, and in the pixels of a camera      |
+| `score_errors`      | errors of scores due to the renderer's noise                               |
+| `spending`          | error shares that the components of a chain ask for, and get               |
+| `score_intervals`   | one 95 % interval per score, for sensor noise and renderer noise together  |
 """

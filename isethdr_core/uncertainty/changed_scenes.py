@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..data.quantities import tile_pitch
 from ..data.reference_picture import mean_over_pixels as mean_over_pixels
 from ..data.temporal_modulation import time_mean
 from . import ledger
@@ -114,9 +115,35 @@ class ChangedScenes:
         lot : number of the lot; each has random numbers of its own.
         opposite : each tile shows the other half.
         """
+        change = self._lot(lot)
+        return self._changed(-change if opposite else change)
+
+    def luminance_change(self, lot: int) -> np.ndarray:
+        """Return the change (y, x) of the luminance of the reference picture by one lot, cd/m2; the
+        opposite lot changes it by the opposite.
+        """
+        return self._in_pixels(self._lot(lot))
+
+    @cached_property
+    def true_cd_m2(self) -> np.ndarray:
+        """The luminance (y, x) of the reference picture."""
+        return mean_over_pixels(self._level_cd_m2, self.shot.mixed, self.shot.picture)
+
+    @property
+    def tile_pixels(self) -> float:
+        """The distance in pixels within which pixels see the same tile."""
+        mixed, picture = self.shot.mixed, self.shot.picture
+        pitch_mm = float(picture.attrs["pitch_um"]) * 1e-3
+        tile_mm = tile_pitch(mixed, "x") * float(picture.attrs["focal_length_mm"])
+        return 1.0 + tile_mm / pitch_mm
+
+    def _lot(self, lot: int) -> np.ndarray:
         halves = self._halves
         heads = np.random.default_rng([lot, LOT_SEED]).random(halves.shape) < 0.5
-        return self._changed(np.where(heads != opposite, halves, -halves))
+        return np.where(heads, halves, -halves)
+
+    def _in_pixels(self, change: np.ndarray) -> np.ndarray:
+        return mean_over_pixels(change * self._level_cd_m2, self.shot.mixed, self.shot.picture)
 
     def smoothed(self) -> Pair:
         """Return the pair with renderer noise smoothed away where it hides the scene."""
@@ -133,11 +160,6 @@ class ChangedScenes:
         return luminance_cd_m2(self.shot.mixed)
 
     @cached_property
-    def _true_cd_m2(self) -> np.ndarray:
-        true = mean_over_pixels(self._level_cd_m2, self.shot.mixed, self.shot.picture)
-        return np.where(true > 0, true, 1.0)
-
-    @cached_property
     def _direct_share(self) -> np.ndarray:
         return direct_share(self.shot.light, self.shot.mixed)
 
@@ -146,8 +168,8 @@ class ChangedScenes:
         colours alike.
         """
         shot = self.shot
-        change_cd_m2 = mean_over_pixels(change * self._level_cd_m2, shot.mixed, shot.picture)
-        of_pixels = (1 + change_cd_m2 / self._true_cd_m2)[..., None]
+        true = np.where(self.true_cd_m2 > 0, self.true_cd_m2, 1.0)
+        of_pixels = (1 + self._in_pixels(change) / true)[..., None]
         on_sensor = on_light(change.astype(np.float32), shot.mixed, shot.light)
         factor = (1 + self._direct_share * on_sensor).astype(shot.light.dtype)
         light = shot.light.copy(data=shot.light.values * factor)

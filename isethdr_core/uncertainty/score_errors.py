@@ -5,14 +5,15 @@ the picture. A small picture is computed for several changed scenes. For a large
 changed scene and its opposite are exposed. If a score is the mean of the scores of parts of the
 picture, it is computed for some parts; each of them is an independent sample. All other scores are
 computed for whole pictures, composed of blocks of both. One more scene has its noise smoothed away:
-it shows how far noise has already shifted a score.
+it shows how far noise has already shifted a score. The display white of the reference picture is a
+percentile: `percentile_errors` tells how far noise moves it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import cycle
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,7 +21,9 @@ import numpy as np
 from scipy.special import gammainc
 
 from ..data.derived_once import shared, values_only
-from ..plugins.protocols import HasMeanOfParts
+from ..data.quantities import LUMINANCE
+from ..display.display_view import WHITE_PERCENTILE, luminance, white_cd_m2, white_pixels
+from ..plugins.protocols import HasMeanOfParts, HasWhite
 from . import ledger
 from .changed_scenes import (
     PARTS_ACROSS,
@@ -33,8 +36,15 @@ from .changed_scenes import (
 )
 from .error_terms import ErrorTerm, Quantity, Source
 from .ledger import LeftOut
+from .percentile_errors import percentile_error
 from .render_noise import NOISE
-from .score_intervals import NOT_MEASURED, RendererError, ScoreKey, key_of
+from .score_intervals import (
+    NOT_MEASURED,
+    RendererError,
+    ScoreKey,
+    degrees_of_freedom,
+    key_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +57,9 @@ RENDERED = "rendered_s"  # attribute of scenes that a renderer made
 CHANGES = 6  # changed pictures for scores of whole pictures; an even number
 PARTS_ASKED = 6  # parts of a large picture for which scores are computed
 SURE = 0.9  # share of runs for which the stated factor holds
+WHITE_LOTS = 4  # changes of the reference picture for its white, each with its opposite
+BLOCK_TILES = 8  # side of the blocks of a percentile, in tiles: few tiles lie in two blocks
+MANY = 1e6  # degrees of freedom, as good as infinite
 # least number of tiles that a score depends on: each tile has one difference of half buffers
 FEW_TILES = 8
 
@@ -66,11 +79,22 @@ class Movement(NamedTuple):
     """How renderer noise moves one score, in the unit of the score."""
 
     scatter: float  # standard error of one rendering
-    freedom: int  # degrees of freedom of `scatter`, without those of the tiles
+    freedom: float  # degrees of freedom of `scatter`, without those of the tiles
     shift: float  # mean change of the score by more noise; 0 where it is within its scatter
     rms: float  # of scatter and shift
     rms_freedom: int  # degrees of freedom of `rms`
     how: str  # for people
+    tiles: float = FEW_TILES  # on which `scatter` rests beside its `freedom`
+
+
+class White(NamedTuple):
+    """The display white of the reference picture, and how renderer noise moves it."""
+
+    level_cd_m2: float
+    movement: Movement
+
+
+NO_WHITE = White(0.0, Movement(0.0, math.inf, 0.0, 0.0, 1, "", math.inf))
 
 
 class Question(NamedTuple):
@@ -166,6 +190,8 @@ def _of_small_picture(
         answers = [_changes(questions, scenes.by_lot(k), objects=True) for k in range(count)]
         smoothed = _changes(questions, scenes.smoothed(), objects=True)
     movements = {key: _of_lots(values) for key, values in _by_score(answers).items()}
+    if whites := _keys_of_white(metrics):
+        movements |= dict.fromkeys(whites, _white(scenes).movement)
     return _Measured(movements, smoothed, of_objects=True)
 
 
@@ -183,11 +209,14 @@ def _of_large_picture(
         if not (of_parts or of_whole):
             return _Measured({}, {}, of_objects=False)
         first, second = scenes.by_lot(0), scenes.by_lot(0, opposite=True)
+        white = _white(scenes) if any(map(_finds_white, metrics)) else NO_WHITE
+        at_white = [_with_white(metric, white.level_cd_m2) for metric in of_parts]
+        unchanged = [_scores_of_part(at_white, shot.pair, part) for part in parts if of_parts]
         samples = [
-            _change_of_part(of_parts, shot.pair, changed, part)
-            for part, changed in zip(parts, cycle((first, second)))
-            if of_parts
+            _difference(_scores_of_part(at_white, changed, part), before)
+            for part, changed, before in zip(parts, cycle((first, second)), unchanged)
         ]
+        slopes = _slopes(of_parts, white, shot.pair, list(zip(parts, unchanged)))
         joined = joined_in_blocks(first, second, count) if of_whole else ()
         answers = [_changes(of_whole, pair) for pair in joined]
         smoothed = scenes.smoothed()
@@ -195,7 +224,11 @@ def _of_large_picture(
         every = [*of_whole, *(Question(metric, None, before) for metric in of_parts)]
         less_noise = _changes(every, smoothed)
     movements = {key: _of_blocks(values) for key, values in _by_score(answers).items()}
-    movements |= {key: _of_parts(values) for key, values in _by_score(samples).items()}
+    movements |= {
+        key: _beside_white(_of_parts(values), slopes.get(key, 0.0), white.movement)
+        for key, values in _by_score(samples).items()
+    }
+    movements |= dict.fromkeys(_keys_of_white(metrics), white.movement)
     return _Measured(movements, less_noise, of_objects=False)
 
 
@@ -231,7 +264,8 @@ def _error(movement: Movement, less_noise: float) -> RendererError:
     The variance is the product of two estimates, over the pictures and over the tiles that the
     score rests on: their relative variances, 2 over the degrees of freedom of each, add up.
     """
-    freedom = 1 / (1 / movement.freedom + 1 / FEW_TILES)
+    both = 1 / movement.freedom + 1 / movement.tiles
+    freedom = 1 / both if both else math.inf
     return RendererError(movement.scatter, freedom, movement.shift, less_noise)
 
 
@@ -336,12 +370,94 @@ def _with_one_object(labels: xr.Dataset | None) -> xr.Dataset | None:
     return labels.assign(instance=instance * (instance == first))
 
 
-def _change_of_part(
-    metrics: Sequence[Metric], original: Pair, changed: Pair, part: dict[str, np.ndarray]
+def _finds_white(metric: Metric) -> bool:
+    """Return whether a metric compares against the white of the reference picture."""
+    return isinstance(metric, HasWhite) and not metric.white_cd_m2
+
+
+def _with_white(metric: Metric, white_cd_m2: float) -> Metric:
+    """Return the metric with this white, if it would take that of the reference picture, which
+    would be another in each part.
+    """
+    if not _finds_white(metric):
+        return metric
+    fixed: Metric = replace(metric, white_cd_m2=white_cd_m2)  # type: ignore[type-var]
+    return fixed
+
+
+def _keys_of_white(metrics: Sequence[Metric]) -> list[ScoreKey]:
+    """Return the scores that are the white of the reference picture."""
+    return [(m.WHITE_SCORE, LUMINANCE, "") for m in metrics if _finds_white(m)]  # type: ignore
+
+
+def _white(scenes: ChangedScenes) -> White:
+    """Return the white of the reference picture, and how renderer noise moves it."""
+    level = luminance(scenes.shot.truth)
+    error = percentile_error(
+        level,
+        white_pixels(level),
+        WHITE_PERCENTILE / 100,
+        map(scenes.luminance_change, range(WHITE_LOTS)),
+        math.ceil(BLOCK_TILES * scenes.tile_pixels),
+    )
+    freedom = error.degrees_of_freedom
+    rms = math.hypot(error.standard_error, error.shift)
+    known = max(round(min(freedom, MANY)), 1)
+    how = f"the share of pixels below it after {2 * WHITE_LOTS} changes of the scene"
+    movement = Movement(error.standard_error, freedom, error.shift, rms, known, how, math.inf)
+    return White(white_cd_m2(level), movement)
+
+
+def _slopes(
+    metrics: Sequence[Metric],
+    white: White,
+    pair: Pair,
+    parts: Sequence[tuple[dict[str, np.ndarray], Values]],
 ) -> Values:
-    """Return by how much the scores of a part of the picture change."""
-    before, after = (_scores_of_part(metrics, pair, part) for pair in (original, changed))
-    return _difference(after, before)
+    """Return the change of each score by a change of the white, over that change.
+
+    Parameters
+    ----------
+    metrics : whose scores are means of parts.
+    white : of the reference picture.
+    pair : picture and reference picture.
+    parts : indices of each part, and the scores of that part at this white.
+    """
+    moved = [
+        _with_white(metric, white.level_cd_m2 + white.movement.rms)
+        for metric in metrics
+        if _finds_white(metric)
+    ]
+    if not (moved and white.movement.rms):
+        return {}
+    # the first PARTS_ACROSS hold some of every row and column
+    changes = [
+        _difference(_scores_of_part(moved, pair, part), before)
+        for part, before in parts[:PARTS_ACROSS]
+    ]
+    by_score = _by_score(changes)
+    return {key: float(values.mean()) / white.movement.rms for key, values in by_score.items()}
+
+
+def _beside_white(movement: Movement, slope: float, white: Movement) -> Movement:
+    """Return the movement of a score that also changes with the white.
+
+    Parameters
+    ----------
+    movement : of the score at one white.
+    slope : change of the score over the change of the white.
+    white : movement of the white; few tiles decide it, so it is independent of the others.
+    """
+    if not (slope and white.rms):
+        return movement
+    by_white = abs(slope) * white.scatter
+    variances = movement.scatter**2, by_white**2
+    freedom = degrees_of_freedom(variances, (movement.freedom, white.freedom))
+    scatter = math.hypot(movement.scatter, by_white)
+    shift = math.copysign(math.hypot(movement.shift, slope * white.shift), movement.shift)
+    rms, known = math.hypot(scatter, shift), max(round(min(freedom, MANY)), 1)
+    how = f"{movement.how} and of the white"
+    return Movement(scatter, freedom, shift, rms, known, how)
 
 
 def _scores_of_part(metrics: Sequence[Metric], pair: Pair, part: dict[str, np.ndarray]) -> Values:

@@ -28,6 +28,8 @@ class Ciede2000:
         True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
     )
 
+    WHITE_SCORE: ClassVar[str] = "ciede2000_white"
+
     formula: ClassVar[tuple[str, str, str]] = (
         "ciede2000",
         "de2000",
@@ -75,7 +77,7 @@ class Ciede2000:
             if region.of(use).any():
                 value, low, high = mean_of(difference, region, use)
                 scores.append(Score(score, value, unit, region.name, low, high))
-        return [*scores, Score(f"{score}_white", float(white), "cd m-2")]
+        return [*scores, Score(self.WHITE_SCORE, float(white), "cd m-2")]
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,7 @@ class Cie94(Ciede2000):
     the reference picture.
     """
 
+    WHITE_SCORE: ClassVar[str] = "cie94_white"
     formula: ClassVar[tuple[str, str, str]] = ("cie94", "de94", "dE94")
 
 
@@ -91,4 +94,5 @@ class Cie94(Ciede2000):
 class Cie76(Ciede2000):
     """Mean CIE 1976 difference of pixels up to the white: the plain distance in CIELAB."""
 
+    WHITE_SCORE: ClassVar[str] = "cie76_white"
     formula: ClassVar[tuple[str, str, str]] = ("cie76", "de76", "dE76")

@@ -28,6 +28,8 @@ class Ssim:
         True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
     )
 
+    WHITE_SCORE: ClassVar[str] = "ssim_white"
+
     # luminance that is displayed as white; 0 takes the 99th percentile of the reference picture
     # without lamps
     white_cd_m2: White = 0.0
@@ -77,4 +79,4 @@ class Ssim:
             for region in regions_of(shape, labels)
             for value, low, high in [mean_of(similarities, region)]
         ]
-        return [*scores, Score("ssim_white", float(white), "cd m-2")]
+        return [*scores, Score(self.WHITE_SCORE, float(white), "cd m-2")]

@@ -4,7 +4,8 @@ pictures and parts.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import xarray as xr
 from isethdr_core.data import quantities
 from isethdr_core.data.scores import Score
 from isethdr_core.data.temporal_modulation import stacked, time_mean
+from isethdr_core.display.display_view import white_cd_m2
 from isethdr_core.physics.detector.temporal_modulation import Modulation
 from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.plugins.registry import build
@@ -412,6 +414,45 @@ def test_smoothing_tells_how_far_noise_has_shifted_a_score():
     error = errors["mean", "", ""]
     # the window's mean keeps a ninth of the variance, tiles that differ by chance keep more
     assert -1.1 * noise**2 < error.less_noise < -0.4 * noise**2
+
+
+@dataclass(frozen=True)
+class TwiceWhite:
+    """A score that follows the white alone."""
+
+    MEAN_OF_PARTS: ClassVar[bool] = True
+    WHITE_SCORE: ClassVar[str] = "white"
+    white_cd_m2: float = 0.0
+
+    def __call__(self, picture, truth, labels=None):
+        white = self.white_cd_m2 or white_cd_m2(truth)
+        return [Score("twice", 2 * white, ""), Score("white", white, "cd m-2")]
+
+
+@pytest.mark.parametrize("tiles", [SMALL, LARGE])
+def test_the_white_is_that_of_the_whole_picture_and_its_error_moves_what_follows_it(tiles):
+    noise = 0.1
+    quiet, rng = uniform_shot(noise, tiles), np.random.default_rng(8)
+    noisy = 1 + noise * rng.standard_normal(tiles)
+    picture = quiet.picture.assign(xyz=quiet.picture.xyz * noisy[..., None])
+    mixed, light = (v.copy(data=v.values * noisy) for v in (quiet.mixed, quiet.light))
+    scores = TwiceWhite()(picture, picture)
+    shot = ScoredShot(picture, picture, None, scores, light, mixed, quiet.scene, lambda _: picture)
+    errors = score_errors.of_scores(shot, [TwiceWhite()]).errors
+    white, twice = errors["white", "cd m-2", ""], errors["twice", "", ""]
+    assert white.standard_error > 0
+    if tiles is LARGE:
+        # parts would have whites of their own
+        assert twice.standard_error == pytest.approx(2 * white.standard_error, rel=1e-9)
+        # Of a normal distribution, 0.092 lie within one sigma of the percentile, on either side.
+        # A change or its opposite moves them across it: a variance of 1 / 4 each. The density is
+        # 0.0267 / sigma.
+        share = np.sqrt(0.092 / 4 / np.prod(tiles))
+        # four changes and the curvature of the distribution: 5 % each; three of these
+        assert white.standard_error == pytest.approx(share / (0.0267 / noise) * LEVEL, rel=0.2)
+    chosen = replace(shot, scores=TwiceWhite(90.0)(picture, picture))
+    fixed = score_errors.of_scores(chosen, [TwiceWhite(90.0)]).errors
+    assert all(error.standard_error == 0 == error.less_noise for error in fixed.values())
 
 
 def test_a_score_that_rests_on_few_tiles_is_known_with_fewer_degrees_of_freedom():
