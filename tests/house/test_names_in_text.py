@@ -19,6 +19,8 @@ MADE_BY_READERS = {
     "accuracy.csv",
     "acme_mono/__init__.py",
     "acme_mono/sensor.py",
+    "objects.csv",
+    "scores.csv",
 }
 
 

@@ -15,10 +15,11 @@ from isethdr_workflows.dataset import generate as module
 from isethdr_workflows.dataset import summary
 from isethdr_workflows.dataset.card import card
 from isethdr_workflows.dataset.forecast import forecast
-from isethdr_workflows.dataset.generate import Request, generate, generated
+from isethdr_workflows.dataset.generate import Generated, Request, generate, generated
 from isethdr_workflows.dataset.page import write_page
 from isethdr_workflows.dataset.record import folder_of, read_dataset, read_scenes
 from isethdr_workflows.dataset.splits import splits
+from isethdr_workflows.dataset.study import cameras
 from isethdr_workflows.dataset.verify import verify
 from omegaconf import OmegaConf
 
@@ -79,6 +80,7 @@ class Small:
         radiance[-1] *= lamp.intensity_cd
         instance = np.zeros(shape, np.uint32)
         instance[3:5, 4:7] = 1
+        radiance[..., instance == 1] *= 3
         ds = scene_radiance(
             radiance,
             groups,
@@ -257,6 +259,27 @@ def test_the_command_makes_forecasts_splits_and_lists(recipe, capsys, monkeypatc
     code, error = here(monkeypatch, capsys, "dataset", "generate", "tiny", "count=six")
     assert (code, error.count("\n")) == (2, 1)
     assert "expected a number" in error
+
+
+def test_cameras_are_compared_over_the_scenes(recipe, capsys, monkeypatch, isethdr_home):
+    """Interrupted after the first scene and typed again; the second time nothing is imaged anew."""
+    monkeypatch.setattr(cameras, "compose", with_fields)
+    assert here(monkeypatch, capsys, "dataset", "score", "tiny")[0] == 2  # there is none
+    dataset = generate(Request("tiny", count=2, seed=1, recipe=recipe), silent)
+    folder = folder_of("tiny")
+    few = ("draws=1", *(f"~metric.{name}" for name in ("shares", "snr", "ssim", "contrast")))
+    first = cameras.imaged(Generated(dataset.definition, {0: dataset.made[0]}), few, silent)
+    lines = []
+    found = cameras.imaged(dataset, few, lines.append)
+    assert "stored before" in lines[0] and "stored before" not in lines[1]
+    assert found.shots[0] == first.shots[0] and not found.failed
+    assert len(found.shots) == len(dataset.made)
+    code, _ = here(monkeypatch, capsys, "dataset", "score", "tiny", *few)
+    assert code == 0
+    page = (folder / "scores.html").read_text()
+    assert f"{len(dataset.made)} of {len(dataset.made)} scenes were imaged" in page
+    assert "No object: person, bicycle" in page and "<script" not in page
+    assert (folder / "objects.csv").read_text().count(",car,") == len(dataset.made)
 
 
 @pytest.mark.slow

@@ -19,6 +19,8 @@ from .page import write_page
 from .recipe import read_recipe
 from .record import DEFINITION, folder_of, read_dataset
 from .splits import splits
+from .study.cameras import imaged
+from .study.files import interval, shown, tables_of, write_files
 from .verify import verify
 from .workers import Workers
 
@@ -64,6 +66,45 @@ def make(name: str, settings: list[str], dry_run: bool, price: float | None) -> 
     if request.sample is not None and request.sample < request.count:
         print_forecast(forecast(dataset.made, request.count), request, price)
     if dataset.failed:
+        raise typer.Exit(1)
+
+
+def score(name: str, overrides: list[str]) -> None:
+    """Image the scenes of a dataset, print the objects by class, and write page and tables; exit
+    code 1 if a scene failed.
+
+    Parameters
+    ----------
+    name : of the dataset.
+    overrides : of all runs.
+    """
+    dataset = generated(read_dataset(name))
+    if not dataset.made:
+        raise ConfigError(
+            f"the dataset {name!r} has no scene yet; expected at least one; type for example"
+            f" isethdr dataset generate {name}"
+        )
+    try:
+        found = imaged(dataset, overrides, print)
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on from here")
+        raise typer.Exit(INTERRUPTED) from None
+    tables = tables_of(found)
+    rows = [
+        (row.name, row.objects, *(f"{shown(mean)} ({interval(mean)})" for mean in row.means))
+        for row in tables.objects["class"]
+        if row.objects
+    ]
+    if rows:
+        print("mean detection probability of objects, with 95 % intervals over roads:")
+        print_table(["class", "objects", *tables.cameras], rows)
+    else:
+        print("no object has a detection score")
+    paths = write_files(dataset, found, overrides)
+    for title, path in zip(("page", "means", "objects"), paths, strict=True):
+        print_path(title, path)
+    if found.failed:
+        print(f"{len(found.failed)} of {len(dataset.made)} scenes failed")
         raise typer.Exit(1)
 
 

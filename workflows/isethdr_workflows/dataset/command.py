@@ -1,4 +1,4 @@
-"""The command `isethdr dataset generate|report|verify|splits|describe|list`."""
+"""The command `isethdr dataset generate|score|report|verify|splits|describe|list`."""
 
 from __future__ import annotations
 
@@ -41,6 +41,18 @@ def generate(
 ) -> None:
     """Make scenes, or show what would be made."""
     _actions().make(name, settings or [], dry_run, price)
+
+
+@app.command("score", help="Image all scenes, and compare the cameras: scores, objects, intervals.")
+def score(
+    name: Name,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Argument(help="of all runs, for example lens=ideal or sensor=bayer"),
+    ] = None,
+) -> None:
+    """Write the page and the tables of the cameras."""
+    _actions().score(name, overrides or [])
 
 
 @app.command("report", help="Write the page of a dataset: contact sheets, counts, outliers.")

@@ -25,6 +25,7 @@ from .summary import (
     DISTANCES_M,
     HEIGHTS,
     Look,
+    bounds,
     class_counts,
     duplicates,
     look,
@@ -76,8 +77,8 @@ def page(dataset: Generated, looks: Sequence[Look]) -> str:
         families=Counter(record.family for record in dataset.made).most_common(),
         totals=_totals(dataset),
         thumbnails=[_thumbnail(look) for look in looks],
-        distances=_bounds(DISTANCES_M, "m"),
-        heights=_bounds(HEIGHTS, "px"),
+        distances=bounds(DISTANCES_M, "m"),
+        heights=bounds(HEIGHTS, "px"),
         classes=class_counts(dataset.made),
         histograms=_histograms(looks),
         duplicates=duplicates(dataset.made),
@@ -127,12 +128,6 @@ def _thumbnail(look: Look) -> Thumbnail:
 def _luminance(cd_m2: float) -> str:
     """Return two significant digits without an exponent, down to 0.0001."""
     return f"{cd_m2:.0f}" if cd_m2 >= 10 else f"{cd_m2:.2g}"
-
-
-def _bounds(limits: Sequence[float], unit: str) -> list[str]:
-    """Return the names of the classes between limits: `below 15 m`, `15 to 30 m`, `from 60 m`."""
-    between = [f"{a:g} to {b:g} {unit}" for a, b in zip(limits, limits[1:], strict=False)]
-    return [f"below {limits[0]:g} {unit}", *between, f"from {limits[-1]:g} {unit}"]
 
 
 def _histograms(looks: Sequence[Look]) -> list[tuple[str, list[tuple[str, float]]]]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from .record import SceneRecord
 # limits of the classes of distance (m) and of height in the picture (pixels)
 DISTANCES_M = (15.0, 30.0, 60.0)
 HEIGHTS = (16.0, 32.0, 64.0)
+LUX = (0.1, 1.0, 10.0, 100.0, 1000.0)  # limits of the classes of illuminance
 DAY = ("lighting=day",)
 THUMBNAIL = 240  # pixels wide
 # decades of luminance of a histogram, cd/m2: from a moonless sky to a lamp
@@ -81,6 +84,26 @@ def class_counts(records: Iterable[SceneRecord]) -> list[ClassCounts]:
             )
         )
     return counts
+
+
+def illuminance(row: Mapping[str, Any], weights: Mapping[str, float]) -> float:
+    """Return the vertical illuminance of an object towards the camera under a lighting, lx; NaN
+    where the scene states none.
+
+    Parameters
+    ----------
+    row : of the table of objects.
+    weights : {light group: weight} of the lighting.
+    """
+    if "illuminance_lx" not in row:
+        return math.nan
+    return math.fsum(lux * weights.get(group, 0.0) for group, lux in row["illuminance_lx"].items())
+
+
+def bounds(limits: Sequence[float], unit: str) -> list[str]:
+    """Return the names of the classes between limits: `below 15 m`, `15 to 30 m`, `from 60 m`."""
+    between = [f"{a:g} to {b:g} {unit}" for a, b in zip(limits, limits[1:], strict=False)]
+    return [f"below {limits[0]:g} {unit}", *between, f"from {limits[-1]:g} {unit}"]
 
 
 def _binned(values: Sequence[float], limits: Sequence[float]) -> tuple[int, ...]:

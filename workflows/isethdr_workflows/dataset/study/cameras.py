@@ -1,0 +1,99 @@
+"""Image every scene of a dataset through the cameras of the main job, and collect the scores."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from isethdr_core.config.composition import compose
+from isethdr_core.errors import CatalogError
+from isethdr_core.pipeline.chain import chain
+from isethdr_core.runs.run import Result, run
+
+from ..generate import Generated, time_text
+from ..record import SceneRecord
+
+# a page for each run takes longer than the run's scores; a later override may ask for it
+OWN = ("report=false",)
+
+
+@dataclass(frozen=True)
+class Shot:
+    """The scores of all cameras for one scene."""
+
+    number: int  # of the scene
+    road: str
+    run: str  # key
+    scores: tuple[Mapping[str, Any], ...]  # camera, metric, object, value, unit
+    objects: tuple[Mapping[str, Any], ...]  # rows of the scene's table
+    weights: Mapping[str, float]  # of the light groups
+
+
+@dataclass(frozen=True)
+class Imaged:
+    """All scenes of a dataset that could be imaged."""
+
+    shots: tuple[Shot, ...]
+    failed: tuple[tuple[int, str], ...]  # number of the scene, reason
+
+
+def imaged(dataset: Generated, overrides: Sequence[str], tell: Callable[[str], None]) -> Imaged:
+    """Return the scores of every scene that is made.
+
+    A scene is a run, which is stored: the next call reads it, so a study that was interrupted goes
+    on where it stopped. A scene that fails is named, and the others go on.
+
+    Parameters
+    ----------
+    dataset : definition and records.
+    overrides : of all runs, after those of the scene: other cameras, lenses, lightings.
+    tell : called with one line of text for each scene that is done.
+
+    Raises
+    ------
+    ConfigError : a mistake in an override, found before the first scene is imaged.
+    CatalogError : the runs cannot be written.
+    """
+    made = dataset.made
+    for family in {record.family: record for record in made}.values():
+        chain(compose(settings_of(family, overrides)))
+    shots, failed = [], []
+    started, computed = time.monotonic(), 0
+    for place, record in enumerate(made, 1):
+        begun = time.monotonic()
+        line = f"scene {record.number + 1}, {place} of {len(made)}: "
+        try:
+            result = run(compose(settings_of(record, overrides)))
+        except CatalogError:
+            raise
+        except Exception as err:  # any component may fail on one scene; the others go on
+            failed.append((record.number, f"{type(err).__name__}: {err}".splitlines()[0]))
+            tell(line + f"failed: {failed[-1][1]}")
+            continue
+        shots.append(shot_of(record, result))
+        computed += result.computed
+        line += f"{time.monotonic() - begun:.0f} s" if result.computed else "stored before"
+        left = len(made) - place
+        if left and computed:
+            line += f", about {time_text((time.monotonic() - started) / computed * left)} left"
+        tell(line)
+    return Imaged(tuple(shots), tuple(failed))
+
+
+def settings_of(record: SceneRecord, overrides: Sequence[str]) -> list[str]:
+    """Return the overrides of the run of a scene."""
+    return [*record.overrides, *OWN, *overrides]
+
+
+def shot_of(record: SceneRecord, result: Result) -> Shot:
+    """Return the scores of a run."""
+    return Shot(
+        number=record.number,
+        road=record.road,
+        run=result.key,
+        scores=tuple(result.scores),
+        objects=tuple(result.attributes["objects"]),
+        weights=result.attributes["weights"],
+    )

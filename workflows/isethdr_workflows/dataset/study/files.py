@@ -1,0 +1,179 @@
+"""The page of a study, one HTML document that needs no network, and its tables as CSV files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, fields
+from functools import cache
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+
+from isethdr_core.storage.atomic_write import write_text
+
+from ..generate import Generated
+from ..record import folder_of
+from .cameras import Imaged
+from .intervals import Mean
+from .tables import (
+    FrameRow,
+    Row,
+    Seen,
+    by_class,
+    by_distance,
+    by_illuminance,
+    cameras_of,
+    frame_rows,
+    seen_objects,
+)
+
+PAGE, TABLE, OBJECTS = "scores.html", "scores.csv", "objects.csv"
+TEMPLATES = Path(__file__).parents[1] / "templates"
+COLOURS = ("#2563eb", "#d97706", "#059669", "#9333ea", "#dc2626", "#0891b2")
+HEAD = ("table", "row", "camera", "value", "low", "high", "values", "roads")
+
+
+@dataclass(frozen=True)
+class Tables:
+    """All tables of a study."""
+
+    cameras: list[str]
+    frame: list[FrameRow]
+    objects: dict[str, list[Row]]  # {title: rows}
+    seen: list[Seen]
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A mean and its interval on a line from 0 to 1, in percent of its width."""
+
+    colour: str
+    value: float
+    low: float
+    width: float
+
+
+def tables_of(imaged: Imaged) -> Tables:
+    """Return all tables."""
+    cameras, seen = cameras_of(imaged.shots), seen_objects(imaged.shots)
+    objects = {
+        "class": by_class(seen, cameras),
+        "distance": by_distance(seen, cameras),
+        "illuminance": by_illuminance(seen, cameras),
+    }
+    return Tables(cameras, frame_rows(imaged.shots, cameras), objects, seen)
+
+
+def write_files(dataset: Generated, imaged: Imaged, overrides: Sequence[str]) -> list[Path]:
+    """Write page and tables into the folder of a dataset, and return their paths."""
+    folder, tables = folder_of(dataset.definition.name), tables_of(imaged)
+    written = {
+        PAGE: page(dataset, imaged, tables, overrides),
+        TABLE: csv_text(HEAD, summary_rows(tables)),
+        OBJECTS: csv_text(
+            [field.name for field in fields(Seen)], (asdict(one).values() for one in tables.seen)
+        ),
+    }
+    for name, text in written.items():
+        write_text(folder / name, text)
+    return [folder / name for name in written]
+
+
+def page(dataset: Generated, imaged: Imaged, tables: Tables, overrides: Sequence[str]) -> str:
+    """Return the page."""
+    return _template().render(
+        definition=dataset.definition,
+        scenes=len(imaged.shots),
+        roads=len({shot.road for shot in imaged.shots}),
+        made=len(dataset.made),
+        overrides=overrides,
+        failed=[(number + 1, reason) for number, reason in imaged.failed],
+        cameras=[(name, colour_of(k)) for k, name in enumerate(tables.cameras)],
+        frame=tables.frame,
+        tables={
+            title: [(row, bars(row)) for row in rows if row.objects]
+            for title, rows in tables.objects.items()
+        },
+        empty={
+            title: [row.name for row in rows if not row.objects]
+            for title, rows in tables.objects.items()
+        },
+        shown=shown,
+        interval=interval,
+    )
+
+
+def bars(row: Row) -> list[Bar]:
+    """Return the bar of each camera; none where nothing is known."""
+    found = []
+    for k, mean in enumerate(row.means):
+        if math.isnan(mean.value):
+            continue
+        low = mean.value if math.isnan(mean.low) else mean.low
+        high = mean.value if math.isnan(mean.high) else mean.high
+        found.append(Bar(colour_of(k), 100 * mean.value, 100 * low, 100 * (high - low)))
+    return found
+
+
+def colour_of(place: int) -> str:
+    """Return the colour of a camera by its place."""
+    return COLOURS[place % len(COLOURS)]
+
+
+def shown(mean: Mean) -> str:
+    """Return a value for people, three digits; a dash where it is not known."""
+    return "–" if math.isnan(mean.value) else f"{mean.value:.3g}"
+
+
+def interval(mean: Mean) -> str:
+    """Return an interval for people: `0.41 to 0.63`; "" where it is not known."""
+    return "" if math.isnan(mean.low) else f"{mean.low:.3g} to {mean.high:.3g}"
+
+
+def summary_rows(tables: Tables) -> list[tuple[object, ...]]:
+    """Return one row for each mean, as `HEAD` names them."""
+    rows: list[tuple[object, ...]] = []
+    for frame in tables.frame:
+        rows += _rows("frame", frame.metric, tables.cameras, frame.means)
+        first = tables.cameras[0]
+        rows += _rows(
+            f"difference from {first}", frame.metric, tables.cameras[1:], frame.differences
+        )
+    for title, of_objects in tables.objects.items():
+        for row in of_objects:
+            rows += _rows(f"detection by {title}", row.name, tables.cameras, row.means)
+    return rows
+
+
+def _rows(
+    table: str, name: str, cameras: Sequence[str], means: Sequence[Mean]
+) -> list[tuple[object, ...]]:
+    return [
+        (table, name, camera, mean.value, mean.low, mean.high, mean.count, mean.roads)
+        for camera, mean in zip(cameras, means, strict=True)
+    ]
+
+
+def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
+    """Return rows as CSV; a number that is not known is empty."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(head)
+    for row in rows:
+        writer.writerow("" if isinstance(v, float) and math.isnan(v) else v for v in row)
+    return out.getvalue()
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("scores.html")

@@ -1,0 +1,162 @@
+"""Tables of a study: scores by camera; objects by class, distance and illuminance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from isethdr_core.data.categories import CATEGORIES
+
+from ...export.labels.masks import is_thing
+from ..summary import DISTANCES_M, LUX, bounds, illuminance
+from .cameras import Shot
+from .intervals import Mean, mean_over_roads
+
+DETECTION = "contrast_detection"  # the score of an object that says whether it can be told, 0..1
+NOT_KNOWN = "not known"
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One object as one camera shows it."""
+
+    scene: int
+    road: str
+    camera: str
+    name: str
+    category: str
+    distance_m: float
+    illuminance_lx: float  # vertical, towards the camera, all groups; NaN where it is not known
+    detection: float
+
+
+@dataclass(frozen=True)
+class Row:
+    """Means of all cameras."""
+
+    name: str
+    objects: int  # of all scenes; 0: none
+    means: tuple[Mean, ...]  # by camera
+
+
+@dataclass(frozen=True)
+class FrameRow:
+    """One score of the whole picture."""
+
+    metric: str
+    unit: str
+    means: tuple[Mean, ...]  # by camera
+    differences: tuple[Mean, ...]  # from the first camera, of the same scenes
+
+
+def cameras_of(shots: Sequence[Shot]) -> list[str]:
+    """Return the names of the cameras, in the order of the runs."""
+    return list(dict.fromkeys(str(score["camera"]) for shot in shots for score in shot.scores))
+
+
+def seen_objects(shots: Sequence[Shot]) -> list[Seen]:
+    """Return the things that have a detection score, once for each camera."""
+    found = []
+    for shot in shots:
+        rows = {name_of(row): row for row in reversed(shot.objects)}
+        rows |= {f"{name_of(row)} {row['instance']}": row for row in shot.objects}
+        for score in shot.scores:
+            row = rows.get(str(score["object"]))
+            if score["metric"] != DETECTION or row is None or not is_thing(row["category"]):
+                continue
+            found.append(
+                Seen(
+                    scene=shot.number,
+                    road=shot.road,
+                    camera=str(score["camera"]),
+                    name=str(score["object"]),
+                    category=row["category"],
+                    distance_m=float(row["distance_m"]),
+                    illuminance_lx=illuminance(row, shot.weights),
+                    detection=float(score["value"]),
+                )
+            )
+    return found
+
+
+def name_of(row: Mapping[str, Any]) -> str:
+    """Return the name that metrics give to an object of the table."""
+    return str(row.get("name") or row.get("category") or row["instance"])
+
+
+def by_class(seen: Sequence[Seen], cameras: Sequence[str]) -> list[Row]:
+    """Return a row for each class of things, those without any object last."""
+    names = [name for name in CATEGORIES if is_thing(name)]
+    rows = _rows(seen, cameras, names, lambda one: one.category)
+    return sorted(rows, key=lambda row: -row.objects)
+
+
+def by_distance(seen: Sequence[Seen], cameras: Sequence[str]) -> list[Row]:
+    """Return a row for each class of distance."""
+    names = bounds(DISTANCES_M, "m")
+    return _rows(seen, cameras, names, lambda one: names[_place(one.distance_m, DISTANCES_M)])
+
+
+def by_illuminance(seen: Sequence[Seen], cameras: Sequence[str]) -> list[Row]:
+    """Return a row for each decade of illuminance, and one for objects without."""
+    names = bounds(LUX, "lx")
+
+    def name(one: Seen) -> str:
+        known = math.isfinite(one.illuminance_lx)
+        return names[_place(one.illuminance_lx, LUX)] if known else NOT_KNOWN
+
+    rows = _rows(seen, cameras, [*names, NOT_KNOWN], name)
+    return [row for row in rows if row.objects or row.name != NOT_KNOWN]
+
+
+def _place(value: float, limits: Sequence[float]) -> int:
+    return int(np.searchsorted(limits, value, side="right"))
+
+
+def _rows(
+    seen: Sequence[Seen],
+    cameras: Sequence[str],
+    names: Sequence[str],
+    name_of_one: Callable[[Seen], str],
+) -> list[Row]:
+    members: dict[str, list[Seen]] = {name: [] for name in names}
+    for one in seen:
+        members[name_of_one(one)].append(one)
+    rows = []
+    for name, group in members.items():
+        means = []
+        for camera in cameras:
+            own = [one for one in group if one.camera == camera]
+            values, roads = [one.detection for one in own], [one.road for one in own]
+            means.append(mean_over_roads(values, roads, (0.0, 1.0)))
+        objects = len({(one.scene, one.name) for one in group})
+        rows.append(Row(name, objects, tuple(means)))
+    return rows
+
+
+def frame_rows(shots: Sequence[Shot], cameras: Sequence[str]) -> list[FrameRow]:
+    """Return a row for each score of the whole picture."""
+    units, values = {}, {}
+    for shot in shots:
+        for score in shot.scores:
+            if not score["object"]:
+                units[str(score["metric"])] = str(score["unit"])
+                values[shot.number, score["metric"], score["camera"]] = float(score["value"])
+    rows = []
+    for metric, unit in units.items():
+        columns = [
+            [values.get((shot.number, metric, camera), math.nan) for shot in shots]
+            for camera in cameras
+        ]
+        roads = [shot.road for shot in shots]
+        means = tuple(mean_over_roads(column, roads) for column in columns)
+        differences = tuple(
+            mean_over_roads([b - a for a, b in zip(columns[0], column, strict=True)], roads)
+            for column in columns[1:]
+        )
+        rows.append(FrameRow(metric, unit, means, differences))
+    return rows
