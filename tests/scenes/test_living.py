@@ -1,5 +1,5 @@
-"""Animals drawn from ranges: sizes known without a mesh, ground contact, sound meshes, budgets of
-triangles, eyes that shine.
+"""People and animals drawn from ranges: sizes known without a mesh, ground contact, sound meshes,
+budgets of triangles, eyes that shine.
 """
 
 from __future__ import annotations
@@ -7,17 +7,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from isethdr_scenes import things
-from isethdr_scenes.geometry.mesh.piece import Assembly
+from isethdr_scenes.geometry.mesh.piece import Assembly, face_areas
 from isethdr_scenes.materials import MATERIALS
 from isethdr_scenes.things.animals import families as animals
 from isethdr_scenes.things.detail import extent_m
+from isethdr_scenes.things.people import families as people
+from isethdr_scenes.things.people.body import Body, Limbs, Pose, joints, walking
+from isethdr_scenes.things.ranges import generator
 from isethdr_scenes.things.shapes import Ball, Block, Limb, Loft, Mass, Ring, Rod
 
 from isethdr_core.data.categories import CATEGORIES
 
 SIZE_M = 0.03  # what `Thing.size_m` promises
 GROUND_M = 0.01
-BUDGETS = {"animal": animals.TRIANGLES}
+BUDGETS = {"animal": animals.TRIANGLES, "person": people.TRIANGLES}
 
 
 def one(group, family, seed=0):
@@ -41,9 +44,71 @@ def check(thing, detail):
     return model
 
 
-@pytest.mark.parametrize("family", things.names("animal"))
-def test_an_animal_keeps_its_promises(family):
-    check(one("animal", family), "far")
+@pytest.mark.parametrize("group", sorted(BUDGETS))
+def test_families_keep_their_promises(group):
+    for family in things.names(group):
+        check(one(group, family), "far")
+
+
+def test_a_person_keeps_its_promises_near_and_in_the_middle():
+    check(one("person", "worker", 1), "middle")
+    worker = check(one("person", "worker", 1), "near")
+    band = [part for part in worker.parts if part.name == "reflective_band"]
+    # two bands around the chest and one around each shin, 5.2 cm high: at least 0.1 m2 in all
+    assert sum(np.linalg.norm(face_areas(part), axis=1).sum() for part in band) > 0.1
+
+
+def test_bones_keep_their_lengths_in_every_pose():
+    body = Body(height_m=1.70)
+    for phase in (0.0, 0.3, 0.6, 0.9):
+        at = joints(body, walking(phase, 25.0))
+        for side in "lr":
+            for a, b, length in (
+                ("hip", "knee", body.thigh_m),
+                ("knee", "ankle", body.shin_m),
+                ("shoulder", "elbow", body.upper_arm_m),
+                ("elbow", "wrist", body.forearm_m),
+            ):
+                apart = np.linalg.norm(at[f"{a}_{side}"] - at[f"{b}_{side}"])
+                assert apart == pytest.approx(length, rel=1e-9)
+
+
+def test_an_upright_body_is_as_tall_as_its_height():
+    straight = Limbs(hip=0, knee=0, foot=0, arm=0, elbow=0)
+    for height in (1.1, 1.76):
+        body = Body(height_m=height, heads=6.0 if height < 1.3 else 7.5)
+        at = joints(body, Pose(straight, straight, 0.0))
+        crown = at["head"][2] + 0.122 * body.head_scale
+        assert crown == pytest.approx(height, abs=0.01)  # the neck leans by a few degrees
+        soles = at["ankle_l"][2] - 0.087 * body.scale
+        assert soles == pytest.approx(0, abs=1e-9)
+
+
+def test_a_child_is_no_small_adult():
+    rng = np.random.default_rng(0)
+    man, boy = people.look_of("man", rng).body, people.look_of("boy", rng).body
+    assert boy.height_m < 1.35 < man.height_m
+    assert boy.heads < 6.1 < man.heads  # a child's head is a larger part of it
+    assert boy.leg < man.leg
+
+
+def test_thirty_people_are_distinct():
+    def told(family, variant):
+        look = people.look_of(family, generator(family, variant))
+        clothes = look.outfit
+        return (
+            family,
+            clothes.lower_kind,
+            clothes.top,
+            clothes.lower,
+            look.head.hat,
+            look.head.style,
+            look.carried,
+        )
+
+    drawn = [told(family, variant) for family in things.names("person") for variant in range(5)]
+    # of 40, each of 8 families five times: family, garments, colours, hat, hair and bag alone
+    assert len(set(drawn)) >= 35
 
 
 def test_an_animal_keeps_its_promises_near_and_in_the_middle():

@@ -10,6 +10,7 @@
 | riding    | `RidingPosition`: where a rider touches a two-wheeler                    |
 | shapes    | limbs, lofts, rods, balls and blocks, of which living things are made    |
 | animals   | four-legged animals by their proportions                                 |
+| people    | people by build, age, clothes and pose                                   |
 | vehicles  | cars, trucks, buses, motorcycles and bicycles                            |
 
 `draw` a thing, place it by its `size_m`, and `build` its mesh at the detail that its distance asks

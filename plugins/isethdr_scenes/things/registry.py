@@ -7,6 +7,7 @@ from typing import Protocol
 from ..geometry.mesh.piece import Assembly
 from .animals import families as animals
 from .furniture import barriers, buildings, signs, small, street_lamps, traffic_lights
+from .people import families as people
 from .thing import Detail, Thing
 from .vehicles import cars
 
@@ -27,6 +28,7 @@ class Families(Protocol):
 GROUPS: dict[str, Families] = {
     "car": cars,
     "animal": animals,
+    "person": people,
     "street lamp": street_lamps,
     "traffic light": traffic_lights,
     "sign": signs,

@@ -21,7 +21,8 @@ from .thing import Detail
 
 DETAILS: tuple[Detail, ...] = ("near", "middle", "far")
 MIDDLE_STEP = 2.2  # sampling step of a surface at middle detail, relative to near
-SIDES: dict[Detail, int] = {"near": 10, "middle": 7, "far": 5}  # of tubes
+SIDES: dict[Detail, int] = {"near": 10, "middle": 7, "far": 6}  # of tubes
+FLAT = 1.06  # a tube of 6 sides has about the section of a round one 1.06 times thinner
 Extent = tuple[np.ndarray, np.ndarray]  # least and greatest x, y, z, m
 Values = Callable[[np.ndarray], np.ndarray]  # of points (n, 3), m; negative inside
 
@@ -72,16 +73,21 @@ class Limb:
         distance.lo, distance.hi = self.extent()
         return distance
 
-    def tube(self, name: str, material: str, sides: int) -> Piece:
-        """Return the limb as a tube with rounded ends, of few faces."""
+    def tube(self, name: str, material: str, sides: int, steps: int = 1) -> Piece:
+        """Return the limb as a tube with rounded ends, of few faces, in `steps` along it."""
         narrow = np.array([1.0, 1 / self.width, 1.0])
         a, b = np.asarray(self.a, float) * narrow, np.asarray(self.b, float) * narrow
         length = float(np.linalg.norm(b - a))
         along = (b - a) / length if length > 1e-3 else np.array([0.0, 0.0, 1.0])
         b = a + along * max(length, 1e-3)
-        path = np.array([a - 0.7 * along * self.radius_a, a, b, b + 0.7 * along * self.radius_b])
-        radii = [0.6 * self.radius_a, self.radius_a, self.radius_b, 0.6 * self.radius_b]
-        return tube(path, radii, name, material, sides).moved(pose(scale=(1, self.width, 1)))
+        t = np.linspace(0, 1, steps + 1)
+        shaft = a + t[:, None] * (b - a)
+        first, last = a - 0.7 * along * self.radius_a, b + 0.7 * along * self.radius_b
+        path = np.concatenate([[first], shaft, [last]])
+        round_ends = (0.6 * self.radius_a, 0.6 * self.radius_b)
+        radii = self.radius_a + t * (self.radius_b - self.radius_a)
+        radii = np.concatenate([round_ends[:1], radii, round_ends[1:]])
+        return tube(path, FLAT * radii, name, material, sides).moved(pose(scale=(1, self.width, 1)))
 
 
 @dataclass(frozen=True)
@@ -91,6 +97,7 @@ class Patch:
     name: str
     material: str
     inside: Values
+    coarsest: Detail = "far"  # the surface is whole at coarser detail
 
 
 @dataclass(frozen=True)
@@ -117,16 +124,22 @@ class Mass:
         """Return the surface, and its patches apart."""
         if DETAILS.index(detail) > DETAILS.index(self.coarsest):
             return []
+        level = DETAILS.index(detail)
+        patches = [p for p in self.patches if DETAILS.index(p.coarsest) >= level]
         if detail == "far":
-            tubes = [limb.tube(self.name, self.material, SIDES["far"]) for limb in self.limbs]
-            surface = join(tubes, self.name)
+            # where patches are cut out, faces have to be about as small as a patch
+            steps = 4 if patches else 1
+            limbs = [
+                limb.tube(self.name, self.material, SIDES["far"], steps) for limb in self.limbs
+            ]
+            surface = join(limbs, self.name)
             if self.trim is not None:
                 surface = cut(surface, self.trim(surface.vertices))[0]
         else:
             step = self.step_m * (MIDDLE_STEP if detail == "middle" else 1.0)
             surface = skin_of(self._field(), step, self.name, self.material)
         out = []
-        for patch in self.patches:
+        for patch in patches:
             part, surface, _ = cut(surface, patch.inside(surface.vertices))
             out.append(part.named(patch.name, patch.material))
         return [surface, *out]

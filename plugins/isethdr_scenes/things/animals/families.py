@@ -14,7 +14,7 @@ from . import quadruped
 FILE = "animals.yaml"
 GROUP = "animal"
 # most triangles of any animal; stored once per model
-TRIANGLES: dict[Detail, int] = {"near": 45_000, "middle": 10_000, "far": 3_500}
+TRIANGLES: dict[Detail, int] = {"near": 45_000, "middle": 10_000, "far": 5_000}
 
 
 def shares() -> dict[str, float]:

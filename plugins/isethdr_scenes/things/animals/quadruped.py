@@ -250,7 +250,8 @@ def _tail(animal: Animal, ends: _Ends) -> list[Shape]:
             animal.coat.get("tail", animal.coat["main"]),
             limbs,
             blend_m=0.03 * k,
-            step_m=0.8 * _step_m(animal),
+            # the thin end has to be seen at middle detail too
+            step_m=min(0.8 * _step_m(animal), 0.9 * k * min(radii)),
             patches=tail_patches(animal.coat, k * points[-1], 0.26 * k * length),
         )
     ]

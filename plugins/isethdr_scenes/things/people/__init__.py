@@ -1,0 +1,10 @@
+"""People: bodies by build and age, clothes, poses.
+
+| module     | content                                                       |
+|------------|---------------------------------------------------------------|
+| `body`     | proportions of a body, and the joints of its poses            |
+| `carried`  | rucksacks, bags and sticks                                    |
+| `clothes`  | garments around joints: trousers, skirts, jackets, coats      |
+| `families` | people of the data file, drawn and built                      |
+| `head`     | skull, face, hair and hats                                    |
+"""

@@ -1,0 +1,125 @@
+"""People of `data/people.yaml`, drawn and built."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ...geometry.mesh.piece import Assembly
+from ..ranges import drawn, generator, one_of, read
+from ..shapes import Figure
+from ..thing import Detail, Thing
+from .body import Body, Joints, Pose, joints, standing, walking
+from .carried import carried_shapes
+from .clothes import Outfit, garment_shapes
+from .head import HeadLook, head_shapes
+
+FILE = "people.yaml"
+GROUP = "person"
+# most triangles of any person
+TRIANGLES: dict[Detail, int] = {"near": 40_000, "middle": 9_000, "far": 4_500}
+MEASURES = ("height_m", "heads", "leg", "shoulders", "girth", "paunch", "bust", "stoop_deg")
+
+
+@dataclass(frozen=True)
+class Look:
+    """All of a person but the pose."""
+
+    body: Body
+    outfit: Outfit
+    head: HeadLook
+    carried: str
+    carried_material: str
+    seed: int
+
+
+def shares() -> dict[str, float]:
+    """Return the families, each with its share."""
+    return {family: ranges["share"] for family, ranges in read(FILE)["families"].items()}
+
+
+def thing(family: str, variant: int) -> Thing:
+    """Return a person of a family; the same variant, the same person in the same pose."""
+    return Thing(family, variant, "person", _figure(family, variant).size_m(), GROUP)
+
+
+def build(thing: Thing, detail: Detail) -> Assembly:
+    """Return the mesh, centred in x and y on z = 0."""
+    return _figure(thing.family, thing.variant).assembly(detail)
+
+
+def look_of(family: str, rng: np.random.Generator, outfit: str | None = None) -> Look:
+    """Return a person of a family, drawn; in a given outfit where one is named."""
+    ranges = read(FILE)["families"][family]
+    measures = drawn({key: ranges[key] for key in MEASURES if key in ranges}, rng)
+    skin = one_of(_colours("skin"), rng)
+    carried = one_of(ranges["carried"], rng)
+    bag = {"satchel": "satchel", "carrier_bag": "carrier_bag"}.get(carried, "bag")
+    hat = one_of(ranges["hats"], rng)
+    head = HeadLook(
+        skin=skin,
+        hair=one_of(_colours("grey_hair" if ranges.get("grey") else "hair"), rng),
+        style=one_of(ranges["hair"], rng),
+        hat=hat,
+        hat_material=one_of(_colours("hard_hat" if hat == "hard_hat" else "hat"), rng),
+    )
+    named = outfit or one_of(ranges["outfits"], rng)
+    clothes = _outfit(named, skin, rng)
+    material = one_of(_colours(bag), rng)
+    return Look(Body(**measures), clothes, head, carried, material, int(rng.integers(2**31)))
+
+
+def pose_of(family: str, rng: np.random.Generator) -> Pose:
+    """Return a standing or walking pose, drawn."""
+    ranges = read(FILE)["families"][family]
+    stride = drawn(ranges["stride_deg"], rng)
+    phase = float(rng.random())
+    if rng.random() < ranges["standing"]:
+        return standing(rng)
+    return walking(phase, stride)
+
+
+def figure_of(look: Look, at: Joints, name: str) -> Figure:
+    """Return the shapes of a person around joints."""
+    shapes = garment_shapes(look.outfit, look.body, at, look.seed)
+    shapes += head_shapes(look.head, at["head"], at["neck"], look.body.head_scale)
+    shapes += carried_shapes(look.carried, look.carried_material, look.body, at)
+    return Figure(name, tuple(shapes))
+
+
+@lru_cache(maxsize=128)
+def _figure(family: str, variant: int) -> Figure:
+    rng = generator(family, variant)
+    look = look_of(family, rng)
+    return figure_of(look, joints(look.body, pose_of(family, rng)), family)
+
+
+def _colours(item: str) -> dict[str, float]:
+    return read(FILE)["colours"][item]
+
+
+def _outfit(name: str, skin: str, rng: np.random.Generator) -> Outfit:
+    told: dict[str, Any] = drawn(read(FILE)["outfits"][name], rng)
+    top = one_of(_colours(told["top"]), rng)
+    kind = told["lower"]
+    lower = top if told.get("same") else one_of(_colours(kind), rng)
+    tights = one_of(_colours("tights"), rng)
+    if tights == "bare" or kind == "shorts":
+        tights = skin
+    return Outfit(
+        top=top,
+        lower=lower,
+        shoes=one_of(_colours("shoes"), rng),
+        skin=skin,
+        tights=tights,
+        long_sleeves=told["sleeves"] == "long",
+        lower_kind=kind if kind in ("shorts", "skirt", "dress") else "trousers",
+        tail_m=told.get("tail_m", 0.0),
+        hem_m=told.get("hem_m", 0.5),
+        flare=told.get("flare", 1.2),
+        loose=told.get("loose", 1.0),
+        bands=told.get("bands", False),
+    )
