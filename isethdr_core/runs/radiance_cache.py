@@ -29,6 +29,7 @@ from ..plugins.protocols import AccumulatesSamples, MeetsNoiseLimit, NamesItsEff
 from ..storage import store
 from ..storage.encoding import bits_for, rounding
 from ..storage.join import join_scenes
+from ..storage.radiance_rounding import rounded_by_noise
 from ..uncertainty.budget import stored_error
 from ..uncertainty.error_terms import RELATIVE, ErrorTerm, Quantity, Source
 from ..uncertainty.ledger import Ledger, error, left_out, record
@@ -71,9 +72,9 @@ def effort(chain: Chain) -> tuple[str, ...]:
     return tuple(renderer.effort_fields) if isinstance(renderer, NamesItsEffort) else ()
 
 
-def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config):
+def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise: bool = False):
     """Return (scene radiance, store ids). Stored radiance is read; missing radiance is rendered and
-    stored.
+    stored, with as many bits as its noise leaves meaning if `by_noise`.
 
     A scene that provides its own radiance (a chart, a file) needs no renderer and is not stored.
     """
@@ -114,7 +115,7 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config):
                 )  # a damaged one is named now, not when the new one cannot take its place
             if missing:
                 so_far = known_of(chain, serving, missing, description.light_groups())
-                request = _Request(description, missing, so_far)
+                request = _Request(description, missing, so_far, by_noise)
                 serving.append(_render(chain, request, recipe, rows, config))
     return stage(
         rows, "radiance", "", None, lambda: opened(folder, serving, demand, rows, earlier_ids)
@@ -349,12 +350,13 @@ class _Request(NamedTuple):
     known: (
         dict[str, Known] | None
     )  # by light group; None: the renderer cannot continue from stored paths
+    by_noise: bool = False  # store each tile with the bits that its noise leaves meaning
 
 
 def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) -> dict:
     """Render the missing radiance, store it, and return the root attributes of the new store."""
-    description, demand, so_far = request
-    arguments = (description, demand) if so_far is None else request
+    description, demand, so_far, by_noise = request
+    arguments = (description, demand) if so_far is None else (description, demand, so_far)
     radiance = stage(
         rows, "renderer", config.renderer.name, chain.renderer, lambda: chain.renderer(*arguments)
     )
@@ -397,6 +399,8 @@ def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) 
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
     }
     bits = bits_for(stored_error(demand))
+    if by_noise:
+        radiance = rounded_by_noise(radiance, bits)
     stage(
         rows,
         "store",

@@ -38,11 +38,17 @@ class Rendered:
         return store.open_scene(self.stores[0])
 
 
-def render(config: DictConfig) -> Rendered:
+def render(config: DictConfig, by_noise: bool = False) -> Rendered:
     """Render the scene of a composed config with all light groups, bands and labels, and store it.
 
     The cameras of the config state the noise that the renderer has to reach; nothing is imaged. A
     later run of the same scene reads the stored radiance.
+
+    Parameters
+    ----------
+    config : composed.
+    by_noise : store each tile with as many mantissa bits as its noise leaves meaning
+        (`storage.radiance_rounding`): two thirds of the bytes.
 
     Raises
     ------
@@ -61,7 +67,7 @@ def render(config: DictConfig) -> Rendered:
     demand = plan(whole, rows)
     missing = held_and_missing(whole, demand)[1]
     with threadpool_limits(1, "blas"):
-        _, ids = scene_radiance(whole, demand, rows, config)
+        _, ids = scene_radiance(whole, demand, rows, config, by_noise)
     if not ids:
         raise ConfigError(
             f"scene={config.scene.name} states its own radiance, so there is nothing to render;"

@@ -201,7 +201,7 @@ def made(scene: DrawnScene, folder: Path) -> tuple[SceneRecord, bool]:
     """
     record = SceneRecord(scene.number, scene.family, scene.road, scene.overrides)
     try:
-        rendered = render(compose(scene.overrides))
+        rendered = render(compose(scene.overrides), by_noise=True)
     except CatalogError:
         raise
     except Exception as err:  # any component may fail on one scene; the others go on

@@ -1,0 +1,70 @@
+"""Radiance rounding: each tile with as many mantissa bits as the noise of its light leaves meaning.
+
+A rendered tile is wrong by its noise, of a few percent in most tiles. Bits far below it hold no
+information and cannot be compressed: without them a night scene takes two thirds of the bytes. A
+dataset stores its scenes so; a run stores the radiance of its scene with `encoding.KEEPBITS`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from ..physics.photometry import luminance
+from .encoding import KEEPBITS, MANTISSA_BITS, keep_mantissa_bits
+from .picture_rounding import ROUNDING
+
+SHARE_OF_NOISE = 1 / 20  # largest rounding error of a tile, in standard errors of its luminance
+LEAST_BITS = 6  # relative error 2^-7
+NOISE_BITS = 6  # of the standard errors themselves, which are known to a few percent
+NOTE = "at most 1/20 of the standard error of the tile's luminance; without noise 2^-{}, relative"
+OF_NOISE = ("xyz_noise", "half_difference")
+
+
+def rounded_by_noise(scene: xr.Dataset, most_bits: int | None = KEEPBITS) -> xr.Dataset:
+    """Return scene radiance whose tiles are rounded by their noise; as it is without `xyz_noise`.
+
+    Parameters
+    ----------
+    scene : scene radiance with `xyz_noise` (light_group, xyz_channel, y, x), cd/m2.
+    most_bits : mantissa bits of a tile without noise; None: all.
+
+    Returns
+    -------
+    Dataset : `radiance` with the attributes `keepbits`, the fewest bits of a tile, and `rounding`;
+        the variables of the noise with `NOISE_BITS`.
+    """
+    if "xyz_noise" not in scene:
+        return scene
+    most = MANTISSA_BITS if most_bits is None else most_bits
+    radiance = scene["radiance"].transpose("light_group", "wavelength", "y", "x")
+    light = radiance.values.astype(np.float32)
+    noise = scene["xyz_noise"].sel(xyz_channel="Y").transpose("light_group", "y", "x").values
+    fewest = most
+    for group, values in enumerate(light):
+        bits = bits_of_tiles(luminance(values, radiance.wavelength.values), noise[group], most)
+        for count in np.unique(bits):
+            tiles = bits == count
+            values[:, tiles] = keep_mantissa_bits(values[:, tiles], int(count))
+        fewest = min(fewest, int(bits.min()))
+    attributes = {**radiance.attrs, "keepbits": fewest, ROUNDING: NOTE.format(most + 1)}
+    rounded = {"radiance": (radiance.dims, light, attributes)}
+    for name in OF_NOISE:
+        if name in scene:
+            own = scene[name]
+            rounded[name] = (own.dims, keep_mantissa_bits(own.values, NOISE_BITS), own.attrs)
+    return scene.assign(rounded)
+
+
+def bits_of_tiles(luminance_cd_m2: np.ndarray, noise_cd_m2: np.ndarray, most: int) -> np.ndarray:
+    """Return the mantissa bits (y, x) that keep the rounding of each tile within its share of the
+    noise: from `LEAST_BITS` to `most`, which is that of a tile without noise or light.
+
+    Parameters
+    ----------
+    luminance_cd_m2, noise_cd_m2 : (y, x) of one light group: value and standard error.
+    """
+    known = np.isfinite(noise_cd_m2) & (noise_cd_m2 > 0) & (luminance_cd_m2 > 0)
+    relative = np.where(known, noise_cd_m2, 1.0) / np.where(known, luminance_cd_m2, 1.0)
+    bits = np.ceil(-np.log2(SHARE_OF_NOISE * relative)) - 1
+    return np.where(known, np.clip(bits, min(LEAST_BITS, most), most), most).astype(int)
