@@ -39,7 +39,8 @@ def rounded_by_noise(scene: xr.Dataset, most_bits: int | None = KEEPBITS) -> xr.
     most = MANTISSA_BITS if most_bits is None else most_bits
     radiance = scene["radiance"].transpose("light_group", "wavelength", "y", "x")
     light = radiance.values.astype(np.float32)
-    noise = scene["xyz_noise"].sel(xyz_channel="Y").transpose("light_group", "y", "x").values
+    # X, Y and Z have no names in scene radiance
+    noise = scene["xyz_noise"].isel(xyz_channel=1).transpose("light_group", "y", "x").values
     fewest = most
     for group, values in enumerate(light):
         bits = bits_of_tiles(luminance(values, radiance.wavelength.values), noise[group], most)
