@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import copy
+import errno
 import functools
 import json
 import os
 import signal
-from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,12 +25,11 @@ from isethdr_workflows.dataset.verify import verify
 from omegaconf import OmegaConf
 
 from isethdr_core.config.composition import compose
-from isethdr_core.conformance.renderer import world
 from isethdr_core.errors import CatalogError, ConfigError
-from isethdr_core.quantities import centres, scene_radiance
 from isethdr_core.storage import store
 
-from ..command import here, isethdr, start, wait_for
+from ..command import here, isethdr, leftovers, start, wait_for
+from .small_world import RENDERED, Small, SmallWorld
 
 RECIPE = """
 about: A panel over a road.
@@ -40,63 +40,9 @@ families:
     draw: {scene.intensity_cd: {uniform: [200, 900]}}
 splits: {train: 1, test: 1}
 """
+METRICS = ("shares", "dynamic_range", "snr", "colour", "ssim", "contrast")  # not needed here
 # one camera and no scores: a chain of three cameras takes a quarter of a second to build
 PLAIN = ["sensor=ideal", "lens=ideal", "isp=linear", "~flare.dirt", "~versions"]
-RENDERED: list[float] = []
-
-
-@dataclass(frozen=True)
-class SmallWorld:
-    """A lamp of some intensity over a road; every fifth intensity cannot be built."""
-
-    seed: int = 0
-    intensity_cd: float = 100.0
-
-    def __call__(self):
-        """Return the kit's road, lamp and sky."""
-        if self.seed % 5 == 0:
-            raise ConfigError(f"the seed {self.seed} leaves no room; expected another")
-        return world(intensity_cd=self.intensity_cd + self.seed % 7)
-
-
-@dataclass(frozen=True)
-class Small:
-    """Give each tile the level of the lamp."""
-
-    width: int = 12
-
-    def __call__(self, description, demand):
-        """Return 12 x 8 tiles in 7 bands with all labels."""
-        groups = description.light_groups()
-        lamp = next(
-            part.lamp
-            for model in description.models.values()
-            for part in model.parts
-            if part.lamp is not None
-        )
-        RENDERED.append(lamp.intensity_cd)
-        shape = (8, self.width)
-        radiance = np.ones((len(groups), 7, *shape)) * 1e-4
-        radiance[-1] *= lamp.intensity_cd
-        instance = np.zeros(shape, np.uint32)
-        instance[3:5, 4:7] = 1
-        radiance[..., instance == 1] *= 3
-        ds = scene_radiance(
-            radiance,
-            groups,
-            np.linspace(400, 700, 7),
-            centres(self.width, 0.6),
-            centres(8, 0.4),
-            instance=instance,
-            category=(instance * 3).astype(np.uint16),
-            depth=np.full(shape, 20.0, np.float32),
-            distance=np.full(shape, 21.0, np.float32),
-            normal=np.zeros((*shape, 3), np.float32),
-        )
-        car = {"instance": 1, "category": "car", "name": "car", "box": [4, 3, 3, 2]}
-        ds.attrs["objects"] = [car | {"visible_fraction": 1.0, "distance_m": 21.0}]
-        ds.attrs["noise"] = dict.fromkeys(groups, 0.01)
-        return ds
 
 
 @functools.cache
@@ -172,19 +118,58 @@ def test_a_scene_that_fails_is_recorded_and_the_others_go_on(recipe):
     assert [(p.number, "failed" in p.what) for p in problems] == [(n, True) for n in failing]
 
 
-def test_a_disk_that_fills_up_stops_it_and_spoils_nothing(recipe, monkeypatch):
-    request = Request("tiny", count=6, seed=3, recipe=recipe)
-    before = generate(Request("tiny", count=6, seed=3, recipe=recipe, sample=2), silent)
-
-    def full(*_args, **_kwargs):
-        raise CatalogError("cannot write the store: no space left on device")
-
+@pytest.mark.parametrize("part", ["scenes", "datasets/tiny/scenes"])
+def test_a_disk_that_fills_up_stops_it_and_spoils_nothing(recipe, monkeypatch, isethdr_home, part):
+    """The disk of a folder takes what one scene needs, and half of the next one."""
+    request = Request("tiny", count=4, seed=1, recipe=recipe)
+    before = generate(Request("tiny", count=4, seed=1, recipe=recipe, sample=1), silent)
+    needed = sum(p.stat().st_size for p in (isethdr_home / part).rglob("*") if p.is_file())
     with monkeypatch.context() as patch:
-        patch.setattr(store, "write_store", full)
-        with pytest.raises(CatalogError, match="no space left"):
+        limit_disk(patch, isethdr_home / part, needed * 3 // 2)
+        with pytest.raises(CatalogError, match=r"cannot write .*(full|No space left)") as error:
             generate(request, silent)
-    assert generated(read_dataset("tiny")).made == before.made
-    assert len(generate(request, silent).scenes) == 6
+    assert "\n" not in str(error.value)
+    assert not leftovers(isethdr_home)
+    stopped = generated(read_dataset("tiny"))
+    assert 1 <= len(stopped.made) < 4 and stopped.made[0] == before.made[0]
+    assert not stopped.failed and verify(stopped) == []
+    rendered = len(RENDERED)
+    whole = generate(request, silent)
+    assert len(whole.made) == 4 and verify(whole) == []
+    stored = 4 - (len(RENDERED) - rendered)  # scenes that were not rendered again
+    assert stored >= len(stopped.made)
+
+
+def limit_disk(patch, folder, most_bytes):
+    """Let the files below a folder take so many bytes more, and no other."""
+    opened, left = Path.open, [most_bytes]
+
+    class Limited:
+        """A file on the disk that fills up."""
+
+        def __init__(self, file):
+            self.file = file
+
+        def __getattr__(self, name):
+            return getattr(self.file, name)
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *error):
+            self.file.close()
+
+        def write(self, data):
+            left[0] -= len(data) if isinstance(data, str) else memoryview(data).nbytes
+            if left[0] < 0:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            return self.file.write(data)
+
+    def limited(self, mode="r", *arguments, **settings):
+        file = opened(self, mode, *arguments, **settings)
+        return Limited(file) if "w" in mode and folder in self.parents else file
+
+    patch.setattr(Path, "open", limited)
 
 
 def test_more_scenes_continue_a_dataset_and_another_seed_is_refused(recipe):
@@ -267,7 +252,7 @@ def test_cameras_are_compared_over_the_scenes(recipe, capsys, monkeypatch, iseth
     assert here(monkeypatch, capsys, "dataset", "score", "tiny")[0] == 2  # there is none
     dataset = generate(Request("tiny", count=2, seed=1, recipe=recipe), silent)
     folder = folder_of("tiny")
-    few = ("draws=1", *(f"~metric.{name}" for name in ("shares", "snr", "ssim", "contrast")))
+    few = ("draws=1", *(f"~metric.{name}" for name in METRICS))
     first = cameras.imaged(Generated(dataset.definition, {0: dataset.made[0]}), few, silent)
     lines = []
     found = cameras.imaged(dataset, few, lines.append)

@@ -34,9 +34,16 @@ OWN = {
     "workers": int,
     "hours": float,
     "partition": str,
+    "cpus": int,
 }
 # {setting: field of Workers}
-OF_WORKERS = {"engine": "engine", "workers": "count", "hours": "hours", "partition": "partition"}
+OF_WORKERS = {
+    "engine": "engine",
+    "workers": "count",
+    "hours": "hours",
+    "partition": "partition",
+    "cpus": "cpus",
+}
 INTERRUPTED = 130  # exit code after Ctrl-C: 128 + SIGINT
 
 

@@ -30,8 +30,8 @@ def generate(
         list[str] | None,
         typer.Argument(
             help="count, seed, recipe (a name or a .yaml file), sample (make the first scenes"
-            " only), engine (here, processes, slurm), workers, hours and partition (of SLURM jobs),"
-            " each as key=value; and overrides of all scenes, for example renderer.width=320"
+            " only), engine (here, processes, slurm), workers, hours, cpus and partition (of SLURM"
+            " jobs), each as key=value; and overrides of all scenes, for example renderer.width=320"
         ),
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="show what would be made")] = False,

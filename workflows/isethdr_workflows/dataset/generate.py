@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -236,8 +237,9 @@ def measured(rendered: Rendered) -> dict[str, Any]:
 def write_traceback(folder: Path, number: int) -> None:
     """Write the traceback of the exception that is being handled."""
     path = folder / FAILED / f"{number:05d}.txt"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(traceback.format_exc(), encoding="utf-8")
+    with suppress(OSError):  # a full disk must not hide the error that it caused
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(traceback.format_exc(), encoding="utf-8")
 
 
 def told(record: SceneRecord, count: int, left: int, rate_s: float | None) -> str:

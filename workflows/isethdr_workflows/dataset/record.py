@@ -80,6 +80,7 @@ def begin(wanted: Definition) -> Definition:
     Raises
     ------
     ConfigError : another dataset has this name.
+    CatalogError : it cannot be written.
     """
     folder = folder_of(wanted.name)
     stored = read_definition(folder) if (folder / DEFINITION).exists() else None
@@ -91,9 +92,8 @@ def begin(wanted: Definition) -> Definition:
         )
     if stored is not None and stored.count >= wanted.count:
         return stored
-    (folder / SCENES).mkdir(parents=True, exist_ok=True)
     definition = wanted if stored is None else _with_count(stored, wanted.count)
-    write_text(folder / DEFINITION, json.dumps(asdict(definition), indent=1))
+    _write(folder / DEFINITION, json.dumps(asdict(definition), indent=1))
     return definition
 
 
@@ -140,9 +140,24 @@ def read_definition(folder: Path) -> Definition:
 
 
 def write_scene(folder: Path, record: SceneRecord) -> None:
-    """Write what became of a scene."""
-    (folder / SCENES).mkdir(parents=True, exist_ok=True)
-    write_text(folder / SCENES / f"{record.number:05d}.json", json.dumps(asdict(record)))
+    """Write what became of a scene.
+
+    Raises
+    ------
+    CatalogError : it cannot be written, for example because the disk is full.
+    """
+    _write(folder / SCENES / f"{record.number:05d}.json", json.dumps(asdict(record)))
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, text)
+    except OSError as err:
+        raise CatalogError(
+            f"cannot write {path}: {err.strerror or err}; stored scenes are complete; make room and"
+            " type the same command again"
+        ) from err
 
 
 def read_scenes(folder: Path) -> dict[int, SceneRecord]:

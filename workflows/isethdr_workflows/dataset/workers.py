@@ -14,7 +14,7 @@ from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 
-from isethdr_core.errors import ConfigError
+from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.storage.home_folder import home
 
 Make = Callable[[str, Sequence[int], Callable[[str], None]], None]
@@ -34,12 +34,14 @@ class Workers:
     count : number of processes, or of jobs of the array.
     hours : time limit of a SLURM job.
     partition : of the SLURM cluster; "": its default.
+    cpus : cores of a SLURM job; the renderer uses all that it gets.
     """
 
     engine: str = HERE
     count: int = 1
     hours: float = 12.0
     partition: str = ""
+    cpus: int = 1
 
     def __post_init__(self) -> None:
         if self.engine not in ENGINES:
@@ -47,10 +49,11 @@ class Workers:
                 f"engine is {self.engine!r}; expected {', '.join(ENGINES)}; type for example"
                 " engine=processes workers=2"
             )
-        if self.count < 1 or not self.hours > 0:
+        if self.count < 1 or not self.hours > 0 or self.cpus < 1:
             raise ConfigError(
-                f"workers is {self.count} and hours is {self.hours:g}; expected 1 or more workers"
-                " and more than 0 hours; type for example workers=2 hours=12"
+                f"workers is {self.count}, hours is {self.hours:g} and cpus is {self.cpus};"
+                " expected 1 or more workers and cores, and more than 0 hours; type for example"
+                " workers=2 hours=12 cpus=4"
             )
         library = ENGINES[self.engine]
         if library and find_spec(library) is None:
@@ -75,7 +78,7 @@ def share(
 
     Raises
     ------
-    CatalogError : stores cannot be written.
+    CatalogError : stores cannot be written; or processes ended before their scenes were made.
     """
     if workers.engine == HERE:
         make(name, numbers, tell)
@@ -85,14 +88,39 @@ def share(
     call = partial(in_process, make, name, str(home().resolve()))
     engine = import_module(ENGINES[workers.engine])
     if workers.engine == PROCESSES:
-        engine.Parallel(n_jobs=workers.count)(engine.delayed(call)(chunk) for chunk in wanted)
+        try:
+            engine.Parallel(n_jobs=workers.count)(engine.delayed(call)(chunk) for chunk in wanted)
+        except RuntimeError as err:  # joblib's, where a process was killed
+            raise ended_early(f"{type(err).__name__}: {err}") from err
         return
-    executor = engine.AutoExecutor(folder=home() / "datasets" / name / "jobs")
-    executor.update_parameters(name=f"isethdr-{name}", timeout_min=max(1, int(workers.hours * 60)))
+    folder = home() / "datasets" / name / "jobs"
+    executor = engine.AutoExecutor(folder=folder, cluster="slurm")
+    executor.update_parameters(
+        name=f"isethdr-{name}",
+        timeout_min=max(1, int(workers.hours * 60)),
+        cpus_per_task=workers.cpus,
+    )
     if workers.partition:
         executor.update_parameters(slurm_partition=workers.partition)
-    for job in executor.map_array(call, wanted):
-        job.result()
+    jobs = executor.map_array(call, wanted)
+    errors = [error for job in jobs if (error := job.exception()) is not None]
+    if errors:
+        first = str(errors[0]).strip().splitlines()[0]
+        many = f"{len(errors)} of {len(jobs)} jobs"
+        raise ended_early(f"{many}, for example {first}; their output is in {folder}")
+
+
+def ended_early(what: str) -> CatalogError:
+    """Return the error of processes that did not make all of their scenes.
+
+    Parameters
+    ----------
+    what : which, and why as far as it is known.
+    """
+    return CatalogError(
+        f"processes ended before all of their scenes were tried ({what}); stored scenes are"
+        " complete; type the same command again to continue"
+    )
 
 
 def in_process(make: Make, name: str, home_folder: str, numbers: Sequence[int]) -> None:

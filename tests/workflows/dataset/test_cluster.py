@@ -1,0 +1,133 @@
+"""A dataset on a real SLURM cluster, whose processes are killed at random: the same stores, arrays
+and labels as those of one process.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import time
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from isethdr_workflows.dataset.workers import SLURM, Workers, share
+
+from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.storage import store
+
+from .. import slurm_cluster
+from ..command import isethdr, leftovers, start, stores
+from .small_world import installed
+
+KILLS, KILLS_OF_A_START = 5, 2
+MOST_STARTS = 8
+RECIPE = """
+about: A panel over a road.
+families:
+  plain:
+    overrides: [scene=small_world, scene.fails=false, renderer=small, renderer.seconds=2]
+    draw: {scene.intensity_cd: {uniform: [200, 900]}}
+"""
+
+
+def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> int:
+    """Kill up to `kills` processes of jobs, chosen at random, until the command ends, and return
+    how many were killed.
+    """
+    chosen, killed = random.Random(), 0
+    while process.poll() is None:
+        time.sleep(chosen.uniform(1.0, 8.0))
+        running = slurm_cluster.workers(variables)
+        if running and killed < kills:
+            with suppress(ProcessLookupError):  # it ended by itself meanwhile
+                os.kill(chosen.choice(running), signal.SIGKILL)
+                killed += 1
+    return killed
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    bool(slurm_cluster.missing()),
+    reason=f"SLURM lacks {', '.join(slurm_cluster.missing())}; type apt-get install slurm-wlm",
+)
+def test_a_dataset_on_slurm_survives_killed_processes(tmp_path):
+    """Whenever the processes are killed, the 24 scenes in the end are the same."""
+    pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
+    plugins = [installed(tmp_path / "plugin")]
+    recipe = tmp_path / "small.yaml"
+    recipe.write_text(RECIPE)
+    command = ("dataset", "generate", "small", "count=24", "seed=3", f"recipe={recipe}")
+    homes = {name: tmp_path / name for name in ("one", "cluster")}
+    kills, codes = KILLS, []
+    with slurm_cluster.cluster(tmp_path / "slurm") as variables:
+        while not codes or (codes[-1] != 0 and len(codes) < MOST_STARTS):
+            slurm = ("engine=slurm", "workers=4", "hours=1")
+            variables |= {"ISETHDR_HOME": str(homes["cluster"])}
+            process = start(*command, *slurm, plugins=plugins, **variables)
+            kills -= ended(process, variables, min(kills, KILLS_OF_A_START))
+            _, err = process.communicate()
+            codes.append(process.returncode)
+            assert codes[-1] == 0 or "type the same command again to continue" in err, err
+            assert slurm_cluster.stop_jobs(variables)
+            made = len(stores(homes["cluster"]))
+            print(f"start {len(codes)}: exit code {codes[-1]}, {made} stores")
+    assert codes[-1] == 0, err
+    assert kills == 0 and len(codes) > 1, "no process was killed"
+
+    done = isethdr(*command, plugins=plugins, ISETHDR_HOME=str(homes["one"]))
+    assert done.returncode == 0, done.stderr
+    expected = stores(homes["one"])
+    assert len(expected) == 24
+    assert stores(homes["cluster"]).keys() == expected.keys() and not leftovers(homes["cluster"])
+    for name in expected:
+        one, other = (store.open_store(home / "scenes" / name) for home in homes.values())
+        for variable in one.data_vars:
+            assert np.array_equal(one[variable].values, other[variable].values), variable
+        assert one.attrs["objects"] == other.attrs["objects"]
+    records = [
+        [json.loads(path.read_text()) for path in sorted((home / "datasets").rglob("0*.json"))]
+        for home in homes.values()
+    ]
+    assert [r["stores"] for r in records[0]] == [r["stores"] for r in records[1]]
+
+
+def test_jobs_that_ended_early_are_one_error_after_all_others_were_waited_for(
+    isethdr_home, monkeypatch
+):
+    """As submitit tells of killed jobs."""
+    pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
+    import submitit
+
+    waited = []
+
+    class Job:
+        def __init__(self, chunk):
+            self.chunk = chunk
+
+        def exception(self):
+            waited.append(self.chunk)
+            return RuntimeError("Job 3 was killed\nand more") if 0 in self.chunk else None
+
+    class Executor:
+        def __init__(self, folder, cluster):
+            assert cluster == "slurm"
+
+        def update_parameters(self, **parameters):
+            assert parameters.get("cpus_per_task", 4) == 4
+
+        def map_array(self, call, chunks):
+            return [Job(chunk) for chunk in chunks]
+
+    monkeypatch.setattr(submitit, "AutoExecutor", Executor)
+    with pytest.raises(CatalogError, match="1 of 2 jobs, for example Job 3 was killed; .*again"):
+        share(print, range(5), Workers(SLURM, count=2, cpus=4), "night", print)
+    assert waited == [[0, 2, 4], [1, 3]]
+
+
+def test_workers_that_cannot_work_are_refused():
+    with pytest.raises(ConfigError, match="cpus is 0"):
+        Workers(cpus=0)
