@@ -1,5 +1,5 @@
-"""People and animals drawn from ranges: sizes known without a mesh, ground contact, sound meshes,
-budgets of triangles, eyes that shine.
+"""People, animals and plants drawn from ranges: sizes known without a mesh, ground contact, sound
+meshes, budgets of triangles, eyes that shine.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from isethdr_scenes.things.animals import families as animals
 from isethdr_scenes.things.detail import extent_m
 from isethdr_scenes.things.people import families as people
 from isethdr_scenes.things.people.body import Body, Limbs, Pose, joints, walking
+from isethdr_scenes.things.plants import bushes, ground_cover, trees
 from isethdr_scenes.things.ranges import generator
 from isethdr_scenes.things.shapes import Ball, Block, Limb, Loft, Mass, Ring, Rod
 
@@ -21,6 +22,9 @@ from isethdr_core.data.categories import CATEGORIES
 SIZE_M = 0.03  # what `Thing.size_m` promises
 GROUND_M = 0.01
 BUDGETS = {"animal": animals.TRIANGLES, "person": people.TRIANGLES}
+TREES = {"tree": trees, "spring tree": trees, "autumn tree": trees, "winter tree": trees}
+PLANTS = TREES | {"bush": bushes, "grass": ground_cover, "rock": ground_cover}
+BUDGETS |= {group: module.TRIANGLES for group, module in PLANTS.items()}
 
 
 def one(group, family, seed=0):
@@ -44,7 +48,7 @@ def check(thing, detail):
     return model
 
 
-@pytest.mark.parametrize("group", sorted(BUDGETS))
+@pytest.mark.parametrize("group", ["animal", "bush", "grass", "person", "rock", "tree"])
 def test_families_keep_their_promises(group):
     for family in things.names(group):
         check(one(group, family), "far")
@@ -56,6 +60,48 @@ def test_a_person_keeps_its_promises_near_and_in_the_middle():
     band = [part for part in worker.parts if part.name == "reflective_band"]
     # two bands around the chest and one around each shin, 5.2 cm high: at least 0.1 m2 in all
     assert sum(np.linalg.norm(face_areas(part), axis=1).sum() for part in band) > 0.1
+
+
+@pytest.mark.parametrize("group,family", [("tree", "oak"), ("bush", "hazel"), ("rock", "slab")])
+def test_a_plant_or_rock_keeps_its_promises_near_and_in_the_middle(group, family):
+    near, middle = (check(one(group, family, 1), detail) for detail in ("near", "middle"))
+    if group != "rock":
+        # fewer leaves are larger: their area stays within what stretching to the size does to it
+        assert _area(middle, "leaves") == pytest.approx(_area(near, "leaves"), rel=0.25)
+
+
+def _area(model, name):
+    parts = [part for part in model.parts if part.name == name]
+    return sum(np.linalg.norm(face_areas(part), axis=1).sum() for part in parts)
+
+
+def test_trees_change_with_the_seasons():
+    green, bare = (
+        {part.material for part in things.build(one(group, "oak"), "far").parts}
+        for group in ("tree", "winter tree")
+    )
+    assert green & {"leaf", "leaf_dark"} and not any("leaf" in name for name in bare)
+    needles = things.build(one("winter tree", "spruce"), "far").parts
+    assert "needle" in {part.material for part in needles}
+
+
+@pytest.mark.slow
+def test_more_than_seventy_plants_are_distinct():
+    def told(group, family, seed):
+        thing = one(group, family, seed)
+        length, width, height = thing.size_m
+        materials = frozenset(p.material for p in things.build(thing, "far").parts)
+        # sizes count as different from 15 % on
+        return family, materials, round(np.log(height) / 0.15), round(np.log(length / width) / 0.15)
+
+    groups = ("tree", "autumn tree", "bush")
+    drawn = {
+        told(group, family, seed)
+        for group in groups
+        for family in things.names(group)
+        for seed in range(4)
+    }
+    assert len(drawn) >= 70
 
 
 def test_bones_keep_their_lengths_in_every_pose():
@@ -131,7 +177,7 @@ def _share_outside(coat, eye):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("detail", ["near", "middle"])
+@pytest.mark.parametrize("detail", ["near", "middle", "far"])
 @pytest.mark.parametrize("group", sorted(BUDGETS))
 def test_all_families_keep_their_promises_at_every_detail(group, detail):
     for family in things.names(group):

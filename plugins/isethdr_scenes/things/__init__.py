@@ -11,6 +11,7 @@
 | shapes    | limbs, lofts, rods, balls and blocks, of which living things are made    |
 | animals   | four-legged animals by their proportions                                 |
 | people    | people by build, age, clothes and pose                                   |
+| plants    | trees through the seasons, bushes, hedges, grass and rocks               |
 | vehicles  | cars, trucks, buses, motorcycles and bicycles                            |
 
 `draw` a thing, place it by its `size_m`, and `build` its mesh at the detail that its distance asks

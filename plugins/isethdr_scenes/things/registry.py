@@ -8,6 +8,7 @@ from ..geometry.mesh.piece import Assembly
 from .animals import families as animals
 from .furniture import barriers, buildings, signs, small, street_lamps, traffic_lights
 from .people import families as people
+from .plants import bushes, ground_cover, trees
 from .thing import Detail, Thing
 from .vehicles import cars
 
@@ -29,6 +30,13 @@ GROUPS: dict[str, Families] = {
     "car": cars,
     "animal": animals,
     "person": people,
+    "tree": trees.SUMMER,
+    "spring tree": trees.SPRING,
+    "autumn tree": trees.AUTUMN,
+    "winter tree": trees.WINTER,
+    "bush": bushes,
+    "grass": ground_cover.Grasses(),
+    "rock": ground_cover.Rocks(),
     "street lamp": street_lamps,
     "traffic light": traffic_lights,
     "sign": signs,
