@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from isethdr_workflows.dataset.forecast import forecast
 from isethdr_workflows.dataset.record import SceneRecord
-from isethdr_workflows.dataset.summary import DECADES, by_decade, duplicates, far, thumbnail
+from isethdr_workflows.dataset.summary import (
+    DECADES,
+    by_decade,
+    class_counts,
+    duplicates,
+    far,
+    thumbnail,
+)
 
 
 def records(seconds):
@@ -59,6 +66,18 @@ def test_a_scene_far_from_the_others_is_named_and_equal_ones_are_not():
     assert far([10.0, 11.0, 9.0, 10.5, 12.0, 9.5]) == []
     assert far([10.0] * 6) == []
     assert far([1.0, 100.0]) == []
+
+
+def test_objects_are_counted_by_the_illuminance_under_each_lighting():
+    """The same table of objects by night (headlights alone) and by day; and a scene without."""
+    car = {"category": "car", "box": [0, 0, 4, 20], "distance_m": 40.0}
+    lit = car | {"illuminance_lx": {"sky": 2000.0, "headlights": 5.0}}
+    scenes = [SceneRecord(k, "f", "r", (), ("a",), objects=(lit,)) for k in (0, 1)]
+    scenes.append(SceneRecord(2, "f", "r", (), ("a",), objects=(car,)))
+    night, day = {"sky": 1e-5, "headlights": 1.0}, {"sky": 1.0, "headlights": 0.0}
+    [row] = class_counts(scenes, {0: night, 1: day, 2: night})
+    assert (row.objects, row.by_lux) == (3, (0, 0, 1, 0, 0, 1))
+    assert class_counts(scenes)[0].by_lux == (0,) * 6
 
 
 def test_scenes_with_the_same_radiance_are_duplicates():

@@ -90,6 +90,29 @@ def test_tables_count_each_thing_once_and_name_empty_classes():
     assert ",nan" not in csv_text(["a"], rows)
 
 
+def test_luminances_have_geometric_means_and_ratios():
+    """Levels of 1 and 100 cd/m2, and twice as much with the other camera: a factor without
+    doubt.
+    """
+    shots = [
+        Shot(
+            number,
+            f"road {number}",
+            "k",
+            tuple(
+                {"camera": c, "metric": "top", "object": "", "value": f * level, "unit": "cd m-2"}
+                for c, f in (("one", 1), ("two", 2))
+            ),
+            (),
+            {},
+        )
+        for number, level in enumerate((1.0, 100.0))
+    ]
+    [row] = tables_of(Imaged(tuple(shots), ())).frame
+    assert [m.value for m in row.means] == pytest.approx([10.0, 20.0])
+    assert [row.differences[0].low, row.differences[0].high] == pytest.approx([2.0, 2.0])
+
+
 def test_objects_without_illuminance_have_a_row_of_their_own():
     bare = shot(0, (0.2, 0.4))
     rows = tuple({k: v for k, v in row.items() if k != "illuminance_lx"} for row in bare.objects)

@@ -40,6 +40,7 @@ class ClassCounts:
     objects: int
     by_distance: tuple[int, ...]  # below 15, 30, 60 m, and beyond
     by_height: tuple[int, ...]  # below 16, 32, 64 pixels, and above
+    by_lux: tuple[int, ...]  # below 0.1, 1, 10, 100, 1000 lx, and above; all 0 where not known
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ class Look:
     record: SceneRecord
     own: np.ndarray  # uint8 (y, x, 3), under the lighting of its recipe
     day: np.ndarray
+    weights: dict[str, float]  # of the light groups, under the lighting of its recipe
     histograms: dict[str, np.ndarray]  # {light group: tiles in each decade}, weight 1
     mean_cd_m2: float  # under the lighting of its recipe
 
@@ -63,8 +65,16 @@ class Outlier:
     median: float
 
 
-def class_counts(records: Iterable[SceneRecord]) -> list[ClassCounts]:
-    """Return the counts of visible objects, the most frequent class first."""
+def class_counts(
+    records: Iterable[SceneRecord], weights: Mapping[int, Mapping[str, float]] | None = None
+) -> list[ClassCounts]:
+    """Return the counts of visible objects, the most frequent class first.
+
+    Parameters
+    ----------
+    records : of the scenes.
+    weights : {number of a scene: weights of its light groups}; None: no illuminance is known.
+    """
     entries = [
         (record.number, entry)
         for record in records
@@ -74,6 +84,7 @@ def class_counts(records: Iterable[SceneRecord]) -> list[ClassCounts]:
     counts = []
     for category, total in Counter(e["category"] for _, e in entries).most_common():
         own = [(number, e) for number, e in entries if e["category"] == category]
+        lux = [illuminance(e, weights[number]) for number, e in own] if weights else []
         counts.append(
             ClassCounts(
                 category,
@@ -81,6 +92,7 @@ def class_counts(records: Iterable[SceneRecord]) -> list[ClassCounts]:
                 total,
                 _binned([e["distance_m"] for _, e in own], DISTANCES_M),
                 _binned([e["box"][3] for _, e in own], HEIGHTS),
+                _binned([v for v in lux if not math.isnan(v)], LUX),
             )
         )
     return counts
@@ -120,7 +132,8 @@ def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
     view : function from xyz (y, x, 3) in cd/m2 to displayed values (y, x, 3), uint8.
     """
     scene = inside(store.open_scene(record.stores[0]))
-    own = tristimulus(chain(compose(record.overrides)).lighting(scene))
+    mixed = chain(compose(record.overrides)).lighting(scene)
+    own = tristimulus(mixed)
     day = tristimulus(chain(compose([*record.overrides, *DAY])).lighting(scene))
     histograms = {}
     for group in scene.light_group.values:
@@ -130,6 +143,7 @@ def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
         record,
         view(thumbnail(own.xyz.values)),
         view(thumbnail(day.xyz.values)),
+        dict(mixed.attrs["weights"]),
         histograms,
         float(display_view.luminance(own).mean()),
     )

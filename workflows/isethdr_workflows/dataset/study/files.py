@@ -139,9 +139,8 @@ def summary_rows(tables: Tables) -> list[tuple[object, ...]]:
     for frame in tables.frame:
         rows += _rows("frame", frame.metric, tables.cameras, frame.means)
         first = tables.cameras[0]
-        rows += _rows(
-            f"difference from {first}", frame.metric, tables.cameras[1:], frame.differences
-        )
+        compared = f"{'ratio to' if frame.geometric else 'difference from'} {first}"
+        rows += _rows(compared, frame.metric, tables.cameras[1:], frame.differences)
     for title, of_objects in tables.objects.items():
         for row in of_objects:
             rows += _rows(f"detection by {title}", row.name, tables.cameras, row.means)

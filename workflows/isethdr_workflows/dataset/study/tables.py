@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from isethdr_core.data.categories import CATEGORIES
+from isethdr_core.data.quantities import LUMINANCE
 
 from ...export.labels.masks import is_thing
 from ..summary import DISTANCES_M, LUX, bounds, illuminance
@@ -45,12 +46,17 @@ class Row:
 
 @dataclass(frozen=True)
 class FrameRow:
-    """One score of the whole picture."""
+    """One score of the whole picture.
+
+    Luminances of day and night are decades apart: their means are geometric, and cameras are
+    compared by ratios.
+    """
 
     metric: str
     unit: str
+    geometric: bool
     means: tuple[Mean, ...]  # by camera
-    differences: tuple[Mean, ...]  # from the first camera, of the same scenes
+    differences: tuple[Mean, ...]  # or ratios, to the first camera, of the same scenes
 
 
 def cameras_of(shots: Sequence[Shot]) -> list[str]:
@@ -152,11 +158,22 @@ def frame_rows(shots: Sequence[Shot], cameras: Sequence[str]) -> list[FrameRow]:
             [values.get((shot.number, metric, camera), math.nan) for shot in shots]
             for camera in cameras
         ]
+        geometric = unit == LUMINANCE and all(v > 0 for c in columns for v in c if v == v)
+        if geometric:
+            columns = [[math.log(v) for v in column] for column in columns]
         roads = [shot.road for shot in shots]
-        means = tuple(mean_over_roads(column, roads) for column in columns)
-        differences = tuple(
+        means = [mean_over_roads(column, roads) for column in columns]
+        differences = [
             mean_over_roads([b - a for a, b in zip(columns[0], column, strict=True)], roads)
             for column in columns[1:]
-        )
-        rows.append(FrameRow(metric, unit, means, differences))
+        ]
+        if geometric:
+            means, differences = ([exponential(m) for m in of] for of in (means, differences))
+        rows.append(FrameRow(metric, unit, geometric, tuple(means), tuple(differences)))
     return rows
+
+
+def exponential(mean: Mean) -> Mean:
+    """Return the geometric mean of values of whose logarithms the mean is given."""
+    ends = (math.exp(v) for v in (mean.value, mean.low, mean.high))
+    return Mean(*ends, mean.count, mean.roads)
