@@ -47,6 +47,8 @@ GROUPS: dict[str, Families] = {
 # names for several groups
 COLLECTIONS: dict[str, tuple[str, ...]] = {
     "vehicles": ("car",),
+    "living": ("person", "animal"),
+    "plants": ("tree", "spring tree", "autumn tree", "winter tree", "bush", "grass", "rock"),
 }
 
 

@@ -148,11 +148,14 @@ def _top(outfit: Outfit, body: Body, j: Joints, seed: int) -> list[Shape]:
     waist_r = (0.088 if dressed else 0.100) * g
     # shoulders are wider than the template's where their joints are wider apart
     wide = (body.shoulders * body.height_m - 0.103 * k) * LEFT
+    # the hem rides up where the thighs are level, as a rider's are
+    thigh = unit(j["knee_l"] - j["hip_l"] + j["knee_r"] - j["hip_r"])
+    hem = 0.05 * k * max(0.0, -float(thigh[2]) * 1.6 - 0.6)
     limbs = []
     for _, side in SIDES:
         chest = j["chest"] + side * (0.075 * k * LEFT + wide) + up * 0.02 * k
         waist = j["pelvis"] + side * 0.055 * k * LEFT + j["up"] * 0.12 * k
-        hip = j["pelvis"] + side * 0.068 * k * LEFT - [0, 0, 0.05 * k]
+        hip = j["pelvis"] + side * 0.068 * k * LEFT - j["up"] * hem
         limbs.append(Limb(chest, waist, 0.110 * g, waist_r))
         if not dressed:
             limbs.append(Limb(waist, hip, 1.06 * waist_r, max(0.122 * g, 0.118 * body.girth * k)))

@@ -177,7 +177,9 @@ def _hat(look: HeadLook, place: _Place) -> list[Shape]:
         ((-0.035, 0, 0.025), (0.010, 0, 0.030), 0.135, 0.130),
         ((0.015, 0, -0.02), (0.055, 0, -0.065), 0.115, 0.085),
     )
-    visor = Ball("visor", "window_dark", place.point(0.07, 0, 0.02), (0.078, 0.105, 0.05))
+    visor = Ball(
+        "visor", "window_dark", place.point(0.078, 0, 0.02), (0.08 * k, 0.105 * k, 0.05 * k)
+    )
     helmet = Mass(
         "helmet", material, tuple(place.limb(*told) for told in shell), 0.03 * k, STEP_M * 1.3 * k
     )
