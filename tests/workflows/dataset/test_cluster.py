@@ -1,5 +1,5 @@
-"""A dataset on a real SLURM cluster, whose processes are killed at random: the same stores, arrays
-and labels as those of one process.
+"""A dataset on a real SLURM or Ray cluster, whose processes or nodes are killed: the same stores,
+arrays and labels as those of one process.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.storage import store
 
 from .. import slurm_cluster
-from ..command import isethdr, leftovers, start, stores
+from ..command import environment, isethdr, leftovers, start, stores
 from .small_world import installed
 
 KILLS, KILLS_OF_A_START = 5, 2
@@ -47,6 +47,55 @@ def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> i
                 os.kill(chosen.choice(running), signal.SIGKILL)
                 killed += 1
     return killed
+
+
+def check_equal(one, other):
+    """Compare the stores and records of two homes, 24 scenes each."""
+    expected = stores(one)
+    assert len(expected) == 24
+    assert stores(other).keys() == expected.keys() and not leftovers(other)
+    for name in expected:
+        first, second = (store.open_store(home / "scenes" / name) for home in (one, other))
+        for variable in first.data_vars:
+            assert np.array_equal(first[variable].values, second[variable].values), variable
+        assert first.attrs["objects"] == second.attrs["objects"]
+    records = [
+        [json.loads(path.read_text()) for path in sorted((home / "datasets").rglob("0*.json"))]
+        for home in (one, other)
+    ]
+    assert [r["stores"] for r in records[0]] == [r["stores"] for r in records[1]]
+
+
+@pytest.mark.slow
+def test_a_dataset_on_ray_survives_a_lost_node(tmp_path, monkeypatch):
+    """Three local nodes, of which one is removed once the first scenes are stored."""
+    pytest.importorskip("ray", reason="type pip install 'isethdr[ray]'")
+    from ray.cluster_utils import Cluster
+
+    plugins = [installed(tmp_path / "plugin")]
+    recipe = tmp_path / "small.yaml"
+    recipe.write_text(RECIPE)
+    command = ("dataset", "generate", "small", "count=24", "seed=3", f"recipe={recipe}")
+    homes = {name: tmp_path / name for name in ("one", "cluster")}
+    for name, value in environment(plugins, {}).items():  # that of the nodes' processes
+        monkeypatch.setenv(name, value)
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    try:
+        nodes = [cluster.add_node(num_cpus=1) for _ in range(2)]
+        cluster.wait_for_nodes()
+        variables = {"ISETHDR_HOME": str(homes["cluster"]), "RAY_ADDRESS": cluster.address}
+        process = start(*command, "engine=ray", "workers=6", plugins=plugins, **variables)
+        while len(stores(homes["cluster"])) < 6:
+            assert process.poll() is None, process.communicate()
+            time.sleep(0.2)
+        cluster.remove_node(nodes[0], allow_graceful=False)
+        _, err = process.communicate()
+        assert process.returncode == 0, err
+    finally:
+        cluster.shutdown()
+    done = isethdr(*command, plugins=plugins, ISETHDR_HOME=str(homes["one"]))
+    assert done.returncode == 0, done.stderr
+    check_equal(homes["one"], homes["cluster"])
 
 
 @pytest.mark.slow
@@ -80,19 +129,7 @@ def test_a_dataset_on_slurm_survives_killed_processes(tmp_path):
 
     done = isethdr(*command, plugins=plugins, ISETHDR_HOME=str(homes["one"]))
     assert done.returncode == 0, done.stderr
-    expected = stores(homes["one"])
-    assert len(expected) == 24
-    assert stores(homes["cluster"]).keys() == expected.keys() and not leftovers(homes["cluster"])
-    for name in expected:
-        one, other = (store.open_store(home / "scenes" / name) for home in homes.values())
-        for variable in one.data_vars:
-            assert np.array_equal(one[variable].values, other[variable].values), variable
-        assert one.attrs["objects"] == other.attrs["objects"]
-    records = [
-        [json.loads(path.read_text()) for path in sorted((home / "datasets").rglob("0*.json"))]
-        for home in homes.values()
-    ]
-    assert [r["stores"] for r in records[0]] == [r["stores"] for r in records[1]]
+    check_equal(homes["one"], homes["cluster"])
 
 
 def test_jobs_that_ended_early_are_one_error_after_all_others_were_waited_for(

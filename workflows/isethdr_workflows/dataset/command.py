@@ -30,7 +30,7 @@ def generate(
         list[str] | None,
         typer.Argument(
             help="count, seed, recipe (a name or a .yaml file), sample (make the first scenes"
-            " only), engine (here, processes, slurm), workers, hours, cpus and partition (of SLURM"
+            " only), engine (here, processes, slurm, ray), workers, hours, cpus and partition (of"
             " jobs), each as key=value; and overrides of all scenes, for example renderer.width=320"
         ),
     ] = None,

@@ -1,8 +1,8 @@
-"""Workers: share the scenes of a dataset between processes of this machine or a SLURM cluster.
+"""Workers: share the scenes of a dataset between processes of this machine or of a cluster.
 
-Existing engines do the work: joblib starts processes, submitit submits an array of SLURM jobs. All
-call the same function on chunks of scene numbers. A scene that two of them try is rendered once,
-for one process at a time holds the claim on its radiance.
+Existing engines do the work: joblib starts processes, submitit submits an array of SLURM jobs, Ray
+runs tasks on its cluster. All call the same function on chunks of scene numbers. A scene that two
+of them try is rendered once, for one process at a time holds the claim on its radiance.
 """
 
 from __future__ import annotations
@@ -19,9 +19,11 @@ from isethdr_core.storage.home_folder import home
 
 Make = Callable[[str, Sequence[int], Callable[[str], None]], None]
 
-HERE, PROCESSES, SLURM = "here", "processes", "slurm"
-ENGINES = {HERE: "", PROCESSES: "joblib", SLURM: "submitit"}  # {engine: its library}
-EXTRAS = {PROCESSES: "sweep", SLURM: "slurm"}
+HERE, PROCESSES, SLURM, RAY = "here", "processes", "slurm", "ray"
+# {engine: its library}
+ENGINES = {HERE: "", PROCESSES: "joblib", SLURM: "submitit", RAY: "ray"}
+EXTRAS = {PROCESSES: "sweep", SLURM: "slurm", RAY: "ray"}
+RETRIES = 10  # of a Ray task whose node or process is lost
 
 
 @dataclass(frozen=True)
@@ -30,11 +32,12 @@ class Workers:
 
     Parameters
     ----------
-    engine : `here` (this process), `processes` (of this machine) or `slurm` (nodes of a cluster).
-    count : number of processes, or of jobs of the array.
+    engine : `here` (this process), `processes` (of this machine), `slurm` (nodes of a cluster) or
+        `ray` (the cluster of the variable RAY_ADDRESS, or one on this machine).
+    count : number of processes, of jobs of the array, or of tasks.
     hours : time limit of a SLURM job.
     partition : of the SLURM cluster; "": its default.
-    cpus : cores of a SLURM job; the renderer uses all that it gets.
+    cpus : cores of a SLURM job or a Ray task; the renderer uses all that it gets.
     """
 
     engine: str = HERE
@@ -93,6 +96,9 @@ def share(
         except RuntimeError as err:  # joblib's, where a process was killed
             raise ended_early(f"{type(err).__name__}: {err}") from err
         return
+    if workers.engine == RAY:
+        by_ray(call, wanted, workers.cpus)
+        return
     folder = home() / "datasets" / name / "jobs"
     executor = engine.AutoExecutor(folder=folder, cluster="slurm")
     executor.update_parameters(
@@ -108,6 +114,22 @@ def share(
         first = str(errors[0]).strip().splitlines()[0]
         many = f"{len(errors)} of {len(jobs)} jobs"
         raise ended_early(f"{many}, for example {first}; their output is in {folder}")
+
+
+def by_ray(call: Callable[[Sequence[int]], None], chunks: Sequence[list[int]], cpus: int) -> None:
+    """Make chunks as Ray tasks; those of a lost node start again on another.
+
+    Raises
+    ------
+    CatalogError : tasks ended early, again and again.
+    """
+    ray = import_module(ENGINES[RAY])
+    ray.init(ignore_reinit_error=True)  # the cluster of RAY_ADDRESS, or one of its own
+    task = ray.remote(num_cpus=cpus, max_retries=RETRIES)(lambda chunk: call(chunk))
+    try:
+        ray.get([task.remote(chunk) for chunk in chunks])
+    except ray.exceptions.RayError as err:
+        raise ended_early(str(err).strip().splitlines()[-1]) from err
 
 
 def ended_early(what: str) -> CatalogError:
