@@ -18,6 +18,7 @@ GROUP = "bush"
 # most triangles of any bush or hedge
 TRIANGLES: dict[Detail, int] = {"near": 40_000, "middle": 12_000, "far": 3_000}
 MOST_LEAVES = 17_000
+LOW = 1.7  # exponent of heights in a bush
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -95,11 +96,15 @@ def _leaves(told: dict[str, Any], half: np.ndarray, count: int, rng: np.random.G
     d[np.arange(count), axis] = rng.choice([-1.0, 1.0], count)
     if told["corner"] < 4:
         d = unit(rng.normal(size=(count, 3)))
-    d[:, 2] = np.abs(d[:, 2]) * 2 - 1 if told.get("hedge") else np.abs(d[:, 2]) * 1.9 - 0.9
+    # as many leaves low as high: bushes are green down to the ground
+    d[:, 2] = 2 * np.abs(d[:, 2]) - 1
     waves = rng.normal(size=(6, 3)) * 4
     depth = 1 - 0.30 * rng.uniform(0, 1, count) ** 2 * (0.35 if told.get("hedge") else 1.0)
     r = _radius(d, told["corner"], told["lumps"], waves) * depth
     centres = d * r[:, None] * half + [0, 0, half[2]]
+    if not told.get("hedge"):
+        # a bush is widest at a third of its height, and green down to the ground
+        centres[:, 2] = 2 * half[2] * np.clip(centres[:, 2] / (2 * half[2]), 0, 1) ** LOW
     outward = unit(d * r[:, None] / half)
     normals = unit(outward + 0.6 * rng.normal(size=(count, 3)))
     along = 0.8 * rng.normal(size=(count, 3)) + 2.5 * told["upright"] * UP
@@ -111,7 +116,7 @@ def _shade(half: np.ndarray, detail: Detail, hedge: bool) -> Piece:
     if hedge:
         return box((0, 0, half[2]), 1.66 * half, "inside", "leaf_dark")
     rings = {"near": 12, "middle": 8, "far": 5}[detail]
-    return ball((0, 0, 0.95 * half[2]), 0.62 * half, "inside", "leaf_dark", rings)
+    return ball((0, 0, 0.72 * half[2]), 0.60 * half, "inside", "leaf_dark", rings)
 
 
 def _stems(count: int, half: np.ndarray, detail: Detail, rng: np.random.Generator) -> Piece:

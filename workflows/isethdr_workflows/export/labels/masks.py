@@ -22,9 +22,10 @@ NONE = "none"  # the category of pixels without an object, such as the sky
 # surfaces and background without a count ("stuff" of COCO); all others are things
 STUFF = (
     *("road", "tree", "guard rail", "building", "vegetation", "tunnel", "own vehicle", "chart"),
+    "rock",
 )
 VEHICLES = ("bicycle", "car", "motorcycle", "bus", "truck")
-ANIMALS = ("dog", "horse", "deer")
+ANIMALS = ("cat", "dog", "horse", "sheep", "cow", "deer", "boar", "fox")
 
 
 @dataclass(frozen=True, eq=False)
