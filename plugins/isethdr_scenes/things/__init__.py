@@ -24,10 +24,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.mesh.piece import Assembly
-from .registry import group_named
+from .people.riders import Rider
+from .registry import RIDDEN, RIDERS, group_named
+from .riding import RidingPosition
 from .thing import Detail, Thing
 
-__all__ = ["Detail", "Thing", "build", "draw", "names"]
+__all__ = ["Detail", "Rider", "Thing", "build", "draw", "names", "rider_of", "riding_position"]
 
 
 def names(group: str) -> tuple[str, ...]:
@@ -51,6 +53,24 @@ def draw(group: str, rng: np.random.Generator, family: str | None = None) -> Thi
     elif family not in shares:
         raise ValueError(f"no family {family!r} in group {group!r}; expected {', '.join(shares)}")
     return families.thing(family, int(rng.integers(2**31)))
+
+
+def riding_position(thing: Thing) -> RidingPosition:
+    """Return where the rider of a two-wheeler touches it."""
+    return RIDDEN[thing.group].riding_position(thing)
+
+
+def rider_of(vehicle: Thing, rng: np.random.Generator) -> Rider:
+    """Return a rider for a two-wheeler, as a thing of its own that takes the vehicle's place.
+
+    `draw("rider", rng)` returns rider and vehicle as one thing instead.
+
+    Raises
+    ------
+    ValueError
+        If nobody rides things of the vehicle's group.
+    """
+    return RIDERS.rider_of(vehicle, int(rng.integers(2**31)))
 
 
 def build(thing: Thing, detail: Detail = "near") -> Assembly:

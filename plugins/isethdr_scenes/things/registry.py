@@ -8,9 +8,10 @@ from ..geometry.mesh.piece import Assembly
 from .animals import families as animals
 from .furniture import barriers, buildings, signs, small, street_lamps, traffic_lights
 from .people import families as people
+from .people.riders import Ridden, Riders
 from .plants import bushes, ground_cover, trees
 from .thing import Detail, Thing
-from .vehicles import cars
+from .vehicles import bicycle, cars
 
 
 class Families(Protocol):
@@ -26,8 +27,15 @@ class Families(Protocol):
         """Return the mesh, centred in x and y on z = 0."""
 
 
+# two-wheelers that somebody rides
+RIDDEN: dict[str, Ridden] = {
+    "bicycle": bicycle,
+}
+RIDERS = Riders(RIDDEN)
 GROUPS: dict[str, Families] = {
     "car": cars,
+    **RIDDEN,
+    "rider": RIDERS,
     "animal": animals,
     "person": people,
     "tree": trees.SUMMER,
@@ -47,7 +55,7 @@ GROUPS: dict[str, Families] = {
 # names for several groups
 COLLECTIONS: dict[str, tuple[str, ...]] = {
     "vehicles": ("car",),
-    "living": ("person", "animal"),
+    "living": ("person", "rider", "animal"),
     "plants": ("tree", "spring tree", "autumn tree", "winter tree", "bush", "grass", "rock"),
 }
 

@@ -7,4 +7,6 @@
 | `clothes`  | garments around joints: trousers, skirts, jackets, coats      |
 | `families` | people of the data file, drawn and built                      |
 | `head`     | skull, face, hair and hats                                    |
+| `mounted`  | the joints of a rider who reaches grips and pedals            |
+| `riders`   | riders of the data file, for a given bicycle or motorcycle    |
 """

@@ -1,6 +1,7 @@
 """Vehicles as families of ranges.
 
-| module | content                |
-|--------|------------------------|
-| cars   | passenger cars and vans |
+| module  | content                                   |
+|---------|-------------------------------------------|
+| bicycle | the bicycle of `geometry.road_users`      |
+| cars    | passenger cars and vans                   |
 """

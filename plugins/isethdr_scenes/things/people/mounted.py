@@ -1,0 +1,98 @@
+"""Joints of a rider: seated on the saddle, hands on the grips, feet on pedals, pegs or floor."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...geometry.mesh.piece import unit
+from ...geometry.road_users.poses import two_bone
+from ..riding import RidingPosition
+from .body import ANKLE_M, SIDES, Body, Joints, spine
+
+BALL_M = 0.105  # from the ankle forward to the ball of the foot, at a height of 1.76 m
+PALM_M = 0.075  # from the wrist to the middle of a closed hand
+SEATED_M = 0.095  # of the hips over the saddle
+FOOT_DEG = -10.0  # the heel is a little higher than the toe
+LEANS_DEG = np.arange(-6.0, 48.0, 1.0)
+SLIDES_M = np.arange(0.0, 0.36, 0.02)  # forward on the saddle, where leaning is not enough
+STRETCHED = 0.93  # of an arm's length: nobody rides with straight arms
+TALLEST_M = 2.05
+
+
+def seated(body: Body, position: RidingPosition) -> tuple[Body, Joints]:
+    """Return the body and its joints in the coordinates of the vehicle, m.
+
+    The back leans forward until the arms reach the grips; riders of long saddles slide forward
+    besides. A body whose legs are too short for its
+    vehicle is replaced by a taller one of the same build: riders choose vehicles that fit them.
+    """
+    at = _leaning(body, position)
+    while body.height_m < TALLEST_M and not _reaches(body, at["pelvis"], position):
+        body = replace(body, height_m=body.height_m + 0.02)
+        at = _leaning(body, position)
+    pelvis = at["pelvis"]
+    for tag, side in SIDES:
+        hip, ankle, foot = _leg(body, pelvis, position, side)
+        bend = np.array([1.0, 0.15 * side, 0.3])
+        at |= {
+            f"hip_{tag}": hip,
+            f"knee_{tag}": two_bone(hip, ankle, body.thigh_m, body.shin_m, bend),
+            f"ankle_{tag}": ankle,
+            f"foot_{tag}": foot,
+        }
+        elbow, wrist = _arm(body, at[f"shoulder_{tag}"], _grip(position, side), side)
+        at |= {f"elbow_{tag}": elbow, f"wrist_{tag}": wrist}
+    return body, at
+
+
+def _grip(position: RidingPosition, side: float) -> np.ndarray:
+    return np.asarray(position.grips[0 if side > 0 else 1], float)
+
+
+def _pelvis(body: Body, position: RidingPosition) -> np.ndarray:
+    return np.asarray(position.saddle, float) + [0.0, 0.0, SEATED_M * body.scale * body.girth]
+
+
+def _leg(
+    body: Body, pelvis: np.ndarray, position: RidingPosition, side: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return hip, ankle and the direction of the foot."""
+    k, pitch = body.scale, np.radians(FOOT_DEG)
+    hip = pelvis + [0.0, side * 0.052 * body.height_m, -0.03 * k]
+    foot = np.array([np.cos(pitch), 0.0, np.sin(pitch)])
+    across = np.array([-foot[2], 0.0, foot[0]])
+    ball = np.asarray(position.feet[0 if side > 0 else 1], float)
+    return hip, ball - BALL_M * k * foot + ANKLE_M * k * across, foot
+
+
+def _reaches(body: Body, pelvis: np.ndarray, position: RidingPosition) -> bool:
+    """Return whether both feet can rest where they should."""
+    legs = 0.985 * (body.thigh_m + body.shin_m)
+    ends = [_leg(body, pelvis, position, side) for _, side in SIDES]
+    return all(np.linalg.norm(ankle - hip) <= legs for hip, ankle, _ in ends)
+
+
+def _leaning(body: Body, position: RidingPosition) -> Joints:
+    """Return the joints of the back at the least lean at which the arms reach the grips."""
+    arm = STRETCHED * (body.upper_arm_m + body.forearm_m + PALM_M * body.scale)
+    for slide in SLIDES_M:
+        pelvis = _pelvis(body, position) + [slide, 0.0, 0.0]
+        for lean in LEANS_DEG:
+            at = spine(body, pelvis, float(np.radians(lean)))
+            if np.linalg.norm(_grip(position, 1.0) - at["shoulder_l"]) <= arm:
+                return at
+    return at
+
+
+def _arm(
+    body: Body, shoulder: np.ndarray, grip: np.ndarray, side: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return elbow and wrist of an arm whose closed hand is around the grip."""
+    bend, palm = np.array([-0.2, 0.6 * side, -1.0]), PALM_M * body.scale
+    wrist = grip - palm * unit(grip - shoulder)
+    for _ in range(8):  # the hand follows the forearm, which follows the hand
+        elbow = two_bone(shoulder, wrist, body.upper_arm_m, body.forearm_m, bend)
+        wrist = grip - palm * unit(grip - elbow)
+    return two_bone(shoulder, wrist, body.upper_arm_m, body.forearm_m, bend), wrist

@@ -1,0 +1,142 @@
+"""Riders of `data/riders.yaml`, for a given bicycle, motorcycle or scooter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Protocol
+
+import numpy as np
+
+from ...geometry.mesh.piece import Assembly, shift
+from ..ranges import generator, one_of, read
+from ..riding import RidingPosition
+from ..shapes import Figure
+from ..thing import Detail, Thing
+from .families import TRIANGLES, figure_of, look_of
+from .mounted import seated
+
+FILE = "riders.yaml"
+GROUP = "rider"
+STOOP_DEG = 4.0  # of the upper back, besides the lean to the handlebar
+__all__ = ["GROUP", "TRIANGLES", "Rider", "Riders"]
+
+
+class Ridden(Protocol):
+    """What a module of two-wheelers offers."""
+
+    def shares(self) -> dict[str, float]:
+        """Return the families, each with its share."""
+
+    def thing(self, family: str, variant: int) -> Thing:
+        """Return a two-wheeler."""
+
+    def build(self, thing: Thing, detail: Detail) -> Assembly:
+        """Return its mesh, centred in x and y on z = 0."""
+
+    def riding_position(self, thing: Thing) -> RidingPosition:
+        """Return where its rider touches it."""
+
+
+@dataclass(frozen=True)
+class Rider(Thing):
+    """A person on a two-wheeler.
+
+    Alone, its mesh is in the coordinates of the vehicle and takes the vehicle's place; `centre_m`
+    is the middle of its box there. With `vehicle_shown` it is one mesh with the vehicle.
+    """
+
+    vehicle: Thing | None = None
+    vehicle_shown: bool = False
+    centre_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Riders:
+    """The riders of some groups of two-wheelers."""
+
+    ridden: Mapping[str, Ridden]
+
+    def shares(self) -> dict[str, float]:
+        """Return the families of all two-wheelers, each with its share."""
+        return {
+            family: share
+            for families in self.ridden.values()
+            for family, share in families.shares().items()
+        }
+
+    def thing(self, family: str, variant: int) -> Rider:
+        """Return a rider together with a vehicle of a family, as one mesh."""
+        group = next(g for g, families in self.ridden.items() if family in families.shares())
+        vehicle = self.ridden[group].thing(family, variant)
+        alone = self.rider_of(vehicle, variant)
+        low, high = self._both(alone)
+        length, width, height = (round(float(v), 3) for v in high - low)
+        return replace(alone, size_m=(length, width, height), vehicle_shown=True)
+
+    def rider_of(self, vehicle: Thing, variant: int) -> Rider:
+        """Return the rider of a vehicle; the same variant, the same rider.
+
+        Raises
+        ------
+        ValueError
+            If nobody rides things of the vehicle's group.
+        """
+        if vehicle.group not in self.ridden:
+            expected = ", ".join(self.ridden)
+            raise ValueError(f"nobody rides a {vehicle.group!r}; expected a thing of {expected}")
+        low, high = self._figure(vehicle, variant).extent()
+        x, y, z = (float(v) for v in (low + high) / 2)
+        length, width, height = (round(float(v), 3) for v in high - low)
+        return Rider(
+            vehicle.family,
+            variant,
+            "person",
+            (length, width, height),
+            GROUP,
+            vehicle=vehicle,
+            centre_m=(x, y, z),
+        )
+
+    def build(self, thing: Thing, detail: Detail) -> Assembly:
+        """Return the mesh: alone in the vehicle's coordinates, or with the vehicle, centred."""
+        if not isinstance(thing, Rider) or thing.vehicle is None:
+            raise ValueError(f"a rider was expected, not a {thing.group!r}")
+        person = self._figure(thing.vehicle, thing.variant).assembly(detail, standing=False)
+        if not thing.vehicle_shown:
+            return person
+        vehicle = self.ridden[thing.vehicle.group].build(thing.vehicle, detail)
+        low, high = self._both(thing)
+        x, y, _ = -(low + high) / 2
+        return Assembly(thing.family, [*vehicle.parts, *person.parts]).moved(shift(x, y, 0.0))
+
+    def _both(self, rider: Rider) -> tuple[np.ndarray, np.ndarray]:
+        """Return the box around vehicle and rider, in the vehicle's coordinates."""
+        vehicle = rider.vehicle
+        assert vehicle is not None
+        half = np.array(vehicle.size_m) / 2
+        low, high = self._figure(vehicle, rider.variant).extent()
+        low = np.minimum(low, [-half[0], -half[1], 0.0])
+        return low, np.maximum(high, [half[0], half[1], vehicle.size_m[2]])
+
+    def _figure(self, vehicle: Thing, variant: int) -> Figure:
+        position = self.ridden[vehicle.group].riding_position(vehicle)
+        kind = read(FILE)["kinds"].get(vehicle.family, vehicle.group)
+        return _figure(kind, vehicle.family, position, variant)
+
+
+@lru_cache(maxsize=128)
+def _figure(kind: str, family: str, position: RidingPosition, variant: int) -> Figure:
+    """Return the shapes of a rider, in the coordinates of the vehicle."""
+    rng = generator(f"rider of {family}", variant)
+    ranges = read(FILE)[kind]
+    look = look_of(one_of(ranges["people"], rng), rng, one_of(ranges["outfits"], rng))
+    hat = one_of(ranges["hats"], rng)
+    colour = one_of(ranges["hat_colours"], rng)
+    if hat in ("cap", "beanie"):
+        colour = look.head.hat_material
+    head = replace(look.head, hat=hat, hat_material=colour)
+    carried = one_of(ranges["carried"], rng)
+    body, joints = seated(replace(look.body, stoop_deg=STOOP_DEG), position)
+    return figure_of(replace(look, body=body, head=head, carried=carried), joints, family)
