@@ -13,6 +13,8 @@ import numpy as np
 
 from isethdr_core.scene import Material, Spectrum, Texture
 
+from .living_spectra import LIVING
+
 
 @dataclass(frozen=True)
 class Look:
@@ -51,6 +53,17 @@ LOOKS = {
     "wood": Look(0.25, 0.04, patch_m=0.3, grain_m=0.02),
     "galvanised": Look(0.15, 0.01, patch_m=0.4, grain_m=0.05),
     "fur": Look(0.20, 0.03, patch_m=0.25, grain_m=0.03),
+}
+# leaves, bark and fur of the families of `things` vary as those above
+LOOKS |= {
+    name: LOOKS[kind]
+    for name in LIVING
+    for kind in ("leaf", "needle", "bark", "fur")
+    if name.startswith(f"{kind}_")
+}
+LOOKS |= {
+    name: Look(0.22, 0.03, patch_m=0.5, grain_m=0.03, grain=0.5)
+    for name in ("rock", "rock_dark", "rock_warm", "moss")
 }
 STEP_NM = 20.0
 

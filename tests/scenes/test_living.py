@@ -4,6 +4,8 @@ meshes, budgets of triangles, eyes that shine.
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from isethdr_scenes import things
@@ -83,6 +85,43 @@ def test_trees_change_with_the_seasons():
     assert green & {"leaf", "leaf_dark"} and not any("leaf" in name for name in bare)
     needles = things.build(one("winter tree", "spruce"), "far").parts
     assert "needle" in {part.material for part in needles}
+
+
+PIXELS = 72  # of the height of a silhouette
+
+
+def silhouette(model, across):
+    """Return a picture of the faces seen along one axis, at a common height."""
+    low, high = extent_m(model)
+    scale = 0.95 * PIXELS / (high[2] - low[2])
+    picture = np.zeros((2 * PIXELS, PIXELS), bool)
+    for part in model.parts:
+        x = (part.vertices[:, across] - (low + high)[across] / 2) * scale + PIXELS
+        z = (part.vertices[:, 2] - low[2]) * scale
+        corners = np.stack([x, z], 1)[part.faces]
+        sides = np.linalg.norm(corners - np.roll(corners, 1, 1), axis=2)
+        steps = int(np.clip(np.ceil(1.5 * np.percentile(sides, 99)), 2, 24))
+        for i in range(steps + 1):
+            for j in range(steps + 1 - i):
+                at = np.array([steps - i - j, i, j]) / steps @ corners
+                column, row = at.astype(int).T
+                picture[np.clip(column, 0, 2 * PIXELS - 1), np.clip(row, 0, PIXELS - 1)] = True
+    return picture
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("group,each", [("person", 5), ("tree", 4), ("bush", 4)])
+def test_no_two_silhouettes_are_the_same(group, each):
+    pictures = []
+    for family in things.names(group):
+        for seed in range(each):
+            model = things.build(one(group, family, seed), "far")
+            pictures.append([silhouette(model, across) for across in (0, 1)])
+    for first, second in combinations(pictures, 2):
+        shared = [
+            (a & b).sum() / (a | b).sum() for a, b in zip(first, second, strict=True)
+        ]  # intersection over union, side and front
+        assert np.mean(shared) < 0.93
 
 
 @pytest.mark.slow
