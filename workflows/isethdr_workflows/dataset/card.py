@@ -48,8 +48,11 @@ def card(dataset: Generated) -> str:
         " any lens. The groups add: any weighted sum of them is a scene.",
         "- `depth` (along the optical axis) and `distance` (along the ray), m; `instance`;"
         " `category`; `normal`.",
-        "- In the attributes: objects with class, box, visible fraction and distance; lamps with"
-        " their luminance; the noise of each light group.",
+        "- In the attributes: objects with class, visible and full box, truncation, visible"
+        " fraction, distance, and vertical illuminance towards the camera by light group at weight"
+        " 1, lx; lamps with their luminance; the noise of each light group.",
+        "- Radiance is rounded: by at most a twentieth of the standard error of a tile's luminance,"
+        " with 6 to 12 mantissa bits.",
         "- `x` and `y` are tangents of the field angle, x to the right and y down.",
         "",
         "## How it was made",
