@@ -88,13 +88,6 @@ def rounding(keepbits: int | None) -> float:
     return 2.0 ** -(keepbits + 1) if keepbits is not None and keepbits < MANTISSA_BITS else 0.0
 
 
-def kept_bits(light: xr.DataArray, keepbits: int | None) -> int | None:
-    """Return the fewest mantissa bits of stored light: `keepbits`, or those of light that
-    `radiance_rounding` has rounded further.
-    """
-    return int(light.attrs["keepbits"]) if ROUNDING in light.attrs else keepbits
-
-
 def bits_for(error_allowed: float) -> int | None:
     """Return the fewest mantissa bits, `KEEPBITS` at least, whose `rounding` is at most
     `error_allowed`; all (None) where none is few enough.
@@ -129,7 +122,7 @@ def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
                 else keep_mantissa_bits(light, keepbits)
             )
             variable = variable.copy(deep=False, data=light)
-            variable.attrs["keepbits"] = kept_bits(ds[name], keepbits)
+            variable.attrs["keepbits"] = keepbits
         changed[name] = variable
     return ds.assign(changed)  # all at once: xarray aligns everything at every single one
 

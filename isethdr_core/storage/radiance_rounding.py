@@ -2,7 +2,8 @@
 
 A rendered tile is wrong by its noise, of a few percent in most tiles. Bits far below it hold no
 information and cannot be compressed: without them a night scene takes two thirds of the bytes. A
-dataset stores its scenes so; a run stores the radiance of its scene with `encoding.KEEPBITS`.
+dataset stores its scenes so; a run stores the radiance of its scene with `encoding.KEEPBITS`. The
+stored standard errors contain the rounding, so that whoever counts the noise counts it as well.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ SHARE_OF_NOISE = 1 / 20  # largest rounding error of a tile, in standard errors 
 LEAST_BITS = 6  # relative error 2^-7
 NOISE_BITS = 6  # of the standard errors themselves, which are known to a few percent
 NOTE = "at most 1/20 of the standard error of the tile's luminance; without noise 2^-{}, relative"
-OF_NOISE = ("xyz_noise", "half_difference")
+# of a stored standard error to that of the rendering: rounded itself, it still holds both
+WITH_ROUNDING = (1 + SHARE_OF_NOISE) * (1 + 2.0**-NOISE_BITS)
 
 
 def rounded_by_noise(scene: xr.Dataset, most_bits: int | None = KEEPBITS) -> xr.Dataset:
@@ -31,8 +33,8 @@ def rounded_by_noise(scene: xr.Dataset, most_bits: int | None = KEEPBITS) -> xr.
 
     Returns
     -------
-    Dataset : `radiance` with the attributes `keepbits`, the fewest bits of a tile, and `rounding`;
-        the variables of the noise with `NOISE_BITS`.
+    Dataset : `radiance` with the attribute `rounding`; `xyz_noise` larger by the share of the
+        rounding, it and `half_difference` with `NOISE_BITS`.
     """
     if "xyz_noise" not in scene:
         return scene
@@ -41,19 +43,17 @@ def rounded_by_noise(scene: xr.Dataset, most_bits: int | None = KEEPBITS) -> xr.
     light = radiance.values.astype(np.float32)
     # X, Y and Z have no names in scene radiance
     noise = scene["xyz_noise"].isel(xyz_channel=1).transpose("light_group", "y", "x").values
-    fewest = most
     for group, values in enumerate(light):
         bits = bits_of_tiles(luminance(values, radiance.wavelength.values), noise[group], most)
         for count in np.unique(bits):
             tiles = bits == count
             values[:, tiles] = keep_mantissa_bits(values[:, tiles], int(count))
-        fewest = min(fewest, int(bits.min()))
-    attributes = {**radiance.attrs, "keepbits": fewest, ROUNDING: NOTE.format(most + 1)}
+    attributes = {**radiance.attrs, ROUNDING: NOTE.format(most + 1)}
     rounded = {"radiance": (radiance.dims, light, attributes)}
-    for name in OF_NOISE:
+    for name, factor in (("xyz_noise", WITH_ROUNDING), ("half_difference", 1.0)):
         if name in scene:
-            own = scene[name]
-            rounded[name] = (own.dims, keep_mantissa_bits(own.values, NOISE_BITS), own.attrs)
+            values = keep_mantissa_bits(scene[name].values * np.float32(factor), NOISE_BITS)
+            rounded[name] = (scene[name].dims, values, scene[name].attrs)
     return scene.assign(rounded)
 
 

@@ -26,7 +26,7 @@ from ..runs.names import check_path
 from ..uncertainty import ledger
 from .arrays import consolidate, write_dataset, write_group
 from .atomic_write import remove_leftovers, temporary_path
-from .encoding import KEEPBITS, LIGHT, jsonable, kept_bits, portable, restored, rounding
+from .encoding import KEEPBITS, LIGHT, jsonable, portable, restored, rounding
 from .home_folder import home as home
 from .manifest import (
     ADVICE,
@@ -165,10 +165,10 @@ def write_store(
             )
     folder = Path(folder)
     final = folder / f"{name}.zarr"
-    light = [ds[key] for ds in datasets.values() for key in LIGHT if key in ds.variables]
-    if light:
-        largest = max(rounding(kept_bits(part, keepbits)) for part in light)
-        ledger.error(largest, "relative", "bound", "light as stored, rounded in its mantissa")
+    if any(set(LIGHT) & set(ds.variables) for ds in datasets.values()):
+        ledger.error(
+            rounding(keepbits), "relative", "bound", "light as stored, rounded in its mantissa"
+        )
     if find_complete(folder, name):
         return final
     temporary = temporary_path(folder, name)

@@ -20,7 +20,7 @@ from .recipe import read_recipe
 from .record import DEFINITION, folder_of, read_dataset
 from .splits import splits
 from .study.cameras import imaged
-from .study.files import interval, shown, tables_of, write_files
+from .study.files import tables_of, with_interval, write_files
 from .verify import verify
 from .workers import Workers
 
@@ -98,7 +98,7 @@ def score(name: str, overrides: list[str]) -> None:
         raise typer.Exit(INTERRUPTED) from None
     tables = tables_of(found)
     rows = [
-        (row.name, row.objects, *(f"{shown(mean)} ({interval(mean)})" for mean in row.means))
+        (row.name, row.objects, *(with_interval(mean) for mean in row.means))
         for row in tables.objects["class"]
         if row.objects
     ]

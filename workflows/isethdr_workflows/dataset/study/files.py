@@ -133,6 +133,11 @@ def interval(mean: Mean) -> str:
     return "" if math.isnan(mean.low) else f"{mean.low:.3g} to {mean.high:.3g}"
 
 
+def with_interval(mean: Mean) -> str:
+    """Return a value with its interval, if it is known: `0.52 (0.41 to 0.63)`."""
+    return f"{shown(mean)} ({interval(mean)})" if interval(mean) else shown(mean)
+
+
 def summary_rows(tables: Tables) -> list[tuple[object, ...]]:
     """Return one row for each mean, as `HEAD` names them."""
     rows: list[tuple[object, ...]] = []
