@@ -122,6 +122,37 @@ def test_a_sky_with_a_gradient_is_integrated_over_the_half_that_the_wall_sees(ma
 
 
 @pytest.mark.slow
+def test_a_matt_wall_is_as_bright_as_its_illuminance_says(make):
+    """L = reflectance E / pi of the wall in the rendered picture, with direct light alone; a board
+    shades half of it from one of two lamps, and a ground hides half of the sky.
+    """
+    from isethdr_mitsuba.renderer import MitsubaRenderer
+
+    from isethdr_core.demand import Demand
+    from isethdr_core.physics.photometry import luminance
+
+    ground = make.quad(4000.0, 4000.0)[0][:, [2, 1, 0]] * [1, 1, -1], make.quad(1, 1)[1][:, ::-1]
+    objects = [
+        panel(make, 20.0, 0.1),
+        lamp_at(make, 10.0, 5.0),
+        ("beside", *lamp_at(make, 12.0, -4.0)[1:]),
+        ("shade", "post", (make.part(make.quad(0.1, 0.5)),), make.pose(19.0, 0.6)),
+        ("road", "road", (make.part(ground, "black"),), make.pose(0.0, 0, -1.0)),
+    ]
+    camera = make.camera((0, 0, 0), (1, 0, 0), 1.0, 1.0)
+    scene = make.describe(objects, camera, make.flat(1e-3))
+    settings = {"margin": 0.0, "step_nm": 20.0, "max_depth": 2, "samples": 256}
+    ds = MitsubaRenderer(width=24, height=24, **settings)(scene, Demand(labels={"instance"}))
+    wall = ds.instance.values == 1
+    [row] = [row for row in ds.attrs["objects"] if row["name"] == "wall"]
+    for group, lux in row["illuminance_lx"].items():
+        seen = luminance(ds.radiance.sel(light_group=group).values, ds.wavelength.values)[wall]
+        # the noise of the picture is below 1 %; 32 places see the edge of the shadow 3 % off
+        assert seen.mean() == pytest.approx(0.5 * lux / np.pi, rel=0.04), group
+        assert lux > 1.0
+
+
+@pytest.mark.slow
 def test_few_places_are_near_many_on_a_night_drive(monkeypatch):
     """Values above 0.01 lx against ten times the places and four times the points of each lamp.
     Half of them are within 10 % and nine of ten within 30 %: edges of beams and shadows lie on
