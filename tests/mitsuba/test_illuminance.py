@@ -127,6 +127,7 @@ def test_a_matt_wall_is_as_bright_as_its_illuminance_says(make):
     shades half of it from one of two lamps, and a ground hides half of the sky.
     """
     from isethdr_mitsuba.renderer import MitsubaRenderer
+    from scipy.ndimage import binary_erosion
 
     from isethdr_core.demand import Demand
     from isethdr_core.physics.photometry import luminance
@@ -143,12 +144,12 @@ def test_a_matt_wall_is_as_bright_as_its_illuminance_says(make):
     scene = make.describe(objects, camera, make.flat(1e-3))
     settings = {"margin": 0.0, "step_nm": 20.0, "max_depth": 2, "samples": 256}
     ds = MitsubaRenderer(width=24, height=24, **settings)(scene, Demand(labels={"instance"}))
-    wall = ds.instance.values == 1
+    wall = binary_erosion(ds.instance.values == 1)  # tiles at its edge show the sky as well
     [row] = [row for row in ds.attrs["objects"] if row["name"] == "wall"]
     for group, lux in row["illuminance_lx"].items():
         seen = luminance(ds.radiance.sel(light_group=group).values, ds.wavelength.values)[wall]
-        # the noise of the picture is below 1 %; 32 places see the edge of the shadow 3 % off
-        assert seen.mean() == pytest.approx(0.5 * lux / np.pi, rel=0.04), group
+        # noise of the picture 0.5 %; 32 places and 14 rows of tiles see the edge of the shadow
+        assert seen.mean() == pytest.approx(0.5 * lux / np.pi, rel=0.015), group
         assert lux > 1.0
 
 
