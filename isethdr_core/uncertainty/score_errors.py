@@ -190,8 +190,6 @@ def _of_small_picture(
         answers = [_changes(questions, scenes.by_lot(k), objects=True) for k in range(count)]
         smoothed = _changes(questions, scenes.smoothed(), objects=True)
     movements = {key: _of_lots(values) for key, values in _by_score(answers).items()}
-    if whites := _keys_of_white(metrics):
-        movements |= dict.fromkeys(whites, _white(scenes).movement)
     return _Measured(movements, smoothed, of_objects=True)
 
 
