@@ -34,7 +34,7 @@ from isethdr_core.hookspecs import hookimpl
 from .contact_sheets.command import things_app
 from .iset_import.command import import_command
 from .photometry.command import lamp_command
-from .roads.command import roads_command
+from .roads.pictures.command import roads_command
 
 COMPONENTS = [
     Component("scene", "night_drive", "isethdr_scenes.night_drive:NightDrive"),

@@ -23,7 +23,7 @@ Markings are paint with glass beads, by their R_L in the geometry of EN 1436 (30
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from typing import Literal
@@ -51,6 +51,8 @@ WET = ("damp", "w1", "w2", "c2w3", "c2w4")
 PAINT = Granular(
     gloss=0.1, roughness=0.6, flatness=0.25, wide=Facets(0.4, 1.5), narrow=Facets(0.4, 1.5)
 )
+# yellow paint of road works: a model, with a steep edge near 510 nm
+YELLOW = Spectrum((400.0, 480.0, 510.0, 540.0, 600.0, 700.0), (0.05, 0.07, 0.20, 0.40, 0.52, 0.55))
 PAINT_R_L = 19.54  # mcd m-2 lx-1 of the paint between the beads, per reflectance
 BEAD_HALF_WIDTH_DEG = 6.0  # a model: angle over which beads in paint reflect light back
 
@@ -118,6 +120,8 @@ def marking(r_l: float, reflectance: float = PAINT_REFLECTANCE) -> Material:
 
 
 def road_materials(name: RoadSurfaceName) -> dict[str, Material]:
-    """Return `asphalt` and `road_paint` of a road with that surface."""
+    """Return `asphalt`, `road_paint` and `road_paint_yellow` of a road with that surface."""
     r_l = WET_MARKING_R_L if name in WET else DRY_MARKING_R_L
-    return {"asphalt": asphalt(name), "road_paint": marking(r_l)}
+    white = marking(r_l)
+    yellow = replace(white, name="road_paint_yellow", reflectance=YELLOW)
+    return {"asphalt": asphalt(name), "road_paint": white, "road_paint_yellow": yellow}

@@ -13,7 +13,8 @@
 | `checks`         | gaps, steps, widths and curvatures of a network                     |
 | `stations`       | places along a road, close where it bends                           |
 | `markings`       | what is painted on a road                                           |
-| `sheet`          | each kind drawn from above                                          |
-| `command`        | `isethdr roads`                                                     |
+| `surface`        | meshes of roads, markings and land that meet without gaps           |
+| `ground`         | the parts of these meshes: arrangement, terrain, structures         |
+| `pictures`       | `isethdr roads`: each kind from above and from the car              |
 | `network`        | roads, junctions and land together: the interface for whatever places |
 """

@@ -11,8 +11,8 @@ from isethdr_scenes.roads.checks import problems
 from isethdr_scenes.roads.layouts.junction import Pose, way
 from isethdr_scenes.roads.layouts.vertical import Vertex, grades
 from isethdr_scenes.roads.markings import patches
+from isethdr_scenes.roads.pictures.from_above import top_view
 from isethdr_scenes.roads.reference_line import ReferenceLine
-from isethdr_scenes.roads.sheet import top_view
 from isethdr_scenes.roads.stations import HEIGHT_M, PLAN_M, stations
 
 from isethdr_core.errors import ConfigError

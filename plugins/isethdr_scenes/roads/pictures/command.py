@@ -16,7 +16,7 @@ roads_command = typer.Typer(help="Kinds of base road: list them, draw them from 
 @roads_command.command("list")
 def list_command() -> None:
     """List the kinds of base road."""
-    for name in import_module(f"{__package__}.kinds").names():
+    for name in import_module(f"{__package__.rpartition('.')[0]}.kinds").names():
         typer.echo(name)
 
 
@@ -28,5 +28,5 @@ def sheet_command(
 ) -> None:
     """Draw kinds of base road from above, one PNG per seed."""
     chosen = [name for name in kinds.split(",") if name]
-    for path in import_module(f"{__package__}.sheet").sheet(folder, range(seeds), chosen):
+    for path in import_module(f"{__package__}.from_above").sheet(folder, range(seeds), chosen):
         typer.echo(str(path))

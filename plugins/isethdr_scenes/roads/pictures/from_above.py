@@ -1,4 +1,4 @@
-"""Sheet of roads: each kind drawn from above, lanes by type, with markings and the car's start."""
+"""Sheets of roads from above: each kind drawn, lanes by type, with markings and the car's start."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from .kinds import BaseRoad, kind, names
-from .markings import patches
-from .profile import Floats
-from .road import Road
-from .stations import stations
+from ..kinds import BaseRoad, kind, names
+from ..markings import patches
+from ..profile import Floats
+from ..road import Road
+from ..stations import stations
 
 COLOURS = {
     "driving": (96, 96, 100),
