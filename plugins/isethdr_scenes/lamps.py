@@ -9,7 +9,7 @@ typical values, their angles are models.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -111,3 +111,11 @@ def _table_of(kind: Kind) -> IntensityTable | None:
     if kind.luminaire:
         return luminaire(kind.luminaire).table
     return family(kind.family).table if kind.family else None
+
+
+def lamp_of_family(kind: str, axis, name: str) -> Lamp:
+    """Return the lamp `kind` with the table and the intensity of the family `name` in place of its
+    own: a motorcycle's brake lamp is a `brake` of other candela.
+    """
+    pattern = family(name)
+    return replace(lamp(kind, axis), table=pattern.table, intensity_cd=pattern.intensity_cd)

@@ -65,7 +65,7 @@ def test_hands_and_feet_reach_and_bones_keep_their_lengths(height):
 
 
 def test_the_mesh_of_a_rider_touches_grips_and_pedals():
-    bicycle = vehicle("bicycle", "bicycle")
+    bicycle = vehicle("bicycle", "city_bicycle")
     rider = things.rider_of(bicycle, np.random.default_rng(1))
     mesh = things.build(rider, "near")
     position = things.riding_position(bicycle)
@@ -77,7 +77,7 @@ def test_the_mesh_of_a_rider_touches_grips_and_pedals():
 
 
 def test_a_rider_alone_has_the_box_that_it_states():
-    bicycle = vehicle("bicycle", "bicycle")
+    bicycle = vehicle("bicycle", "city_bicycle")
     rider = things.rider_of(bicycle, np.random.default_rng(2))
     low, high = extent_m(things.build(rider, "far"))
     assert high - low == pytest.approx(rider.size_m, abs=SIZE_M)
@@ -86,7 +86,7 @@ def test_a_rider_alone_has_the_box_that_it_states():
 
 
 def test_a_rider_with_the_vehicle_is_one_thing_on_the_ground():
-    both = vehicle("rider", "bicycle", 3)
+    both = vehicle("rider", "city_bicycle", 3)
     mesh = things.build(both, "far")
     low, high = extent_m(mesh)
     assert high - low == pytest.approx(both.size_m, abs=SIZE_M)
@@ -114,14 +114,14 @@ def test_thirty_five_riders_are_distinct():
 
 
 def test_a_bicycle_has_the_size_that_it_states():
-    bicycle = vehicle("bicycle", "bicycle")
+    bicycle = vehicle("bicycle", "city_bicycle")
     low, high = extent_m(things.build(bicycle, "near"))
     assert high - low == pytest.approx(bicycle.size_m, abs=SIZE_M)
     assert abs(low[2]) < 0.01
 
 
 def test_riders_keep_the_budget_of_people():
-    rider = things.rider_of(vehicle("bicycle", "bicycle"), np.random.default_rng(4))
+    rider = things.rider_of(vehicle("bicycle", "city_bicycle"), np.random.default_rng(4))
     for detail in ("middle", "far"):
         count = sum(len(part.faces) for part in things.build(rider, detail).parts)
         assert count <= people.TRIANGLES[detail]

@@ -15,12 +15,18 @@ from isethdr_scenes.things.detail import extent_m
 
 from isethdr_core.data.categories import CATEGORIES
 
-GROUPS = ("car",)
+GROUPS = ("car", "motorcycle", "bicycle")
 FAMILIES = [(group, family) for group in GROUPS for family in things.names(group)]
 SIZE_M = 0.03  # what `Thing.size_m` promises
 GROUND_M = 0.01
-TRIANGLES = {"near": 160_000, "middle": 60_000, "far": 16_000}
-LAMPS = {"low_beam", "position", "tail", "brake", "indicator_front", "indicator_rear"}
+# most triangles of a thing, near, middle and far
+TRIANGLES = {
+    "car": {"near": 125_000, "middle": 50_000, "far": 20_000},
+    "motorcycle": {"near": 25_000, "middle": 18_000, "far": 10_000},
+    "bicycle": {"near": 8_000, "middle": 6_000, "far": 3_000},
+}
+DRIVEN = {"low_beam", "position", "tail", "brake", "indicator_front", "indicator_rear"}
+LAMPS = dict.fromkeys(GROUPS, DRIVEN) | {"bicycle": {"bike_front", "bike_tail"}}
 
 
 def one(group, family, seed=0):
@@ -73,8 +79,8 @@ def test_a_vehicle_has_its_size_a_sound_mesh_and_all_lamps(group, family):
     thing = one(group, family)
     assert thing.category in CATEGORIES
     check_mesh(near(thing), thing)
-    check_lamps(near(thing), LAMPS)
-    assert triangles(near(thing)) < TRIANGLES["near"]
+    check_lamps(near(thing), LAMPS[group])
+    assert triangles(near(thing)) < TRIANGLES[group]["near"]
 
 
 @pytest.mark.slow
@@ -85,15 +91,15 @@ def test_every_level_of_several_members_of_each_family(group, family, detail):
         thing = one(group, family, seed)
         model = things.build(thing, detail)
         check_mesh(model, thing)
-        check_lamps(model, LAMPS)
-        assert triangles(model) < TRIANGLES[detail]
+        check_lamps(model, LAMPS[group])
+        assert triangles(model) < TRIANGLES[group][detail]
 
 
 def test_far_is_coarser_and_keeps_extent_and_lamps():
     thing = one("car", "sedan")
     far = things.build(thing, "far")
     check_mesh(far, thing)
-    assert triangles(far) < TRIANGLES["far"]
+    assert triangles(far) < TRIANGLES["car"]["far"]
     lamps = {part.name: part for part in near(thing).parts if part.lamp}
     assert {part.name for part in far.parts if part.lamp} == set(lamps)
 
@@ -106,6 +112,22 @@ def test_the_same_variant_is_the_same_car_and_another_one_differs():
     assert thing.size_m != other.size_m
 
 
+@pytest.mark.parametrize("group", ["motorcycle", "bicycle"])
+def test_a_rider_sits_behind_the_grips_and_above_the_feet(group):
+    for family in things.names(group):
+        for seed in range(3):
+            thing = one(group, family, seed)
+            at = things.riding_position(thing)
+            points = np.array([at.saddle, *at.grips, *at.feet])
+            half = np.array(thing.size_m) * [0.5, 0.5, 1] + 1e-9  # rounding of a sum
+            assert (np.abs(points) <= half).all() and (points[:, 2] > 0.1).all()
+            assert at.saddle[1] == 0
+            for left, right in (at.grips, at.feet):
+                assert left[1] == -right[1] > 0
+            assert at.saddle[0] < at.grips[0][0] < at.saddle[0] + 0.95
+            assert 0.3 < at.saddle[2] - min(foot[2] for foot in at.feet) < 0.95
+
+
 def test_families_are_drawn_by_their_shares():
     rng = np.random.default_rng(3)
     drawn = [things.draw("car", rng).family for _ in range(200)]
@@ -114,7 +136,7 @@ def test_families_are_drawn_by_their_shares():
 
 def test_unknown_names_are_told():
     rng = np.random.default_rng(0)
-    with pytest.raises(ValueError, match="no group of things 'ship'; expected car"):
+    with pytest.raises(ValueError, match="no group of things 'ship'; expected .*car"):
         things.draw("ship", rng)
     with pytest.raises(ValueError, match="no family 'tram' in group 'car'; expected sedan"):
         things.draw("car", rng, "tram")

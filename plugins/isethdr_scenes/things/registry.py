@@ -11,7 +11,7 @@ from .people import families as people
 from .people.riders import Ridden, Riders
 from .plants import bushes, ground_cover, trees
 from .thing import Detail, Thing
-from .vehicles import bicycle, cars
+from .vehicles import bicycles, cars, motorcycles
 
 
 class Families(Protocol):
@@ -27,9 +27,10 @@ class Families(Protocol):
         """Return the mesh, centred in x and y on z = 0."""
 
 
-# two-wheelers that somebody rides
+# two-wheelers that somebody rides; `motorcycle` includes scooters
 RIDDEN: dict[str, Ridden] = {
-    "bicycle": bicycle,
+    "bicycle": bicycles,
+    "motorcycle": motorcycles,
 }
 RIDERS = Riders(RIDDEN)
 GROUPS: dict[str, Families] = {
@@ -51,10 +52,11 @@ GROUPS: dict[str, Families] = {
     "building": buildings,
     "barrier": barriers,
     "furniture": small,
+    **RIDDEN,
 }
 # names for several groups
 COLLECTIONS: dict[str, tuple[str, ...]] = {
-    "vehicles": ("car",),
+    "vehicles": ("car", "motorcycle", "bicycle"),
     "living": ("person", "rider", "animal"),
     "plants": ("tree", "spring tree", "autumn tree", "winter tree", "bush", "grass", "rock"),
 }

@@ -28,12 +28,17 @@ def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
     )
     body = Body(shell, axles, car.tyre)
     _screens(body, car)
-    _side_windows(body, car)
+    if not car.open_roof:
+        _side_windows(body, car)
     front(body, car)
     rear(body, car)
     _door_gaps(body, car)
     _lid_gaps(body, car)
     _sills(body, car, axles)
+    if car.bed:
+        _bed(body, car)
+    if car.open_roof:
+        _open_roof(body, car)
     body.arches()
     model = Assembly(name).add(
         body.paint.named("body", f"paint_{car.paint}"), *body.parts, body.lining(0.55)
@@ -69,6 +74,8 @@ def _screens(b: Body, c: Car):
         (cowl[0] - 0.25, top[0] + 0.10),
         0.0,
     )
+    if c.open_roof:
+        return
     if c.panel:
         z = (1.16, back[1] - 0.22)
         u = (back[0], c.length + 0.2)
@@ -127,7 +134,7 @@ def _side_windows(b: Body, c: Car):
     )
     u, ay, z, _ = b.at(trim)
     posts = 0.045 - np.abs(u - c.doors[1])
-    if not c.panel:
+    if not (c.panel or c.two_doors):
         posts = np.maximum(posts, 0.022 - np.abs(u - c.doors[2] - 0.02))
     side, _ = b.carve(trim, "side_window", "glass", np.maximum(outline(u, z), posts))
     b.carve(side, "side_window.rear", "glass_tinted", c.doors[1] - b.at(side)[0])
@@ -141,12 +148,13 @@ def _door_gaps(b: Body, c: Car):
         u, ay, z, _ = b.at(p)
         return np.max([sill - z, z - b.belt(u) - 0.04, 0.5 * half - ay], 0)
 
-    for k, door in enumerate(c.doors[:2] if c.panel else c.doors):
+    front_only = c.panel or c.two_doors
+    for k, door in enumerate(c.doors[:2] if front_only else c.doors):
         slant = 0.22 if k == 2 else 0.0
         b.line(
             lambda p, d=door, k=slant: b.at(p)[0] - d + k * (b.belt(d) - b.at(p)[2]), off_the_door
         )
-    ends = (c.doors[0], c.doors[1] if c.panel else c.doors[2] - 0.1)
+    ends = (c.doors[0], c.doors[1] if front_only else c.doors[2] - 0.1)
 
     def beyond_the_doors(p):
         u, ay, _, _ = b.at(p)
@@ -169,6 +177,8 @@ def _lid_gaps(b: Body, c: Car):
     if c.panel:
         b.line(lambda p: b.at(p)[3], lambda p: c.length - 0.35 - b.at(p)[0])
         return
+    if c.bed:
+        return
     low = 0.62 * (c.tail_lamp[0][1] - 0.02) + 0.2
     b.line(
         lambda p: b.at(p)[2] - low,
@@ -188,3 +198,29 @@ def _sills(b: Body, c: Car, axles):
         b.take("cladding", "plastic_black", outside)
     else:
         b.take("sill", "plastic_black", z - c.clearance - 0.045)
+
+
+def _bed(b: Body, c: Car):
+    """Sink the bed of a pickup between its side walls, and mark the tailgate."""
+    front, half = c.roof[6][0] + 0.12, c.width / 2
+    u, ay, z, _ = b.at()
+    b.take(
+        "bed",
+        "plastic_black",
+        np.max([front - u, u - c.length + 0.09, ay - half * 0.80, b.belt(u) - 0.05 - z], 0),
+        sunk=c.bed,
+    )
+    low = c.roof[7][1] - 0.42
+    behind = lambda p: c.length - 0.3 - b.at(p)[0]
+    b.line(lambda p: b.at(p)[2] - low, lambda p: np.maximum(behind(p), b.at(p)[1] - half * 0.76))
+    b.line(lambda p: b.at(p)[1] - half * 0.76, lambda p: np.maximum(behind(p), low - b.at(p)[2]))
+
+
+def _open_roof(b: Body, c: Car):
+    """Take away roof and side walls above the belt, except the frame of the windscreen."""
+    top, base, half = c.roof[3], c.roof[6], c.width / 2
+
+    u, ay, z, _ = b.at()
+    beside = np.maximum(0.55 * half - ay, 0.12 - (b.upper(u) - z))
+    opening = [b.belt(u) + 0.03 - z, u - base[0], np.minimum(top[0] + 0.06 - u, beside)]
+    b.take("opening", "gap", np.max(opening, 0), keep=False)

@@ -9,6 +9,8 @@ from ..mesh.primitives import box, lathe, tube
 from .body import Body
 from .car_shapes import Car
 
+ROWS_M = (0.36, 1.22, 2.08)  # seats behind the top of the windscreen
+
 
 def fittings(model: Assembly, b: Body, c: Car):
     """Add mirrors, door handles, roof rails, wipers and aerial."""
@@ -43,7 +45,7 @@ def fittings(model: Assembly, b: Body, c: Car):
                 0.002,
             ),
         )
-        for d in (c.doors[1] - 0.16, c.doors[2] - 0.14)[: 1 if c.panel else 2]:
+        for d in (c.doors[1] - 0.16, c.doors[2] - 0.14)[: 1 if c.panel or c.two_doors else 2]:
             model.add(
                 tube(
                     [
@@ -108,7 +110,7 @@ def interior(model: Assembly, b: Body, c: Car):
     cowl = c.roof[2]
     top = c.roof[3]
     belt = float(b.belt(top[0]))
-    rows = [top[0] + 0.42] if c.panel else [top[0] + 0.36, top[0] + 1.22]
+    rows = [top[0] + 0.42] if c.panel else [top[0] + k for k in ROWS_M[: c.rows]]
     model.add(
         box(
             (x0 - cowl[0] - 0.22, 0, belt - 0.05),

@@ -13,6 +13,8 @@ from .car_shapes import Car
 from .headlamp import round_lamp
 from .wheels import plate
 
+NARROW_M = 0.88  # half the width
+
 
 def front(b: Body, c: Car):
     """Cut grille, headlamps (see `headlamp`), position lamps, intake and fog lamps; add badge and
@@ -21,33 +23,40 @@ def front(b: Body, c: Car):
     half = c.width / 2
     nose = c.roof[0][1]
     ahead = lambda u, lim=0.5: u - lim
+    wide, high = c.grille
     z1 = nose - 0.035
-    z0 = nose - 0.165
+    z0 = nose - (0.035 + high)
     u, ay, z, _ = b.at()
-    grille = polygon([(0, z0 - 0.02), (0.36, z0 - 0.02), (0.43, z1 - 0.02), (0, z1 - 0.02)], 0.012)
+    grille = polygon(
+        [(0, z0 - 0.02), (wide - 0.07, z0 - 0.02), (wide, z1 - 0.02), (0, z1 - 0.02)], 0.012
+    )
     v = np.maximum(grille(ay, z), ahead(u))
     ring = b.take("grille.frame", "chrome", v - 0.014)
     u, ay, z, _ = b.at(ring)
     b.carve(ring, "grille", "gap", grille(ay, z))
     for k in range(4):
-        zk = z0 + 0.005 + k * 0.034
+        zk = z0 + 0.005 + k * 0.034 * high / 0.13
         b.parts.append(
             tube(
-                [(c.length / 2 + 0.012 - 0.10 * y * y, y, zk) for y in np.linspace(-0.40, 0.40, 9)],
+                [
+                    (c.length / 2 + 0.012 - 0.10 * y * y, y, zk)
+                    for y in np.linspace(-(wide - 0.03), wide - 0.03, 9)
+                ],
                 0.006,
                 "grille.bar",
                 "chrome",
                 6,
             )
         )
+    closer = max(0.0, NARROW_M - half)  # the lamps of a narrow car lie nearer to its middle
     outline = polygon(
         [
-            (0.50, z0 + 0.015),
-            (0.72, z0 + 0.0),
+            (0.50 - closer, z0 + 0.015),
+            (0.72 - closer, z0 + 0.0),
             (half + 0.05, z0 + 0.06),
             (half + 0.05, z1 + 0.045),
-            (0.74, z1 + 0.02),
-            (0.50, z1 - 0.01),
+            (0.74 - closer, z1 + 0.02),
+            (0.50 - closer, z1 - 0.01),
         ],
         0.01,
     )
@@ -62,8 +71,8 @@ def front(b: Body, c: Car):
     mid = 0.5 * (z0 + z1) + 0.005
     for s, tag in ((1, "left"), (-1, "right")):
         for kind, material, yc, zc, r in (
-            ("low_beam", "lamp_white", 0.70, mid + 0.012, 0.047),
-            ("reflector", "chrome", 0.585, mid + 0.012, 0.043),
+            ("low_beam", "lamp_white", 0.70 - closer, mid + 0.012, 0.047),
+            ("reflector", "chrome", 0.585 - closer, mid + 0.012, 0.043),
             ("indicator_front", "lamp_amber", half - 0.085, mid + 0.035, 0.034),
         ):
             house = round_lamp(b, house, kind, tag, (s * yc, zc), r, material=material)
@@ -74,8 +83,8 @@ def front(b: Body, c: Car):
             "lamp_white",
             np.max(
                 [
-                    np.abs(z - z0 - 0.028 - 0.20 * np.maximum(ay - 0.72, 0)) - 0.008,
-                    0.52 - ay,
+                    np.abs(z - z0 - 0.028 - 0.20 * np.maximum(ay - 0.72 + closer, 0)) - 0.008,
+                    0.52 - closer - ay,
                     ay - half + 0.07,
                     -s * y,
                 ],

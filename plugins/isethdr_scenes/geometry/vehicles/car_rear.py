@@ -78,10 +78,11 @@ def rear(b: Body, c: Car):
         )
     zp = max(0.60 * c.tail_lamp[0][1] + 0.13, 0.52)
     b.parts += plate(-c.length / 2 - 0.034, zp, -1, seed=3)
-    zb = b.shell.upper[5][1] - 0.045
+    edge = b.shell.upper[6 if c.open_roof else 5]
+    zb = edge[1] - (0.0 if c.open_roof else 0.045)
     b.parts += lit(
         box(
-            (c.length / 2 - b.shell.upper[5][0] - 0.10, 0, zb + 0.012),
+            (c.length / 2 - edge[0] - 0.10, 0, zb + 0.012),
             (0.03, 0.26, 0.018),
             "brake.high",
             "lamp_red",

@@ -30,6 +30,11 @@ class Car:
     rails: bool = False  # roof rails
     panel: bool = False  # no windows behind the doors
     aerial: bool = True  # on the roof; a panel van has none
+    two_doors: bool = False
+    open_roof: bool = False  # no roof and no side windows behind the windscreen
+    bed: float = 0.0  # depth of a bed behind the cab, from the rear window base to the tail
+    rows: int = 2  # of seats; a panel van has one
+    grille: tuple = (0.43, 0.13)  # half width and height
     paint: str = "silver"
     spokes: int = 5
     step: float = 0.055  # distance of the sections the body is lofted from; coarser when far away

@@ -1,7 +1,9 @@
 """Vehicles as families of ranges.
 
-| module  | content                                   |
-|---------|-------------------------------------------|
-| bicycle | the bicycle of `geometry.road_users`      |
-| cars    | passenger cars and vans                   |
+| module       | content                                                  |
+|--------------|----------------------------------------------------------|
+| bicycles     | city, racing, mountain, folding and cargo bicycles       |
+| cars         | passenger cars and vans                                  |
+| motorcycles  | motorcycles and scooters                                 |
+| two_wheelers | what both share: shapes from `data/two_wheelers.yaml`    |
 """

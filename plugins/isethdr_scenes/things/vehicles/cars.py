@@ -59,6 +59,11 @@ def shape_of(family: str, variant: int) -> Car:
         rails=given.get("rails", False),
         panel=given.get("panel", False),
         aerial=False,
+        two_doors=given.get("two_doors", False),
+        open_roof=given.get("open_roof", False),
+        bed=given.get("bed_m", 0.0),
+        rows=given.get("rows", 2),
+        grille=given.get("grille_m", (0.43, 0.13)),
         paint=one_of(given.get("paints", read(FILE)["paints"]), rng),
         spokes=int(rng.integers(5, 11)),
     )
