@@ -33,6 +33,7 @@ def find(
     limit: int = typer.Option(50, help="most rows listed"),
 ) -> None:
     """Print one row per scene, and per camera of a run."""
+    folder = home()
     pairs = dict(c.split("=", 1) for c in conditions or () if "=" in c)
     if wrong := [c for c in conditions or () if "=" not in c]:
         raise CatalogError(
@@ -40,8 +41,8 @@ def find(
             " person.distance_m__le=30"
         )
     order_by, limit = pairs.pop("order_by", order_by), _count(pairs.pop("limit", limit))
-    rows = _query().find(home(), order_by=order_by or None, limit=limit, **pairs)
-    paths = list(dict.fromkeys(str(home() / row.pop("path")) for row in rows))
+    rows = _query().find(folder, order_by=order_by or None, limit=limit, **pairs)
+    paths = list(dict.fromkeys(str(folder / row.pop("path")) for row in rows))
     print_table(list(rows[0]) if rows else ["nothing found"], [list(r.values()) for r in rows])
     if remark := _remark_on_shares(rows):
         print(remark)
@@ -177,12 +178,13 @@ def du(stores: bool = typer.Option(False, help="list every store, the largest fi
     """Print one row per part of the home folder, and one per store if asked."""
     from . import space
 
-    parts = space.usage(home())
+    folder = home()
+    parts = space.usage(folder)
     rows = [[u.part, u.what, u.entries, _megabytes(u.size)] for u in parts]
     rows.append(["all", "", "", _megabytes(sum(u.size for u in parts))])
     print_table(["part", "what", "entries", "MB"], rows)
     if stores:
-        sizes = {path: space.size_of(path) for path in space.stores(home())}
+        sizes = {path: space.size_of(path) for path in space.stores(folder)}
         largest = sorted(sizes, key=lambda path: -sizes[path])
         cells = [[p.parent.name, p.stem, _megabytes(sizes[p])] for p in largest]
         print_table(["part", "store", "MB"], cells)
@@ -201,15 +203,16 @@ def gc(
     """Print how much space was freed, or would be."""
     from . import space
 
-    items = space.removable(home(), scenes)
+    folder = home()
+    items = space.removable(folder, scenes)
     together: dict[str, list[int]] = {}
     for item in items:
         together.setdefault(item.why, []).append(item.size)
     rows = [[why, len(sizes), _megabytes(sum(sizes))] for why, sizes in together.items()]
     print_table(["would be removed" if dry_run else "removed", "entries", "MB"], rows)
     if not dry_run:
-        print(f"{_megabytes(space.collect(home(), items))} MB freed")
-    unread = [] if scenes else space.unread_scenes(home())
+        print(f"{_megabytes(space.collect(folder, items))} MB freed")
+    unread = [] if scenes else space.unread_scenes(folder)
     if unread:
         size = _megabytes(sum(item.size for item in unread))
         print(f"{len(unread)} scenes that no run has read stay, {size} MB; --scenes removes them")
@@ -226,13 +229,14 @@ def rm(
     """Print what was removed; exit code 1 where the answer was no."""
     from . import space
 
-    path = space.find_one(home(), name)
-    users = space.dependents(home(), path)
+    folder = home()
+    path = space.find_one(folder, name)
+    users = space.dependents(folder, path)
     if force or not (users.readers or users.unknown):
         size = _megabytes(space.size_of(path))
         if not (yes or typer.confirm(f"remove {path.parent.name}/{path.name}, {size} MB?")):
             raise typer.Exit(1)
-    free = space.remove_store(home(), path, force)
+    free = space.remove_store(folder, path, force)
     print_path(f"removed, {_megabytes(free)} MB freed", path)
 
 

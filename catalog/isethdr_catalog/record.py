@@ -8,9 +8,11 @@ together. The properties are flat: `scene.seed`, `weights.sky`, `ledger.seconds`
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from isethdr_core.runs.labels import read_labels
+from isethdr_core.storage.object_home.calls import home_of_stub
 from isethdr_core.store import read_attrs
 
 SCHEMA = 4  # raised when records of an earlier version must be read again
@@ -119,6 +121,9 @@ def warned(attrs: dict, camera: str) -> list[str]:
 
 def assets(path: Path) -> list[str]:
     """Return the names of the groups and arrays that a store holds."""
+    if home_of_stub(path):
+        root = json.loads((path / "zarr.json").read_bytes())
+        return sorted(root["consolidated_metadata"]["metadata"])
     return sorted(
         str(p.parent.relative_to(path)) for p in path.glob("**/zarr.json") if p.parent != path
     )

@@ -18,6 +18,8 @@ from isethdr_core.errors import MOST_LISTED, CatalogError, did_you_mean
 from isethdr_core.runs.labels import SUFFIX as LABELS
 from isethdr_core.runs.reuse import FOLDER as INTERMEDIATE
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
+from isethdr_core.storage.object_home.address import MARK, address_of
+from isethdr_core.storage.object_home.calls import withdraw_store
 from isethdr_core.store import read_attrs
 
 from .index import INDEX, STATE, stores
@@ -35,7 +37,9 @@ PARTS = {  # of a home folder
     "failed": "tracebacks of runs that failed",
     INDEX: "index of the catalog: made again",
     STATE: "state of the index: made again",
+    MARK: "address of the object home",
 }
+HIDDEN = (".published", ".labels")  # of a scratch folder: what is known of its bucket
 MADE_AGAIN = (INTERMEDIATE, "kernels", COMPARISONS)  # that `collect` empties
 OTHER = "other files"
 REPORT = ".html"
@@ -72,20 +76,38 @@ class Dependents:
 
 def usage(folder: str | os.PathLike[str]) -> list[Usage]:
     """Return what each part of a home folder takes on disk; parts that are not there are left
-    out.
+    out. Of an object home the parts in its bucket come first.
     """
-    root, usages = Path(folder), []
+    root, usages = Path(folder), _in_bucket(Path(folder))
     for part, description in PARTS.items():
         path = root / part
         if path.exists():
             entries = sum(1 for _ in path.iterdir()) if path.is_dir() else 1
             usages.append(Usage(part, description, entries, size_of(path)))
-    others = [p for p in root.iterdir() if p.name not in PARTS] if root.is_dir() else []
+    visible = root.iterdir() if root.is_dir() else ()
+    others = [p for p in visible if p.name not in (*PARTS, *HIDDEN)]
     if others:
         usages.append(
             Usage(OTHER, "not made by isethdr, or left behind", len(others), _sum(others))
         )
     return usages
+
+
+def _in_bucket(folder: Path) -> list[Usage]:
+    address = address_of(folder)
+    if address is None:
+        return []
+    from isethdr_core.storage.object_home.space import bucket_use  # obstore is an extra
+
+    return [
+        Usage(
+            f"{address.url}/{use.part}",
+            PARTS[use.part] if use.part else "uploads that are not finished",
+            use.entries,
+            use.size,
+        )
+        for use in bucket_use(address)
+    ]
 
 
 def size_of(path: Path) -> int:
@@ -233,6 +255,8 @@ def _remove(path: Path) -> None:
         if not path.is_dir():
             path.unlink(missing_ok=True)
             return
+        if path.suffix == ".zarr":
+            withdraw_store(path)
         hidden = temporary_path(path.parent, path.name)
         path.rename(hidden)
         shutil.rmtree(hidden)

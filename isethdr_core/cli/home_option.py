@@ -10,6 +10,8 @@ from pathlib import Path
 
 from ..errors import ConfigError
 from ..storage.home_folder import HOME, existing_home, is_home
+from ..storage.object_home.address import Address, is_address, scratch_folder
+from ..storage.object_home.calls import prepare_writing
 
 OPTION = "--home"
 MAKES_HOMES = ("run", "study", "dataset", "import-iset")  # commands that write stores
@@ -42,19 +44,27 @@ def without_home(arguments: list[str]) -> tuple[list[str], str | None]:
 
 
 def use_home(path: str, command: str) -> None:
-    """Make `path` the home folder of this process and of those that it starts.
+    """Make `path` the home of this process and of those that it starts.
 
     A command that writes makes a new home, and says so on standard error.
 
     Parameters
     ----------
+    path : a folder, or the address of an object home.
     command : the first word, for example `run`.
 
     Raises
     ------
-    ConfigError : the path is a file, or a folder of something else.
-    CatalogError : a command that only reads is given a path that is no home.
+    ConfigError : the path is a file, or a folder of something else; or another kind of address.
+    CatalogError : a command that only reads is given a path that is no home; or the object home
+        cannot be read, or written where the command writes.
     """
+    if is_address(path):
+        address = Address.parsed(path)
+        os.environ[HOME] = address.url
+        if command in MAKES_HOMES:
+            prepare_writing(scratch_folder(address))
+        return
     folder = Path(path).expanduser().absolute()
     os.environ[HOME] = str(folder)
     if command not in MAKES_HOMES:

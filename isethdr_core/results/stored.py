@@ -9,6 +9,7 @@ from ..errors import CatalogError, did_you_mean
 from ..runs.labels import read_labels
 from ..runs.run import Result
 from ..storage import store
+from ..storage.object_home.calls import follow_home
 
 
 def open_run(name: str | os.PathLike[str]) -> Result:
@@ -36,6 +37,7 @@ def open_run(name: str | os.PathLike[str]) -> Result:
 def _path_of(name: str | os.PathLike[str]) -> Path:
     if Path(name).suffix == ".zarr":
         return Path(name)
+    follow_home(store.home())
     folder = store.home() / "runs"
     text = str(name)
     stored = sorted(p for p in folder.glob("*.zarr") if not p.name.startswith("."))

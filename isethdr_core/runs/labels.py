@@ -15,6 +15,7 @@ from typing import Any
 
 from ..errors import ConfigError
 from ..storage.atomic_write import write_text
+from ..storage.object_home.calls import share_labels
 
 SUFFIX = ".labels.json"
 ALLOWED = re.compile(r"[\w.-]+")
@@ -83,19 +84,39 @@ def checked(kind: str, text: object) -> str:
 def read_labels(store: Path) -> Labels:
     """Return the labels of the run in `store`; none where there is no file, or a damaged one."""
     try:
-        stored = json.loads(path_of(store).read_text(encoding="utf-8"))
-        return Labels(
-            str(stored["name"]), tuple(map(str, stored["tags"])), tuple(map(str, stored["sweeps"]))
-        )
-    except (OSError, ValueError, KeyError, TypeError):
+        return _decoded(path_of(store).read_text(encoding="utf-8"))
+    except OSError:
         return Labels()
 
 
 def add_labels(store: Path, labels: Labels) -> None:
-    """Add labels to those of a stored run; nothing is written where they are there already."""
+    """Add labels to those of a stored run; nothing is written where they are there already.
+
+    Raises
+    ------
+    CatalogError : the run belongs to an object home, and a request fails.
+    """
     labels_before = read_labels(store)
-    if labels_before | labels != labels_before:
-        write_text(path_of(store), json.dumps(asdict(labels_before | labels)))
+    if labels_before | labels == labels_before:
+        return
+    shared = share_labels(path_of(store), lambda text: _encoded(_decoded(text) | labels))
+    if not shared:
+        write_text(path_of(store), _encoded(labels_before | labels))
+
+
+def _encoded(labels: Labels) -> str:
+    return json.dumps(asdict(labels))
+
+
+def _decoded(text: str) -> Labels:
+    """Return the labels that a file holds; none where it is empty or damaged."""
+    try:
+        stored = json.loads(text)
+        return Labels(
+            str(stored["name"]), tuple(map(str, stored["tags"])), tuple(map(str, stored["sweeps"]))
+        )
+    except (ValueError, KeyError, TypeError):
+        return Labels()
 
 
 def path_of(store: Path) -> Path:

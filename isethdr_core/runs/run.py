@@ -41,6 +41,7 @@ from ..plugins.registry import plugin_manager
 from ..results.html import html_of
 from ..results.plot import plotted
 from ..storage import store
+from ..storage.object_home.calls import follow_home, prepare_writing, publish_store
 from ..uncertainty.ledger import Ledger
 from .labels import SETTINGS, Labels, add_labels, labels_of, read_labels
 from .processor import kernels
@@ -130,8 +131,10 @@ def run(config: DictConfig) -> Result:
     run_chain, settings = chain(config), plain(config)
     key = run_key(settings, run_chain)
     folder = store.home() / "runs"
+    follow_home(store.home())
     path = find_run(config, run_chain)
     if path is not None:
+        publish_store(path)
         return announced(Result(path, store.read_attrs(path), computed=False), run_chain, labels)
     check_writable(folder)
     failed = store.home() / "failed" / f"{key}.txt"
@@ -163,8 +166,9 @@ def announced(result: Result, chain: Chain, labels: Labels) -> Result:
 
 def check_writable(folder: Path) -> None:
     """Raise CatalogError where no store could be written later: found out in a moment, before the
-    work of hours.
+    work of hours. In an object home, stores whose publication was interrupted are published.
     """
+    prepare_writing(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if not os.access(folder, os.W_OK):

@@ -10,6 +10,7 @@
 | `home_folder`       | the folder of all stores                                           |
 | `join`              | stores of one scene joined lazily along light group and wavelength |
 | `manifest`          | size and checksum of every file, so that damage is an error        |
+| `object_home`       | a home in an object store, with a scratch folder on each machine   |
 | `picture_rounding`  | pictures in float32, rounded by their own noise                    |
 | `radiance_rounding` | radiance in float32, each tile rounded by its own noise            |
 | `reader`            | reads compared with the manifest: a difference is an error         |

@@ -6,6 +6,8 @@ import os
 from pathlib import Path
 
 from ..errors import CatalogError, did_you_mean
+from .object_home.address import MARK, Address, is_address, scratch_folder
+from .object_home.calls import follow_home
 
 HOME = "ISETHDR_HOME"
 # one of them marks a folder as a home
@@ -13,8 +15,15 @@ PARTS = ("scenes", "runs", "studies", "sweeps", "intermediate", "kernels", "fail
 
 
 def home() -> Path:
-    """Return the folder that holds `scenes/` and `runs/`: the variable ISETHDR_HOME, or ./runs."""
-    return Path(os.environ.get(HOME) or "runs")
+    """Return the folder that holds `scenes/` and `runs/`: the variable ISETHDR_HOME, or ./runs.
+    For an address such as s3://bucket/prefix it is the scratch folder of that object home.
+
+    Raises
+    ------
+    ConfigError : an address of another kind.
+    """
+    named = os.environ.get(HOME) or "runs"
+    return scratch_folder(Address.parsed(named)) if is_address(named) else Path(named)
 
 
 def is_home(folder: Path) -> bool:
@@ -22,17 +31,19 @@ def is_home(folder: Path) -> bool:
     if not folder.is_dir():
         return False
     visible = [name for name in os.listdir(folder) if not name.startswith(".")]
-    return not visible or any((folder / part).is_dir() for part in PARTS)
+    return not visible or MARK in visible or any((folder / part).is_dir() for part in PARTS)
 
 
 def existing_home() -> Path:
-    """Return the folder that holds what is stored, for those who only read.
+    """Return the folder that holds what is stored, for those who only read. The scratch folder of
+    an object home is brought up to date with its bucket first.
 
     Raises
     ------
-    CatalogError : there is no such folder, or it is one of other files.
+    CatalogError : there is no such folder, it is one of other files, or the bucket cannot be read.
     """
     folder = home()
+    follow_home(folder)
     if folder.is_dir() and is_home(folder):
         return folder
     if folder.is_dir():

@@ -168,16 +168,40 @@ def check_files(root: Path, manifest: Manifest) -> None:
             raise damaged(root, key, problem)
 
 
-def check_metadata(root: Path, manifest: Manifest, group: str) -> None:
-    """Raise CatalogError if the metadata of a group or of its arrays differ from the manifest."""
-    for key, record in manifest.files.items():
+def check_sizes(manifest: Manifest, sizes: dict[str, int]) -> list[tuple[str, str]]:
+    """Return (file, problem) of each file that is missing, has another size, or is not listed.
+
+    Parameters
+    ----------
+    sizes : bytes of each file that is there.
+    """
+    wrong = [
+        (key, _other_size(sizes[key], record.size) if key in sizes else "is missing")
+        for key, record in manifest.files.items()
+        if sizes.get(key) != record.size
+    ]
+    extra = sorted(sizes.keys() - manifest.files.keys())
+    return wrong + [(key, "is not part of the store") for key in extra]
+
+
+def in_group(manifest: Manifest, group: str) -> list[str]:
+    """Return the files with the metadata of a group and of its arrays."""
+    keys = []
+    for key in manifest.files:
         folder, _, name = key.rpartition("/")
         if name == METADATA and group in (folder, folder.rpartition("/")[0]):
-            try:
-                content = (root / key).read_bytes()
-            except OSError as error:
-                raise damaged(root, key, f"cannot be read ({error.strerror})") from None
-            check_whole(root, key, record, content)
+            keys.append(key)
+    return keys
+
+
+def check_metadata(root: Path, manifest: Manifest, group: str) -> None:
+    """Raise CatalogError if the metadata of a group or of its arrays differ from the manifest."""
+    for key in in_group(manifest, group):
+        try:
+            content = (root / key).read_bytes()
+        except OSError as error:
+            raise damaged(root, key, f"cannot be read ({error.strerror})") from None
+        check_whole(root, key, manifest.files[key], content)
 
 
 def problems(root: Path, manifest: Manifest) -> list[str]:

@@ -15,22 +15,15 @@ from zarr.storage import LocalStore
 from .manifest import Manifest, check_parts, check_whole, damaged
 
 
-class ManifestStore(LocalStore):
-    """A folder of zarr files, read only; each read is compared with the manifest.
+class CheckedReads:
+    """Reads of zarr files, each compared with the manifest.
 
     Small files are compared by their SHA-256, chunks of a shard by their CRC-32C. Files that the
-    manifest does
-    not list do not exist for zarr.
+    manifest does not list do not exist for zarr.
     """
 
-    def __init__(self, root: Path, manifest: Manifest, *, read_only: bool = True) -> None:
-        super().__init__(root, read_only=True)
-        self.manifest = manifest
-        self._whole: dict[str, tuple[int, ...]] = {}  # shards read as a whole: state of the file
-
-    def with_read_only(self, read_only: bool = True) -> ManifestStore:
-        """Return the same store, which is always read-only."""
-        return type(self)(self.root, self.manifest)
+    root: Path
+    manifest: Manifest
 
     async def get(
         self,
@@ -43,20 +36,7 @@ class ManifestStore(LocalStore):
         """
         if key not in self.manifest.files:
             return None
-        return self._checked(key, byte_range, await super().get(key, prototype, byte_range))
-
-    def get_sync(
-        self,
-        key: str,
-        *,
-        prototype: BufferPrototype | None = None,
-        byte_range: ByteRequest | None = None,
-    ) -> Buffer | None:
-        """Return the same as `get`, without an event loop."""
-        if key not in self.manifest.files:
-            return None
-        content = super().get_sync(key, prototype=prototype, byte_range=byte_range)
-        return self._checked(key, byte_range, content)
+        return self._checked(key, byte_range, await self._stored(key, prototype, byte_range))
 
     async def get_ranges(
         self,
@@ -72,26 +52,22 @@ class ManifestStore(LocalStore):
         for index, byte_range in enumerate(byte_ranges):
             yield [(index, await self.get(key, prototype, byte_range))]
 
-    def get_ranges_sync(
-        self,
-        key: str,
-        byte_ranges: Sequence[ByteRequest | None],
-        *,
-        prototype: BufferPrototype,
-        **_,
-    ) -> Sequence[tuple[int, Buffer | None]]:
-        """Return the same as `get_ranges`, without an event loop."""
-        return [
-            (index, self.get_sync(key, prototype=prototype, byte_range=byte_range))
-            for index, byte_range in enumerate(byte_ranges)
-        ]
-
     async def list_dir(self, prefix: str) -> AsyncIterator[str]:
         """Yield the names of the files and folders directly below `prefix`, from the manifest."""
         start = f"{prefix.rstrip('/')}/" if prefix else ""
         below = (key[len(start) :] for key in self.manifest.files if key.startswith(start))
         for name in dict.fromkeys(path_below.partition("/")[0] for path_below in below):
             yield name
+
+    async def _stored(
+        self, key: str, prototype: BufferPrototype | None, byte_range: ByteRequest | None
+    ) -> Buffer | None:
+        """Return the bytes as they are stored, None if they are missing."""
+        raise NotImplementedError
+
+    def _check_once(self, key: str) -> None:
+        """Compare a whole file with the manifest, unless that was done before."""
+        raise NotImplementedError
 
     def _checked(self, key: str, byte_range: ByteRequest | None, content: Buffer | None) -> Buffer:
         record = self.manifest.files[key]
@@ -112,6 +88,51 @@ class ManifestStore(LocalStore):
         if not check_parts(self.root, key, record, start, view):
             self._check_once(key)
         return content
+
+
+class ManifestStore(CheckedReads, LocalStore):
+    """A folder of zarr files, read only; each read is compared with the manifest."""
+
+    def __init__(self, root: Path, manifest: Manifest, *, read_only: bool = True) -> None:
+        super().__init__(root, read_only=True)
+        self.manifest = manifest
+        self._whole: dict[str, tuple[int, ...]] = {}  # shards read as a whole: state of the file
+
+    def with_read_only(self, read_only: bool = True) -> ManifestStore:
+        """Return the same store, which is always read-only."""
+        return type(self)(self.root, self.manifest)
+
+    def get_sync(
+        self,
+        key: str,
+        *,
+        prototype: BufferPrototype | None = None,
+        byte_range: ByteRequest | None = None,
+    ) -> Buffer | None:
+        """Return the same as `get`, without an event loop."""
+        if key not in self.manifest.files:
+            return None
+        content = super().get_sync(key, prototype=prototype, byte_range=byte_range)
+        return self._checked(key, byte_range, content)
+
+    def get_ranges_sync(
+        self,
+        key: str,
+        byte_ranges: Sequence[ByteRequest | None],
+        *,
+        prototype: BufferPrototype,
+        **_,
+    ) -> Sequence[tuple[int, Buffer | None]]:
+        """Return the same as `get_ranges`, without an event loop."""
+        return [
+            (index, self.get_sync(key, prototype=prototype, byte_range=byte_range))
+            for index, byte_range in enumerate(byte_ranges)
+        ]
+
+    async def _stored(
+        self, key: str, prototype: BufferPrototype | None, byte_range: ByteRequest | None
+    ) -> Buffer | None:
+        return await LocalStore.get(self, key, prototype, byte_range)
 
     def _check_once(self, key: str) -> None:
         """Compare a whole file with the manifest, again only if the file has changed since."""

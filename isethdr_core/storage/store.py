@@ -40,6 +40,7 @@ from .manifest import (
     read_manifest,
     write_manifest,
 )
+from .object_home.calls import follow_home, home_of_stub, publish_store
 
 FORMAT = 2  # of the layout below the root; raised when an older reader would misread a newer store
 WITHOUT_MANIFEST = 1  # the format before manifests: `isethdr catalog adopt` adds one
@@ -85,7 +86,13 @@ def _opened(path: Path) -> tuple[dict[str, Any], Manifest | None]:
     """
     attrs, manifest = _root(path)
     if manifest is not None:
-        check_files(path, manifest)
+        address = home_of_stub(path)
+        if address is None:
+            check_files(path, manifest)
+        else:
+            from .object_home.reader import check_published  # obstore is an extra
+
+            check_published(path, manifest, address)
     return attrs, manifest
 
 
@@ -154,7 +161,8 @@ def write_store(
 
     Raises
     ------
-    CatalogError : the folder cannot be written, is full, or holds a damaged store of that name.
+    CatalogError : the folder cannot be written, is full, or holds a damaged store of that name; or
+        the store cannot be published in the object home that the folder belongs to.
     """
     check_path(name, single=True)
     for key in datasets:
@@ -170,6 +178,7 @@ def write_store(
             rounding(keepbits), "relative", "bound", "light as stored, rounded in its mantissa"
         )
     if find_complete(folder, name):
+        publish_store(final)
         return final
     temporary = temporary_path(folder, name)
     try:
@@ -196,6 +205,7 @@ def write_store(
         shutil.rmtree(
             temporary, ignore_errors=True
         )  # gone already after the rename; left by any failure or Ctrl-C
+    publish_store(final)
     return final
 
 
@@ -275,8 +285,13 @@ def open_store(path: str | os.PathLike[str], group: str = "") -> xr.Dataset:
     """
     path = Path(path)
     root, manifest = _opened(path)
+    address = home_of_stub(path)
     if manifest is None:
         source: Any = path
+    elif address is not None:
+        from .object_home.reader import published_store
+
+        source = published_store(path, manifest, address, group)
     else:
         from .reader import ManifestStore  # needs zarr, which is slow to import
 
@@ -311,13 +326,17 @@ def open_store(path: str | os.PathLike[str], group: str = "") -> xr.Dataset:
 
 def _groups(path: Path) -> list[str]:
     """Return the names of the groups of a store that can be read at all."""
-    files = [
-        file
-        for file in sorted(path.glob("**/zarr.json"))
-        if '"group"' in file.read_text(errors="replace")
-    ]
-    names = [file.parent.relative_to(path).as_posix() for file in files]
-    return [name for name in names if name != MANIFEST]
+    if home_of_stub(path) is not None:
+        nodes = json.loads((path / ROOT_FILE).read_bytes())["consolidated_metadata"]["metadata"]
+        names = [name for name, node in nodes.items() if node["node_type"] == "group"]
+    else:
+        files = [
+            file
+            for file in sorted(path.glob("**/zarr.json"))
+            if '"group"' in file.read_text(errors="replace")
+        ]
+        names = [file.parent.relative_to(path).as_posix() for file in files]
+    return sorted(name for name in names if name != MANIFEST)
 
 
 def open_scene(path_or_id: str | os.PathLike[str]) -> xr.Dataset:
@@ -350,6 +369,7 @@ def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
     path = Path(path_or_id)
     if path.suffix == ".zarr" or path.is_dir():
         return path
+    follow_home(home())
     folder, start_of_name = home() / "scenes", str(path_or_id)
     matches = {
         p: attrs.get("recipe") or p.name

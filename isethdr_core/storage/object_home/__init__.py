@@ -1,0 +1,27 @@
+"""Object homes: a home in an object store, such as s3://bucket/prefix, with a local scratch folder.
+
+| module        | content                                                                   |
+|---------------|---------------------------------------------------------------------------|
+| `address`     | addresses of object homes, and the scratch folder of each                 |
+| `bucket`      | requests to the object store; each failure is one clear error             |
+| `calls`       | what the rest of the storage calls: nothing happens for a plain folder    |
+| `publication` | stores uploaded, and made visible by one conditional write                |
+| `scratch`     | the scratch folder follows the catalog of the bucket                      |
+| `reader`      | groups of a published store, read from the bucket and checked             |
+| `space`       | what a home takes in its bucket, and the remains of interrupted uploads   |
+| `shared_labels` | labels of runs, merged by compare-and-swap                              |
+
+Objects below the prefix of a home:
+
+    catalog/<part>/<name>.json           published store: where its files are, and its manifest
+    <part>/<name>-<upload>.zarr/<file>   files of one upload; never changed
+    labels/<name>.json                   labels of a run; changed by compare-and-swap
+
+An upload has a random part in its name, so that two writers never mix their files. The object in
+`catalog/` is written last, and only if there is none of that name. A store without it does not
+exist. The catalog of a home is the listing of `catalog/`.
+
+Each machine has a scratch folder for each object home. It is an ordinary home folder, where runs
+are computed. A store that only the bucket holds is a stub there: its root attributes and its
+manifest. All other modules work on the scratch folder.
+"""

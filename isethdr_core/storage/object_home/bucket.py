@@ -1,0 +1,199 @@
+"""Requests to an object store, through obstore. Each failure is one clear error."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from datetime import datetime, timedelta
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...errors import CatalogError
+from ...extras import needed
+from .address import Address
+
+with needed("a home in an object store", extra="s3"):
+    import obstore
+    from obstore.exceptions import (
+        AlreadyExistsError,
+        BaseError,
+        GenericError,
+        PermissionDeniedError,
+        PreconditionError,
+        UnauthenticatedError,
+    )
+    from obstore.store import S3Store
+
+if TYPE_CHECKING:
+    from obstore.store import ObjectStore
+
+AT_ONCE = 16  # requests in flight
+PATIENCE = timedelta(seconds=30)  # for repeats of a request
+REPEATS = 4
+PROBE = "probe"
+
+
+class Entry(NamedTuple):
+    """One object of a listing."""
+
+    key: str
+    size: int  # bytes
+    etag: str
+    changed: datetime
+
+
+class Content(NamedTuple):
+    """Bytes of an object, and the tag of this version of it."""
+
+    content: bytes
+    etag: str
+
+
+class Bucket:
+    """The objects of one home.
+
+    Raises
+    ------
+    CatalogError : any request that is refused or does not arrive, in every method.
+    """
+
+    def __init__(self, address: Address, objects: ObjectStore) -> None:
+        self.address = address
+        self.objects = objects  # keys are relative to the prefix of the home
+        self._writable = False
+
+    def get(self, key: str) -> Content | None:
+        """Return an object, or None where there is none."""
+        with self.asked("read"):
+            try:
+                answer = obstore.get(self.objects, key)
+                return Content(bytes(answer.bytes()), str(answer.meta["e_tag"] or ""))
+            except FileNotFoundError:
+                return None
+
+    def get_all(self, keys: Iterable[str]) -> Iterator[Content | None]:
+        """Yield objects in the order of their keys, several requests at once."""
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            yield from pool.map(self.get, keys)
+
+    def put_files(self, files: Iterable[tuple[str, Path]]) -> None:
+        """Write objects from files, several at once."""
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            for _ in pool.map(lambda pair: self._put_file(*pair), files):
+                pass
+
+    def create(self, key: str, content: bytes) -> bool:
+        """Write an object if there is none of that key; return whether it was written."""
+        return self._conditional(key, content, "create")
+
+    def replace(self, key: str, content: bytes, etag: str) -> bool:
+        """Write an object if it still has the tag `etag`; return whether it was written."""
+        return self._conditional(key, content, {"e_tag": etag})
+
+    def listing(self, prefix: str) -> list[Entry]:
+        """Return all objects below a prefix that ends at a slash."""
+        with self.asked("list"):
+            try:
+                found = obstore.list(self.objects, prefix).collect()
+            except GenericError:
+                # a listing tells no reason, a read of one object does: no permission or no bucket
+                obstore.get(self.objects, PROBE)
+                raise
+        return [Entry(m["path"], m["size"], m["e_tag"] or "", m["last_modified"]) for m in found]
+
+    def delete(self, keys: Iterable[str]) -> None:
+        """Remove objects; those that are gone are no error."""
+        listed = list(keys)
+        if listed:
+            with self.asked("remove"):
+                obstore.delete(self.objects, listed)
+
+    def check_writable(self) -> None:
+        """Raise CatalogError where this process may not write, or where the server ignores the
+        condition of a write. Three small requests, once per process.
+        """
+        if self._writable:
+            return
+        key = f"{PROBE}/{uuid.uuid4().hex}"
+        self.create(key, b"")
+        try:
+            if self.create(key, b""):
+                raise CatalogError(
+                    f"the server of {self.address.url} ignores the condition If-None-Match of a"
+                    " write, so that two writers could lose stores; expected a server with"
+                    " conditional writes, as Amazon S3 has them"
+                )
+        finally:
+            self.delete([key])
+        self._writable = True
+
+    def _put_file(self, key: str, path: Path) -> None:
+        with self.asked("write"):
+            obstore.put(self.objects, key, path)
+
+    def _conditional(self, key: str, content: bytes, mode: Any) -> bool:
+        with self.asked("write"):
+            try:
+                obstore.put(self.objects, key, content, mode=mode)
+            except (AlreadyExistsError, PreconditionError):
+                return False
+        return True
+
+    @contextmanager
+    def asked(self, action: str) -> Iterator[None]:
+        """Turn each failure of a request into one error of one line."""
+        url = self.address.url
+        try:
+            yield
+        except (PermissionDeniedError, UnauthenticatedError, PermissionError) as error:
+            raise CatalogError(
+                f"no permission to {action} objects in {url}; expected credentials that may list,"
+                " read, write and remove there, for example AWS_ACCESS_KEY_ID and"
+                f" AWS_SECRET_ACCESS_KEY ({_first_line(error)})"
+            ) from error
+        except FileNotFoundError as error:
+            raise CatalogError(
+                f"there is no bucket {self.address.bucket!r}; looked for {url}; make the bucket,"
+                f" or type --home with another one ({_first_line(error)})"
+            ) from error
+        except (BaseError, OSError) as error:
+            raise CatalogError(
+                f"cannot {action} objects in {url}: {_first_line(error)}; see that AWS_REGION,"
+                " AWS_ENDPOINT_URL and the credentials are those of this bucket"
+            ) from error
+
+
+def bucket_of(address: Address) -> Bucket:
+    """Return the bucket of an object home, one for each process and its settings.
+
+    Credentials, region and server are read from the variables AWS_ACCESS_KEY_ID,
+    AWS_SECRET_ACCESS_KEY, AWS_SESSION_TOKEN, AWS_REGION, AWS_ENDPOINT_URL, AWS_ALLOW_HTTP and
+    AWS_SKIP_SIGNATURE, as obstore names them. Without a key the services of a cloud machine are
+    asked.
+    """
+    settings = tuple(sorted(item for item in os.environ.items() if item[0].startswith("AWS_")))
+    return _bucket(address, os.getpid(), settings)
+
+
+@lru_cache(maxsize=8)
+def _bucket(address: Address, process: int, settings: tuple[tuple[str, str], ...]) -> Bucket:
+    try:
+        objects = S3Store.from_url(
+            address.url,
+            retry_config={"max_retries": REPEATS, "retry_timeout": PATIENCE},
+        )
+    except (BaseError, ValueError) as error:
+        raise CatalogError(
+            f"cannot open {address.url}: {_first_line(error)}; see the variables that begin with"
+            " AWS_"
+        ) from error
+    return Bucket(address, objects)
+
+
+def _first_line(error: Exception) -> str:
+    lines = str(error).strip().splitlines()
+    return lines[0][:300] if lines else type(error).__name__

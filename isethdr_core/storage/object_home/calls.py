@@ -1,0 +1,109 @@
+"""Calls of the storage: each does nothing for a home that is a folder, and loads no library."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from ..manifest import Manifest
+from .address import STUB, Address, address_of
+
+
+def follow_home(folder: Path) -> None:
+    """Bring a scratch folder up to date with the catalog of its bucket.
+
+    Raises
+    ------
+    CatalogError : a request fails, or an entry of the catalog is damaged.
+    """
+    address = address_of(folder)
+    if address is not None:
+        from .scratch import follow  # obstore is an extra
+
+        follow(folder, address)
+
+
+def prepare_writing(folder: Path) -> None:
+    """Check that stores can be published later, and publish those whose publication was
+    interrupted.
+
+    Parameters
+    ----------
+    folder : of a home, or the folder of one part of it.
+
+    Raises
+    ------
+    CatalogError : no permission, no bucket, or a server without conditional writes.
+    """
+    for home in (folder, folder.parent):
+        address = address_of(home)
+        if address is not None:
+            from .scratch import check_writable, follow, publish_pending
+
+            check_writable(address)
+            follow(home, address)
+            publish_pending(home, address)
+
+
+def publish_store(path: Path) -> None:
+    """Publish a complete store of a scratch folder.
+
+    Raises
+    ------
+    CatalogError : a request fails; the store stays in the scratch folder.
+    """
+    address = address_of(path.parent.parent)
+    if address is not None:
+        from .publication import publish
+
+        publish(path, address)
+
+
+def share_labels(path: Path, merged: Callable[[str], str]) -> bool:
+    """Change the labels of a run in its object home; return False for a home that is a folder.
+
+    Parameters
+    ----------
+    path : file of the labels in the scratch folder.
+    merged : function(stored text, "" for none) -> text to store.
+    """
+    address = address_of(path.parent.parent)
+    if address is None:
+        return False
+    from .shared_labels import merge_labels
+
+    merge_labels(path, address, merged)
+    return True
+
+
+def withdraw_store(path: Path) -> None:
+    """Remove a published store from its object home, not yet from this machine.
+
+    Raises
+    ------
+    CatalogError : a request fails.
+    """
+    address = address_of(path.parent.parent)
+    if address is not None:
+        from .publication import withdraw
+
+        withdraw(path, address)
+
+
+def problems_in_bucket(path: Path, manifest: Manifest) -> list[str] | None:
+    """Read every file of a published store in its bucket and return its problems; None for a
+    store that is not published.
+    """
+    address = address_of(path.parent.parent)
+    if address is None:
+        return None
+    from .reader import published_problems
+
+    return published_problems(path, manifest, address)
+
+
+def home_of_stub(path: Path) -> Address | None:
+    """Return the object home that holds the files of a store; None where they are here."""
+    if not (path / STUB).exists():
+        return None
+    return address_of(path.parent.parent)

@@ -1,0 +1,217 @@
+"""Publication: a complete store is uploaded, and made visible by one conditional write.
+
+Whatever happens before that write leaves objects that no catalog names. They are removed at once
+if this process can do so, else by `isethdr catalog gc`. The store stays whole in the scratch
+folder, and the next command that writes to the home publishes it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import uuid
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...errors import CatalogError
+from ..atomic_write import temporary_path, write_text
+from ..manifest import MANIFEST_FILE, METADATA, read_manifest
+from .address import STUB, Address
+from .bucket import Content, bucket_of
+
+CATALOG = "catalog"  # of a bucket: one object for each published store
+PUBLISHED = ".published"  # of a scratch folder: one file for each of these objects
+PARTS = ("scenes", "runs", "studies")
+
+
+@dataclass(frozen=True)
+class Published:
+    """A published store: what its object in the catalog says."""
+
+    location: str  # key before its files
+    size: int  # bytes of all files
+    root: str  # text of the root metadata
+    manifest: str  # text of the manifest
+
+    def encoded(self) -> bytes:
+        """Return the content of the object in the catalog."""
+        return json.dumps({"format": 1, **self.__dict__}).encode()
+
+    @classmethod
+    def decoded(cls, text: bytes, name: str) -> Published:
+        """Return what an object of the catalog says.
+
+        Raises
+        ------
+        CatalogError : it is damaged, or of a later format.
+        """
+        try:
+            content = json.loads(text)
+            if content.pop("format") == 1:
+                return cls(**content)
+        except (ValueError, TypeError, KeyError, AttributeError):
+            pass
+        raise CatalogError(
+            f"the entry {name!r} in the catalog of the object home cannot be read; install the"
+            " isethdr that wrote it"
+        )
+
+
+def catalog_key(path: Path) -> str:
+    """Return the key of the object that makes the store `path` of a scratch folder visible."""
+    return f"{CATALOG}/{path.parent.name}/{path.stem}.json"
+
+
+def published(path: Path) -> Published | None:
+    """Return what this machine knows of a published store; None where it is not published."""
+    for file in _records(path):
+        with suppress(FileNotFoundError):  # another process has just replaced it
+            return Published.decoded(file.read_bytes(), path.stem)
+    return None
+
+
+def publish(path: Path, address: Address) -> None:
+    """Upload a complete store of the scratch folder of `address`, unless it is published.
+
+    If another writer has published a store of that name, that one counts, and takes the place of
+    this one. Both have the same inputs.
+
+    Raises
+    ------
+    CatalogError : a request fails; the store stays in the scratch folder.
+    """
+    if published(path) is not None:
+        return
+    manifest = read_manifest(path)
+    if manifest is None:
+        raise CatalogError(
+            f"the store {path} has no manifest, and an object home holds none without;"
+            " type isethdr catalog adopt"
+        )
+    bucket = bucket_of(address)
+    location = f"{path.parent.name}/{path.stem}-{uuid.uuid4().hex[:12]}.zarr"
+    keys = [*manifest.files, MANIFEST_FILE]
+    texts = {key: (path / key).read_text(encoding="utf-8") for key in (METADATA, MANIFEST_FILE)}
+    size = sum(record.size for record in manifest.files.values()) + len(texts[MANIFEST_FILE])
+    ours = Published(location, size, texts[METADATA], texts[MANIFEST_FILE])
+    settled = True  # whether the files are certainly not in the catalog
+    try:
+        bucket.put_files((f"{location}/{key}", path / key) for key in keys)
+        settled = False
+        bucket.create(catalog_key(path), ours.encoded())
+        # a repeated request may be refused because its first answer was lost: read who has won
+        entry = bucket.get(catalog_key(path))
+        settled = True
+        if entry is not None and Published.decoded(entry.content, path.stem) == ours:
+            keys = []
+    except CatalogError as error:
+        raise CatalogError(
+            f"{error}; the store is kept in {path}, and the next command that writes to"
+            f" {address.url} publishes it"
+        ) from error
+    finally:
+        if settled:
+            with suppress(CatalogError):
+                bucket.delete(f"{location}/{key}" for key in keys)
+    if entry is None:
+        raise CatalogError(
+            f"{address.url} lost the entry of {path.stem} right after it was written; another"
+            " process may have removed it; the store is kept in {path}"
+        )
+    remember(path, entry)
+
+
+def withdraw(path: Path, address: Address) -> None:
+    """Take a store out of the catalog of its object home, then remove its files there."""
+    known = published(path)
+    if known is None:
+        return
+    bucket = bucket_of(address)
+    bucket.delete([catalog_key(path)])
+    bucket.delete(entry.key for entry in bucket.listing(f"{known.location}/"))
+    for file in _records(path):
+        file.unlink(missing_ok=True)
+
+
+def remember(path: Path, entry: Content) -> None:
+    """Note in the scratch folder that a store is published; a stub takes the place of a store
+    with other files, and is made where there is none.
+
+    Parameters
+    ----------
+    path : of the store in the scratch folder.
+    entry : the object of the catalog.
+    """
+    found = Published.decoded(entry.content, path.stem)
+    if not _holds(path, found):
+        _make_stub(path, found)
+    record = record_path(path, entry.etag)
+    record.parent.mkdir(parents=True, exist_ok=True)
+    write_text(record, entry.content.decode())
+    for file in _records(path):
+        if file != record:
+            file.unlink(missing_ok=True)
+
+
+def forget(path: Path) -> None:
+    """Remove a store from the scratch folder that the bucket no longer has."""
+    if path.exists():
+        hidden = temporary_path(path.parent, path.name)
+        with suppress(FileNotFoundError):
+            path.rename(hidden)
+        shutil.rmtree(hidden, ignore_errors=True)
+    for file in _records(path):
+        file.unlink(missing_ok=True)
+
+
+def record_path(path: Path, etag: str) -> Path:
+    """Return the file that says that a store is published; its name holds the version of the
+    object in the catalog, so that one listing of a folder tells which are known.
+    """
+    version = hashlib.sha256(etag.encode()).hexdigest()[:16]
+    return path.parent.parent / PUBLISHED / path.parent.name / f"{path.stem}.{version}.json"
+
+
+def _records(path: Path) -> list[Path]:
+    folder = path.parent.parent / PUBLISHED / path.parent.name
+    start = f"{path.stem}."
+    try:
+        names = os.listdir(folder)
+    except FileNotFoundError:
+        return []
+    return [
+        folder / name
+        for name in names
+        if name.startswith(start) and "." not in name[len(start) :].removesuffix(".json")
+    ]
+
+
+def _holds(path: Path, found: Published) -> bool:
+    try:
+        return (path / MANIFEST_FILE).read_bytes() == found.manifest.encode()
+    except OSError:
+        return False
+
+
+def _make_stub(path: Path, found: Published) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    fresh = temporary_path(path.parent, path.name)
+    (fresh / MANIFEST_FILE).parent.mkdir(parents=True)
+    (fresh / METADATA).write_bytes(found.root.encode())
+    (fresh / MANIFEST_FILE).write_bytes(found.manifest.encode())
+    (fresh / STUB).touch()
+    earlier = temporary_path(path.parent, path.name)
+    try:
+        if path.exists():
+            path.rename(earlier)
+        fresh.rename(path)
+    except OSError:
+        # another process of this machine has made it
+        if not path.exists():
+            raise
+    finally:
+        shutil.rmtree(fresh, ignore_errors=True)
+        shutil.rmtree(earlier, ignore_errors=True)

@@ -1,0 +1,54 @@
+"""Space: what an object home takes in its bucket, with the remains of interrupted uploads."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from .address import Address
+from .bucket import Bucket, Entry, bucket_of
+from .publication import CATALOG, PARTS, Published
+
+
+class PartUse(NamedTuple):
+    """Space of one part of an object home."""
+
+    part: str
+    entries: int  # stores, or uploads that were not finished
+    size: int  # bytes
+
+
+def bucket_use(address: Address) -> list[PartUse]:
+    """Return what each part takes in the bucket; unfinished uploads come last."""
+    bucket = bucket_of(address)
+    named, files = _named(bucket), _files(bucket)
+    uses = []
+    for part in PARTS:
+        here = {place: f for place, f in files.items() if place.startswith(f"{part}/")}
+        complete = [entries for place, entries in here.items() if place in named]
+        if complete:
+            uses.append(PartUse(part, len(complete), sum(e.size for f in complete for e in f)))
+    rest = [entries for place, entries in files.items() if place not in named]
+    if rest:
+        uses.append(PartUse("", len(rest), sum(e.size for entries in rest for e in entries)))
+    return uses
+
+
+def _named(bucket: Bucket) -> set[str]:
+    """Return the locations that the catalog names."""
+    keys = [entry.key for entry in bucket.listing(f"{CATALOG}/")]
+    contents = bucket.get_all(keys)
+    return {
+        Published.decoded(content.content, key).location
+        for key, content in zip(keys, contents, strict=True)
+        if content is not None
+    }
+
+
+def _files(bucket: Bucket) -> dict[str, list[Entry]]:
+    """Return all files of stores by the location of their upload."""
+    found: dict[str, list[Entry]] = {}
+    for part in PARTS:
+        for entry in bucket.listing(f"{part}/"):
+            place = "/".join(entry.key.split("/")[:2])
+            found.setdefault(place, []).append(entry)
+    return found
