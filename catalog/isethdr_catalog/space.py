@@ -18,8 +18,8 @@ from isethdr_core.errors import MOST_LISTED, CatalogError, did_you_mean
 from isethdr_core.runs.labels import SUFFIX as LABELS
 from isethdr_core.runs.reuse import FOLDER as INTERMEDIATE
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
-from isethdr_core.storage.object_home.address import MARK, address_of
-from isethdr_core.storage.object_home.calls import withdraw_store
+from isethdr_core.storage.object_home.address import MARK
+from isethdr_core.storage.object_home.calls import use_of_bucket, withdraw_store
 from isethdr_core.store import read_attrs
 
 from .index import INDEX, STATE, stores
@@ -94,19 +94,14 @@ def usage(folder: str | os.PathLike[str]) -> list[Usage]:
 
 
 def _in_bucket(folder: Path) -> list[Usage]:
-    address = address_of(folder)
-    if address is None:
+    used = use_of_bucket(folder)
+    if used is None:
         return []
-    from isethdr_core.storage.object_home.space import bucket_use  # obstore is an extra
-
+    url, parts = used
+    unfinished = "uploads that are not finished"
     return [
-        Usage(
-            f"{address.url}/{use.part}",
-            PARTS[use.part] if use.part else "uploads that are not finished",
-            use.entries,
-            use.size,
-        )
-        for use in bucket_use(address)
+        Usage(f"{url}/{part}", PARTS[part] if part else unfinished, entries, size)
+        for part, entries, size in parts
     ]
 
 

@@ -40,7 +40,13 @@ from .manifest import (
     read_manifest,
     write_manifest,
 )
-from .object_home.calls import follow_home, home_of_stub, publish_store
+from .object_home.calls import (
+    check_files_in_bucket,
+    follow_home,
+    home_of_stub,
+    publish_store,
+    source_in_bucket,
+)
 
 FORMAT = 2  # of the layout below the root; raised when an older reader would misread a newer store
 WITHOUT_MANIFEST = 1  # the format before manifests: `isethdr catalog adopt` adds one
@@ -90,9 +96,7 @@ def _opened(path: Path) -> tuple[dict[str, Any], Manifest | None]:
         if address is None:
             check_files(path, manifest)
         else:
-            from .object_home.reader import check_published  # obstore is an extra
-
-            check_published(path, manifest, address)
+            check_files_in_bucket(path, manifest, address)
     return attrs, manifest
 
 
@@ -289,9 +293,7 @@ def open_store(path: str | os.PathLike[str], group: str = "") -> xr.Dataset:
     if manifest is None:
         source: Any = path
     elif address is not None:
-        from .object_home.reader import published_store
-
-        source = published_store(path, manifest, address, group)
+        source = source_in_bucket(path, manifest, address, group)
     else:
         from .reader import ManifestStore  # needs zarr, which is slow to import
 

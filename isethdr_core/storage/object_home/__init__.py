@@ -5,6 +5,7 @@
 | `address`     | addresses of object homes, and the scratch folder of each                 |
 | `bucket`      | requests to the object store; each failure is one clear error             |
 | `calls`       | what the rest of the storage calls: nothing happens for a plain folder    |
+| `operations`  | all that `calls` asks for; importing it loads obstore                     |
 | `publication` | stores uploaded, and made visible by one conditional write                |
 | `scratch`     | the scratch folder follows the catalog of the bucket                      |
 | `reader`      | groups of a published store, read from the bucket and checked             |

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
-from ..manifest import Manifest
 from .address import STUB, Address, address_of
+
+if TYPE_CHECKING:
+    from ..manifest import Manifest
 
 
 def follow_home(folder: Path) -> None:
@@ -18,9 +22,7 @@ def follow_home(folder: Path) -> None:
     """
     address = address_of(folder)
     if address is not None:
-        from .scratch import follow  # obstore is an extra
-
-        follow(folder, address)
+        _operations().follow(folder, address)
 
 
 def prepare_writing(folder: Path) -> None:
@@ -38,11 +40,9 @@ def prepare_writing(folder: Path) -> None:
     for home in (folder, folder.parent):
         address = address_of(home)
         if address is not None:
-            from .scratch import check_writable, follow, publish_pending
-
-            check_writable(address)
-            follow(home, address)
-            publish_pending(home, address)
+            _operations().check_writable(address)
+            _operations().follow(home, address)
+            _operations().publish_pending(home, address)
 
 
 def publish_store(path: Path) -> None:
@@ -54,9 +54,7 @@ def publish_store(path: Path) -> None:
     """
     address = address_of(path.parent.parent)
     if address is not None:
-        from .publication import publish
-
-        publish(path, address)
+        _operations().publish(path, address)
 
 
 def share_labels(path: Path, merged: Callable[[str], str]) -> bool:
@@ -70,9 +68,7 @@ def share_labels(path: Path, merged: Callable[[str], str]) -> bool:
     address = address_of(path.parent.parent)
     if address is None:
         return False
-    from .shared_labels import merge_labels
-
-    merge_labels(path, address, merged)
+    _operations().merge_labels(path, address, merged)
     return True
 
 
@@ -85,9 +81,7 @@ def withdraw_store(path: Path) -> None:
     """
     address = address_of(path.parent.parent)
     if address is not None:
-        from .publication import withdraw
-
-        withdraw(path, address)
+        _operations().withdraw(path, address)
 
 
 def problems_in_bucket(path: Path, manifest: Manifest) -> list[str] | None:
@@ -97,9 +91,34 @@ def problems_in_bucket(path: Path, manifest: Manifest) -> list[str] | None:
     address = address_of(path.parent.parent)
     if address is None:
         return None
-    from .reader import published_problems
+    problems: list[str] | None = _operations().published_problems(path, manifest, address)
+    return problems
 
-    return published_problems(path, manifest, address)
+
+def check_files_in_bucket(path: Path, manifest: Manifest, address: Address) -> None:
+    """Raise CatalogError unless every file of a stub is in the bucket with its size."""
+    _operations().check_published(path, manifest, address)
+
+
+def source_in_bucket(path: Path, manifest: Manifest, address: Address, group: str) -> Any:
+    """Return the source from which zarr reads the files of a stub, each compared with the
+    manifest.
+
+    Raises
+    ------
+    CatalogError : the metadata of the group are damaged, or a request fails.
+    """
+    return _operations().published_store(path, manifest, address, group)
+
+
+def use_of_bucket(folder: Path) -> tuple[str, list[tuple[str, int, int]]] | None:
+    """Return the address of an object home, and (part, entries, bytes) of each part in its bucket;
+    "" stands for uploads that are not finished. None for a home that is a folder.
+    """
+    address = address_of(folder)
+    if address is None:
+        return None
+    return address.url, list(_operations().bucket_use(address))
 
 
 def home_of_stub(path: Path) -> Address | None:
@@ -107,3 +126,9 @@ def home_of_stub(path: Path) -> Address | None:
     if not (path / STUB).exists():
         return None
     return address_of(path.parent.parent)
+
+
+def _operations() -> ModuleType:
+    from . import operations  # obstore is an extra
+
+    return operations
