@@ -37,6 +37,7 @@ def result(home):
         return hdr.run(hdr.compose(SMALL))
 
 
+@pytest.mark.slow
 def test_a_stored_picture_has_the_scores_of_its_run(result):
     """With one shot the run's scores are those of the picture that is stored, but for rounding."""
     for name in ("ssim", "pixel_shares"):

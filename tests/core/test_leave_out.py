@@ -34,6 +34,7 @@ def same_readings(first, second) -> bool:
     )
 
 
+@pytest.mark.slow
 def test_draws_of_a_noise_that_is_not_there_are_left_out():
     for sensor in (["sensor=ideal"], ["sensor=bayer", "sensor.noise=false"]):
         few, every = (run(compose([*DRAWS, *sensor, *more])) for more in ([], ["leave_out=false"]))

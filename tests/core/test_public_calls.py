@@ -6,6 +6,7 @@ import pytest
 import isethdr_core as hdr
 
 
+@pytest.mark.slow
 def test_the_chain_by_hand():
     scene = hdr.build(
         "scene", "point_lights", width=24, height=14, step_nm=150.0, horizontal_field_deg=5.0

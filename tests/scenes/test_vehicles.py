@@ -74,7 +74,17 @@ def check_lamps(model, kinds):
     return parts
 
 
-@pytest.mark.parametrize(("group", "family"), FAMILIES)
+# cars share one builder: three of them run with the quick tests, all with the slow ones
+QUICK_CARS = {"sedan", "pickup", "city_car"}
+SOME = [
+    (group, family)
+    if group != "car" or family in QUICK_CARS
+    else pytest.param(group, family, marks=pytest.mark.slow)
+    for group, family in FAMILIES
+]
+
+
+@pytest.mark.parametrize(("group", "family"), SOME)
 def test_a_vehicle_has_its_size_a_sound_mesh_and_all_lamps(group, family):
     thing = one(group, family)
     assert thing.category in CATEGORIES

@@ -75,6 +75,7 @@ LEDGERS = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None, derandomize=True, database=None)
 @given(LEDGERS, st.integers(0, 10**6), st.booleans())
 def test_no_figure_is_smaller_than_a_part_of_it(terms, seed, two):

@@ -82,6 +82,7 @@ def test_both_orientations_agree():
     np.testing.assert_allclose(upright, lying, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_interval_covers_the_noise_free_value_as_often_as_it_says():
     picture, true = chain(rows=96)
     clean = [s.value for s in SlantedEdgeResponse()(picture, true)]
