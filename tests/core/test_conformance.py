@@ -17,6 +17,7 @@ QUICK = {
     ("scene", "luminance_ramp"): {"width": 64, "height": 36},
     ("scene", "point_lights"): {"width": 64, "height": 36},
     ("scene", "macbeth"): {"width": 64, "height": 36},
+    ("scene", "street"): {"road": "yard", "people_per_km": 10.0, "parked_share": 0.2},
 }
 # what it promises of light, bands and places has tests of its own
 DEAR = {("lens", "prescription")}

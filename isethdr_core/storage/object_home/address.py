@@ -88,7 +88,8 @@ def address_of(folder: Path) -> Address | None:
     """
     try:
         return Address.parsed(json.loads((folder / MARK).read_text(encoding="utf-8"))["url"])
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError, PermissionError):
+        # no folder, or one that cannot be read: who writes into it says so
         return None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CatalogError(
