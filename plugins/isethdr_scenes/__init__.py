@@ -3,6 +3,8 @@
 | file | holds |
 |---|---|
 | night_drive, tunnel | the components: a country road, and a tunnel with a bright exit |
+| street, street_models, street_detail | a street: the component, its meshes, their detail |
+| placing | what stands on a road and beside it, drawn before any mesh is made |
 | placement, placement_tunnel | positions of all objects |
 | builders | from positions to models and a scene description |
 | limits, validation | ranges of fields; checks of several fields together |
@@ -39,6 +41,7 @@ from .roads.pictures.command import roads_command
 COMPONENTS = [
     Component("scene", "night_drive", "isethdr_scenes.night_drive:NightDrive"),
     Component("scene", "tunnel", "isethdr_scenes.tunnel:Tunnel"),
+    Component("scene", "street", "isethdr_scenes.street:Street"),
     Component("scene", "uniform", "isethdr_scenes.charts.uniform:Uniform"),
     Component("scene", "ideal", "isethdr_scenes.charts.uniform:Uniform"),
     Component("scene", "macbeth", "isethdr_scenes.charts.macbeth:Macbeth"),

@@ -24,6 +24,7 @@ SMOOTHING_M = 12.0  # over which the land follows one road or another
 HILLS = ((210.0, 1.0), (83.0, 0.35), (31.0, 0.10))  # wavelength m, share of the relief
 HILLS_FROM_M, HILLS_FULL_M = 6.0, 60.0  # from a road's edge: where hills start, where they are full
 OFF_ROAD = len(LANE_TYPES)
+BOUND_M = 2.0  # step of the samples that bound a road
 TOUCH_M = 2e-3  # a point so near to a road's edge lies on the road
 
 
@@ -86,12 +87,31 @@ class GroundHeight:
 
     def _ranks(self, points: Floats) -> list[tuple[NDArray[np.intp], Floats, Floats]]:
         found = []
-        for road in self.roads:
-            s, t, beyond = road.line.beside(points)
-            rank = lane_ranks(road, s, t)
-            rank[(beyond > TOUCH_M) | road.on_structure("bridge", s)] = OFF_ROAD
+        for road, (low, high) in zip(self.roads, self._bounds):
+            rank = np.full(len(points), OFF_ROAD)
+            s = np.zeros(len(points))
+            t = np.zeros(len(points))
+            near = np.flatnonzero(((points >= low) & (points <= high)).all(1))
+            if len(near):
+                s[near], t[near], beyond = road.line.beside(points[near])
+                rank[near] = lane_ranks(road, s[near], t[near])
+                off = (beyond > TOUCH_M) | road.on_structure("bridge", s[near])
+                rank[near[off]] = OFF_ROAD
             found.append((rank, s, t))
         return found
+
+    @cached_property
+    def _bounds(self) -> tuple[tuple[Floats, Floats], ...]:
+        """Return the least and the greatest x and y of each road, its lanes included."""
+        found = []
+        for road in self.roads:
+            s = np.linspace(0, road.length_m, max(2, int(np.ceil(road.length_m / BOUND_M)) + 1))
+            right, left = road.edges(s)
+            # between two samples a line leaves their box by less than their distance
+            reach = float(max(np.abs(right).max(), np.abs(left).max())) + BOUND_M
+            points = road.line.points(s)
+            found.append((points.min(0) - reach, points.max(0) + reach))
+        return tuple(found)
 
     @cached_property
     def _shaping(self) -> tuple[Road, ...]:

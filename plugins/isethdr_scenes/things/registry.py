@@ -11,7 +11,7 @@ from .people import families as people
 from .people.riders import Ridden, Riders
 from .plants import bushes, ground_cover, trees
 from .thing import Detail, Thing
-from .vehicles import bicycles, cars, motorcycles
+from .vehicles import bicycles, cars, heavy, motorcycles
 
 
 class Families(Protocol):
@@ -35,6 +35,8 @@ RIDDEN: dict[str, Ridden] = {
 RIDERS = Riders(RIDDEN)
 GROUPS: dict[str, Families] = {
     "car": cars,
+    "truck": heavy.TRUCKS,
+    "bus": heavy.BUSES,
     **RIDDEN,
     "rider": RIDERS,
     "animal": animals,
@@ -52,7 +54,6 @@ GROUPS: dict[str, Families] = {
     "building": buildings,
     "barrier": barriers,
     "furniture": small,
-    **RIDDEN,
 }
 # names for several groups
 COLLECTIONS: dict[str, tuple[str, ...]] = {

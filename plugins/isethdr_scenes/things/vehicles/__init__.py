@@ -4,6 +4,7 @@
 |--------------|----------------------------------------------------------|
 | bicycles     | city, racing, mountain, folding and cargo bicycles       |
 | cars         | passenger cars and vans                                  |
+| heavy        | trucks and buses                                         |
 | motorcycles  | motorcycles and scooters                                 |
 | two_wheelers | what both share: shapes from `data/two_wheelers.yaml`    |
 """

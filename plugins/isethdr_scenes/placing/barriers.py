@@ -1,0 +1,92 @@
+"""Guard rails, barriers of medians, noise barriers, marker posts, and boards of road works."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..roads.road import Road
+from ..things import draw
+from .buildings import panels
+from .site import Foot, Site
+
+RAIL_BESIDE_M, NOISE_BESIDE_M, POST_BESIDE_M = 0.7, 3.2, 0.5  # from the road's edge
+CURVE_PER_M = 1 / 220  # a curve with a guard rail on its outer side
+POST_STEP_M, CURVE_POST_STEP_M = 50.0, 25.0
+
+
+def place_barriers(site: Site) -> int:
+    """Place barriers and marker posts of roads outside of towns; return how many panels."""
+    rng = site.rng("barriers")
+    feet: list[Foot] = []
+    posts: list[Foot] = []
+    noise = rng.random() < 0.35
+    for road in site.open_roads:
+        works = [m for m in road.objects if m.kind == "barrier"]
+        feet += [_board(road, mark, k, rng) for k, mark in enumerate(works)]
+        if site.base.urban:
+            continue
+        ends = (2.0, road.length_m - 2.0)
+        if road.type == "motorway":
+            feet += _median(site, road, rng)
+            for side in (1, -1):
+                if not road.on_structure("bridge", np.arange(0, road.length_m, 5.0)).any():
+                    feet += panels(site, road, side, ("guard_rail", RAIL_BESIDE_M), ends, rng)
+                if noise and side < 0:
+                    feet += panels(site, road, side, ("noise_barrier", NOISE_BESIDE_M), ends, rng)
+        else:
+            feet += _curves(site, road, rng)
+        posts += _posts(site, road, rng)
+    placed = site.put_all(feet, 0.0)
+    return placed + site.put_all(posts, 0.05)
+
+
+def _board(road: Road, mark, number: int, rng: np.random.Generator) -> Foot:
+    """Return a board of road works where the road has a beacon."""
+    x, y = road.line.points(mark.s_m, mark.t_m)
+    heading = float(road.line.at(mark.s_m).heading_rad) + np.pi
+    thing = draw("furniture", rng, "warning_board")
+    return Foot(
+        f"board {road.name} {number}", thing, float(x), float(y), heading, "works", lean="surface"
+    )
+
+
+def _median(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
+    """Return a concrete barrier along the reference line, where a median lies on both its sides."""
+    numbers = {lane.number: lane.type for lane in road.sections[0].lanes}
+    if numbers.get(1) != "median" or numbers.get(-1) != "median":
+        return []
+    thing = draw("barrier", rng, "concrete_barrier")
+    step = thing.size_m[1]
+    feet = []
+    for k, s in enumerate(np.arange(step, road.length_m - step, step)):
+        if road.on_structure("bridge", s):
+            continue
+        x, y = road.line.points(s, float(road.lane_offset.at(s)))
+        facing = float(road.line.at(s).heading_rad) + np.pi / 2
+        feet.append(Foot(f"median {road.name} {k}", thing, float(x), float(y), facing, lean="line"))
+    return feet
+
+
+def _curves(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
+    """Return guard rails on the outer side of narrow curves."""
+    s = np.arange(0.0, road.length_m, 4.0)
+    curvature = road.line.at(s).curvature_per_m
+    feet = []
+    for side in (1, -1):
+        outer = np.flatnonzero(-side * curvature > CURVE_PER_M)
+        if len(outer) > 4 and rng.random() < 0.7:
+            span = (float(s[outer[0]]), float(s[outer[-1]]))
+            feet += panels(site, road, side, ("guard_rail", RAIL_BESIDE_M), span, rng)
+    return feet
+
+
+def _posts(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
+    thing = draw("furniture", rng, "marker_post")
+    s, feet = float(rng.uniform(5, 30)), []
+    while s < road.length_m:
+        for side in (1, -1):
+            place = site.beside(road, side, s, POST_BESIDE_M)
+            feet.append(Foot(f"post {road.name} {side} {s:.0f}", thing, *place))
+        bend = abs(float(road.line.at(s).curvature_per_m)) > CURVE_PER_M
+        s += CURVE_POST_STEP_M if bend else POST_STEP_M
+    return feet

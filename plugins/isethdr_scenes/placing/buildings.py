@@ -1,0 +1,128 @@
+"""Buildings along the roads: rows in cities, gardens in villages, farms in the country."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..roads.road import Road
+from ..things import draw
+from .boxes import corners
+from .site import Foot, Site
+
+FENCES = ("picket_fence", "mesh_fence", "garden_wall")
+FENCE_BESIDE_M = 0.35  # from the road's edge to the middle of a fence
+FLAT_M = 0.9  # most difference of height among the corners of a building
+
+
+@dataclass(frozen=True)
+class Row:
+    """How buildings stand along a kind of road."""
+
+    families: tuple[str, ...]
+    setback_m: tuple[float, float]  # from the road's edge to the eaves
+    gap_m: tuple[float, float]  # between two buildings
+    fenced: float = 0.0  # share of the stretches with a fence
+
+
+CITY = Row(("apartments", "shop", "office", "apartments", "shop"), (1.2, 1.8), (0.1, 1.5))
+ROWS = {
+    "village": Row(("house", "house", "barn", "shop", "house"), (2.5, 7.0), (4.0, 14.0), 0.5),
+    "residential": Row(("house", "house", "apartments"), (3.0, 6.0), (3.0, 9.0), 0.6),
+    "cycle_street": Row(("house", "house", "apartments"), (3.0, 6.0), (3.0, 9.0), 0.5),
+    "car_park": Row(("shop", "apartments", "office"), (2.0, 6.0), (6.0, 20.0)),
+    "yard": Row(("barn", "office", "barn"), (1.5, 4.0), (4.0, 12.0)),
+}
+COUNTRY = Row(("house", "barn"), (12.0, 30.0), (60.0, 220.0))
+
+
+def row_of(site: Site) -> Row:
+    """Return how buildings stand along a road."""
+    return ROWS.get(site.base.name, CITY if site.base.urban else COUNTRY)
+
+
+def place_buildings(site: Site) -> int:
+    """Place buildings, and fences before gardens; return how many buildings."""
+    row, rng = row_of(site), site.rng("buildings")
+    feet, fences = [], []
+    for road in site.open_roads:
+        if road.type == "motorway":
+            continue
+        for side in (1, -1):
+            feet += _along(site, road, side, row, rng)
+            if rng.random() < row.fenced:
+                fences += _fence(site, road, side, rng)
+    flat = _flat(site, feet)
+    placed = site.put_all([foot for foot, ok in zip(feet, flat, strict=True) if ok], 0.05)
+    site.put_all(fences, 0.0)
+    return placed
+
+
+def _along(site: Site, road: Road, side: int, row: Row, rng: np.random.Generator) -> list[Foot]:
+    """Return buildings beside one side of a road, their fronts to it."""
+    feet: list[Foot] = []
+    s = float(rng.uniform(0, row.gap_m[1]))
+    while s < road.length_m:
+        thing = draw("building", rng, row.families[int(rng.integers(len(row.families)))])
+        depth, width, _ = thing.size_m
+        middle = s + width / 2
+        if middle + width / 2 > road.length_m:
+            break
+        setback = float(rng.uniform(*row.setback_m))
+        place = site.beside(road, side, middle, setback + depth / 2)
+        facing = float(road.line.at(middle).heading_rad) - side * np.pi / 2
+        name = f"{thing.family} {road.name} {side} {len(feet)}"
+        feet.append(Foot(name, thing, place.x_m, place.y_m, facing))
+        s += width + float(rng.uniform(*row.gap_m))
+    return feet
+
+
+def _flat(site: Site, feet: list[Foot]) -> np.ndarray:
+    """Return which buildings stand on ground that is nearly level."""
+    if not feet:
+        return np.zeros(0, bool)
+
+    points = corners(np.concatenate([foot.boxes() for foot in feet]))[:, :4]
+    z = site.base.network.height(points[..., 0], points[..., 1])
+    return np.ptp(z, axis=1) < FLAT_M
+
+
+def _fence(site: Site, road: Road, side: int, rng: np.random.Generator) -> list[Foot]:
+    """Return the panels of a fence, with gates."""
+    family = FENCES[int(rng.integers(len(FENCES)))]
+    return panels(site, road, side, (family, FENCE_BESIDE_M), (2.0, road.length_m - 2.0), rng, 0.12)
+
+
+def panels(
+    site: Site,
+    road: Road,
+    side: int,
+    what: tuple[str, float],
+    span: tuple[float, float],
+    rng: np.random.Generator,
+    gaps: float = 0.0,
+) -> list[Foot]:
+    """Return panels that stand end to end beside a road.
+
+    Parameters
+    ----------
+    what : family of barriers; metres from the road's edge to the middle of the panels.
+    span : first and last metre along the road.
+    gaps : share of panels left out.
+    """
+    family, beyond = what
+    thing = draw("barrier", rng, family)
+    step = thing.size_m[1]
+    feet = []
+    for k, s in enumerate(np.arange(span[0] + step / 2, span[1] - step / 2, step)):
+        if rng.random() < gaps:
+            continue
+        ends = [site.beside(road, side, float(s + d * step / 2), beyond) for d in (-1, 1)]
+        x, y = (ends[0].x_m + ends[1].x_m) / 2, (ends[0].y_m + ends[1].y_m) / 2
+        # the panel's own y runs along the road, its x to the road
+        along = np.arctan2(ends[1].y_m - ends[0].y_m, ends[1].x_m - ends[0].x_m)
+        facing = float(along) - side * np.pi / 2
+        name = f"{family} {road.name} {side} {k}"
+        feet.append(Foot(name, thing, x, y, facing, lean="line"))
+    return feet

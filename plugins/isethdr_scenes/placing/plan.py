@@ -1,0 +1,129 @@
+"""Plan: everything that stands on a road, placed in a fixed order and put on the ground."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..roads.kinds import BaseRoad
+from .barriers import place_barriers
+from .boxes import Solid, rows
+from .buildings import place_buildings
+from .ground import poses
+from .living import place_animals, place_people, place_riders
+from .parked import place_parked
+from .pavement_things import place_pavement_things
+from .plants import place_plants
+from .road_signs import place_signs
+from .shortage import Shortage
+from .site import Foot, Site
+from .street_lights import place_signals, place_street_lamps, signals
+from .vehicles import EGO_M, place_vehicles
+
+FREE_M, FREE_WIDTH_M = 6.0, 1.2  # before the camera nothing stands
+EGO_HEIGHT_M, EGO_MARGIN_M = 2.0, 0.5
+
+
+@dataclass(frozen=True)
+class Densities:
+    """How full a road is."""
+
+    vehicles_per_km: float = 15.0  # of each lane
+    parked_share: float = 0.5  # of bays
+    people_per_km: float = 60.0
+    riders_per_km: float = 6.0
+    animals_per_km: float = 2.0
+    plants_per_km: float = 150.0
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """A thing and its pose in the world."""
+
+    foot: Foot
+    pose: np.ndarray  # (4, 4), without scale
+
+    @property
+    def name(self) -> str:
+        """Name of the object."""
+        return self.foot.name
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """A road and all that stands on it."""
+
+    base: BaseRoad
+    standing: tuple[Standing, ...]
+    shortages: tuple[Shortage, ...]
+
+
+@dataclass(frozen=True)
+class Viewpoint:
+    """The camera in plan: what must stay free before it."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+def plan(base: BaseRoad, seed: int, densities: Densities, view: Viewpoint) -> Layout:
+    """Return the layout of a road; the same seed, the same layout.
+
+    Raises
+    ------
+    ConfigError : a density that cannot be placed; the message says how many were.
+    """
+    site = Site(base, seed)
+    _keep_free(site, view)
+    told = signals(site)
+    shortages = [place_vehicles(site, densities.vehicles_per_km, told.red)]
+    place_signals(site, told)
+    place_street_lamps(site)
+    place_signs(site)
+    place_barriers(site)
+    shortages.append(place_riders(site, densities.riders_per_km))
+    place_parked(site, densities.parked_share)
+    place_buildings(site)
+    place_pavement_things(site)
+    shortages += [
+        place_people(site, densities.people_per_km),
+        place_animals(site, densities.animals_per_km),
+        place_plants(site, densities.plants_per_km),
+    ]
+    for shortage in shortages:
+        shortage.check(base.name.replace("_", " "))
+    feet = _named(site.feet)
+    standing = tuple(
+        Standing(foot, pose) for foot, pose in zip(feet, poses(base.network, feet), strict=True)
+    )
+    return Layout(base, standing, tuple(shortages))
+
+
+def _keep_free(site: Site, view: Viewpoint) -> None:
+    """Take the place of the camera's car, and what the camera needs before it."""
+    own = site.base.pose()
+    length, width = EGO_M[0] + 2 * EGO_MARGIN_M, EGO_M[1] + 2 * EGO_MARGIN_M
+    heading = float(np.arctan2(own[1, 0], own[0, 0]))
+    car = Solid(0.0, 0.0, length, width, 0.0, EGO_HEIGHT_M)
+    level = int(
+        site.base.lane.road.on_structure(
+            "bridge", float(site.base.lane.along_road(site.base.start_m))
+        )
+    )
+    site.taken.add(rows((car,), (float(own[0, 3]), float(own[1, 3]), heading), level=level))
+    ahead = Solid(FREE_M / 2, 0.0, FREE_M, FREE_WIDTH_M, 0.0, 5.0)
+    site.taken.add(rows((ahead,), (view.x_m, view.y_m, view.heading_rad), level=level))
+
+
+def _named(feet: list[Foot]) -> list[Foot]:
+    """Return feet with names that differ."""
+    seen: Counter[str] = Counter()
+    out = []
+    for foot in feet:
+        seen[foot.name] += 1
+        again = seen[foot.name] > 1
+        out.append(replace(foot, name=f"{foot.name} ({seen[foot.name]})") if again else foot)
+    return out

@@ -1,0 +1,53 @@
+"""Trees, bushes and rocks: on fields and verges, on medians and in gardens of towns."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..things import draw
+from ..things.thing import Thing
+from .living import CANDIDATES, in_areas
+from .shortage import Shortage
+from .site import Foot, Site, drawn_count
+
+APART_M = 0.3
+# how many different plants of a group a scene has: each is stored once and placed many times
+VARIANTS = {"tree": 6, "bush": 4, "rock": 2}
+SHARES = {"tree": 0.5, "bush": 0.42, "rock": 0.08}
+SCALE = (0.85, 1.15)
+VERGE_SHARE, MEDIAN_SHARE = 0.4, 0.5  # of low plants; of those of a town with a median
+FIELD_ACROSS = (0.06, 1.0)  # of a field, which starts 4 m beside the road
+
+
+def place_plants(site: Site, plants_per_km: float) -> Shortage:
+    """Place plants by their number per km of road."""
+    rng = site.rng("plants")
+    groups = list(SHARES)
+    wanted = drawn_count(plants_per_km * site.length_km, rng)
+    if not wanted:
+        return Shortage("plants_per_km", "plants", 0, 0, plants_per_km)
+    stock = {g: [draw(g, rng) for _ in range(VARIANTS[g])] for g in groups}
+    share = np.array([SHARES[g] for g in groups])
+    feet = []
+    verges, fields, medians = (site.areas(kind) for kind in ("verge", "field", "median"))
+    count = CANDIDATES * wanted
+    stocks = {
+        "field": iter(in_areas(fields or verges, rng, count, FIELD_ACROSS, False)),
+        "verge": iter(in_areas(verges, rng, count, (0.45, 1.0), False)),
+        "median": iter(in_areas(medians, rng, count, (0.4, 0.6), False)),
+    }
+    drawn = rng.choice(len(groups), count, p=share / share.sum())
+    where = rng.random((count, 2))
+    for k, group in enumerate(groups[g] for g in drawn):
+        kind = "field"
+        if group != "tree" and verges and where[k, 0] < VERGE_SHARE:
+            kind = "verge"
+        elif medians and site.base.urban and where[k, 1] < MEDIAN_SHARE:
+            kind = "median"
+        place = next(stocks[kind], None)
+        if place is not None:
+            thing: Thing = stock[group][int(rng.integers(len(stock[group])))]
+            scale = float(rng.uniform(*SCALE))
+            feet.append(Foot(f"{group} {k}", thing, *place, scale=scale))
+    placed = site.put_first(feet, wanted, APART_M)
+    return Shortage("plants_per_km", "plants", wanted, placed, plants_per_km)

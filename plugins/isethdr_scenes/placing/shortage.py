@@ -1,0 +1,28 @@
+"""Shortage: how many things of a density could be placed of those that it asks for."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from isethdr_core.errors import ConfigError
+
+
+class Shortage(NamedTuple):
+    """What a field of the scene asked for, and what was placed."""
+
+    field: str
+    what: str
+    wanted: int
+    placed: int
+    density: float
+
+    def check(self, road: str) -> None:
+        """Raise ConfigError if not all of them were placed."""
+        if self.placed == self.wanted:
+            return
+        possible = self.density * self.placed / self.wanted
+        raise ConfigError(
+            f"scene.{self.field} is {self.density:g}, but only {self.placed} of {self.wanted}"
+            f" {self.what} could be placed on this {road}; expected fewer; type for example"
+            f" scene.{self.field}={0.8 * possible:.3g}"
+        )

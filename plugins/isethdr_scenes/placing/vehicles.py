@@ -1,0 +1,244 @@
+"""Vehicles in the lanes: gaps by density and speed, brake lights, indicators, queues before red."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..placement import BRAKING, DRIVING
+from ..roads.lane_path import LanePath
+from ..things import draw, rider_of
+from ..things.registry import RIDDEN
+from ..things.thing import Thing
+from .shortage import Shortage
+from .site import Foot, Site, drawn_count
+
+EGO_M = (4.6, 1.9)  # length and width of the camera's car
+EGO_AHEAD_M, EGO_BEHIND_M = 8.0, 4.0  # kept free before and behind its middle, in its lane
+STANDSTILL_M = 2.0  # between two vehicles that stand
+HEADWAY_S = 1.2  # time gap of dense traffic
+VEHICLE_GAP_M = 0.25  # between any two vehicles
+STOP_M = 6.5  # from the end of a lane to who waits for green: behind crosswalk and stop line
+NEAR_JUNCTION_M = 30.0
+TRIES = 30
+LEAST_LANE_M = 20.0  # of a lane that is filled
+# shares of the groups by type of road
+MIX: dict[str, dict[str, float]] = {
+    "rural": {"car": 0.84, "truck": 0.10, "bus": 0.02, "motorcycle": 0.04},
+    "town": {"car": 0.84, "truck": 0.05, "bus": 0.05, "motorcycle": 0.06},
+    "motorway": {"car": 0.80, "truck": 0.17, "bus": 0.02, "motorcycle": 0.01},
+    "lowSpeed": {"car": 0.95, "motorcycle": 0.05},
+}
+
+
+@dataclass(frozen=True)
+class Flow:
+    """The traffic of one lane."""
+
+    path: LanePath
+    first_m: float
+    last_m: float
+    speed_m_s: float
+    red: bool = False  # a signal at its end shows red
+    ends: bool = False  # it ends at a junction
+
+    @property
+    def length_m(self) -> float:
+        """Length of the lane that is filled."""
+        return self.last_m - self.first_m
+
+
+def place_vehicles(site: Site, vehicles_per_km: float, red: frozenset[str]) -> Shortage:
+    """Place the moving vehicles on all lanes outside junctions, and a few inside them.
+
+    Parameters
+    ----------
+    site : the road.
+    vehicles_per_km : of each lane.
+    red : names of the roads that meet a red signal.
+    """
+    rng = site.rng("vehicles")
+    wanted = placed = 0
+    inside = []
+    for path in site.base.network.lanes():
+        reach = _reach(site, path)
+        if reach is None:
+            continue
+        if path.road.junction:
+            inside.append((path, *reach))
+            continue
+        successors = site.base.network.successors(path.key)
+        ends = any(site.base.network.lane(key).road.junction for key in successors)
+        limit = path.road.speed_limit_kmh / 3.6
+        headway = max(1000 / max(vehicles_per_km, 1e-6) - 6.0 - STANDSTILL_M, 0.5) / HEADWAY_S
+        flow = Flow(path, *reach, min(limit, headway), path.road.name in red and ends, ends)
+        room = sum(b - a for a, b in _free_stretches(site, flow))
+        count = drawn_count(vehicles_per_km * room / 1000, rng) if room > LEAST_LANE_M else 0
+        wanted += count
+        placed += _fill(site, flow, count, limit, rng)
+    for path, first, last in inside:
+        incoming = path.road.predecessor
+        if (incoming is not None and incoming.name in red) or last - first < 8.0:
+            continue
+        if rng.random() < 0.5 * vehicles_per_km * (last - first) / 1000:
+            s = float(rng.uniform(first, last))
+            thing = _vehicle(path, s, rng)
+            _put(site, _foot(site, path, thing, s, rng, DRIVING), rng)
+    return Shortage("vehicles_per_km", "vehicles", wanted, placed, vehicles_per_km)
+
+
+def _reach(site: Site, path: LanePath) -> tuple[float, float] | None:
+    """Return the first and last metre of a lane within reach."""
+    s = np.arange(0.0, path.length_m + 1e-9, 2.0)
+    near = np.flatnonzero(site.near(path.points(s)[:, :2]))
+    if len(near) < 2:
+        return None
+    return float(s[near[0]]), float(s[near[-1]])
+
+
+def _free_stretches(site: Site, flow: Flow) -> list[tuple[float, float]]:
+    """Return the stretches of a lane without the camera's car."""
+    first, last = flow.first_m, flow.last_m
+    if flow.path.key != site.base.start:
+        return [(first, last)]
+    own = site.base.start_m
+    ahead, behind = own + EGO_M[0] / 2 + EGO_AHEAD_M - 2.0, own - EGO_M[0] / 2 - EGO_BEHIND_M
+    return [(a, b) for a, b in ((first, behind), (ahead, last)) if b - a > 3.0]
+
+
+def _fill(site: Site, flow: Flow, count: int, limit: float, rng: np.random.Generator) -> int:
+    """Place `count` vehicles on a lane; return how many were placed."""
+    stretches = _free_stretches(site, flow)
+    total = sum(b - a for a, b in stretches)
+    placed = left = 0
+    for k, (a, b) in enumerate(stretches):
+        share = count - left if k == len(stretches) - 1 else round(count * (b - a) / total)
+        left += share
+        end = b - (STOP_M if flow.red and b == flow.last_m else 0.0)
+        placed += _line_up(site, flow, (a, end), share, limit, rng)
+    return placed
+
+
+def _line_up(
+    site: Site,
+    flow: Flow,
+    stretch: tuple[float, float],
+    count: int,
+    limit: float,
+    rng: np.random.Generator,
+) -> int:
+    """Place vehicles one behind the other on a stretch: at least a standstill's gap between two,
+    what is left drawn as of random arrivals.
+    """
+    first, last = stretch
+    things = [_vehicle(flow.path, (first + last) / 2, rng) for _ in range(count)]
+    lengths = [thing.size_m[0] for thing in things]
+    while things and sum(lengths) + STANDSTILL_M * len(things) > last - first:
+        longest = int(np.argmax(lengths))
+        things.pop(longest)
+        lengths.pop(longest)
+    if not things:
+        return 0
+    slack = last - first - sum(lengths) - STANDSTILL_M * len(things)
+    moving = min(0.6 * HEADWAY_S * flow.speed_m_s, slack / (len(things) + 1))
+    random = rng.dirichlet(np.ones(len(things) + 1)) * (slack - moving * len(things))
+    queued = int(rng.integers(1, len(things) + 1)) if flow.red else 0
+    gaps = random[:-1] + moving + STANDSTILL_M
+    if queued:
+        gaps[:queued] = STANDSTILL_M + rng.uniform(0, 1.5, queued).clip(max=slack / queued)
+    s, placed = last, 0
+    for k, (thing, gap) in enumerate(zip(things, gaps, strict=True)):
+        front = s - (gap if k or not queued else 0.3)
+        middle = front - thing.size_m[0] / 2
+        s = front - thing.size_m[0]
+        lamps = _lamps(flow, middle, k < queued, limit, rng)
+        placed += _try(site, flow, thing, middle, lamps, stretch, rng)
+    return placed
+
+
+def _try(
+    site: Site,
+    flow: Flow,
+    thing: Thing,
+    s: float,
+    lamps: tuple[str, ...],
+    stretch: tuple[float, float],
+    rng: np.random.Generator,
+) -> bool:
+    """Place a vehicle at s, or elsewhere on its stretch."""
+    half = thing.size_m[0] / 2
+    for _ in range(TRIES):
+        s = float(np.clip(s, stretch[0] + half, max(stretch[1] - half, stretch[0] + half)))
+        if _put(site, _foot(site, flow.path, thing, s, rng, lamps), rng):
+            return True
+        s = float(rng.uniform(*stretch))
+    return False
+
+
+def _put(site: Site, foot: Foot, rng: np.random.Generator) -> bool:
+    """Place a vehicle, a two-wheeler with its rider."""
+    if foot.thing.group not in RIDDEN:
+        return site.put(foot, VEHICLE_GAP_M)
+    return site.put_pair(foot, rider_foot(foot, rng), VEHICLE_GAP_M)
+
+
+def rider_foot(foot: Foot, rng: np.random.Generator) -> Foot:
+    """Return the rider of a two-wheeler, in its place."""
+    rider = rider_of(foot.thing, rng)
+    return replace(foot, name=f"rider of {foot.name}", thing=rider, lamps=(), partner=foot.name)
+
+
+def _lamps(
+    flow: Flow, s: float, stands: bool, limit: float, rng: np.random.Generator
+) -> tuple[str, ...]:
+    """Return the lamps that are on: always those of driving; brake lights where traffic is slow or
+    a junction near; indicators sometimes, mostly before a junction.
+    """
+    near = flow.ends and flow.last_m - s < NEAR_JUNCTION_M
+    slow = 1 - min(flow.speed_m_s / limit, 1.0)
+    braking = stands or rng.random() < 0.06 + 0.5 * slow + 0.35 * near
+    turning = rng.random() < (0.35 if near else 0.04)
+    side = ("left", "right")[int(rng.integers(2))]
+    indicators = (f"indicator_front:{side}", f"indicator_rear:{side}") if turning else ()
+    return (*DRIVING, *(BRAKING if braking else ()), *indicators)
+
+
+def _vehicle(path: LanePath, s: float, rng: np.random.Generator) -> Thing:
+    """Return a vehicle that fits into a lane."""
+    mix = MIX[path.road.type]
+    share = np.array(list(mix.values()))
+    width = float(path.width_m(s))
+    thing = draw("car", rng)
+    for _ in range(4):
+        group = list(mix)[int(rng.choice(len(mix), p=share / share.sum()))]
+        thing = draw(group, rng)
+        if thing.size_m[1] < width + 0.1:
+            break
+    return thing
+
+
+def _foot(
+    site: Site,
+    path: LanePath,
+    thing: Thing,
+    s: float,
+    rng: np.random.Generator,
+    lamps: tuple[str, ...],
+) -> Foot:
+    """Return a vehicle on a lane, a little beside its middle."""
+    room = max(0.0, float(path.width_m(s)) - thing.size_m[1]) / 2
+    pose = path.at(s, float(rng.uniform(-1, 1)) * min(room, 0.15))
+    on_bridge = bool(path.road.on_structure("bridge", float(path.along_road(s))))
+    return Foot(
+        f"{thing.group} {len(site.feet)}",
+        thing,
+        float(pose[0, 3]),
+        float(pose[1, 3]),
+        float(np.arctan2(pose[1, 0], pose[0, 0])),
+        "driving",
+        lamps,
+        lean="surface",
+        road=path.road.name,
+        level=int(on_bridge),
+    )

@@ -1,0 +1,165 @@
+"""Models of a street: meshes of what the camera sees, at the detail that `street_detail` gives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from isethdr_core.scene import Model, Part, Placed
+
+from .geometry.surroundings import tube
+from .geometry.vehicles import headlamp
+from .lamp_spectra import spectrum_of
+from .photometry.families import family
+from .placement import DRIVING
+from .placing.camera import Eye
+from .placing.plan import Layout, Standing
+from .roads.ground.structures import luminaire_poses
+from .roads.kinds import BaseRoad
+from .roads.surface import surface
+from .street_detail import Level, levels
+from .things import build
+from .things.detail import clean, coarser
+from .things.thing import Thing
+
+DISTANT_CELL_M = 0.25
+COARSE = ("car", "truck", "bus")  # groups with a level beyond far
+ALWAYS_M = (
+    30.0  # what is nearer is built wherever the camera looks: its shadow or light may be seen
+)
+LAMPS_M = 60.0  # the same for what is lit
+MARGIN_DEG = 20.0  # beyond the picture's edge
+OWN_LAMPS = (2.25, 0.65, 0.65)  # ahead of the car's middle, to either side, above the road
+CATEGORIES = {"road": "road", "land": "vegetation", "structures": "building"}
+LUMINAIRE = "tunnel"
+
+
+def visible(layout: Layout, eye: Eye, field_deg: float) -> list[Standing]:
+    """Return what is in the picture or near it, in the order of the layout.
+
+    A thing whose middle is further from the axis than half the field and a margin is left out,
+    unless it is near.
+    """
+    out = []
+    half = np.radians(min(field_deg / 2 + MARGIN_DEG, 180.0))
+    axis = eye.direction[:2] / max(float(np.linalg.norm(eye.direction[:2])), 1e-9)
+    for standing in layout.standing:
+        way = standing.pose[:2, 3] - eye.position_m[:2]
+        distance = float(np.linalg.norm(way))
+        radius = 0.5 * float(np.hypot(*standing.foot.thing.size_m[:2])) * standing.foot.scale
+        keep = distance - radius < (LAMPS_M if standing.foot.lamps else ALWAYS_M)
+        angle = np.arccos(np.clip(way @ axis / max(distance, 1e-9), -1, 1))
+        spread = np.arcsin(min(radius / max(distance, 1e-9), 1.0))
+        if keep or angle - spread < half:
+            out.append(standing)
+    return out
+
+
+def things_of(
+    standing: Iterable[Standing], eye: Eye, spectra: dict[str, str], beam: str
+) -> tuple[dict[str, Model], list[Placed]]:
+    """Return the models and the placed objects of things; equal ones share a model.
+
+    Parameters
+    ----------
+    spectra : name of a lamp spectrum per light group.
+    beam : family of all headlamps that are on.
+    """
+    standing = list(standing)
+    at = levels(standing, eye.position_m)
+    keys: dict[tuple, str] = {}
+    models: dict[str, Model] = {}
+    objects = []
+    for one in standing:
+        thing = one.foot.thing
+        key = (thing, one.foot.lamps)
+        if key not in keys:
+            name = keys[key] = f"{thing.family}{len(keys)}"
+            model = _built(thing, at[thing])
+            models[name] = switched(replace(model, name=name), one.foot.lamps, spectra, beam)
+        pose = one.pose.copy()
+        pose[:3, :3] *= one.foot.scale
+        objects.append(Placed(one.name, keys[key], thing.category, pose))
+    return models, objects
+
+
+@lru_cache(maxsize=64)
+def _built(thing: Thing, level: Level) -> Model:
+    """Return the model of a thing; scenes that follow each other share some of them."""
+    if level != "distant":
+        return build(thing, level).model()
+    assembly = build(thing, "far")
+    return (coarser(assembly, DISTANT_CELL_M) if thing.group in COARSE else assembly).model()
+
+
+def switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str], beam: str) -> Model:
+    """Return the model with only `lamps` on: kinds, or `kind:left` and `kind:right` of one side."""
+    pattern = family(beam)
+
+    def switch(part: Part) -> Part:
+        lamp = part.lamp
+        if lamp is None:
+            return part
+        side = "left" if float(part.vertices[:, 1].mean()) > 0 else "right"
+        if lamp.kind not in lamps and f"{lamp.kind}:{side}" not in lamps:
+            return replace(part, lamp=None)
+        if lamp.kind == "low_beam":
+            lamp = replace(lamp, table=pattern.table, intensity_cd=pattern.intensity_cd)
+        if lamp.group in spectra:
+            lamp = replace(lamp, spectrum=spectrum_of(spectra[lamp.group]))
+        return replace(part, lamp=lamp)
+
+    return Model(model.name, tuple(switch(part) for part in model.parts))
+
+
+def ground_of(base: BaseRoad, spectra: dict[str, str]) -> tuple[dict[str, Model], list[Placed]]:
+    """Return road, land, bridges and tunnels, with the luminaires of the tunnels."""
+    models = {}
+    objects = []
+    for assembly in (a for a in surface(base.network) if a.parts):
+        # where a kerb sinks to nothing its last face has no area
+        models[assembly.name] = clean(assembly).model()
+        objects.append(Placed(assembly.name, assembly.name, CATEGORIES[assembly.name], np.eye(4)))
+    poses = [pose for road in base.network.roads for pose in luminaire_poses(road)]
+    if poses:
+        made = tube.luminaire().model()
+        models["luminaire"] = switched(made, (LUMINAIRE,), spectra, "dipped_r112_b")
+        objects += [
+            Placed(f"luminaire {k}", "luminaire", "street lamp", pose)
+            for k, pose in enumerate(poses)
+        ]
+    return models, objects
+
+
+def own_headlamps(
+    base: BaseRoad, spectra: dict[str, str], beam: str
+) -> tuple[dict[str, Model], list[Placed]]:
+    """Return the dipped beams of the camera's car."""
+    model = switched(headlamp.own_headlamps(*OWN_LAMPS).model(), DRIVING, spectra, beam)
+    return (
+        {"own_headlamps": model},
+        [Placed("own headlamps", "own_headlamps", "own vehicle", base.pose())],
+    )
+
+
+def lamp_kinds(base: BaseRoad, standing: Iterable[Standing]) -> set[str]:
+    """Return the kinds of lamps that are on, without building a mesh."""
+    kinds = {lamp.partition(":")[0] for one in standing for lamp in one.foot.lamps}
+    kinds.add("low_beam")
+    if any(luminaire_poses(road) for road in base.network.roads):
+        kinds.add(LUMINAIRE)
+    return kinds
+
+
+def stored(models: dict[str, Model]) -> tuple[int, int]:
+    """Return the triangles and the bytes of all models; each is stored once."""
+    triangles = size = 0
+    for model in models.values():
+        for part in model.parts:
+            triangles += len(part.faces)
+            size += part.vertices.nbytes + part.faces.nbytes
+            size += 0 if part.normals is None else part.normals.nbytes
+    return triangles, size
