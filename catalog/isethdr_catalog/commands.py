@@ -40,7 +40,8 @@ def find(
             f"{wrong[0]!r} is no condition; expected name=value, for example kind=run or"
             " person.distance_m__le=30"
         )
-    order_by, limit = pairs.pop("order_by", order_by), _count(pairs.pop("limit", limit))
+    order_by = pairs.pop("order_by", order_by)
+    limit = _count(pairs.pop("limit", limit))
     rows = _query().find(folder, order_by=order_by or None, limit=limit, **pairs)
     paths = list(dict.fromkeys(str(folder / row.pop("path")) for row in rows))
     print_table(list(rows[0]) if rows else ["nothing found"], [list(r.values()) for r in rows])

@@ -83,7 +83,8 @@ def compare(folder: Path | str, a: str, b: str) -> Comparison:
     ------
     CatalogError : one of them is no run, or there are several that are called so.
     """
-    one, other = stored_run(folder, a), stored_run(folder, b)
+    one = stored_run(folder, a)
+    other = stored_run(folder, b)
     return Comparison(
         one,
         other,
@@ -127,7 +128,8 @@ def versions_that_differ(a: Result, b: Result) -> list[Setting]:
 
 def _differing(a: dict[str, Any], b: dict[str, Any]) -> list[Setting]:
     """Return the settings that are not equal, by their dotted names."""
-    flat_a, flat_b = _flat(a), _flat(b)
+    flat_a = _flat(a)
+    flat_b = _flat(b)
     names = [*flat_a, *(name for name in flat_b if name not in flat_a)]
     return [
         Setting(name, flat_a.get(name, ABSENT), flat_b.get(name, ABSENT))
@@ -150,7 +152,8 @@ def _flat(table: dict[str, Any], before: str = "") -> dict[str, str]:
 def _pairs(a: Result, b: Result) -> list[ScorePair]:
     pairs = []
     for camera_a, camera_b in camera_pairs(a, b):
-        of_a, of_b = _of_frame(a, camera_a), _of_frame(b, camera_b)
+        of_a = _of_frame(a, camera_a)
+        of_b = _of_frame(b, camera_b)
         cameras = camera_a if camera_a == camera_b else f"{camera_a}, {camera_b}"
         for score in most_telling_first([name for name in of_a if name in of_b]):
             unit = of_a[score][1]

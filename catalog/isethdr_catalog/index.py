@@ -141,7 +141,8 @@ def attach(
             if state(folder) == before:
                 return before
             index_file.detach(base)
-    compared, current = _begin_comparison(folder), stamps(folder)
+    compared = _begin_comparison(folder)
+    current = stamps(folder)
     skipped: dict[str, str] = {}
     with suppress(CatalogError):  # a home that cannot be written is queried all the same
         skipped = _refresh(folder, current).skipped
@@ -154,7 +155,8 @@ def attach(
             return None
         index_file.detach(base)
     with tempfile.TemporaryDirectory(prefix="isethdr-index-") as scratch:
-        copy, changes = Path(scratch) / INDEX, _changes(folder, current)
+        copy = Path(scratch) / INDEX
+        changes = _changes(folder, current)
         _write(changes, copy, changes.reading)
         index_file.attach(base, copy)  # stays open after its name is gone
     return None
@@ -190,7 +192,8 @@ class _Changes:
 
 def _changes(folder: Path, current: dict[str, str]) -> _Changes:
     index = folder / INDEX
-    known, records_in_file = {}, 0
+    known = {}
+    records_in_file = 0
     with index_file.connected() as base:
         if index_file.attach(base, index):
             known = index_file.known(base)
@@ -202,7 +205,8 @@ def _changes(folder: Path, current: dict[str, str]) -> _Changes:
 
 def _refresh(folder: Path, current: dict[str, str]) -> Refreshed:
     changes = _changes(folder, current)
-    index, reading = changes.index, changes.reading
+    index = changes.index
+    reading = changes.reading
     arriving = iter(reading)
     count = changes.records
     try:

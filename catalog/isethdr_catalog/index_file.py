@@ -35,7 +35,10 @@ BATCH_BYTES = 1_000_000  # of records that are handed to DuckDB at once
 ROW_GROUP = 16_384  # rows that DuckDB compresses together
 MEMORY = "400MB"  # of DuckDB while a file is written; the rest is on disk
 MOST_COLUMNS = 4000  # further properties are read from JSON
-NUMBER, TEXT, LIST = "number", "text", "list"  # of a property: with a list among its values
+# of a property: with a list among its values
+NUMBER = "number"
+TEXT = "text"
+LIST = "list"
 RECORD = {
     "store": "BIGINT",
     "id": "VARCHAR",
@@ -201,7 +204,8 @@ class Writer:
         """Add stores, each with its path, its stamp and its records; in batches, so that memory
         does not grow with their number.
         """
-        batch, size = [], 0
+        batch = []
+        size = 0
         read: list[tuple[int, str, str]] = []
         for path, stamp, rows in stores:
             read.append((self.next, path, stamp))
@@ -213,7 +217,9 @@ class Writer:
             self.next += 1
             if size > BATCH_BYTES:
                 self._insert(batch, read)
-                batch, read, size = [], [], 0
+                batch = []
+                read = []
+                size = 0
         self._insert(batch, read)
 
     def close(self) -> int:
@@ -335,7 +341,8 @@ class Writer:
             return
         self._note({"lighting": []})
         self._make_columns()
-        lighting, several = self.properties["lighting"].column, self.properties.get("scene_ids")
+        lighting = self.properties["lighting"].column
+        several = self.properties.get("scene_ids")
         scenes = "[derived_from]"
         if several is not None and several.kind == LIST and several.column:
             scenes = (

@@ -88,7 +88,8 @@ def find(
         known = index_file.properties(base)
         asked = list(dict.fromkeys([n for n, _, _ in tests] + ([ordered] if ordered else [])))
         _check_known(base, known, asked)
-        clauses, values = [], []
+        clauses = []
+        values = []
         for name, operator, value in tests:
             clause, bound = _clause(_column(known, name), operator, value)
             clauses.append(clause)
@@ -200,7 +201,8 @@ def _reading(folder: Path | str) -> Iterator[duckdb.DuckDBPyConnection]:
     the next query of this process as long as the home does not change: opening takes 40 ms.
     """
     folder = Path(folder).absolute()
-    key, now = (os.getpid(), str(folder)), state(folder)
+    key = (os.getpid(), str(folder))
+    now = state(folder)
     base, since = _KEPT.get(key, (None, None))
     if base is None or now is None or since != now:
         with needed("a query", extra="catalog"):
@@ -337,7 +339,8 @@ def _clause(column: _Column, operator: str, value: Any) -> tuple[str, list[Any]]
         if column.kind == index_file.NUMBER:
             as_number = column.text
         return f"{as_number} {OPERATORS[operator]} ?", [number]
-    tests, values = [], []
+    tests = []
+    values = []
     for alternative in _alternatives(operator, value):
         test, bound = _equal(column, alternative)
         tests.append(test)
@@ -361,7 +364,8 @@ def _equal(column: _Column, value: str) -> tuple[str, list[Any]]:
     number = _number(value)
     if column.kind == index_file.NUMBER:
         return ("false", []) if number is None else (f"{column.text} = ?", [number])
-    tests, values = [f"{column.text} = ?"], [value]
+    tests = [f"{column.text} = ?"]
+    values = [value]
     if number is not None:
         tests.append(f"try_cast({column.text} AS DOUBLE) = ?")
         values.append(number)

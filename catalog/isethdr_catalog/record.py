@@ -16,6 +16,7 @@ from isethdr_core.storage.object_home.calls import home_of_stub
 from isethdr_core.store import read_attrs
 
 SCHEMA = 4  # raised when records of an earlier version must be read again
+# flattened with dotted names
 NESTED = (
     "config",
     "scene",
@@ -25,7 +26,7 @@ NESTED = (
     "effort",
     "versions",
     "kernels",
-)  # flattened with dotted names
+)
 
 
 def records(path, folder) -> list[dict]:
@@ -36,11 +37,9 @@ def records(path, folder) -> list[dict]:
     CatalogError : the store is damaged or incomplete.
     """
     path, attrs = Path(path), read_attrs(path)
-    kind, objects, scores = (
-        attrs.get("kind", "scene"),
-        attrs.get("objects") or [],
-        attrs.get("scores") or [],
-    )
+    kind = attrs.get("kind", "scene")
+    objects = attrs.get("objects") or []
+    scores = attrs.get("scores") or []
     common = {
         "id": path.stem,
         "kind": kind,
@@ -97,9 +96,8 @@ def nearest(objects: list[dict]) -> dict:
     the nearest.
     """
     by_category = {}
-    for entry in sorted(
-        objects, key=lambda o: -_number(o.get("distance_m"), float("inf"))
-    ):  # the nearest comes last
+    # the nearest comes last
+    for entry in sorted(objects, key=lambda o: -_number(o.get("distance_m"), float("inf"))):
         category = entry.get("category")
         by_category[f"{category}.count"] = by_category.get(f"{category}.count", 0) + 1
         by_category[f"{category}.distance_m"] = entry.get("distance_m")

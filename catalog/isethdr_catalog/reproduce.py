@@ -80,7 +80,8 @@ def reproduce(folder: Path | str, name: str) -> Reproduction:
     with _temporary_home():
         again = run(config)
         versions = versions_that_differ(stored, again)
-        before, after = _numbers(stored), _numbers(again)
+        before = _numbers(stored)
+        after = _numbers(again)
     names = [*before, *(name for name in after if name not in before)]
     missing = Scored(math.nan, math.nan, math.nan)
     pairs = [(n, before.get(n, missing), after.get(n, missing)) for n in names]

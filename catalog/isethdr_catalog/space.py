@@ -78,7 +78,8 @@ def usage(folder: str | os.PathLike[str]) -> list[Usage]:
     """Return what each part of a home folder takes on disk; parts that are not there are left
     out. Of an object home the parts in its bucket come first.
     """
-    root, usages = Path(folder), _in_bucket(Path(folder))
+    root = Path(folder)
+    usages = _in_bucket(Path(folder))
     for part, description in PARTS.items():
         path = root / part
         if path.exists():
@@ -167,7 +168,8 @@ def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:
     -------
     Bytes that were freed, without temporary files.
     """
-    root, free = Path(folder), 0
+    root = Path(folder)
+    free = 0
     for part in ("", *PARTS):
         remove_leftovers(root / part)
     for item in items:

@@ -50,7 +50,8 @@ def verify_store(path) -> Report:
     A store without a manifest (format 1) is decoded instead: its chunks carry checksums, but a file
     that is missing or exchanged may go unnoticed.
     """
-    path, problems_found = Path(path), []
+    path = Path(path)
+    problems_found = []
     try:
         read_attrs(path)
     except Exception as error:
@@ -91,7 +92,8 @@ def _decoded(path: Path) -> tuple[int, list[str]]:
     """Decode every chunk of a store; return the number of arrays, and the problems found."""
     import zarr
 
-    count, problems_found = 0, []
+    count = 0
+    problems_found = []
     for metadata in sorted(path.glob("**/zarr.json")):
         name = str(metadata.parent.relative_to(path))
         try:

@@ -293,8 +293,11 @@ def _whole_box(
     ----------
     box : [x, y, width, height] of the whole object in tiles of the scene.
     """
-    lens, f_m, pitch_m = _distortion(scene, picture), _focal_length_m(picture), _pitch_m(picture)
-    ends, frame = [], []
+    lens = _distortion(scene, picture)
+    f_m = _focal_length_m(picture)
+    pitch_m = _pitch_m(picture)
+    ends = []
+    frame = []
     for dim, start, size in (("x", box[0], box[2]), ("y", box[1], box[3])):
         first = float(picture[dim].values[0]) - pitch_m / 2
         frame.append(np.array([first, first + picture.sizes[dim] * pitch_m]) / f_m)

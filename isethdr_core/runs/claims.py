@@ -130,16 +130,16 @@ class _Watch:
     def is_dead(self, path: Path) -> bool:
         """Return whether the process of a claim has ended, or its heartbeat has stopped."""
         try:
-            with open(
-                path, "rb"
-            ) as file:  # opening the file makes a network file system ask its server
+            # opening the file makes a network file system ask its server
+            with open(path, "rb") as file:
                 status = os.fstat(file.fileno())
                 owner = _owner(file.read())
         except FileNotFoundError:
             return False
         state = (str(path), status.st_ino, status.st_mtime_ns, owner.get("process"))
         if state != self.state:
-            self.state, self.since_s = state, time.monotonic()
+            self.state = state
+            self.since_s = time.monotonic()
         return _has_ended(owner) or time.monotonic() - self.since_s > self.rhythm.dead_after_s
 
     def is_new(self) -> bool:
@@ -213,9 +213,8 @@ def _machine() -> dict[str, str]:
     number.
     """
     try:
-        namespace = os.readlink(
-            "/proc/self/ns/pid"
-        )  # containers of one host have numbers of their own
+        # containers of one host have numbers of their own
+        namespace = os.readlink("/proc/self/ns/pid")
     except OSError:
         namespace = ""
     return {"host": socket.gethostname(), "namespace": namespace}

@@ -95,7 +95,8 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise:
             ),
             [],
         )
-    recipe, folder = recipe_hash(chain), store.home() / "scenes"
+    recipe = recipe_hash(chain)
+    folder = store.home() / "scenes"
     serving, missing = held_and_missing(chain, demand)
     earlier_ids = [s["id"] for s in serving]
     if missing:
@@ -110,9 +111,8 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise:
             serving, missing = held_and_missing(chain, demand)  # another process may have stored it
             earlier_ids = [s["id"] for s in serving]
             for path in folder.glob(f"{recipe}-*.zarr"):
-                store.read_attrs(
-                    path
-                )  # a damaged one is named now, not when the new one cannot take its place
+                # a damaged one is named now, not when the new one cannot take its place
+                store.read_attrs(path)
             if missing:
                 so_far = known_of(chain, serving, missing, description.light_groups())
                 request = _Request(description, missing, so_far, by_noise)
@@ -155,9 +155,8 @@ def held_and_missing(chain: Chain, demand: Demand) -> tuple[list[dict], Demand |
         for s in stored(store.home() / "scenes", recipe_hash(chain))
         if serves(s, demand, {} if goes_on(chain) else effort_spent(chain))
     ]
-    wide = demand.margin or any(
-        s.get("margin", True) for s in candidates
-    )  # all stores on one grid: radiance with overscan also serves runs without it
+    # all stores on one grid: radiance with overscan also serves runs without it
+    wide = demand.margin or any(s.get("margin", True) for s in candidates)
     serving = [s for s in candidates if s.get("margin", True) == wide]
     on_grid = replace(demand, margin=wide)
     return serving, what_is_missing(serving, on_grid, goes_on(chain), limit_share(chain, demand))
@@ -185,9 +184,8 @@ def known_of(chain: Chain, stores: list[dict], missing: Demand, groups) -> dict[
         return None
     bands = ALL_BANDS if missing.wavelength_nm is None else missing.wavelength_nm
     stored = {group: known(stores, group, bands) for group in missing.groups or groups}
-    return {
-        group: k if k.paths > 1 else Known(next=k.next) for group, k in stored.items()
-    }  # one path alone is not pooled
+    # one path alone is not pooled
+    return {group: k if k.paths > 1 else Known(next=k.next) for group, k in stored.items()}
 
 
 def rendered_now(scene):
@@ -347,9 +345,8 @@ class _Request(NamedTuple):
 
     description: SceneDescription
     demand: Demand  # groups and bands that are missing
-    known: (
-        dict[str, Known] | None
-    )  # by light group; None: the renderer cannot continue from stored paths
+    # by light group; None: the renderer cannot continue from stored paths
+    known: dict[str, Known] | None
     by_noise: bool = False  # store each tile with the bits that its noise leaves meaning
 
 

@@ -81,7 +81,8 @@ def of_light(name: str | None, chain: Any, demand: Demand, mixed: Any) -> str | 
     """
     if name is None:
         return None
-    sensors, wavelength_nm = chain.cameras.values(), mixed.wavelength.values
+    sensors = chain.cameras.values()
+    wavelength_nm = mixed.wavelength.values
     flares = _all(map(record, chain.flares.values()))
     demanded = [
         chain.leave_out,

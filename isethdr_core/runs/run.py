@@ -128,7 +128,8 @@ def run(config: DictConfig) -> Result:
     config = checked_config(config)
     labels = labels_of(config)
     reuse = Reuse.below(cache_bytes(config))
-    run_chain, settings = chain(config), plain(config)
+    run_chain = chain(config)
+    settings = plain(config)
     key = run_key(settings, run_chain)
     folder = store.home() / "runs"
     follow_home(store.home())
@@ -139,9 +140,8 @@ def run(config: DictConfig) -> Result:
     check_writable(folder)
     failed = store.home() / "failed" / f"{key}.txt"
     try:
-        with threadpool_limits(
-            1, "blas"
-        ):  # threads of its own would spin beside those of the stages, longer than they work
+        # threads of its own would spin beside those of the stages, longer than they work
+        with threadpool_limits(1, "blas"):
             path = _compute(config, run_chain, key, reuse)
     except Exception as err:
         with suppress(OSError):  # a full disk must not hide the error that it caused
@@ -238,7 +238,8 @@ def whole(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
 
 
 def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
-    rows, settings = Ledger(), plain(config)
+    rows = Ledger()
+    settings = plain(config)
     demand = plan(chain, rows)
     frame = frame_of(chain, demand)
     expected = expected_s(chain, settings, held_and_missing(chain, demand)[1], frame)
@@ -324,7 +325,9 @@ def _groups(cameras: dict[str, Camera], radiance_of: Mapping[str, xr.DataArray])
 def _record(config: DictConfig, chain: Chain, key: str, outcome: _Outcome) -> dict[str, Any]:
     """Return the root attributes of a run's store."""
     choices = dict(config.get("choices") or {})
-    ids, cameras, mixed = outcome.scene_ids, outcome.cameras, outcome.mixed
+    ids = outcome.scene_ids
+    cameras = outcome.cameras
+    mixed = outcome.mixed
     return {
         "kind": "run",
         "key": key,

@@ -53,7 +53,9 @@ def warnings_of(
 
 def sentence(warning: dict) -> str:
     """Return a recorded warning as a sentence for people; an unknown key gives its numbers."""
-    value, limit, unit = warning["value"], warning["limit"], warning["unit"]
+    value = warning["value"]
+    limit = warning["limit"]
+    unit = warning["unit"]
     if warning["key"] == SATURATED_FRAME:
         return (
             f"{warning['camera']}: {value:.1%} of the frame outside lamps is saturated in every "

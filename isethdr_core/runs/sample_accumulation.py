@@ -81,7 +81,8 @@ def known(stores: list[dict], group: str, bands) -> Known:
     group : name of the light group.
     bands : nm, or `ALL_BANDS`.
     """
-    worst, last_end = None, 0
+    worst = None
+    last_end = 0
     for band in bands:
         holding = [
             s for s in stores if holds(s, group, band) and (s.get("path_span") or {}).get(group)

@@ -24,13 +24,15 @@ from ..runs.names import check_path
 from .encoding import compression, jsonable, tiling
 from .manifest import FileRecord, file_record
 
-BYTES, CHECKSUM = {"name": "bytes", "configuration": {"endian": "little"}}, {"name": "crc32c"}
+BYTES = {"name": "bytes", "configuration": {"endian": "little"}}
+CHECKSUM = {"name": "crc32c"}
+# by kind of number; a hole in light is then visible
 FILL = {
     "b": False,
     "i": 0,
     "u": 0,
     "f": "NaN",
-}  # by kind of number; a hole in light is then visible
+}
 METADATA = "zarr.json"
 
 
@@ -122,14 +124,14 @@ def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileReco
     values = variable.values
     shard = tuple(max(1, size) for size in values.shape)
     if values.dtype == object and all(isinstance(value, str) for value in values.flat):
-        codecs, encoded, fill = [{"name": "vlen-utf8"}, CHECKSUM], _text, ""
+        codecs = [{"name": "vlen-utf8"}, CHECKSUM]
+        encoded = _text
+        fill = ""
     elif values.dtype.kind in FILL and values.itemsize <= 8:
         blosc = compression(variable)
-        codecs, encoded, fill = (
-            [BYTES, {"name": "blosc", "configuration": blosc}, CHECKSUM],
-            _blosc(blosc),
-            FILL[values.dtype.kind],
-        )
+        codecs = [BYTES, {"name": "blosc", "configuration": blosc}, CHECKSUM]
+        encoded = _blosc(blosc)
+        fill = FILL[values.dtype.kind]
     else:
         raise CatalogError(
             f"the variable {folder.name!r} is of {values.dtype}; a store holds numbers of 8 bytes"
@@ -214,9 +216,8 @@ def _blosc(configuration):
     """
     from numcodecs import blosc
 
-    blosc.use_threads = (
-        False  # as zarr sets it: the bytes would depend on which thread was the faster
-    )
+    # as zarr sets it: the bytes would depend on which thread was the faster
+    blosc.use_threads = False
     codec = blosc.Blosc(
         configuration["cname"],
         configuration["clevel"],

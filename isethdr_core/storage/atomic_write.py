@@ -38,9 +38,8 @@ def remove_leftovers(folder) -> list[Path]:
     for path in Path(folder).glob(".*.tmp"):
         owner, _, suffix = path.name.removesuffix(".tmp").partition(f".{socket.gethostname()}-")
         pid = suffix.partition("-")[0]
-        if (
-            owner and pid.isdigit() and not _alive(int(pid))
-        ):  # whether a writer on another machine is alive cannot be checked
+        # whether a writer on another machine is alive cannot be checked
+        if owner and pid.isdigit() and not _alive(int(pid)):
             if path.is_dir():
                 shutil.rmtree(path, ignore_errors=True)
             else:

@@ -145,7 +145,8 @@ def trim(folder: Path, most_bytes: int) -> list[Entry]:
     The removed files.
     """
     known = sorted(entries(folder), key=lambda entry: entry.used_ns)
-    total_bytes, removed = sum(entry.size for entry in known), []
+    total_bytes = sum(entry.size for entry in known)
+    removed = []
     for entry in known:
         if total_bytes <= most_bytes:
             break

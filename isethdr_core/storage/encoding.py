@@ -25,20 +25,23 @@ if TYPE_CHECKING:
 
 KEEPBITS = 12
 MANTISSA_BITS = 23  # of float32
+# rounded quantities: absolute light, with noise above half a part per thousand
 LIGHT = (
     "radiance",
     "irradiance",
-)  # rounded quantities: absolute light, with noise above half a part per thousand
+)
 TILE = {"wavelength": 8, "y": 135, "x": 240}
+# without bands: a chunk of a few bytes a pixel takes as long as one of many
 PLANE = {
     "y": 540,
     "x": 960,
-}  # without bands: a chunk of a few bytes a pixel takes as long as one of many
+}
+# read one at a time, so never chunked across
 ONE_SHARD_EACH = (
     "light_group",
     "component",
     "capture",
-)  # read one at a time, so never chunked across
+)
 ONE_CHUNK_EACH = ("xyz_channel",)  # unlike numbers side by side do not compress
 
 
@@ -149,7 +152,9 @@ def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
     Arrays without bands are divided evenly, so that no chunk is filled up with pixels that are not
     there.
     """
-    chunks, shards, banded = [], [], "wavelength" in sizes
+    chunks = []
+    shards = []
+    banded = "wavelength" in sizes
     for dim, size in sizes.items():
         most = (TILE if banded else PLANE).get(dim, size)
         if dim in ONE_SHARD_EACH or dim in ONE_CHUNK_EACH:

@@ -216,7 +216,8 @@ class _Reading:
         return values.reshape(node["shape"])
 
     def _array(self, node: dict[str, Any]) -> np.ndarray:
-        memory, dtype = self.arrays[node["v"]], np.dtype(node["dtype"])
+        memory = self.arrays[node["v"]]
+        dtype = np.dtype(node["dtype"])
         if not memory.size:
             return np.empty(node["shape"], dtype)
         return np.ndarray(node["shape"], dtype, memory.data, strides=node["strides"])

@@ -15,9 +15,8 @@ from xarray.core import indexing
 
 from ..runs.sample_accumulation import pooled, pooled_noise
 
-Plane = tuple[
-    int, int, int, float
-]  # number of a scene, position of the group in it, position of the band, weight
+# number of a scene, position of the group in it, position of the band, weight
+Plane = tuple[int, int, int, float]
 
 
 def join_scenes(scenes: list[xr.Dataset], groups_asked=None) -> xr.Dataset:
@@ -37,14 +36,12 @@ def join_scenes(scenes: list[xr.Dataset], groups_asked=None) -> xr.Dataset:
         groups are all groups that have these bands. The attributes `groups`, `noise` and, if paths
         are stated, `paths` describe them.
     """
-    base, scenes = (
-        scenes[0],
-        [
-            s
-            for s in scenes
-            if all(np.array_equal(scenes[0][d].values, s[d].values) for d in ("y", "x"))
-        ],
-    )
+    base = scenes[0]
+    scenes = [
+        s
+        for s in scenes
+        if all(np.array_equal(scenes[0][d].values, s[d].values) for d in ("y", "x"))
+    ]
     planes_held = _held(scenes)
     if groups_asked is None:
         groups_asked = [
@@ -184,7 +181,8 @@ class _Joined(BackendArray):
     """
 
     def __init__(self, variables: list[xr.Variable], planes: list[list[list[Plane]]]):
-        self.parts, self.planes = variables, planes
+        self.parts = variables
+        self.planes = planes
         self.shape = (len(planes), len(planes[0]), *variables[0].shape[2:])
         self.dtype = variables[0].dtype
 
@@ -202,9 +200,8 @@ class _Joined(BackendArray):
             (len(groups), len(bands), *map(len, inside)), float if several else self.dtype
         )
         for row, group in zip(values_read, groups, strict=True):
-            bands_of_plane: dict[
-                tuple, list
-            ] = {}  # (part, position of the group, weight): (where it goes, position of the band)
+            # (part, position of the group, weight): (where it goes, position of the band)
+            bands_of_plane: dict[tuple, list] = {}
             for target, band in enumerate(bands):
                 for part, first, second, weight in self.planes[group][band]:
                     bands_of_plane.setdefault((part, first, weight), []).append((target, second))
@@ -223,7 +220,8 @@ def _run(positions: np.ndarray):
     """Return positions that follow each other as a slice, which a store reads as one piece; others
     as they are.
     """
-    first, last = int(positions[0]), int(positions[-1])
+    first = int(positions[0])
+    last = int(positions[-1])
     return (
         slice(first, last + 1)
         if np.array_equal(positions, np.arange(first, last + 1))

@@ -282,7 +282,8 @@ def damaged(root: Path, key: str, problem: str) -> CatalogError:
 
 def _covered(record: FileRecord, start: int, end: int) -> tuple[Part, ...] | None:
     """Return the parts from byte `start` to `end`; None where these are not borders of parts."""
-    first, last = bisect_left(record.borders, start), bisect_left(record.borders, end)
+    first = bisect_left(record.borders, start)
+    last = bisect_left(record.borders, end)
     borders = record.borders[first : first + 1] + record.borders[last : last + 1]
     return record.parts[first:last] if borders == [start, end] else None
 

@@ -77,7 +77,8 @@ def _rounded(variables: dict, before_denoising=None) -> dict:
     denoised = denoised and not ("variance" in values and np.isfinite(values["variance"]).any())
     rounded = {}
     for name, variable in variables.items():
-        quanta, note = _quanta(name, values), NOTES[name]
+        quanta = _quanta(name, values)
+        note = NOTES[name]
         if name == "xyz" and denoised:
             quanta = _by_variance(values[name], before_denoising.values, DENOISED_SHARE)
             note = DENOISED_NOTE
@@ -89,7 +90,8 @@ def _rounded(variables: dict, before_denoising=None) -> dict:
 
 def _quanta(name: str, values: dict) -> np.ndarray:
     """Return the spacing of the grid to which each value of the variable `name` is rounded."""
-    xyz, variance = values["xyz"], values.get("variance")
+    xyz = values["xyz"]
+    variance = values.get("variance")
     if name == "xyz":
         return _by_variance(xyz, variance, SHARE_OF_SIGMA)
     total = variance
@@ -130,7 +132,8 @@ def _on_grids(values, quanta, row_shifts: int) -> np.ndarray:
     on_grid = np.empty(values.shape, np.float32)
     shifts = _shifts(len(values), row_shifts)[:, None]
     for channel in range(values.shape[-1]):
-        plane, quantum = values[..., channel], quanta[..., channel]
+        plane = values[..., channel]
+        quantum = quanta[..., channel]
         shift = shifts if channel == 1 else 0.0
         representable = np.isfinite(plane)
         representable &= plane != 0  # 0 is kept exactly: it means no light, or no variance
@@ -147,7 +150,8 @@ def _shifts(rows: int, count: int) -> np.ndarray:
 
     The order is that of row numbers with their bits reversed, so that neighbours are far apart.
     """
-    row, shift = np.arange(rows), np.zeros(rows)
+    row = np.arange(rows)
+    shift = np.zeros(rows)
     for bit in range(count.bit_length() - 1):
         shift += ((row >> bit) & 1) * 2.0 ** -(bit + 1)
     return shift

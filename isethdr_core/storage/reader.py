@@ -78,11 +78,14 @@ class CheckedReads:
             check_whole(self.root, key, record, view)
             return content
         if isinstance(byte_range, RangeByteRequest):
-            start, expected = byte_range.start, byte_range.end - byte_range.start
+            start = byte_range.start
+            expected = byte_range.end - byte_range.start
         elif isinstance(byte_range, OffsetByteRequest):
-            start, expected = byte_range.offset, record.size - byte_range.offset
+            start = byte_range.offset
+            expected = record.size - byte_range.offset
         else:
-            start, expected = record.size - byte_range.suffix, byte_range.suffix
+            start = record.size - byte_range.suffix
+            expected = byte_range.suffix
         if len(view) != expected:
             raise damaged(self.root, key, "is shorter than it was written")
         if not check_parts(self.root, key, record, start, view):

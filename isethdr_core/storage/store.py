@@ -107,7 +107,8 @@ def _root(path: Path) -> tuple[dict[str, Any], Manifest | None]:
     try:
         text = (path / ROOT_FILE).read_bytes()
         attrs = json.loads(text)["attributes"]
-        complete, version = attrs.get("complete"), attrs.get("format")
+        complete = attrs.get("complete")
+        version = attrs.get("format")
     except FileNotFoundError:
         if path.exists():
             raise CatalogError(f"{path} is not a store: it holds no zarr.json; {ADVICE}") from None
@@ -200,15 +201,13 @@ def write_store(
         except OSError as error:
             if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
                 raise
-            find_complete(
-                folder, name
-            )  # another writer of the same recipe was faster: its store is as good
+            # another writer of the same recipe was faster: its store is as good
+            find_complete(folder, name)
     except OSError as error:
         raise _cannot_write(final, error) from error
     finally:
-        shutil.rmtree(
-            temporary, ignore_errors=True
-        )  # gone already after the rename; left by any failure or Ctrl-C
+        # gone already after the rename; left by any failure or Ctrl-C
+        shutil.rmtree(temporary, ignore_errors=True)
     publish_store(final)
     return final
 
@@ -372,7 +371,8 @@ def _scene_path(path_or_id: str | os.PathLike[str]) -> Path:
     if path.suffix == ".zarr" or path.is_dir():
         return path
     follow_home(home())
-    folder, start_of_name = home() / "scenes", str(path_or_id)
+    folder = home() / "scenes"
+    start_of_name = str(path_or_id)
     matches = {
         p: attrs.get("recipe") or p.name
         for p, attrs in _complete_stores(folder)

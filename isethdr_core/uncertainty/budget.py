@@ -21,7 +21,9 @@ from ..pipeline.demand import Demand
 from ..plugins.accuracy_knobs import ErrorShare, knobs_of
 from . import ledger
 
-STORE_KEY, LIGHT_KEY = "store", "light"  # whose costs the core knows
+# whose costs the core knows
+STORE_KEY = "store"
+LIGHT_KEY = "light"
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,8 @@ def allowed(config: Mapping[str, Any]) -> Allowed:
     for key in node:
         if key not in names:
             raise ConfigError(f"accuracy has no key {key!r}; expected {' or '.join(names)}")
-    fraction, render = node.get(names[0], Allowed.noise_fraction), node.get(names[1])
+    fraction = node.get(names[0], Allowed.noise_fraction)
+    render = node.get(names[1])
     _check(
         names[0],
         fraction,

@@ -132,7 +132,8 @@ class ChangedScenes:
     @property
     def tile_pixels(self) -> float:
         """The distance in pixels within which pixels see the same tile."""
-        mixed, picture = self.shot.mixed, self.shot.picture
+        mixed = self.shot.mixed
+        picture = self.shot.picture
         pitch_mm = float(picture.attrs["pitch_um"]) * 1e-3
         tile_mm = tile_pitch(mixed, "x") * float(picture.attrs["focal_length_mm"])
         return 1.0 + tile_mm / pitch_mm
@@ -209,7 +210,8 @@ def part_of(picture: xr.Dataset, part: dict[str, np.ndarray]) -> xr.Dataset:
     picture : picture or reference picture (y, x).
     part : indices {y, x}, as `parts_of` returns them.
     """
-    rows, columns = part["y"], part["x"]
+    rows = part["y"]
+    columns = part["x"]
     of_pixels = {n: v for n, v in picture.data_vars.items() if v.dims[:2] == ("y", "x")}
     pieces = {}
     for name, variable in of_pixels.items():
@@ -270,7 +272,8 @@ def _joined(
     variables = {}
     for name in names:
         # in the order that the values lie in memory: several times as fast
-        values, other = first[name].values.copy(order="K"), second[name].values
+        values = first[name].values.copy(order="K")
+        other = second[name].values
         for block in blocks:
             values[block] = other[block]
         variables[name] = first[name].copy(data=values)

@@ -37,9 +37,8 @@ class LeftOut:
     bound: float
     unit: str
     key: str = ""
-    needless: bool = (
-        False  # True: no result depends on it. False: it is unknown, or left out by a setting
-    )
+    # True: no result depends on it. False: it is unknown, or left out by a setting
+    needless: bool = False
 
 
 Note: TypeAlias = ErrorTerm | LeftOut  # what a function states of its result
@@ -57,9 +56,8 @@ class Row:
     peak_bytes: int = 0
     errors: list[ErrorTerm] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
-    light_parts: dict[str, LightPart] = field(
-        default_factory=dict, compare=False, repr=False
-    )  # of this run; never stored
+    # of this run; never stored
+    light_parts: dict[str, LightPart] = field(default_factory=dict, compare=False, repr=False)
     reused: bool = False
 
     @property
@@ -144,7 +142,8 @@ def error(
     acts_on : None: what a stage of this kind returns (`error_terms.RETURNED`).
     """
     if row := _row.get():
-        spelt, (unit, part) = unit, unit_and_part(unit, part)
+        spelt = unit
+        unit, part = unit_and_part(unit, part)
         quantity = acts_on or error_terms.RETURNED.get(row.kind, Quantity.OTHER)
         record(ErrorTerm(Source(key=key), quantity, part, float(value), unit, how, label))
         if spelt != unit:
@@ -363,7 +362,8 @@ class _PeakWatch:
     """
 
     def __init__(self) -> None:
-        self._peak, self._done = _resident_bytes(), threading.Event()
+        self._peak = _resident_bytes()
+        self._done = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
 

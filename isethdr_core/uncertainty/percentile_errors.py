@@ -56,7 +56,8 @@ def percentile_error(
     of_percentile = values[counts]
     middle = float(np.quantile(of_percentile, share))
     before = _blocks(counts & (values < middle), block_pixels)
-    variances, shifts = [], []
+    variances = []
+    shifts = []
     for change in changes:
         more, less = (
             _blocks(counts & (values + sign * change < middle), block_pixels) for sign in (1, -1)
@@ -64,13 +65,15 @@ def percentile_error(
         variances.append(((more - less) / 2) ** 2)
         shifts.append(float((more + less).sum() / 2 - before.sum()))
     of_blocks = np.mean(variances, axis=0) / of_percentile.size**2
-    variance, shift = float(of_blocks.sum()), abs(math.fsum(shifts)) / len(shifts)
+    variance = float(of_blocks.sum())
+    shift = abs(math.fsum(shifts)) / len(shifts)
     freedom = math.inf
     if variance > 0:
         weights = of_blocks / variance
         freedom = 1 / float((weights**2).sum())
     half = student_factor(freedom) * math.sqrt(variance)
-    reach, shift = half, shift / of_percentile.size
+    reach = half
+    shift = shift / of_percentile.size
     ends = np.clip([share - reach, share + reach, share - shift, share + shift], 0.0, 1.0)
     low, high, *shifted = np.abs(np.quantile(of_percentile, ends) - middle).tolist()
     return PercentileError(max(low, high) / student_factor(freedom), freedom, max(shifted))

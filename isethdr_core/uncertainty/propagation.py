@@ -40,12 +40,10 @@ UNIT = "standard deviations of the sensor's noise"
 AFTER = ("scene", "radiance", "lighting", "lens", "flare")
 UNITS = (error_terms.RELATIVE, IRRADIANCE, "electrons", UNIT)  # of errors of a pixel's electrons
 # keys of the figures of a picture
-RENDERER, AFTER_RENDERER, SENSOR, WHOLE = (
-    "renderer",
-    "all after the renderer",
-    "sensor",
-    "all stages",
-)
+RENDERER = "renderer"
+AFTER_RENDERER = "all after the renderer"
+SENSOR = "sensor"
+WHOLE = "all stages"
 TWO_SIDED = 2.5758  # standard deviations that 99 % of normal deviates stay within, both signs
 MOST_PIXELS = 65536  # largest regular sample of pixels
 ENOUGH = 32768  # smallest regular sample of the pixels of a capture
@@ -67,9 +65,8 @@ class Electrons:
     unsaturated: np.ndarray
     per_irradiance: float  # electrons per W m-2 nm-1 in every band, of the most sensitive channel
     maps: ErrorMaps | None = None  # (y, x) each: errors that the lens states pixel by pixel
-    parts: Mapping[str, np.ndarray] = field(
-        default_factory=dict
-    )  # electrons of the parts of the light that stages declared
+    # electrons of the parts of the light that stages declared
+    parts: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 class Seconds(NamedTuple):
@@ -181,12 +178,12 @@ def electrons(
         states are taken.
     """
     captures = exposure.captures
-    light, mixed = time_mean(exposure.light), time_mean(exposure.mixed)
+    light = time_mean(exposure.light)
+    mixed = time_mean(exposure.mixed)
     at_mean = replace(exposure, light=light, mixed=mixed)
     noise = relative_noise(exposure.scene, mixed)
-    rates_of_light: dict[
-        bytes, tuple[Rates, ErrorMaps | None]
-    ] = {}  # most captures see light alike
+    # most captures see light alike
+    rates_of_light: dict[bytes, tuple[Rates, ErrorMaps | None]] = {}
     out = []
     for k, name in enumerate(map(str, captures.capture.values)):
         capture = captures.isel(capture=k)
@@ -260,7 +257,8 @@ def _at_pixels(captures: xr.Dataset, part: LightPart) -> np.ndarray:
     counting = captures["quantum_efficiency"].values * energy
     scale = float(captures["exposure_s"]) * float(captures["area_m2"])
     over_pixels = detail_error if part.reading is Reading.DEVIATION else resample_mean
-    side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
+    side = captures.attrs["pitch_um"] * 1e-6
+    place = (captures.x.values, captures.y.values)
     filters = captures["filter"].values
     out = np.zeros(filters.shape)
     for channel, row in enumerate(counting):
@@ -280,7 +278,8 @@ def _at_filters(
     """
     if maps is None:
         return None
-    side, filters = captures.attrs["pitch_um"] * 1e-6, captures["filter"].values
+    side = captures.attrs["pitch_um"] * 1e-6
+    filters = captures["filter"].values
     out = np.zeros((2, *filters.shape))
     for pixel_errors, planes in zip(out, (maps.deviation, maps.bound)):
         for channel, plane in enumerate(planes):
@@ -323,12 +322,15 @@ def _rates(
     noise : relative standard errors (3, y, x) of X, Y and Z of the mixed radiance; None for none.
     scene_noise : relative noise of all direct light where `noise` is None.
     """
-    captures, light, mixed = exposure.captures, exposure.light, exposure.mixed
+    captures = exposure.captures
+    light = exposure.light
+    mixed = exposure.mixed
     f_m = captures.attrs["focal_length_mm"] * 1e-3
     gain = captures.attrs["throughput_sr"] * camera_geometry.relative_illumination(
         captures.attrs, captures.x.values[None, :] / f_m, captures.y.values[:, None] / f_m
     )
-    side, place = captures.attrs["pitch_um"] * 1e-6, (captures.x.values, captures.y.values)
+    side = captures.attrs["pitch_um"] * 1e-6
+    place = (captures.x.values, captures.y.values)
     filters = captures["filter"].values
     total, image, variance = np.zeros((3, *filters.shape))
     for channel, row in enumerate(counting):
@@ -380,9 +382,11 @@ def after(shot: Electrons, terms: Sequence[ErrorTerm]) -> Bounds:
 
     Terms that do not propagate to electrons are skipped.
     """
-    linear, squares = np.zeros(shot.total.shape), np.zeros(shot.total.shape)
+    linear = np.zeros(shot.total.shape)
+    squares = np.zeros(shot.total.shape)
     if shot.maps:
-        linear, squares = linear + shot.maps.bound, squares + shot.maps.deviation**2
+        linear = linear + shot.maps.bound
+        squares = squares + shot.maps.deviation**2
     for term in terms:
         error_e = _in_electrons(term, shot)
         if error_e is None:
@@ -516,10 +520,8 @@ def figures_of(
     renderer = shot.renderer[use] / shot.sigma[use]
     bound, deviation = (e[use] / shot.sigma[use] for e in after(shot, terms))
     sensor_errors = [e[use] / shot.sigma[use] for e in after(replace(shot, maps=None), of_sensor)]
-    bounds, deviations = (
-        bound + sensor_errors[0],
-        np.sqrt(renderer**2 + deviation**2 + sensor_errors[1] ** 2),
-    )
+    bounds = bound + sensor_errors[0]
+    deviations = np.sqrt(renderer**2 + deviation**2 + sensor_errors[1] ** 2)
     return Figures(
         all_stages=within(bounds, deviations),
         renderer=within(np.zeros_like(renderer), renderer),

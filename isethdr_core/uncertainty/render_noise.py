@@ -146,15 +146,15 @@ def pixel_variance(
     A mean with weights w has the variance sum of w^2 times the tiles' variances. Where a lens
     distorts, w are shares of the seen area.
     """
-    f_m, side = (
-        float(picture.attrs["focal_length_mm"]) * 1e-3,
-        float(picture.attrs["pitch_um"]) * 1e-6,
-    )
+    f_m = float(picture.attrs["focal_length_mm"]) * 1e-3
+    side = float(picture.attrs["pitch_um"]) * 1e-6
     at = {d: picture[d].values / f_m for d in ("x", "y")}
-    lens, side = camera_geometry.map_of(picture), side / f_m
+    lens = camera_geometry.map_of(picture)
+    side = side / f_m
     if isinstance(lens, camera_geometry.Identity):
         across, down = (overlaps(field[d].values, at[d], side, d) / side for d in ("x", "y"))
-        across, down = across.multiply(across).tocsr(), down.multiply(down).tocsr()
+        across = across.multiply(across).tocsr()
+        down = down.multiply(down).tocsr()
         flat = np.reshape(variance, (-1, *np.shape(variance)[-2:]))
         return np.stack([(across @ (down @ tile_variance).T).T for tile_variance in flat]).reshape(
             *np.shape(variance)[:-2], len(at["y"]), len(at["x"])
@@ -179,7 +179,8 @@ def direct_share(light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
     light : irradiance or photocurrent. `mixed` : the mixed radiance that it was made of, constant
         over time.
     """
-    total, f_m = time_mean(light).values, light.attrs["focal_length_mm"] * 1e-3
+    total = time_mean(light).values
+    f_m = light.attrs["focal_length_mm"] * 1e-3
     bands = mixed.sel(wavelength=bands_nm(light)).values
     if light.attrs["units"] == PHOTOCURRENT:
         counting = np.asarray(light.attrs["efficiency"]) * photons_per_energy(bands_nm(light))
@@ -210,7 +211,8 @@ def on_light(tiles: np.ndarray, mixed: xr.DataArray, light: xr.DataArray) -> np.
     mixed : mixed radiance on the grid of the tiles.
     light : irradiance or photocurrent on the sensor plane.
     """
-    lens, f_m = camera_geometry.map_of(light), light.attrs["focal_length_mm"] * 1e-3
+    lens = camera_geometry.map_of(light)
+    f_m = light.attrs["focal_length_mm"] * 1e-3
     inside = window.tiles(mixed, [side / f_m for side in full_field(light)])
     if (
         isinstance(lens, camera_geometry.Identity)

@@ -206,7 +206,8 @@ def _of_large_picture(
         of_whole = _of_whole([m for m in metrics if m not in of_parts], shot, labels)
         if not (of_parts or of_whole):
             return _Measured({}, {}, of_objects=False)
-        first, second = scenes.by_lot(0), scenes.by_lot(0, opposite=True)
+        first = scenes.by_lot(0)
+        second = scenes.by_lot(0, opposite=True)
         white = _white(scenes) if any(map(_finds_white, metrics)) else NO_WHITE
         at_white = [_with_white(metric, white.level_cd_m2) for metric in of_parts]
         unchanged = [_scores_of_part(at_white, shot.pair, part) for part in parts if of_parts]
@@ -311,7 +312,8 @@ def _of_blocks(changes: np.ndarray) -> Movement:
     variance of one lot.
     """
     freedom = len(changes) - 1
-    scatter, shift = float(changes.std()), float(changes.mean())
+    scatter = float(changes.std())
+    shift = float(changes.mean())
     how = f"{len(changes)} pictures of two opposite changes of the scene"
     return Movement(scatter, freedom, shift, math.hypot(scatter, shift), freedom, how)
 
@@ -453,7 +455,8 @@ def _beside_white(movement: Movement, slope: float, white: Movement) -> Movement
     freedom = degrees_of_freedom(variances, (movement.freedom, white.freedom))
     scatter = math.hypot(movement.scatter, by_white)
     shift = math.copysign(math.hypot(movement.shift, slope * white.shift), movement.shift)
-    rms, known = math.hypot(scatter, shift), max(round(min(freedom, MANY)), 1)
+    rms = math.hypot(scatter, shift)
+    known = max(round(min(freedom, MANY)), 1)
     how = f"{movement.how} and of the white"
     return Movement(scatter, freedom, shift, rms, known, how)
 
@@ -499,7 +502,8 @@ def _term(name: str, unit: str, movement: Movement) -> ErrorTerm:
     label = (
         f"score {name}: renderer{side}, by {movement.how}, right within a factor of {factor:.1f}"
     )
-    source, value = Source(key=RENDERER), movement.rms
+    source = Source(key=RENDERER)
+    value = movement.rms
     return ErrorTerm(source, Quantity.SCORE, name, value, unit or "1", "statistical", label)
 
 

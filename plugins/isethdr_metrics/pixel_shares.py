@@ -29,7 +29,8 @@ class PixelShares:
         pixel that is not valid as saturated.
         """
         _, _, valid = luminances(picture, truth)
-        shares, scores = (("valid_share", valid), ("saturated_share", saturated(picture))), []
+        shares = (("valid_share", valid), ("saturated_share", saturated(picture)))
+        scores = []
         for region in regions_of(valid.shape, labels):
             for score, flags in shares:
                 share = float(np.mean(region.of(flags)))

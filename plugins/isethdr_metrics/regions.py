@@ -189,7 +189,8 @@ def mean_of(values, region: Region, use=None):
     some = count > 0
     if some.sum() < FEWEST_BLOCKS:
         return mean, NAN, NAN
-    count, total = count[some], total[some]
+    count = count[some]
+    total = total[some]
     picks = _picks(len(count))
     low, high = np.percentile(picks @ total / (picks @ count), [2.5, 97.5])
     return mean, float(low), float(high)

@@ -154,7 +154,8 @@ def from_sky(world: World, points: Points, sky) -> np.ndarray:
     number = np.arange(points.count * DIRECTIONS).reshape(-1, DIRECTIONS)
     u, v = ((0.5 + number * step) % 1 for step in PLASTIC)
     # cosine-distributed directions (Malley): even over the disc below the hemisphere
-    aside, up = np.sqrt(u) * np.cos(2 * np.pi * v), np.sqrt(u) * np.sin(2 * np.pi * v)
+    aside = np.sqrt(u) * np.cos(2 * np.pi * v)
+    up = np.sqrt(u) * np.sin(2 * np.pi * v)
     left = np.cross(np.eye(3)[np.argmin(np.abs(points.facing), axis=1)], points.facing)
     left /= np.linalg.norm(left, axis=1, keepdims=True)
     over = np.cross(points.facing, left)

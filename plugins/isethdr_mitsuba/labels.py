@@ -141,20 +141,25 @@ def whole_object(model, pose, view) -> Whole:
     On a grid of tangents, what lies behind the camera or beyond 75 degrees off the axis is cut off
     the box.
     """
-    covered, triangles = np.zeros(view.shape, bool), []
-    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    covered = np.zeros(view.shape, bool)
+    triangles = []
+    low = np.full(2, np.inf)
+    high = np.full(2, -np.inf)
     for part in model.parts:
         world = (
             np.asarray(part.vertices, float) @ np.asarray(pose, float)[:3, :3].T
             + np.asarray(pose, float)[:3, 3]
         )
-        corners, faces = view.to_camera(world), np.asarray(part.faces, int)
+        corners = view.to_camera(world)
+        faces = np.asarray(part.faces, int)
         if view.projection != "tangent":
             flat = view.coordinates(corners)
-            low, high = np.minimum(low, flat.min(0)), np.maximum(high, flat.max(0))
+            low = np.minimum(low, flat.min(0))
+            high = np.maximum(high, flat.max(0))
         elif (corners[:, 2] > NEAR_M).all():
             flat = view.coordinates(corners)
-            low, high = np.minimum(low, flat.min(0)), np.maximum(high, flat.max(0))
+            low = np.minimum(low, flat.min(0))
+            high = np.maximum(high, flat.max(0))
             faces = faces[_reach_centres(flat, faces, view)]
         else:
             first, last, useful = _boxes(corners[faces], view)
@@ -166,7 +171,8 @@ def whole_object(model, pose, view) -> Whole:
         fill(covered, view, np.concatenate(triangles))
     if view.projection == "tangent":
         most = np.tan(np.radians(LARGEST_HALF_FIELD_DEG))
-        low, high = np.clip(low, -most, most), np.clip(high, -most, most)
+        low = np.clip(low, -most, most)
+        high = np.clip(high, -most, most)
     pitch = np.array([view.pitch_x, view.pitch_y])
     first = (low - [view.x[0], view.y[0]]) / pitch + 0.5
     return Whole(int(covered.sum()), [*map(float, first), *map(float, (high - low) / pitch)])
@@ -217,7 +223,9 @@ def fill(covered, view, triangles) -> None:
     if view.projection != "tangent":
         triangles, _ = straightened(triangles, view, OFF * min(view.pitch_x, view.pitch_y))
     low, high, useful = _tile_boxes(triangles, view)
-    triangles, low, high = triangles[useful], low[useful], high[useful]
+    triangles = triangles[useful]
+    low = low[useful]
+    high = high[useful]
     a, b, c = (triangles[:, k] for k in range(3))
     sides = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], 1)
     sides *= np.sign(np.einsum("nk,nk->n", a, sides[:, 0]))[:, None, None]
@@ -227,7 +235,8 @@ def fill(covered, view, triangles) -> None:
         count = wide[few] * tall[few]
         which = np.repeat(few, count)
         place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-        column, row = low[which, 0] + place % wide[which], low[which, 1] + place // wide[which]
+        column = low[which, 0] + place % wide[which]
+        row = low[which, 1] + place // wide[which]
         ray = view.rays(view.x[column], view.y[row])
         height = np.einsum("nsk,nk->ns", sides[which], ray)
         met = (height >= 0).all(1) & (height.max(1) > 0)  # a triangle seen edge-on covers nothing
@@ -243,7 +252,9 @@ def _tile_boxes(triangles, view):
     else:
         flat = view.coordinates(triangles)
         more = 2 * OFF * min(view.pitch_x, view.pitch_y)
-        low, high, useful = flat.min(1) - more, flat.max(1) + more, np.ones(len(flat), bool)
+        low = flat.min(1) - more
+        high = flat.max(1) + more
+        useful = np.ones(len(flat), bool)
     low, high, some = _tiles_within(low, high, view)
     return low, high, useful & some
 
@@ -252,10 +263,13 @@ def _tiles_within(low, high, view):
     """Return the first and last tile (column, row) whose centre lies within low to high (n, 2), and
     where such a tile exists.
     """
-    first, pitch = np.array([view.x[0], view.y[0]]), np.array([view.pitch_x, view.pitch_y])
+    first = np.array([view.x[0], view.y[0]])
+    pitch = np.array([view.pitch_x, view.pitch_y])
     last = np.array([len(view.x), len(view.y)]) - 1
-    low, high = np.ceil((low - first) / pitch - 1e-9), np.floor((high - first) / pitch + 1e-9)
-    low, high = np.clip(low, 0, last + 1).astype(int), np.clip(high, -1, last).astype(int)
+    low = np.ceil((low - first) / pitch - 1e-9)
+    high = np.floor((high - first) / pitch + 1e-9)
+    low = np.clip(low, 0, last + 1).astype(int)
+    high = np.clip(high, -1, last).astype(int)
     return low, high, (low <= high).all(1)
 
 
@@ -265,7 +279,8 @@ def _boxes(triangles, view):
     """
     z = triangles[..., 2]
     useful = (z > NEAR_M).any(1)
-    low, high = np.zeros((len(z), 2)), np.zeros((len(z), 2))
+    low = np.zeros((len(z), 2))
+    high = np.zeros((len(z), 2))
     for some in (useful & (z > NEAR_M).all(1), useful & ~(z > NEAR_M).all(1)):
         # triangles that extend behind the camera are cut there, because corners behind it have no
         # tangents
@@ -284,10 +299,8 @@ def _first_hits(world, origin, direction):
     )
     si = world.scene.ray_intersect_preliminary(ray, coherent=True).compute_surface_interaction(ray)
     # the shape inside an instance is a shared part; the instance identifies the object
-    shape, instance = (
-        dr.reinterpret_array(mi.UInt32, si.shape),
-        dr.reinterpret_array(mi.UInt32, si.instance),
-    )
+    shape = dr.reinterpret_array(mi.UInt32, si.shape)
+    instance = dr.reinterpret_array(mi.UInt32, si.instance)
     table = world.table(lambda s: s.label)
     valid = np.array(si.is_valid())
     number = table[np.where(valid, np.array(dr.select(instance != 0, instance, shape)), 0)]
@@ -300,11 +313,9 @@ def _first_hits(world, origin, direction):
 
 
 def _first_hits_scalar(world, origin, direction):
-    number, distance, normal = (
-        np.zeros(len(direction), int),
-        np.full(len(direction), np.inf),
-        np.zeros((len(direction), 3)),
-    )
+    number = np.zeros(len(direction), int)
+    distance = np.full(len(direction), np.inf)
+    normal = np.zeros((len(direction), 3))
     label = {s.shape.id(): s.label for s in world.shapes}
     for k, d in enumerate(direction):
         si = world.scene.ray_intersect(mi.Ray3f(origin, d))

@@ -53,12 +53,12 @@ class Street:
     # place of the camera on its car
     camera_mount: Literal["front", "rear", "left", "right"] = "front"
     camera_height_m: CameraHeight = 1.3  # height of the camera above the road
-    camera_heading_deg: Heading = 0.0  # turn of the camera to the left of its mount's direction
+    camera_heading_deg: Heading = 0.0  # angle of the camera to the left of its mount's direction
     camera_pitch_deg: Pitch = -1.0  # tilt of the camera upwards
     camera_ahead_m: Shift = 0.0  # shift of the camera ahead of its mount
     camera_left_m: Shift = 0.0  # shift of the camera to the left of its mount
     vehicles_per_km: Vehicles = 15.0  # moving vehicles per km of each lane
-    parked_share: Share = 0.5  # share of the parking bays that are taken
+    parked_share: Share = 0.5  # share of the parking bays that hold a vehicle
     people_per_km: People = 60.0  # people on foot per km of road, both sides together
     riders_per_km: Riders = 6.0  # riders of bicycles per km of road
     animals_per_km: Animals = 2.0  # animals per km of road

@@ -27,9 +27,8 @@ from .things.thing import Thing
 
 DISTANT_CELL_M = 0.25
 COARSE = ("car", "truck", "bus")  # groups with a level beyond far
-ALWAYS_M = (
-    30.0  # what is nearer is built wherever the camera looks: its shadow or light may be seen
-)
+# what is nearer is built wherever the camera looks: its shadow or light may be seen
+ALWAYS_M = 30.0
 LAMPS_M = 60.0  # the same for what is lit
 MARGIN_DEG = 20.0  # beyond the picture's edge
 OWN_LAMPS = (2.25, 0.65, 0.65)  # ahead of the car's middle, to either side, above the road

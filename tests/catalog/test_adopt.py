@@ -25,7 +25,8 @@ from isethdr_core.storage.manifest import read_manifest
 SCENE = "scenes/0123456789abcdef-00000001.zarr"
 RUN = "runs/fedcba9876543210.zarr"
 GROUPS = {SCENE: [""], RUN: ["captures/bayer", "picture/bayer"]}
-ROWS, COLUMNS = 4, 6
+ROWS = 4
+COLUMNS = 6
 
 
 @pytest.fixture

@@ -96,11 +96,12 @@ def test_runs_of_one_sensor_ordered_by_a_score(folder):
         "run2",
         "run0",
     ]
+    # NaN last
     assert ids(find(folder, kind="run", sensor="bayer", order_by="-ssim")) == [
         "run0",
         "run1",
         "run2",
-    ]  # NaN last
+    ]
 
 
 def test_runs_are_found_by_their_warnings(folder):

@@ -121,7 +121,8 @@ def test_the_viewer_holds_what_the_store_says_of_each_pixel(result):
         known = (y > 0) & picture.valid.values.ravel() & (sd > 0)
         assert known.any() and not steps[~known].any(), "0 stands for unknown"
         snr_db = 20 * np.log10(y[known] / sd[known])
-        low, high = data["lowest_db"] + data["step_db"], data["lowest_db"] + 255 * data["step_db"]
+        low = data["lowest_db"] + data["step_db"]
+        high = data["lowest_db"] + 255 * data["step_db"]
         told = data["lowest_db"] + data["step_db"] * steps[known]
         # half a step of rounding, and its own rounding
         np.testing.assert_allclose(
@@ -168,9 +169,8 @@ def test_a_missing_report_is_made_again_and_an_old_one_stays(result, home, monke
     stamp = report.stat().st_mtime_ns
     hdr.run(hdr.compose(SMALL))
     assert report.stat().st_mtime_ns == stamp
-    left = (
-        report.parent / f".{report.name}.{socket.gethostname()}-999999999-abcdef.tmp"
-    )  # no process has this number
+    # no process has this number
+    left = report.parent / f".{report.name}.{socket.gethostname()}-999999999-abcdef.tmp"
     left.touch()
     monkeypatch.setattr(plots, "_svg", lambda *_, **__: Markup())  # of no use here
     assert write_report(again) == report and not left.exists(), (
@@ -267,12 +267,10 @@ def test_warnings_and_unlike_shares_are_told(renamed_page):
 def test_compression_brings_the_mean_to_a_middle_grey():
     day = np.full((8, 8), 600.0)
     a = pictures.compression(day, 4000.0)
-    assert display_view.tone(0.15, a) == pytest.approx(
-        pictures.MIDDLE, abs=1e-6
-    )  # 40 halvings of 100: 1e-10 in a
-    assert pictures.compression(day * 1e-5, 4000.0) == pytest.approx(
-        display_view.COMPRESSION
-    )  # too dark to reach: the default
+    # 40 halvings of 100: 1e-10 in a
+    assert display_view.tone(0.15, a) == pytest.approx(pictures.MIDDLE, abs=1e-6)
+    # too dark to reach: the default
+    assert pictures.compression(day * 1e-5, 4000.0) == pytest.approx(display_view.COMPRESSION)
 
 
 def test_a_grey_scene_with_lamps_shows_grey():
@@ -299,13 +297,11 @@ def test_snr_of_a_constant_variance_is_level_over_noise(result):
     picture = before_denoising(result.open("picture/bayer").load())
     truth = result.open("truth/bayer").load()
     picture["variance"][:] = 1.0
-    picture["fixed_pattern_variance"] = (
-        3.0 + 0 * picture["variance"]
-    )  # both are noise of a pixel: 4 (cd/m2)^2 together
+    # both are noise of a pixel: 4 (cd/m2)^2 together
+    picture["fixed_pattern_variance"] = 3.0 + 0 * picture["variance"]
     luminance, snr = plots.snr_curve(picture, truth, least=1)
-    np.testing.assert_allclose(
-        snr, 20 * np.log10(luminance / 2.0), atol=1e-9
-    )  # rounding of a logarithm
+    # rounding of a logarithm
+    np.testing.assert_allclose(snr, 20 * np.log10(luminance / 2.0), atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -329,7 +325,8 @@ def test_the_profile_is_drawn_over_the_angle_at_which_a_pixel_looks(attrs, angle
     """On the row through the axis the angle is the field angle, by the formula of the lens; above
     it, tangents keep columns together.
     """
-    x, y = np.array([-place, 0.0, place]) * 4e-3, np.array([0.0, 1e-3])
+    x = np.array([-place, 0.0, place]) * 4e-3
+    y = np.array([0.0, 1e-3])
     picture = xr.Dataset(coords={"y": y, "x": x}, attrs={"focal_length_mm": 4.0, **attrs})
     np.testing.assert_allclose(
         page._angles_deg(picture, 0), [-angle_deg, 0.0, angle_deg], atol=1e-9

@@ -84,7 +84,8 @@ def test_scores_are_the_same_alone_and_shared(metric):
 
 def test_another_truth_within_the_block_has_scores_of_its_own():
     """A changed scene has a truth of its own, and the labels of the first."""
-    found, metric = labels(), LogLuminanceError()
+    found = labels()
+    metric = LogLuminanceError()
     shot, truth = pair(1)
     brighter = truth.assign(xyz=truth["xyz"].copy(data=2 * truth["xyz"].values))
     alone = rows_of(metric(shot, brighter, found))
@@ -100,7 +101,8 @@ def test_what_is_derived_ends_with_the_block():
         calls.append(1)
         return len(calls)
 
-    source, other = object(), object()
+    source = object()
+    other = object()
     assert [once("a", (source,), compute) for _ in range(2)] == [1, 2]
     with shared(source):
         assert [once("a", (source,), compute) for _ in range(2)] == [3, 3]

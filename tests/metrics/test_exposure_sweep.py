@@ -34,7 +34,8 @@ def sweep():
         sensor = hdr.build("sensor", "bayer", exposure_s=float(exposure_s))
         captures = sensor(light, hdr.generator(seed=1, device="A", scene="chart"))
         picture = with_saturation(isp(captures), captures)
-        reference, labels = truth(mixed, picture), labels_on(scene, picture)
+        reference = truth(mixed, picture)
+        labels = labels_on(scene, picture)
         for name, metric in metrics.items():
             # pairs beside each of 24 patches take most of the time, and follow the same rule
             regions = None if name == "contrast_detection" else labels

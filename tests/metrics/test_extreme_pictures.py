@@ -19,7 +19,8 @@ SHAPE = (48, 60)
 
 
 def picture(y, variance=0.0, valid=True, **attrs):
-    xyz, (ny, nx) = np.asarray(y, float)[..., None] * D65_XYZ, np.shape(y)
+    xyz = np.asarray(y, float)[..., None] * D65_XYZ
+    ny, nx = np.shape(y)
     variances = np.broadcast_to(variance, (ny, nx))[..., None] * D65_XYZ**2
     grid = centres(nx, nx * 3e-6), centres(ny, ny * 3e-6)
     return make_picture(
@@ -111,9 +112,8 @@ def test_a_lamp_in_the_dark_keeps_its_dynamic_range():
     [whole] = [
         s for s in DynamicRange()(picture(y, 0.05**2), picture(true)) if s.metric == "dynamic_range"
     ]
-    assert whole.value == pytest.approx(
-        20 * np.log10(50 / 0.05), abs=0.1
-    )  # the noise of the lamp's pixel is 0.009 dB
+    # the noise of the lamp's pixel is 0.009 dB
+    assert whole.value == pytest.approx(20 * np.log10(50 / 0.05), abs=0.1)
 
 
 @pytest.mark.parametrize("name", ["contrast_detection", "dynamic_range", "snr_curve"])

@@ -94,7 +94,8 @@ def test_ssim_on_pu21_sees_absolute_level_and_states_what_it_clamps():
 
 
 def test_three_definitions_of_dynamic_range_in_closed_form():
-    a, b = 4e-4, 2e-3
+    a = 4e-4
+    b = 2e-3
     true = np.repeat(np.geomspace(1e-2, 1e4, 300)[:, None], 20, axis=1)
     valid = true < 5e3
     found = by_name(DynamicRange()(picture(true, a + b * true, valid), picture(true)))
@@ -123,7 +124,8 @@ def test_the_noise_line_is_read_between_points_and_not_beyond_the_dark():
     true = np.concatenate(
         [rng.uniform(1e-4, 1e-2, 40_000), np.geomspace(1e-2, 50, 10_000)]
     ).reshape(200, 250)
-    a, b = 0.17, 0.064
+    a = 0.17
+    b = 0.064
     seen = (a + b * true) * np.exp(0.2 * rng.standard_normal(true.shape))
     found = by_name(DynamicRange()(picture(true, seen, true < 40), picture(true)))
     for name, s in (("", 1.0), ("_snr_10db", np.sqrt(10))):

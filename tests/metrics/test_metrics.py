@@ -28,7 +28,8 @@ from isethdr_core.truth import make_picture
 from isethdr_core.uncertainty import ledger
 
 ALL = [c.cls for c in isethdr_components()]
-NY, NX = 48, 60
+NY = 48
+NX = 60
 
 
 def picture(y, variance=0.0, valid=True):
@@ -61,8 +62,10 @@ def scene():
     rng = np.random.default_rng(0)
     y = np.geomspace(0.5, 2, NX) * np.exp(0.05 * rng.normal(size=(NY, NX)))
     instance = np.ones((NY, NX))
-    instance[10:30, 10:16], instance[12:30, 35:45] = 2, 3
-    y[instance == 2], y[instance == 3] = 2.0, 0.25
+    instance[10:30, 10:16] = 2
+    instance[12:30, 35:45] = 3
+    y[instance == 2] = 2.0
+    y[instance == 3] = 0.25
     y[20, 55] = 1e5
     return y, labels(instance)
 
@@ -88,12 +91,10 @@ def test_log_error_of_a_constant_factor_is_its_logarithm():
     for s in found.values():
         assert s.value == pytest.approx(np.log10(2), rel=1e-12)
     whole = found["log_luminance_error", ""]
-    assert whole.low == pytest.approx(whole.value) and whole.high == pytest.approx(
-        whole.value
-    )  # all blocks alike
-    dark = LogLuminanceError(floor_cd_m2=0.1)(
-        picture(-y), picture(np.full_like(y, 10.0))
-    )  # negative estimates count as the floor
+    # all blocks alike
+    assert whole.low == pytest.approx(whole.value) and whole.high == pytest.approx(whole.value)
+    # negative estimates count as the floor
+    dark = LogLuminanceError(floor_cd_m2=0.1)(picture(-y), picture(np.full_like(y, 10.0)))
     assert dark[0].value == pytest.approx(2.0)
 
 
@@ -112,9 +113,8 @@ def test_a_saturated_pixel_counts_as_what_the_picture_shows():
     to_white = metric(picture(np.full_like(y, 40.0)), picture(y))[0].value
     assert metric(clipped, picture(y))[0].value == pytest.approx(0.25 * to_white, rel=1e-9)
     missing = clipped.copy(deep=True)
-    missing["xyz"][:, : NX // 4] = (
-        np.nan
-    )  # an isp may leave no number there: it counts as the floor
+    # an isp may leave no number there: it counts as the floor
+    missing["xyz"][:, : NX // 4] = np.nan
     assert LogLuminanceError()(missing, picture(y))[0].value == pytest.approx(
         4 * np.sqrt(0.25), rel=1e-12
     )
@@ -127,9 +127,8 @@ def test_a_saturated_pixel_is_similar_only_where_the_truth_is_shown_as_white_too
     valid[: NY // 2] = False
     found = Ssim(white_cd_m2=40.0)(picture(y, valid=valid), picture(y))[0].value
     dark_and_saturated = np.mean(~valid & (y < 40))
-    assert (
-        1 - dark_and_saturated - 0.05 < found <= 1 - dark_and_saturated
-    )  # 0.05: windows across the seams
+    # 0.05: windows across the seams
+    assert 1 - dark_and_saturated - 0.05 < found <= 1 - dark_and_saturated
     everywhere = Ssim(white_cd_m2=40.0)(picture(y, valid=False), picture(y))[0].value
     assert everywhere < 0.5
 
@@ -158,16 +157,16 @@ def test_shares_of_valid_and_saturated_pixels_are_counted_per_region():
     assert marked["saturated_share", ""].value == pytest.approx(5 / 48) and marked[
         "valid_share", ""
     ].value == pytest.approx(33 / 48)
-    assert "saturated" not in with_saturation(
-        shot, captures.isel(x=slice(10))
-    )  # another grid: nothing is known
+    # another grid: nothing is known
+    assert "saturated" not in with_saturation(shot, captures.isel(x=slice(10)))
 
 
 def test_colour_difference_of_a_grey_step_is_the_closed_form():
     """Greys differ in L* only: dE00 = dL / S_L with S_L of the mean lightness (Sharma 2005,
     equation 15).
     """
-    l1, l2 = 50.0, 52.0
+    l1 = 50.0
+    l2 = 52.0
     y1, y2 = (100 * ((v + 16) / 116) ** 3 for v in (l1, l2))
     s_l = 1 + 0.015 * (51 - 50) ** 2 / np.sqrt(20 + (51 - 50) ** 2)
     scores = Ciede2000(white_cd_m2=100.0)(
@@ -175,10 +174,11 @@ def test_colour_difference_of_a_grey_step_is_the_closed_form():
     )
     assert scores[0].value == pytest.approx(2 / s_l, rel=1e-9)
     assert by_name(scores)["ciede2000_white", ""].value == 100.0
+    # between greys both are the step of lightness
     for elder in (
         Cie94(white_cd_m2=100.0),
         Cie76(white_cd_m2=100.0),
-    ):  # between greys both are the step of lightness
+    ):
         assert elder(picture(np.full((NY, NX), y2)), picture(np.full((NY, NX), y1)))[
             0
         ].value == pytest.approx(2.0, rel=1e-9)
@@ -226,19 +226,19 @@ def test_snr_of_pure_shot_noise_is_the_root_of_the_count():
     # about 3300 pixels a bin: a standard deviation is known to 1.2 %, 0.1 dB; 30 bins, so 4 of them
     np.testing.assert_allclose(table["snr_measured_db"], expected, atol=0.45)
     scores = by_name(metric(picture(y, truth / c), picture(truth)))
+    # 1e7 is not in the scene
     assert set(scores) == {
         ("snr_at_1", ""),
         ("snr_at_10", ""),
         ("snr_at_1000", ""),
-    }  # 1e7 is not in the scene
+    }
     for level in (1, 10, 1000):
         assert scores[f"snr_at_{level}", ""].value == pytest.approx(
             10 * np.log10(c * level), abs=1e-9
         )
     assert table["pixels"].sum() == truth.size
-    flat = by_name(
-        metric(picture(truth, 0.25), picture(truth))
-    )  # read noise alone: 20 dB per decade, not 10
+    # read noise alone: 20 dB per decade, not 10
+    flat = by_name(metric(picture(truth, 0.25), picture(truth)))
     for level in (1, 10, 1000):
         assert flat[f"snr_at_{level}", ""].value == pytest.approx(
             20 * np.log10(level / 0.5), abs=1e-9
@@ -287,7 +287,9 @@ def test_snr_needs_six_independent_pixels_near_the_level():
 
 
 def test_dynamic_range_of_read_and_shot_noise_is_the_closed_form():
-    a, b = 4e-4, 2e-3  # (cd/m2)^2 and cd/m2: SNR = 1 at (b + sqrt(b^2 + 4 a)) / 2
+    # (cd/m2)^2 and cd/m2: SNR = 1 at (b + sqrt(b^2 + 4 a)) / 2
+    a = 4e-4
+    b = 2e-3
     truth = np.repeat(np.geomspace(1e-2, 1e4, 300)[:, None], 20, axis=1)
     valid = truth < 5e3
     found = by_name(DynamicRange()(picture(truth, a + b * truth, valid), picture(truth)))
@@ -341,21 +343,21 @@ def test_contrast_is_webers_and_its_snr_follows_the_variance():
 
 def test_intervals_hold_the_true_mean_as_often_as_they_say():
     rng = np.random.default_rng(3)
-    sd, hits, n = 1.0, 0, 200
+    sd = 1.0
+    hits = 0
+    n = 200
     for _ in range(n):
         y = 10 + sd * rng.normal(size=(NY, NX))
         [s] = MeanLuminance()(picture(y, sd**2), picture(y))
         hits += s.low <= 10 <= s.high
-    assert (
-        hits == n
-    )  # three times too wide for pixels without demosaic, on purpose: 5.9 standard deviations
+    # three times too wide for pixels without demosaic, on purpose: 5.9 standard deviations
+    assert hits == n
     from isethdr_metrics.regions import mean_interval
 
     found = [mean_interval(rng.normal(size=(NY, NX)), np.ones((NY, NX), bool)) for _ in range(n)]
     inside = np.mean([low <= 0 <= high for _, low, high in found])
-    assert (
-        0.88 <= inside <= 0.99
-    )  # 95 % less 1 % for 144 blocks; the standard error of 200 trials is 1.5 %
+    # 95 % less 1 % for 144 blocks; the standard error of 200 trials is 1.5 %
+    assert 0.88 <= inside <= 0.99
 
 
 def test_small_regions_have_no_resampled_interval():
@@ -380,9 +382,8 @@ def test_every_metric_takes_any_picture_with_truth_and_refuses_others(cls):
     with pytest.raises(UnitError, match="no variable 'variance'"):
         cls()(noisy.drop_vars("variance"), picture(y), table)
     dark = picture(np.zeros((NY, NX)), 1.0)
-    assert all(
-        not np.isinf(s.value) for s in cls()(dark, dark, table)
-    )  # an empty scene gives numbers or NaN, no error
+    # an empty scene gives numbers or NaN, no error
+    assert all(not np.isinf(s.value) for s in cls()(dark, dark, table))
 
 
 @pytest.mark.parametrize("cls", ALL)

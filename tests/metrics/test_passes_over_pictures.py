@@ -46,9 +46,8 @@ def test_similarity_of_one_with_itself_is_one_and_knows_no_order():
 
 def test_a_window_keeps_what_is_even_or_rises_evenly():
     rows, columns = np.indices((40, 30)).astype(float)
-    rising = (
-        3 + 2 * rows - 5 * columns
-    )  # weights add up to 1 and are the same to both sides: the mean is the middle
+    # weights add up to 1 and are the same to both sides: the mean is the middle
+    rising = 3 + 2 * rows - 5 * columns
     assert np.abs(windowed(rising) - rising[5:-5, 5:-5]).max() < 1e-12
 
 
@@ -63,7 +62,8 @@ def test_a_window_keeps_what_is_even_or_rises_evenly():
     ],
 )
 def test_means_over_blocks_are_those_of_one_pixel_after_the_other(shape, mask):
-    values, held = np.random.default_rng(1).normal(size=shape), np.zeros(shape, bool)
+    values = np.random.default_rng(1).normal(size=shape)
+    held = np.zeros(shape, bool)
     held[mask] = True
     held &= np.random.default_rng(2).random(shape) < 0.9
     values[~held] = np.nan  # what is not asked for may be anything
@@ -91,7 +91,8 @@ def test_means_over_blocks_are_those_of_one_pixel_after_the_other(shape, mask):
 @pytest.mark.parametrize("step", [(0, 10), (10, 0), (10, 10), (10, -10)])
 @pytest.mark.parametrize("shape", [(25, PIECE // 8), (9, 30), (40, 8)])
 def test_pairs_with_contrast_are_all_that_have_it(shape, step):
-    metric, (dy, dx) = ContrastDetection(), step
+    metric = ContrastDetection()
+    dy, dx = step
     true = np.random.default_rng(5).uniform(0.9, 1.1, shape)
     true[3:5] = 0.0
     true[6, : shape[1] // 2] = 1.05 / 0.95  # exactly the lowest contrast with 1

@@ -37,9 +37,8 @@ def test_exr_holds_absolute_float_light(tmp_path, primaries, channels):
     assert seen.dtype == np.float32
     expected = p["xyz"].values if primaries == "xyz" else linear_srgb(p["xyz"].values)
     np.testing.assert_allclose(seen, expected, rtol=1e-6)  # float32
-    if (
-        primaries == "srgb"
-    ):  # a D65 grey is R = G = B = Y; the matrix of the standard has four digits
+    # a D65 grey is R = G = B = Y; the matrix of the standard has four digits
+    if primaries == "srgb":
         np.testing.assert_allclose(seen[..., 1], p["xyz"].values[..., 1], rtol=1e-3)
 
 

@@ -170,7 +170,8 @@ def test_few_places_are_near_many_on_a_night_drive(monkeypatch):
     from isethdr_mitsuba.world.view import view_of
 
     scene = chain(compose(["scene=night_drive", "scene.street_lamps=[6,6]"])).scene()
-    view, world = view_of(scene.camera, 640, 360, 0.1), build_world(scene, ramp_surfaces(scene))
+    view = view_of(scene.camera, 640, 360, 0.1)
+    world = build_world(scene, ramp_surfaces(scene))
     found = []
     for places, points in ((32, 4), (320, 16)):
         monkeypatch.setattr(illuminance, "POINTS", places)

@@ -320,7 +320,7 @@ def test_the_scalar_variant_renders_equidistant_fields(make):
     np.testing.assert_allclose(sky[0], sky[1], atol=4 * 0.045 * sky[1].max())
     assert sky[0].mean() == pytest.approx(sky[1].mean(), rel=0.01)
     some = lit[1] > 0.01 * np.median(lit[1])
-    # skew noise of 0.5 a tile, its median of 30
+    # the noise of a tile is skewed, about 0.5; the median of 30 tiles is within 0.1
     assert some.sum() > 30 and np.median(lit[0][some] / lit[1][some]) == pytest.approx(1, abs=0.1)
     upside_down = np.abs(sky[0][::-1] - sky[1]).max()
     assert upside_down > 0.5 * sky[1].max(), "the test could not detect an inverted picture"

@@ -118,9 +118,8 @@ def test_no_two_silhouettes_are_the_same(group, each):
             model = things.build(one(group, family, seed), "far")
             pictures.append([silhouette(model, across) for across in (0, 1)])
     for first, second in combinations(pictures, 2):
-        shared = [
-            (a & b).sum() / (a | b).sum() for a, b in zip(first, second, strict=True)
-        ]  # intersection over union, side and front
+        # intersection over union, side and front
+        shared = [(a & b).sum() / (a | b).sum() for a, b in zip(first, second, strict=True)]
         assert np.mean(shared) < 0.93
 
 
@@ -171,7 +170,8 @@ def test_an_upright_body_is_as_tall_as_its_height():
 
 def test_a_child_is_no_small_adult():
     rng = np.random.default_rng(0)
-    man, boy = people.look_of("man", rng).body, people.look_of("boy", rng).body
+    man = people.look_of("man", rng).body
+    boy = people.look_of("boy", rng).body
     assert boy.height_m < 1.35 < man.height_m
     assert boy.heads < 6.1 < man.heads  # a child's head is a larger part of it
     assert boy.leg < man.leg

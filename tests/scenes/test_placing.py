@@ -31,7 +31,8 @@ def samples(layout: Layout, count: int = 7) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) in all things' boxes, in their own poses, and the number of their thing."""
     grid = np.linspace(-0.49, 0.49, count)
     unit = np.stack(np.meshgrid(grid, grid, [0.02, 0.5, 0.98], indexing="ij"), -1).reshape(-1, 3)
-    points, owner = [], []
+    points = []
+    owner = []
     for k, one in enumerate(layout.standing):
         for x, y, length, width, bottom, top in solids(one.foot.thing):
             local = unit * [length, width, top - bottom] + [x, y, bottom]

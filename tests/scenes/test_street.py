@@ -77,7 +77,8 @@ def test_own_headlamps_are_below_the_picture_and_its_margin(quiet):
 
 def test_things_are_coarser_with_distance_and_within_the_budget():
     street = Street(seed=2, road="city_2_lanes", parked_share=1.0, riders_per_km=0.0)
-    layout, place = street.plan(), street.eye()
+    layout = street.plan()
+    place = street.eye()
     seen = visible(layout, place, street.horizontal_field_deg)
     assert 0 < len(seen) < len(layout.standing)
     level = levels(seen, place.position_m)

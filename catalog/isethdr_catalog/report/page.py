@@ -110,7 +110,8 @@ def _scene(result: Result) -> list[Figure]:
 
 def _inside(version):
     """Crop the overscan: show the camera's field only."""
-    half_x, half_y = version.attrs["field_width"] / 2, version.attrs["field_height"] / 2
+    half_x = version.attrs["field_width"] / 2
+    half_y = version.attrs["field_height"] / 2
     return version.sel(x=slice(-half_x, half_x), y=slice(-half_y, half_y)).load()
 
 
@@ -129,12 +130,14 @@ def _range(scene) -> tuple[float, float] | None:
     luminance.
     """
     y = display_view.luminance(scene)
-    low, high = max(float(np.percentile(y, 1)), y.max() * 1e-9), float(y.max())
+    low = max(float(np.percentile(y, 1)), y.max() * 1e-9)
+    high = float(y.max())
     return (low, high) if 0 < low < high else None
 
 
 def _profile(cameras: list[Look]) -> Markup:
-    profiles, floor = {}, np.inf
+    profiles = {}
+    floor = np.inf
     for look in cameras:
         y = display_view.luminance(look.truth)
         row = int(np.unravel_index(np.argmax(y), y.shape)[0])

@@ -80,7 +80,8 @@ def compression(scene, white_cd_m2: float) -> float:
     the sky stays dark.
     """
     mean = np.clip(display_view.luminance(scene) / white_cd_m2, 0.0, 1.0).mean()
-    low, high = 0.0, display_view.COMPRESSION
+    low = 0.0
+    high = display_view.COMPRESSION
     for _ in range(40):  # the curve rises with its compression
         middle = (low + high) / 2
         low, high = (low, middle) if display_view.tone(mean, middle) > MIDDLE else (middle, high)
@@ -100,7 +101,8 @@ def colour_scale(low: float, high: float) -> Scale:
     ramp, _ = display_view.false_colour(
         np.geomspace(low, high, 512)[None, :].repeat(18, 0), low, high
     )
-    first, last = np.ceil(np.log10(low) - 1e-9), np.floor(np.log10(high) + 1e-9)
+    first = np.ceil(np.log10(low) - 1e-9)
+    last = np.floor(np.log10(high) + 1e-9)
     span = np.log10(high / low)
     decades = np.arange(first, last + 1)
     ticks = [(100 * float(d - np.log10(low)) / span, *power(d)) for d in decades]
@@ -147,7 +149,8 @@ def labelled(xyz, white_cd_m2: float, compressed: float, labels, objects: list[d
     colour = np.random.default_rng(3).uniform(60, 255, (instance.max() + 1, 3))
     tinted = np.where((instance > 0)[..., None], 0.55 * rgb + 0.45 * colour[instance], rgb)
     image = Image.fromarray(tinted.astype(np.uint8))
-    draw, font = ImageDraw.Draw(image), ImageFont.load_default(max(11, image.width // 70))
+    draw = ImageDraw.Draw(image)
+    font = ImageFont.load_default(max(11, image.width // 70))
     for o in largest_objects(objects, instance):
         x, y, w, h = o["box"]
         draw.rectangle([x, y, x + w, y + h], outline=(255, 255, 255))

@@ -114,7 +114,8 @@ def seconds(rows) -> Markup:
 
     def draw(ax):
         ranked = sorted(rows, key=lambda r: -r.seconds)
-        longest, others = ranked[:9], ranked[9:]
+        longest = ranked[:9]
+        others = ranked[9:]
         names = [legible(r.stage) for r in longest] + ([f"{len(others)} more"] if others else [])
         values = [r.seconds for r in longest] + ([sum(r.seconds for r in others)] if others else [])
         ax.barh(names[::-1], values[::-1], color=CYCLE[1])
@@ -133,9 +134,11 @@ def snr_curve(
     Bins are of true luminance: binned by the noisy estimate, dark bins would hold mostly noise.
     """
     stated_variance = total_variance(before_denoising(picture))
-    y, variance = truth["xyz"].values[..., 1], stated_variance.values[..., 1]
+    y = truth["xyz"].values[..., 1]
+    variance = stated_variance.values[..., 1]
     usable = picture["valid"].values & (y > 0) & (variance > 0)
-    y, variance = y[usable], variance[usable]
+    y = y[usable]
+    variance = variance[usable]
     if not y.size:
         return np.zeros(0), np.zeros(0)
     index = np.floor(np.log10(y) * bins_per_decade).astype(int)

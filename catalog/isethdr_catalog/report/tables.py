@@ -91,7 +91,8 @@ def scores(result: Result, of_objects: bool) -> Markup:
 
 
 def _value(score: dict) -> Cell:
-    low, high = score["low"], score["high"]
+    low = score["low"]
+    high = score["high"]
     if low is None or high is None or not 0 < high - low < math.inf:  # NaN compares as unknown
         return number(score["value"])
     value, low, high = (rounded(v, high - low) for v in (score["value"], low, high))

@@ -102,7 +102,8 @@ def publish(path: Path, address: Address) -> None:
         bucket.put_files((f"{location}/{key}", path / key) for key in keys)
         settled = False
         bucket.create(catalog_key(path), ours.encoded())
-        # a repeated request may be refused because its first answer was lost: read who has won
+        # A request whose answer was lost is sent again. It is then refused, because its own first
+        # try made the entry. So read whose entry it is.
         entry = bucket.get(catalog_key(path))
         settled = True
         if entry is not None and Published.decoded(entry.content, path.stem) == ours:

@@ -70,7 +70,8 @@ def published_store(root: Path, manifest: Manifest, address: Address, group: str
     ------
     CatalogError : the metadata are damaged, the store is not in the catalog, or a request fails.
     """
-    bucket, known = bucket_of(address), _known(root, address)
+    bucket = bucket_of(address)
+    known = _known(root, address)
     keys = in_group(manifest, group)
     contents = bucket.get_all(f"{known.location}/{key}" for key in keys)
     for key, content in zip(keys, contents, strict=True):
@@ -90,7 +91,8 @@ def published_problems(root: Path, manifest: Manifest, address: Address) -> list
     """Read every file of a published store and return its problems, one line per file; None where
     it is not published.
     """
-    bucket, known = bucket_of(address), published(root)
+    bucket = bucket_of(address)
+    known = published(root)
     if known is None:
         return None
     wrong = dict(_problems_of_sizes(root, manifest, address))

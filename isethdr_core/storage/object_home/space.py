@@ -20,7 +20,8 @@ class PartUse(NamedTuple):
 def bucket_use(address: Address) -> list[PartUse]:
     """Return what each part takes in the bucket; unfinished uploads come last."""
     bucket = bucket_of(address)
-    named, files = _named(bucket), _files(bucket)
+    named = _named(bucket)
+    files = _files(bucket)
     uses = []
     for part in PARTS:
         here = {place: f for place, f in files.items() if place.startswith(f"{part}/")}

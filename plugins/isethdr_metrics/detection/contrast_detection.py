@@ -30,13 +30,11 @@ from .photon_counts import Signal, estimated, of_signals
 PAIRS = 4000  # drawn per object: the median is then known to about 0.01
 FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
 SMEARED_E = 0.3  # read noise that every picture is taken to have at least, in steps
-SMOOTH = (
-    7  # pixels: a window over which the picture's difference from the truth is taken as its mean
-)
+# pixels: a window over which the picture's difference from the truth is taken as its mean
+SMOOTH = 7
 TIE = 1e-9  # probabilities this close count as equal
-PIECE = (
-    8192  # pairs looked at together: what is worked out on the way stays in the processor's memory
-)
+# pairs looked at together: what is worked out on the way stays in the processor's memory
+PIECE = 8192
 
 
 class Pairs(NamedTuple):
@@ -55,9 +53,8 @@ class Question(NamedTuple):
     name: str
     pairs: Pairs
     pixels: int  # of the region; of the frame those that have contrast
-    place: (
-        np.ndarray | None
-    )  # of each pair's first pixel among the pixels that are asked; None: each pair counts
+    # of each pair's first pixel among the pixels that are asked; None: each pair counts
+    place: np.ndarray | None
 
     def independent(self, count: int) -> int:
         """Return how many of `count` pairs, or pixels, have noise of their own."""
@@ -80,9 +77,8 @@ class ContrastDetection:
     surround, and of the frame.
     """
 
-    MEAN_OF_PARTS: ClassVar[bool] = (
-        True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
-    )
+    # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    MEAN_OF_PARTS: ClassVar[bool] = True
 
     # least Michelson contrast in the reference picture of a pair that counts
     lowest_contrast_percent: Percent = 5.0
@@ -108,7 +104,8 @@ class ContrastDetection:
         picture = before_denoising(picture)
         if not variance_stated(picture, "contrast_detection", "probability"):
             return []
-        model, scores = self._model(picture, truth), []
+        model = self._model(picture, truth)
+        scores = []
         regions = once(
             ("contrast", self.lowest_contrast_percent, self.reach),
             (truth, labels),
@@ -193,7 +190,8 @@ class ContrastDetection:
 
     def _of_frame(self, true) -> Question:
         """Return the pairs of some pixels with contrast, each with the pixels `reach` away."""
-        (height, width), r = true.shape, self.reach
+        height, width = true.shape
+        r = self.reach
         steps = [(dy, dx) for dy in (-r, 0, r) for dx in (-r, 0, r) if dy or dx]
         taken_pixels = np.zeros(height * width, bool)
         for dy, dx in steps[4:]:
@@ -205,7 +203,8 @@ class ContrastDetection:
         if pixels.size > FRAME_PIXELS:
             chosen = np.random.default_rng(0).choice(pixels, FRAME_PIXELS, replace=False)
         row, column = np.divmod(chosen, width)
-        places, counted = [], []
+        places = []
+        counted = []
         for dy, dx in steps:
             inside = (0 <= row + dy) & (row + dy < height)
             inside &= (0 <= column + dx) & (column + dx < width)
@@ -220,8 +219,10 @@ class ContrastDetection:
         return Question("", pairs, pixels.size, place)
 
     def _map(self, model):
-        (height, width), r = model.true.shape, self.reach
-        total, count = np.zeros(height * width), np.zeros(height * width)
+        height, width = model.true.shape
+        r = self.reach
+        total = np.zeros(height * width)
+        count = np.zeros(height * width)
         for dy, dx in ((0, r), (r, 0), (r, r), (r, -r)):
             firsts = self._with_contrast(model.true, dy, dx)
             for start in range(0, firsts.size, PIECE):
@@ -237,8 +238,10 @@ class ContrastDetection:
         """Return the pixels, as indices of the flat picture, that have about the lowest contrast or
         more with the one `dy` rows and `dx` columns on.
         """
-        (height, width), left = true.shape, max(-dx, 0)
-        across, rows = max(width - abs(dx), 0), max(PIECE // width, 1)
+        height, width = true.shape
+        left = max(-dx, 0)
+        across = max(width - abs(dx), 0)
+        rows = max(PIECE // width, 1)
         # less by rounding: decided when the contrast is worked out
         least = self.lowest_contrast_percent / 100 * (1 - 1e-9)
         pixels = [np.zeros(0, int)]
@@ -257,12 +260,16 @@ class ContrastDetection:
         true : luminance (y, x). `first`, `second` : indices of the flat picture.
         """
         true = true.ravel()
-        a, b = true[first], true[second]
+        a = true[first]
+        b = true[second]
         sums = a + b
         contrast = np.abs(a - b) / np.where(sums > 0, sums, 1.0)
         counts = np.flatnonzero((contrast > self.lowest_contrast_percent / 100) & (sums > 0))
-        first, second, swap = first[counts], second[counts], a[counts] < b[counts]
-        bright, dark = np.where(swap, second, first), np.where(swap, first, second)
+        first = first[counts]
+        second = second[counts]
+        swap = a[counts] < b[counts]
+        bright = np.where(swap, second, first)
+        dark = np.where(swap, first, second)
         return Pairs(first, second, bright, dark, contrast[counts]), counts
 
     def _probability(self, model: Expected, pairs: Pairs):
@@ -291,7 +298,8 @@ class ContrastDetection:
         interval = self.interval_percent / 100
         valid = _both_valid(model, pairs)
         estimate = estimated(bright, dark, pairs.contrast, interval)
-        value, bound = np.where(valid, estimate.value, 0.0), np.where(valid, estimate.bound, 0.0)
+        value = np.where(valid, estimate.value, 0.0)
+        bound = np.where(valid, estimate.bound, 0.0)
         for first_guess in (True, False):
             uncertain = np.flatnonzero(_may_be_median(value, bound, regions, first_guess))
             signals = (Signal(*(values[uncertain] for values in of)) for of in (bright, dark))
@@ -310,20 +318,26 @@ def _may_be_median(value, bound, regions: list[Question], first_guess: bool):
     regions : what is looked at in each.
     first_guess : the medians are taken to be where they are estimated.
     """
-    uncertain, end = bound > 0, 0
+    uncertain = bound > 0
+    end = 0
     for region in regions:
-        start, end = end, end + region.pairs.first.size
-        some, place = slice(start, end), region.place
+        start = end
+        end = end + region.pairs.first.size
+        some = slice(start, end)
+        place = region.place
         if start == end:
             continue
-        least, most, middle = value[some] - bound[some], value[some] + bound[some], value[some]
+        least = value[some] - bound[some]
+        most = value[some] + bound[some]
+        middle = value[some]
         if place is not None:
             count = np.bincount(place)
             least, most, middle = (np.bincount(place, v) / count for v in (least, most, middle))
         low, high = (middle, middle) if first_guess else (least, most)
         shares = median_shares(region.independent(len(middle)))
         # a little wider: sums in another order are rounded differently
-        from_below, to_above = _around(low, shares)[0] - TIE, _around(high, shares)[1] + TIE
+        from_below = _around(low, shares)[0] - TIE
+        to_above = _around(high, shares)[1] + TIE
         near = np.zeros(len(middle), bool)
         for at_least, at_most in zip(from_below, to_above, strict=True):
             near |= (most >= at_least) & (least <= at_most)
@@ -432,5 +446,6 @@ def draw_pairs_of(region, reach: int):
     place = other - start
     within = in_frame & np.all((place >= 0) & (place < mask.shape), axis=1)
     in_frame[within] = ~mask[tuple(place[within].T)]
-    pick, other = pick[in_frame][:PAIRS], other[in_frame][:PAIRS]
+    pick = pick[in_frame][:PAIRS]
+    other = other[in_frame][:PAIRS]
     return tuple(pick.T), tuple(other.T)

@@ -51,7 +51,8 @@ def above_zero(differences: Differences) -> np.ndarray:
     The inversion of the characteristic function by its values at odd multiples of half a distance
     (Davies 1973, Biometrika 60, 415, eq. 5).
     """
-    count, out = terms_of(differences), np.empty(len(differences.sd))
+    count = terms_of(differences)
+    out = np.empty(len(differences.sd))
     order = np.argsort(count, kind="stable")  # all of a piece take as many terms as the last
     for start in range(0, len(order), PIECE):
         at = order[start : start + PIECE]
@@ -64,7 +65,8 @@ def _piece(differences: Differences, count: int) -> np.ndarray:
     distance = _distance(differences)
     # N exp(i a t) and M exp(-i b t), from one term to the next
     half_turns = np.exp(0.5j * bright_step * distance), np.exp(-0.5j * dark_step * distance)
-    first, second = bright * half_turns[0], dark * half_turns[1]
+    first = bright * half_turns[0]
+    second = dark * half_turns[1]
     first_ratio, second_ratio = (half_turn * half_turn for half_turn in half_turns)
     square = -0.5 * (sd * distance) ** 2
     mean = bright + dark

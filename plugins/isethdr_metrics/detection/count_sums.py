@@ -115,7 +115,8 @@ def _by_differences(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
 
 def _by_sums(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
     """Return what `_by_differences` does, from sums over counts."""
-    first, second = table_of(bright.mean), table_of(dark.mean)
+    first = table_of(bright.mean)
+    second = table_of(dark.mean)
     at = first.first[:, None] + np.arange(first.share.shape[1])
     level = at * bright.step[:, None]
     inside = _below(wedges, 0, level, dark, second) - _below(wedges, 1, level, dark, second)
@@ -161,7 +162,8 @@ def _below(wedges: Wedges, end: int, level: np.ndarray, dark: Counts, law: Table
     """Return the probability (pair, count) that a measured contrast is above one end of the
     interval, for each level (pair, count) of the brighter pixel.
     """
-    contrast, blur = wedges.ends[end][:, None], _blur(wedges, dark, end)[:, None]
+    contrast = wedges.ends[end][:, None]
+    blur = _blur(wedges, dark, end)[:, None]
     # the darker count up to which the contrast is high enough, from the first one of the table
     reach = (1 - contrast) / (1 + contrast) * level / dark.step[:, None] - law.first[:, None]
     start = np.ceil(reach - REACH_SD * blur)
@@ -173,7 +175,8 @@ def _below(wedges: Wedges, end: int, level: np.ndarray, dark: Counts, law: Table
     place = np.clip(start, -wide, count).astype(int) + wide
     row = np.arange(len(share))[:, None]
     out = total[row, place]
-    flat, place = share.ravel(), place + row * share.shape[1]
+    flat = share.ravel()
+    place = place + row * share.shape[1]
     distance = (reach - np.clip(start, -wide, count)) / blur
     for _ in range(wide):
         out += flat[place] * ndtr(distance)

@@ -45,27 +45,29 @@ class ObjectContrast:
             ledger.left_out("object_contrast", "the scene has no label 'instance'", NAN, "Weber")
             return []
         undenoised = before_denoising(picture)
-        variance, scores = luminance_variance(undenoised), []
+        variance = luminance_variance(undenoised)
+        scores = []
         noisy = variance_stated(undenoised, "object_contrast_snr", "")
         for region in regions_of(y.shape, labels)[1:]:
             name = region.name
             ring = once(("ring", self.ring, name), (labels,), lambda r=region: self._ring(r))
-            use, use_around = region.of(valid), ring.of(valid)
-            pixels, pixels_around = int(use.sum()), int(use_around.sum())
+            use = region.of(valid)
+            use_around = ring.of(valid)
+            pixels = int(use.sum())
+            pixels_around = int(use_around.sum())
             if pixels < self.fewest_pixels or pixels_around < self.fewest_pixels:
                 why = f"{pixels} valid pixels in it, {pixels_around} around it"
                 ledger.left_out(f"contrast of {name}", why, NAN, "Weber")
                 continue
-            mean, surround = region.of(y)[use].mean(), ring.of(y)[use_around].mean()
+            mean = region.of(y)[use].mean()
+            surround = ring.of(y)[use_around].mean()
             if not surround:
                 ledger.left_out(
                     f"contrast of {name}", "the picture shows no light around it", NAN, "Weber"
                 )
                 continue
-            v_in, v_around = (
-                region.of(variance)[use].mean(),
-                ring.of(variance)[use_around].mean(),
-            )
+            v_in = region.of(variance)[use].mean()
+            v_around = ring.of(variance)[use_around].mean()
             contrast = _weber(mean, surround)
             # d(contrast) of a quotient; each mean's variance is 9 times that of independent pixels
             # at most (3 x 3 demosaic)

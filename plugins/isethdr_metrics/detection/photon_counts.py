@@ -17,9 +17,13 @@ NO_READ_NOISE = 1e-12  # share of the variance; less than this is rounding of th
 
 # Limits between the three representations of a pixel, from the errors listed in `representation`
 SMALL_SKEWNESS = 0.06
-SMOOTH_READ_NOISE_E, FEW_ELECTRONS = 1.5, 20.0
-LATTICE_READ_NOISE_E, SOME_ELECTRONS = 0.3, 300.0
-NORMAL, TWO_NORMALS, COUNTS = 0, 1, 2
+SMOOTH_READ_NOISE_E = 1.5
+FEW_ELECTRONS = 20.0
+LATTICE_READ_NOISE_E = 0.3
+SOME_ELECTRONS = 300.0
+NORMAL = 0
+TWO_NORMALS = 1
+COUNTS = 2
 
 ESTIMATED_READ_NOISE_E = 0.2  # from which on the bound of an estimate was measured
 
@@ -58,7 +62,8 @@ def of_signals(bright: Signal, dark: Signal, contrast, interval: float) -> np.nd
     Every signal becomes a mixture of normal distributions, see `representation`. The probability
     of a pair is the weighted sum over the components of both.
     """
-    bright, dark = _limited(bright), _limited(dark)
+    bright = _limited(bright)
+    dark = _limited(dark)
     kinds = representation(bright), representation(dark)
     out = np.empty(len(contrast))
     for kind in (NORMAL, TWO_NORMALS, COUNTS):
@@ -91,14 +96,17 @@ def estimated(bright: Signal, dark: Signal, contrast, interval: float) -> Estima
     flare, and steps that differ by a factor of two, `of_signals` is at most 0.6 of the bound away.
     Below 0.2 e of read noise nothing is promised.
     """
-    bright, dark = _limited(bright), _limited(dark)
-    first, second = _shape(bright), _shape(dark)
+    bright = _limited(bright)
+    dark = _limited(dark)
+    first = _shape(bright)
+    second = _shape(dark)
     normal = (first.kind == NORMAL) & (second.kind == NORMAL)
     third = [shape.counts * of.step**3 for shape, of in ((first, bright), (second, dark))]
     value = np.empty(len(contrast))
     for start in range(0, len(contrast), PIECE):
         some = slice(start, start + PIECE)
-        b, d = bright.mean[some], dark.mean[some]
+        b = bright.mean[some]
+        d = dark.mean[some]
         wedges = wedges_between(
             bright.variance[some], dark.variance[some], contrast[some], interval
         )
@@ -172,13 +180,15 @@ def _mixture(signal: Signal, kind: int) -> Mixture:
         at = n[0] + np.arange(n[1])[None]
         weight = np.exp(xlogy(at, counts[:, None]) - counts[:, None] - gammaln(at + 1))
         weight /= weight.sum(axis=1, keepdims=True)
-        electrons, rest_e2 = at, read_e2
+        electrons = at
+        rest_e2 = read_e2
     return Mixture(weight, signal.step[:, None] * electrons, rest_e2 * signal.step**2)
 
 
 def _range(counts):
     """Return first count and number of counts that hold all but 1e-6 of these Poisson laws."""
-    low, high = float(counts.min()), float(counts.max())
+    low = float(counts.min())
+    high = float(counts.max())
     first = max(0, int(low - 5 * np.sqrt(low)))
     return first, int(high + 5 * np.sqrt(high) + 6) - first
 

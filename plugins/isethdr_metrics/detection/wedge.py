@@ -76,7 +76,8 @@ def wedges_between(bright_variance, dark_variance, contrast, interval: float) ->
     # a level without noise has no angle of its own: both sides point along the other
     noisy = (bright_variance > 0) & (dark_variance > 0)
     first, last = (np.arctan2((1 - c) / scale[1], (1 + c) / scale[0]) for c in ends)
-    middle, half = (first + last) / 2, np.where(noisy, (first - last) / 2, np.inf)
+    middle = (first + last) / 2
+    half = np.where(noisy, (first - last) / 2, np.inf)
     angle = middle + np.where(noisy, half, 0.0) * NODES[:, None]
     nodes = np.stack([np.cos(angle) / scale[0], np.sin(angle) / scale[1]])
     return Wedges(
@@ -103,12 +104,14 @@ def probability_between(wedges: Wedges, bright, dark, pair=None) -> np.ndarray:
     every = slice(None) if pair is None else pair
     low, high = (c[every] for c in wedges.ends)
     mean = (1 - low) * bright - (1 + low) * dark, (1 - high) * bright - (1 + high) * dark
-    noise_free, total = wedges.noise_free[every], bright + dark
+    noise_free = wedges.noise_free[every]
+    total = bright + dark
     some_free = noise_free.any()
     if some_free and noise_free.all():
         return without_noise(mean, total)
     # both have to be positive: above the lower end and below the upper end of the interval
-    h, k = mean[0] / wedges.sd[0][every], -mean[1] / wedges.sd[1][every]
+    h = mean[0] / wedges.sd[0][every]
+    k = -mean[1] / wedges.sd[1][every]
     out = ndtr(h) + ndtr(k) - 1  # exact but for pairs that are measured negative
     # outside the wedge by both of its sides lies only what has a negative sum
     close = np.flatnonzero((total < wedges.far[every]) & ~noise_free)
@@ -168,7 +171,8 @@ def _opposite(wedges: Wedges, pair, bright, dark, square) -> np.ndarray:
 def _tail(x) -> np.ndarray:
     """Return 1 - x M(x), M being Mills's ratio of normal probabilities."""
     at = np.abs(x)
-    over, under = np.full_like(at, NUMERATOR[-1]), np.full_like(at, DENOMINATOR[-1])
+    over = np.full_like(at, NUMERATOR[-1])
+    under = np.full_like(at, DENOMINATOR[-1])
     for coefficients, value in ((NUMERATOR, over), (DENOMINATOR, under)):
         for coefficient in coefficients[-2::-1]:
             value *= at
@@ -222,7 +226,8 @@ def both_positive(h, k, rho):
     h, k = (np.where(np.abs(v) < tiny, tiny, v) for v in (h, k))
     root = np.sqrt(np.maximum(1 - rho**2, 1e-24))
     correction = np.where(h * k < 0, 0.5, 0.0)
-    t_h, t_k = owens_t(h, (k / h - rho) / root), owens_t(k, (h / k - rho) / root)
+    t_h = owens_t(h, (k / h - rho) / root)
+    t_k = owens_t(k, (h / k - rho) / root)
     return (ndtr(h) + ndtr(k)) / 2 - t_h - t_k - correction
 
 

@@ -60,8 +60,10 @@ class DynamicRange:
             ledger.left_out("dynamic_range", "no pixel is valid", NAN, "dB")
             return []
         brightest = np.unravel_index(np.argmax(np.where(valid, y, -np.inf)), y.shape)
-        variance, reached = luminance_variance(picture), not valid.all()
-        top, top_noise = float(y[brightest]), float(np.sqrt(variance[brightest]))
+        variance = luminance_variance(picture)
+        reached = not valid.all()
+        top = float(y[brightest])
+        top_noise = float(np.sqrt(variance[brightest]))
         if not top > highest_of_noise(top_noise, int(valid.sum())):
             why = (
                 f"no pixel stands out of the noise: the brightest of {valid.sum()} has "

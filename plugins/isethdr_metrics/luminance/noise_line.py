@@ -68,7 +68,8 @@ def medians(luminance, variance, reach: float) -> tuple:
     reach : largest luminance, cd/m2.
     """
     below = luminance <= reach
-    luminance, variance = luminance[below], variance[below]
+    luminance = luminance[below]
+    variance = variance[below]
     level = np.maximum(luminance / (reach or 1.0), 1 / DEPTH)
     group = np.ceil(GROUPS * (1 + np.log(level) / np.log(DEPTH))).astype(np.uint8)
     order = np.argsort(group, kind="stable")  # radix sort, as the keys have one byte
@@ -85,7 +86,8 @@ def line_through(luminance, variance) -> NoiseLine:
     from scipy.optimize import nnls
 
     luminance, variance = (np.atleast_1d(np.asarray(v, float)) for v in (luminance, variance))
-    level, noisy = luminance.mean() or 1.0, variance > 0
+    level = luminance.mean() or 1.0
+    noisy = variance > 0
     if not noisy.any():
         return NoiseLine(0.0, 0.0)
     terms = np.stack([np.ones(noisy.sum()), luminance[noisy] / level], 1)

@@ -54,7 +54,8 @@ class SnrCurve:
                 ledger.left_out(f"SNR at {level:g} cd/m2", why, np.nan, "dB")
                 continue
             nearest = int(distance.argmin())
-            value, (low, high) = self._at(rows, nearest, level), rows["snr_interval_db"][nearest]
+            value = self._at(rows, nearest, level)
+            low, high = rows["snr_interval_db"][nearest]
             if not np.isfinite(value):
                 ledger.left_out(
                     f"SNR at {level:g} cd/m2", "the picture states no noise there", np.nan, "dB"
@@ -70,7 +71,8 @@ class SnrCurve:
         two bins, it is the next one on the same side. The slope of one row alone is that of shot
         noise.
         """
-        x, snr = np.log10(rows["luminance_cd_m2"] / level), rows["snr_db"]
+        x = np.log10(rows["luminance_cd_m2"] / level)
+        snr = rows["snr_db"]
         across = 1 if x[nearest] < 0 else -1
         for second in (nearest + across, nearest - across):
             if not (0 <= second < len(x) and abs(x[second]) <= 2 / self.bins_per_decade):
@@ -127,9 +129,8 @@ class SnrCurve:
 
         signal = once(("signal", *key), (truth,), lambda: medians(true)[0])
         reported, least, most = medians(luminance_variance(picture))
-        with np.errstate(
-            divide="ignore", invalid="ignore"
-        ):  # a noise-free picture has an infinite SNR
+        # a noise-free picture has an infinite SNR
+        with np.errstate(divide="ignore", invalid="ignore"):
             snr, measured = (
                 20 * np.log10(signal / np.sqrt(noise))
                 for noise in (reported, mean((y - true) ** 2))

@@ -24,17 +24,17 @@ from ..regions import luminances, mean_of, regions_of
 class Ciede2000:
     """Mean CIEDE2000 of pixels up to the white, for the frame and for each object."""
 
-    MEAN_OF_PARTS: ClassVar[bool] = (
-        True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
-    )
+    # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    MEAN_OF_PARTS: ClassVar[bool] = True
 
     WHITE_SCORE: ClassVar[str] = "ciede2000_white"
 
+    # score, function of physics.colour, unit
     formula: ClassVar[tuple[str, str, str]] = (
         "ciede2000",
         "de2000",
         "dE00",
-    )  # score, function of physics.colour, unit
+    )
 
     # luminance of the white (D65) of both pictures; 0 takes the 99th percentile of the reference
     # picture without lamps

@@ -24,9 +24,8 @@ class Ssim:
     same display rendering.
     """
 
-    MEAN_OF_PARTS: ClassVar[bool] = (
-        True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
-    )
+    # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    MEAN_OF_PARTS: ClassVar[bool] = True
 
     WHITE_SCORE: ClassVar[str] = "ssim_white"
 

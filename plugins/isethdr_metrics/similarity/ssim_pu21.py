@@ -15,7 +15,9 @@ from isethdr_core.errors import UnitError
 from ..regions import frame_and_objects, luminances, mean_interval
 from .structural_similarity import similarity
 
-LOWEST_CD_M2, HIGHEST_CD_M2 = 0.005, 10000.0  # for which PU21 was fitted
+# for which PU21 was fitted
+LOWEST_CD_M2 = 0.005
+HIGHEST_CD_M2 = 10000.0
 # Mantiuk, Azimi 2021, "PU21: a novel perceptually uniform encoding", the fit "banding_glare", its
 # default
 P = (
@@ -35,9 +37,8 @@ class SsimPu21:
     map.
     """
 
-    MEAN_OF_PARTS: ClassVar[bool] = (
-        True  # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
-    )
+    # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    MEAN_OF_PARTS: ClassVar[bool] = True
 
     def narrow(self, demand):
         """Add the instance labels to the demand."""

@@ -7,9 +7,8 @@ import numpy as np
 REACH = 5  # pixels to each side of the middle of the window, 11 in all
 SIGMA = 1.5  # pixels: standard deviation of the window
 STRIP = 24  # rows worked out together
-TAPS = np.exp(
-    -0.5 * (np.arange(REACH + 1) - REACH) ** 2 / SIGMA**2
-)  # from the end of the window to its middle
+# from the end of the window to its middle
+TAPS = np.exp(-0.5 * (np.arange(REACH + 1) - REACH) ** 2 / SIGMA**2)
 TAPS /= 2 * TAPS.sum() - TAPS[-1]
 
 
@@ -29,11 +28,9 @@ def similarity(first, second, data_range: float) -> np.ndarray:
     needed, so four windowed means suffice. Half of the range is subtracted first, which reduces the
     rounding of the squares to a quarter.
     """
-    middle, of_means, of_variances = (
-        data_range / 2,
-        (0.01 * data_range) ** 2,
-        (0.03 * data_range) ** 2,
-    )
+    middle = data_range / 2
+    of_means = (0.01 * data_range) ** 2
+    of_variances = (0.03 * data_range) ** 2
     out = np.empty(first.shape, first.dtype)
     one, other = (
         np.pad(plane - first.dtype.type(middle), REACH, mode="symmetric")
@@ -41,14 +38,13 @@ def similarity(first, second, data_range: float) -> np.ndarray:
     )
     for top in range(0, len(out), STRIP):
         rows = slice(top, top + STRIP + 2 * REACH)
-        a, b = one[rows], other[rows]
+        a = one[rows]
+        b = other[rows]
         mean_a, mean_b, squares, product = (
             windowed(values) for values in (a, b, a * a + b * b, a * b)
         )
-        covariance, variances = (
-            product - mean_a * mean_b,
-            squares - (mean_a * mean_a + mean_b * mean_b),
-        )
+        covariance = product - mean_a * mean_b
+        variances = squares - (mean_a * mean_a + mean_b * mean_b)
         mean_a += middle
         mean_b += middle
         out[top : top + STRIP] = (

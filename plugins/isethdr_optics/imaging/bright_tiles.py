@@ -53,7 +53,9 @@ def correct(out, cube, weights, fit, optics: FieldOptics, apply=map) -> None:
     weights : (channel, band) photocurrent per radiance. `fit` : `spectral_fit.Fit`.
     apply : `map`, or the `map` of a pool of threads.
     """
-    groups, kernels, relative = [], optics.kernels, optics.relative
+    groups = []
+    kernels = optics.kernels
+    relative = optics.relative
     for radius in np.unique(fit.radii):
         half_widths = [min(int(radius), n // 2) for n in kernels.bands[0].shape]
         core_window = tuple(
@@ -95,23 +97,24 @@ def correct(out, cube, weights, fit, optics: FieldOptics, apply=map) -> None:
 def _spread(out, first, weights, group: _Group):
     """Add the light of a group to some rows of one channel, from row `first` on."""
     tiles, missed, cores, half_widths = group
-    (ny, nx), shape = out.shape, tuple(2 * h + 1 for h in half_widths)
-    rows, columns = tiles // nx - first, tiles % nx
+    ny, nx = out.shape
+    shape = tuple(2 * h + 1 for h in half_widths)
+    rows = tiles // nx - first
+    columns = tiles % nx
     reaches = (rows + half_widths[0] >= 0) & (rows - half_widths[0] < ny)
-    rows, columns, missed = rows[reaches], columns[reaches], missed[:, reaches]
+    rows = rows[reaches]
+    columns = columns[reaches]
+    missed = missed[:, reaches]
     for start in range(0, len(rows), TILES_AT_ONCE):
         chunk = slice(start, start + TILES_AT_ONCE)
-        missed_light = (missed[:, chunk] * weights[:, None]).T.astype(
-            cores.dtype
-        )  # a small correction: single precision is enough
+        # a small correction: single precision is enough
+        missed_light = (missed[:, chunk] * weights[:, None]).T.astype(cores.dtype)
         spread = matrix_product(np.ascontiguousarray(missed_light), cores).reshape(-1, *shape)
         for tile_light, y, x in zip(spread, rows[chunk], columns[chunk]):
-            top, left, bottom, right = (
-                max(y - half_widths[0], 0),
-                max(x - half_widths[1], 0),
-                min(y + half_widths[0] + 1, ny),
-                min(x + half_widths[1] + 1, nx),
-            )
+            top = max(y - half_widths[0], 0)
+            left = max(x - half_widths[1], 0)
+            bottom = min(y + half_widths[0] + 1, ny)
+            right = min(x + half_widths[1] + 1, nx)
             inside = (
                 slice(top - y + half_widths[0], bottom - y + half_widths[0]),
                 slice(left - x + half_widths[1], right - x + half_widths[1]),

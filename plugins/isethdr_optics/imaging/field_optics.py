@@ -62,7 +62,8 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
     wavelength_nm = mixed.wavelength.values.astype(float)
     f_m = 1e-3 * lens.focal_length_mm
     pitch_um = tuple(1e6 * f_m * quantities.tile_pitch(mixed, d) for d in ("y", "x"))
-    axis_lens, spatial_response = (without_geometry(lens), None if lens.field_varies else response)
+    axis_lens = without_geometry(lens)
+    spatial_response = None if lens.field_varies else response
 
     details_of_kernels = []  # of all kernels that are computed; the last ones are used
 
@@ -80,7 +81,8 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
     kernels_of_axis = wing_truncation.truncated_kernels(
         make, axis_lens, flares, mixed, sensor, pitch_um, spatial_response
     ) or make(tuple(mixed.sizes[d] - 1 for d in ("y", "x")))
-    field, notes = None, []
+    field = None
+    notes = []
     if lens.blurs:
         tiles = FieldTiles(
             *(mixed[d].values.astype(float) for d in ("x", "y")), projection_of(mixed), pitch_um

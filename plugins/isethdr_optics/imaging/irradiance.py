@@ -38,13 +38,17 @@ def irradiance(values, optics: FieldOptics, error_allowed: float = 0.0) -> Irrad
     optics : of the field of `values`.
     error_allowed : largest relative error of a convolution.
     """
-    kernels, field, gains = optics.kernels, optics.field, optics.gains
+    kernels = optics.kernels
+    field = optics.field
+    gains = optics.gains
     to_device = array_backend.device_transfer()
     out = np.empty(values.shape, np.result_type(values.dtype, np.float32))
 
     def one_band(b, apply):
         """Write the irradiance of band `b`; return the bound of its convolution, None without."""
-        kernel, relative, gain = kernels and kernels.ready(b), optics.relative, gains[b]
+        kernel = kernels and kernels.ready(b)
+        relative = optics.relative
+        gain = gains[b]
         if kernel is None:
             out[b] = values[b] * (gain if relative is None else gain * relative)
             return None
@@ -53,11 +57,12 @@ def irradiance(values, optics: FieldOptics, error_allowed: float = 0.0) -> Irrad
             return array_backend.convolve_on_device(to_device, *arguments)
         return convolve_into(*arguments, apply=apply)
 
+    # two bands at a time keep memory low and all threads busy
     with (
         threads() as apply,
         ThreadPoolExecutor(2) as band_pool,
         sf.set_workers(1),
-    ):  # two bands at a time keep memory low and all threads busy
+    ):
         if field is None:
             bounds = list(band_pool.map(lambda b: one_band(b, apply), range(len(gains))))
         else:

@@ -26,7 +26,6 @@ def kernel_bytes(lens, flares, frame: Frame) -> float:
     reach = [int(part * (n - 1)) for n in (frame.rows, frame.columns)]
     pitch_um = [1e3 * lens.focal_length_mm * p for p in frame.pitch]
     if blurred and lens.zernike_um:
-        sampled_pupil.core_pitch_mm(
-            lens, min(pitch_um), wave.min(), sampled_pupil.FEWEST_SAMPLES
-        )  # refuses what no pupil can follow
+        # refuses what no pupil can follow
+        sampled_pupil.core_pitch_mm(lens, min(pitch_um), wave.min(), sampled_pupil.FEWEST_SAMPLES)
     return kernels.held_bytes(lens, flares, wave, pitch_um, reach)

@@ -30,7 +30,8 @@ def overlaid(parts, shape, error_allowed: float = 0.0) -> tuple[np.ndarray, Boun
         anyway, nothing is gained.
     """
     relative = max(error_allowed / 2, RELATIVE)  # the other half: parts that are done again
-    images, errors = [], []
+    images = []
+    errors = []
     for _, light, kernel in parts:
         image, error = _by_transform(light, kernel)
         images.append(image)
@@ -39,19 +40,23 @@ def overlaid(parts, shape, error_allowed: float = 0.0) -> tuple[np.ndarray, Boun
     doubtful = doubt > relative * total
     if not doubtful.any():
         return total, Bound(relative + SUMMED, 0.0, 0)
-    absolute, pixels, allowed = 0.0, 0, relative / len(parts)
+    absolute = 0.0
+    pixels = 0
+    allowed = relative / len(parts)
     for k, (window, light, kernel) in enumerate(parts):
         where = doubtful[window]
         if where.any() and errors[k] > allowed * float(total[window][where].min()):
             images[k], bound = convolve_with_bound(light, kernel, relative)
             errors[k] = 0.0  # relative now
-            absolute, pixels = absolute + bound.absolute, pixels + bound.pixels
+            absolute = absolute + bound.absolute
+            pixels = pixels + bound.pixels
     total, doubt = _sums(parts, images, errors, shape)
     return total, Bound(2 * relative + SUMMED, absolute, pixels)
 
 
 def _sums(parts, images, errors, shape):
-    total, doubt = np.zeros(shape), np.zeros(shape)
+    total = np.zeros(shape)
+    doubt = np.zeros(shape)
     for (window, _, _), image, error in zip(parts, images, errors):
         total[window] += image
         doubt[window] += error
@@ -62,17 +67,16 @@ def _by_transform(light, kernel):
     """Return the convolution, never below 0, and a bound on a pixel's error: white rounding, 10
     standard deviations.
     """
+    # only cropped pixels wrap
     size = [
         sf.next_fast_len(n + min(k // 2, n - 1), real=True)
         for n, k in zip(light.shape, kernel.shape)
-    ]  # only cropped pixels wrap
-    scale = (
-        float(light.max()) or 1.0
-    )  # all may be dark: a place of the field from which no light passes the lens
+    ]
+    # all may be dark: a place of the field from which no light passes the lens
+    scale = float(light.max()) or 1.0
     centred = np.zeros(size)
-    cut = [
-        slice(max(0, k // 2 - n + 1), k // 2 + n) for n, k in zip(light.shape, kernel.shape)
-    ]  # what can reach
+    # what can reach
+    cut = [slice(max(0, k // 2 - n + 1), k // 2 + n) for n, k in zip(light.shape, kernel.shape)]
     used = kernel[tuple(cut)]
     centred[: used.shape[0], : used.shape[1]] = used
     centred = np.roll(centred, [-(k // 2 - c.start) for k, c in zip(kernel.shape, cut)], (0, 1))

@@ -49,11 +49,9 @@ def map_photoelectrons(lens, mixed, relative, response) -> PhotoelectronMap:
         * electrons(response, mixed.wavelength.values.astype(float)),
         axis=0,
     )
-    values, rows, block = (
-        np.asarray(mixed.values),
-        weights.astype(mixed.dtype),
-        block_of(mixed.shape[1:]),
-    )
+    values = np.asarray(mixed.values)
+    rows = weights.astype(mixed.dtype)
+    block = block_of(mixed.shape[1:])
     whole = np.empty(values.shape[1:], values.dtype)
 
     def strip(start):

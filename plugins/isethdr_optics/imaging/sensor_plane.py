@@ -55,7 +55,8 @@ class SensorPlane:
         """Return the plane of some tiles {y, x} of the field; None: all. Needs `keeps_grid`."""
         if tiles is None:
             return self
-        y, x = tiles["y"], tiles["x"]
+        y = tiles["y"]
+        x = tiles["x"]
         relative = self.relative[y, x] if np.ndim(self.relative) else self.relative
         return replace(self, relative=relative, x=self.x[x], y=self.y[y])
 
@@ -97,7 +98,8 @@ class SensorPlane:
             return mixed
         centres = {}
         for d, count in zip(("y", "x"), padding):
-            coordinates, pitch = mixed[d].values, quantities.tile_pitch(mixed, d)
+            coordinates = mixed[d].values
+            pitch = quantities.tile_pitch(mixed, d)
             centres[d] = np.concatenate(
                 [
                     coordinates[0] - pitch * np.arange(count, 0, -1),
@@ -221,7 +223,8 @@ def _relative_illumination(lens, distortion_map, x, y, projection, widest):
     falloff = lens.falloff_to(widest)
     if falloff == "none":
         return 1.0, {"falloff": "none"}
-    u, v = x[None, :], y[:, None]
+    u = x[None, :]
+    v = y[:, None]
     if falloff == "cos4":
         if widest >= np.pi / 2:
             raise ConfigError(
@@ -261,7 +264,8 @@ def _inscribed_scale(distortion_map, half) -> float:
     u = np.concatenate([side, side, -np.ones_like(side), np.ones_like(side)]) * half[0]
     v = np.concatenate([-np.ones_like(side), np.ones_like(side), side, side]) * half[1]
     x, y = distortion_map.forward(u, v)
-    low, high = 0.0, float(min(x.max() / half[0], y.max() / half[1]))
+    low = 0.0
+    high = float(min(x.max() / half[0], y.max() / half[1]))
     for _ in range(60):
         middle = (low + high) / 2
         try:

@@ -70,7 +70,9 @@ def fit(cube, optics, weights, response, apply=map) -> Fit | None:
     response : `isethdr_core.demand.Response` of the sensor, for its noise.
     apply : `map`, or the `map` of a pool of threads.
     """
-    total, kernels, relative = np.abs(weights).sum(0), optics.kernels, optics.relative
+    total = np.abs(weights).sum(0)
+    kernels = optics.kernels
+    relative = optics.relative
     rate = (
         _rate(cube, total, apply)
         if optics.electron_map is None
@@ -88,9 +90,8 @@ def fit(cube, optics, weights, response, apply=map) -> Fit | None:
         return None
     moments /= scale
     centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in kernels.bands], float)
-    exact_functionals = np.concatenate(
-        [weights, weights * centre]
-    )  # all of a tile's light, and what stays in the tile: both exact
+    # all of a tile's light, and what stays in the tile: both exact
+    exact_functionals = np.concatenate([weights, weights * centre])
     samples = _ErrorSamples(cube, factor, bright, others, spectra, weights, kernels, response)
     allowed = TOLERATED * response.noise_fraction_allowed
 
@@ -98,10 +99,8 @@ def fit(cube, optics, weights, response, apply=map) -> Fit | None:
         """Return the first basis whose `share` of the noise is allowed, and that share; (None,
         share) where there is none.
         """
-        rows, noise_share = (
-            directions(exact_functionals, moments, kernel_moments(points, weights)),
-            np.inf,
-        )
+        rows = directions(exact_functionals, moments, kernel_moments(points, weights))
+        noise_share = np.inf
         for count in range(np.linalg.matrix_rank(exact_functionals), min(MOST, len(cube) // 2) + 1):
             basis = Basis(rows[:count], predictor(rows[:count], moments))
             noise_share = noise_share_of(basis)
@@ -129,7 +128,8 @@ def fit(cube, optics, weights, response, apply=map) -> Fit | None:
 
 def _rate(cube, total, apply):
     """Return the light of each tile as one row; `total` weights the bands."""
-    rows, first = total[None].astype(cube.dtype), range(0, cube.shape[1], ROWS)
+    rows = total[None].astype(cube.dtype)
+    first = range(0, cube.shape[1], ROWS)
     return np.concatenate(
         list(apply(lambda start: matrix_product(rows, cube[:, start : start + ROWS])[0], first))
     ).ravel()
@@ -160,7 +160,9 @@ class _ErrorSamples:
 
     def __init__(self, cube, factor, bright, others, spectra, weights, kernels, response):
         shape = cube.shape[1:]
-        self.weights, self.response, self.bright = weights, response, spectra[:SOURCES]
+        self.weights = weights
+        self.response = response
+        self.bright = spectra[:SOURCES]
         self.points, self.steps, self.first = kernels.sampled
         self.middle = [n // 2 for n in kernels.bands[0].shape]
         sampled_tiles = np.stack(
@@ -185,10 +187,10 @@ class _ErrorSamples:
         targets = sampled_tiles[:: max(1, len(sampled_tiles) // TARGETS)]
         offsets = targets[:, None] - np.stack(np.unravel_index(bright[:SOURCES], shape), axis=-1)
         distances = np.abs(offsets).max(axis=-1)[..., None]
-        self.kernels, self.beyond = self._kernels(offsets), distances > NEAR
-        self.missed_near = ~self.beyond & (
-            distances > self.radii[:SOURCES, None]
-        )  # nearer ones are corrected
+        self.kernels = self._kernels(offsets)
+        self.beyond = distances > NEAR
+        # nearer ones are corrected
+        self.missed_near = ~self.beyond & (distances > self.radii[:SOURCES, None])
         self.far_light = (
             np.einsum("tsb,sb->tb", self.kernels, self.bright) @ weights.T
             + self.near_light[:: max(1, len(sampled_tiles) // TARGETS)]

@@ -53,7 +53,8 @@ def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray] | Non
     The errors of all bands have the shape of those of the worst band, scaled: kernels of
     neighbouring wavelengths have similar wings.
     """
-    kernels_of_field, (ny, nx) = optics.kernels, mixed.shape[1:]
+    kernels_of_field = optics.kernels
+    ny, nx = mixed.shape[1:]
     if optics.field is not None or optics.sensor.scales is not None:
         return None
     if are_exact(kernels_of_field):
@@ -117,13 +118,13 @@ def fine_enough(make_kernels, lens, mixed, relative, response):
         for finer in (
             FINER_FACTORS if ERROR_LEFT_BY_HALVING * share <= allowed else FINER_FACTORS[1:]
         ):
-            if (
-                share <= allowed or ERROR_LEFT_BY_HALVING**2 * share > STATED_OVER_TRUE * allowed
-            ):  # the finest kernels would not be accurate enough either
+            # the finest kernels would not be accurate enough either
+            if share <= allowed or ERROR_LEFT_BY_HALVING**2 * share > STATED_OVER_TRUE * allowed:
                 break
             finer_kernels = make_kernels(replace(lens, speckle_error=finer * lens.speckle_error))
             if finer_kernels.speckle.max() < best.speckle.max():
-                best, share = finer_kernels, noise_share(finer_kernels, electron_map, response)
+                best = finer_kernels
+                share = noise_share(finer_kernels, electron_map, response)
     return best, share, electron_map
 
 
@@ -171,18 +172,14 @@ def _share_of_noise(
 ) -> float:
     shares = [0.0]
     for row, total, least in zip(electron_map.weights, electron_map.sums, electron_map.least):
-        deviation, bound = (
-            _convolved_with_bound(
-                np.tensordot((row * error_kernels.bands) ** 2, electron_map.squares, 1),
-                error_kernels.variance,
-            ),
-            _convolved_with_bound(total, error_kernels.wrapped),
+        deviation = _convolved_with_bound(
+            np.tensordot((row * error_kernels.bands) ** 2, electron_map.squares, 1),
+            error_kernels.variance,
         )
+        bound = _convolved_with_bound(total, error_kernels.wrapped)
         least = least + _convolved(total, error_kernels.light)  # without light from nearby tiles
-        noise, lit = (
-            np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least),
-            least < response.full_scale_e,
-        )
+        noise = np.sqrt(max(response.read_noise_e, 1.0) ** 2 + least)
+        lit = least < response.full_scale_e
         if lit.any():
             shares.append(within((bound / noise)[lit], (np.sqrt(deviation) / noise)[lit]))
     return max(shares)
@@ -217,10 +214,8 @@ def _beyond_cores(
     kernels_of_field, electron_map: PhotoelectronMap, sizes
 ) -> Iterator[_ErrorKernels]:
     """Yield the error kernels with an exact core of each of `sizes` tiles, in rising order."""
-    error_kernels, (worst, _) = (
-        _error_kernels(kernels_of_field, electron_map.block, electron_map.frame),
-        _worst(kernels_of_field),
-    )
+    error_kernels = _error_kernels(kernels_of_field, electron_map.block, electron_map.frame)
+    worst, _ = _worst(kernels_of_field)
     variance = _squares(
         kernels_of_field, np.asarray(kernels_of_field.bands[worst], np.float32), worst
     )

@@ -32,7 +32,8 @@ def threads():
 
     def apply(function, items):
         items = list(items)
-        results, numbers = [None] * len(items), deque(range(len(items)))
+        results = [None] * len(items)
+        numbers = deque(range(len(items)))
 
         def work():
             while True:

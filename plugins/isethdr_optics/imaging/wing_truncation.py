@@ -97,8 +97,10 @@ def truncated_kernels(
     """
     if response is None or not lens.blurs or sensor.areas is not None or sensor.scales is not None:
         return None
-    wave, shape = mixed.wavelength.values.astype(float), mixed.shape[1:]
-    first, full = _core(lens, wave, pitch_um, shape), [n - 1 for n in shape]
+    wave = mixed.wavelength.values.astype(float)
+    shape = mixed.shape[1:]
+    first = _core(lens, wave, pitch_um, shape)
+    full = [n - 1 for n in shape]
     if any(r >= WORTH * n for r, n in zip(first, full)):
         return None
     allowed = SHARE * response.noise_fraction_allowed
@@ -110,24 +112,22 @@ def truncated_kernels(
     )
     widest = min(WORTH * n * p for n, p in zip(full, pitch_um))
     edges = EDGES * wave / wave[0] * sampled_pupil.blur_um(lens, wave[0]) / widest  # of every stop
+    # a bright scene fails here, before any kernel is computed
     if any(
         light.share(edges, most=most()) > allowed
         for most in (light.brightest_sampled, lambda: light.brightest)
-    ):  # a bright scene fails here, before any kernel is computed
+    ):
         return None
-    probe = kernels.kernels(
-        lens, flares, wave[-1:], pitch_um, first
-    )  # one band gives the reach of all
+    # one band gives the reach of all
+    probe = kernels.kernels(lens, flares, wave[-1:], pitch_um, first)
     ratio = light.share(probe.outside * wave / wave[-1]) / allowed
     reach = [int(np.ceil(r * max(1.0, 1.1 * ratio))) for r in first]
     if any(r > WORTH * n for r, n in zip(reach, full)):
         return None
     truncated = make_kernels(tuple(reach))
     centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in truncated.bands], float)
-    outside, loss = (
-        np.maximum(truncated.outside, 0.0),
-        truncated.transmitted if lens.aperture_loss else 1.0,
-    )
+    outside = np.maximum(truncated.outside, 0.0)
+    loss = truncated.transmitted if lens.aperture_loss else 1.0
     share = light.share(outside * loss, centre * loss, everywhere=True)
     if share > allowed:
         return None
@@ -204,7 +204,8 @@ class Light:
         """
         error = self.weights @ (outside * (self.brightest if most is None else most)) / 2
         light = self._least(self.weights * centre, everywhere)
-        read_noise_e, scale = max(self.response.read_noise_e, 1.0), self.response.area_exposure_m2_s
+        read_noise_e = max(self.response.read_noise_e, 1.0)
+        scale = self.response.area_exposure_m2_s
         return float(np.max(scale * error / np.sqrt(read_noise_e**2 + scale * light)))
 
     def _least(self, weights, everywhere):

@@ -70,7 +70,8 @@ def _worst(lenses, wavelength_nm):
     """Return the largest change of a lens's own phase within a band, radians rms, and that band's
     centre and width, nm.
     """
-    wave, width = np.asarray(wavelength_nm, float), band_widths_nm(wavelength_nm)
+    wave = np.asarray(wavelength_nm, float)
+    width = band_widths_nm(wavelength_nm)
     errors_of_lenses = [
         (sampled_pupil.phase_change(one, (), w - d / 2, w + d / 2), w, d)
         for one in lenses

@@ -21,7 +21,8 @@ _core_cache: dict[str, np.ndarray] | None = None
 def kept_cores():
     """Cache the cores computed within this context: finer kernels have the same cores."""
     global _core_cache
-    before, _core_cache = _core_cache, {}
+    before = _core_cache
+    _core_cache = {}
     try:
         yield
     finally:
@@ -55,7 +56,9 @@ def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) ->
 
 
 def _computed(plan, waves, energy):
-    axis, total, sides = plan.axis, 0.0, [2 * h + 1 for h in plan.half]
+    axis = plan.axis
+    total = 0.0
+    sides = [2 * h + 1 for h in plan.half]
     if sampled_pupil.round_and_clean(plan.lens, plan.flares):
         return sum(
             integrated_airy(

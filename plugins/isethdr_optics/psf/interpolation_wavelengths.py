@@ -61,9 +61,8 @@ class Knots:
         return [[(pair[half], s) for _, s, pair in ends] for half in (0, 1)]
 
     def _pair(self, plan, reach, wave, stretch, energy, fine):
-        extent = tuple(
-            round((r + 1) * p, 6) for r, p in zip(reach, plan.pitch)
-        )  # the same, into however many parts a band divides tiles
+        # the same, into however many parts a band divides tiles
+        extent = tuple(round((r + 1) * p, 6) for r, p in zip(reach, plan.pitch))
         key = wave, extent, stretch, fine
         with self._lock:
             lock = self._patterns.setdefault(key, (Lock(), []))
@@ -84,7 +83,8 @@ class Knots:
 
 def lattices_of(plan, centre: float, width: float, parts: int) -> list[tuple[float, float]]:
     """Return (wavelength, stretch) of every pair of lattices that the parts of a band read."""
-    span, out = width / parts, []
+    span = width / parts
+    out = []
     for part in range(parts):
         middle = centre + ((part + 0.5) / parts - 0.5) * width
         low, step = _cell(plan, middle, span)

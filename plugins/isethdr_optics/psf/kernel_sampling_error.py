@@ -42,8 +42,10 @@ def by_octave(wrong, kernel) -> np.ndarray:
     0, per octave.
     """
     rows = slice(None, None, max(1, len(kernel) // ROWS))
-    wrong, light = np.abs(wrong[rows]), kernel[rows]
-    octave, nonzero = octaves(kernel.shape)[rows], wrong > 0
+    wrong = np.abs(wrong[rows])
+    light = kernel[rows]
+    octave = octaves(kernel.shape)[rows]
+    nonzero = wrong > 0
     return _ratio(*(np.bincount(octave[nonzero], a[nonzero], OCTAVES) for a in (wrong, light)))
 
 
@@ -55,7 +57,8 @@ def deviation(wrong, kernel) -> np.ndarray:
     err alike. Light L of neighbouring tiles meets errors that are alike: sum of L_s L_t C_st is at
     most the sum of L_s^2 times that of C_st over t, as 2 L_s L_t <= L_s^2 + L_t^2.
     """
-    octave, rows = octaves(kernel.shape), slice(None, None, max(1, len(kernel) // (2 * ROWS)))
+    octave = octaves(kernel.shape)
+    rows = slice(None, None, max(1, len(kernel) // (2 * ROWS)))
     nonzero = wrong[rows] != 0
     error, light = (
         np.bincount(octave[rows][nonzero], a[rows][nonzero].astype(float) ** 2, OCTAVES)
@@ -70,13 +73,12 @@ def _alike(wrong, octave):
     """
     ny, nx = wrong.shape
     y = np.arange(ny - ny // 2)  # from the axis on
-    y = y[
-        (y < ROWS // 2) | (y // BLOCKS[-1] % max(1, ny // (2 * ROWS)) == 0)
-    ]  # of a large kernel, farther out stripes as high as a block
-    level = (
-        wrong[y + ny // 2] * np.hypot(y[:, None], np.arange(nx) - nx // 2) ** 3
-    )  # kernels fall as r^-3: all of an octave counts alike
-    octave, out = octave[y + ny // 2], np.ones(OCTAVES)
+    # of a large kernel, farther out stripes as high as a block
+    y = y[(y < ROWS // 2) | (y // BLOCKS[-1] % max(1, ny // (2 * ROWS)) == 0)]
+    # kernels fall as r^-3: all of an octave counts alike
+    level = wrong[y + ny // 2] * np.hypot(y[:, None], np.arange(nx) - nx // 2) ** 3
+    octave = octave[y + ny // 2]
+    out = np.ones(OCTAVES)
     for m in BLOCKS:
         rows, columns = (n // m for n in level.shape)
         if not rows or not columns:
@@ -89,7 +91,8 @@ def _alike(wrong, octave):
         uniform_blocks = (blocks(octave) == first[:, None, :, None]).all((1, 3)) & (
             blocks(level) != 0
         ).all((1, 3))
-        of_sum, of_parts = blocks(level).sum((1, 3)) ** 2, (blocks(level) ** 2).sum((1, 3))
+        of_sum = blocks(level).sum((1, 3)) ** 2
+        of_parts = (blocks(level) ** 2).sum((1, 3))
         enough = np.bincount(first[uniform_blocks], minlength=OCTAVES) >= LEAST_BLOCKS
         alike = _ratio(
             *(
@@ -116,7 +119,8 @@ class ColumnErrors:
         """Take columns of tiles, (y, column), from `first` on, the axis in the middle of y; tiles
         within `core` (y, x) do not count.
         """
-        y, x = np.arange(len(wrong)) - len(wrong) // 2, first + np.arange(wrong.shape[1])
+        y = np.arange(len(wrong)) - len(wrong) // 2
+        x = first + np.arange(wrong.shape[1])
         radius = np.hypot(y[:, None], x)
         octave = np.minimum(np.log2(radius), OCTAVES - 1).astype(np.int8)
         beyond = (np.abs(y)[:, None] > core[0]) | (x > core[1])
@@ -128,11 +132,14 @@ class ColumnErrors:
             rows, columns = (n // m for n in level.shape)
             if not (rows and columns):
                 break
-            shape, cut = (rows, m, columns, m), (slice(rows * m), slice(columns * m))
-            own, blocks = octave[cut].reshape(shape), level[cut].reshape(shape)
+            shape = (rows, m, columns, m)
+            cut = (slice(rows * m), slice(columns * m))
+            own = octave[cut].reshape(shape)
+            blocks = level[cut].reshape(shape)
             place = own[:, 0, :, 0]
             uniform_blocks = (own == place[:, None, :, None]).all((1, 3)) & (place >= 0)
-            of_sum, of_parts = blocks.sum((1, 3)) ** 2, (blocks**2).sum((1, 3))
+            of_sum = blocks.sum((1, 3)) ** 2
+            of_parts = (blocks**2).sum((1, 3))
             parts = np.ones(uniform_blocks.shape), of_sum, of_parts
             into += [np.bincount(place[uniform_blocks], a[uniform_blocks], OCTAVES) for a in parts]
 

@@ -17,9 +17,8 @@ from isethdr_core.physics.convolution.transform import sizes
 from . import kernel_store
 
 NEAR = 96  # tiles: what falls farther from a lamp is so little that single precision is enough
-WORTH_DIVIDING = (
-    0.5  # size of the near part's transforms, of the full frame's; above it kernels stay whole
-)
+# size of the near part's transforms, of the full frame's; above it kernels stay whole
+WORTH_DIVIDING = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +27,8 @@ class Spectra:
 
     kernels: list[Kernel]
     profiles: list[tuple[np.ndarray, np.ndarray]]  # sums over x and over y of every band's kernel
-    blocks: (
-        np.ndarray
-    )  # (band, block, sy, columns): the transforms of all kernels, each of psf / its peak
+    # (band, block, sy, columns): the transforms of all kernels, each of psf / its peak
+    blocks: np.ndarray
 
     @property
     def held_bytes(self) -> int:
@@ -75,7 +73,8 @@ class KeptTransforms:
     """
 
     def __init__(self, bands, most_bytes: float):
-        self._bands, self._left = bands, most_bytes
+        self._bands = bands
+        self._left = most_bytes
         self._asked: set[int] = set()
         self._kept: dict[int, Kernel] = {}
         self._lock = Lock()
@@ -107,7 +106,8 @@ def spectra(bands, name: str | None) -> Spectra:
     name : under which the transforms are kept on disk; None: nowhere. They are read from there, or
         taken now.
     """
-    shape, size = _shape(bands), sizes(_shape(bands), bands[0].shape)
+    shape = _shape(bands)
+    size = sizes(_shape(bands), bands[0].shape)
 
     def one(values):
         kernel = prepare(values, shape)
@@ -134,7 +134,8 @@ def divided(bands, name: str | None) -> Divided:
     transforms. Far from it the full frame is needed, but hardly any light arrives. In a small frame
     all is near.
     """
-    shape, full = _shape(bands), sizes(_shape(bands), bands[0].shape)
+    shape = _shape(bands)
+    full = sizes(_shape(bands), bands[0].shape)
     cut = tuple(slice(max(0, n // 2 - NEAR), n // 2 + NEAR + 1) for n in bands[0].shape)
     single_part = np.prod(sizes(shape, bands[0][cut].shape)) > WORTH_DIVIDING * np.prod(full)
     if single_part:

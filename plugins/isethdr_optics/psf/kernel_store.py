@@ -74,7 +74,8 @@ def load(key: str):
             shape, _, dtype = np.lib.format.read_array_header_1_0(file)
             bands = np.memmap(path, dtype, "r", file.tell(), shape)
             file.seek(bands.nbytes, os.SEEK_CUR)
-            facts, checks = np.load(file), np.load(file)
+            facts = np.load(file)
+            checks = np.load(file)
         if [_check(part) for part in (facts, *bands)] != checks.tolist():
             return None
         os.utime(path)
@@ -103,7 +104,8 @@ def save(key: str, shape, dtype, bands, facts) -> None:
     bands : iterable of one array per band, taken one at a time.
     facts : called at last; returns (fact, band) float64.
     """
-    folder, dtype = _folder(), np.dtype(dtype)
+    folder = _folder()
+    dtype = np.dtype(dtype)
     temporary = folder / f".{key}.{os.getpid()}-{uuid.uuid4().hex[:6]}.tmp"
     try:
         folder.mkdir(parents=True, exist_ok=True)

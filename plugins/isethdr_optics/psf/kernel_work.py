@@ -106,8 +106,10 @@ def with_phase(lens, flares, frame: Frame) -> Counts:
 def _rings(lens, frame, levels) -> tuple[float, float, float]:
     """Return the work of all rings of a half plane: (sums, reads, taps)."""
     edges = frame.edges_nm
-    borders, bands = len(np.unique(edges)), len(edges)
-    inner, total = min(frame.core), np.zeros(3)
+    borders = len(np.unique(edges))
+    bands = len(edges)
+    inner = min(frame.core)
+    total = np.zeros(3)
     for level, outer, patterns in levels:
         if max(outer) <= inner:
             continue

@@ -58,7 +58,9 @@ SAMPLED = 64  # sample points of a kernel along each axis, for estimates
 WITHOUT_REACH = 4  # items of a cache's key, before how far kernels reach
 # CPU seconds, measured on a busy machine: one wavelength of an exact core of usual size, one value
 # of the two lattices of a pupil, one tile read at one wavelength
-CORE_WAVELENGTH_S, LATTICE_SAMPLE_S, READ_S = 0.06, 1.5e-7, 1.2e-8
+CORE_WAVELENGTH_S = 0.06
+LATTICE_SAMPLE_S = 1.5e-7
+READ_S = 1.2e-8
 WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 
 
@@ -77,9 +79,8 @@ class Kernels:
     outside: np.ndarray  # fraction of the energy beyond the kernel, per band
     # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile; 0 in the exact core
     speckle: np.ndarray
-    transmitted: (
-        np.ndarray
-    )  # light through the pupil / light through the clean round stop, per band
+    # light through the pupil / light through the clean round stop, per band
+    transmitted: np.ndarray
     # relative, light wrapped into tiles near the kernel's border by the period of the far field
     wrap: float = 0.0
     deviation: np.ndarray | None = (
@@ -102,9 +103,8 @@ class Kernels:
     @cached_property
     def profiles(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Sums over x and over y of every band's kernel."""
-        source = self.__dict__.get("spectra") or self.__dict__.get(
-            "divided"
-        )  # not made for their sake
+        # not made for their sake
+        source = self.__dict__.get("spectra") or self.__dict__.get("divided")
         return source.profiles if source else [kernel_spectra.profile(b) for b in self.bands]
 
     @cached_property
@@ -261,7 +261,9 @@ def expected_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
 
 def _lattices_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     """Return the CPU seconds of kernels from lattices, or of exact cores alone."""
-    mirrored, total, cells = not sampled_pupil.has_phase(lens, flares), 0.0, set()
+    mirrored = not sampled_pupil.has_phase(lens, flares)
+    total = 0.0
+    cells = set()
     for centre, width in zip(wavelength_nm, band_widths_nm(wavelength_nm)):
         shortest = centre - width / 2
         grid = split, fine, wide = fine_tiles(lens, shortest, pitch_um, reach)
@@ -374,9 +376,11 @@ def _inserted(computed: Kernels, core: scaled_pattern.Core) -> dict:
     """Return the fields of kernels with another core."""
     lens, flares = computed.keep
     _scatter(core.halves, lens, flares, computed.scaled)
-    bands, (rows, columns) = [], core.reach
+    bands = []
+    rows, columns = core.reach
     for band, inner in zip(computed.bands, core.halves):
-        half, middle = band.half.copy(), band.half.shape[1] // 2
+        half = band.half.copy()
+        middle = band.half.shape[1] // 2
         half[: rows + 1, middle - columns : middle + columns + 1] = inner
         bands.append(Mirrored(half))
     return {"bands": bands, "speckle": computed.speckle}
@@ -465,7 +469,8 @@ def _scaled(lens, flares, frame) -> Kernels:
     with executor(min(cpus(), MOST_THREADS)) as pool:
         halves, errors = scaled_pattern.fine_enough(lens, flares, frame, pool.map)
     _scatter(halves, lens, flares, frame)
-    bands, count = [Mirrored(half) for half in halves], len(halves)
+    bands = [Mirrored(half) for half in halves]
+    count = len(halves)
     energy = sampled_pupil.open_energy_mm2(
         lens, flares, frame.shortest_nm
     ) / sampled_pupil.stop_mm2(lens)
@@ -484,8 +489,10 @@ def _scaled(lens, flares, frame) -> Kernels:
 
 def _interpolated(lens, flares, frame) -> Kernels:
     """Return kernels of all bands from patterns at a few wavenumbers."""
-    count, sides = len(frame.edges_nm), [2 * r + 1 for r in frame.reach]
-    middles, widths = frame.edges_nm.mean(axis=1), np.diff(frame.edges_nm)[:, 0]
+    count = len(frame.edges_nm)
+    sides = [2 * r + 1 for r in frame.reach]
+    middles = frame.edges_nm.mean(axis=1)
+    widths = np.diff(frame.edges_nm)[:, 0]
     core = tuple(slice(r - c, r + c + 1) for r, c in zip(frame.reach, frame.core))
     read = scaled_pattern.finer_rings(lens, frame)
     bands = np.empty((count, *sides), np.float32)
@@ -536,7 +543,8 @@ def _computed(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=
     if frame is not None:
         return _interpolated(lens, flares, frame)
     lattices = _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach)
-    mirrored, shared = not sampled_pupil.has_phase(lens, flares), interpolation_wavelengths.Knots()
+    mirrored = not sampled_pupil.has_phase(lens, flares)
+    shared = interpolation_wavelengths.Knots()
 
     def one_band(
         centre, width
@@ -589,7 +597,8 @@ def _computed(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=
             )
         )
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
-    speckle, deviation = np.array(speckle), np.array(deviation)
+    speckle = np.array(speckle)
+    deviation = np.array(deviation)
     wrap = (wings.WRAP_SHARED if lattices else wings.WRAP) if speckle.max() > 0 else 0.0
     return Kernels(
         list(bands),
@@ -706,15 +715,18 @@ class _Plan:
         lattices : of the pattern, if it is one for all wavelengths.
         shared : `interpolation_wavelengths.Knots` that other bands use too.
         """
-        (centre_nm, width_nm), (split, pitch_um, reach) = band_nm, grid
-        self.lens, self.flares, self.pitch, self.reach = lens, flares, tuple(pitch_um), tuple(reach)
-        self.distance, self.split, self.lattices, self.knots = (
-            sampled_pupil.distance_mm(lens),
-            split,
-            lattices,
-            shared or interpolation_wavelengths.Knots(),
-        )
-        self.shortest, self.longest = centre_nm - width_nm / 2, centre_nm + width_nm / 2
+        centre_nm, width_nm = band_nm
+        split, pitch_um, reach = grid
+        self.lens = lens
+        self.flares = flares
+        self.pitch = tuple(pitch_um)
+        self.reach = tuple(reach)
+        self.distance = sampled_pupil.distance_mm(lens)
+        self.split = split
+        self.lattices = lattices
+        self.knots = shared or interpolation_wavelengths.Knots()
+        self.shortest = centre_nm - width_nm / 2
+        self.longest = centre_nm + width_nm / 2
         if self.shortest <= 0:
             raise ConfigError(
                 f"the band at {centre_nm:g} nm is {width_nm:g} nm wide: it reaches 0; expected"
@@ -735,18 +747,21 @@ class _Plan:
         """Return one band's kernel without scatter, the difference between its halves (None:
         exact), and the energy of its pupil, mm2.
         """
-        lens, flares = self.lens, self.flares
+        lens = self.lens
+        flares = self.flares
         energy = self.energy or sampled_pupil.open_energy_mm2(lens, flares, centre)
         waves = self.wavelengths(
             centre, width, max(self.half) / self.split, 3 if self.split == 1 else 1
         )
         core = exact_core(self, centre, width, waves, energy)
-        kernel, wrong = core, None
+        kernel = core
+        wrong = None
         if self.half != self.reach:
             kernel, wrong = wings.rings(self, centre, width, energy)
+            # both halves go along the same lines
             if straight := (
                 0.0 if self.lattices else interpolation_wavelengths.error(self, centre, width)
-            ):  # both halves go along the same lines
+            ):
                 wrong *= np.float32(
                     np.hypot(
                         1,
@@ -763,12 +778,13 @@ class _Plan:
         """
         pitch = max(self.pitch)
         count = radius * pitch * width / (centre * sampled_pupil.blur_um(self.lens, centre))
+        # a radian rms from one to the next
         count = max(
             count,
             sampled_pupil.phase_change(
                 self.lens, self.flares, centre - width / 2, centre + width / 2
             ),
-        )  # a radian rms from one to the next
+        )
         count = int(np.clip(np.ceil(count), least if width > 1.5 else 1, MOST_WAVELENGTHS))
         return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
 

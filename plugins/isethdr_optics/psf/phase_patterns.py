@@ -83,7 +83,8 @@ def core_wavelengths(lens, flares, frame: Frame, band_nm) -> np.ndarray:
     moves by a speckle at most, and the phase by a radian rms.
     """
     low, high = band_nm
-    middle, width = (low + high) / 2, high - low
+    middle = (low + high) / 2
+    width = high - low
     moved = max(frame.core) * max(frame.pitch_um) * width / middle
     count = max(
         moved / sampled_pupil.blur_um(lens, middle),
@@ -132,7 +133,8 @@ def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Calla
                 ]
                 for low, high in ray_sums.rings(inner, outer[axis]):
                     ring = ray_sums.Ring(low, high, outer[1 - axis], 1 - axis)
-                    many, write = scaled.places(frame, low, level), writer(into, frame)
+                    many = scaled.places(frame, low, level)
+                    write = writer(into, frame)
                     ray_sums.band_means(sectors, ring, rays, many, write, apply)
         inner = max(outer)
 
@@ -143,12 +145,16 @@ def errors(
     """Return what direct sums over the pupil say of kernels, as `scaled_pattern.errors`; beside the
     core on one side of the axis, far from it on the other.
     """
-    reach, order = frame.reach[1], np.argsort(frame.edges_nm[:, 0])
+    reach = frame.reach[1]
+    order = np.argsort(frame.edges_nm[:, 0])
     last = max(2, reach + 1 - scaled.columns_together(lens, frame))
     near_column = min(frame.core[1] + 1, last)
     far_column = min(max(near_column, int(0.75 * reach)), last)
-    short, long = order[0], order[-1]
-    relative, deviation, means = [], [], []
+    short = order[0]
+    long = order[-1]
+    relative = []
+    deviation = []
+    means = []
     for first, band, turned in (
         (near_column, short, False),
         (near_column, long, True),
@@ -194,7 +200,8 @@ def _turns(lens, wavelength_nm: float, turned: bool = False) -> whole.Turns:
     """Return the phase of the lens, in wavelengths, at places of the pupil; `turned` : conjugate,
     whose pattern is turned by 180 degrees.
     """
-    radius, wavefront = sampled_pupil.radius_mm(lens), coefficients_um(lens, wavelength_nm)
+    radius = sampled_pupil.radius_mm(lens)
+    wavefront = coefficients_um(lens, wavelength_nm)
     scale = (-1 if turned else 1) / (wavelength_nm * 1e-3)
 
     def turns(x_mm, y_mm):
@@ -245,7 +252,8 @@ def _columns(out, frame):
 
     def write(block):
         _, count, size = block.values.shape
-        half, first = size // 2, middle + block.first
+        half = size // 2
+        first = middle + block.first
         into = out[:, rows - half : rows + half + 1, first : first + count]
         into[...] = block.values.transpose(0, 2, 1)
 

@@ -27,9 +27,8 @@ from . import kernel_sampling_error
 MOST_PLACES = 14  # closer together than the finest detail of any wavelength
 MOST_SAMPLES = 3e8  # of the period of a lattice
 FINEST = 8.0  # times the samples and rays that are read as usual
-USUAL_TILE = (
-    1.9  # wavelengths x f-number wide; wider ones take more rays, so that these lie as close
-)
+# wavelengths x f-number wide; wider ones take more rays, so that these lie as close
+USUAL_TILE = 1.9
 # wavelengths x f-number: wider tiles average over many speckles, and samples may be coarser
 WIDE_TILE = 8.0
 WIDEST_TILE = 60.0  # wavelengths x f-number: the exact core of wider ones outgrows memory
@@ -37,16 +36,16 @@ USUAL_ERROR = 0.03  # of a tile's light that these leave at most
 DENSE = 1.5  # wavelengths of an exact core per speckle that its border moves within a band
 # of a wider core, at Gauss's places: so many per speckle that its corner moves, and two more. They
 # are right to 2e-4, where the core is as right as direct sums can tell; 0.8 and one leave 4e-3
-DENSE_GAUSS, MORE_GAUSS = 1.0, 2
+DENSE_GAUSS = 1.0
+MORE_GAUSS = 2
 MOST_WAVELENGTHS = 64  # of a band, however wide
 LEAST_CORE = 8  # tiles from the axis: nearer, rays are too few
 WORTH = 0.9  # of the error: finer kernels that leave more of it are not made finer still
 FEWEST = 2.0  # samples across a tile
 MOST_ACROSS = 1e5  # cells across the pupil
 NARROWEST = 2e-4  # of a band, relative: a line of 0.1 nm
-WRAP = (
-    0.0015  # largest error of the border tiles from the period of the field, as `wings.WRAP_SHARED`
-)
+# largest error of the border tiles from the period of the field, as `wings.WRAP_SHARED`
+WRAP = 0.0015
 COLUMNS = 8  # of tiles, looked at together; of wide ones, which hold more speckles,
 WIDE_COLUMNS = 2
 FINE_STRIPS = 5.0  # of a pupil's cell, for patterns right to 3e-4
@@ -58,9 +57,8 @@ WIDE_FINE_COLUMNS = {"step": 0.5, "moves": 0.5, "period": 6.0, "strips": 3.0}
 NEAREST = 8  # tiles from the axis: nearer, no error of a wider core was found
 MOST_SUMS = 1e11  # of a wider core: some 6 CPU seconds
 USUAL_SUMS = 8e3  # for every value of the kernels: as long as the other rings take
-ELSEWHERE = (
-    1.25  # times their errors' deviation is stated: whole kernels showed up to 1.5, most below 1.2
-)
+# times their errors' deviation is stated: whole kernels showed up to 1.5, most below 1.2
+ELSEWHERE = 1.25
 
 
 @dataclass(frozen=True)
@@ -216,7 +214,8 @@ def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.n
     """
     fine = min(FINEST, max(1.0, USUAL_ERROR / lens.speckle_error))
     core = exact_halves(lens, flares, frame, frame.core, apply)
-    before, read = np.inf, usual_rings(lens, frame)
+    before = np.inf
+    read = usual_rings(lens, frame)
     while True:
         half_kernels = halves(lens, flares, frame, core, read.finer(fine), apply)
         errors_of_bands = errors(lens, flares, frame, half_kernels, read, apply)
@@ -251,7 +250,8 @@ def halves(
     rows, columns = frame.reach
     out = np.empty((len(frame.edges_nm), rows + 1, 2 * columns + 1), np.float32)
     core_y, core_x = frame.core
-    inner, pupil = min(frame.core), pupil_of(lens, flares, frame.shortest_nm)
+    inner = min(frame.core)
+    pupil = pupil_of(lens, flares, frame.shortest_nm)
     wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
     edges = np.vectorize(lambda w: sampled_pupil.scaled_nm(lens, w))(frame.edges_nm)
     for level, outer in reaches(frame, read):
@@ -264,11 +264,13 @@ def halves(
         rays = rays_per_tile(lens, frame, level)
         for low, high in ray_sums.rings(inner, outer[1]):
             ring = ray_sums.Ring(low, high, outer[0], 0)
-            many, write = places(frame, low, level), _columns(out, frame)
+            many = places(frame, low, level)
+            write = _columns(out, frame)
             ray_sums.band_means([across], ring, rays, many, write, apply)
         for low, high in ray_sums.rings(inner, outer[0]):
             ring = ray_sums.Ring(low, high, outer[1], 1)
-            many, write = places(frame, low, level), _rows(out, frame)
+            many = places(frame, low, level)
+            write = _rows(out, frame)
             ray_sums.band_means([along], ring, rays, many, write, apply)
         inner = max(outer)
     out[:, : core_y + 1, columns - core_x : columns + core_x + 1] = core
@@ -292,7 +294,8 @@ def lattice(lens, frame: Frame, level: Level, outer, read: Rings = USUAL):
     """Return the `half_plane_pattern.HalfLattice` of a level that ends `outer` (y, x) tiles from
     the axis.
     """
-    pitch, blur = min(frame.pitch_um), sampled_pupil.blur_um(lens, frame.shortest_nm)
+    pitch = min(frame.pitch_um)
+    blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
     step = min(level.step * blur, pitch / level.per_tile)
     extent = [(r + 2) * p for r, p in zip(outer, frame.pitch_um)]
     finest = np.sqrt(np.prod(extent) / MOST_SAMPLES)  # for a period of one reach
@@ -409,7 +412,8 @@ def exact_wavelengths(lens, band_nm, pitch_um, reach) -> np.ndarray:
     1 / `DENSE` of a speckle at most.
     """
     low, high = band_nm
-    middle, width = (low + high) / 2, high - low
+    middle = (low + high) / 2
+    width = high - low
     moved = max(r * p for r, p in zip(reach, pitch_um)) * width / middle
     count = DENSE * moved / sampled_pupil.blur_um(lens, middle)
     count = int(np.clip(np.ceil(count), 3 if width > 1.5 else 1, MOST_WAVELENGTHS))
@@ -427,7 +431,8 @@ def gauss_wavelengths(lens, band_nm, pitch_um, reach) -> Wavelengths:
     reach : (y, x) tiles of the core.
     """
     low, high = band_nm
-    middle, width = (low + high) / 2, high - low
+    middle = (low + high) / 2
+    width = high - low
     moved = float(np.hypot(*(r * p for r, p in zip(reach, pitch_um)))) * width / middle
     speckles = moved / sampled_pupil.blur_um(lens, middle)
     count = int(min(np.ceil(DENSE_GAUSS * speckles) + MORE_GAUSS, MOST_WAVELENGTHS))
@@ -458,7 +463,8 @@ def errors(
         return Errors(*np.zeros((2, kernel_sampling_error.OCTAVES)), 0.0)
     order = np.argsort(frame.edges_nm[:, 0])
     near_column, middle_column, far_column = _checked_columns(lens, frame)
-    short, long = order[0], order[-1]
+    short = order[0]
+    long = order[-1]
     places_checked = {
         (near_column, short),
         (near_column, long),
@@ -525,7 +531,8 @@ def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) ->
     reach = wider_reach(frame, tiles)
     exact = exact_halves(lens, flares, frame, reach, apply, wide=True)
     order = np.argsort(frame.edges_nm[:, 0])
-    last, wide = max(2, reach[1] + 1 - columns_together(lens, frame)), wide_tiles(lens, frame)
+    last = max(2, reach[1] + 1 - columns_together(lens, frame))
+    wide = wide_tiles(lens, frame)
     inside = replace(frame, reach=reach, core=(NEAREST, NEAREST))
     places_checked = {(min(f, last), b) for f in (NEAREST, last) for b in (order[0], order[-1])}
 
@@ -561,7 +568,8 @@ def wider_cores(lens, frame: Frame) -> list[CoreSize]:
     """Return the sizes that an exact core of a frame can have: each time the root of two wider than
     the usual one, as far as `MOST_SUMS` lets it.
     """
-    sizes, tiles = [], float(max(frame.core))
+    sizes = []
+    tiles = float(max(frame.core))
     usual = USUAL_SUMS * len(frame.edges_nm) * np.prod([r + 1.0 for r in frame.reach])
     while tiles < max(frame.reach):
         tiles = min(tiles * np.sqrt(2), max(frame.reach))

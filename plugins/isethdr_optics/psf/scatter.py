@@ -25,9 +25,8 @@ def total(flare, wavelength_nm: float) -> float:
     """Return the scattered fraction: the integral of 2 pi sin(angle) scatter over the forward
     hemisphere.
     """
-    edges = np.concatenate(
-        [[0.0], np.geomspace(1e-6, np.pi / 2, 400)]
-    )  # decades of angle: scatter often rises steeply to its axis
+    # decades of angle: scatter often rises steeply to its axis
+    edges = np.concatenate([[0.0], np.geomspace(1e-6, np.pi / 2, 400)])
     node, weight = np.polynomial.legendre.leggauss(6)
     half = np.diff(edges)[:, None] / 2
     angle = edges[:-1, None] + half * (1 + node)
@@ -63,14 +62,16 @@ def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
         pitch_um[0] * pitch_um[1] / f**2
     )
     near = 4  # samples from the axis within which each is divided finer
-    cy, cx = shape[0] // 2, shape[1] // 2
+    cy = shape[0] // 2
+    cx = shape[1] // 2
     rows, cols = (
         np.arange(max(0, c - near), min(n, c + near + 1))
         for c, n in ((cy, shape[0]), (cx, shape[1]))
     )
     fine = 32
     inner = (np.arange(fine) + 0.5) / fine - 0.5
-    py, px = pitch_um[0] / f, pitch_um[1] / f
+    py = pitch_um[0] / f
+    px = pitch_um[1] / f
     ys = (y[rows][:, None] + inner * py).ravel()
     xs = (x[cols][:, None] + inner * px).ravel()
     block = (
@@ -89,7 +90,8 @@ def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
     disc = float(
         np.sum(half * weight * 2 * np.pi * np.sin(angle) * _values(flare, wavelength_nm, angle))
     )
-    gx, gy = inner * px, inner[:, None] * py
+    gx = inner * px
+    gy = inner[:, None] * py
     corners = _density(flare, wavelength_nm, gx[None, :], gy) * (np.hypot(gx[None, :], gy) > r)
     out[cy, cx] = disc + float(corners.sum()) * px * py / fine**2
     inside = float(out.sum())

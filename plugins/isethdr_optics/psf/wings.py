@@ -38,9 +38,8 @@ WRAP = 0.018
 WRAP_SHARED = 0.0015  # and of a pupil without phase, whose lattices serve all bands
 RING_PUPIL = 500  # least cells across the stop
 SHARED_SAMPLES = 1.2e8  # of one shared lattice: about a gigabyte while it is computed
-OWN_SAMPLES = (
-    1.2e8  # of a lattice with phase: a gigabyte while it is computed, then a third of that
-)
+# of a lattice with phase: a gigabyte while it is computed, then a third of that
+OWN_SAMPLES = 1.2e8
 GRID = 3  # of tile means, per tile: the nearest stands in for a place between them
 # of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles
 # pass, hardly any light has them
@@ -52,16 +51,18 @@ FARTHEST = 4  # wavelengths x f-number between samples
 # detail
 SMOOTH = 12
 READS = 1.0  # per tile that a tile moves within the band, of either half
-ROWS, COLUMNS = 32, 240  # of a block of tiles that is read at once
-LEAST_READS, MOST_READS = 12, 256
+# of a block of tiles that is read at once
+ROWS = 32
+COLUMNS = 240
+LEAST_READS = 12
+MOST_READS = 256
 FINER = (1, 2, 4)  # times the reads, tried until the error is what the lens allows
 STRETCHED = 1.15  # times the frame, that lattices at knots are read over
 FINEST = 0.8  # times a step, at least: what counts as finer
 DEFAULT_ERROR = 0.03  # error of lattices with the usual sampling
-MOST_ACROSS, MOST_ACROSS_PHASE = (
-    3e5,
-    8e4,
-)  # cells across a pupil: a minute where it is shapes alone; twenty, cell by cell, with phase
+# cells across a pupil: a minute where it is shapes alone; twenty, cell by cell, with phase
+MOST_ACROSS = 3e5
+MOST_ACROSS_PHASE = 8e4
 # from the shortest wavelength down to the lattice that it is read from, at most: the widest of
 # `interpolation_wavelengths.STEPS_NM`
 BELOW_NM = 80.0
@@ -110,10 +111,8 @@ def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
     size = _Size(SHARED_SAMPLES, fine=fine, shared=True)
     step, far, period, cells = _sampling(lens, wave, Grid(1, pitch_um, reach), size)
     _check_pupil(lens, wave, cells, MOST_ACROSS)
-    energy, distance = (
-        sampled_pupil.open_energy_mm2(lens, flares, wave),
-        sampled_pupil.distance_mm(lens),
-    )
+    energy = sampled_pupil.open_energy_mm2(lens, flares, wave)
+    distance = sampled_pupil.distance_mm(lens)
     out = []
     for offset in ((0.0, 0.0), (0.5, 0.5)):
         pupil = lattices.fold_shapes(
@@ -130,12 +129,15 @@ def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up
     to `stretch` times the frame.
     """
-    lens, flares = plan.lens, plan.flares
-    grid, size = Grid(plan.split, plan.pitch, reach), _Size(OWN_SAMPLES, stretch, fine)
+    lens = plan.lens
+    flares = plan.flares
+    grid = Grid(plan.split, plan.pitch, reach)
+    size = _Size(OWN_SAMPLES, stretch, fine)
     step, far, period, cells = _sampling(lens, wave, grid, size)
     _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE)
     offsets = ((0.0, 0.0), (0.5, 0.5))
-    folded, out = sampled_pupil.folded(lens, flares, wave, cells, period, offsets), []
+    folded = sampled_pupil.folded(lens, flares, wave, cells, period, offsets)
+    out = []
     scaled_nm = sampled_pupil.scaled_nm(lens, wave)
     for offset in offsets:  # the first is let go of before the second is transformed
         values = lattices.lattice_psf(
@@ -160,7 +162,8 @@ def _sampling(lens, wave, grid: Grid, size: _Size):
     split, pitch_um, reach = grid
     most, stretch, fine, shared = size
     extent = [(r + 1) * p * stretch for r, p in zip(reach, pitch_um)]
-    blur, pitch = sampled_pupil.blur_um(lens, wave), min(pitch_um)
+    blur = sampled_pupil.blur_um(lens, wave)
+    pitch = min(pitch_um)
     if shared:
         step_wanted = min(blur / np.sqrt(2), pitch / 3)
     elif split > 1:
@@ -251,7 +254,8 @@ def rings(plan, centre, width, energy):
     plan : lens, flares and lattices. `centre`, `width` : of the band, nm.
     energy : of the open pupil, mm2.
     """
-    reach, fine = plan.reach, FINER[0]
+    reach = plan.reach
+    fine = FINER[0]
     kernel, wrong = ring(plan, reach, centre, width, energy, fine)
     while True:
         over = np.flatnonzero(_errors(plan, kernel, wrong) > plan.lens.speckle_error)
@@ -315,7 +319,8 @@ def _finer(plan, wave, reach, nearer, fine):
     """
     if plan.lattices:
         return next((f for f in FINER if f > fine), 0)
-    error_wanted, tries = _error_wanted(plan.lens), ((reach, fine), *((nearer, f) for f in FINER))
+    error_wanted = _error_wanted(plan.lens)
+    tries = ((reach, fine), *((nearer, f) for f in FINER))
     now, *steps = (
         _sampling(
             plan.lens,
@@ -341,13 +346,13 @@ def ring(plan, reach, centre, width, energy, fine=1):
     """
     grid = int(np.ceil(GRID * np.sqrt(fine)))
     finer = fine * _error_wanted(plan.lens)
-    rows = (
-        reach[0] + 1 if plan.lattices else 2 * reach[0] + 1
-    )  # without phase the rest is the mirror image
+    # without phase the rest is the mirror image
+    rows = reach[0] + 1 if plan.lattices else 2 * reach[0] + 1
     parts = 1 if plan.lattices else _parts(plan, centre, width)
     halves = [np.zeros((rows, 2 * reach[1] + 1), np.float32) for _ in range(2)]
     for part in range(parts):
-        middle, span = centre + ((part + 0.5) / parts - 0.5) * width, width / parts
+        middle = centre + ((part + 0.5) / parts - 0.5) * width
+        span = width / parts
         pair = [[(one, 1.0)] for one in plan.lattices] or plan.knots.around(
             plan, reach, middle, span, energy, finer
         )
@@ -398,9 +403,11 @@ def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -
     wavelength_nm, width_nm : centres and widths of the bands.
     beside : change of the lens's own phase within a band, radians rms.
     """
-    wave, width = np.asarray(wavelength_nm, float), np.asarray(width_nm, float)
+    wave = np.asarray(wavelength_nm, float)
+    width = np.asarray(width_nm, float)
     change = 2e3 * np.pi * abs(delay_um) * (1 / (wave - width / 2) - 1 / (wave + width / 2))
-    worst, most = int(np.argmax(change)), MOST_PARTS * PHASE_CHANGE
+    worst = int(np.argmax(change))
+    most = MOST_PARTS * PHASE_CHANGE
     if np.hypot(change[worst], beside) > most:
         allowed_um = 0.95 * abs(delay_um) * max(most**2 - beside**2, 0.0) ** 0.5 / change[worst]
         raise ConfigError(
@@ -467,9 +474,8 @@ def _read(out, half, pattern: _Pattern, pitch_um, reach, grid):
     for y in _blocks(out.shape[0], ROWS):
         for x in _blocks(out.shape[1], COLUMNS):
             offsets = [np.arange(b.start, b.stop) - r for b, r in zip((y, x), reach)]
-            moved = (
-                np.hypot(*(np.abs(a).max() for a in offsets)) * span / weight / middle
-            )  # within the whole band
+            # within the whole band
+            moved = np.hypot(*(np.abs(a).max() for a in offsets)) * span / weight / middle
             count = max(
                 2, int(np.ceil(often * np.clip(np.ceil(READS * moved), LEAST_READS, MOST_READS)))
             )
@@ -490,7 +496,8 @@ def _read(out, half, pattern: _Pattern, pitch_um, reach, grid):
 
 def _outermost(offsets, scales):
     """Return (place, scale) of the first and of one past the last column that is read."""
-    low, high = float(offsets[0]), float(offsets[-1])
+    low = float(offsets[0])
+    high = float(offsets[-1])
     return (low, scales.max() if low < 0 else scales.min()), (
         high + 1,
         scales.max() if high + 1 > 0 else scales.min(),

@@ -20,10 +20,9 @@ from .pupil_map import over_pupil, stop_from_pupil
 from .wavefronts import coefficients_um, slopes, steepest_um
 
 CORE_SAMPLES = 768  # across the stop: kernel values to 1e-4 (L1), measured against 3072
-FEWEST_SAMPLES, BORDER = (
-    256,
-    4.0,
-)  # across the stop for a narrow image, and per wavelength x f-number of its width
+# across the stop for a narrow image, and per wavelength x f-number of its width
+FEWEST_SAMPLES = 256
+BORDER = 4.0
 MOST_SAMPLES = 8192
 ENERGY_SAMPLES = 2048  # across the stop, where its energy is not known from shapes
 DARK = 1e-6  # of the stop's light: less is the rounding of sums over shapes
@@ -31,6 +30,7 @@ FINE_TURNS = 1 / 32  # of phase per cell at most, where amplitude and phase are 
 # of a point's light (L1) at most, that cells so fine put wrong: measured against cells a third as
 # wide, orders 2 to 40
 CELLS = 4e-4
+# of a cell, per axis: half a turn per cell, the most that is not refused, takes 16
 PARTS = (
     1,
     2,
@@ -40,7 +40,7 @@ PARTS = (
     8,
     12,
     16,
-)  # of a cell, per axis: half a turn per cell, the most that is not refused, takes 16
+)
 BLOCK = 16  # cells, per axis, that are divided alike
 # of a pupil's energy is left in means over cells when its phase turns a quarter wave from cell to
 # cell
@@ -118,7 +118,8 @@ def terms(lens, flares, wavelength_nm: float | None = None) -> list:
         raise ConfigError(f"{err}; type less dirt, as flare.NAME.dust_per_mm2=40") from None
 
 
-_overlaps, _energy = lru_cache(maxsize=16)(shapes.overlaps), lru_cache(maxsize=16)(shapes.energy)
+_overlaps = lru_cache(maxsize=16)(shapes.overlaps)
+_energy = lru_cache(maxsize=16)(shapes.energy)
 
 
 @lru_cache(maxsize=16)
@@ -160,7 +161,8 @@ def amplitude(
     points : samples per cell and axis of a third-party pupil; `strips` of a cell that shapes are
         drawn in, see `pupil.raster`.
     """
-    low, high = y_mm[0] - (y_mm[1] - y_mm[0]), y_mm[-1] + (y_mm[1] - y_mm[0])
+    low = y_mm[0] - (y_mm[1] - y_mm[0])
+    high = y_mm[-1] + (y_mm[1] - y_mm[0])
     terms_near = [
         t for t in terms(lens, flares, wavelength_nm) if t[0].low < high and t[0].high > low
     ]
@@ -174,15 +176,19 @@ def amplitude(
 def _sampled(flare, pupil_matrix, x_mm, y_mm, wavelength_nm, points):
     """Return the means over cells of a third-party pupil, which is asked at places of the stop."""
     (xx, xy), (yx, yy) = np.linalg.inv(pupil_matrix) if pupil_matrix is not None else np.eye(2)
-    step_x, step_y = x_mm[1] - x_mm[0], y_mm[1] - y_mm[0]
+    step_x = x_mm[1] - x_mm[0]
+    step_y = y_mm[1] - y_mm[0]
     inner = (np.arange(points) + 0.5) / points - 0.5
-    mean, energy = 0.0, 0.0
+    mean = 0.0
+    energy = 0.0
     for dy in inner * step_y:
         for dx in inner * step_x:
-            x, y = x_mm[None, :] + dx, y_mm[:, None] + dy
+            x = x_mm[None, :] + dx
+            y = y_mm[:, None] + dy
             stop = (xx * x + xy * y, yx * x + yy * y) if pupil_matrix is not None else (x, y)
             point = np.asarray(flare.pupil(*stop, wavelength_nm))
-            mean, energy = mean + point, energy + float(np.mean(np.abs(point) ** 2))
+            mean = mean + point
+            energy = energy + float(np.mean(np.abs(point) ** 2))
     mean = mean / points**2
     if not np.isfinite(mean).all() or np.abs(mean).max() > 1 + 1e-9:
         raise ConfigError(
@@ -251,9 +257,8 @@ def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
             " field"
         )
     out = np.empty(cells.shape, np.complex64)
-    for start in range(
-        0, len(y_mm), 64
-    ):  # in blocks that stay in the processor's cache: four times faster
+    # in blocks that stay in the processor's cache: four times faster
+    for start in range(0, len(y_mm), 64):
         rows = slice(start, start + 64)
         out[rows] = _turned(lens, wavefront, cells[rows], x_mm, y_mm[rows], wavelength_nm)
     return out
@@ -265,16 +270,16 @@ def _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm):
 
     OSA's y points up, the rows of an image down.
     """
-    radius, step = radius_mm(lens), x_mm[1] - x_mm[0]
+    radius = radius_mm(lens)
+    step = x_mm[1] - x_mm[0]
     tall = y_mm[1] - y_mm[0] if len(y_mm) > 1 else step
     # a cell more on every side: slopes do not depend on the blocks
     x = np.concatenate([[x_mm[0] - step], x_mm, [x_mm[-1] + step]])
     y = np.concatenate([[y_mm[0] - tall], y_mm, [y_mm[-1] + tall]])
     turns = _opd_um(lens, wavefront, x / radius, -y / radius) / (wavelength_nm * 1e-3)
     steep = _turns_per_cell(lens, max(step, tall), wavelength_nm) > 1 / 128
-    mean = (
-        phase_mean(turns)[1:-1, 1:-1] if steep else np.float32(1.0)
-    )  # below that the mean leaves all but 1e-4
+    # below that the mean leaves all but 1e-4
+    mean = phase_mean(turns)[1:-1, 1:-1] if steep else np.float32(1.0)
     turns = turns[1:-1, 1:-1]
     turns -= np.rint(turns)  # whole turns dropped in float64: float32 then keeps 1e-7 of a turn
     angle = (2 * np.pi * turns).astype(np.float32)
@@ -296,7 +301,8 @@ def _opd_um(lens, wavefront, x, y) -> np.ndarray:
     rim. Along the radius a cell reaches `half` either way.
     """
     out = wavefront_um(over_pupil(lens, wavefront), x, y)
-    step_x, step_y = abs(x[1] - x[0]), abs(y[1] - y[0])
+    step_x = abs(x[1] - x[0])
+    step_y = abs(y[1] - y[0])
     to_stop = stop_from_pupil(lens)
     stop_x = to_stop[0, 0] * x + to_stop[0, 1] * y[:, None]
     stop_y = to_stop[1, 0] * x + to_stop[1, 1] * y[:, None]
@@ -361,18 +367,19 @@ def _runs(lens, x_mm, y_mm, wavelength_nm):
     """Return [(columns, parts), ...] of a strip of rows: blocks side by side that are divided
     alike, those beyond the rim left out.
     """
-    radius, step = radius_mm(lens), x_mm[1] - x_mm[0]
+    radius = radius_mm(lens)
+    step = x_mm[1] - x_mm[0]
     tall = y_mm[1] - y_mm[0] if len(y_mm) > 1 else step
     rho, slope_um = slopes(lens, wavelength_nm)
     turns = slope_um * max(step, tall) / radius / (wavelength_nm * 1e-3)
     matrix = np.eye(2) if lens.pupil_matrix is None else np.array(lens.pupil_matrix)
+    # from a distance to one in the stop
     bounds = (
         1 / np.linalg.norm(matrix, 2),
         np.linalg.norm(np.linalg.inv(matrix), 2),
-    )  # from a distance to one in the stop
-    starts = np.arange(
-        0, max(len(x_mm) - 1, 1), BLOCK
-    )  # never a last block of one column: its width would not be known
+    )
+    # never a last block of one column: its width would not be known
+    starts = np.arange(0, max(len(x_mm) - 1, 1), BLOCK)
     ends = np.append(starts[1:], len(x_mm))
     along_y = _distances(y_mm[0] - tall / 2, y_mm[-1] + tall / 2)
     runs = []
@@ -447,9 +454,8 @@ def phase_mean(turns) -> np.ndarray | float:
             t = np.square(
                 np.pi * np.gradient(turns, axis=axis), dtype=np.float32, casting="same_kind"
             )
-            out = out * (
-                1 - t / 6 * (1 - t / 20 * (1 - t / 42 * (1 - t / 72)))
-            )  # sinc to 1e-5 at the half wave allowed at most
+            # sinc to 1e-5 at the half wave allowed at most
+            out = out * (1 - t / 6 * (1 - t / 20 * (1 - t / 42 * (1 - t / 72))))
     return np.broadcast_to(out, turns.shape)
 
 

@@ -26,7 +26,9 @@ from .families import LampPattern
 FLUX_LM = {"road": 8_000.0, "post_top": 4_000.0, "high_mast": 20_000.0}
 STEP_DEG = 2.0
 WIDEST_DEG = 88.0
-CUT_OFF_DEG, CUT_WIDTH_DEG = 74.0, 4.0  # where the intensity has fallen to a half; logistic width
+# where the intensity has fallen to a half; logistic width
+CUT_OFF_DEG = 74.0
+CUT_WIDTH_DEG = 4.0
 
 
 @cache

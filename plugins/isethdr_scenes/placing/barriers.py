@@ -9,9 +9,13 @@ from ..things import draw
 from .buildings import panels
 from .site import Foot, Site
 
-RAIL_BESIDE_M, NOISE_BESIDE_M, POST_BESIDE_M = 0.7, 3.2, 0.5  # from the road's edge
+# from the road's edge
+RAIL_BESIDE_M = 0.7
+NOISE_BESIDE_M = 3.2
+POST_BESIDE_M = 0.5
 CURVE_PER_M = 1 / 220  # a curve with a guard rail on its outer side
-POST_STEP_M, CURVE_POST_STEP_M = 50.0, 25.0
+POST_STEP_M = 50.0
+CURVE_POST_STEP_M = 25.0
 
 
 def place_barriers(site: Site) -> int:
@@ -82,7 +86,8 @@ def _curves(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
 
 def _posts(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
     thing = draw("furniture", rng, "marker_post")
-    s, feet = float(rng.uniform(5, 30)), []
+    s = float(rng.uniform(5, 30))
+    feet = []
     while s < road.length_m:
         for side in (1, -1):
             place = site.beside(road, side, s, POST_BESIDE_M)

@@ -62,7 +62,8 @@ def rows(
 ) -> np.ndarray:
     """Return boxes (n, FIELDS) of a thing that stands at x, y, turned by a heading in radians."""
     x, y, heading = at
-    cos, sin = np.cos(heading), np.sin(heading)
+    cos = np.cos(heading)
+    sin = np.sin(heading)
     s = scale * np.asarray(parts, float)
     out = np.empty((len(s), FIELDS))
     out[:, 0] = x + cos * s[:, 0] - sin * s[:, 1]
@@ -77,8 +78,10 @@ def overlapping(one: np.ndarray, many: np.ndarray, gap_m: float = 0.0) -> np.nda
     """Return which of `many` (n, FIELDS) come nearer than `gap_m` to the box `one` (FIELDS,)."""
     x, y, hx, hy, cos, sin, bottom, top, level = one
     mx, my, mhx, mhy, mcos, msin, mbottom, mtop, mlevel = many.T
-    dx, dy = mx - x, my - y
-    c, s = np.abs(cos * mcos + sin * msin), np.abs(cos * msin - sin * mcos)
+    dx = mx - x
+    dy = my - y
+    c = np.abs(cos * mcos + sin * msin)
+    s = np.abs(cos * msin - sin * mcos)
     apart = np.abs(dx * cos + dy * sin) >= hx + mhx * c + mhy * s + gap_m
     apart |= np.abs(dy * cos - dx * sin) >= hy + mhx * s + mhy * c + gap_m
     apart |= np.abs(dx * mcos + dy * msin) >= mhx + hx * c + hy * s + gap_m
@@ -123,7 +126,8 @@ def corners(boxes: np.ndarray) -> np.ndarray:
     """Return the corners and the middles of the sides (n, 8, 2) of boxes (n, FIELDS) in plan."""
     sides = np.array([(1, 1), (1, -1), (-1, -1), (-1, 1), (1, 0), (-1, 0), (0, 1), (0, -1)], float)
     along = sides[None] * boxes[:, None, 2:4]
-    cos, sin = boxes[:, 4, None], boxes[:, 5, None]
+    cos = boxes[:, 4, None]
+    sin = boxes[:, 5, None]
     return np.stack(
         [
             boxes[:, 0, None] + cos * along[..., 0] - sin * along[..., 1],

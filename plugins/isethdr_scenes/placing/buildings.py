@@ -44,8 +44,10 @@ def row_of(site: Site) -> Row:
 
 def place_buildings(site: Site) -> int:
     """Place buildings, and fences before gardens; return how many buildings."""
-    row, rng = row_of(site), site.rng("buildings")
-    feet, fences = [], []
+    row = row_of(site)
+    rng = site.rng("buildings")
+    feet = []
+    fences = []
     for road in site.open_roads:
         if road.type == "motorway":
             continue
@@ -119,7 +121,8 @@ def panels(
         if rng.random() < gaps:
             continue
         ends = [site.beside(road, side, float(s + d * step / 2), beyond) for d in (-1, 1)]
-        x, y = (ends[0].x_m + ends[1].x_m) / 2, (ends[0].y_m + ends[1].y_m) / 2
+        x = (ends[0].x_m + ends[1].x_m) / 2
+        y = (ends[0].y_m + ends[1].y_m) / 2
         # the panel's own y runs along the road, its x to the road
         along = np.arctan2(ends[1].y_m - ends[0].y_m, ends[1].x_m - ends[0].x_m)
         facing = float(along) - side * np.pi / 2

@@ -23,7 +23,8 @@ def contact_points(foot: Foot) -> np.ndarray:
     if foot.lean == "surface":
         half = half * WHEELS
     along = SIGNS * half + [below.x_m * foot.scale, below.y_m * foot.scale]
-    cos, sin = np.cos(foot.heading_rad), np.sin(foot.heading_rad)
+    cos = np.cos(foot.heading_rad)
+    sin = np.sin(foot.heading_rad)
     return np.stack(
         [
             foot.x_m + cos * along[:, 0] - sin * along[:, 1],
@@ -58,18 +59,21 @@ def poses(network: Network, feet: list[Foot]) -> list[np.ndarray]:
 
 def _pose(foot: Foot, z: np.ndarray) -> np.ndarray:
     below = solids(carrier(foot.thing))[0]
-    length, width = below.length_m * foot.scale, below.width_m * foot.scale
+    length = below.length_m * foot.scale
+    width = below.width_m * foot.scale
     ahead = aside = 0.0
     if foot.lean == "surface":
         ahead = (z[0] + z[1] - z[2] - z[3]) / 2 / (WHEELS[0] * length)
         aside = (z[0] + z[2] - z[1] - z[3]) / 2 / (WHEELS[1] * width)
     elif foot.lean == "line":
         aside = (z[0] + z[2] - z[1] - z[3]) / 2 / width
-    cos, sin = np.cos(foot.heading_rad), np.sin(foot.heading_rad)
+    cos = np.cos(foot.heading_rad)
+    sin = np.sin(foot.heading_rad)
     forward = np.array([cos, sin, ahead])
     left = np.array([-sin, cos, aside])
     up = np.cross(forward, left)
-    up, forward = up / np.linalg.norm(up), forward / np.linalg.norm(forward)
+    up = up / np.linalg.norm(up)
+    forward = forward / np.linalg.norm(forward)
     out = np.eye(4)
     out[:3, 0], out[:3, 1], out[:3, 2] = forward, np.cross(up, forward), up
     out[:3, 3] = foot.x_m, foot.y_m, z.mean()

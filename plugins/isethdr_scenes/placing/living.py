@@ -68,7 +68,8 @@ def _on_lanes(paths: list[LanePath], rng: np.random.Generator, count: int) -> li
             continue
         path = paths[k]
         s = rng.uniform(0, path.length_m - LOOK_M, number)
-        here, ahead = path.points(s)[:, :2], path.points(s + LOOK_M)[:, :2]
+        here = path.points(s)[:, :2]
+        ahead = path.points(s + LOOK_M)[:, :2]
         heading = np.arctan2(*(ahead - here).T[::-1])
         heading += np.pi * (rng.random(number) < FACING)
         places += [Place(*map(float, row)) for row in np.column_stack([here, heading])]
@@ -87,7 +88,8 @@ def in_areas(
         return []
     share = np.array([a.length_m for a in areas])
     chosen = rng.choice(len(areas), count, p=share / share.sum())
-    along_m, beside = rng.uniform(0, share[chosen]), rng.uniform(*across, count)
+    along_m = rng.uniform(0, share[chosen])
+    beside = rng.uniform(*across, count)
     heading = rng.uniform(0, 2 * np.pi, count)
     if along:
         heading = np.pi * rng.integers(0, 2, count) + rng.normal(0, 0.15, count)

@@ -10,8 +10,12 @@ from ..things.thing import Thing
 from .site import Foot, Site
 
 ALONG_M = 6.2  # of a bay along the kerb
-BAY_M, BAY_START_M = 2.5, 0.1  # of a bay across the kerb; where the first one starts
-ACROSS_FROM_M, LORRIES_FROM_M = 4.0, 7.5  # width of a lane where vehicles stand across; lorries
+# of a bay across the kerb; where the first one starts
+BAY_M = 2.5
+BAY_START_M = 0.1
+# width of a lane where vehicles stand across; lorries
+ACROSS_FROM_M = 4.0
+LORRIES_FROM_M = 7.5
 LORRY_BAY_M = 4.2
 STOCK = 5  # different parked cars of a scene: each is stored once and placed many times
 SHOULDER_M = 2.4  # a hard shoulder on which a vehicle may stop
@@ -38,11 +42,17 @@ def _bays(
 ) -> list[Foot]:
     width = float(path.width_m(path.length_m / 2))
     if width >= LORRIES_FROM_M:
-        step, group, across = LORRY_BAY_M, "truck", True
+        step = LORRY_BAY_M
+        group = "truck"
+        across = True
     elif width >= ACROSS_FROM_M:
-        step, group, across = BAY_M, "car", True
+        step = BAY_M
+        group = "car"
+        across = True
     else:
-        step, group, across = ALONG_M, "car", False
+        step = ALONG_M
+        group = "car"
+        across = False
     first, last = path.road.span(path.section)
     middles = np.arange(first + BAY_START_M + step / 2, last - step / 2, step)
     feet = []

@@ -10,7 +10,9 @@ from .site import Foot, Site
 
 LEAST_M = 1.7  # width of a pavement on which things stand
 DEEP_M = 3.2  # of a pavement with a bus stop
-OUTER, KERB_M = 0.06, 0.35  # gap to the outer edge; from the kerb to a bollard's middle
+# gap to the outer edge; from the kerb to a bollard's middle
+OUTER = 0.06
+KERB_M = 0.35
 PER_KM = {
     "litter_bin": 14.0,
     "bench": 8.0,
@@ -18,7 +20,8 @@ PER_KM = {
     "wheeled_bin": 10.0,
     "bollard": 12.0,
 }
-BOLLARDS, BOLLARD_STEP_M = 5, 1.6
+BOLLARDS = 5
+BOLLARD_STEP_M = 1.6
 
 
 def place_pavement_things(site: Site) -> int:
@@ -51,7 +54,8 @@ def place_pavement_things(site: Site) -> int:
 def _at(area: FreeArea, family: str, s: float, rng: np.random.Generator, number: int) -> Foot:
     """Return a thing at the outer edge of a pavement that looks to the road."""
     thing = draw("furniture", rng, family)
-    depth, width = thing.size_m[0], area.width_m(s)
+    depth = thing.size_m[0]
+    width = area.width_m(s)
     across = 1 - (depth / 2 + OUTER) / width
     x, y = area.plan(np.array(s), np.array(across))
     facing = float(area.road.line.at(area.first_m + s).heading_rad) - area.side * np.pi / 2

@@ -22,8 +22,11 @@ from .site import Foot, Site
 from .street_lights import place_signals, place_street_lamps, signals
 from .vehicles import EGO_M, place_vehicles
 
-FREE_M, FREE_WIDTH_M = 6.0, 1.2  # before the camera nothing stands
-EGO_HEIGHT_M, EGO_MARGIN_M = 2.0, 0.5
+# before the camera nothing stands
+FREE_M = 6.0
+FREE_WIDTH_M = 1.2
+EGO_HEIGHT_M = 2.0
+EGO_MARGIN_M = 0.5
 
 
 @dataclass(frozen=True)
@@ -105,7 +108,8 @@ def plan(base: BaseRoad, seed: int, densities: Densities, view: Viewpoint) -> La
 def _keep_free(site: Site, view: Viewpoint) -> None:
     """Take the place of the camera's car, and what the camera needs before it."""
     own = site.base.pose()
-    length, width = EGO_M[0] + 2 * EGO_MARGIN_M, EGO_M[1] + 2 * EGO_MARGIN_M
+    length = EGO_M[0] + 2 * EGO_MARGIN_M
+    width = EGO_M[1] + 2 * EGO_MARGIN_M
     heading = float(np.arctan2(own[1, 0], own[0, 0]))
     car = Solid(0.0, 0.0, length, width, 0.0, EGO_HEIGHT_M)
     level = int(

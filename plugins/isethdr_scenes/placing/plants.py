@@ -15,7 +15,9 @@ APART_M = 0.3
 VARIANTS = {"tree": 6, "bush": 4, "rock": 2}
 SHARES = {"tree": 0.5, "bush": 0.42, "rock": 0.08}
 SCALE = (0.85, 1.15)
-VERGE_SHARE, MEDIAN_SHARE = 0.4, 0.5  # of low plants; of those of a town with a median
+# of low plants; of those of a town with a median
+VERGE_SHARE = 0.4
+MEDIAN_SHARE = 0.5
 FIELD_ACROSS = (0.06, 1.0)  # of a field, which starts 4 m beside the road
 
 

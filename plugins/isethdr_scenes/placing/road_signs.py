@@ -10,9 +10,13 @@ from ..things.furniture.sign_faces import sign_data
 from .living import crosswalks
 from .site import Foot, Site
 
-BESIDE_M, MOTORWAY_BESIDE_M = 0.9, 2.6  # from the road's edge to the sign's middle
+# from the road's edge to the sign's middle
+BESIDE_M = 0.9
+MOTORWAY_BESIDE_M = 2.6
 STEP_M = (60.0, 110.0)  # between signs along the road
-CURVE_AHEAD_M, CURVE_RAD = (40.0, 90.0), 0.45  # where a curve is warned of, and from which turn on
+# where a curve is warned of, and from which turn on
+CURVE_AHEAD_M = (40.0, 90.0)
+CURVE_RAD = 0.45
 
 
 def place_signs(site: Site) -> int:

@@ -15,19 +15,22 @@ CAMERA_M = 0.10  # least distance of the camera from any box
 
 def overlaps(layout: Layout) -> list[str]:
     """Return pairs of things that overlap; partners, as a bicycle and its rider, may."""
-    boxes, owner = [], []
+    boxes = []
+    owner = []
     for k, standing in enumerate(layout.standing):
         own = standing.foot.boxes()
         boxes.append(own)
         owner += [k] * len(own)
     if not boxes:
         return []
-    rows, of = np.concatenate(boxes), np.array(owner)
+    rows = np.concatenate(boxes)
+    of = np.array(owner)
     found = []
     for k in range(len(rows)):
         hits = np.flatnonzero(overlapping(rows[k], rows[k + 1 :]) & (of[k + 1 :] != of[k]))
         for j in of[k + 1 :][hits]:
-            one, two = layout.standing[of[k]].foot, layout.standing[j].foot
+            one = layout.standing[of[k]].foot
+            two = layout.standing[j].foot
             if one.partner != two.name and two.partner != one.name:
                 found.append(f"{one.name} and {two.name}")
     return found
@@ -48,7 +51,8 @@ def off_the_ground(layout: Layout) -> list[str]:
 
 def misplaced(layout: Layout) -> list[str]:
     """Return things on lanes where their role may not stand."""
-    boxes, owner = [], []
+    boxes = []
+    owner = []
     for standing in layout.standing:
         for box in standing.foot.boxes():
             if box[6] < OVERHEAD_M:

@@ -131,7 +131,8 @@ class Site:
         """Return which feet stand within reach, and only on lanes where their role may."""
         if not feet:
             return np.zeros(0, bool)
-        boxes, owner = [], []
+        boxes = []
+        owner = []
         for k, foot in enumerate(feet):
             low = [_shrunk(box, foot.role) for box in foot.boxes() if box[6] < OVERHEAD_M]
             boxes += low

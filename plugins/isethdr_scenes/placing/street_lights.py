@@ -13,7 +13,9 @@ from ..things.furniture.traffic_lights import STATES
 from .site import Foot, Site
 
 PAVEMENT_M = 2.4  # of a pavement that has its lamps at the kerb
-KERB_M, BEHIND_M = 0.4, 0.4  # from the kerb, or from the road's edge, to the pole
+# from the kerb, or from the road's edge, to the pole
+KERB_M = 0.4
+BEHIND_M = 0.4
 BOTH_SIDES_M = 15.0  # width of a road with lamps on both sides
 LAMPS = {
     "residential": ("post_top", 22.0),
@@ -93,7 +95,8 @@ def signals(site: Site) -> Signals:
         return Signals({})
     main, other = ("green", "red") if rng.random() < 0.5 else ("red", "green")
     if rng.random() < 0.15:
-        main, other = ("amber", "red")
+        main = "amber"
+        other = "red"
     own = site.base.lane.road
     across = float(own.line.at(0.0).heading_rad)
     states = {}

@@ -15,7 +15,9 @@ from .shortage import Shortage
 from .site import Foot, Site, drawn_count
 
 EGO_M = (4.6, 1.9)  # length and width of the camera's car
-EGO_AHEAD_M, EGO_BEHIND_M = 8.0, 4.0  # kept free before and behind its middle, in its lane
+# kept free before and behind its middle, in its lane
+EGO_AHEAD_M = 8.0
+EGO_BEHIND_M = 4.0
 STANDSTILL_M = 2.0  # between two vehicles that stand
 HEADWAY_S = 1.2  # time gap of dense traffic
 VEHICLE_GAP_M = 0.25  # between any two vehicles
@@ -99,11 +101,13 @@ def _reach(site: Site, path: LanePath) -> tuple[float, float] | None:
 
 def _free_stretches(site: Site, flow: Flow) -> list[tuple[float, float]]:
     """Return the stretches of a lane without the camera's car."""
-    first, last = flow.first_m, flow.last_m
+    first = flow.first_m
+    last = flow.last_m
     if flow.path.key != site.base.start:
         return [(first, last)]
     own = site.base.start_m
-    ahead, behind = own + EGO_M[0] / 2 + EGO_AHEAD_M - 2.0, own - EGO_M[0] / 2 - EGO_BEHIND_M
+    ahead = own + EGO_M[0] / 2 + EGO_AHEAD_M - 2.0
+    behind = own - EGO_M[0] / 2 - EGO_BEHIND_M
     return [(a, b) for a, b in ((first, behind), (ahead, last)) if b - a > 3.0]
 
 
@@ -147,7 +151,8 @@ def _line_up(
     gaps = random[:-1] + moving + STANDSTILL_M
     if queued:
         gaps[:queued] = STANDSTILL_M + rng.uniform(0, 1.5, queued).clip(max=slack / queued)
-    s, placed = last, 0
+    s = last
+    placed = 0
     for k, (thing, gap) in enumerate(zip(things, gaps, strict=True)):
         front = s - (gap if k or not queued else 0.3)
         middle = front - thing.size_m[0] / 2

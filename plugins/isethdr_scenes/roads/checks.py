@@ -88,7 +88,8 @@ def _steps(before: LanePath, after: LanePath) -> list[Problem]:
     """Return the steps between a lane and the one into which its traffic goes on."""
     if min(before.width_m(before.length_m), after.width_m(0.0)) < WIDE_ENOUGH_M:
         return []
-    end, start = before.at(before.length_m), after.at(0.0)
+    end = before.at(before.length_m)
+    start = after.at(0.0)
     s = float(before.along_road(before.length_m))
     apart = float(np.linalg.norm(end[:3, 3] - start[:3, 3]))
     turn = float(np.arccos(np.clip(end[:3, 0] @ start[:3, 0], -1, 1)))

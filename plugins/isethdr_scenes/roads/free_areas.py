@@ -80,7 +80,8 @@ class FreeArea:
         if self.direction < 0:
             heading += np.pi
         pose = np.eye(4)
-        cos, sin = np.cos(heading), np.sin(heading)
+        cos = np.cos(heading)
+        sin = np.sin(heading)
         pose[:2, :2] = [[cos, -sin], [sin, cos]]
         pose[:3, 3] = x, y, self.ground.at(np.array([[x, y]]))[0]
         return pose
@@ -149,7 +150,8 @@ def _cut(area: FreeArea, taken: Taken) -> list[FreeArea]:
         np.linspace(0, area.length_m, steps), (0.05, 0.35, 0.65, 0.95), indexing="ij"
     )
     free = np.concatenate([[False], ~taken(area, s, across).any(1), [False]])
-    starts, ends = np.flatnonzero(~free[:-1] & free[1:]), np.flatnonzero(free[:-1] & ~free[1:]) - 1
+    starts = np.flatnonzero(~free[:-1] & free[1:])
+    ends = np.flatnonzero(free[:-1] & ~free[1:]) - 1
     at = area.first_m + s[:, 0]
     return [
         FreeArea(

@@ -22,7 +22,9 @@ BERM_M = 1.0  # the land goes on level from a road's edge so far
 SLOPE = 1 / 1.7  # of an embankment or a cutting
 SMOOTHING_M = 12.0  # over which the land follows one road or another
 HILLS = ((210.0, 1.0), (83.0, 0.35), (31.0, 0.10))  # wavelength m, share of the relief
-HILLS_FROM_M, HILLS_FULL_M = 6.0, 60.0  # from a road's edge: where hills start, where they are full
+# from a road's edge: where hills start, where they are full
+HILLS_FROM_M = 6.0
+HILLS_FULL_M = 60.0
 OFF_ROAD = len(LANE_TYPES)
 BOUND_M = 2.0  # step of the samples that bound a road
 TOUCH_M = 2e-3  # a point so near to a road's edge lies on the road
@@ -130,9 +132,11 @@ class GroundHeight:
                 # a road on a bridge or in a tunnel says nothing of the land there
                 weight = (view.distance_m + SMOOTHING_M) ** -3.0
                 weight = weight * np.where(_free(road, view.s_m), 1.0, 1e-6)
-                total, weights = total + weight * view.height_m, weights + weight
+                total = total + weight * view.height_m
+                weights = weights + weight
         land = total / weights + self._hills(points, near)
-        low, high = np.full(len(points), -np.inf), np.full(len(points), np.inf)
+        low = np.full(len(points), -np.inf)
+        high = np.full(len(points), np.inf)
         for road, view in zip(self.roads, seen):
             reach = SLOPE * np.maximum(view.distance_m - BERM_M, 0)
             held = ~(road.on_structure("bridge", view.s_m) | road.on_structure("tunnel", view.s_m))
@@ -164,7 +168,8 @@ def lane_ranks(road: Road, s: Floats, t: Floats) -> NDArray[np.intp]:
         first, last = road.span(k)
         here = np.flatnonzero((s >= first - 1e-9) & (s <= last + 1e-9))
         for lane, (inner, outer) in zip(section.lanes, road.borders(k, s[here]).values()):
-            low, high = np.minimum(inner, outer) - TOUCH_M, np.maximum(inner, outer) + TOUCH_M
+            low = np.minimum(inner, outer) - TOUCH_M
+            high = np.maximum(inner, outer) + TOUCH_M
             inside = here[(t[here] >= low) & (t[here] <= high) & (high - low > 3 * TOUCH_M)]
             rank[inside] = np.minimum(rank[inside], LANE_TYPES.index(lane.type))
     return rank
@@ -181,7 +186,8 @@ def _raised(road: Road, s: Floats, t: Floats) -> Floats:
         first, last = road.span(k)
         here = np.flatnonzero((s >= first - 1e-9) & (s <= last + 1e-9))
         for lane, (inner, outer) in zip(section.lanes, road.borders(k, s[here]).values()):
-            low, high = np.minimum(inner, outer) - TOUCH_M, np.maximum(inner, outer) + TOUCH_M
+            low = np.minimum(inner, outer) - TOUCH_M
+            high = np.maximum(inner, outer) + TOUCH_M
             inside = here[(t[here] >= low) & (t[here] <= high) & (high - low > 3 * TOUCH_M)]
             out[inside] = np.minimum(out[inside], lane.raised_m)
     return np.where(np.isfinite(out), out, 0.0)

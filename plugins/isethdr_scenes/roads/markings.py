@@ -63,7 +63,8 @@ def _lines(border: _Border) -> list[Patch]:
     found = []
     for kind, shift in zip(kinds, shifts):
         for s in _spans(border, kind == "broken"):
-            middle, half = border.t(s) + shift, border.mark.width_m / 2
+            middle = border.t(s) + shift
+            half = border.mark.width_m / 2
             sides = np.stack([middle - half, middle + half], 1)
             st = np.stack([np.stack([s, s], 1), sides], -1)
             found.append(Patch(st, border.mark.colour, "line"))
@@ -72,7 +73,8 @@ def _lines(border: _Border) -> list[Patch]:
 
 def _spans(border: _Border, broken: bool) -> list[Floats]:
     """Return the stations of each dash, or of the whole line."""
-    road, mark = border.road, border.mark
+    road = border.road
+    mark = border.mark
     first, last = road.span(border.section)
     first += mark.offset_m
     if last - first < 0.05:
@@ -118,8 +120,10 @@ def _crosswalk(painted: RoadObject) -> list[Patch]:
 
 def _arrow(painted: RoadObject) -> list[Patch]:
     """Return the shaft and the heads of an arrow."""
-    length, width = painted.length_m, painted.width_m
-    half, neck = SHAFT_M / 2, length * (0.5 - HEAD)
+    length = painted.length_m
+    width = painted.width_m
+    half = SHAFT_M / 2
+    neck = length * (0.5 - HEAD)
     rows: list[list[tuple[float, float]]] = []  # each quad: two corners behind, two ahead
     rows.append([(-length / 2, -half), (-length / 2, half), (neck, -half), (neck, half)])
     for way in painted.shows.split():
@@ -128,7 +132,8 @@ def _arrow(painted: RoadObject) -> list[Patch]:
             rows.append([(neck, -width / 2), (neck, width / 2), (tip, 0.0), (tip, 0.0)])
             continue
         side = 1.0 if way == "left" else -1.0
-        low, high = -0.1 * length, 0.1 * length
+        low = -0.1 * length
+        high = 0.1 * length
         reach = side * width * 0.55
         shaft = 0.12 * length
         rows.append([(low - shaft / 2, 0), (low + shaft / 2, 0), (0.0, reach), (shaft, reach)])

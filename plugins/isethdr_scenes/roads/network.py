@@ -84,7 +84,9 @@ class Network:
         return {key: tuple(self._next(path)) for key, path in self._paths.items()}
 
     def _next(self, path: LanePath) -> list[LaneKey]:
-        road, section, forward = path.road, path.section, path.direction > 0
+        road = path.road
+        section = path.section
+        forward = path.direction > 0
         number = path.lane.successor if forward else path.lane.predecessor
         onward = section + 1 if forward else section - 1
         if 0 <= onward < len(road.sections):

@@ -40,7 +40,8 @@ class Profile:
     @classmethod
     def straight(cls, nodes: Sequence[tuple[float, float]]) -> Profile:
         """Return straight pieces through (s_m, value), constant outside."""
-        first, last = nodes[0], nodes[-1]
+        first = nodes[0]
+        last = nodes[-1]
         pieces = [Cubic(min(first[0], 0.0) - 1.0, first[1])]
         for (s, value), (after, then) in zip(nodes, nodes[1:]):
             pieces.append(Cubic(s, value, (then - value) / (after - s)))
@@ -49,7 +50,8 @@ class Profile:
     @classmethod
     def smooth(cls, nodes: Sequence[tuple[float, float, float]]) -> Profile:
         """Return cubics through (s_m, value, slope), straight outside (Hermite's form)."""
-        first, last = nodes[0], nodes[-1]
+        first = nodes[0]
+        last = nodes[-1]
         before = min(first[0], 0.0) - 1.0
         pieces = [Cubic(before, first[1] - (first[0] - before) * first[2], first[2])]
         for (s, value, slope), (after, then, end_slope) in zip(nodes, nodes[1:]):

@@ -72,7 +72,8 @@ class Record:
         if self.end_per_m != self.curvature_per_m:
             x, y = self._spiral(ds)
         elif abs(self.curvature_per_m) < STRAIGHT_PER_M:
-            x, y = ds * np.cos(self.heading_rad), ds * np.sin(self.heading_rad)
+            x = ds * np.cos(self.heading_rad)
+            y = ds * np.sin(self.heading_rad)
         else:
             radius = 1 / self.curvature_per_m
             x = radius * (np.sin(heading) - np.sin(self.heading_rad))
@@ -175,8 +176,10 @@ class ReferenceLine:
 
     def _seen(self, p: Floats, s: Floats) -> tuple[Floats, Floats, Floats]:
         x, y, heading, curvature = self.at(s)
-        dx, dy = p[:, 0] - x, p[:, 1] - y
-        cos, sin = np.cos(heading), np.sin(heading)
+        dx = p[:, 0] - x
+        dy = p[:, 1] - y
+        cos = np.cos(heading)
+        sin = np.sin(heading)
         return dx * cos + dy * sin, dy * cos - dx * sin, curvature
 
     def gaps(self, gap_m: float, turn_rad: float) -> list[Gap]:

@@ -187,7 +187,8 @@ class Road:
 
     def height(self, s_m: ArrayLike, t_m: ArrayLike) -> Floats:
         """Return the height of the carriageway's surface, which goes on to both sides."""
-        s, t = np.asarray(s_m, float), np.asarray(t_m, float)
+        s = np.asarray(s_m, float)
+        t = np.asarray(t_m, float)
         left, right = (profile.at(s) for profile in self.crossfall)
         fall = np.where(t > 0, left, right) * np.abs(t)
         tilt = t * np.tan(self.superelevation.at(s))
@@ -211,12 +212,14 @@ class Road:
         stretch = 1 - curvature * t_m  # metres along the offset line per metre of s
         ahead = float(np.diff(self.height([s_m - h, s_m + h], t_m))[0]) / (2 * h * stretch)
         aside = float(np.diff(self.height(s_m, [t_m - h, t_m + h]))[0]) / (2 * h)
-        cos, sin = np.cos(heading), np.sin(heading)
+        cos = np.cos(heading)
+        sin = np.sin(heading)
         forward = np.array([cos, sin, ahead])
         left = np.array([-sin, cos, aside])
         x = np.cos(turn_rad) * forward + np.sin(turn_rad) * left
         z = np.cross(forward, left)
-        x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
+        x = x / np.linalg.norm(x)
+        z = z / np.linalg.norm(z)
         pose = np.eye(4)
         pose[:3, 0], pose[:3, 1], pose[:3, 2], pose[:3, 3] = x, np.cross(z, x), z, at
         return pose

@@ -9,8 +9,12 @@ import numpy as np
 from .profile import Floats
 from .road import Road
 
-PLAN_M, HEIGHT_M = 4e-3, 1e-3  # largest distance between a chord and the surface
-LEAST_M, MOST_M = 0.4, 10.0  # between two stations
+# largest distance between a chord and the surface
+PLAN_M = 4e-3
+HEIGHT_M = 1e-3
+# between two stations
+LEAST_M = 0.4
+MOST_M = 10.0
 LOOK_M = 1.0  # at which bends are looked at
 
 

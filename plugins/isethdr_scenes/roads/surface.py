@@ -161,15 +161,22 @@ class _Edges:
         """Return the sides (n, 2) at which two triangles meet at different heights, in the
         direction of the higher one, with its heights and those of the lower one.
         """
-        pairs, heights = np.concatenate(self._pairs), np.concatenate(self._heights)
+        pairs = np.concatenate(self._pairs)
+        heights = np.concatenate(self._heights)
         forward = pairs[:, 0] < pairs[:, 1]
         keys = np.sort(pairs, 1)
         order = np.lexsort((forward, keys[:, 1], keys[:, 0]))
-        keys, pairs, heights, forward = keys[order], pairs[order], heights[order], forward[order]
+        keys = keys[order]
+        pairs = pairs[order]
+        heights = heights[order]
+        forward = forward[order]
         same = np.flatnonzero((keys[1:] == keys[:-1]).all(1) & (forward[1:] != forward[:-1]))
-        first, second = heights[same], heights[same + 1][:, ::-1]
+        first = heights[same]
+        second = heights[same + 1][:, ::-1]
         apart = np.abs(first - second).max(1) > STEP_M
-        same, first, second = same[apart], first[apart], second[apart]
+        same = same[apart]
+        first = first[apart]
+        second = second[apart]
         up = (first.sum(1) >= second.sum(1))[:, None]
         sides = np.where(up, pairs[same], pairs[same + 1])
         high = np.where(up, first, second[:, ::-1])
@@ -181,7 +188,8 @@ def _walls(points: Floats, edges: _Edges) -> Piece:
     """Return the upright faces that close all steps: kerbs and the edges of pavements."""
     sides, high, low = edges.steps()
     corner = points[sides]  # (n, 2, 2): the higher face lies to the left
-    a, b = corner[:, 0], corner[:, 1]
+    a = corner[:, 0]
+    b = corner[:, 1]
     rows = np.stack(
         [
             np.column_stack([a, low[:, 0]]),

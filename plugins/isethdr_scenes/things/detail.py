@@ -45,7 +45,8 @@ def coarser(model: Assembly, cell_m: float) -> Assembly:
     lit = [part for part in model.parts if part.lamp is not None]
     vertices = np.concatenate([part.vertices for part in dark])
     ids, places = _cells(vertices, cell_m)
-    out, first = Assembly(model.name), 0
+    out = Assembly(model.name)
+    first = 0
     for part in dark:
         last = first + len(part.vertices)
         out.add(_moved_to(part, ids[first:last], places))
@@ -57,7 +58,8 @@ def _cells(vertices: np.ndarray, cell_m: float) -> tuple[np.ndarray, np.ndarray]
     """Return the number of the cell of each vertex, and the place of each cell: the mean of its
     vertices, moved to the end of the extent where one of them is there.
     """
-    low, high = vertices.min(0), vertices.max(0)
+    low = vertices.min(0)
+    high = vertices.max(0)
     cell = np.floor((vertices - low) / cell_m + 0.5).astype(np.int64)
     span = cell.max(0) + 1
     key = (cell[:, 0] * span[1] + cell[:, 1]) * span[2] + cell[:, 2]

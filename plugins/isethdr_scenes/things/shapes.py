@@ -52,7 +52,8 @@ class Limb:
     def extent(self) -> Extent:
         """Return the least and the greatest coordinates, m."""
         reach = np.array([1.0, self.width, 1.0])
-        a, b = np.asarray(self.a, float), np.asarray(self.b, float)
+        a = np.asarray(self.a, float)
+        b = np.asarray(self.b, float)
         low = np.minimum(a - self.radius_a * reach, b - self.radius_b * reach)
         return low, np.maximum(a + self.radius_a * reach, b + self.radius_b * reach)
 
@@ -76,13 +77,15 @@ class Limb:
     def tube(self, name: str, material: str, sides: int, steps: int = 1) -> Piece:
         """Return the limb as a tube with rounded ends, of few faces, in `steps` along it."""
         narrow = np.array([1.0, 1 / self.width, 1.0])
-        a, b = np.asarray(self.a, float) * narrow, np.asarray(self.b, float) * narrow
+        a = np.asarray(self.a, float) * narrow
+        b = np.asarray(self.b, float) * narrow
         length = float(np.linalg.norm(b - a))
         along = (b - a) / length if length > 1e-3 else np.array([0.0, 0.0, 1.0])
         b = a + along * max(length, 1e-3)
         t = np.linspace(0, 1, steps + 1)
         shaft = a + t[:, None] * (b - a)
-        first, last = a - 0.7 * along * self.radius_a, b + 0.7 * along * self.radius_b
+        first = a - 0.7 * along * self.radius_a
+        last = b + 0.7 * along * self.radius_b
         path = np.concatenate([[first], shaft, [last]])
         round_ends = (0.6 * self.radius_a, 0.6 * self.radius_b)
         radii = self.radius_a + t * (self.radius_b - self.radius_a)
@@ -153,7 +156,8 @@ class Mass:
         def trimmed(points: np.ndarray) -> np.ndarray:
             return np.maximum(whole(points), trim(points))
 
-        trimmed.lo, trimmed.hi = whole.lo, whole.hi
+        trimmed.lo = whole.lo
+        trimmed.hi = whole.hi
         return trimmed
 
 
@@ -238,7 +242,8 @@ class Ball:
 
     def extent(self) -> Extent:
         """Return the least and the greatest coordinates, m."""
-        centre, radii = np.asarray(self.centre, float), np.asarray(self.radii, float)
+        centre = np.asarray(self.centre, float)
+        radii = np.asarray(self.radii, float)
         return centre - radii, centre + radii
 
     def pieces(self, detail: Detail) -> list[Piece]:

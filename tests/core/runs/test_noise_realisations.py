@@ -25,9 +25,8 @@ def test_the_interval_holds_the_true_mean_as_often_as_it_says():
     for _ in range(2000):
         (score,) = over_draws([[Score("m", float(v), "dB")] for v in rng.normal(3.0, 0.5, 4)])
         inside += score.low <= 3.0 <= score.high
-    assert abs(inside / 2000 - 0.95) < 4 * math.sqrt(
-        0.95 * 0.05 / 2000
-    )  # four standard errors of a share
+    # four standard errors of a share
+    assert abs(inside / 2000 - 0.95) < 4 * math.sqrt(0.95 * 0.05 / 2000)
 
 
 def test_scores_that_cannot_be_averaged_keep_their_first_value_and_have_no_interval():
@@ -75,9 +74,8 @@ def test_a_run_takes_draws_that_differ_in_noise_alone(tmp_path, monkeypatch):
     key = ("ciede2000", "", next(k[2] for k in first if k[0] == "ciede2000"))
     assert mean[key]["low"] < mean[key]["value"] < mean[key]["high"]
     assert mean[key]["value"] != first[key]["value"]
-    np.testing.assert_array_equal(
-        one.open("captures/bayer").raw, four.open("captures/bayer").raw
-    )  # the shot that is kept is the first
+    # the shot that is kept is the first
+    np.testing.assert_array_equal(one.open("captures/bayer").raw, four.open("captures/bayer").raw)
     assert "draws bayer" in [row.stage for row in four.ledger] and "draws bayer" not in [
         row.stage for row in one.ledger
     ]
@@ -106,7 +104,8 @@ def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
     config = hdr.compose(["experiment=five_lights", *chart, *camera, "report=false"])
     parts = chain(config)
     parts = replace(parts, metrics={"colour": parts.metrics["colour"]})
-    demand, scene = plan(parts, Ledger()), parts.scene().load()
+    demand = plan(parts, Ledger())
+    scene = parts.scene().load()
     mixed = parts.lighting(scene)
     made = imaging(parts, mixed, demand)
     light = made.light()
@@ -114,7 +113,8 @@ def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
     halves[0] = (
         0.3 * luminance_cd_m2(mixed) / mixed.attrs["weights"][str(scene.light_group.values[0])]
     )
-    found, rows = {}, {}
+    found = {}
+    rows = {}
     for name, noise in (("exact", 0.0 * halves), ("noisy", halves), ("unknown", np.nan * halves)):
         stored = scene.assign({HALVES: (("light_group", "y", "x"), noise)}).assign_attrs(
             rendered_s=1.0

@@ -26,7 +26,8 @@ def test_a_class_registered_twice_has_one_name():
 
 
 def test_the_fingerprint_names_each_component_and_the_frame():
-    lens, flare = build("lens", "ideal"), build("flare", "haze")
+    lens = build("lens", "ideal")
+    flare = build("flare", "haze")
     found = fingerprint(lens, None, flare, frame=True)
     assert list(found) == ["core", "flare/haze", "lens/ideal"]
     assert found["core"] == frame_code().digest
@@ -34,7 +35,8 @@ def test_the_fingerprint_names_each_component_and_the_frame():
 
 
 def test_versions_are_those_of_libraries_that_the_components_import():
-    scene, renderer = build("scene", "uniform"), build("renderer", "mitsuba")
+    scene = build("scene", "uniform")
+    renderer = build("renderer", "mitsuba")
     assert "mitsuba" in libraries(renderer) and "mitsuba" not in libraries(scene)
     assert "colour-science" in libraries(scene) and "hydra-core" not in libraries(scene)
     assert libraries(scene).items() <= libraries(scene, renderer).items()

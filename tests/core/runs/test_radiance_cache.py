@@ -7,7 +7,9 @@ import pytest
 from isethdr_core.demand import Demand
 from isethdr_core.runs.radiance_cache import what_is_missing
 
-BLUE, GREEN, RED = 450.0, 550.0, 650.0
+BLUE = 450.0
+GREEN = 550.0
+RED = 650.0
 
 
 def stored(groups, bands, asked=(), absent=()):

@@ -155,7 +155,8 @@ def test_another_isp_reads_captures_and_another_metric_reads_pictures():
 
 def test_results_that_are_computed_together_are_kept_one_by_one(tmp_path, monkeypatch):
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
-    keeping, asked = reuse.Reuse.below(10**6), []
+    keeping = reuse.Reuse.below(10**6)
+    asked = []
 
     def squares(places):
         asked.append(places)

@@ -43,7 +43,8 @@ def picture(y, variance=0.01, saturated=False, **attrs):
 def labels(lamps=()):
     """Return a car (1) with its headlight, and a person (2)."""
     instance = np.zeros(SHAPE, np.uint32)
-    instance[10:20, 5:25], instance[10:30, 35:40] = 1, 2
+    instance[10:20, 5:25] = 1
+    instance[10:30, 35:40] = 2
     return xr.Dataset({"instance": (("y", "x"), instance)}, attrs={"lamps": list(lamps)})
 
 
@@ -54,7 +55,8 @@ def scene():
 
 
 def test_saturated_lamps_are_no_reason_to_warn():
-    y, lost = scene(), scene() > 100
+    y = scene()
+    lost = scene() > 100
     table = labels([{"instance": 1, "object": "car"}])
     np.testing.assert_array_equal(lamp_pixels(picture(y), table), lost)
     assert saturated_share_outside_lamps(picture(y, saturated=lost), picture(y), table) == 0

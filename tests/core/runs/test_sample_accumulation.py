@@ -65,7 +65,8 @@ def attributes(span, noise, bands=(500.0,), whole=True):
 
 
 def test_what_is_known_is_what_is_known_of_the_worst_band():
-    first, more = attributes((0, 96), 0.3), attributes((96, 192), 0.3)
+    first = attributes((0, 96), 0.3)
+    more = attributes((96, 192), 0.3)
     assert known([], "sky", ALL_BANDS) == Known()
     both = known([first, more], "sky", ALL_BANDS)
     assert (both.paths, both.next) == (192, 192) and both.noise == pytest.approx(0.3 / np.sqrt(2))
@@ -103,7 +104,8 @@ def rendering(folder, name, span, seed, groups=("sky",), bands=slice(None)):
 
 
 def test_the_mean_is_weighted_by_paths_and_its_noise_follows(tmp_path):
-    a, b = rendering(tmp_path, "a", (0, 96), 1), rendering(tmp_path, "b", (96, 400), 2)
+    a = rendering(tmp_path, "a", (0, 96), 1)
+    b = rendering(tmp_path, "b", (96, 400), 2)
     joined = join_scenes([a, b])
     want = (96 * a.radiance.values.astype(float) + 304 * b.radiance.values) / 400
     # float32 values: half a unit in the last place
@@ -125,7 +127,8 @@ def test_the_mean_is_weighted_by_paths_and_its_noise_follows(tmp_path):
 
 
 def test_a_rendering_of_the_same_paths_is_not_counted_twice(tmp_path):
-    a, again = rendering(tmp_path, "a", (0, 96), 1), rendering(tmp_path, "again", (0, 64), 3)
+    a = rendering(tmp_path, "a", (0, 96), 1)
+    again = rendering(tmp_path, "again", (0, 64), 3)
     joined = join_scenes([a, again])
     np.testing.assert_array_equal(joined.radiance.values, a.radiance.values)
     assert joined.attrs["paths"] == {"sky": 96}
@@ -146,7 +149,8 @@ def test_groups_and_bands_are_pooled_one_by_one(tmp_path):
     assert joined.attrs["noise"]["lamps"] == 0.2
     # bands put together in other ways may share their paths: their noise adds up as it is, never
     # too little
-    one, two = both.xyz_noise.values[1].astype(float), more.xyz_noise.values[0].astype(float)
+    one = both.xyz_noise.values[1].astype(float)
+    two = more.xyz_noise.values[0].astype(float)
     np.testing.assert_allclose(
         joined.xyz_noise.values[1], np.hypot(8 * one, 24 * two) / 32 + one, rtol=1e-6
     )

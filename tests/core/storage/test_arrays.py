@@ -90,7 +90,8 @@ def test_a_small_array_of_one_value_is_its_metadata_alone(tmp_path):
     # as any program opens it, which takes the value as a value and not as a hole
     back = xr.open_zarr(tmp_path, consolidated=False, chunks=None).load()
     for name in alike | {"signs"}:
-        found, kept = back[name].values, ds[name].values
+        found = back[name].values
+        kept = ds[name].values
         assert found.dtype == kept.dtype or kept.dtype == object
         assert np.array_equal(found, kept, equal_nan=name == "unknown")
     assert np.signbit(back["zeros"]).all() and list(np.signbit(back["signs"].values)) == [0, 1]
@@ -101,9 +102,8 @@ def test_a_part_is_read_alone_and_groups_lie_in_groups(tmp_path):
     write_group(tmp_path, "", {"mark": 1})
     write_dataset(tmp_path, "captures/bayer", ds)
     array = zarr.open_group(tmp_path, mode="r")["captures/bayer/light"]
-    assert np.array_equal(
-        array[1, 8, 130:, 239:242], ds.light.values[1, 8, 130:, 239:242]
-    )  # across chunks that the array does not fill
+    # across chunks that the array does not fill
+    assert np.array_equal(array[1, 8, 130:, 239:242], ds.light.values[1, 8, 130:, 239:242])
     assert array.shards == (1, 16, 270, 480) and array.chunks == (1, 8, 135, 240)
     assert zarr.open_group(tmp_path, mode="r").attrs["mark"] == 1, "what is there already stays"
     assert sorted(zarr.open_group(tmp_path, mode="r").groups())[0][0] == "captures"

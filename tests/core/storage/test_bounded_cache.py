@@ -52,7 +52,8 @@ def test_what_is_too_large_or_not_worth_its_space_is_not_kept(tmp_path):
 def test_a_damaged_file_is_not_served_and_is_removed(tmp_path, harm):
     cache = BoundedCache(tmp_path, MB)
     cache.put(NAME, np.arange(1000.0))
-    path, other = tmp_path / f"{NAME}.result", "fedcba9876543210"
+    path = tmp_path / f"{NAME}.result"
+    other = "fedcba9876543210"
     data = bytearray(path.read_bytes())
     if harm == "flipped bit":
         data[len(data) // 2] ^= 4

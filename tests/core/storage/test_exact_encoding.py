@@ -130,7 +130,8 @@ def test_known_classes_come_back_and_others_are_refused():
 
 def test_every_array_begins_at_a_multiple_of_the_alignment():
     pieces = TYPES.encoded([np.ones(5, np.uint8), np.ones(3), np.ones(1, np.float32)])
-    start, starts = 0, []
+    start = 0
+    starts = []
     for piece in pieces:
         starts += [start] if isinstance(piece, memoryview) else []
         start += len(piece)

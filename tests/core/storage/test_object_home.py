@@ -120,7 +120,8 @@ def test_an_interrupted_upload_is_invisible_and_is_published_later(
 
 
 def test_of_two_writers_of_one_store_the_first_counts_for_both(bucket, machine):
-    first, second = machine("a"), machine("b")
+    first = machine("a")
+    second = machine("b")
     machine("a")
     write(seed=1)
     machine("b")
@@ -237,7 +238,8 @@ def test_a_server_without_conditional_writes_is_refused(bucket, machine, monkeyp
 class _Refuses(BaseHTTPRequestHandler):
     """Answers each request as S3 does without permission, or without a bucket."""
 
-    status, code = 403, "AccessDenied"
+    status = 403
+    code = "AccessDenied"
 
     def _answer(self):
         self.rfile.read(int(self.headers.get("Content-Length") or 0))

@@ -77,7 +77,8 @@ def test_a_denoised_value_is_rounded_by_its_noise_before_denoising(tmp_path):
 def test_variances_are_as_exact_as_they_say(tmp_path):
     picture = noisy_picture()
     back = stored(tmp_path, picture)
-    variance, fixed = picture["variance"].values, picture[FIXED_PATTERN].values
+    variance = picture["variance"].values
+    fixed = picture[FIXED_PATTERN].values
     for name, truth, whole, luminance in (
         ("variance", variance, variance, 2.0**-8),
         (FIXED_PATTERN, fixed, variance + fixed, 2.0**-7),

@@ -37,9 +37,8 @@ def scene(groups=("sky", "street"), bands=9, rows=140, columns=250, seed=0, **la
 def test_rounding_is_within_half_a_bit_and_unbiased():
     values = np.random.default_rng(1).lognormal(0, 12, 200_000).astype(np.float32)
     error = keep_mantissa_bits(values, 10).astype(float) / values - 1
-    assert (
-        np.abs(error).max() <= 2.0**-11
-    )  # half of the last kept bit, the best any rounding can do
+    # half of the last kept bit, the best any rounding can do
+    assert np.abs(error).max() <= 2.0**-11
     assert np.abs(error).max() > 0.95 * 2.0**-11  # and really 10 bits, not more
     # rms error of uniform rounding is at most 2^-11/sqrt(3); the mean of 2e5 is then within 5 sigma
     # of 0
@@ -108,10 +107,11 @@ def test_layout_is_one_shard_per_group_of_whole_chunks(tmp_path):
 
 def test_planes_without_bands_lie_in_few_even_chunks():
     assert tiling({"capture": 3, "y": 1386, "x": 2079}) == ((1, 462, 693), (1, 1386, 2079))
+    # one that is not there, not 959
     assert tiling({"y": 1, "x": 961, "xyz_channel": 3}) == (
         (1, 481, 1),
         (1, 962, 3),
-    )  # one that is not there, not 959
+    )
 
 
 def test_a_store_is_never_written_twice(tmp_path):
@@ -236,7 +236,8 @@ def test_a_flipped_bit_is_an_error_and_never_a_wrong_number(tmp_path):
 
 def test_siblings_are_joined_and_only_what_is_used_is_read(tmp_path, monkeypatch):
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
-    a, b = scene(("sky", "street")), scene(("headlights", "sky"), seed=3)
+    a = scene(("sky", "street"))
+    b = scene(("headlights", "sky"), seed=3)
     for name, ds in (("r1-a", a), ("r1-b", b)):
         store.write_store(
             tmp_path / "scenes",
@@ -282,7 +283,8 @@ def stored_scenes(folder, **parts):
 
 
 def test_groups_that_are_wanted_decide_which_bands_are_joined(tmp_path):
-    a, b = scene(("sky",)), scene(("street",)).isel(wavelength=slice(2, 5))
+    a = scene(("sky",))
+    b = scene(("street",)).isel(wavelength=slice(2, 5))
     joined = join_scenes(stored_scenes(tmp_path, a=a, b=b), ("sky", "street"))
     assert joined.radiance.shape == (2, 3, 140, 250)
     assert np.array_equal(joined.radiance[0].values, keep_mantissa_bits(a.radiance.values[0, 2:5]))
@@ -295,7 +297,8 @@ def test_groups_that_are_wanted_decide_which_bands_are_joined(tmp_path):
 
 def test_siblings_are_joined_along_the_bands(tmp_path):
     whole = scene(("sky", "street"))
-    odd, even = whole.isel(wavelength=slice(1, None, 2)), whole.isel(wavelength=slice(0, None, 2))
+    odd = whole.isel(wavelength=slice(1, None, 2))
+    even = whole.isel(wavelength=slice(0, None, 2))
     other = scene(("headlights",), seed=5)
     stored_scenes(tmp_path, even=even, odd=odd, other=other)
     joined = store.open_scene(tmp_path / "even.zarr")
@@ -316,7 +319,8 @@ def test_siblings_are_joined_along_the_bands(tmp_path):
 
 def test_a_sibling_with_bands_of_one_group_only_does_not_take_the_other_group_away(tmp_path):
     whole = scene(("sky", "street"))
-    few, more = whole.isel(wavelength=[1, 3]), whole.isel(light_group=[0])
+    few = whole.isel(wavelength=[1, 3])
+    more = whole.isel(light_group=[0])
     stored_scenes(tmp_path, few=few, more=more)
     joined = store.open_scene(tmp_path / "few.zarr")
     assert joined.radiance.shape[:2] == (2, 2)  # street is known at two bands

@@ -103,10 +103,11 @@ def test_the_error_allowed_is_that_of_the_largest_signal_to_noise_ratio():
     )
     assert response.error_allowed == pytest.approx(0.2 * sqrt(10_000 + 900) / 10_000, rel=1e-15)
     dark = replace(response, full_scale_e=2500.0)
+    # the finer one rules
     assert (
         response.error_allowed < dark.error_allowed
         and (response + dark).error_allowed == response.error_allowed
-    )  # the finer one rules
+    )
     assert replace(response, full_scale_e=inf).error_allowed == 0.0
 
 
@@ -123,7 +124,8 @@ def test_no_other_division_costs_less(costs, allowed):
     errors = divided(allowed, costs)
     assert sum(errors.values()) == pytest.approx(allowed, rel=1e-12)
     least = sum(c.of(errors[k]) for k, c in costs.items())
-    rng, shares = np.random.default_rng(0), np.arange(1, 200) / 200
+    rng = np.random.default_rng(0)
+    shares = np.arange(1, 200) / 200
     if len(costs) == 2:
         tried = np.stack([shares, 1 - shares], axis=1)
     else:
@@ -151,9 +153,8 @@ def test_a_store_keeps_the_bits_that_its_share_asks_for():
         )
         error = budget.stored_error(demand)
         snr = demand.response.noise_fraction_allowed / demand.error_allowed
-        assert error * snr == pytest.approx(
-            STORE * fraction, rel=1e-12
-        )  # of the noise, at full scale, where it is the most
+        # of the noise, at full scale, where it is the most
+        assert error * snr == pytest.approx(STORE * fraction, rel=1e-12)
         bits = bits_for(error)
         assert rounding(bits) <= error and (bits == KEEPBITS or rounding(bits - 1) > error)
     assert bits_for(0.0) == KEEPBITS and bits_for(1e-9) is None and bits_for(0.5) == KEEPBITS
@@ -168,13 +169,13 @@ def test_the_plan_passes_it_on():
         demand.response.noise_fraction_allowed == left
         and demand.error_allowed == demand.response.error_allowed
     )
-    assert demand.error_allowed == pytest.approx(
-        left / sqrt(full_e), rel=0.05
-    )  # read noise is little beside a full well
+    # read noise is little beside a full well
+    assert demand.error_allowed == pytest.approx(left / sqrt(full_e), rel=0.05)
     assert any("0.5 of the noise" in e.label for e in rows[0].errors)
+    # without noise nothing is small
     assert (
         plan(chain(compose([*SMALL, "sensor.noise=false"])), ledger.Ledger()).error_allowed == 0.0
-    )  # without noise nothing is small
+    )
 
 
 def test_only_a_lens_that_takes_an_error_is_told_one():
@@ -217,7 +218,8 @@ def test_the_budget_is_divided_over_whatever_the_components_declare():
     assert shares.store + shares.light + veil == pytest.approx(1.0, rel=1e-12)
     # Lagrange: a little more error saves the flare as many seconds as it saves the store
     rate = STORE_COST.seconds / (USUAL * shares.store)
-    cost, error = found[-1].share.cost, USUAL * veil
+    cost = found[-1].share.cost
+    error = USUAL * veil
     assert cost.seconds * cost.power * error ** -(cost.power + 1) == pytest.approx(rate, rel=1e-9)
 
 
@@ -239,7 +241,8 @@ def test_without_declarations_and_with_bundled_lenses_the_store_has_its_usual_sh
 
 
 def test_a_component_is_told_its_share_in_its_field_unless_a_user_has_set_it():
-    lens, sensor = build("lens", "diffraction_limited"), build("sensor", "bayer")
+    lens = build("lens", "diffraction_limited")
+    sensor = build("sensor", "bayer")
     flares = {"told": Veil(), "set": Veil(0.25)}
     parts = Chain(None, None, None, {}, lens, flares, {"c": sensor}, None, {})
     done = spending.with_shares(parts, lambda: 1e-3)

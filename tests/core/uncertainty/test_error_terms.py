@@ -100,7 +100,8 @@ def test_no_figure_is_smaller_than_a_part_of_it(terms, seed, two):
 @settings(max_examples=40, deadline=None, derandomize=True, database=None)
 @given(LEDGERS, st.lists(st.text(), min_size=8, max_size=8), st.integers(0, 10**6))
 def test_labels_decide_nothing(terms, words, seed):
-    rows, shot = [Row(stage, errors=[term]) for stage, term in terms], shot_of(seed)
+    rows = [Row(stage, errors=[term]) for stage, term in terms]
+    shot = shot_of(seed)
     relabelled = [
         Row(stage, errors=[replace(term, label=word)])
         for (stage, term), word in zip(terms, words, strict=False)

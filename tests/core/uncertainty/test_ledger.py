@@ -57,7 +57,8 @@ def test_a_stage_that_raises_still_has_its_row():
 
 
 def test_peak_memory_is_seen(monkeypatch):
-    looks, resident_bytes = [], ledger._resident_bytes
+    looks = []
+    resident_bytes = ledger._resident_bytes
     monkeypatch.setattr(ledger, "_resident_bytes", lambda: looks.append(1) or resident_bytes())
     rows = Ledger()
     with ledger.stage(rows, "small"):
@@ -67,7 +68,8 @@ def test_peak_memory_is_seen(monkeypatch):
         with mmap.mmap(-1, 160_000_000, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS) as block:
             for _ in range(160):
                 block.write(bytes(1_000_000))
-            before, end = len(looks), time.monotonic() + 600
+            before = len(looks)
+            end = time.monotonic() + 600
             while len(looks) < before + 2 and time.monotonic() < end:  # the first may be old
                 time.sleep(0.01)
     assert rows[1].peak_bytes - rows[0].peak_bytes > 150e6 or rows[0].peak_bytes == 0

@@ -10,7 +10,9 @@ import pytest
 from isethdr_core.uncertainty.percentile_errors import NO_ERROR, percentile_error
 from isethdr_core.uncertainty.score_intervals import student_factor
 
-SIZE, TILE = 96, 2  # pixels
+# pixels
+SIZE = 96
+TILE = 2
 SHARE = 0.98
 ALL = np.ones((SIZE, SIZE), bool)
 

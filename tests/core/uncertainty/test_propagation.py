@@ -29,9 +29,8 @@ def noisy(relative, level=100.0):
     size = {"width": TILES[1], "height": TILES[0], "horizontal_field_deg": 1.0}
     scene = build("scene", "uniform", luminance_cd_m2=level, **size)().load()
     groups = [str(g) for g in scene.light_group.values]
-    xyz = quantities.tristimulus(
-        build("lighting", "ideal")(scene)
-    ).xyz.values  # of the one group at weight 1
+    # of the one group at weight 1
+    xyz = quantities.tristimulus(build("lighting", "ideal")(scene)).xyz.values
     scene[NOISE] = (
         ("light_group", "xyz_channel", "y", "x"),
         np.stack([relative * np.moveaxis(xyz, -1, 0)] * len(groups)),
@@ -59,9 +58,8 @@ def test_a_tile_per_pixel_has_its_tile_s_noise():
     scene, mixed, light = noisy(0.02)
     (shot,), captures, sensor = shots_of(scene, mixed, light, pitch_um=3.0, exposure_s=0.004)
     mean_e = sensor.expected(light).values[0] - float(captures.dark_e[0])
-    np.testing.assert_allclose(
-        shot.total, mean_e, rtol=1e-6
-    )  # float32 light, another way to sum it
+    # float32 light, another way to sum it
+    np.testing.assert_allclose(shot.total, mean_e, rtol=1e-6)
     np.testing.assert_allclose(shot.image, mean_e, rtol=1e-6)  # no blur
     np.testing.assert_allclose(shot.renderer, 0.02 * mean_e, rtol=1e-5)
     read2 = float(captures.read_noise_e[0]) ** 2 + float(captures.quantisation_e[0]) ** 2 / 12
@@ -141,14 +139,14 @@ def _said(shots, rows, allowed):
 
 def test_a_share_of_all_errors_is_within():
     rng = np.random.default_rng(5)
-    bound, deviation = rng.uniform(0, 0.2, 60000), 10.0 ** rng.uniform(-3, 0, 60000)
+    bound = rng.uniform(0, 0.2, 60000)
+    deviation = 10.0 ** rng.uniform(-3, 0, 60000)
     wrong = bound + np.abs(deviation * rng.standard_normal(60000))
     # the share of 60000 that are below is known to 0.04 %: five of these
     assert np.mean(wrong <= propagation.within(bound, deviation)) == pytest.approx(0.99, abs=0.002)
     assert propagation.within(np.full(9, 0.3), np.zeros(9)) == pytest.approx(0.3, rel=2e-4)
-    assert propagation.within(np.zeros(9), np.ones(9)) == pytest.approx(
-        2.5758, rel=2e-4
-    )  # of a normal deviate
+    # of a normal deviate
+    assert propagation.within(np.zeros(9), np.ones(9)) == pytest.approx(2.5758, rel=2e-4)
     assert propagation.within(np.array([0.1, np.inf]), np.ones(2)) == np.inf
     assert propagation.within(np.zeros(3), np.array([1.0, 1.0, np.inf])) == np.inf
 
@@ -254,9 +252,10 @@ def test_a_run_with_lamps_and_dust_keeps_what_is_allowed():
     ledger_of = {row.stage: row for row in hdr.run(hdr.compose(config)).ledger}
     first, *others = ledger_of["picture bayer"].errors
     reached = next(e.value for e in others if e.source.key == propagation.AFTER_RENDERER)
+    # kernels are not exact
     assert any(
         e.source.key == "kernel speckle" for e in ledger_of["lens diffraction_limited"].errors
-    )  # kernels are not exact
+    )
     assert (
         0 < reached < 0.1
         and f"later stages {reached:.3g} of the allowed 0.1" in first.label
@@ -285,14 +284,14 @@ def test_noise_stated_as_one_number_is_taken_for_all_direct_light():
 
 def test_some_pixels_stand_for_all():
     y, x = np.meshgrid(np.linspace(-1, 1, 1050), np.linspace(-1, 1, 1402), indexing="ij")
-    wrong = (
-        np.exp(-20 * ((x - 0.3) ** 2 + (y + 0.2) ** 2)) + 0.3 * x * y
-    )  # two slopes, and a peak that takes some per cent of the frame
+    # two slopes, and a peak that takes some per cent of the frame
+    wrong = np.exp(-20 * ((x - 0.3) ** 2 + (y + 0.2) ** 2)) + 0.3 * x * y
     colour = np.add.outer(2 * (np.arange(1050) % 2), np.arange(1402) % 2)
     captures = xr.Dataset({"wrong": (("y", "x"), wrong), "filter": (("y", "x"), colour)})
     with ledger.stage(rows := ledger.Ledger(), "picture"):
         few = propagation.regular_sample(captures)
-    [left], looked_at = rows[0].left_out, few["wrong"].size
+    [left] = rows[0].left_out
+    looked_at = few["wrong"].size
     assert (
         propagation.ENOUGH <= looked_at < 2 * propagation.ENOUGH
         and left.what == f"errors of {1050 * 1402 - looked_at} of {1050 * 1402} pixels"
@@ -302,9 +301,10 @@ def test_some_pixels_stand_for_all():
         left.bound == pytest.approx(3 * np.sqrt(0.99 * 0.01 / looked_at), rel=1e-12)
         and abs(below - propagation.SHARE) <= left.bound
     )
+    # all colours: an even step loses some
     np.testing.assert_allclose(
         np.bincount(few["filter"].values.ravel()) / looked_at, 0.25, atol=0.01
-    )  # all colours: an even step loses some
+    )
 
 
 def test_some_pixels_hold_what_they_hold_among_all():

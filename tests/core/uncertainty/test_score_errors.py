@@ -30,7 +30,9 @@ from isethdr_core.uncertainty.render_noise import (
 )
 from isethdr_core.uncertainty.score_intervals import student_factor
 
-SMALL, LARGE = (12, 16), (288, 300)  # the latter is cut into parts
+# the latter is cut into parts
+SMALL = (12, 16)
+LARGE = (288, 300)
 LEVEL = 100.0  # cd/m2
 
 
@@ -46,9 +48,8 @@ def uniform_shot(relative, tiles=SMALL):
         "scene", "uniform", width=tiles[1], height=tiles[0], luminance_cd_m2=LEVEL, step_nm=50.0
     )().load()
     groups = [str(g) for g in scene.light_group.values]
-    level = quantities.tristimulus(build("lighting", "ideal")(scene)).xyz.values[
-        ..., 1
-    ]  # of the one group at weight 1
+    # of the one group at weight 1
+    level = quantities.tristimulus(build("lighting", "ideal")(scene)).xyz.values[..., 1]
     scene[HALVES] = ("light_group", "y", "x"), np.stack([relative * level] * len(groups))
     mixed = build("lighting", "weights", weights={groups[0]: 1.0})(scene)
     light = build(
@@ -139,14 +140,14 @@ def test_no_light_becomes_negative():
     """
     error, _ = stated([Mean(2)], uniform_shot(5.0))["mean"]
     assert error == stated([Mean(2)], uniform_shot(1.0))["mean"][0]
-    assert error == pytest.approx(
-        1.0, rel=0.15
-    )  # the mean of 0 and 4, less 1; 2 / sqrt(192 tiles) of scatter
+    # the mean of 0 and 4, less 1; 2 / sqrt(192 tiles) of scatter
+    assert error == pytest.approx(1.0, rel=0.15)
 
 
 def test_groups_weigh_as_in_the_light_and_a_single_pass_says_nothing():
     shot = uniform_shot(0.1)
-    scene, mixed = shot.scene, shot.mixed
+    scene = shot.scene
+    mixed = shot.mixed
     doubled = mixed.copy(data=mixed.values * 2)
     doubled.attrs["weights"] = {g: 2 * w for g, w in mixed.attrs["weights"].items()}
     np.testing.assert_allclose(
@@ -171,7 +172,8 @@ def test_noise_without_halves_leaves_scores_without_errors_and_says_so():
 
 def test_light_that_was_spread_stays():
     shot = uniform_shot(0.1)
-    light, mixed = shot.light, shot.mixed
+    light = shot.light
+    mixed = shot.mixed
     np.testing.assert_allclose(direct_share(light, mixed), 1.0, rtol=1e-6)  # float32
     veiled = light.copy(data=light.values * 4)
     np.testing.assert_allclose(direct_share(veiled, mixed), 0.25, rtol=1e-6)
@@ -186,7 +188,8 @@ def test_light_that_was_spread_stays():
 
 def test_photocurrent_is_as_straight_as_the_light_it_is_made_of():
     shot = uniform_shot(0.1)
-    mixed, light = shot.mixed, shot.light
+    mixed = shot.mixed
+    light = shot.light
     efficiency = np.stack(
         [np.linspace(0.1, 0.6, len(mixed.wavelength)), np.linspace(0.5, 0.0, len(mixed.wavelength))]
     )
@@ -207,7 +210,8 @@ def test_photocurrent_is_as_straight_as_the_light_it_is_made_of():
 
 def test_light_that_varies_in_time_changes_in_all_its_components():
     shot = uniform_shot(0.1)
-    light, mixed = shot.light, shot.mixed
+    light = shot.light
+    mixed = shot.mixed
     quarters = [light.copy(data=light.values * share) for share in (0.25, 0.75)]
     varying = stacked(["lamp", "sun"], [Modulation(100.0, 0.5, 0.0, 0.0), Modulation()], quarters)
     np.testing.assert_allclose(direct_share(varying, mixed), 1.0, rtol=1e-6)
@@ -277,10 +281,12 @@ def test_how_well_the_rms_of_few_changes_is_known():
 
 
 def test_objects_are_left_out_of_changes_where_they_do_not_matter():
-    asked, shot = [], uniform_shot(0.1, LARGE)
+    asked = []
+    shot = uniform_shot(0.1, LARGE)
+    # two objects, and none
     labels = xr.Dataset(
         {"instance": (("y", "x"), np.arange(np.prod(LARGE), dtype=np.uint32).reshape(LARGE) % 3)}
-    )  # two objects, and none
+    )
 
     def of_objects(picture, truth, labels):
         asked.append("objects")
@@ -375,7 +381,8 @@ def test_smoothing_takes_away_noise_and_keeps_the_scene():
     rng = np.random.default_rng(4)
     noise = 0.1
     light = np.where(np.arange(60) < 30, 1.0, 10.0) * np.ones((40, 1))
-    light[20, 10], light[20, 40] = 1e8, 0.0
+    light[20, 10] = 1e8
+    light[20, 40] = 0.0
     noisy = light * (1 + noise * rng.standard_normal(light.shape))
     halves = noise * rng.standard_normal(light.shape)
     halves[20, 10] = 0.0
@@ -432,14 +439,16 @@ class TwiceWhite:
 @pytest.mark.parametrize("tiles", [SMALL, LARGE])
 def test_the_white_is_that_of_the_whole_picture_and_its_error_moves_what_follows_it(tiles):
     noise = 0.1
-    quiet, rng = uniform_shot(noise, tiles), np.random.default_rng(8)
+    quiet = uniform_shot(noise, tiles)
+    rng = np.random.default_rng(8)
     noisy = 1 + noise * rng.standard_normal(tiles)
     picture = quiet.picture.assign(xyz=quiet.picture.xyz * noisy[..., None])
     mixed, light = (v.copy(data=v.values * noisy) for v in (quiet.mixed, quiet.light))
     scores = TwiceWhite()(picture, picture)
     shot = ScoredShot(picture, picture, None, scores, light, mixed, quiet.scene, lambda _: picture)
     errors = score_errors.of_scores(shot, [TwiceWhite()]).errors
-    white, twice = errors["white", "cd m-2", ""], errors["twice", "", ""]
+    white = errors["white", "cd m-2", ""]
+    twice = errors["twice", "", ""]
     assert white.standard_error > 0
     if tiles is LARGE:
         # parts would have whites of their own
@@ -460,7 +469,9 @@ def test_a_score_that_rests_on_few_tiles_is_known_with_fewer_degrees_of_freedom(
     sign.
     """
     rng = np.random.default_rng(2)
-    trials, tiles, changes = 20000, score_errors.FEW_TILES, score_errors.CHANGES
+    trials = 20000
+    tiles = score_errors.FEW_TILES
+    changes = score_errors.CHANGES
     halves = rng.standard_normal((trials, 1, tiles))
     signs = np.where(rng.random((trials, changes, tiles)) < 0.5, 1.0, -1.0)
     changes_of_score = (signs * halves).sum(-1)

@@ -15,7 +15,8 @@ from isethdr_core.uncertainty.score_intervals import (
     student_factor,
 )
 
-SHOTS, CHANGES = 4, 6
+SHOTS = 4
+CHANGES = 6
 TRIALS = 2000
 
 

@@ -33,10 +33,8 @@ def picture(y, variance=0.0, valid=True):
 def counted(bright, vb, dark, vd, contrast, seed, n=1500):
     """Count over all pairs of n x n draws, as the standard does over the pixels of two patches."""
     rng = np.random.default_rng(seed)
-    b, d = (
-        bright + np.sqrt(vb) * rng.standard_normal((n, 1)),
-        dark + np.sqrt(vd) * rng.standard_normal((1, n)),
-    )
+    b = bright + np.sqrt(vb) * rng.standard_normal((n, 1))
+    d = dark + np.sqrt(vd) * rng.standard_normal((1, n))
     with np.errstate(divide="ignore", invalid="ignore"):
         k = (b - d) / (b + d)
     return np.mean((b + d > 0) & (k >= contrast / 2) & (k <= 1.5 * contrast))
@@ -61,9 +59,8 @@ def test_counting_over_all_pairs_of_two_patches_as_the_standard_does():
     values = 12.0, 12.6, 8.0, 8.6
     found = pair_probability(*values, 0.2, step=0.0)
     many = np.mean([counted(*values, 0.2, seed) for seed in range(8)])
-    assert found == pytest.approx(
-        many, abs=0.01
-    )  # 8 times 1500 x 1500 crossed pairs: standard error 0.003
+    # 8 times 1500 x 1500 crossed pairs: standard error 0.003
+    assert found == pytest.approx(many, abs=0.01)
 
 
 def test_quadrant_of_correlated_normals_at_the_origin_is_the_arcsine_law():
@@ -76,9 +73,8 @@ def test_quadrant_of_correlated_normals_at_the_origin_is_the_arcsine_law():
 def test_without_noise_a_contrast_is_seen_or_not():
     one = np.ones(1)
     assert pair_probability(2 * one, 0 * one, one, 0 * one, one / 3)[0] == 1
-    assert (
-        pair_probability(2 * one + 10, 0 * one, one + 10, 0 * one, one / 3)[0] == 0
-    )  # a veil of ten times the scene
+    # a veil of ten times the scene
+    assert pair_probability(2 * one + 10, 0 * one, one + 10, 0 * one, one / 3)[0] == 0
     assert pair_probability(one, 0 * one, 2 * one, 0 * one, one / 3)[0] == 0  # the order is wrong
 
 
@@ -86,8 +82,10 @@ def scene():
     """Return (luminance, labels): a pedestrian of 2 cd/m2 on 1 cd/m2, and a second far from the
     lamp.
     """
-    y, instance = np.ones((60, 90)), np.zeros((60, 90), np.uint32)
-    instance[20:40, 20:28], instance[20:40, 70:78] = 1, 2
+    y = np.ones((60, 90))
+    instance = np.zeros((60, 90), np.uint32)
+    instance[20:40, 20:28] = 1
+    instance[20:40, 70:78] = 2
     y[instance > 0] = 2.0
     objects = [{"instance": 1, "name": "beside the lamp"}, {"instance": 2, "name": "far"}]
     return y, xr.Dataset({"instance": (("y", "x"), instance)}, attrs={"objects": objects})
@@ -95,9 +93,8 @@ def scene():
 
 def test_a_veil_takes_the_pedestrian_beside_the_headlight_away():
     y, labels = scene()
-    veil = (
-        20 * np.exp(-(((np.arange(90) - 15) / 12.0) ** 2))[None]
-    )  # the glare of a lamp left of the first
+    # the glare of a lamp left of the first
+    veil = 20 * np.exp(-(((np.arange(90) - 15) / 12.0) ** 2))[None]
     noise = 0.05**2
     rng = np.random.default_rng(3)
     noisy = y + veil + 0.05 * rng.standard_normal(y.shape)

@@ -33,7 +33,8 @@ CONTRASTS = (0.06, 0.1, 0.2, 1 / 3, 0.5, 0.9, 1.0)
 
 def picture(y, variance=0.0):
     y = np.asarray(y, float)
-    xyz, (ny, nx) = y[..., None] * D65_XYZ, y.shape
+    xyz = y[..., None] * D65_XYZ
+    ny, nx = y.shape
     variances = np.broadcast_to(variance, y.shape)[..., None] * D65_XYZ**2
     return make_picture(
         xyz,
@@ -62,8 +63,10 @@ def poisson_law(mean):
 
 def summed(bright, dark, contrast):
     """Return the probability without read noise: the sum over all pairs of counts."""
-    (b, p), (d, q) = poisson_law(bright), poisson_law(dark)
-    total, difference = b[:, None] + d, b[:, None] - d
+    b, p = poisson_law(bright)
+    d, q = poisson_law(dark)
+    total = b[:, None] + d
+    difference = b[:, None] - d
     low, high = (contrast * end * total for end in (0.5, 1.5))
     inside = (total > 0) & (difference >= low - 1e-9) & (difference <= high + 1e-9)
     return float(p @ inside @ q)
@@ -85,7 +88,8 @@ def drawn(bright, dark, read_noise_e, contrast, count=200_000):
 @pytest.mark.parametrize("electrons", [0.0, 0.05, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0])
 @pytest.mark.parametrize("contrast", CONTRASTS)
 def test_without_read_noise_it_is_the_sum_over_all_counts(electrons, contrast):
-    bright, dark = electrons * (1 + contrast), electrons * (1 - contrast)
+    bright = electrons * (1 + contrast)
+    dark = electrons * (1 - contrast)
     found = pair_probability(bright, bright, dark, dark, contrast)
     # up to 300 electrons the same sum; the laws are cut where 1e-6 of them is left
     assert found == pytest.approx(summed(bright, dark, contrast), abs=1e-5)
@@ -95,7 +99,8 @@ def test_without_read_noise_it_is_the_sum_over_all_counts(electrons, contrast):
 @pytest.mark.parametrize("read_noise_e", [0.2, 0.7, 1.6])
 def test_with_read_noise_it_agrees_with_simulated_pairs(electrons, read_noise_e):
     for contrast in (0.1, 1 / 3, 0.9):
-        bright, dark = electrons * (1 + contrast), electrons * (1 - contrast)
+        bright = electrons * (1 + contrast)
+        dark = electrons * (1 - contrast)
         found = pair_probability(
             bright, bright + read_noise_e**2, dark, dark + read_noise_e**2, contrast
         )
@@ -126,14 +131,17 @@ def test_the_representations_agree_where_they_meet():
         for contrast in CONTRASTS:
             ends = []
             for factor in (0.999, 1.001):
-                e, r = electrons * factor, read_noise_e * factor
-                bright, dark = e * (1 + contrast), e * (1 - contrast)
+                e = electrons * factor
+                r = read_noise_e * factor
+                bright = e * (1 + contrast)
+                dark = e * (1 - contrast)
                 ends.append(pair_probability(bright, bright + r * r, dark, dark + r * r, contrast))
             assert abs(ends[0] - ends[1]) < 0.005, (electrons, read_noise_e, contrast)
 
 
 def test_many_electrons_are_normal():
-    bright, dark = 1.2e5, 0.8e5
+    bright = 1.2e5
+    dark = 0.8e5
     normal = pair_probability(bright, bright, dark, dark, 0.004, step=0.0)
     assert pair_probability(bright, bright, dark, dark, 0.004) == pytest.approx(normal, abs=1e-12)
 
@@ -145,16 +153,16 @@ def test_two_points_have_the_third_and_fourth_cumulant_of_a_count():
     np.testing.assert_allclose(moment[1], 0, atol=1e-9)
     np.testing.assert_allclose(moment[2], variance, rtol=1e-9)
     np.testing.assert_allclose(moment[3], means, rtol=1e-9)
-    np.testing.assert_allclose(
-        moment[4] - 3 * variance**2, means, rtol=1e-6
-    )  # cancellation of 1e5 in the last
+    # cancellation of 1e5 in the last
+    np.testing.assert_allclose(moment[4] - 3 * variance**2, means, rtol=1e-6)
     assert (variance <= means).all()
 
 
 def test_a_unit_does_not_matter_and_numbers_are_taken_like_arrays():
     step = 0.037  # cd/m2 of one electron
     for electrons in (1.0, 12.0, 200.0):
-        bright, dark = 1.2 * electrons, 0.8 * electrons
+        bright = 1.2 * electrons
+        dark = 0.8 * electrons
         plain = pair_probability(bright, bright + 0.25, dark, dark + 0.25, 0.2)
         scaled = pair_probability(
             step * bright, step**2 * (bright + 0.25), step * dark, step**2 * (dark + 0.25), 0.2
@@ -190,14 +198,14 @@ def test_a_representation_never_holds_more_shot_noise_than_the_variance():
 @pytest.mark.parametrize("read_noise_e", [0.5, 1.0])
 def test_a_picture_of_few_electrons_scores_as_counting_does(electrons, read_noise_e):
     """Two halves of a frame, 0.05 cd/m2 per electron; simulated pairs beside it."""
-    contrast, step = 0.4, 0.05
+    contrast = 0.4
+    step = 0.05
     means = np.full((80, 80), electrons * (1 + contrast))
     means[:, 40:] = electrons * (1 - contrast)
     rng = np.random.default_rng(1)
     e = rng.poisson(means) + read_noise_e * rng.standard_normal(means.shape)
-    shot = picture(
-        step * e, step**2 * (np.maximum(e, 0) + read_noise_e**2)
-    )  # as an isp estimates it
+    # as an isp estimates it
+    shot = picture(step * e, step**2 * (np.maximum(e, 0) + read_noise_e**2))
     [score] = ContrastDetection()(shot, picture(step * means))
     expected = drawn(electrons * (1 + contrast), electrons * (1 - contrast), read_noise_e, contrast)
     # the local mean of 49 pixels still carries a seventh of the noise
@@ -224,7 +232,8 @@ def test_sums_over_counts_are_those_over_all_pairs_of_counts():
     rng = np.random.default_rng(8)
     size = 30
     means = 10 ** rng.uniform(-1, 1.7, (2, size))
-    step, read_e = rng.uniform(0.7, 1.4, (2, size)), rng.uniform(0.25, 1.5, (2, size))
+    step = rng.uniform(0.7, 1.4, (2, size))
+    read_e = rng.uniform(0.25, 1.5, (2, size))
     contrast = rng.choice(CONTRASTS, size)
     wedges = wedges_between(*(read_e * step) ** 2, contrast, 0.5)
     bright, dark = (Counts(*of) for of in zip(means, step))
@@ -243,7 +252,8 @@ def test_sums_over_counts_are_those_over_all_pairs_of_counts():
 def test_a_difference_of_counts_is_above_0_as_often_as_its_law_says():
     rng = np.random.default_rng(4)
     size = 40
-    means, steps = 10 ** rng.uniform(-1.5, 1.8, (2, size)), rng.uniform(0.05, 2.0, (2, size))
+    means = 10 ** rng.uniform(-1.5, 1.8, (2, size))
+    steps = rng.uniform(0.05, 2.0, (2, size))
     sd = rng.uniform(0.1, 3.0, size)
     found = above_zero(Differences(*means, *steps, sd))
     for k in range(size):
@@ -266,14 +276,17 @@ def test_an_estimate_is_within_its_bound():
 @pytest.mark.parametrize("read_noise_e", [0.1, 1.0])
 def test_a_median_alone_is_that_of_all_pairs(read_noise_e):
     """Objects and frame: pairs that cannot be the median are only estimated."""
-    rng, step = np.random.default_rng(3), 0.02
+    rng = np.random.default_rng(3)
+    step = 0.02
     means = 10 ** rng.uniform(-0.5, 0.9, (24, 32))
     e = rng.poisson(means) + read_noise_e * rng.standard_normal(means.shape)
     shot = picture(step * e, step**2 * (np.maximum(e, 0) + read_noise_e**2))
     instance = np.zeros(means.shape, np.uint32)
-    instance[4:16, 4:14], instance[18:21, 22:26] = 1, 2
+    instance[4:16, 4:14] = 1
+    instance[18:21, 22:26] = 2
     labels = xr.Dataset({"instance": (("y", "x"), instance)})
-    truth, metric = picture(step * means), ContrastDetection()
+    truth = picture(step * means)
+    metric = ContrastDetection()
     scores = metric(shot, truth, labels)
     with values_only():
         medians = metric(shot, truth, labels)
@@ -291,8 +304,10 @@ def test_a_median_alone_is_that_of_all_pairs(read_noise_e):
 
 def test_the_wedge_is_that_of_two_correlated_normals():
     rng = np.random.default_rng(2)
-    bright, ratio = rng.uniform(0, 6, 5000), rng.uniform(0, 1, 5000)
-    dark, contrast = bright * ratio, (1 - ratio) / (1 + ratio)
+    bright = rng.uniform(0, 6, 5000)
+    ratio = rng.uniform(0, 1, 5000)
+    dark = bright * ratio
+    contrast = (1 - ratio) / (1 + ratio)
     sd = rng.uniform(0.2, 3, (2, 5000))
     ends = 0.5 * contrast, 1.5 * contrast
     mean = [(1 - c) * bright - (1 + c) * dark for c in ends]

@@ -12,7 +12,10 @@ import isethdr_core as hdr
 from isethdr_core.errors import ConfigError
 from isethdr_core.truth import truth
 
-PITCH_UM, TILES, FOCAL_MM, ANGLE = 3.0, 6, 4.0, 5.0
+PITCH_UM = 3.0
+TILES = 6
+FOCAL_MM = 4.0
+ANGLE = 5.0
 
 
 def chain(lens="ideal", f_number=4.0, rows=48, columns=72, margin=30):
@@ -86,11 +89,12 @@ def test_both_orientations_agree():
 def test_interval_covers_the_noise_free_value_as_often_as_it_says():
     picture, true = chain(rows=96)
     clean = [s.value for s in SlantedEdgeResponse()(picture, true)]
-    inside, noisy, rng = [], picture.copy(deep=True), np.random.default_rng(0)
+    inside = []
+    noisy = picture.copy(deep=True)
+    rng = np.random.default_rng(0)
     for _ in range(60):
-        noisy["xyz"][:] = picture["xyz"].values + 4.0 * rng.standard_normal(
-            (96, 72, 1)
-        )  # 4 % of the bright side
+        # 4 % of the bright side
+        noisy["xyz"][:] = picture["xyz"].values + 4.0 * rng.standard_normal((96, 72, 1))
         scores = SlantedEdgeResponse()(noisy, true)
         inside.append([s.low <= value <= s.high for s, value in zip(scores[:2], clean)])
     # 60 trials: standard error 3 % of 95 %; MTF50 is biased by its noise, so it may miss more often

@@ -11,7 +11,8 @@ from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.registry import build
 
-LENS, DIRT = DiffractionLimitedLens(focal_length_mm=6.0), (ApertureFlare(),)
+LENS = DiffractionLimitedLens(focal_length_mm=6.0)
+DIRT = (ApertureFlare(),)
 OTHERS = {"array_api_strict:device1": "array_api_strict", "torch": "torch"}
 
 
@@ -37,7 +38,8 @@ def test_a_lens_gives_the_same_light_there(library):
 
 
 def test_kernels_are_sent_once(library):
-    sent, put = [], array_backend.device_transfer()
+    sent = []
+    put = array_backend.device_transfer()
 
     def counting(a):
         sent.append(np.size(a))

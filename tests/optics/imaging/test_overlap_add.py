@@ -26,7 +26,8 @@ def test_every_pixel_of_the_sum_is_right(shape, kernel, lamp):
     rng = np.random.default_rng(3)
     light = 10 ** rng.uniform(-6, 0, shape)
     light[0, 5] = lamp
-    share, k = np.linspace(0, 1, shape[1])[None, :] * np.ones(shape), skirt(*kernel)
+    share = np.linspace(0, 1, shape[1])[None, :] * np.ones(shape)
+    k = skirt(*kernel)
     parts = [(ALL, share * light, k), (ALL, (1 - share) * light, skirt(*kernel, 2.0))]
     total, bound = overlaid(parts, shape)
     exact = convolve(share * light, k) + convolve((1 - share) * light, parts[1][2])
@@ -46,7 +47,8 @@ def test_an_error_allowed_is_kept_and_spares_work(allowed, monkeypatch):
         "convolve_with_bound",
         lambda *given: calls.append(1) or convolve_with_bound(*given),
     )
-    light, k = np.full((40, 60), 1e-3), skirt(79, 119, 6.0)
+    light = np.full((40, 60), 1e-3)
+    k = skirt(79, 119, 6.0)
     light[5, 5] = 1e7
     parts = [(ALL, 0.5 * light, k), (ALL, 0.5 * light, skirt(79, 119, 5.0))]
     exact = sum(convolve(part, kernel) for _, part, kernel in parts)
@@ -77,11 +79,9 @@ def test_parts_stay_in_their_windows_and_fade_without_trouble():
 def test_a_part_without_any_light_adds_nothing():
     """A place of the field from which no light passes the lens."""
     rng = np.random.default_rng(4)
-    light, kernel, window = (
-        rng.uniform(0.5, 1.5, (20, 24)),
-        np.full((5, 5), 0.04),
-        (slice(0, 20), slice(0, 24)),
-    )
+    light = rng.uniform(0.5, 1.5, (20, 24))
+    kernel = np.full((5, 5), 0.04)
+    window = (slice(0, 20), slice(0, 24))
     alone, _ = overlaid([(window, light, kernel)], (20, 24))
     both, bound = overlaid(
         [(window, light, kernel), (window, np.zeros((20, 24)), kernel)], (20, 24)

@@ -20,8 +20,10 @@ from isethdr_core.plugins.registry import build
 from isethdr_core.uncertainty import ledger
 
 BANDS = np.arange(400.0, 701.0, 20.0)
-SHAPE, FIELD = (48, 64), 0.032
-LENS, FLARES = DiffractionLimitedLens(focal_length_mm=6.0), (ApertureFlare(),)
+SHAPE = (48, 64)
+FIELD = 0.032
+LENS = DiffractionLimitedLens(focal_length_mm=6.0)
+FLARES = (ApertureFlare(),)
 
 
 def bump(centre, width):
@@ -166,7 +168,8 @@ def test_kernels_divided_into_near_and_far(monkeypatch, mirrored, level):
 def test_near_and_far_are_the_kernel(monkeypatch):
     made = large(monkeypatch)
     bands = made.bands[:2]
-    divided, whole = kernel_spectra.divided(bands, None), kernel_spectra.spectra(bands, None)
+    divided = kernel_spectra.divided(bands, None)
+    whole = kernel_spectra.spectra(bands, None)
     image = np.random.default_rng(0).uniform(0.5, 1.5, (150, 180))
     for band, (kernel, near, far) in enumerate(
         zip(whole.kernels, divided.near.peaks, divided.far.peaks)
@@ -181,7 +184,8 @@ def test_near_and_far_are_the_kernel(monkeypatch):
 
 
 def test_bad_functionals_are_seen_to_be_bad(monkeypatch):
-    best, found = spectral_fit.directions, []
+    best = spectral_fit.directions
+    found = []
     monkeypatch.setattr(spectral_fit, "TOLERATED", 1e9)  # the first number tried is taken
     # what is missing around lamps reaches over so small a frame
     monkeypatch.setattr(bright_tiles, "correct", lambda *a: None)
@@ -272,7 +276,8 @@ def test_photocurrent_of_another_sensor_is_refused():
 
 
 def test_same_light_whatever_the_number_of_threads(monkeypatch):
-    sensor, seen = build("sensor", "bayer", pitch_um=3.0), []
+    sensor = build("sensor", "bayer", pitch_um=3.0)
+    seen = []
     for cpus in (1, 3):
         monkeypatch.setenv("OMP_NUM_THREADS", str(cpus))
         seen.append(LENS.photocurrent(night(), FLARES, response(sensor)).values)

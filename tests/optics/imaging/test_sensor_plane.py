@@ -25,7 +25,8 @@ TABLE = {
 def field(values=None, width=64, height=48, pitch=0.015, bands=(500.0, 600.0), **attrs):
     shape = (len(bands), height, width)
     values = np.ones(shape) if values is None else np.broadcast_to(values, shape)
-    x, y = quantities.centres(width, width * pitch), quantities.centres(height, height * pitch)
+    x = quantities.centres(width, width * pitch)
+    y = quantities.centres(height, height * pitch)
     return quantities.plane(
         values.astype(np.float32), list(bands), x, y, quantities.RADIANCE, **attrs
     )
@@ -78,12 +79,14 @@ def test_the_light_of_a_lamp_is_kept_and_lands_on_its_image(distortion):
     values = np.zeros((48, 64))
     values[33, 45] = 7.0
     lens = IdealLens(distortion=distortion, falloff="none")
-    light, scene = lens(field(values)), field(values)
+    light = lens(field(values))
+    scene = field(values)
     # float32
     np.testing.assert_allclose(flux(light), flux(IdealLens(falloff="none")(scene)), rtol=1e-6)
     assert light.values.min() >= 0
     x, y = camera_geometry.map_of(light).forward(float(scene.x[45]), float(scene.y[33]))
-    f_m, total = 4e-3, light.values[0].sum()
+    f_m = 4e-3
+    total = light.values[0].sum()
     # a quarter of a tile: the centroid of a tile spread over at most four
     assert abs(light.values[0].sum(axis=0) @ light.x.values / total / f_m - x) < 0.25 * 0.015
     assert abs(light.values[0].sum(axis=1) @ light.y.values / total / f_m - y) < 0.25 * 0.015
@@ -125,13 +128,16 @@ def test_only_known_light_is_looked_at():
     for distortion in (BARREL, PINCUSHION, FISHEYE):
         scene = noise(field_width=0.8, field_height=0.6)
         light = IdealLens(distortion=distortion)(scene)
-        lens, half_x, half_y = camera_geometry.map_of(light), 64 * 0.015 / 2, 48 * 0.015 / 2
+        lens = camera_geometry.map_of(light)
+        half_x = 64 * 0.015 / 2
+        half_y = 48 * 0.015 / 2
         x, y = (np.abs(light[d].values).max() / 4e-3 + 0.0075 for d in ("x", "y"))
         u, v = lens.inverse(np.array([x, x, 0.0]), np.array([y, 0.0, y]))
         assert np.abs(u).max() <= half_x * (1 + 1e-9) and np.abs(v).max() <= half_y * (1 + 1e-9)
         # and no smaller than needed
         assert np.abs(u).max() > half_x - 3 * 0.015 or np.abs(v).max() > half_y - 3 * 0.015
-        w, h = light.attrs["field_width"] / 4e-3 / 2, light.attrs["field_height"] / 4e-3 / 2
+        w = light.attrs["field_width"] / 4e-3 / 2
+        h = light.attrs["field_height"] / 4e-3 / 2
         u, v = lens.inverse(np.array([w, w, 0.0]), np.array([h, 0.0, h]))
         assert np.abs(u).max() <= 0.4 * (1 + 1e-6) and np.abs(v).max() <= 0.3 * (1 + 1e-6)
 
@@ -167,11 +173,15 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
 
     from isethdr_core.physics.resampling.area import resample_mean
 
-    width, height, pitch = 192, 144, 0.005
+    width = 192
+    height = 144
+    pitch = 0.005
     ids = np.zeros((height, width), np.uint32)
-    ids[20:50, 130:170], ids[90:130, 20:60] = 1, 2
+    ids[20:50, 130:170] = 1
+    ids[90:130, 20:60] = 2
     cube = np.where(ids > 0, ids * 3.0, 0.5)[None, None] * np.ones((1, 3, 1, 1))
-    x, y = quantities.centres(width, width * pitch), quantities.centres(height, height * pitch)
+    x = quantities.centres(width, width * pitch)
+    y = quantities.centres(height, height * pitch)
     scene = quantities.scene_radiance(
         cube, ["sky"], [500.0, 550.0, 600.0], x, y, projection=projection, instance=ids
     )
@@ -185,7 +195,8 @@ def test_truth_and_labels_lie_where_the_light_is(distortion, projection):
     )
     light = IdealLens(distortion=distortion, falloff="none")(mixed)
     picture = pictured(light, 20.0)
-    true, labels = truth(mixed, picture), labels_on(scene, picture)
+    true = truth(mixed, picture)
+    labels = labels_on(scene, picture)
     found = labels["instance"].values
     assert (
         true.attrs["distortion"] == light.attrs["distortion"]
@@ -297,7 +308,8 @@ def test_added_light_falls_on_the_sensors_own_tiles():
     class Veil:
         def irradiance(self, lens, mixed):
             f_m = lens.focal_length_mm * 1e-3
-            x, y = mixed.x.values * f_m, mixed.y.values * f_m
+            x = mixed.x.values * f_m
+            y = mixed.y.values * f_m
             values = np.broadcast_to(x[None, None, :] + 1.0, mixed.shape)
             return quantities.plane(values, mixed.wavelength.values, x, y, quantities.IRRADIANCE)
 

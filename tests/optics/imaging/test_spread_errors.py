@@ -38,10 +38,12 @@ def test_the_deviation_of_light_is_that_of_a_repeat():
     """Kernels wrong by independent noise of a known size, and by noise that neighbours share: light
     of a road and of a lamp goes wrong as stated.
     """
-    rng, shape = np.random.default_rng(0), (121, 161)
+    rng = np.random.default_rng(0)
+    shape = (121, 161)
     y, x = (np.arange(n) - n // 2 for n in shape)
     radius = np.maximum(np.hypot(y[:, None], x), 1.0)
-    kernel, beyond = radius**-3, radius >= 16
+    kernel = radius**-3
+    beyond = radius >= 16
     light = rng.uniform(0.5, 1.5, (61, 81))
     light[20:22, 30:33] = 1e4
     for alike in (1, 2):  # tiles along either axis that share their noise
@@ -68,14 +70,13 @@ def test_the_deviation_of_light_is_that_of_a_repeat():
 def test_kernels_differ_from_finer_ones_as_stated():
     lens, mixed = street()
     finer = DiffractionLimitedLens(focal_length_mm=6.0, speckle_error=lens.speckle_error / 9)
-    given, weights = field_optics(lens, mixed, DIRT), np.eye(2)
+    given = field_optics(lens, mixed, DIRT)
+    weights = np.eye(2)
     deviation, bound = spread_errors.spread_errors(mixed, given, weights)
     light = lens(mixed, DIRT).values
     # less is near the rounding of float32
-    wrong, lit = (
-        np.abs(light - finer(mixed, DIRT).values),
-        deviation > 1e-5 * light,
-    )
+    wrong = np.abs(light - finer(mixed, DIRT).values)
+    lit = deviation > 1e-5 * light
     share = (wrong / (deviation + bound))[lit]
     # of normal deviates half are below 0.67, 1 in 100 beyond 2.6; more is stated, as neighbours are
     # taken to err alike
@@ -126,7 +127,8 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
     usual = made_kernels(street()[0], DIRT, BANDS, (10.0, 10.0), (33, 49))
 
     def asked_for(lamp, response):
-        asked, (lens, mixed) = [], street(lamp=lamp)
+        asked = []
+        lens, mixed = street(lamp=lamp)
 
         def make(one):
             asked.append(one.speckle_error / lens.speckle_error)

@@ -13,7 +13,9 @@ from threadpoolctl import threadpool_info
 
 def test_gives_what_map_gives_each_item_once(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    done, who, all_began = [], set(), threading.Barrier(3, timeout=600)
+    done = []
+    who = set()
+    all_began = threading.Barrier(3, timeout=600)
 
     def double(number):
         if number < 3:
@@ -38,7 +40,8 @@ def test_two_callers_share_the_threads(monkeypatch):
 
 def test_an_error_of_any_item_is_raised_and_ends_the_work(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
-    done, failed = [], threading.Event()
+    done = []
+    failed = threading.Event()
 
     def fail(number):
         if number == 0:

@@ -17,11 +17,11 @@ from isethdr_core.demand import Demand
 from isethdr_core.plugins.registry import build
 from isethdr_core.uncertainty import ledger
 
-BANDS, SHAPE, FIELD = np.arange(440.0, 681.0, 20.0), (30, 66), 0.55
-LENS, HEXAGON = (
-    DiffractionLimitedLens(focal_length_mm=4.0),
-    ApertureFlare(dust_per_mm2=0.0, scratches_per_mm2=0.0),
-)
+BANDS = np.arange(440.0, 681.0, 20.0)
+SHAPE = (30, 66)
+FIELD = 0.55
+LENS = DiffractionLimitedLens(focal_length_mm=4.0)
+HEXAGON = ApertureFlare(dust_per_mm2=0.0, scratches_per_mm2=0.0)
 SENSOR = build("sensor", "bayer", pitch_um=3.75)
 PITCH_UM = (4e3 * FIELD / SHAPE[1],) * 2
 
@@ -44,7 +44,8 @@ def response(fraction=0.1):
 
 
 def needed(mixed, flares=(), allowed=0.1):
-    plain, wave = without_geometry(LENS), mixed.wavelength.values
+    plain = without_geometry(LENS)
+    wave = mixed.wavelength.values
     return wing_truncation.truncated_kernels(
         lambda reach: kernels.kernels(plain, flares, wave, PITCH_UM, reach),
         plain,
@@ -63,7 +64,8 @@ def needed(mixed, flares=(), allowed=0.1):
 )
 def test_forced_in_it_changes_nothing_beyond_the_bound(flares, bands):
     """13 bands go the short way, 2 that of irradiance."""
-    mixed, book = scene(bands=bands), ledger.Ledger()
+    mixed = scene(bands=bands)
+    book = ledger.Ledger()
     with ledger.stage(book, "lens"):
         short = LENS.photocurrent(mixed, flares, response())
     assert short.attrs["units"] == (
@@ -113,7 +115,8 @@ def test_the_bound_holds_for_the_worst_light_there_is():
         without_geometry(LENS), (), BANDS, PITCH_UM, tuple(n - 1 for n in SHAPE)
     )
     for band, added in zip(range(len(BANDS)), made.added, strict=True):
-        near, far = np.zeros_like(whole.bands[band]), np.array(whole.bands[band], float)
+        near = np.zeros_like(whole.bands[band])
+        far = np.array(whole.bands[band], float)
         cut = tuple(
             slice((n - k) // 2, (n + k) // 2) for n, k in zip(far.shape, made.bands[band].shape)
         )
@@ -132,7 +135,8 @@ def test_what_lies_beyond_a_kernel_is_known_in_closed_form():
     """Round stop: J0^2 + J1^2 of the light lies beyond a radius; around a square, its mean over
     directions.
     """
-    wave, reach = np.array([500.0, 600.0]), (15, 15)
+    wave = np.array([500.0, 600.0])
+    reach = (15, 15)
     made = kernels.kernels(without_geometry(LENS), (), wave, PITCH_UM, reach)
     angle = np.linspace(-np.pi / 4, np.pi / 4, 4001)
     for outside, nm in zip(made.outside, wave, strict=True):

@@ -15,7 +15,8 @@ from isethdr_core.uncertainty import ledger
 
 # 7.0 rad rms within 100 nm about 450 nm: 24 parts
 COMA = WavefrontLens(zernike_um={8: 2.0, 4: 1.0})
-WAVE, WIDTH = 450.0, 100.0
+WAVE = 450.0
+WIDTH = 100.0
 
 
 def stated(lens, waves):
@@ -24,7 +25,8 @@ def stated(lens, waves):
 
 def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
     monkeypatch.setattr(kernels, "CORE_SAMPLES", 30)
-    lens, reach = WavefrontLens(zernike_um={8: 0.3, 4: 0.15}), (12, 12)
+    lens = WavefrontLens(zernike_um={8: 0.3, 4: 0.15})
+    reach = (12, 12)
     change = sampled_pupil.phase_change(lens, (), WAVE - WIDTH / 2, WAVE + WIDTH / 2)
     plan = _Plan(lens, (), (WAVE, WIDTH), wings.Grid(1, (3.0, 3.0), reach))
     energy = sampled_pupil.open_energy_mm2(lens, (), WAVE)
@@ -46,7 +48,8 @@ def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
 
 
 def test_what_parts_follow_is_not_stated_and_what_no_parts_follow_is_refused():
-    narrow, wide = np.arange(400.0, 701.0, 10.0), np.array([450.0, 550.0])
+    narrow = np.arange(400.0, 701.0, 10.0)
+    wide = np.array([450.0, 550.0])
     assert not stated(COMA, narrow) and not band_phase.check(COMA, (), narrow)
     [(error, what)] = stated(COMA, wide)
     assert 0 < error < 0.1 and "24 parts of the band at 450 nm" in what
@@ -63,7 +66,8 @@ def test_what_parts_follow_is_not_stated_and_what_no_parts_follow_is_refused():
 
 def test_a_lens_states_it_in_its_ledger(monkeypatch):
     monkeypatch.setattr(wings, "MOST_PARTS", 1)
-    x, y = quantities.centres(4, 0.01), quantities.centres(3, 0.008)
+    x = quantities.centres(4, 0.01)
+    y = quantities.centres(3, 0.008)
     scene = quantities.plane(
         np.ones((2, 3, 4), np.float32), [450.0, 490.0], x, y, quantities.RADIANCE
     )

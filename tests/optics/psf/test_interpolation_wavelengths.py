@@ -57,7 +57,8 @@ def test_between_knots_kernels_are_those_of_lattices_of_their_own(monkeypatch, w
 
 @pytest.mark.slow
 def test_a_few_lattices_serve_many_bands_and_a_band_does_not_depend_on_the_others(monkeypatch):
-    made, own = [], wings.own
+    made = []
+    own = wings.own
     monkeypatch.setattr(
         wings,
         "own",

@@ -14,7 +14,8 @@ from isethdr_optics.psf import kernel_store, kernels
 
 BANDS = np.array([500.0, 600.0])
 SAMPLING = (BANDS, (3.0, 3.0), (30, 40))
-LENS, FLARES = DiffractionLimitedLens(), (ApertureFlare(),)
+LENS = DiffractionLimitedLens()
+FLARES = (ApertureFlare(),)
 OTHER = {
     float: lambda v: v * 0.9 + 0.01,
     int: lambda v: v + 1,
@@ -68,7 +69,8 @@ def test_three_processes_share_one_file(isethdr_home, monkeypatch):
 
 
 def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr_home):
-    band, done = kernels._Plan.band, []
+    band = kernels._Plan.band
+    done = []
 
     def one(plan, centre, width):
         if done and centre not in done:

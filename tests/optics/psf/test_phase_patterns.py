@@ -12,7 +12,8 @@ from isethdr_optics.psf import kernels, phase_patterns, scaled_pattern
 COMA = WavefrontLens(focal_length_mm=6.0, zernike_um={7: 0.05})
 DIRT = (ApertureFlare(),)
 BANDS = np.array([420.0, 430.0])
-PITCH, REACH = (3.0, 3.0), (88, 104)
+PITCH = (3.0, 3.0)
+REACH = (88, 104)
 
 
 def frame_of(lens, bands=BANDS, reach=REACH):

@@ -11,7 +11,8 @@ from isethdr_optics.psf import kernel_sampling_error, kernel_store, kernels, sca
 
 from isethdr_core.physics.convolution.mirrored import Mirrored
 
-LENS, DIRT = DiffractionLimitedLens(), (ApertureFlare(),)
+LENS = DiffractionLimitedLens()
+DIRT = (ApertureFlare(),)
 BANDS = np.array([450.0, 550.0, 650.0])
 WIDTHS = np.full(3, 10.0)
 
@@ -99,7 +100,8 @@ def test_fine_rings_leave_a_third_of_the_usual_errors():
     """In columns that nobody looks at when errors are stated."""
     frame = kernels._frame(LENS, DIRT, BANDS[[0, 2]], (4.3, 4.3), (64, 110), WIDTHS[:2])
     core = scaled_pattern.exact_halves(LENS, DIRT, frame, frame.core)
-    stated, found = [], []
+    stated = []
+    found = []
     for read in (scaled_pattern.USUAL, scaled_pattern.FINE):
         made = scaled_pattern.halves(LENS, DIRT, frame, core, read)
         stated.append(scaled_pattern.errors(LENS, DIRT, frame, made, read).relative[6])
@@ -128,10 +130,8 @@ def test_gauss_wavelengths_leave_no_error_in_a_wider_core():
 def test_scatter_is_mixed_in():
     args = BANDS, (4.3, 4.3), (64, 110)
     haze = HazeFlare()
-    clear, hazy = (
-        kernels._computed(LENS, DIRT, *args),
-        kernels._computed(LENS, (*DIRT, haze), *args),
-    )
+    clear = kernels._computed(LENS, DIRT, *args)
+    hazy = kernels._computed(LENS, (*DIRT, haze), *args)
     assert np.asarray(hazy.bands[1]).min() > 0
     assert hazy.bands[1][0, 0] > 1.2 * clear.bands[1][0, 0]
     np.testing.assert_array_equal(hazy.bands[1][::-1, ::-1], np.asarray(hazy.bands[1]))
@@ -158,7 +158,9 @@ def test_nothing_is_kept_on_disk(isethdr_home, monkeypatch):
     assert made is kernels.kernels(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110))
     assert not (isethdr_home / "kernels").exists()
     image = np.random.default_rng(0).uniform(0.5, 1.5, (65, 111))
-    before, first, again = made.held_bytes, made.ready(1), made.ready(1)
+    before = made.held_bytes
+    first = made.ready(1)
+    again = made.ready(1)
     assert first is not again and made.ready(1) is again  # kept from the second image on
     assert made.held_bytes - before == again.spectrum.nbytes
     assert image.shape == again.shape

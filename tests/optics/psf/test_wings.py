@@ -92,7 +92,8 @@ def test_tiles_agree_with_direct_sums(lens, flare, centre, width):
     worst = []
     for where in ((-84, 50), (-60, -92)):
         want = direct(lens, flare, centre, width, 4.3, where, bands=12 if width < 20 else 24)
-        y, x = 90 + where[0], 100 + where[1]
+        y = 90 + where[0]
+        x = 100 + where[1]
         got = kernel[y - 2 : y + 2, x - 2 : x + 2]
         worst.append(np.abs(got - want).sum() / want.sum())
     # Sixteen tiles may lie above the mean of all; the direct sums themselves (1000 cells, 6 points
@@ -145,7 +146,8 @@ def test_a_round_clean_pupil_has_rings_and_no_spokes(f_number, pitch_um):
     """Tiles of one radius and one direction modulo the tile's own symmetry are alike: no lattice
     shows through.
     """
-    lens, reach = DiffractionLimitedLens(f_number=f_number, focal_length_mm=4.38), 110
+    lens = DiffractionLimitedLens(f_number=f_number, focal_length_mm=4.38)
+    reach = 110
     kernel, _ = one_band(lens, CLEAN, 550.0, 40.0, pitch_um, (reach, reach))
     y, x = np.indices(kernel.shape) - reach
     r = np.hypot(y, x)
@@ -162,7 +164,8 @@ def compared(found, finer):
     """Return (stated, true) error of the first band per octave beyond the exact core, the true one
     against finer kernels.
     """
-    wrong, core = found.bands[0] - finer.bands[0], int(found.core[0])
+    wrong = found.bands[0] - finer.bands[0]
+    core = int(found.core[0])
     wrong[tuple(slice(n // 2 - core, n // 2 + core + 1) for n in wrong.shape)] = 0.0
     seen = found.speckle[0] > 0
     return found.speckle[0][seen], kernel_sampling_error.by_octave(
@@ -199,7 +202,9 @@ def test_where_memory_ends_finer_rings_take_the_place_of_coarse_ones_as_far_out_
         (90, 96),
     )
     monkeypatch.setattr(phase_patterns, "serves", lambda *given: False)
-    finer, reaches, ring = _computed(*args), [], wings.ring
+    finer = _computed(*args)
+    reaches = []
+    ring = wings.ring
     monkeypatch.setattr(wings, "OWN_SAMPLES", 5e5)
     monkeypatch.setattr(
         wings, "ring", lambda plan, reach, *rest: reaches.append(reach) or ring(plan, reach, *rest)
@@ -252,7 +257,8 @@ def test_what_the_period_wraps_into_the_border_is_stated(monkeypatch):
             (70, 90),
         ).bands[0]
 
-    usual, long = ring(wings.PERIOD), ring(8.0)
+    usual = ring(wings.PERIOD)
+    long = ring(8.0)
     border = np.ones(usual.shape, bool)
     border[4:-4, 4:-4] = False
     assert np.abs(usual - long)[border].sum() < wings.WRAP * long[border].sum()

@@ -40,7 +40,8 @@ def check(name, seed):
     pose = base.pose()
     assert pose[:3, 2] @ [0, 0, 1] > 0.99 and pose[0, 0] ** 2 + pose[1, 0] ** 2 > 0.98
     # who drives on goes 100 m further, or to the end of the network
-    key, driven = base.start, base.lane.length_m - base.start_m
+    key = base.start
+    driven = base.lane.length_m - base.start_m
     while network.successors(key):
         key = network.successors(key)[0]
         driven += network.lane(key).length_m
@@ -111,7 +112,8 @@ def test_chords_between_stations_stay_near_the_road():
     road = kinds.kind("country_curve", 1).network.roads[0]
     s = stations(road)
     for t in (-4.0, 0.0, 4.0):
-        ends, middle = road.points(s, t), road.points((s[1:] + s[:-1]) / 2, t)
+        ends = road.points(s, t)
+        middle = road.points((s[1:] + s[:-1]) / 2, t)
         off = (ends[1:] + ends[:-1]) / 2 - middle
         assert np.hypot(*off[:, :2].T).max() < 1.2 * PLAN_M  # of the line at t, not of t = 0
         assert np.abs(off[:, 2]).max() < 1.2 * HEIGHT_M

@@ -42,7 +42,8 @@ def test_line_is_the_integral_of_its_curvature(road):
     along = lambda s, p: [np.cos(p[2]), np.sin(p[2]), curvature(s)]
     s = np.linspace(0, 160, 33)
     stretches = [(0.0, 40.0), (40.0, 75.0), (75.0, 125.0), (125.0, 160.0)]
-    start, worst = [3.0, -2.0, 0.3], 0.0
+    start = [3.0, -2.0, 0.3]
+    worst = 0.0
     for first, last in stretches:
         at = s[(s >= first) & (s <= last)]
         ends = np.unique([*at, last])
@@ -63,7 +64,8 @@ def test_spiral_of_many_turns_keeps_its_precision():
 
 def test_points_are_found_again_beside_the_line(road):
     rng = np.random.default_rng(1)
-    s, t = rng.uniform(1, 159, 500), rng.uniform(-20, 20, 500)
+    s = rng.uniform(1, 159, 500)
+    t = rng.uniform(-20, 20, 500)
     found = road.line.beside(road.line.points(s, t))
     assert np.abs(found.s_m - s).max() < 1e-9  # Newton's method ends at rounding
     assert np.abs(found.t_m - t).max() < 1e-9
@@ -74,7 +76,8 @@ def test_points_are_found_again_beside_the_line(road):
 def test_smooth_profile_keeps_values_and_slopes():
     profile = Profile.smooth([(0, 1, 0.1), (10, 3, -0.2), (30, 2, 0.0)])
     assert profile.at([0, 10, 30]) == pytest.approx([1, 3, 2])
-    before, after = profile.slope(10 - 1e-9), profile.slope(10.0)
+    before = profile.slope(10 - 1e-9)
+    after = profile.slope(10.0)
     assert before == pytest.approx(after, abs=1e-7) and after == pytest.approx(-0.2)
 
 
@@ -89,7 +92,8 @@ def test_pose_on_a_lane_stands_on_the_surface(road):
     network = Network((road,))
     for lane in network.lanes():
         assert lane.length_m == pytest.approx(160, rel=0.03)
-        pose, h = lane.at(70.0), 0.01
+        pose = lane.at(70.0)
+        h = 0.01
         ahead = lane.points(70 + h) - lane.points(70 - h)
         assert pose[:3, 0] == pytest.approx(ahead / np.linalg.norm(ahead), abs=1e-4)
         assert np.linalg.det(pose[:3, :3]) == pytest.approx(1) and pose[2, 2] > 0.99

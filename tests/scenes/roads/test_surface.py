@@ -36,7 +36,8 @@ def test_ground_has_no_hole(name):
     single, area = closed(name, 1)
     # only the rim of the land is open, and a rim that runs round once encloses the plan's area:
     # a hole, an overlap or a missing triangle would change one of both
-    a, b = single[:, 0], single[:, 1]
+    a = single[:, 0]
+    b = single[:, 1]
     rim = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2
     centre = single.reshape(-1, 2).mean(0)
     assert np.linalg.norm(single - centre, axis=-1).min() > 200

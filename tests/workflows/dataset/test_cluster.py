@@ -23,7 +23,8 @@ from .. import slurm_cluster
 from ..command import environment, isethdr, leftovers, start, stores
 from .small_world import installed
 
-KILLS, KILLS_OF_A_START = 5, 2
+KILLS = 5
+KILLS_OF_A_START = 2
 MOST_STARTS = 8
 RECIPE = """
 about: A panel over a road.
@@ -38,7 +39,8 @@ def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> i
     """Kill up to `kills` processes of jobs, chosen at random, until the command ends, and return
     how many were killed.
     """
-    chosen, killed = random.Random(), 0
+    chosen = random.Random()
+    killed = 0
     while process.poll() is None:
         time.sleep(chosen.uniform(1.0, 8.0))
         running = slurm_cluster.workers(variables)
@@ -111,7 +113,8 @@ def test_a_dataset_on_slurm_survives_killed_processes(tmp_path):
     recipe.write_text(RECIPE)
     command = ("dataset", "generate", "small", "count=24", "seed=3", f"recipe={recipe}")
     homes = {name: tmp_path / name for name in ("one", "cluster")}
-    kills, codes = KILLS, []
+    kills = KILLS
+    codes = []
     with slurm_cluster.cluster(tmp_path / "slurm") as variables:
         while not codes or (codes[-1] != 0 and len(codes) < MOST_STARTS):
             slurm = ("engine=slurm", "workers=4", "hours=1")

@@ -74,7 +74,8 @@ def test_objects_are_counted_by_the_illuminance_under_each_lighting():
     lit = car | {"illuminance_lx": {"sky": 2000.0, "headlights": 5.0}}
     scenes = [SceneRecord(k, "f", "r", (), ("a",), objects=(lit,)) for k in (0, 1)]
     scenes.append(SceneRecord(2, "f", "r", (), ("a",), objects=(car,)))
-    night, day = {"sky": 1e-5, "headlights": 1.0}, {"sky": 1.0, "headlights": 0.0}
+    night = {"sky": 1e-5, "headlights": 1.0}
+    day = {"sky": 1.0, "headlights": 0.0}
     [row] = class_counts(scenes, {0: night, 1: day, 2: night})
     assert (row.objects, row.by_lux) == (3, (0, 0, 1, 0, 0, 1))
     assert class_counts(scenes)[0].by_lux == (0,) * 6

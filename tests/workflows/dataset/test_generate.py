@@ -142,7 +142,8 @@ def test_a_disk_that_fills_up_stops_it_and_spoils_nothing(recipe, monkeypatch, i
 
 def limit_disk(patch, folder, most_bytes):
     """Let the files below a folder take so many bytes more, and no other."""
-    opened, left = Path.open, [most_bytes]
+    opened = Path.open
+    left = [most_bytes]
 
     class Limited:
         """A file on the disk that fills up."""

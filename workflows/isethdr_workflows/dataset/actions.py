@@ -208,7 +208,8 @@ def print_draws(request: Request) -> None:
 
 def print_generated(dataset: Generated) -> None:
     """Print how many scenes are made, and which failed."""
-    made, count = len(dataset.made), dataset.definition.count
+    made = len(dataset.made)
+    count = dataset.definition.count
     print(f"{made} of {count} scenes are made")
     for record in dataset.failed:
         print(f"scene {record.number + 1} failed: {record.error.splitlines()[0]}")
@@ -230,7 +231,8 @@ def print_forecast(expected: Forecast | None, request: Request, price: float | N
         print("no forecast: fewer than two scenes are made; six of them are a sample:")
         print(f"isethdr dataset generate {request.name} count={request.count} sample=6 ...")
         return
-    time, size = expected.seconds, expected.stored_bytes
+    time = expected.seconds
+    size = expected.stored_bytes
     rows = [
         ("time, one after the other", *(time_text(v) for v in (time.value, time.low, time.high))),
         ("disk", *(f"{v / 1e9:.3g} GB" for v in (size.value, size.low, size.high))),

@@ -25,7 +25,8 @@ def write_card(dataset: Generated) -> Path:
 
 def card(dataset: Generated) -> str:
     """Return the card."""
-    definition, made = dataset.definition, dataset.made
+    definition = dataset.definition
+    made = dataset.made
     scenes = definition.scenes()
     parts = splits(scenes, definition.recipe.splits)
     families = {}

@@ -53,8 +53,10 @@ def forecast(records: Sequence[SceneRecord], count: int) -> Forecast | None:
 
 
 def _total(values: Sequence[float], count: int) -> Estimate:
-    made, left = np.asarray(values), max(count - len(values), 0)
-    mean, spread = made.mean(), made.std(ddof=1)
+    made = np.asarray(values)
+    left = max(count - len(values), 0)
+    mean = made.mean()
+    spread = made.std(ddof=1)
     # variance of the sum of new draws: their own, and that of the mean they are taken for
     width = t.ppf(0.975, made.size - 1) * spread * math.sqrt(left + left**2 / made.size)
     total = made.sum() + left * mean

@@ -178,7 +178,8 @@ def make_scenes(name: str, numbers: Sequence[int], tell: Tell = print) -> None:
     """
     definition = read_dataset(name)
     scenes = definition.scenes()
-    started, computed = time.monotonic(), 0
+    started = time.monotonic()
+    computed = 0
     for place, number in enumerate(numbers):
         record, was_computed = made(scenes[number], folder_of(name))
         write_scene(folder_of(name), record)

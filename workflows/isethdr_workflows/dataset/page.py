@@ -102,7 +102,8 @@ def _totals(dataset: Generated) -> list[tuple[str, str]]:
     ]
     expected = forecast(dataset.made, dataset.definition.count)
     if expected is not None and len(dataset.made) < dataset.definition.count:
-        low, high = expected.seconds.low, expected.seconds.high
+        low = expected.seconds.low
+        high = expected.seconds.high
         whole = f"{time_text(expected.seconds.value)} ({time_text(low)} to {time_text(high)})"
         totals.append((f"all {dataset.definition.count} scenes, expected", whole))
     return totals

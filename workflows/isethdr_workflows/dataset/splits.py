@@ -35,7 +35,8 @@ def part_of(road: str, shares: Mapping[str, float]) -> str:
     shares : {part: its share of the roads}, sum 1.
     """
     digest = hashlib.sha256(road.encode()).digest()
-    place, end = int.from_bytes(digest[:8], "big") / 2**64, 0.0
+    place = int.from_bytes(digest[:8], "big") / 2**64
+    end = 0.0
     for part, share in shares.items():
         end += share
         if place < end:

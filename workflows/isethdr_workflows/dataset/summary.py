@@ -164,7 +164,8 @@ def by_decade(luminance: np.ndarray) -> np.ndarray:
 
 def inside(scene):
     """Return scene radiance without the overscan around the camera's field."""
-    half_x, half_y = scene.attrs["field_width"] / 2, scene.attrs["field_height"] / 2
+    half_x = scene.attrs["field_width"] / 2
+    half_y = scene.attrs["field_height"] / 2
     return scene.sel(x=slice(-half_x, half_x), y=slice(-half_y, half_y)).load()
 
 

@@ -19,7 +19,10 @@ from isethdr_core.storage.home_folder import home
 
 Make = Callable[[str, Sequence[int], Callable[[str], None]], None]
 
-HERE, PROCESSES, SLURM, RAY = "here", "processes", "slurm", "ray"
+HERE = "here"
+PROCESSES = "processes"
+SLURM = "slurm"
+RAY = "ray"
 # {engine: its library}
 ENGINES = {HERE: "", PROCESSES: "joblib", SLURM: "submitit", RAY: "ray"}
 EXTRAS = {PROCESSES: "sweep", SLURM: "slurm", RAY: "ray"}

@@ -11,8 +11,12 @@ from ...lamps import lamp
 from ..mesh.piece import Assembly, shift
 from ..mesh.primitives import ball, box, lathe, tube
 
-SEAT_ANGLE, HEAD_ANGLE = np.radians(73.0), np.radians(71.0)
-CHAINSTAY_M, BRACKET_DROP_M, CRANK_M, CRANK_DEG = 0.43, 0.055, 0.17, 35.0
+SEAT_ANGLE = np.radians(73.0)
+HEAD_ANGLE = np.radians(71.0)
+CHAINSTAY_M = 0.43
+BRACKET_DROP_M = 0.055
+CRANK_M = 0.17
+CRANK_DEG = 35.0
 PEDAL_Y_M = 0.135
 
 
@@ -80,7 +84,8 @@ class Bicycle:
     @property
     def pedals(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the middles of the pedals, left and right."""
-        bracket, turn = self.points["bracket"], np.radians(CRANK_DEG)
+        bracket = self.points["bracket"]
+        turn = np.radians(CRANK_DEG)
         reach = CRANK_M * np.array([np.cos(turn), 0, np.sin(turn)])
         return bracket + reach + [0, PEDAL_Y_M, 0], bracket - reach - [0, PEDAL_Y_M, 0]
 
@@ -130,7 +135,8 @@ def _wheel(model: Assembly, shape: Bicycle, centre: np.ndarray) -> None:
 
 
 def _frame(model: Assembly, shape: Bicycle, j: dict[str, np.ndarray]) -> None:
-    paint, thick = f"paint_{shape.colour}", shape.frame
+    paint = f"paint_{shape.colour}"
+    thick = shape.frame
     top_end = j["head"] - [0, 0, 0.03]
     top_start = j["seat"] - [0, 0, 0.03]
     if shape.top_tube == "low":
@@ -168,7 +174,9 @@ def _cargo_box(model: Assembly, shape: Bicycle, j: dict[str, np.ndarray]) -> Non
     """Add the box between the steering head and the front wheel, and the frame under it."""
     paint = f"paint_{shape.colour}"
     middle = j["low"][0] + 0.06 + shape.box_length / 2
-    bottom, high, wide = 0.24, 0.44, 0.60
+    bottom = 0.24
+    high = 0.44
+    wide = 0.60
     model.add(
         box((middle, 0, bottom + high / 2), (shape.box_length, wide, high), "box", "wood", 0.02),
         box(
@@ -200,7 +208,8 @@ def _cargo_box(model: Assembly, shape: Bicycle, j: dict[str, np.ndarray]) -> Non
 
 
 def _handlebar(model: Assembly, shape: Bicycle, j: dict[str, np.ndarray]) -> None:
-    stem, head = j["stem"], j["head"]
+    stem = j["stem"]
+    head = j["head"]
     left, right = shape.grips
     half = shape.bar_width / 2
     model.add(tube([head, stem], 0.013, "stem", "plastic_black"))
@@ -234,7 +243,8 @@ def _drive(model: Assembly, shape: Bicycle, j: dict[str, np.ndarray]) -> None:
             box(pedal, (0.09, 0.085, 0.022), "pedal", "plastic_black", 0.006),
         )
     for z in (0.05, -0.05):
-        start, end = bracket + [0, -0.05, z * 1.8], j["rear"] + [0, -0.05, z * 0.7]
+        start = bracket + [0, -0.05, z * 1.8]
+        end = j["rear"] + [0, -0.05, z * 0.7]
         model.add(tube([start, end], 0.005, "chain", "steel", 5))
 
 
@@ -273,7 +283,8 @@ def _fittings(model: Assembly, shape: Bicycle, j: dict[str, np.ndarray]) -> None
 
 
 def _lamps(model: Assembly, shape: Bicycle, j: dict[str, np.ndarray]) -> None:
-    ahead, behind = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
+    ahead = (1.0, 0.0, 0.0)
+    behind = (-1.0, 0.0, 0.0)
     front = j["head"] + [0.05, 0, 0.03]
     if shape.basket or shape.box_length:
         front = j["front"] + [-0.02, 0, shape.wheel + 0.09]

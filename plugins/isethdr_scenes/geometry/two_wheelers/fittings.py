@@ -9,7 +9,8 @@ from ..mesh.piece import Piece, lit, shift
 from ..mesh.primitives import ball, box, lathe, tube
 from ..vehicles.wheels import plate
 
-AHEAD, BEHIND = (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)
+AHEAD = (1.0, 0.0, 0.0)
+BEHIND = (-1.0, 0.0, 0.0)
 
 
 def wheel(x: float, radius: float, width: float, spokes: int, wired: bool = False) -> list[Piece]:
@@ -19,7 +20,8 @@ def wheel(x: float, radius: float, width: float, spokes: int, wired: bool = Fals
     """
     inner = radius - 0.62 * width
     angle = np.linspace(-0.35 * np.pi, 1.35 * np.pi, 15)
-    mid, half = (radius + inner) / 2, (radius - inner) / 2
+    mid = (radius + inner) / 2
+    half = (radius - inner) / 2
     tyre = np.stack([mid + half * np.sin(angle), -width / 2 * np.cos(angle)], 1)
     tyre[:, 0] = np.minimum(tyre[:, 0], radius)
     rim = [(inner, -0.36 * width), (inner - 0.02, 0.0), (inner, 0.36 * width)]
@@ -47,10 +49,12 @@ def wheel(x: float, radius: float, width: float, spokes: int, wired: bool = Fals
 
 def fork(axle, head, spread: float, material: str) -> list[Piece]:
     """Return both legs of a fork from the axle to the steering head, `spread` apart, m."""
-    axle, head = np.asarray(axle, float), np.asarray(head, float)
+    axle = np.asarray(axle, float)
+    head = np.asarray(head, float)
     out = []
     for side in (spread / 2, -spread / 2):
-        low, high = axle + [0, side, 0], head + [0, side, 0]
+        low = axle + [0, side, 0]
+        high = head + [0, side, 0]
         out.append(tube([low, (low + high) / 2], 0.028, "fork.slider", "steel", 10))
         out.append(tube([(low + high) / 2, high], 0.022, "fork", material, 10))
     bridge = head - 0.25 * (head - axle)

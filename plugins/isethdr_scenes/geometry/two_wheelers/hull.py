@@ -31,7 +31,8 @@ def hull(
     z, wide, high = (curve(np.stack([along, table[:, k]], 1), soft_m)(u) for k in (1, 2, 3))
     u = np.concatenate([u[:1], u, u[-1:]])
     z, wide, high = (np.concatenate([v[:1], v, v[-1:]]) for v in (z, wide, high))
-    wide[[0, -1]], high[[0, -1]] = 1e-4, 1e-4
+    wide[[0, -1]] = 1e-4
+    high[[0, -1]] = 1e-4
     angle = np.linspace(0, 2 * np.pi, 28, endpoint=False)
     y_of = np.sign(np.cos(angle)) * np.abs(np.cos(angle)) ** (2 / corner)
     z_of = np.sign(np.sin(angle)) * np.abs(np.sin(angle)) ** (2 / corner)

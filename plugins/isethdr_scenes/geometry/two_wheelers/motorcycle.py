@@ -107,7 +107,8 @@ def build(shape: Motorcycle, name: str = "motorcycle") -> Assembly:
 
 
 def _frame_and_engine(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None:
-    rear, head = at["rear"], at["head"]
+    rear = at["rear"]
+    head = at["head"]
     pivot = rear + [0.40 * shape.wheelbase, 0, 0.10]
     middle = np.array([rear[0] + 0.53 * shape.wheelbase, 0, 0.0])
     for side in (1, -1):
@@ -190,9 +191,12 @@ def _frame_and_engine(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarr
 
 
 def _tank_and_seat(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None:
-    head, seat, paint = at["head"], at["seat"], f"paint_{shape.colour}"
+    head = at["head"]
+    seat = at["seat"]
+    paint = f"paint_{shape.colour}"
     top = max(seat[2] + 0.16, head[2] - 0.03)
-    nose, back = head[0] - 0.05, seat[0] + 0.20
+    nose = head[0] - 0.05
+    back = seat[0] + 0.20
     length = nose - back
     h = shape.tank
     model.add(
@@ -240,7 +244,8 @@ def _tank_and_seat(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]
 
 
 def _handlebar(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None:
-    head, grip = at["head"], at["grip"]
+    head = at["head"]
+    grip = at["grip"]
     for side in (1, -1):
         end = grip * [1, side, 1]
         model.add(
@@ -268,7 +273,9 @@ def _handlebar(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) ->
 
 
 def _front(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None:
-    head, front, paint = at["head"], at["front"], f"paint_{shape.colour}"
+    head = at["head"]
+    front = at["front"]
+    paint = f"paint_{shape.colour}"
     lamp_x = head[0] + 0.20
     lamp = np.array([lamp_x, 0, head[2] - 0.06])
     if shape.fairing == "none":
@@ -305,7 +312,8 @@ def _front(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> Non
 
 def _belly(model: Assembly, at: dict[str, np.ndarray], paint: str) -> None:
     """Add the side panels of a full fairing, from the steering head to below the engine."""
-    head, rear = at["head"], at["rear"]
+    head = at["head"]
+    rear = at["rear"]
     for side in (1, -1):
         top = [(head[0] + 0.16, 0.20, head[2] - 0.14), (head[0] - 0.22, 0.20, head[2] - 0.26)]
         mid = [(head[0] + 0.18, 0.23, 0.58), (rear[0] + 0.56, 0.24, 0.50)]
@@ -324,7 +332,8 @@ def _belly(model: Assembly, at: dict[str, np.ndarray], paint: str) -> None:
 
 def _screen(model: Assembly, shape: Motorcycle, x: float, head: np.ndarray) -> None:
     """Add a curved windscreen that leans to the rear."""
-    low, high = head[2] - 0.02, head[2] + shape.screen
+    low = head[2] - 0.02
+    high = head[2] + shape.screen
     angle = np.linspace(-1.0, 1.0, 12)
     rows = [
         np.stack(
@@ -341,7 +350,8 @@ def _screen(model: Assembly, shape: Motorcycle, x: float, head: np.ndarray) -> N
 
 
 def _rear(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None:
-    seat, rear = at["seat"], at["rear"]
+    seat = at["seat"]
+    rear = at["rear"]
     tail = np.array([seat[0] - 0.53, 0, seat[2] + 0.5 * shape.tail])
     model.add(*fittings.rear_lamps(tail, 0.14))
     end = rear[0] - 0.9 * shape.rear_wheel
@@ -367,7 +377,8 @@ def _rear(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None
 
 def _panniers(model: Assembly, shape: Motorcycle, at: dict[str, np.ndarray]) -> None:
     """Add both cases beside the rear wheel, and the top case."""
-    rear, seat = at["rear"], at["seat"]
+    rear = at["rear"]
+    seat = at["seat"]
     for side in (1, -1):
         model.add(
             box(

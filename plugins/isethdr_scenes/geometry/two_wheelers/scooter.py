@@ -90,7 +90,8 @@ def build(shape: Scooter, name: str = "scooter") -> Assembly:
 
 def _apron(model: Assembly, shape: Scooter, at: dict[str, np.ndarray], paint: str) -> None:
     """Add the shield ahead of the legs, its nose over the fork, and the foot board."""
-    head, front = at["head"], at["front"]
+    head = at["head"]
+    front = at["front"]
     low = np.array([front[0] - shape.wheel - 0.08, 0, shape.floor])
     angle = np.linspace(-1.25, 1.25, 18)
     rows = []
@@ -142,9 +143,12 @@ def _apron(model: Assembly, shape: Scooter, at: dict[str, np.ndarray], paint: st
 
 def _body(model: Assembly, shape: Scooter, at: dict[str, np.ndarray], paint: str) -> None:
     """Add the body under the seat with engine and rear wheel, the seat, and the rear lamps."""
-    seat, rear, wide = at["seat"], at["rear"], shape.body
+    seat = at["seat"]
+    rear = at["rear"]
+    wide = shape.body
     bottom = shape.floor - 0.02
-    middle, half = (seat[2] - 0.06 + bottom) / 2, (seat[2] - 0.06 - bottom) / 2
+    middle = (seat[2] - 0.06 + bottom) / 2
+    half = (seat[2] - 0.06 - bottom) / 2
     tail = rear[0] - 0.10
     above = rear[2] + shape.wheel + 0.04
     high = (seat[2] - 0.05 - above) / 2
@@ -195,7 +199,8 @@ def _body(model: Assembly, shape: Scooter, at: dict[str, np.ndarray], paint: str
 
 
 def _handlebar(model: Assembly, shape: Scooter, at: dict[str, np.ndarray], paint: str) -> None:
-    head, grip = at["head"], at["grip"]
+    head = at["head"]
+    grip = at["grip"]
     lamp = head + [0.13, 0, 0.06]
     model.add(
         hull(
@@ -228,7 +233,8 @@ def _handlebar(model: Assembly, shape: Scooter, at: dict[str, np.ndarray], paint
 
 def _screen(model: Assembly, shape: Scooter, at: dict[str, np.ndarray]) -> None:
     head = at["head"]
-    low, high = head[2] + 0.02, shape.bar_height + shape.screen
+    low = head[2] + 0.02
+    high = shape.bar_height + shape.screen
     angle = np.linspace(-1.0, 1.0, 12)
     rows = [
         np.stack(

@@ -202,7 +202,8 @@ def _sills(b: Body, c: Car, axles):
 
 def _bed(b: Body, c: Car):
     """Sink the bed of a pickup between its side walls, and mark the tailgate."""
-    front, half = c.roof[6][0] + 0.12, c.width / 2
+    front = c.roof[6][0] + 0.12
+    half = c.width / 2
     u, ay, z, _ = b.at()
     b.take(
         "bed",
@@ -218,7 +219,9 @@ def _bed(b: Body, c: Car):
 
 def _open_roof(b: Body, c: Car):
     """Take away roof and side walls above the belt, except the frame of the windscreen."""
-    top, base, half = c.roof[3], c.roof[6], c.width / 2
+    top = c.roof[3]
+    base = c.roof[6]
+    half = c.width / 2
 
     u, ay, z, _ = b.at()
     beside = np.maximum(0.55 * half - ay, 0.12 - (b.upper(u) - z))

@@ -30,7 +30,7 @@ THIN_M = 5e-3  # a lane that is narrower has no face
 
 
 class Owner(NamedTuple):
-    """Whose a face is."""
+    """The road and the lane that a face belongs to."""
 
     road: Road
     lane: Lane
@@ -38,9 +38,9 @@ class Owner(NamedTuple):
 
 @dataclass(frozen=True)
 class Face:
-    """A face: its triangles as indices of vertices, and whose it is."""
+    """The area of one lane as triangles, with the road and the lane it belongs to."""
 
-    triangles: Ints  # (n, 3), counter-clockwise
+    triangles: Ints  # (n, 3) indices of vertices, counter-clockwise
     owner: Owner
 
 
@@ -54,7 +54,7 @@ class Arrangement:
 
 
 class Vertices:
-    """Vertices by their rounded place."""
+    """Vertices in plan. Points that round to the same millimetre are one vertex."""
 
     def __init__(self) -> None:
         self._index: dict[tuple[int, int], int] = {}
@@ -67,13 +67,15 @@ class Vertices:
 
     @property
     def points(self) -> Floats:
-        """Return the places of all vertices."""
+        """Return the plan coordinates (n, 2) of all vertices, m."""
         return np.array(list(self._index), float).reshape(-1, 2) * GRID_M
 
 
 def arrange(roads: Sequence[Road], vertices: Vertices) -> Arrangement:
     """Return the faces of all roads, without the decks of bridges."""
-    outlines, owners, cuts = [], [], []
+    outlines = []
+    owners = []
+    cuts = []
     for road in roads:
         for k, section in enumerate(road.sections):
             for first, last in _on_ground(road, *road.span(k)):
@@ -169,5 +171,6 @@ def triangulated(cells: Any, vertices: Vertices) -> list[Ints]:
 
 def _cross(corners: Floats) -> Floats:
     """Return at each corner twice the signed area of the triangle with its neighbours."""
-    before, after = np.roll(corners, 1, 1) - corners, np.roll(corners, -1, 1) - corners
+    before = np.roll(corners, 1, 1) - corners
+    after = np.roll(corners, -1, 1) - corners
     return np.asarray(after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0])

@@ -24,12 +24,17 @@ RAILING_M = 1.1  # height of the railing
 POST_STEP_M = 2.0
 PIER_M = 0.45  # radius
 ROOF_M = 7.5  # the land lies so far above the road of a tunnel
-SPRING_M, TOP_M = 3.0, 6.0  # where the vault of a tunnel springs, and its crown
+# where the vault of a tunnel springs, and its crown
+SPRING_M = 3.0
+TOP_M = 6.0
 WALL_BESIDE_M = 0.05  # a tunnel's wall stands so far beyond the road's edge
-GAUGE_M, RAIL_WIDTH_M = 1.435, 0.07
+GAUGE_M = 1.435
+RAIL_WIDTH_M = 0.07
 RAIL_TOP_M = 0.004  # above the road of a crossing
 RAIL_LOOK_M = 8.0  # within which a rail keeps the height of a crossing
-LUMINAIRE_STEP_M, LUMINAIRE_ASIDE_M, LUMINAIRE_BELOW_M = 12.0, 2.2, 0.75
+LUMINAIRE_STEP_M = 12.0
+LUMINAIRE_ASIDE_M = 2.2
+LUMINAIRE_BELOW_M = 0.75
 
 
 def structures(network: Network, roofs: Sequence[tuple[Road, Structure, Any]]) -> Assembly:
@@ -59,7 +64,8 @@ def _bridge(network: Network, road: Road, span: Structure) -> list[Piece]:
     borders = road.borders(section, s)
     for lane in road.sections[section].lanes:
         inner, outer = borders[lane.number]
-        low, high = np.minimum(inner, outer), np.maximum(inner, outer)
+        low = np.minimum(inner, outer)
+        high = np.maximum(inner, outer)
         raised = np.full(len(s), lane.raised_m)
         # d/du x d/dv looks up where v runs to the left
         top = _strip(road, s, [low, high], [raised, raised])
@@ -123,7 +129,8 @@ def _tunnel(network: Network, road: Road, span: Structure) -> list[Piece]:
     s = stations(road, span.start_m, span.end_m)
     s = np.unique(np.concatenate([s, np.arange(span.start_m, span.end_m, 4.0)]))
     right, left = road.edges(s)
-    middle, half = (left + right) / 2, (left - right) / 2 + WALL_BESIDE_M
+    middle = (left + right) / 2
+    half = (left - right) / 2 + WALL_BESIDE_M
     outline = _section(1.0)
     level = road.elevation.at(s)
     t = middle[:, None] + half[:, None] * outline[None, :, 0]
@@ -164,7 +171,9 @@ def _portal(road: Road, at: float, mouth: tuple[float, float], forward: bool) ->
 
 
 def _roof(road: Road, plan: Any, material: str) -> Piece:
-    """Return the land over a tunnel, with upright sides where the land beside it lies lower."""
+    """Return the land over a tunnel. Nothing closes the sides between it and lower land beside it:
+    a tunnel is meant to be seen from inside.
+    """
     vertices = Vertices()
     (triangles,) = triangulated(np.array([plan], object), vertices)
     points = vertices.points

@@ -35,7 +35,8 @@ class Terrain(NamedTuple):
 def terrain(paved: Any, roofs: Sequence[Any], vertices: Vertices) -> Terrain:
     """Return the triangles around what is paved, and around the roofs of tunnels."""
     inner = shapely.unary_union([paved, *roofs])
-    taken, rings = inner, []
+    taken = inner
+    rings = []
     for distance in RINGS_M:
         grown = shapely.buffer(inner, distance, quad_segs=3)
         grown = shapely.simplify(grown, 0.04 * distance)

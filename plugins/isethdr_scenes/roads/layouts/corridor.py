@@ -17,7 +17,9 @@ from .draw import Draw
 from .vertical import Vertex, grades
 
 START_M = 40.0  # the camera's car starts so far behind the road's beginning
-ARROW_M, ARROW_STEP_M = (4.0, 0.9), 60.0  # length and width of lane arrows; their spacing
+# length and width of lane arrows; their spacing
+ARROW_M = (4.0, 0.9)
+ARROW_STEP_M = 60.0
 TAPER_M = 40.0  # over which lanes narrow before road works
 
 
@@ -25,7 +27,9 @@ class Layout:
     """A network, and where the camera's car starts in it."""
 
     def __init__(self, network: Network, start: LaneKey, start_m: float):
-        self.network, self.start, self.start_m = network, start, start_m
+        self.network = network
+        self.start = start
+        self.start_m = start_m
 
 
 def land(draw: Draw) -> Land:
@@ -76,7 +80,8 @@ def _plan(draw: Draw, length: float) -> tuple[list[Stretch], list[tuple[float, .
     """Return the stretches, and of each bend: s of its spiral, arc, arc's end, end; curvature."""
     stretches: list[Stretch] = []
     bends: list[tuple[float, ...]] = []
-    at, side = draw.number("before_m"), draw.side("side")
+    at = draw.number("before_m")
+    side = draw.side("side")
     for k in range(int(draw.value("curves", 0))):
         ranges = {n: draw.ranges[n] for n in ("radius_m", "arc_m", "spiral_m")}
         radius, arc, spiral = (draw.one(f"{n} {k}", told) for n, told in ranges.items())
@@ -96,7 +101,8 @@ def _plan(draw: Draw, length: float) -> tuple[list[Stretch], list[tuple[float, .
 
 def _heights(draw: Draw, length: float) -> Profile:
     """Return the heights: level, a grade, a hill or a crest."""
-    grade, radius = draw.number("grade"), draw.number("vertical_radius_m")
+    grade = draw.number("grade")
+    radius = draw.number("vertical_radius_m")
     shape = draw.value("vertical", "grade")
     if shape == "hill":
         middle = START_M + 30 + radius * grade / 2
@@ -133,7 +139,8 @@ def _tunnel(draw: Draw) -> Structure:
 
 def _works(draw: Draw, road: Road) -> Road:
     """Return the road with its outer lane closed, the others narrow and marked in yellow."""
-    first, length = draw.number("works_from_m"), draw.number("works_m")
+    first = draw.number("works_from_m")
+    length = draw.number("works_m")
     narrow = draw.number("works_lane_m")
     before = road.sections[0]
     saved = sum(float(x.width.at(0.0)) - narrow for x in before.right if x.type == "driving")
@@ -178,7 +185,8 @@ def _widening(tapered: tuple[Lane, ...], broad: Lane, before: LaneSection) -> tu
     """Return the lanes behind the works, which become as wide as they were before."""
     lanes = []
     for lane, usual in zip((*tapered[:-1], broad), before.right):
-        wide, now = float(usual.width.at(0.0)), float(lane.width.at(1e6))
+        wide = float(usual.width.at(0.0))
+        now = float(lane.width.at(1e6))
         lanes.append(replace(lane, width=Profile.smooth([(0.0, now, 0.0), (TAPER_M, wide, 0.0)])))
     return tuple(lanes)
 
@@ -204,7 +212,8 @@ def _painted(draw: Draw, road: Road) -> list[RoadObject]:
             if lane.type in ("driving", "biking", "parking", "shoulder") and not lane.raised_m
             for t in lanes[lane.number]
         ]
-        low, high = float(min(drivable)), float(max(drivable))
+        low = float(min(drivable))
+        high = float(max(drivable))
         found.append(RoadObject("crosswalk", s, (low + high) / 2, 4.0, high - low - 0.3))
     if draw.value("arrows", False):
         for s in np.arange(30.0, road.length_m - 10, ARROW_STEP_M):

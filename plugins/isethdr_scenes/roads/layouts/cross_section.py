@@ -107,7 +107,8 @@ class CrossSection:
 
     def changed(self, change: Callable[[Strip], Strip]) -> CrossSection:
         """Return the cross-section with every lane changed."""
-        right, left = tuple(map(change, self.right)), tuple(map(change, self.left))
+        right = tuple(map(change, self.right))
+        left = tuple(map(change, self.left))
         return replace(self, right=right, left=left)
 
     @property

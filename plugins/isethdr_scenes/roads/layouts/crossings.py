@@ -28,7 +28,8 @@ def arm(
 ) -> Road:
     """Return a road that leads away from a junction about the origin: (distance, angle)."""
     distance, angle = place
-    x, y = distance * np.cos(angle), distance * np.sin(angle)
+    x = distance * np.cos(angle)
+    y = distance * np.sin(angle)
     line = ReferenceLine.of(float(x), float(y), angle, [Stretch(length)])
     crown = Profile.smooth([(0.0, 0.0, 0.0), (CROWN_FADE_M, CROWN, 0.0)])
     road = replace(bare(draw, name, line, cross.section()), crossfall=(crown, crown))
@@ -70,12 +71,14 @@ def _approach(road: Road, stops: bool, walk: bool) -> Road:
     lanes = road.borders(0, 0.0)
     entries = [lanes[x.number] for x in road.sections[0].left if x.type == "driving"]
     exits = [lanes[x.number] for x in road.sections[0].right if x.type == "driving"]
-    low, high = float(min(e[0] for e in entries)), float(max(e[1] for e in entries))
+    low = float(min(e[0] for e in entries))
+    high = float(max(e[1] for e in entries))
     objects = []
     ahead = 1.2
     if walk:
         outer = float(min(e[1] for e in exits))
-        middle, breadth = (outer + high) / 2, high - outer
+        middle = (outer + high) / 2
+        breadth = high - outer
         objects.append(RoadObject("crosswalk", ahead + WALK_M / 2, middle, WALK_M, breadth - 0.3))
         ahead += WALK_M + 1.0
     if stops:
@@ -93,7 +96,8 @@ def _approach(road: Road, stops: bool, walk: bool) -> Road:
 def roundabout(draw: Draw) -> Layout:
     """Return a roundabout of one lane; the camera's car comes along the first arm."""
     cross = CrossSection.drawn(draw)
-    radius, breadth = draw.number("island_m"), draw.number("ring_m")
+    radius = draw.number("island_m")
+    breadth = draw.number("ring_m")
     beta = np.radians(RING_ANGLE_DEG)
     reach = radius / np.cos(beta) + radius * np.tan(beta) + 4.0
     angles = np.array([np.pi, 1.5 * np.pi, 2 * np.pi, 2.5 * np.pi][: int(draw.value("arms"))])
@@ -109,7 +113,9 @@ def roundabout(draw: Draw) -> Layout:
     edge = Mark("solid", "white", 0.12)
     ring_lane = Lane(-1, "driving", Profile.constant(breadth), (edge,))
     ring_lanes = LaneSection(0.0, (), (ring_lane, *outer), (edge,))
-    rings, inside, junctions = [], [], []
+    rings = []
+    inside = []
+    junctions = []
     for k, angle in enumerate(angles):
         after = angles[(k + 1) % len(angles)] + (2 * np.pi if k + 1 == len(angles) else 0.0)
         line = _ring_line(radius, angle + beta, after - beta)
@@ -118,7 +124,8 @@ def roundabout(draw: Draw) -> Layout:
         ring = at_junction(ring, "start", f"j{k}")
         rings.append(at_junction(ring, "end", f"j{(k + 1) % len(angles)}"))
     for k in range(len(angles)):
-        before, behind = Mouth(rings[k - 1], "end"), Mouth(rings[k], "start")
+        before = Mouth(rings[k - 1], "end")
+        behind = Mouth(rings[k], "start")
         mouth = Mouth(arms[k], "start")
         ways = [
             Movement(before, behind, ring_lane, ring_lane, False),
@@ -143,7 +150,8 @@ def _connection(incoming: str, road: str, pair: tuple[int, int]) -> Connection:
 
 def _ring_line(radius: float, first_rad: float, last_rad: float) -> ReferenceLine:
     """Return an arc about the origin, counter-clockwise."""
-    x, y = radius * np.cos(first_rad), radius * np.sin(first_rad)
+    x = radius * np.cos(first_rad)
+    y = radius * np.sin(first_rad)
     arc = Stretch(radius * (last_rad - first_rad), 1 / radius)
     return ReferenceLine.of(float(x), float(y), first_rad + np.pi / 2, [arc])
 
@@ -154,9 +162,11 @@ def car_park(draw: Draw) -> Layout:
     """
     cross = CrossSection.drawn(draw)
     cross = replace(cross, left=tuple(s for s in cross.left if s.type == "driving"))
-    corner, bay = draw.number("corner_m"), draw.number("bay_m")
+    corner = draw.number("corner_m")
+    bay = draw.number("bay_m")
     half = next(s.width_m for s in cross.right if s.type == "driving")
-    reach, pitch = half + corner, 2 * (half + bay) + 0.5
+    reach = half + corner
+    pitch = 2 * (half + bay) + 0.5
     pitch = max(pitch, 2 * reach + 2.0)
     count = int(draw.value("aisles"))
     ends = [-draw.number("approach_m") - reach, *(k * pitch for k in range(count))]

@@ -91,9 +91,12 @@ def way(start: Pose, end: Pose) -> ReferenceLine:
     ConfigError : no such line leads from the one to the other.
     """
     turn = turn_rad(start.heading_rad, end.heading_rad)
-    dx, dy = end.x_m - start.x_m, end.y_m - start.y_m
-    cos, sin = np.cos(start.heading_rad), np.sin(start.heading_rad)
-    ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
+    dx = end.x_m - start.x_m
+    dy = end.y_m - start.y_m
+    cos = np.cos(start.heading_rad)
+    sin = np.sin(start.heading_rad)
+    ahead = dx * cos + dy * sin
+    aside = dy * cos - dx * sin
     if abs(turn) < 1e-6:
         stretches = _shift(ahead, aside)
     else:
@@ -209,7 +212,8 @@ def movements(mouths: Sequence[Mouth]) -> list[Movement]:
     for k, incoming in enumerate(order):
         for j in range(1, len(order)):
             outgoing = order[(k + j) % len(order)]
-            entries, exits = incoming.driving(True), outgoing.driving(False)
+            entries = incoming.driving(True)
+            exits = outgoing.driving(False)
             if not entries or not exits:
                 continue
             turn = turn_rad(incoming.outward_rad + np.pi, outgoing.outward_rad)
@@ -229,7 +233,8 @@ def join(
     name: str, mouths: Sequence[Mouth], edge_line: Mark | None = None
 ) -> tuple[tuple[Road, ...], Junction]:
     """Return the connecting roads of a junction, and the junction."""
-    roads, connections = [], []
+    roads = []
+    connections = []
     for k, move in enumerate(movements(mouths)):
         road = connecting_road(f"{name}.{k}", name, move, edge_line)
         roads.append(road)

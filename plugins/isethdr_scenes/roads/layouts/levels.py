@@ -20,7 +20,7 @@ DECK_M = 1.0  # from the carriageway of a bridge to its underside
 EMBANKMENT = 1.7  # metres out per metre of height, from the abutment down
 APPROACH_GRADE = 0.05  # of the road that climbs to a bridge
 CREST_RADIUS_M = 1100.0
-RAIL_DEPTH_M = 0.17  # the ballast beside a crossing lies so far below its carriageway
+RAIL_DEPTH_M = 0.17  # from the carriageway of a crossing down to the ballast beside it
 EXIT_LANE_M = 3.5
 GORE_M = 70.0  # over which a ramp leaves the main road's side
 SPIRAL_M = 50.0
@@ -35,7 +35,8 @@ def overpass(draw: Draw) -> Layout:
     lines = CrossSection.drawn(draw).lines
     above = CrossSection(upper_strips, upper_strips, lines)
     below = CrossSection(lower_strips, lower_strips, lines)
-    half, angle = draw.number("half_m"), np.radians(draw.number("angle_deg"))
+    half = draw.number("half_m")
+    angle = np.radians(draw.number("angle_deg"))
     top = draw.number("clearance_m") + DECK_M
     opening = (below.half_m + 1.5 + EMBANKMENT * top) / np.sin(angle)
     opening += abs(above.half_m / np.tan(angle))
@@ -51,13 +52,15 @@ def overpass(draw: Draw) -> Layout:
 
 def _line_through(half: float, angle: float) -> ReferenceLine:
     """Return a straight line whose middle is the origin."""
-    x, y = -half * np.cos(angle), -half * np.sin(angle)
+    x = -half * np.cos(angle)
+    y = -half * np.sin(angle)
     return ReferenceLine.of(float(x), float(y), angle, [Stretch(2 * half)])
 
 
 def _over(half: float, top: float) -> Profile:
     """Return the heights of a road that climbs to `top` at its middle and comes down again."""
-    g, r = APPROACH_GRADE, CREST_RADIUS_M
+    g = APPROACH_GRADE
+    r = CREST_RADIUS_M
     # the crest's parabola rounds the tip off by r g^2 / 2, the feet take r_foot g^2 / 2 each
     foot = 600.0
     climb = (top + r * g * g / 2) / g  # from the foot's vertex to the tip
@@ -68,7 +71,8 @@ def _over(half: float, top: float) -> Profile:
 def railway(draw: Draw) -> Layout:
     """Return a road that crosses a railway track on the level."""
     cross = CrossSection.drawn(draw)
-    half, angle = draw.number("half_m"), np.radians(draw.number("angle_deg"))
+    half = draw.number("half_m")
+    angle = np.radians(draw.number("angle_deg"))
     road = bare(draw, "1", _line_through(half, 0.0), cross.section())
     fade = [(-35.0, CROWN), (-8.0, 0.0), (8.0, 0.0), (35.0, CROWN)]
     crown = Profile.smooth([(half + s, fall, 0.0) for s, fall in fade])
@@ -102,7 +106,8 @@ def railway(draw: Draw) -> Layout:
 def ramp(draw: Draw) -> Layout:
     """Return a motorway with an exit; the camera's car drives on the lane next to it."""
     cross = CrossSection.drawn(draw)
-    ahead, taper = draw.number("ahead_m"), draw.number("taper_m")
+    ahead = draw.number("ahead_m")
+    taper = draw.number("taper_m")
     lane_m = ahead - 130.0  # the exit lane begins
     plain = cross.section(0.0, linked=True)
     with_exit, number = _with_exit_lane(plain, lane_m, taper)

@@ -22,7 +22,8 @@ def grades(grade: Sequence[float], vertices: Sequence[Vertex], height_m: float =
         half = vertex.radius_m * abs(after - before) / 2
         if half == 0:
             continue
-        start, end = vertex.s_m - half, vertex.s_m + half
+        start = vertex.s_m - half
+        end = vertex.s_m + half
         z = _at(pieces[-1], start)
         bend = (after - before) / (2 * (end - start))
         pieces.append(Cubic(start, z, before, bend))

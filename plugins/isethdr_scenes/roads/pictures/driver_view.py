@@ -17,8 +17,11 @@ from ...sky.state import sky_state
 from ..kinds import BaseRoad
 from ..surface import surface
 
-HEIGHT_M, AHEAD_M = 1.3, 30.0  # of the camera; where it looks on the road
-FIELD_DEG, ASPECT = 60.0, 16 / 9
+# of the camera; where it looks on the road
+HEIGHT_M = 1.3
+AHEAD_M = 30.0
+FIELD_DEG = 60.0
+ASPECT = 16 / 9
 BANDS_NM = {"first_nm": 430.0, "last_nm": 670.0, "step_nm": 60.0}
 WHITE = 0.90  # quantile of luminance that is shown at `SHOWN`
 SHOWN = 0.75

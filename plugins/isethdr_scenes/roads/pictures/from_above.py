@@ -28,7 +28,9 @@ COLOURS = {
 }
 LAND = (214, 222, 196)
 PAINT = {"white": (255, 255, 255), "yellow": (250, 200, 0)}
-BRIDGE, TUNNEL, CAR = (40, 70, 200), (120, 60, 20), (220, 20, 20)
+BRIDGE = (40, 70, 200)
+TUNNEL = (120, 60, 20)
+CAR = (220, 20, 20)
 
 
 class _Canvas:
@@ -40,7 +42,9 @@ class _Canvas:
         pixels *= self.FINER
         self.image = Image.new("RGB", (pixels, pixels), LAND)
         self.draw = ImageDraw.Draw(self.image)
-        self.centre, self.scale, self.pixels = centre, pixels / size_m, pixels
+        self.centre = centre
+        self.scale = pixels / size_m
+        self.pixels = pixels
 
     def at(self, points: Floats) -> list[tuple[float, float]]:
         aside = (points - self.centre) * self.scale * [1, -1] + self.pixels / 2

@@ -67,8 +67,10 @@ def _cheeks(v: np.ndarray, marks: Landmarks, ahead: np.ndarray, length: float) -
 
 def _belly(v: np.ndarray, marks: Landmarks) -> np.ndarray:
     """Return the underside of the trunk, which narrows towards both ends."""
-    k, depth = marks.shoulder_m, marks.chest_depth_m
-    middle, half = (marks.chest[0] + marks.hip[0]) / 2, (marks.chest[0] - marks.hip[0]) / 2
+    k = marks.shoulder_m
+    depth = marks.chest_depth_m
+    middle = (marks.chest[0] + marks.hip[0]) / 2
+    half = (marks.chest[0] - marks.hip[0]) / 2
     along = (v[:, 0] - middle) / half
     sink = 0.20 * depth * along**2 + 0.02 * k * np.sin(9 * v[:, 0] / k)
     line = marks.chest[2] - 0.30 * depth - sink

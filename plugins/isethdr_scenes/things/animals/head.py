@@ -47,8 +47,10 @@ class Head:
 
     def limbs(self) -> list[Limb]:
         """Return skull, muzzle and jaw."""
-        skull, muzzle = self.measures["skull"], self.measures["muzzle"]
-        nose, length = self.measures["nose"], self.measures["length"]
+        skull = self.measures["skull"]
+        muzzle = self.measures["muzzle"]
+        nose = self.measures["nose"]
+        length = self.measures["length"]
         brow = self.poll + self.ahead * 0.36 * length
         stop = self.up * self.measures["stop"]
         end = self.nose - self.ahead * nose
@@ -65,7 +67,8 @@ def head_shapes(
 ) -> list[Shape]:
     """Return what stands on a head: eyes, ears and what grows, times `scale`."""
     shapes: list[Shape] = []
-    skull, length = head.measures["skull"], head.measures["length"]
+    skull = head.measures["skull"]
+    length = head.measures["length"]
     eye = np.clip(0.13 * skull, 0.007 / scale, 0.02 / scale)
     for side in (1.0, -1.0):
         out = unit(0.80 * side * head.left + 0.45 * head.up + 0.30 * head.ahead)

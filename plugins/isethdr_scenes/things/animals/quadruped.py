@@ -79,7 +79,8 @@ def _step_m(animal: Animal) -> float:
 
 def _fleece(animal: Animal, trunk: list[Limb], neck: list[Limb]) -> Mass:
     """Return curly wool over trunk and neck."""
-    k, thick = animal.shoulder_m, animal.parts["wool"]
+    k = animal.shoulder_m
+    thick = animal.parts["wool"]
     limbs = tuple(
         Limb(
             k * limb.a,
@@ -97,7 +98,8 @@ def _fleece(animal: Animal, trunk: list[Limb], neck: list[Limb]) -> Mass:
 
 def _mane(animal: Animal, ends: _Ends, head: Head) -> Mass:
     """Return the hair along the crest of the neck, from the forehead to the withers."""
-    k, high = animal.shoulder_m, animal.parts["mane"]
+    k = animal.shoulder_m
+    high = animal.parts["mane"]
     neck = animal.parts["neck"]
     base = ends.chest + np.array([-0.02, 0.0, 0.36 * animal.parts["body"]["chest"]])
     way = unit(head.poll - base)
@@ -125,14 +127,17 @@ class _Ends:
 
 
 def _scaled(limb: Limb, k: float) -> Limb:
-    a, b = k * np.asarray(limb.a, float), k * np.asarray(limb.b, float)
+    a = k * np.asarray(limb.a, float)
+    b = k * np.asarray(limb.b, float)
     return Limb(a, b, k * limb.radius_a, k * limb.radius_b, limb.width)
 
 
 def _trunk(animal: Animal) -> tuple[list[Limb], _Ends]:
     body = animal.parts["body"]
     half = body["length"] / 2
-    chest_r, belly_r, rump_r = body["chest"] / 2, body["belly"] / 2, body["rump"] / 2
+    chest_r = body["chest"] / 2
+    belly_r = body["belly"] / 2
+    rump_r = body["rump"] / 2
     chest = np.array([half - 0.02, 0.0, 1.0 - chest_r])
     hip = np.array([-half, 0.0, body["rump_height"] - rump_r])
     top = 0.5 * (1.0 + body["rump_height"]) - 0.02
@@ -152,8 +157,10 @@ def _trunk(animal: Animal) -> tuple[list[Limb], _Ends]:
 
 def _legs(animal: Animal, ends: _Ends) -> tuple[list[Limb], list[Shape]]:
     """Return the legs, and feet apart: paws as the coat's socks, hooves of horn."""
-    legs, k = animal.parts["legs"], animal.shoulder_m
-    y, foot = legs["stance"], legs["foot"]
+    legs = animal.parts["legs"]
+    k = animal.shoulder_m
+    y = legs["stance"]
+    foot = legs["foot"]
     swing = animal.parts["stride"] / 2
     paws = bool(animal.parts.get("paws"))
     limbs: list[Limb] = []
@@ -181,7 +188,9 @@ def _legs(animal: Animal, ends: _Ends) -> tuple[list[Limb], list[Shape]]:
 
 
 def _fore(ends: _Ends, legs: Mapping[str, float], step: float) -> tuple[list[Any], list[float]]:
-    x, floor, foot = ends.chest[0] + 0.02, ends.floor, legs["foot"]
+    x = ends.chest[0] + 0.02
+    floor = ends.floor
+    foot = legs["foot"]
     path = [
         (x - 0.04, 0.75, floor + 0.20),
         (x - 0.05 + 0.15 * step, 0.95, floor + 0.02),
@@ -194,7 +203,9 @@ def _fore(ends: _Ends, legs: Mapping[str, float], step: float) -> tuple[list[Any
 
 
 def _hind(ends: _Ends, legs: Mapping[str, float], step: float) -> tuple[list[Any], list[float]]:
-    x, floor, foot = ends.hip[0] + 0.02, ends.floor, legs["foot"]
+    x = ends.hip[0] + 0.02
+    floor = ends.floor
+    foot = legs["foot"]
     path = [
         (x, 0.85, ends.hip[2] - 0.02),
         (x + 0.09 + 0.2 * step, 1.05, floor + 0.06),
@@ -207,7 +218,8 @@ def _hind(ends: _Ends, legs: Mapping[str, float], step: float) -> tuple[list[Any
 
 
 def _neck(animal: Animal, ends: _Ends) -> tuple[list[Limb], Head]:
-    neck, head = animal.parts["neck"], animal.parts["head"]
+    neck = animal.parts["neck"]
+    head = animal.parts["head"]
     angle = np.radians(neck["down"] if animal.grazes else neck["up"])
     droop = np.radians((35.0 if animal.grazes else 0.0) + head["droop"])
     aside = 0.5 * animal.turn
@@ -230,7 +242,8 @@ def _neck(animal: Animal, ends: _Ends) -> tuple[list[Limb], Head]:
 
 
 def _tail(animal: Animal, ends: _Ends) -> list[Shape]:
-    tail, k = animal.parts["tail"], animal.shoulder_m
+    tail = animal.parts["tail"]
+    k = animal.shoulder_m
     angle = np.radians(tail["angle"])
     rump = animal.parts["body"]["rump"] / 2
     high = 0.72 if tail.get("root") == "high" else 0.55

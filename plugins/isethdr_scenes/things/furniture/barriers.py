@@ -67,7 +67,8 @@ def _posts(
 def _guard_rail(length: float, height: float, detail: Detail) -> list[Piece]:
     out, up = np.array(W_BEAM).T
     if detail == "far":
-        out, up = out[[0, 2, 4, 5, 7, 9]], up[[0, 2, 4, 5, 7, 9]]
+        out = out[[0, 2, 4, 5, 7, 9]]
+        up = up[[0, 2, 4, 5, 7, 9]]
     back = -DEPTH_M["guard_rail"] / 2
     y = np.array([-length / 2, length / 2])
     along, outward = np.meshgrid(y, out, indexing="ij")

@@ -18,7 +18,8 @@ from .parts import boxes, families_of, numbers
 from .roofs import Roof, roof_pieces
 
 GROUND_M = 0.6  # walls below the ground
-SHOP_HEIGHT_M, SHOP_SILL_M = 2.2, 0.35
+SHOP_HEIGHT_M = 2.2
+SHOP_SILL_M = 0.35
 DOOR_M = (1.05, 2.1)
 CHIMNEY_M = (0.6, 0.6, 0.7)  # depth, width, height above the ridge
 
@@ -51,7 +52,8 @@ def build(thing: Thing, detail: Detail) -> Assembly:
     """Return the mesh of a building."""
     n, roof = _plan(thing.family, thing.variant)
     rng = np.random.default_rng([thing.variant, 1])
-    walls, covers = n["walls"].split(), n["covers"].split()
+    walls = n["walls"].split()
+    covers = n["covers"].split()
     wall = walls[int(rng.integers(len(walls)))]
     cover = covers[int(rng.integers(len(covers)))]
     size = (roof.depth_m, roof.width_m, roof.walls_m + GROUND_M)
@@ -76,7 +78,8 @@ def _front(front: Front, n: dict, bays: int, rng: np.random.Generator, detail: D
     places = front.width_m * ((np.arange(bays) + 0.5) / bays - 0.5)
     first = n["plinth_m"] + n["floor_m"] * (np.arange(n["floors"]) + 0.52)
     column, row = np.meshgrid(np.arange(bays), np.arange(n["floors"]))
-    column, row = column.ravel(), row.ravel()
+    column = column.ravel()
+    row = row.ravel()
     lit = rng.random(len(column)) < (n["lit"] if front.name != "back" else 0.0)
     cd_m2 = float(rng.uniform(6.0, 16.0))
     pieces = []

@@ -10,7 +10,10 @@ from ...geometry.mesh.piece import Piece
 from ..thing import Detail
 from .parts import boxes, quads, shining
 
-FRAME_M, SILL_M, BAR_M = 0.07, 0.12, 0.05  # width of a frame; depth of a sill; width of a bar
+# width of a frame; depth of a sill; width of a bar
+FRAME_M = 0.07
+SILL_M = 0.12
+BAR_M = 0.05
 PANE_OUT_M = {"near": 0.035, "middle": 0.035, "far": 0.012}  # of a pane before its wall
 
 
@@ -64,7 +67,8 @@ def windows(front: Front, openings: Openings, detail: Detail) -> list[Piece]:
     if not len(o.right_m):
         return []
     out = PANE_OUT_M[detail]
-    half_w, half_h = o.width_m / 2, o.height_m / 2
+    half_w = o.width_m / 2
+    half_h = o.height_m / 2
     corners = np.stack(
         [
             front.at(o.right_m + sign_r * half_w, o.up_m + sign_z * half_h, out)

@@ -9,7 +9,9 @@ import numpy as np
 from ...geometry.mesh.piece import Piece, flat
 from .parts import boxes, quads
 
-PARAPET_M, CORNICE_M = 0.40, 0.25  # height above the walls, and reach beyond them
+# height above the walls, and reach beyond them
+PARAPET_M = 0.40
+CORNICE_M = 0.25
 FASCIA_M = 0.16
 
 
@@ -39,12 +41,16 @@ class Roof:
 
 def roof_pieces(roof: Roof, material: str, wall: str) -> list[Piece]:
     """Return the pieces of a roof."""
-    depth, width, walls = roof.depth_m, roof.width_m, roof.walls_m
+    depth = roof.depth_m
+    width = roof.width_m
+    walls = roof.walls_m
     if roof.kind == "flat":
         cornice = (depth + 2 * CORNICE_M, width + 2 * CORNICE_M, PARAPET_M)
         return [boxes((0, 0, walls + PARAPET_M / 2), cornice, "parapet", "concrete")]
-    reach, low = roof.eaves_m, walls - roof.slope * roof.eaves_m
-    x, y = depth / 2 + reach, width / 2 + reach
+    reach = roof.eaves_m
+    low = walls - roof.slope * roof.eaves_m
+    x = depth / 2 + reach
+    y = width / 2 + reach
     ridge_y = y if roof.kind == "gable" else max(width / 2 - depth / 2, 0.2)
     top = roof.top_m
     front = [(x, -y, low), (x, y, low), (0, ridge_y, top), (0, -ridge_y, top)]

@@ -57,7 +57,8 @@ def extent(name: str, radius_m: float) -> tuple[float, float, float]:
     """Return (width, bottom, top) of a face about its middle, m."""
     entry = sign_data(name)
     corners = radius_m * outline(entry["shape"], entry.get("aspect", 1.0))
-    low, high = corners.min(0), corners.max(0)
+    low = corners.min(0)
+    high = corners.max(0)
     return float(high[0] - low[0]), float(low[1]), float(high[1])
 
 
@@ -85,7 +86,8 @@ def face(name: str, radius_m: float, at) -> list[Piece]:
 
 def _inside(rim: np.ndarray, width: float) -> np.ndarray:
     """Return a convex outline moved inwards by `width`, in half widths of the panel."""
-    before, after = np.roll(rim, 1, 0), np.roll(rim, -1, 0)
+    before = np.roll(rim, 1, 0)
+    after = np.roll(rim, -1, 0)
     one = (rim - before) / np.linalg.norm(rim - before, axis=1, keepdims=True)
     two = (after - rim) / np.linalg.norm(after - rim, axis=1, keepdims=True)
     sine = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
@@ -102,7 +104,8 @@ def _figure(figure: dict, radius_m: float, at) -> list[Piece]:
 def _patches(figure: dict) -> list[np.ndarray]:
     """Return the convex patches (n, 2) of one figure, in half widths of the panel."""
     if "picture" in figure:
-        scale, mirror = float(figure.get("scale", 1.0)), -1.0 if figure.get("mirror") else 1.0
+        scale = float(figure.get("scale", 1.0))
+        mirror = -1.0 if figure.get("mirror") else 1.0
         middle = np.asarray(figure.get("at", (0.0, 0.0)), float)
         inner = [p for f in read(FILE)["pictures"][figure["picture"]] for p in _patches(f)]
         turned = [p[::-1] if mirror < 0 else p for p in inner]

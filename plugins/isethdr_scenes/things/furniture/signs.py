@@ -13,8 +13,12 @@ from ..ranges import drawn, generator, read
 from ..thing import Detail, Thing
 from .sign_faces import FILE, extent, face, sign_data
 
-POST_M, FOOT_M = 0.032, 0.4  # radius; below the ground
-CLAMP_M, FACE_M = 0.024, 0.012  # depth between post and panel; of all layers
+# radius; below the ground
+POST_M = 0.032
+FOOT_M = 0.4
+# depth between post and panel; of all layers
+CLAMP_M = 0.024
+FACE_M = 0.012
 
 
 def shares() -> dict[str, float]:

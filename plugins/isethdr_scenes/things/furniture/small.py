@@ -12,7 +12,9 @@ from .waiting import bus_stop, bus_stop_size
 
 FOOT_M = 0.2  # below the ground
 SIDES: dict[Detail, int] = {"near": 18, "middle": 12, "far": 8}
-HOOP_STEP_M, HOOP_M, HOOP_WIDTH_M = 0.8, 0.8, 0.05
+HOOP_STEP_M = 0.8
+HOOP_M = 0.8
+HOOP_WIDTH_M = 0.05
 
 
 def shares() -> dict[str, float]:
@@ -59,7 +61,8 @@ def build(thing: Thing, detail: Detail) -> Assembly:
 
 
 def _bollard(n: dict, detail: Detail) -> list[Piece]:
-    top, sides = n["height_m"], SIDES[detail]
+    top = n["height_m"]
+    sides = SIDES[detail]
     body = [(0.0, -FOOT_M), (0.075, -FOOT_M), (0.075, top - 0.06), (0.08, top - 0.05)]
     ring = [(0.078, top - 0.24), (0.078, top - 0.14)]
     return [
@@ -80,7 +83,8 @@ def _marker_post(n: dict, detail: Detail) -> list[Piece]:
 
 
 def _litter_bin(n: dict, detail: Detail) -> list[Piece]:
-    top, sides = n["height_m"], SIDES[detail]
+    top = n["height_m"]
+    sides = SIDES[detail]
     return [
         lathe(
             [(0.0, -0.02), (0.18, -0.02), (0.20, 0.75 * top), (0.0, 0.75 * top)],
@@ -102,7 +106,8 @@ def _litter_bin(n: dict, detail: Detail) -> list[Piece]:
 
 def _wheeled_bin(n: dict, detail: Detail) -> list[Piece]:
     top = n["height_m"]
-    x, y = np.array([-0.27, 0.27, 0.27, -0.27]), np.array([-0.25, -0.25, 0.25, 0.25])
+    x = np.array([-0.27, 0.27, 0.27, -0.27])
+    y = np.array([-0.25, -0.25, 0.25, 0.25])
     rings = [np.stack([k * x, k * y, 0 * x + z], 1) for k, z in ((0.82, 0.06), (1.0, top - 0.12))]
     return [
         grid(np.stack(rings, 1), "body", "bin_green", close_u=True, smooth=False),
@@ -145,8 +150,11 @@ def _bench(n: dict, detail: Detail) -> list[Piece]:
 
 def _bicycle_stand(n: dict, detail: Detail) -> list[Piece]:
     """Hoops across the row, which runs along y."""
-    count, radius = int(n["hoops"]), HOOP_WIDTH_M / 2
-    half, top, bend = HOOP_M / 2 - radius, 0.80 - radius, 0.15
+    count = int(n["hoops"])
+    radius = HOOP_WIDTH_M / 2
+    half = HOOP_M / 2 - radius
+    top = 0.80 - radius
+    bend = 0.15
     turn = np.linspace(0, np.pi / 2, {"near": 5, "middle": 3, "far": 2}[detail])
     rise = np.stack([-half + bend * (1 - np.cos(turn)), top - bend + bend * np.sin(turn)], 1)
     side = np.concatenate([[(-half, -FOOT_M)], rise])
@@ -160,7 +168,8 @@ def _bicycle_stand(n: dict, detail: Detail) -> list[Piece]:
 
 
 def _cone(n: dict, detail: Detail) -> list[Piece]:
-    top, sides = n["height_m"], SIDES[detail]
+    top = n["height_m"]
+    sides = SIDES[detail]
     slope = lambda z: 0.14 + (0.03 - 0.14) * z / top
     bands = [(0.42, 0.58), (0.70, 0.84)]
     return [
@@ -181,7 +190,9 @@ def _cone(n: dict, detail: Detail) -> list[Piece]:
 
 def _board(n: dict, detail: Detail) -> list[Piece]:
     """A board of road works with slanted stripes of red and white, looking along +x."""
-    top, bottom, half = n["height_m"], 0.35, 0.125
+    top = n["height_m"]
+    bottom = 0.35
+    half = 0.125
     stripe = (top - bottom) / 6
     corners = []
     for k in range(6):

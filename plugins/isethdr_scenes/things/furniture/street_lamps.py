@@ -13,7 +13,9 @@ from ...lamps import KINDS
 from ..thing import Detail, Thing
 from .parts import families_of, numbers, quads, shining, upright
 
-POLE_RADIUS_M, HEAD_LENGTH_M, HEAD_HALF_HEIGHT_M = 0.10, 0.70, 0.07
+POLE_RADIUS_M = 0.10
+HEAD_LENGTH_M = 0.70
+HEAD_HALF_HEIGHT_M = 0.07
 LENS_M = (0.48, 0.20, 0.012)  # along the arm, across it, height
 FOOT_M = 0.3  # of a pole below the ground, for slopes
 TILT_DEG = 5.0  # of the axis of a luminaire towards the road
@@ -62,7 +64,8 @@ def _pole(tall: float, foot: float, top: float, sides: int) -> list[Piece]:
 
 
 def _mast_arm(n: dict, sides: int) -> Assembly:
-    tall, reach = n["height_m"], n["reach_m"]
+    tall = n["height_m"]
+    reach = n["reach_m"]
     t = np.linspace(0, np.pi / 2, max(4, sides // 2))
     rise = min(0.9, reach)
     arm = np.stack([reach * (1 - np.cos(t)), 0 * t, tall - rise + rise * np.sin(t)], 1)
@@ -128,7 +131,8 @@ def _candela(kind: str) -> float:
 def _lens(centre, kind: str, outwards_deg: float, name: str) -> Piece:
     """Return a lens that faces down, whose beam is turned towards +x."""
     x, y, z = centre
-    half_x, half_y = LENS_M[0] / 2, LENS_M[1] / 2
+    half_x = LENS_M[0] / 2
+    half_y = LENS_M[1] / 2
     corners = [
         (x - half_x, y - half_y, z),
         (x - half_x, y + half_y, z),

@@ -21,9 +21,13 @@ STATES = {
     "amber": ("signal_amber",),
 }
 HEAD_M = (0.20, 0.32, 0.96)  # depth, width, height of the housing
-LENS_M, STEP_M = 0.10, 0.31  # radius of a lens, distance of their middles
+# radius of a lens, distance of their middles
+LENS_M = 0.10
+STEP_M = 0.31
 HOOD_M = 0.18
-POLE_M, MAST_M = 0.06, 0.12  # radius
+# radius
+POLE_M = 0.06
+MAST_M = 0.12
 COLOURS = (
     ("signal_red", "lamp_red"),
     ("signal_amber", "lamp_amber"),
@@ -61,7 +65,8 @@ def build(thing: Thing, detail: Detail) -> Assembly:
     """Return the mesh of a traffic light."""
     n, _ = numbers(thing.family, thing.variant)
     sides = {"near": 20, "middle": 12, "far": 8}[detail]
-    height, length = n["height_m"], thing.size_m[0]
+    height = n["height_m"]
+    length = thing.size_m[0]
     out = Assembly(thing.family)
     if thing.family == "signal_post":
         pole_x = POLE_M - length / 2
@@ -70,7 +75,8 @@ def build(thing: Thing, detail: Detail) -> Assembly:
             tube([(pole_x, 0, -FOOT_M), (pole_x, 0, top - 0.02)], POLE_M, "pole", "galvanised", 10)
         )
         return out.add(*_head((pole_x + POLE_M + HEAD_M[0] / 2, 0.0, height), sides))
-    pole_x, pole_y = MAST_M - length / 2, pole_y_m(thing)
+    pole_x = MAST_M - length / 2
+    pole_y = pole_y_m(thing)
     end_y = pole_y + n["reach_m"]
     path = [(pole_x, pole_y, height), (pole_x, end_y, height)]
     radii = [0.07, 0.05]

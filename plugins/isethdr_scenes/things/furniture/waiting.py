@@ -8,7 +8,8 @@ from ..thing import Detail
 from .parts import boxes, quads, shining
 from .sign_faces import face
 
-DEPTH_M, TOP_M = 1.6, 2.5
+DEPTH_M = 1.6
+TOP_M = 2.5
 POST_Y_M = 0.5  # from the shelter to the post of the sign
 PANEL_M = (1.1, 1.6)  # width, height of the lit panel
 SIGN_TOP_M = 2.9
@@ -25,14 +26,19 @@ def bus_stop(n: dict, detail: Detail) -> list[Piece]:
 
     The lit panel closes the right end, as seen from the road.
     """
-    length, width = n["length_m"], bus_stop_size(n)[1]
-    low, high = -width / 2, -width / 2 + length  # y of the shelter's ends
-    back, front = -DEPTH_M / 2, DEPTH_M / 2
+    length = n["length_m"]
+    width = bus_stop_size(n)[1]
+    # y of the shelter's ends
+    low = -width / 2
+    high = -width / 2 + length
+    back = -DEPTH_M / 2
+    front = DEPTH_M / 2
     posts = [
         (x, y, TOP_M / 2) for x in (back + 0.05, front - 0.35) for y in (low + 0.05, high - 0.05)
     ]
     middle = (low + high) / 2
-    x, half = back + 0.05, length / 2 - 0.1
+    x = back + 0.05
+    half = length / 2 - 0.1
     # one sheet: thin glass needs no second side
     glass = [
         (x, middle + a * half, 1.2 + b * 0.95) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))
@@ -50,7 +56,8 @@ def bus_stop(n: dict, detail: Detail) -> list[Piece]:
         ),
     ]
     wide, tall = PANEL_M
-    y, z = high - 0.15, 0.4 + tall / 2
+    y = high - 0.15
+    z = 0.4 + tall / 2
     pieces.append(boxes((0, y, z), (wide + 0.1, 0.16, tall + 0.1), "box", "metal_grey"))
     for side in (1, -1):
         at = y + side * 0.082

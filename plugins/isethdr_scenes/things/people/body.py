@@ -8,10 +8,12 @@ import numpy as np
 
 from ...geometry.mesh.piece import unit
 
-TALL_M = 1.76  # height at which lengths of clothes and radii are given
+# height of the body for which the lengths of clothes and all radii are given
+TALL_M = 1.76
 HEAD_M = 0.235  # head of that height, chin to crown
 ANKLE_M = 0.087  # ankle over the sole
-UP, LEFT = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+UP = np.array([0.0, 0.0, 1.0])
+LEFT = np.array([0.0, 1.0, 0.0])
 SIDES = (("l", 1.0), ("r", -1.0))
 Joints = dict[str, np.ndarray]
 
@@ -96,7 +98,8 @@ def walking(phase: float, stride_deg: float, arms_deg: float = 22.0) -> Pose:
     sides = []
     for shift in (0.0, 0.5):
         at = (phase + shift) % 1.0
-        c, s = np.cos(2 * np.pi * at), np.sin(2 * np.pi * at)
+        c = np.cos(2 * np.pi * at)
+        s = np.sin(2 * np.pi * at)
         vigour = stride_deg / 26.0
         knee = 6 + vigour * (36 * max(0.0, -s) ** 1.5 + 12 * max(0.0, -c))
         sides.append(
@@ -148,7 +151,8 @@ def joints(body: Body, pose: Pose) -> Joints:
             f"foot_{tag}": unit(np.array([np.cos(pitch), 0.13 * side, np.sin(pitch)])),
         }
         shoulder = out[f"shoulder_{tag}"]
-        arm, outward = np.radians(limbs.arm) + 0.4 * lean, np.radians(limbs.arm_out)
+        arm = np.radians(limbs.arm) + 0.4 * lean
+        outward = np.radians(limbs.arm_out)
         upper = unit(np.array([np.sin(arm), side * np.tan(outward), -np.cos(arm)]))
         elbow = shoulder + body.upper_arm_m * upper
         fore = arm + np.radians(limbs.elbow)
@@ -166,7 +170,8 @@ def spine(body: Body, pelvis: np.ndarray, lean: float) -> Joints:
     stoop = np.radians(body.stoop_deg)
     lower = np.array([np.sin(lean), 0.0, np.cos(lean)])
     upper = np.array([np.sin(lean + 0.9 * stoop), 0.0, np.cos(lean + 0.9 * stoop)])
-    torso, head = body.torso_m, body.head_scale
+    torso = body.torso_m
+    head = body.head_scale
     middle = pelvis + 0.5 * torso * lower
     ahead = np.array([upper[2], 0.0, -upper[0]])
     neck = middle + 0.5 * torso * upper + 0.02 * body.scale * ahead

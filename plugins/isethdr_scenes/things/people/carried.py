@@ -28,8 +28,10 @@ def _axes(up: np.ndarray) -> np.ndarray:
 
 
 def _on_the_back(kind: str, material: str, body: Body, j: Joints) -> list[Shape]:
-    k, axes = body.scale, _axes(unit(j["neck"] - j["chest"]))
-    ahead, up = axes[:, 0], axes[:, 2]
+    k = body.scale
+    axes = _axes(unit(j["neck"] - j["chest"]))
+    ahead = axes[:, 0]
+    up = axes[:, 2]
     size = np.array([0.17, 0.30, 0.42]) * k
     if kind == "satchel":
         size = np.array([0.19, 0.32, 0.34]) * k * 1.1
@@ -65,7 +67,8 @@ def _hand(j: Joints, tag: str, body: Body) -> np.ndarray:
 
 
 def _carrier_bag(material: str, body: Body, j: Joints) -> list[Shape]:
-    k, hand = body.scale, _hand(j, "l", body)
+    k = body.scale
+    hand = _hand(j, "l", body)
     high = min(0.34 * k, hand[2] - 0.20 * k)
     centre = hand - np.array([0.0, 0.0, 0.12 * k + high / 2])
     bag = Block("carrier_bag", material, centre, (0.28 * k, 0.10 * k, high), 0.02 * k)
@@ -79,7 +82,8 @@ def _carrier_bag(material: str, body: Body, j: Joints) -> list[Shape]:
 
 def _stick(body: Body, j: Joints) -> list[Shape]:
     """Return a walking stick from the right hand to the ground that the lower foot stands on."""
-    k, hand = body.scale, _hand(j, "r", body)
+    k = body.scale
+    hand = _hand(j, "r", body)
     ground = min(j["ankle_l"][2], j["ankle_r"][2]) - 0.080 * k
     foot = np.array([hand[0] + 0.10 * k, hand[1] - 0.06 * k, ground])
     shaft = Rod("stick", "wood", (hand, foot), (0.012, 0.011))

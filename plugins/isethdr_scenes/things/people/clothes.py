@@ -77,7 +77,8 @@ def _shin_band(j: Joints, k: float) -> Values:
     def inside(points: np.ndarray) -> np.ndarray:
         out = np.full(len(points), 9.0)
         for tag, _ in SIDES:
-            knee, ankle = j[f"knee_{tag}"], j[f"ankle_{tag}"]
+            knee = j[f"knee_{tag}"]
+            ankle = j[f"ankle_{tag}"]
             way = unit(ankle - knee)
             along = (points - knee) @ way
             beside = np.linalg.norm(points - knee - along[:, None] * way, axis=1)
@@ -89,11 +90,13 @@ def _shin_band(j: Joints, k: float) -> Values:
 
 
 def _shorts(outfit: Outfit, body: Body, j: Joints, seed: int) -> Mass:
-    g, k = body.girth * body.scale, body.scale
+    g = body.girth * body.scale
+    k = body.scale
     hips = j["pelvis"] + [0.0, 0.0, 0.02 * k]
     limbs = [Limb(hips + LEFT * 0.055 * k, hips - LEFT * 0.055 * k, 0.102 * g, 0.102 * g)]
     for tag, _ in SIDES:
-        hip, knee = j[f"hip_{tag}"], j[f"knee_{tag}"]
+        hip = j[f"hip_{tag}"]
+        knee = j[f"knee_{tag}"]
         limbs.append(Limb(hip, hip + 0.86 * (knee - hip), 0.095 * g, 0.094 * g))
     return Mass("shorts", outfit.lower, tuple(limbs), 0.03 * k, STEP_M * k, 0.008 * k, seed)
 
@@ -118,7 +121,8 @@ def _sleeve_of_cloth(
     """Return cloth from the waist (half x, half y) down to height `low`, wide enough for the
     legs.
     """
-    k, g = body.scale, body.girth * body.scale
+    k = body.scale
+    g = body.girth * body.scale
     start = j["pelvis"] + j["up"] * 0.13 * k
     hip = j["pelvis"] - [0, 0, 0.02 * k]
     rings = [Ring(start, waist[0] * g, waist[1] * g)]
@@ -141,7 +145,8 @@ def _skirt(outfit: Outfit, body: Body, j: Joints) -> Loft:
 
 
 def _top(outfit: Outfit, body: Body, j: Joints, seed: int) -> list[Shape]:
-    k, g = body.scale, body.girth * body.scale * outfit.loose
+    k = body.scale
+    g = body.girth * body.scale * outfit.loose
     up = unit(j["neck"] - j["chest"])
     ahead = np.array([up[2], 0.0, -up[0]])
     dressed = outfit.lower_kind in ("skirt", "dress")
@@ -209,7 +214,8 @@ def _band(chest: np.ndarray, up: np.ndarray, at: float) -> Values:
 
 
 def _bare_arms(outfit: Outfit, body: Body, j: Joints) -> Mass:
-    k, g = body.scale, (0.5 + 0.5 * body.girth) * body.scale
+    k = body.scale
+    g = (0.5 + 0.5 * body.girth) * body.scale
     limbs = []
     for tag, _ in SIDES:
         shoulder, elbow, wrist = (j[f"{part}_{tag}"] for part in ("shoulder", "elbow", "wrist"))
@@ -219,7 +225,8 @@ def _bare_arms(outfit: Outfit, body: Body, j: Joints) -> Mass:
 
 
 def _hand(outfit: Outfit, body: Body, j: Joints, tag: str, side: float) -> Mass:
-    k, wrist = body.scale, j[f"wrist_{tag}"]
+    k = body.scale
+    wrist = j[f"wrist_{tag}"]
     way = unit(wrist - j[f"elbow_{tag}"])
     ahead = unit(np.array([1.0, 0.0, 0.0]) - way * way[0])
     palm = wrist + way * 0.035 * k
@@ -240,7 +247,8 @@ def _hand(outfit: Outfit, body: Body, j: Joints, tag: str, side: float) -> Mass:
 def _shoe(outfit: Outfit, body: Body, j: Joints, tag: str) -> Mass:
     """Return a shoe whose limbs all touch the plane of its sole."""
     k = body.scale
-    ankle, along = j[f"ankle_{tag}"], j[f"foot_{tag}"]
+    ankle = j[f"ankle_{tag}"]
+    along = j[f"foot_{tag}"]
     across = unit(np.cross(along, np.cross([0.0, 0.0, 1.0], along)))
     point = lambda x, radius: ankle + k * (x * along - (ANKLE_M - radius) * across)
     limbs = (

@@ -87,7 +87,8 @@ def _face(look: HeadLook, place: _Place, neck: np.ndarray) -> list[Shape]:
     skull = (*(place.limb(*told) for told in SKULL), throat)
     shapes: list[Shape] = [Mass("head", look.skin, skull, 0.025 * k, STEP_M * k)]
     for side in (1, -1):
-        eye, brow = place.point(0.081, side * 0.031, 0.012), place.point(0.086, side * 0.033, 0.033)
+        eye = place.point(0.081, side * 0.031, 0.012)
+        brow = place.point(0.086, side * 0.033, 0.033)
         size = (0.010 * k, 0.014 * k, 0.008 * k)
         shapes.append(Ball("eye", "plastic_black", eye, size, "middle"))
         shapes.append(Ball("brow", look.hair, brow, (0.010 * k, 0.020 * k, 0.005 * k), "near"))
@@ -130,7 +131,8 @@ def _dome(place: _Place, name: str, material: str, limbs: tuple, low: float, til
 
 
 def _hat(look: HeadLook, place: _Place) -> list[Shape]:
-    k, material = place.scale, look.hat_material
+    k = place.scale
+    material = look.hat_material
     crown = (((-0.03, 0, 0.050), (0.018, 0, 0.052), 0.104, 0.098),)
     if look.hat == "beanie":
         crown = (*crown, ((-0.03, 0, 0.08), (-0.01, 0, 0.08), 0.095, 0.095))

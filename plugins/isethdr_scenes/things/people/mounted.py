@@ -59,7 +59,8 @@ def _leg(
     body: Body, pelvis: np.ndarray, position: RidingPosition, side: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return hip, ankle and the direction of the foot."""
-    k, pitch = body.scale, np.radians(FOOT_DEG)
+    k = body.scale
+    pitch = np.radians(FOOT_DEG)
     hip = pelvis + [0.0, side * 0.052 * body.height_m, -0.03 * k]
     foot = np.array([np.cos(pitch), 0.0, np.sin(pitch)])
     across = np.array([-foot[2], 0.0, foot[0]])
@@ -90,7 +91,8 @@ def _arm(
     body: Body, shoulder: np.ndarray, grip: np.ndarray, side: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return elbow and wrist of an arm whose closed hand is around the grip."""
-    bend, palm = np.array([-0.2, 0.6 * side, -1.0]), PALM_M * body.scale
+    bend = np.array([-0.2, 0.6 * side, -1.0])
+    palm = PALM_M * body.scale
     wrist = grip - palm * unit(grip - shoulder)
     for _ in range(8):  # the hand follows the forearm, which follows the hand
         elbow = two_bone(shoulder, wrist, body.upper_arm_m, body.forearm_m, bend)

@@ -33,7 +33,7 @@ class Ridden(Protocol):
         """Return a two-wheeler."""
 
     def build(self, thing: Thing, detail: Detail) -> Assembly:
-        """Return its mesh, centred in x and y on z = 0."""
+        """Return the mesh of a two-wheeler, centred in x and y, standing on z = 0."""
 
     def riding_position(self, thing: Thing) -> RidingPosition:
         """Return where its rider touches it."""

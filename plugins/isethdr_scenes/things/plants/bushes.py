@@ -31,7 +31,8 @@ def thing(family: str, variant: int) -> Thing:
     """Return a bush of a family; the same variant, the same bush."""
     told = _told(family, variant)
     # a hedge is as long as it looks wide from the road
-    length, width = told["length_m"], told["width_m"]
+    length = told["length_m"]
+    width = told["width_m"]
     size = (round(length, 3), round(width, 3), round(told["height_m"], 3))
     return Thing(family, variant, "vegetation", size, GROUP)
 

@@ -78,8 +78,10 @@ def _told(kind: str, family: str, variant: int) -> dict[str, Any]:
 def _patch(told: dict[str, Any], detail: Detail, name: str) -> Assembly:
     rng = np.random.default_rng(told["seed"])
     count = told["blades"]
-    side, height = told["length_m"], told["height_m"]
-    away, azimuth = side / 2 * np.sqrt(rng.uniform(0, 1, count)), rng.uniform(0, 2 * np.pi, count)
+    side = told["length_m"]
+    height = told["height_m"]
+    away = side / 2 * np.sqrt(rng.uniform(0, 1, count))
+    azimuth = rng.uniform(0, 2 * np.pi, count)
     roots = np.column_stack([away * np.cos(azimuth), away * np.sin(azimuth), np.zeros(count)])
     shown = max(40, round(SHOWN[detail] * count))
     made = grass(roots[:shown], name, height, told["seed"], told["dry"])

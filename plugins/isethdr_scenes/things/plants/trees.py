@@ -115,7 +115,8 @@ def _on(bough: _Bough, t: float) -> np.ndarray:
 
 def _boughs(told: dict[str, Any], trunk: _Bough, rng: np.random.Generator) -> list[_Bough]:
     """Return boughs from the trunk to the outline of the crown."""
-    height, count = told["height_m"], told["boughs"]
+    height = told["height_m"]
+    count = told["boughs"]
     profile = np.asarray(told["profile"], float)
     reach = told["width"] * height / 2
     base = told["base"] * height
@@ -222,7 +223,8 @@ def _leaves(
     told: dict[str, Any], boughs: list[_Bough], twigs: list[_Bough], rng: np.random.Generator
 ) -> Leaves:
     """Return the leaves about twigs and the outer boughs, in random order."""
-    count, height = told["leaves"], told["height_m"]
+    count = told["leaves"]
+    height = told["height_m"]
     bearers = [*twigs, *boughs]
     lengths = np.array([np.linalg.norm(b.path[-1] - b.path[0]) for b in bearers])
     lengths[len(twigs) :] *= 0.5

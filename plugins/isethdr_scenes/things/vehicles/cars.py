@@ -12,7 +12,9 @@ from ..ranges import drawn, generator, one_of, read
 from ..thing import Detail, Thing
 
 FILE = "cars.yaml"
-PLATE_M, MIRROR_M = 0.0425, 0.165  # beyond the body: at each end, at each side
+# beyond the body: at each end, at each side
+PLATE_M = 0.0425
+MIRROR_M = 0.165
 CELL_M: dict[Detail, float] = {"middle": 0.05, "far": 0.10}
 
 
@@ -39,7 +41,9 @@ def shape_of(family: str, variant: int) -> Car:
     """
     rng = generator(family, variant)
     given = drawn(read(FILE)["families"][family], rng)
-    length, width, height = given["length_m"], given["width_m"], given["height_m"]
+    length = given["length_m"]
+    width = given["width_m"]
+    height = given["height_m"]
     along = lambda points: tuple((u * length, z * height) for u, z in points)
     return Car(
         length=length,

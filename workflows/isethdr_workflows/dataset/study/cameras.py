@@ -59,8 +59,10 @@ def imaged(dataset: Generated, overrides: Sequence[str], tell: Callable[[str], N
     made = dataset.made
     for family in {record.family: record for record in made}.values():
         chain(compose(settings_of(family, overrides)))
-    shots, failed = [], []
-    started, computed = time.monotonic(), 0
+    shots = []
+    failed = []
+    started = time.monotonic()
+    computed = 0
     for place, record in enumerate(made, 1):
         begun = time.monotonic()
         line = f"scene {record.number + 1}, {place} of {len(made)}: "

@@ -30,7 +30,9 @@ from .tables import (
     seen_objects,
 )
 
-PAGE, TABLE, OBJECTS = "scores.html", "scores.csv", "objects.csv"
+PAGE = "scores.html"
+TABLE = "scores.csv"
+OBJECTS = "objects.csv"
 TEMPLATES = Path(__file__).parents[1] / "templates"
 COLOURS = ("#2563eb", "#d97706", "#059669", "#9333ea", "#dc2626", "#0891b2")
 HEAD = ("table", "row", "camera", "value", "low", "high", "values", "roads")
@@ -58,7 +60,8 @@ class Bar:
 
 def tables_of(imaged: Imaged) -> Tables:
     """Return all tables."""
-    cameras, seen = cameras_of(imaged.shots), seen_objects(imaged.shots)
+    cameras = cameras_of(imaged.shots)
+    seen = seen_objects(imaged.shots)
     objects = {
         "class": by_class(seen, cameras),
         "distance": by_distance(seen, cameras),
@@ -69,7 +72,8 @@ def tables_of(imaged: Imaged) -> Tables:
 
 def write_files(dataset: Generated, imaged: Imaged, overrides: Sequence[str]) -> list[Path]:
     """Write page and tables into the folder of a dataset, and return their paths."""
-    folder, tables = folder_of(dataset.definition.name), tables_of(imaged)
+    folder = folder_of(dataset.definition.name)
+    tables = tables_of(imaged)
     written = {
         PAGE: page(dataset, imaged, tables, overrides),
         TABLE: csv_text(HEAD, summary_rows(tables)),

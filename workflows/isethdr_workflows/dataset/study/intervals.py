@@ -50,12 +50,14 @@ def mean_over_roads(
     number: dict[Hashable, int] = {}
     place = np.array([number.setdefault(road, len(number)) for _, road in kept])
     numbers = np.array([value for value, _ in kept], float)
-    count, of_roads = len(numbers), len(number)
+    count = len(numbers)
+    of_roads = len(number)
     mean = float(numbers.mean())
     if of_roads < 2:
         return Mean(mean, math.nan, math.nan, count, of_roads)
     deviations = np.bincount(place, numbers - mean, of_roads)
     error = math.sqrt(of_roads / (of_roads - 1) * float(deviations @ deviations)) / count
     half = float(t.ppf(0.5 + LEVEL / 2, of_roads - 1)) * error
-    low, high = max(mean - half, limits[0]), min(mean + half, limits[1])
+    low = max(mean - half, limits[0])
+    high = min(mean + half, limits[1])
     return Mean(mean, low, high, count, of_roads)

@@ -137,7 +137,8 @@ def _rows(
         means = []
         for camera in cameras:
             own = [one for one in group if one.camera == camera]
-            values, roads = [one.detection for one in own], [one.road for one in own]
+            values = [one.detection for one in own]
+            roads = [one.road for one in own]
             means.append(mean_over_roads(values, roads, (0.0, 1.0)))
         objects = len({(one.scene, one.name) for one in group})
         rows.append(Row(name, objects, tuple(means)))
@@ -146,7 +147,8 @@ def _rows(
 
 def frame_rows(shots: Sequence[Shot], cameras: Sequence[str]) -> list[FrameRow]:
     """Return a row for each score of the whole picture."""
-    units, values = {}, {}
+    units = {}
+    values = {}
     for shot in shots:
         for score in shot.scores:
             if not score["object"]:
