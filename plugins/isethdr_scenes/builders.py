@@ -30,10 +30,10 @@ PLANTS = {
 
 def _grass(ground):
     near_grass = plants.grass(
-        road.tufts(ground, 2, 22, ground.seed, 70, 5.0, 9.5), "near", 0.25, ground.seed
+        road.tufts(ground, (2, 22), (5.0, 9.5), 70, ground.seed), "near", 0.25, ground.seed
     )
     far_grass = plants.grass(
-        road.tufts(ground, 20, 75, ground.seed + 1, 22, 5.0, 12), "far", 0.30, ground.seed + 1
+        road.tufts(ground, (20, 75), (5.0, 12), 22, ground.seed + 1), "far", 0.30, ground.seed + 1
     )
     return piece.Assembly("grass").add(*near_grass.parts, *far_grass.parts)
 

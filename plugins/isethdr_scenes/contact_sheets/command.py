@@ -22,7 +22,7 @@ def list_command() -> None:
 
 
 @things_app.command("sheet", help="Render a contact sheet of things.")
-def sheet_command(
+def sheet_command(  # noqa: PLR0913 - each parameter is an option of the command line
     what: Annotated[
         str, typer.Argument(help="vehicles, or groups separated by commas (isethdr things list)")
     ],

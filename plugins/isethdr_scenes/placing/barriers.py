@@ -6,7 +6,7 @@ import numpy as np
 
 from ..roads.road import Road
 from ..things import draw
-from .buildings import panels
+from .buildings import Panels, panels
 from .site import Foot, Site
 
 # from the road's edge
@@ -34,9 +34,11 @@ def place_barriers(site: Site) -> int:
             feet += _median(site, road, rng)
             for side in (1, -1):
                 if not road.on_structure("bridge", np.arange(0, road.length_m, 5.0)).any():
-                    feet += panels(site, road, side, ("guard_rail", RAIL_BESIDE_M), ends, rng)
+                    rail = Panels("guard_rail", side, RAIL_BESIDE_M, ends)
+                    feet += panels(site, road, rail, rng)
                 if noise and side < 0:
-                    feet += panels(site, road, side, ("noise_barrier", NOISE_BESIDE_M), ends, rng)
+                    wall = Panels("noise_barrier", side, NOISE_BESIDE_M, ends)
+                    feet += panels(site, road, wall, rng)
         else:
             feet += _curves(site, road, rng)
         posts += _posts(site, road, rng)
@@ -80,7 +82,8 @@ def _curves(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
         outer = np.flatnonzero(-side * curvature > CURVE_PER_M)
         if len(outer) > 4 and rng.random() < 0.7:
             span = (float(s[outer[0]]), float(s[outer[-1]]))
-            feet += panels(site, road, side, ("guard_rail", RAIL_BESIDE_M), span, rng)
+            rail = Panels("guard_rail", side, RAIL_BESIDE_M, span)
+            feet += panels(site, road, rail, rng)
     return feet
 
 

@@ -93,39 +93,35 @@ def _flat(site: Site, feet: list[Foot]) -> np.ndarray:
 def _fence(site: Site, road: Road, side: int, rng: np.random.Generator) -> list[Foot]:
     """Return the panels of a fence, with gates."""
     family = FENCES[int(rng.integers(len(FENCES)))]
-    return panels(site, road, side, (family, FENCE_BESIDE_M), (2.0, road.length_m - 2.0), rng, 0.12)
+    row = Panels(family, side, FENCE_BESIDE_M, (2.0, road.length_m - 2.0), gaps=0.12)
+    return panels(site, road, row, rng)
 
 
-def panels(
-    site: Site,
-    road: Road,
-    side: int,
-    what: tuple[str, float],
-    span: tuple[float, float],
-    rng: np.random.Generator,
-    gaps: float = 0.0,
-) -> list[Foot]:
-    """Return panels that stand end to end beside a road.
+@dataclass(frozen=True)
+class Panels:
+    """Panels that stand end to end beside a road."""
 
-    Parameters
-    ----------
-    what : family of barriers; metres from the road's edge to the middle of the panels.
-    span : first and last metre along the road.
-    gaps : share of panels left out.
-    """
-    family, beyond = what
-    thing = draw("barrier", rng, family)
+    family: str  # of barriers
+    side: int  # 1 is left of the road, -1 right
+    beside_m: float  # from the road's edge to the middle of the panels
+    span_m: tuple[float, float]  # first and last metre along the road
+    gaps: float = 0.0  # share of panels left out
+
+
+def panels(site: Site, road: Road, row: Panels, rng: np.random.Generator) -> list[Foot]:
+    """Return the panels of a row."""
+    thing = draw("barrier", rng, row.family)
     step = thing.size_m[1]
     feet = []
-    for k, s in enumerate(np.arange(span[0] + step / 2, span[1] - step / 2, step)):
-        if rng.random() < gaps:
+    for k, s in enumerate(np.arange(row.span_m[0] + step / 2, row.span_m[1] - step / 2, step)):
+        if rng.random() < row.gaps:
             continue
-        ends = [site.beside(road, side, float(s + d * step / 2), beyond) for d in (-1, 1)]
+        ends = [site.beside(road, row.side, float(s + d * step / 2), row.beside_m) for d in (-1, 1)]
         x = (ends[0].x_m + ends[1].x_m) / 2
         y = (ends[0].y_m + ends[1].y_m) / 2
         # the panel's own y runs along the road, its x to the road
         along = np.arctan2(ends[1].y_m - ends[0].y_m, ends[1].x_m - ends[0].x_m)
-        facing = float(along) - side * np.pi / 2
-        name = f"{family} {road.name} {side} {k}"
+        facing = float(along) - row.side * np.pi / 2
+        name = f"{row.family} {road.name} {row.side} {k}"
         feet.append(Foot(name, thing, x, y, facing, lean="line"))
     return feet

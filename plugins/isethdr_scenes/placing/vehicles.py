@@ -158,24 +158,32 @@ def _line_up(
         middle = front - thing.size_m[0] / 2
         s = front - thing.size_m[0]
         lamps = _lamps(flow, middle, k < queued, limit, rng)
-        placed += _try(site, flow, thing, middle, lamps, stretch, rng)
+        vehicle = _InTraffic(thing, lamps)
+        placed += _try(site, flow.path, vehicle, middle, stretch, rng)
     return placed
+
+
+@dataclass(frozen=True)
+class _InTraffic:
+    """A vehicle in traffic."""
+
+    thing: Thing
+    lamps: tuple[str, ...]  # that are on
 
 
 def _try(
     site: Site,
-    flow: Flow,
-    thing: Thing,
+    path: LanePath,
+    vehicle: _InTraffic,
     s: float,
-    lamps: tuple[str, ...],
     stretch: tuple[float, float],
     rng: np.random.Generator,
 ) -> bool:
     """Place a vehicle at s, or elsewhere on its stretch."""
-    half = thing.size_m[0] / 2
+    half = vehicle.thing.size_m[0] / 2
     for _ in range(TRIES):
         s = float(np.clip(s, stretch[0] + half, max(stretch[1] - half, stretch[0] + half)))
-        if _put(site, _foot(site, flow.path, thing, s, rng, lamps), rng):
+        if _put(site, _foot(site, path, vehicle, s, rng), rng):
             return True
         s = float(rng.uniform(*stretch))
     return False
@@ -224,14 +232,10 @@ def _vehicle(path: LanePath, s: float, rng: np.random.Generator) -> Thing:
 
 
 def _foot(
-    site: Site,
-    path: LanePath,
-    thing: Thing,
-    s: float,
-    rng: np.random.Generator,
-    lamps: tuple[str, ...],
+    site: Site, path: LanePath, vehicle: _InTraffic, s: float, rng: np.random.Generator
 ) -> Foot:
     """Return a vehicle on a lane, a little beside its middle."""
+    thing = vehicle.thing
     room = max(0.0, float(path.width_m(s)) - thing.size_m[1]) / 2
     pose = path.at(s, float(rng.uniform(-1, 1)) * min(room, 0.15))
     on_bridge = bool(path.road.on_structure("bridge", float(path.along_road(s))))
@@ -242,7 +246,7 @@ def _foot(
         float(pose[1, 3]),
         float(np.arctan2(pose[1, 0], pose[0, 0])),
         "driving",
-        lamps,
+        vehicle.lamps,
         lean="surface",
         road=path.road.name,
         level=int(on_bridge),

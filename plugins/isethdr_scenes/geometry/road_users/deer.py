@@ -10,6 +10,7 @@ from ..mesh.piece import Assembly, pose, unit
 from ..mesh.primitives import ball, tube
 
 EYE_M = (0.016, 0.015, 0.016)  # half axes; a third of the ball lies in the head
+STRIDE_M = 0.16  # of its walk
 
 
 def _on_skin(skin, inside, direction) -> np.ndarray:
@@ -23,9 +24,16 @@ def _on_skin(skin, inside, direction) -> np.ndarray:
     return inside + (distances[close].mean() - EYE_M[0] / 3) * towards
 
 
-def deer(name="deer", height=1.0, antlers=True, head_up=1.0, step=0.16, turn=0.0, seed=0):
-    """`height` is at the shoulder (m); head_up 0 grazes, 1 looks up; step is the walking stride
-    (m).
+def deer(name="deer", height=1.0, antlers=True, head_up=1.0, turn=0.0, seed=0):
+    """Return a deer that walks along +x.
+
+    Parameters
+    ----------
+    height : at the shoulder, m.
+    antlers : whether it has them.
+    head_up : 0 grazes, 1 looks up.
+    turn : of the head to the left; 0 is straight ahead, 1 is 45 degrees.
+    seed : of the coat.
     """
     trunk = [
         cone((0.38, 0, 0.80), (0.10, 0, 0.78), 0.165, 0.175),
@@ -55,7 +63,7 @@ def deer(name="deer", height=1.0, antlers=True, head_up=1.0, step=0.16, turn=0.0
         (-0.42, 0.09, -1, 0),
         (-0.42, -0.09, 1, 0),
     ):
-        k = s * step * 0.5
+        k = s * STRIDE_M * 0.5
         if fore:
             pts = [
                 (x, y, 0.70),

@@ -7,20 +7,31 @@ import numpy as np
 from ..mesh.piece import Assembly, Piece, join, unit
 from ..mesh.primitives import tube
 
+BEND = 0.25  # how far the middle of a leaf lies behind stalk and tip, over its width
+BOUGH_STEPS = 6
+BOUGH_LIFT = 0.06  # added to the direction at each step, upwards
 
-def cards(centres, normals, along, length, width, name, material, bend=0.25):
-    """Leaves: kites of two folded triangles. Shapes (n, 3); sizes are numbers or (n,)."""
+
+def cards(centres, normals, along, size_m, name, material):
+    """Return leaves, kites of two folded triangles, as one piece.
+
+    Parameters
+    ----------
+    centres, normals, along : (n, 3): the middles of the stalks, m; the directions that the leaves
+        face; their directions from stalk to tip.
+    size_m : (length, width); each is a number, or (n,).
+    name, material : of the piece.
+    """
     n = len(centres)
     along = unit(along - normals * (along * normals).sum(1, keepdims=True))
     side = np.cross(normals, along)
-    l = np.broadcast_to(length, n)[:, None]
-    w = np.broadcast_to(width, n)[:, None]
+    l, w = (np.broadcast_to(size, n)[:, None] for size in size_m)
     v = np.stack(
         [
             centres,
-            centres + along * l * 0.45 + side * w / 2 - normals * w * bend,
+            centres + along * l * 0.45 + side * w / 2 - normals * w * BEND,
             centres + along * l,
-            centres + along * l * 0.45 - side * w / 2 - normals * w * bend,
+            centres + along * l * 0.45 - side * w / 2 - normals * w * BEND,
         ],
         1,
     ).reshape(-1, 3)
@@ -34,15 +45,16 @@ def cards(centres, normals, along, length, width, name, material, bend=0.25):
     )
 
 
-def _bough(rng, start, heading, length, radius, wander, lift, steps=6):
+def _bough(rng, start, heading, length, radius, wander):
+    """Return the path (points, 3) of a bough and its radii, m. It sways by `wander`, and rises."""
     p = start
     d = heading
     out = [start]
-    for _ in range(steps):
-        d = unit(d + rng.normal(size=3) * wander + [0, 0, lift])
-        p = p + d * length / steps
+    for _ in range(BOUGH_STEPS):
+        d = unit(d + rng.normal(size=3) * wander + [0, 0, BOUGH_LIFT])
+        p = p + d * length / BOUGH_STEPS
         out.append(p)
-    return np.array(out), radius * np.linspace(1, 0.55, steps + 1)
+    return np.array(out), radius * np.linspace(1, 0.55, BOUGH_STEPS + 1)
 
 
 def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
@@ -52,7 +64,7 @@ def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
     twigs = []
 
     def grow(start, heading, length, radius, generation):
-        path, r = _bough(rng, start, heading, length, radius, 0.12 if generation else 0.05, 0.06)
+        path, r = _bough(rng, start, heading, length, radius, 0.12 if generation else 0.05)
         wood.append(tube(path, r, "wood", bark, max(4, 10 - 2 * generation), False))
         if generation >= 3:
             twigs.append(path)
@@ -87,8 +99,7 @@ def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
         c[m],
         normal[m],
         rng.normal(size=(m.sum(), 3)) - [0, 0, 0.4],
-        size[m],
-        size[m] * 0.7,
+        (size[m], size[m] * 0.7),
     )
     return Assembly(name).add(
         join(wood, "wood"),
@@ -146,8 +157,7 @@ def conifer(name="conifer", height=11.0, needles=30000, seed=0):
             c,
             normal,
             dirs[pick] + rng.normal(size=c.shape) * 0.3,
-            rng.uniform(0.16, 0.34, needles),
-            rng.uniform(0.035, 0.07, needles),
+            (rng.uniform(0.16, 0.34, needles), rng.uniform(0.035, 0.07, needles)),
             "needles",
             "needle",
         ),
@@ -182,7 +192,7 @@ def bush(name="bush", size=1.3, leaves=5000, seed=0):
         for p in lumps[:5]
     ]
     return Assembly(name).add(
-        cards(c, n, rng.normal(size=d.shape), 0.09, 0.06, "leaves", "leaf_light"),
+        cards(c, n, rng.normal(size=d.shape), (0.09, 0.06), "leaves", "leaf_light"),
         join(stems, "stem"),
     )
 

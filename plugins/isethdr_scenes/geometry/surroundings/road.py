@@ -76,10 +76,24 @@ def field(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assem
     )
 
 
-def tufts(ground: Ground, start_m, end_m, seed, per_m2, near_m=5.1, far_m=11.0) -> np.ndarray:
-    """Return the roots (n, 3) of grass blades on both verges, in clumps, `per_m2` blades on
-    average.
+def tufts(
+    ground: Ground,
+    along_m: tuple[float, float],
+    beside_m: tuple[float, float],
+    per_m2: float,
+    seed: int,
+) -> np.ndarray:
+    """Return the roots (n, 3) of grass blades on both verges, in clumps, m.
+
+    Parameters
+    ----------
+    along_m : first and last metre along the road.
+    beside_m : least and largest distance from the centre line, m.
+    per_m2 : blades per square metre, on average.
+    seed : of the places.
     """
+    start_m, end_m = along_m
+    near_m, far_m = beside_m
     rng = np.random.default_rng(seed + 7)
     n = int((end_m - start_m) * (far_m - near_m) * 2 * per_m2)
     clumps = int(n / 14)

@@ -147,4 +147,4 @@ def indicators(front, rear) -> list[Piece]:
 
 def rear_plate(x: float, z: float, seed: int) -> list[Piece]:
     """Return the licence plate."""
-    return plate(x, z, -1, 0.20, 0.16, 4, seed)
+    return plate(x, z, -1, (0.20, 0.16), 4, seed)

@@ -36,7 +36,7 @@ class Body:
         d = np.hypot(v[:, 0] - self.shell.length / 2 + u, v[:, 1] - y)
         return v[d < 0.06, 2].max() if (d < 0.06).any() else float(self.upper(u))
 
-    def take(self, name, material, value, sunk=0.0, rim=None, lamp=None, keep=True):
+    def take(self, name, material, value, sunk=0.0, rim=None, lamp=None):
         """Cut the region with value < 0 out of the paint; `sunk` (m) moves it inwards, and a
         surface of the material `rim` closes the step.
         """
@@ -45,9 +45,13 @@ class Body:
             inside = inside.offset(-sunk)
             self.parts.append(hem(seam, -sunk, name + ".rim", rim or material))
         inside = inside.named(name, material, lamp)
-        if keep and len(inside.faces):
+        if len(inside.faces):
             self.parts.append(inside)
         return inside
+
+    def open(self, value):
+        """Remove the region with value < 0 from the paint."""
+        _, self.paint, _ = cut(self.paint, value)
 
     def carve(self, part, name, material, value, lamp=None):
         """Cut the region with value < 0 out of an earlier part. Return the region and the rest,

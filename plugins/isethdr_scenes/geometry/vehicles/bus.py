@@ -10,10 +10,10 @@ from ...lamps import lamp
 from ..mesh.piece import Assembly
 from ..mesh.primitives import box, tube
 from .body import Body
-from .headlamp import round_lamp
-from .panels import BACK, FRONT, mirrors, region
+from .headlamp import RoundLamp, round_lamp
+from .panels import BACK, FRONT, Region, cut_region, mirrors
 from .shell import Shell
-from .wheels import plate, wheel
+from .wheels import Wheel, plate, wheel
 
 
 def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0):
@@ -48,20 +48,21 @@ def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0
     )
     axles = (2.65, length - 3.3)
     b = Body(shell, axles, tyre)
-    region(
+    cut_region(
         b,
-        "windscreen",
-        "glass",
-        [(0, 1.22), (1.10, 1.22), (1.08, 2.45), (0, 2.47)],
-        front=True,
-        trim="gloss_black",
+        Region(
+            "windscreen",
+            "glass",
+            [(0, 1.22), (1.10, 1.22), (1.08, 2.45), (0, 2.47)],
+            "front",
+            trim="gloss_black",
+        ),
     )
-    sign = region(
+    sign = cut_region(
         b,
-        "sign.front",
-        "gloss_black",
-        [(0, 2.56), (0.95, 2.56), (0.93, 2.80), (0, 2.80)],
-        front=True,
+        Region(
+            "sign.front", "gloss_black", [(0, 2.56), (0.95, 2.56), (0.93, 2.80), (0, 2.80)], "front"
+        ),
     )
     for k, y in enumerate(np.linspace(-0.72, 0.72, 9)):
         u, ay, z, yy = b.at(sign)
@@ -84,50 +85,60 @@ def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0
     for k, (d0, d1) in enumerate(doors):
         mid = 0.5 * (d0 + d1)
         for a, c in ((d0 + 0.05, mid - 0.04), (mid + 0.04, d1 - 0.05)):
-            region(
+            cut_region(
                 b,
-                f"door{k}",
-                "glass_tinted",
-                [(a, 0.48), (c, 0.48), (c, 2.42), (a, 2.42)],
-                side=-1,
-                trim="gloss_black",
-                margin=0.045,
+                Region(
+                    f"door{k}",
+                    "glass_tinted",
+                    [(a, 0.48), (c, 0.48), (c, 2.42), (a, 2.42)],
+                    "right",
+                    trim="gloss_black",
+                    margin_m=0.045,
+                ),
             )
     edges = np.linspace(1.95, length - 0.55, 8)
     for s in (1, -1):
         for a, c in pairwise(edges):
             if s < 0 and any(c > d0 - 0.1 and a < d1 + 0.1 for d0, d1 in doors):
                 continue
-            region(
+            cut_region(
                 b,
-                "side_window",
-                "glass_tinted",
-                [(a + 0.05, 1.30), (c - 0.05, 1.30), (c - 0.05, 2.38), (a + 0.05, 2.38)],
-                side=s,
-                trim="gloss_black",
-                margin=0.03,
+                Region(
+                    "side_window",
+                    "glass_tinted",
+                    [(a + 0.05, 1.30), (c - 0.05, 1.30), (c - 0.05, 2.38), (a + 0.05, 2.38)],
+                    ("left" if s > 0 else "right"),
+                    trim="gloss_black",
+                    margin_m=0.03,
+                ),
             )
-    region(
+    cut_region(
         b,
-        "driver_window",
-        "glass",
-        [(0.50, 1.30), (1.80, 1.30), (1.80, 2.38), (0.62, 2.38)],
-        side=1,
-        trim="gloss_black",
+        Region(
+            "driver_window",
+            "glass",
+            [(0.50, 1.30), (1.80, 1.30), (1.80, 2.38), (0.62, 2.38)],
+            "left",
+            trim="gloss_black",
+        ),
     )
-    region(
+    cut_region(
         b,
-        "rear_window",
-        "glass_tinted",
-        [(0, 1.62), (0.98, 1.62), (0.95, 2.45), (0, 2.45)],
-        trim="gloss_black",
+        Region(
+            "rear_window",
+            "glass_tinted",
+            [(0, 1.62), (0.98, 1.62), (0.95, 2.45), (0, 2.45)],
+            trim="gloss_black",
+        ),
     )
-    region(
+    cut_region(
         b,
-        "engine_grille",
-        "gap",
-        [(0, 0.62), (0.60, 0.62), (0.60, 1.02), (0, 1.02)],
-        trim="plastic_black",
+        Region(
+            "engine_grille",
+            "gap",
+            [(0, 0.62), (0.60, 0.62), (0.60, 1.02), (0, 1.02)],
+            trim="plastic_black",
+        ),
     )
     for s, tag in ((1, "left"), (-1, "right")):
         for kind, y0, z0, r, mat in (
@@ -135,7 +146,7 @@ def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0
             ("position", 0.74, 0.70, 0.06, "lamp_white"),
             ("indicator_front", 1.09, 0.72, 0.045, "lamp_amber"),
         ):
-            round_lamp(b, None, kind, tag, (s * y0, z0), r, 0.02, mat)
+            round_lamp(b, None, RoundLamp(kind, tag, (s * y0, z0), r, 0.02, mat))
         for kind, z0, mat in (
             ("tail", 0.80, "lamp_red"),
             ("brake", 0.98, "lamp_red"),
@@ -165,11 +176,10 @@ def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0
     b.paint = keep
     m = Assembly(name).add(b.paint.named("body", paint), *b.parts, b.lining(1.0))
     x0 = length / 2
+    rear_wheel = Wheel(tyre, 0.29, 0.58, style="steel")
     for k, a in enumerate(axles):
         for s in (1, -1):
-            m.add(
-                *wheel(x0 - a, s * (half - 0.18), tyre, 0.29, 0.58, name=f"wheel{k}", style="steel")
-            )
+            m.add(*wheel(rear_wheel, x0 - a, s * (half - 0.18), f"wheel{k}"))
     m.add(
         box((0, 0, 0.50), (length - 0.8, 2.3, 0.06), "floor", "underbody"),
         *plate(x0 + 0.04, 0.48, 1),

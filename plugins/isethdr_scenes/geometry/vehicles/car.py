@@ -4,6 +4,8 @@ fittings.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..mesh.cutting import polygon
@@ -14,10 +16,22 @@ from .car_front import front
 from .car_rear import rear
 from .car_shapes import Car
 from .shell import Shell
-from .wheels import wheel
+from .wheels import Wheel, wheel
 
 TRACK_INSET_M = 0.125
 TYRE_WIDTH_M = 0.215
+
+
+@dataclass(frozen=True)
+class _Pane:
+    """Windscreen or rear window, as wide as the cabin at each height less a margin."""
+
+    name: str
+    material: str
+    z_m: tuple[float, float]  # lower and upper border
+    u_m: tuple[float, float]  # from the front of the car: where it begins and ends
+    margin_m: float  # between glass and border of the cabin
+    post_m: float = 0.0  # half width of a post in its middle; 0: none
 
 
 def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
@@ -48,12 +62,10 @@ def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
             y = side * (car.width / 2 - TRACK_INSET_M)
             model.add(
                 *wheel(
+                    Wheel(car.tyre, TYRE_WIDTH_M, spokes=car.spokes),
                     car.length / 2 - u,
                     y,
-                    car.tyre,
-                    TYRE_WIDTH_M,
-                    spokes=car.spokes,
-                    name=f"wheel.{end}_{tag}",
+                    f"wheel.{end}_{tag}",
                 )
             )
     fittings(model, body, car)
@@ -67,12 +79,13 @@ def _screens(b: Body, c: Car):
     _screen(
         b,
         c,
-        "windscreen",
-        "glass",
-        (cowl[1] + 0.045, top[1] - 0.01),
-        0.135,
-        (cowl[0] - 0.25, top[0] + 0.10),
-        0.0,
+        _Pane(
+            "windscreen",
+            "glass",
+            (cowl[1] + 0.045, top[1] - 0.01),
+            (cowl[0] - 0.25, top[0] + 0.10),
+            0.135,
+        ),
     )
     if c.open_roof:
         return
@@ -84,25 +97,24 @@ def _screens(b: Body, c: Car):
         z = (max(base[1], c.tail_lamp[2][1]) + 0.03, back[1] - 0.04)
         u = (back[0] + 0.03, c.length + 0.1)
         margin = 0.13
-    _screen(b, c, "rear_window", "glass_tinted", z, margin, u, 0.08 if c.panel else 0.0)
+    _screen(b, c, _Pane("rear_window", "glass_tinted", z, u, margin, 0.08 if c.panel else 0.0))
 
 
-def _screen(b, c, name, material, z_range, margin, u_range, post):
-    """Cut a pane with a dark frame, as wide as the cabin at each height less `margin`; `post`
-    half-width in its middle.
-    """
-    z = np.linspace(*z_range, 9)
-    shoulder = float(b.belt(np.mean(u_range)))
-    y = c.width / 2 * 0.93 * (1 - c.lean * np.maximum(z - shoulder, 0)) - margin
+def _screen(b: Body, c: Car, pane: _Pane) -> None:
+    """Cut a pane with a dark frame."""
+    z = np.linspace(*pane.z_m, 9)
+    shoulder = float(b.belt(np.mean(pane.u_m)))
+    y = c.width / 2 * 0.93 * (1 - c.lean * np.maximum(z - shoulder, 0)) - pane.margin_m
     outline = polygon(np.concatenate([np.stack([y, z], 1), np.stack([-y, z], 1)[::-1]]), 0.015)
 
     def outside(part, post):
         u, ay, zz, _ = b.at(part)
-        parts = [outline(ay, zz), u_range[0] - u, u - u_range[1]]
+        parts = [outline(ay, zz), pane.u_m[0] - u, u - pane.u_m[1]]
         return np.max(parts + [post - ay] if post else parts, 0)
 
-    trim = b.take(name + ".trim", "gloss_black", outside(None, max(0.0, post - 0.02)) - 0.02)
-    b.carve(trim, name, material, outside(trim, post))
+    margin = outside(None, max(0.0, pane.post_m - 0.02)) - 0.02
+    trim = b.take(pane.name + ".trim", "gloss_black", margin)
+    b.carve(trim, pane.name, pane.material, outside(trim, pane.post_m))
 
 
 def _side_windows(b: Body, c: Car):
@@ -226,4 +238,4 @@ def _open_roof(b: Body, c: Car):
     u, ay, z, _ = b.at()
     beside = np.maximum(0.55 * half - ay, 0.12 - (b.upper(u) - z))
     opening = [b.belt(u) + 0.03 - z, u - base[0], np.minimum(top[0] + 0.06 - u, beside)]
-    b.take("opening", "gap", np.max(opening, 0), keep=False)
+    b.open(np.max(opening, 0))

@@ -10,7 +10,7 @@ from ..mesh.piece import shift
 from ..mesh.primitives import lathe, tube
 from .body import Body
 from .car_shapes import Car
-from .headlamp import round_lamp
+from .headlamp import RoundLamp, round_lamp
 from .wheels import plate
 
 NARROW_M = 0.88  # half the width
@@ -75,7 +75,8 @@ def front(b: Body, c: Car):
             ("reflector", "chrome", 0.585 - closer, mid + 0.012, 0.043),
             ("indicator_front", "lamp_amber", half - 0.085, mid + 0.035, 0.034),
         ):
-            house = round_lamp(b, house, kind, tag, (s * yc, zc), r, material=material)
+            shape = RoundLamp(kind, tag, (s * yc, zc), r, material=material)
+            house = round_lamp(b, house, shape)
         u, ay, z, y = b.at(house)
         _, house = b.carve(
             house,

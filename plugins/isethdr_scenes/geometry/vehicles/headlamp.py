@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...lamps import lamp
@@ -11,40 +13,39 @@ from ..mesh.primitives import lathe
 from .body import Body
 
 
-def round_lamp(
-    body: Body,
-    part: Piece | None,
-    kind: str,
-    tag: str,
-    centre,
-    radius: float,
-    bezel=0.012,
-    material="lamp_white",
-):
-    """Cut a chrome bezel and a round lens at `centre` (y, z) out of `part`, or out of the paint
-    where None.
+@dataclass(frozen=True)
+class RoundLamp:
+    """A round lens in a chrome bezel at the front of a vehicle."""
 
-    `kind` is a lamp kind, or `reflector` for a dark one.
-    Returns what is left of `part`.
-    """
+    kind: str  # of the lamp, or `reflector` for a dark one
+    tag: str  # left or right, for its name
+    centre_m: tuple[float, float]  # y and z
+    radius_m: float  # of the lens
+    bezel_m: float = 0.012  # width of the bezel
+    material: str = "lamp_white"  # of the lens
+
+
+def round_lamp(body: Body, part: Piece | None, shape: RoundLamp) -> Piece | None:
+    """Cut a lamp out of `part`, or out of the paint where None. Return what is left of `part`."""
 
     def beyond(p, r):  # distance outside the circle; the rear of the body never counts
         u, _, z, y = body.at(p)
-        return np.maximum(np.hypot(y - centre[0], z - centre[1]) - r, u - 0.6)
+        return np.maximum(np.hypot(y - shape.centre_m[0], z - shape.centre_m[1]) - r, u - 0.6)
 
-    name = f"{kind}.front_{tag}"
+    name = f"{shape.kind}.front_{shape.tag}"
+    rim_m = shape.radius_m + shape.bezel_m
     if part is None:
-        ring = body.take(f"{name}.bezel", "chrome", beyond(None, radius + bezel))
+        ring = body.take(f"{name}.bezel", "chrome", beyond(None, rim_m))
         remaining = None
     else:
-        ring, remaining = body.carve(part, f"{name}.bezel", "chrome", beyond(part, radius + bezel))
+        ring, remaining = body.carve(part, f"{name}.bezel", "chrome", beyond(part, rim_m))
     body.parts = [p for p in body.parts if p is not ring]
     ring = subdivide(ring)  # a lens is smaller than the sheet's quads
-    lens, _ = body.carve(
-        ring, name, "chrome" if kind == "reflector" else material, beyond(ring, radius)
-    )
-    if kind != "reflector":
-        body.parts = [p for p in body.parts if p is not lens] + lit(lens, kind, (1.0, 0.0, 0.0))
+    material = "chrome" if shape.kind == "reflector" else shape.material
+    lens, _ = body.carve(ring, name, material, beyond(ring, shape.radius_m))
+    if shape.kind != "reflector":
+        others = [p for p in body.parts if p is not lens]
+        body.parts = others + lit(lens, shape.kind, (1.0, 0.0, 0.0))
     return remaining
 
 

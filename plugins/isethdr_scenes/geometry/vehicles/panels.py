@@ -2,42 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
 import numpy as np
 
 from ..mesh.cutting import polygon
+from ..mesh.piece import Piece
 from ..mesh.primitives import box, tube
+from .body import Body
 
 FRONT = (1.0, 0.0, 0.0)
 BACK = (-1.0, 0.0, 0.0)
 
 
-def region(
-    b, name, material, outline, front=None, side=None, sunk=0.0, lamp=None, trim=None, margin=0.02
-):
-    """Cut a region out of a flat face of the body and return it.
+@dataclass(frozen=True)
+class Region:
+    """A region of a flat face of a body."""
 
-    Parameters
-    ----------
-    outline : polygon in (|y|, z) on the front (`front` true) or the rear, in (u, z) on a side, m
-    side : None for front and rear, 0 for both sides, 1 left, -1 right
-    sunk : how far the region is pushed inwards, m
-    trim : material of a frame of width `margin` around it
-    """
-    shape = polygon(outline, 0.012)
+    name: str
+    material: str
+    # corners, m: (|y|, z) on front and rear, (u, z) on a side
+    outline: Sequence[tuple[float, float]]
+    face: Literal["front", "rear", "left", "right", "sides"] = "rear"
+    sunk_m: float = 0.0  # how far it is pushed inwards
+    trim: str | None = None  # material of a frame around it
+    margin_m: float = 0.02  # width of that frame
+
+
+def cut_region(b: Body, region: Region) -> Piece:
+    """Cut a region out of the paint and return it."""
+    shape = polygon(region.outline, 0.012)
 
     def value(part, grow=0.0):
         u, ay, z, y = b.at(part)
         half = b.shell.width / 2
-        if side is not None:
-            return np.maximum(
-                shape(u, z) - grow, (0.8 * half - ay) if side == 0 else 0.8 * half - side * y
-            )
-        return np.maximum(shape(ay, z) - grow, u - 0.55 if front else b.shell.length - 0.45 - u)
+        if region.face == "front":
+            return np.maximum(shape(ay, z) - grow, u - 0.55)
+        if region.face == "rear":
+            return np.maximum(shape(ay, z) - grow, b.shell.length - 0.45 - u)
+        outwards = {"sides": ay, "left": y, "right": -y}[region.face]
+        return np.maximum(shape(u, z) - grow, 0.8 * half - outwards)
 
-    if trim:
-        frame = b.take(name + ".trim", trim, value(b.paint, margin), sunk)
-        return b.carve(frame, name, material, value(frame), lamp)[0]
-    return b.take(name, material, value(b.paint), sunk, lamp=lamp)
+    if region.trim is None:
+        return b.take(region.name, region.material, value(b.paint), region.sunk_m)
+    around = value(b.paint, region.margin_m)
+    frame = b.take(region.name + ".trim", region.trim, around, region.sunk_m)
+    return b.carve(frame, region.name, region.material, value(frame))[0]
 
 
 def mirrors(model, x, half, z, size=(0.10, 0.22, 0.42)):

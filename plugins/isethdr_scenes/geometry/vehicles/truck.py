@@ -7,10 +7,10 @@ import numpy as np
 from ..mesh.piece import Assembly, lit, pose
 from ..mesh.primitives import box, grid, lathe, tube
 from .body import Body
-from .headlamp import round_lamp
-from .panels import BACK, mirrors, region
+from .headlamp import RoundLamp, round_lamp
+from .panels import BACK, Region, cut_region, mirrors
 from .shell import Shell
-from .wheels import plate, wheel
+from .wheels import Wheel, plate, wheel
 
 
 def truck(
@@ -20,7 +20,6 @@ def truck(
     paint="paint_blue",
     box_paint="box_white",
     stripe="paint_orange",
-    seed=0,
 ):
     """Return a rigid truck, 8.5 m long with the default box."""
     cab_len = 2.15
@@ -44,31 +43,37 @@ def truck(
     )
     b = Body(shell, (1.38,), tyre)
     half = width / 2
-    region(
+    cut_region(
         b,
-        "windscreen",
-        "glass",
-        [(0, 1.70), (1.03, 1.70), (0.97, 2.58), (0, 2.60)],
-        front=True,
-        trim="gloss_black",
+        Region(
+            "windscreen",
+            "glass",
+            [(0, 1.70), (1.03, 1.70), (0.97, 2.58), (0, 2.60)],
+            "front",
+            trim="gloss_black",
+        ),
     )
-    region(
+    cut_region(
         b,
-        "side_window",
-        "glass",
-        [(0.42, 1.62), (1.52, 1.62), (1.52, 2.45), (0.58, 2.45)],
-        side=0,
-        trim="gloss_black",
-        sunk=0.006,
+        Region(
+            "side_window",
+            "glass",
+            [(0.42, 1.62), (1.52, 1.62), (1.52, 2.45), (0.58, 2.45)],
+            "sides",
+            sunk_m=0.006,
+            trim="gloss_black",
+        ),
     )
-    region(
+    cut_region(
         b,
-        "grille",
-        "gap",
-        [(0, 0.98), (0.72, 0.98), (0.78, 1.46), (0, 1.46)],
-        front=True,
-        trim="chrome",
-        margin=0.02,
+        Region(
+            "grille",
+            "gap",
+            [(0, 0.98), (0.72, 0.98), (0.78, 1.46), (0, 1.46)],
+            "front",
+            trim="chrome",
+            margin_m=0.02,
+        ),
     )
     for k in range(5):
         b.parts.append(
@@ -83,8 +88,11 @@ def truck(
                 6,
             )
         )
-    bumper = region(
-        b, "bumper", "plastic_black", [(0, 0.40), (1.3, 0.40), (1.3, 0.84), (0, 0.84)], front=True
+    bumper = cut_region(
+        b,
+        Region(
+            "bumper", "plastic_black", [(0, 0.40), (1.3, 0.40), (1.3, 0.84), (0, 0.84)], "front"
+        ),
     )
     for s, tag in ((1, "left"), (-1, "right")):
         for kind, y0, r, mat, z0 in (
@@ -92,7 +100,8 @@ def truck(
             ("position", 1.02, 0.055, "lamp_white", 0.64),
             ("indicator_front", 1.12, 0.036, "lamp_amber", 0.74),
         ):
-            bumper = round_lamp(b, bumper, kind, tag, (s * y0, z0), r, 0.02, mat)
+            shape = RoundLamp(kind, tag, (s * y0, z0), r, 0.02, mat)
+            bumper = round_lamp(b, bumper, shape)
     side = lambda p: np.max(
         [0.8 * half - b.at(p)[1], p.vertices[:, 2] - 2.55, 0.62 - p.vertices[:, 2]], 0
     )
@@ -247,13 +256,15 @@ def truck(
         box((x1 - 0.02, 0, z0 + 0.02), (0.06, 2.44, 0.10), "rear_sill", "steel", 0.01),
         *plate(x1 - 0.02, 0.74, -1, seed=5),
     )
+    front_wheel = Wheel(tyre, 0.30, 0.58, style="steel")
+    rear_wheel = Wheel(tyre, 0.29, 0.58, style="steel")
     ax_f = total / 2 - 1.38
     ax_r = x1 + 1.75
     for s, tag in ((1, "left"), (-1, "right")):
         m.add(
-            *wheel(ax_f, s * 1.08, tyre, 0.30, 0.58, name=f"wheel.front_{tag}", style="steel"),
-            *wheel(ax_r, s * 1.06, tyre, 0.29, 0.58, name=f"wheel.rear_{tag}", style="steel"),
-            *wheel(ax_r, s * 0.74, tyre, 0.29, 0.58, name=f"wheel.inner_{tag}", style="steel"),
+            *wheel(front_wheel, ax_f, s * 1.08, f"wheel.front_{tag}"),
+            *wheel(rear_wheel, ax_r, s * 1.06, f"wheel.rear_{tag}"),
+            *wheel(rear_wheel, ax_r, s * 0.74, f"wheel.inner_{tag}"),
         )
         a = np.linspace(0.2, np.pi - 0.2, 14)
         guard = np.stack([ax_r + 0.60 * np.cos(a), 0 * a, tyre + 0.60 * np.sin(a)], 1)

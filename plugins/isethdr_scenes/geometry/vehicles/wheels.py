@@ -2,24 +2,38 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Literal
+
 import numpy as np
 
-from ..mesh.piece import mirrored, shift
+from ..mesh.piece import Piece, mirrored, shift
 from ..mesh.primitives import box, grid, lathe
 
 
-def wheel(x, y, radius, width, rim=0.66, spokes=5, name="wheel", style="alloy"):
+@dataclass(frozen=True)
+class Wheel:
+    """Tyre and rim."""
+
+    radius_m: float  # of the tyre
+    width_m: float  # of the tyre
+    rim: float = 0.66  # radius of the rim over that of the tyre
+    spokes: int = 5  # of alloy rims
+    style: Literal["alloy", "steel"] = "alloy"
+
+
+def wheel(shape: Wheel, x: float, y: float, name: str = "wheel") -> list[Piece]:
     """Return the parts of a wheel that stands on z = 0, its face towards +y (-y if y < 0).
 
     Parameters
     ----------
-    x, y : position of its middle, m. `radius`, `width` : of the tyre, m.
-    rim : radius of the rim over that of the tyre. `spokes` : their number.
-    name : of the parts. `style` : "alloy" or "steel".
+    shape : tyre and rim.
+    x, y : position of its middle, m.
+    name : of the parts.
     """
-    half_width = width / 2
-    outer_radius = radius
-    rim_radius = radius * rim
+    half_width = shape.width_m / 2
+    outer_radius = shape.radius_m
+    rim_radius = shape.radius_m * shape.rim
     tyre = [
         (rim_radius, -half_width * 0.82),
         (rim_radius + 0.25 * (outer_radius - rim_radius), -half_width),
@@ -47,7 +61,7 @@ def wheel(x, y, radius, width, rim=0.66, spokes=5, name="wheel", style="alloy"):
             40,
         ),
     ]
-    if style == "steel":
+    if shape.style == "steel":
         parts += [
             lathe(
                 [
@@ -92,8 +106,8 @@ def wheel(x, y, radius, width, rim=0.66, spokes=5, name="wheel", style="alloy"):
                 32,
             )
         )
-        for number in range(spokes):
-            angle = 2 * np.pi * number / spokes
+        for number in range(shape.spokes):
+            angle = 2 * np.pi * number / shape.spokes
             for fork in (-0.11, 0.11):
                 along = np.linspace(0.12, 0.95, 6)
                 angles = angle + fork * along * 1.3
@@ -135,7 +149,7 @@ def wheel(x, y, radius, width, rim=0.66, spokes=5, name="wheel", style="alloy"):
             )
         )
     pose = np.eye(4)
-    pose[:3, 3] = x, y, radius
+    pose[:3, 3] = x, y, shape.radius_m
     out = []
     for part in parts:
         part = mirrored(part) if y < 0 else part
@@ -143,14 +157,15 @@ def wheel(x, y, radius, width, rim=0.66, spokes=5, name="wheel", style="alloy"):
     return out
 
 
-def plate(x, z, facing, width=0.52, height=0.112, ink=7, seed=0):
+def plate(x, z, facing, size_m=(0.52, 0.112), ink=7, seed=0):
     """Return a licence plate with random dark glyphs.
 
     Parameters
     ----------
     x, z : position of its middle, m. `facing` : +1 (front) or -1 (rear).
-    width, height : m. `ink` : number of glyphs. `seed` : of the glyphs.
+    size_m : width and height. `ink` : number of glyphs. `seed` : of the glyphs.
     """
+    width, height = size_m
     rng = np.random.default_rng(seed)
     out = [box((x, 0, z), (0.012, width, height), "plate", "plate_white", 0.004)]
     for y in (np.arange(ink) - (ink - 1) / 2) * width / (ink + 1.5):

@@ -109,18 +109,20 @@ def _leg_at(j: Joints, tag: str, height: float) -> np.ndarray:
     return a + t * (b - a)
 
 
-def _sleeve_of_cloth(
-    name: str,
-    material: str,
-    body: Body,
-    j: Joints,
-    waist: tuple[float, float],
-    low: float,
-    flare: float,
-) -> Loft:
-    """Return cloth from the waist (half x, half y) down to height `low`, wide enough for the
-    legs.
-    """
+@dataclass(frozen=True)
+class _Cloth:
+    """Cloth that hangs from the waist."""
+
+    name: str
+    material: str
+    waist: tuple[float, float]  # half its extent in x and y, for a body of usual girth, m
+    low_m: float  # height of the hem
+    flare: float  # 1 falls straight
+
+
+def _hanging(cloth: _Cloth, body: Body, j: Joints) -> Loft:
+    """Return cloth around the legs, wide enough for them."""
+    waist = cloth.waist
     k = body.scale
     g = body.girth * body.scale
     start = j["pelvis"] + j["up"] * 0.13 * k
@@ -128,20 +130,22 @@ def _sleeve_of_cloth(
     rings = [Ring(start, waist[0] * g, waist[1] * g)]
     rings.append(Ring(hip, max(waist[0], 0.140) * g, max(waist[1] + 0.04, 0.178) * g))
     for share in (0.35, 0.7, 1.0):
-        height = hip[2] + share * (low - hip[2])
+        height = hip[2] + share * (cloth.low_m - hip[2])
         legs = [_leg_at(j, tag, height) for tag, _ in SIDES]
         apart = abs(legs[0][0] - legs[1][0]) / 2
-        wide = 1 + 0.30 * (flare - 1) * share
+        wide = 1 + 0.30 * (cloth.flare - 1) * share
         half_x = max(apart + 0.098 * g, rings[1].half_x) * wide
         centre = np.array([(legs[0][0] + legs[1][0]) / 2, hip[1], height])
         rings.append(Ring(centre, half_x, rings[1].half_y * wide))
-    return Loft(name, material, tuple(rings), pleats=14, pleat_m=0.022 * flare * k)
+    pleat_m = 0.022 * cloth.flare * k
+    return Loft(cloth.name, cloth.material, tuple(rings), pleats=14, pleat_m=pleat_m)
 
 
 def _skirt(outfit: Outfit, body: Body, j: Joints) -> Loft:
     ground = min(j["ankle_l"][2], j["ankle_r"][2]) - ANKLE_M * body.scale
     low = ground + outfit.hem_m * body.scale
-    return _sleeve_of_cloth("skirt", outfit.lower, body, j, (0.112, 0.142), low, outfit.flare)
+    skirt = _Cloth("skirt", outfit.lower, (0.112, 0.142), low, outfit.flare)
+    return _hanging(skirt, body, j)
 
 
 def _top(outfit: Outfit, body: Body, j: Joints, seed: int) -> list[Shape]:
@@ -203,9 +207,8 @@ def _top(outfit: Outfit, body: Body, j: Joints, seed: int) -> list[Shape]:
     if outfit.tail_m:
         low = j["pelvis"][2] - (0.05 + outfit.tail_m) * k
         waist = (0.125 * outfit.loose, 0.165 * outfit.loose)
-        shapes.append(
-            _sleeve_of_cloth("tail", outfit.top, body, j, waist, low, 1.35 * outfit.loose)
-        )
+        tail = _Cloth("tail", outfit.top, waist, low, 1.35 * outfit.loose)
+        shapes.append(_hanging(tail, body, j))
     return shapes
 
 

@@ -38,8 +38,7 @@ class Leaves:
             self.centres[:count],
             unit(self.normals[:count]),
             self.along[:count],
-            lengths,
-            lengths * slim,
+            (lengths, lengths * slim),
             name,
             material,
         )

@@ -74,17 +74,26 @@ class _Bough:
     radius: float
 
 
+@dataclass(frozen=True)
+class _Frame:
+    """The wood of a tree."""
+
+    trunk: _Bough
+    boughs: list[_Bough]
+    twigs: list[_Bough]
+
+
 def _tree(told: dict[str, Any], material: str, fruit: int, detail: Detail, name: str) -> Assembly:
     rng = np.random.default_rng(told["seed"])
     trunk = _trunk(told, rng)
     boughs = _boughs(told, trunk, rng)
-    twigs = _twigs(told, boughs, rng)
+    frame = _Frame(trunk, boughs, _twigs(told, boughs, rng))
     bare = material == "none"
     bark = told["bark"][told["seed"] % len(told["bark"])]
-    out = Assembly(name).add(join(_wood(told, trunk, boughs, twigs, bare, detail, rng), bark))
+    out = Assembly(name).add(join(_wood(told, frame, bare, detail, rng), bark))
     out.parts[0] = out.parts[0].named("wood", bark)
     if not bare:
-        leaves = _leaves(told, boughs, twigs, rng)
+        leaves = _leaves(told, boughs, frame.twigs, rng)
         out.add(leaves.piece("leaves", material, detail))
         if fruit and detail != "far":
             out.add(_fruit(leaves.centres[:fruit]))
@@ -171,13 +180,7 @@ def _twigs(told: dict[str, Any], boughs: list[_Bough], rng: np.random.Generator)
 
 
 def _wood(
-    told: dict[str, Any],
-    trunk: _Bough,
-    boughs: list[_Bough],
-    twigs: list[_Bough],
-    bare: bool,
-    detail: Detail,
-    rng: np.random.Generator,
+    told: dict[str, Any], frame: _Frame, bare: bool, detail: Detail, rng: np.random.Generator
 ) -> list[Piece]:
     """Return trunk, boughs and twigs; more twigs on a bare tree, fewer at coarse detail."""
     sides = {"near": (12, 5), "middle": (8, 4), "far": (5, 3)}[detail]
@@ -185,18 +188,18 @@ def _wood(
     if told.get("conifer"):
         sides = (sides[0], 3)
     height = told["height_m"]
-    radii = trunk.radius * np.linspace(1, 0.12, len(trunk.path))
+    radii = frame.trunk.radius * np.linspace(1, 0.12, len(frame.trunk.path))
     radii[0] *= 1.35
-    wood = [tube(trunk.path, radii, "wood", "bark", sides[0], False)]
+    wood = [tube(frame.trunk.path, radii, "wood", "bark", sides[0], False)]
     steps = {"near": 1, "middle": 1, "far": 2}[detail]
-    for bough in boughs:
+    for bough in frame.boughs:
         path = bough.path[:: 2 * steps - 1] if detail == "near" else bough.path[[0, 3, 5]]
         taper = np.maximum(bough.radius * np.linspace(1, 0.25, len(path)), least)
         wood.append(tube(path, taper, "wood", "bark", sides[1], False))
     hidden = detail == "far" or (detail == "middle" and told.get("conifer"))
     if hidden and not bare:
         return wood
-    for twig in twigs if detail != "far" else twigs[::2]:
+    for twig in frame.twigs if detail != "far" else frame.twigs[::2]:
         path = twig.path if detail == "near" else twig.path[[0, 3]]
         taper = np.maximum(twig.radius * np.linspace(1, 0.3, len(path)), least)
         wood.append(tube(path, taper, "wood", "bark", 3, False))
