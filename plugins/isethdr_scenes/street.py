@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
+from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.plugins.ranges import Range, Seed, Share, check_ranges
@@ -18,6 +21,7 @@ from .placing.camera import Eye, Mounting, check_eye, eye
 from .placing.plan import Densities, Layout, plan
 from .road_surfaces import DEFAULT, RoadSurfaceName
 from .roads.kinds import BaseRoad, kind, names
+from .roads.opendrive.file_road import Choices, FileRoad, file_road
 from .sky.choice import SkyName, check_sky, sky_of_scene
 from .street_models import ground_of, lamp_kinds, own_headlamps, things_of, visible
 from .validation import check_order
@@ -31,12 +35,17 @@ Plants = Annotated[float, Range(0, 2000)]
 Heading = Annotated[float, Range(-180, 180)]  # degrees
 Pitch = Annotated[float, Range(-60, 60)]  # degrees
 Shift = Annotated[float, Range(-20, 20)]  # metres
+Along = Annotated[float, Range(0, 1e6)]  # metres along a road
+LaneNumber = Annotated[int, Range(-100, 100)]
+SpeedLimit = Annotated[float, Range(5, 200)]  # km/h
 TARGET_M = 40.0
+ROAD_FILE = ".xodr"
+NAN = float("nan")  # a bound that is not known
 
 
 @dataclass(frozen=True)
 class Street:
-    """A road of one of 25 kinds with its traffic, seen by a camera on a car.
+    """A road of one of 25 kinds, or of an OpenDRIVE file, with its traffic, seen from a car.
 
     Everything is drawn from the seed and placed before a mesh is built: no two things overlap, all
     stand on the ground, and the first 6 m before the camera are free. Lamps and sky are as in
@@ -44,8 +53,15 @@ class Street:
     """
 
     seed: Seed = 0  # seed of the road and of all that stands on it
-    # kind of road: country_curve, village, city_4_lanes, motorway, ... (`isethdr roads`)
+    # kind of road: country_curve, village, city_4_lanes, motorway, ... (`isethdr roads list`), or
+    # an OpenDRIVE file: path/to/town.xodr
     road: str = "city_2_lanes"
+    road_id: str = ""  # of a file: the road of the camera; empty: that of the longest lane
+    lane_id: LaneNumber | None = None  # of a file: the lane of the camera; null: its longest one
+    s_m: Along | None = None  # of a file: metres along its road; null: near the lane's start
+    lit: bool | None = None  # of a file: street lamps stand along it; null: in towns
+    urban: bool | None = None  # of a file: null: as the type of the camera's road says
+    speed_limit_kmh: SpeedLimit | None = None  # of a file: null: as the file says
     horizontal_field_deg: RoadField = 60.0  # full horizontal field angle of the camera
     aspect: Aspect = 16 / 9  # width / height of the field
     # projection of the grid of tiles; equidistant serves wide lenses
@@ -84,11 +100,24 @@ class Street:
         check_ranges(self)
         check_order(self)
         check_sky(self.sky, self.hour)
+        self._check_road()
+
+    def _check_road(self) -> None:
+        """Raise ConfigError for a kind that is not there, and for a file's fields without one."""
+        if self.from_file:
+            return
         if self.road not in names():
             raise ConfigError(
                 f"scene.road is {self.road!r}{did_you_mean(self.road, names())}; expected one of"
-                f" {', '.join(names())}; type for example scene.road=village"
+                f" {', '.join(names())}, or an OpenDRIVE file; type for example scene.road=village"
+                " or scene.road=town.xodr"
             )
+        for name, value in asdict(self._choices()).items():
+            if value not in ("", None):
+                raise ConfigError(
+                    f"scene.{name} is set, but scene.road is the kind {self.road!r}; expected an"
+                    " OpenDRIVE file for it; type for example scene.road=town.xodr"
+                )
 
     def __call__(self) -> SceneDescription:
         """Build the scene.
@@ -103,6 +132,8 @@ class Street:
         ConfigError : a density that cannot be placed; a camera inside a thing or the ground.
         """
         layout = self.plan()
+        if self.from_file:
+            self._state_notes()
         place = self.eye()
         light = {"headlights": self.headlamp_light, "streetlights": self.street_light}
         seen = visible(layout, place, self.horizontal_field_deg)
@@ -118,11 +149,53 @@ class Street:
         camera = self._camera(place)
         return SceneDescription("street", models, tuple(objects), materials, camera, sky)
 
+    @property
+    def from_file(self) -> bool:
+        """Return whether the road is that of a file."""
+        return self.road.endswith(ROAD_FILE)
+
+    def input_files(self) -> Iterable[Path]:
+        """Return the road file, if there is one: its content is part of a run's name."""
+        return (Path(self.road),) if self.from_file else ()
+
+    def check_files(self) -> None:
+        """Read the road file.
+
+        Raises
+        ------
+        CatalogError : it is missing, malformed, or has gaps.
+        ConfigError : it has no such road or lane.
+        """
+        if self.from_file:
+            self._file_road()
+
+    def _choices(self) -> Choices:
+        return Choices(
+            self.road_id, self.lane_id, self.s_m, self.lit, self.urban, self.speed_limit_kmh
+        )
+
+    def _file_road(self) -> FileRoad:
+        return file_road(Path(self.road), self.seed, self._choices())
+
     def light_groups(self) -> tuple[str, ...]:
         """Return the light groups, from where things stand: no mesh is built."""
         layout = self.plan()
         seen = visible(layout, self.eye(), self.horizontal_field_deg)
         return groups_of(lamp_kinds(layout.base, seen))
+
+    def _state_notes(self) -> None:
+        """State in the ledger what of the road file is not carried."""
+        found = self._file_road()
+        for note in found.file.notes:
+            ledger.left_out(f"{self.road}: {note}", "the road model has no such thing", NAN, "")
+        for name in found.bridges:
+            ledger.left_out(
+                f"{self.road}: the bridge of road {name} is not stated; one is built where the"
+                " road runs over another",
+                "the file states none",
+                NAN,
+                "",
+            )
 
     def camera_field(self):
         """Return (width, height, projection) of the camera's field."""
@@ -130,7 +203,11 @@ class Street:
 
     def base(self) -> BaseRoad:
         """Return the road without what stands on it."""
-        return kind(self.road, self.seed)
+        return self._base
+
+    @cached_property
+    def _base(self) -> BaseRoad:
+        return self._file_road().base if self.from_file else kind(self.road, self.seed)
 
     def mounting(self) -> Mounting:
         """Return how the camera is mounted on its car."""

@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from isethdr_scenes.placing import rules
-from isethdr_scenes.roads.kinds import names
+from isethdr_scenes.roads.kinds import kind, names
+from isethdr_scenes.roads.opendrive.file_road import file_of
+from isethdr_scenes.roads.opendrive.road_file import write
 from isethdr_scenes.street import Street
 from isethdr_scenes.street_detail import BUDGET, ENDS_M, SPARE, TRIANGLES, levels
 from isethdr_scenes.street_models import stored, visible
 from isethdr_scenes.things import build, draw
 
 from isethdr_core.conformance.scene import check_description
-from isethdr_core.errors import ConfigError
+from isethdr_core.errors import CatalogError, ConfigError
 
 BYTES = 100e6  # of the meshes of a scene: 75 bytes a triangle, and a third more
 IN_TUNNEL = 1  # a seed whose car starts in the tunnel
@@ -145,3 +147,21 @@ def test_no_thing_has_more_triangles_than_the_budget_counts(group):
         for detail, most in zip(("near", "middle", "far"), TRIANGLES[group]):
             count = sum(len(p.faces) for p in build(thing, detail).parts)
             assert count <= most, (thing, detail)
+
+
+def test_a_road_file_is_a_street_named_by_its_content(tmp_path):
+    path = tmp_path / "crest.xodr"
+    write(file_of(kind("country_crest", 1)), path)
+    fields = dict(seed=1, vehicles_per_km=4.0, **EMPTY)
+    street = Street(road=str(path), **fields)
+    assert tuple(street.input_files()) == (path,) and not tuple(Street(**fields).input_files())
+    street.check_files()
+    # a kind that was written is the same street, but for the rounding of its poses
+    kept = Street(road="country_crest", **fields).plan()
+    for one, other in zip(street.plan().standing, kept.standing, strict=True):
+        assert one.foot.thing == other.foot.thing
+        assert one.pose == pytest.approx(other.pose, abs=1e-6)
+    with pytest.raises(CatalogError, match="gone.xodr cannot be read"):
+        Street(road=str(tmp_path / "gone.xodr")).check_files()
+    with pytest.raises(ConfigError, match="s_m is set, .* kind 'village'; .* scene.road=town.xodr"):
+        Street(road="village", s_m=4.0)

@@ -4,6 +4,8 @@
 |------------------|---------------------------------------------------------------------|
 | `profile`        | piecewise cubic polynomials along a road                            |
 | `reference_line` | lines, arcs and spirals in plan; points beside them                 |
+| `cubic_record`   | curves of cubic polynomials, as pieces of a reference line          |
+| `lateral_shape`  | heights across a road                                               |
 | `road`           | one road: heights, sections of lanes, marks, objects, structures    |
 | `lane_path`      | the middle of a lane as traffic drives along it                     |
 | `ground_height`  | the height of roads and land at plan points                         |
@@ -16,5 +18,6 @@
 | `surface`        | meshes of roads, markings and land that meet without gaps           |
 | `ground`         | the parts of these meshes: arrangement, terrain, structures         |
 | `pictures`       | `isethdr roads`: each kind from above and from the car              |
+| `opendrive`      | road files of one's own                                             |
 | `network`        | roads, junctions and land together: the interface for whatever places |
 """

@@ -61,8 +61,8 @@ def _gaps(road: Road) -> list[Problem]:
 
 def _bends(road: Road, limit: float) -> list[Problem]:
     records = road.line.records
-    worst = max(records, key=lambda r: max(abs(r.curvature_per_m), abs(r.end_per_m)))
-    curvature = max(abs(worst.curvature_per_m), abs(worst.end_per_m))
+    worst = max(records, key=lambda r: r.largest_per_m)
+    curvature = worst.largest_per_m
     if curvature <= limit:
         return []
     return [Problem(road.name, "the curvature is too large, 1/m", worst.start_m, curvature)]

@@ -34,6 +34,7 @@ class _Border:
     section: int
     number: int  # of the lane whose outer border it is; 0: the middle
     mark: Mark
+    end_m: float = np.inf  # behind the section's start, where the next mark begins
 
     def t(self, s: Floats) -> Floats:
         if self.number == 0:
@@ -48,7 +49,8 @@ def patches(road: Road) -> list[Patch]:
         marked = [(0, section.centre), *((lane.number, lane.marks) for lane in section.lanes)]
         for number, marks in marked:
             for mark in marks:
-                found += _lines(_Border(road, k, number, mark))
+                later = [m.offset_m for m in marks if m.offset_m > mark.offset_m]
+                found += _lines(_Border(road, k, number, mark, min(later, default=np.inf)))
     for painted in road.objects:
         found += _object(road, painted)
     return found
@@ -75,8 +77,9 @@ def _spans(border: _Border, broken: bool) -> list[Floats]:
     """Return the stations of each dash, or of the whole line."""
     road = border.road
     mark = border.mark
-    first, last = road.span(border.section)
-    first += mark.offset_m
+    start, last = road.span(border.section)
+    first = start + mark.offset_m
+    last = min(last, start + border.end_m)
     if last - first < 0.05:
         return []
     if not broken:

@@ -62,6 +62,18 @@ class Profile:
             pieces.append(Cubic(s, value, slope, c, d))
         return cls((*pieces, Cubic(last[0], last[1], last[2])))
 
+    def between(self, first_m: float, last_m: float) -> Profile:
+        """Return the function from `first_m` to `last_m`, with s counted from `first_m`."""
+        starts = [piece.start_m for piece in self.pieces]
+        first = max(int(np.searchsorted(starts, first_m, side="right")) - 1, 0)
+        found = []
+        for piece in self.pieces[first:]:
+            start = first_m if not found else piece.start_m
+            if found and start >= last_m:
+                break
+            found.append(_from(piece, start)._replace(start_m=start - first_m))
+        return Profile(tuple(found))
+
     @cached_property
     def _table(self) -> Floats:
         return np.array(self.pieces or (Cubic(0.0),), float)
@@ -88,3 +100,16 @@ class Profile:
         """Return the second derivative by s at `s_m`."""
         ds, piece = self._pieces_at(s_m)
         return np.asarray(2 * piece[..., 3] + 6 * ds * piece[..., 4])
+
+
+def _from(piece: Cubic, start_m: float) -> Cubic:
+    """Return the same polynomial with ds counted from another place."""
+    ds = start_m - piece.start_m
+    _, a, b, c, d = piece
+    return Cubic(
+        start_m,
+        a + ds * (b + ds * (c + ds * d)),
+        b + ds * (2 * c + ds * 3 * d),
+        c + ds * 3 * d,
+        d,
+    )

@@ -1,5 +1,5 @@
-"""Reference line of a road in plan: straight lines, arcs and spirals (clothoids), joined end to
-end.
+"""Reference line of a road in plan: straight lines, arcs, spirals (clothoids) and other curves,
+joined end to end.
 """
 
 from __future__ import annotations
@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,6 +45,41 @@ class Stretch(NamedTuple):
     length_m: float
     curvature_per_m: float = 0.0
     end_per_m: float | None = None  # None: the same
+
+
+class Curve(Protocol):
+    """One piece of a reference line, of any form."""
+
+    @property
+    def start_m(self) -> float:
+        """Return the s of its start."""
+
+    @property
+    def x_m(self) -> float:
+        """Return the x of its start."""
+
+    @property
+    def y_m(self) -> float:
+        """Return the y of its start."""
+
+    @property
+    def heading_rad(self) -> float:
+        """Return the direction of its axes."""
+
+    @property
+    def length_m(self) -> float:
+        """Return its length."""
+
+    def at(self, ds_m: ArrayLike, /) -> Plan:
+        """Return the places `ds_m` behind its start."""
+
+    @property
+    def end(self) -> Plan:
+        """Return the place of its end."""
+
+    @property
+    def largest_per_m(self) -> float:
+        """Return the largest curvature, without its sign."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +132,11 @@ class Record:
         """Return the place of the record's end."""
         return self.at(self.length_m)
 
+    @property
+    def largest_per_m(self) -> float:
+        """Return the largest curvature: that of one of its ends."""
+        return max(abs(self.curvature_per_m), abs(self.end_per_m))
+
 
 class Gap(NamedTuple):
     """Where a record does not start where the one before ends."""
@@ -112,7 +152,7 @@ class Gap(NamedTuple):
 class ReferenceLine:
     """Records that follow each other from s = 0."""
 
-    records: tuple[Record, ...]
+    records: tuple[Curve, ...]
 
     @classmethod
     def of(
@@ -187,9 +227,10 @@ class ReferenceLine:
         found = []
         for before, after in zip(self.records, self.records[1:]):
             x, y, heading, _ = (float(v) for v in before.end)
-            apart = float(np.hypot(after.x_m - x, after.y_m - y))
+            start = after.at(0.0)
+            apart = float(np.hypot(start.x_m - x, start.y_m - y))
             apart = max(apart, abs(after.start_m - before.start_m - before.length_m))
-            turn = abs((after.heading_rad - heading + np.pi) % (2 * np.pi) - np.pi)
+            turn = abs((float(start.heading_rad) - heading + np.pi) % (2 * np.pi) - np.pi)
             if apart > gap_m or turn > turn_rad:
                 found.append(Gap(after.start_m, x, y, apart, turn))
         return found

@@ -15,6 +15,7 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .lateral_shape import LateralShape
 from .profile import Floats, Profile
 from .reference_line import ReferenceLine
 
@@ -131,6 +132,7 @@ class Road:
     superelevation: Profile = field(default_factory=Profile)  # radians; positive: left side up
     # fall from the reference line outwards, m per m, on the left and on the right
     crossfall: tuple[Profile, Profile] = (Profile(), Profile())
+    shape: LateralShape | None = None  # height across the road beyond tilt and crossfall
     lane_offset: Profile = field(default_factory=Profile)  # of lane 0 to the left of the line
     junction: str = ""
     predecessor: Link | None = None
@@ -192,7 +194,8 @@ class Road:
         left, right = (profile.at(s) for profile in self.crossfall)
         fall = np.where(t > 0, left, right) * np.abs(t)
         tilt = t * np.tan(self.superelevation.at(s))
-        return np.asarray(self.elevation.at(s) + tilt - fall)
+        shape = 0.0 if self.shape is None else self.shape.at(s, t)
+        return np.asarray(self.elevation.at(s) + tilt - fall + shape)
 
     def points(self, s_m: ArrayLike, t_m: ArrayLike, above_m: ArrayLike = 0.0) -> Floats:
         """Return the points (..., 3) at (s, t), `above_m` over the surface."""

@@ -52,6 +52,8 @@ def _breaks(road: Road) -> set[float]:
         found |= {structure.start_m, structure.end_m}
     profiles = [road.elevation, road.superelevation, *road.crossfall, road.lane_offset]
     found |= {piece.start_m for profile in profiles for piece in profile.pieces}
+    if road.shape is not None:
+        found |= {row.s_m for row in road.shape.rows}
     for section in road.sections:
         for lane in section.lanes:
             found |= {section.start_m + piece.start_m for piece in lane.width.pieces}

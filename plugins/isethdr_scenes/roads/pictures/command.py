@@ -1,4 +1,4 @@
-"""`isethdr roads`: list the kinds of base road, and draw them from above.
+"""`isethdr roads`: kinds of base road, drawn and written; road files, checked and drawn.
 
 Imports nothing that takes time: every command line loads this file.
 """
@@ -10,23 +10,51 @@ from pathlib import Path
 
 import typer
 
-roads_command = typer.Typer(help="Kinds of base road: list them, draw them from above.")
+roads_command = typer.Typer(help="Kinds of base road, and road files: list, draw, write, check.")
+ROADS = __package__.rpartition(".")[0]
 
 
 @roads_command.command("list")
 def list_command() -> None:
     """List the kinds of base road."""
-    for name in import_module(f"{__package__.rpartition('.')[0]}.kinds").names():
+    for name in import_module(f"{ROADS}.kinds").names():
         typer.echo(name)
 
 
 @roads_command.command("sheet")
 def sheet_command(
-    folder: Path = typer.Argument(help="where the pictures go"),
+    what: Path = typer.Argument(help="folder for pictures of kinds; or a road file (.xodr)"),
+    out: Path = typer.Argument(None, help="picture of a road file; beside it without"),
     seeds: int = typer.Option(1, help="number of sheets, each of another seed"),
     kinds: str = typer.Option("", help="names of kinds, separated by commas; all without"),
 ) -> None:
-    """Draw kinds of base road from above, one PNG per seed."""
+    """Draw kinds of base road from above, one PNG per seed; or the plan of a road file."""
+    if what.suffix == ".xodr":
+        plan = import_module(f"{__package__}.file_plan")
+        typer.echo(str(plan.draw(what, out or what.with_suffix(".png"))))
+        return
     chosen = [name for name in kinds.split(",") if name]
-    for path in import_module(f"{__package__}.from_above").sheet(folder, range(seeds), chosen):
+    for path in import_module(f"{__package__}.from_above").sheet(what, range(seeds), chosen):
         typer.echo(str(path))
+
+
+@roads_command.command("write")
+def write_command(
+    kind: str = typer.Argument(help="name of a kind of road (`isethdr roads list`)"),
+    file: Path = typer.Argument(help="OpenDRIVE file to write (.xodr)"),
+    seed: int = typer.Option(0, help="seed of the road"),
+) -> None:
+    """Write a kind of base road as an OpenDRIVE file."""
+    base = import_module(f"{ROADS}.kinds").kind(kind, seed)
+    of = import_module(f"{ROADS}.opendrive.file_road").file_of(base)
+    import_module(f"{ROADS}.opendrive.road_file").write(of, file)
+    typer.echo(str(file))
+
+
+@roads_command.command("check")
+def check_command(
+    file: Path = typer.Argument(help="OpenDRIVE file (.xodr)"),
+) -> None:
+    """Check an OpenDRIVE file: lengths, lanes, junctions, gaps, and what is not carried."""
+    for line in import_module(f"{__package__}.file_plan").report(file):
+        typer.echo(line)

@@ -33,7 +33,7 @@ TUNNEL = (120, 60, 20)
 CAR = (220, 20, 20)
 
 
-class _Canvas:
+class Canvas:
     """A picture of a square of the plan, x to the right and y up, drawn finer than it is shown."""
 
     FINER = 2
@@ -46,36 +46,44 @@ class _Canvas:
         self.scale = pixels / size_m
         self.pixels = pixels
 
+    def shown(self) -> Image.Image:
+        """Return the picture at its own size."""
+        side = self.pixels // self.FINER
+        return self.image.resize((side, side), Image.Resampling.BOX)
+
     def at(self, points: Floats) -> list[tuple[float, float]]:
+        """Return plan points as places in the finer picture."""
         aside = (points - self.centre) * self.scale * [1, -1] + self.pixels / 2
         return [(float(x), float(y)) for x, y in aside]
 
     def polygon(self, points: Floats, colour: tuple[int, int, int]) -> None:
+        """Fill a polygon in plan."""
         self.draw.polygon(self.at(points), fill=colour)
 
 
 def top_view(base: BaseRoad, size_m: float = 180.0, pixels: int = 480) -> Image.Image:
     """Return the square of `size_m` ahead of the camera's car, seen from above."""
     pose = base.pose()
-    canvas = _Canvas(pose[:2, 3] + 0.3 * size_m * pose[:2, 0], size_m, pixels)
+    canvas = Canvas(pose[:2, 3] + 0.3 * size_m * pose[:2, 0], size_m, pixels)
     # what is below is drawn first; pavements before carriageways, as these win where roads cross
     order = sorted(base.network.roads, key=lambda r: bool(r.structures))
     for road in order:
-        _lanes(canvas, road)
+        draw_lanes(canvas, road)
     for road in order:
         for patch in patches(road):
             points = road.line.points(patch.st_m[..., 0], patch.st_m[..., 1])
             ring = np.concatenate([points[:, 0], points[::-1, 1]])
             canvas.polygon(ring, PAINT[patch.colour])
-        _structures(canvas, road)
+        draw_structures(canvas, road)
     car = np.array([[0.0, -0.9], [0, 0.9], [4.4, 0.9], [5.2, 0], [4.4, -0.9]])
     canvas.polygon(pose[:2, 3] + car @ pose[:2, :2].T, CAR)
-    image = canvas.image.resize((pixels, pixels), Image.Resampling.BOX)
+    image = canvas.shown()
     ImageDraw.Draw(image).text((6, 4), f"{base.name} {base.seed}", fill=(0, 0, 0))
     return image
 
 
-def _lanes(canvas: _Canvas, road: Road) -> None:
+def draw_lanes(canvas: Canvas, road: Road) -> None:
+    """Draw the lanes of a road by their types."""
     for k, section in enumerate(road.sections):
         s = stations(road, *road.span(k))
         drawn = sorted(section.lanes, key=lambda lane: lane.type == "driving")
@@ -85,7 +93,8 @@ def _lanes(canvas: _Canvas, road: Road) -> None:
             canvas.polygon(np.concatenate([inner, outer[::-1]]), COLOURS[lane.type])
 
 
-def _structures(canvas: _Canvas, road: Road) -> None:
+def draw_structures(canvas: Canvas, road: Road) -> None:
+    """Draw the edges of bridges and tunnels."""
     for structure in road.structures:
         s = stations(road, structure.start_m, structure.end_m)
         for t in road.edges(s):

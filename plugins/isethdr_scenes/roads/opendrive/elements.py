@@ -1,0 +1,159 @@
+"""Elements of an XML file: attributes as numbers, errors that name the file and the place in it."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from isethdr_core.errors import CatalogError
+
+MOST_PLACES = 3  # that a note names
+
+
+@dataclass
+class Notes:
+    """What of a file is taken otherwise than it says, or left out; each with its places."""
+
+    places: dict[str, list[str]] = field(default_factory=dict)
+
+    def add(self, what: str, where: str) -> None:
+        """Note something at a place; the same at many places is one note."""
+        self.places.setdefault(what, []).append(where)
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Return one line per note: what, how often, and the first places."""
+        found = []
+        for what, places in self.places.items():
+            first = list(Counter(places))[:MOST_PLACES]
+            more = ", ..." if len(set(places)) > MOST_PLACES else ""
+            times = "once" if len(places) == 1 else f"{len(places)} times"
+            found.append(f"{what}: {times} ({'; '.join(first)}{more})")
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class Node:
+    """An element of a file, and in words where it is."""
+
+    element: ET.Element
+    file: Path
+    where: str
+    notes: Notes
+
+    def error(self, message: str) -> CatalogError:
+        """Return the error of this element."""
+        return CatalogError(f"{self.file}, {self.where}: {message}")
+
+    def note(self, what: str) -> None:
+        """Note what is not carried as the file says it."""
+        self.notes.add(what, self.where)
+
+    def named(self, where: str) -> Node:
+        """Return the same element under another name of its place."""
+        return Node(self.element, self.file, where, self.notes)
+
+    def all(self, path: str) -> Iterator[Node]:
+        """Return the elements at a path below this one."""
+        for element in self.element.findall(path):
+            yield Node(element, self.file, self.where, self.notes)
+
+    def first(self, path: str) -> Node | None:
+        """Return the first element at a path, or None."""
+        return next(self.all(path), None)
+
+    def text(self, name: str, default: str | None = None) -> str:
+        """Return an attribute.
+
+        Raises
+        ------
+        CatalogError : it is missing, and there is no default.
+        """
+        value = self.element.get(name, default)
+        if value is None:
+            raise self.error(f"<{self.element.tag}> has no attribute {name!r}; expected one")
+        return value
+
+    def number(self, name: str, default: float | None = None) -> float:
+        """Return an attribute as a finite number.
+
+        Raises
+        ------
+        CatalogError : it is missing without a default, or no finite number.
+        """
+        if default is not None and name not in self.element.attrib:
+            return default
+        text = self.text(name)
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self.error(
+                f"{name!r} of <{self.element.tag}> is {text!r}; expected a finite number"
+            )
+        return value
+
+    def numbers(self, *names: str) -> tuple[float, ...]:
+        """Return attributes as numbers; those that are missing are 0."""
+        return tuple(self.number(name, 0.0) for name in names)
+
+    def integer(self, name: str) -> int:
+        """Return an attribute as a whole number.
+
+        Raises
+        ------
+        CatalogError : it is missing, or no whole number.
+        """
+        text = self.text(name)
+        try:
+            return int(text)
+        except ValueError:
+            raise self.error(
+                f"{name!r} of <{self.element.tag}> is {text!r}; expected a whole number"
+            ) from None
+
+
+def opened(file: Path, root: str, kind: str) -> Node:
+    """Return the root element of an XML file, without namespaces.
+
+    Parameters
+    ----------
+    root : name that the root element must have.
+    kind : what the file should be, for messages.
+
+    Raises
+    ------
+    CatalogError : the file is missing, no XML, or another kind of file.
+    """
+    try:
+        top = ET.parse(file).getroot()
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise CatalogError(f"{file} cannot be read ({reason}); expected {kind}") from None
+    except ET.ParseError as error:
+        raise CatalogError(f"{file} is not well-formed XML ({error}); expected {kind}") from None
+    for element in top.iter():
+        element.tag = str(element.tag).rpartition("}")[2]
+    if top.tag != root:
+        raise CatalogError(
+            f"{file} has the root element <{top.tag}>; expected <{root}>, that of {kind}"
+        )
+    return Node(top, file, "header", Notes())
+
+
+def child(parent: ET.Element, tag: str, /, **attributes: object) -> ET.Element:
+    """Add an element with attributes; numbers are written so that they read back bit for bit."""
+    told = {name: written(value) for name, value in attributes.items() if value is not None}
+    return ET.SubElement(parent, tag, told)
+
+
+def written(value: object) -> str:
+    """Return a value as an attribute."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return repr(float(value)) if isinstance(value, float) else str(value)
