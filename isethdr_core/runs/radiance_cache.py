@@ -35,7 +35,7 @@ from ..uncertainty.error_terms import RELATIVE, ErrorTerm, Quantity, Source
 from ..uncertainty.ledger import Ledger, error, left_out, record
 from .claims import claimed
 from .processor import kernels
-from .provenance import described, fingerprint, libraries, versions
+from .provenance import described, fingerprint, input_digests, libraries, versions
 from .sample_accumulation import ALL_BANDS, Known, holds, known
 
 ROUNDING = "store rounding"  # key of the rounding of stored radiance
@@ -47,14 +47,15 @@ def recipe_hash(chain: Chain) -> str:
 
     An earlier name of the same radiance is returned where only that one is stored.
     """
-    name = store.content_hash(
-        {
-            "scene": described(chain.scene),
-            "renderer": described(chain.renderer, without=effort(chain)),
-            "code": fingerprint(chain.scene, chain.renderer),
-            "versions": libraries(chain.scene, chain.renderer),
-        }
-    )
+    content = {
+        "scene": described(chain.scene),
+        "renderer": described(chain.renderer, without=effort(chain)),
+        "code": fingerprint(chain.scene, chain.renderer),
+        "versions": libraries(chain.scene, chain.renderer),
+    }
+    # files that a scene is made of; without any, the name is that of earlier versions
+    inputs = input_digests(chain.scene)
+    name = store.content_hash(content | ({"inputs": inputs} if inputs else {}))
     folder = store.home() / "scenes"
     if _is_stored(folder, name):
         return name
@@ -390,6 +391,7 @@ def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) 
         "path_span": radiance.attrs.get("path_span", {}),
         "limit_share": radiance.attrs.get("limit_share"),
         "versions": versions() | libraries(chain.scene, chain.renderer),
+        "inputs": input_digests(chain.scene),
         "code": fingerprint(chain.scene, chain.renderer),
         "kernels": kernels(chain.scene, chain.renderer),
         "ledger": rows.as_records(),

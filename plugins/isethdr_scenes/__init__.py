@@ -9,6 +9,7 @@
 | builders | from positions to models and a scene description |
 | limits, validation | ranges of fields; checks of several fields together |
 | materials, lamps, lamp_spectra | spectral reflectances; lamps in candela; their spectra |
+| coloured | materials of a stated colour, for asset packs |
 | living_spectra | reflectances of cloth, hair, fur, leaves, bark and stone |
 | dipped_beam | candela of a dipped beam over two angles |
 | measured_spectra | tables of colour-science, kept on disk after their first use |

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from isethdr_core.scene import Material, Spectrum, flat
 
+from .coloured import PREFIX, material_of
 from .living_spectra import LIVING, SKINS
 from .retro_reflectors import AMBER_OVER_RED, RED_OVER_WHITE, luminous_mean, retro_reflection
 from .road_surfaces import DEFAULT, RoadSurfaceName, road_materials
@@ -216,8 +217,11 @@ MATERIALS: dict[str, Material] = (
 
 def used(models, road_surface: RoadSurfaceName = DEFAULT, seed: int = 0) -> dict[str, Material]:
     """Return the materials that the parts of `models` name, with textures of that seed; asphalt and
-    markings by surface.
+    markings by surface, and what an asset pack states as a colour.
     """
     all_materials = MATERIALS | road_materials(road_surface)
     names = sorted({p.material for m in models.values() for p in m.parts})
-    return {n: textured(all_materials[n], seed) for n in names}
+    return {
+        n: material_of(n) if n.startswith(PREFIX) else textured(all_materials[n], seed)
+        for n in names
+    }

@@ -24,6 +24,8 @@ from .roads.kinds import BaseRoad, kind, names
 from .roads.opendrive.file_road import Choices, FileRoad, file_road
 from .sky.choice import SkyName, check_sky, sky_of_scene
 from .street_models import ground_of, lamp_kinds, own_headlamps, things_of, visible
+from .things.packs.pack import pack_files, stock_of
+from .things.stock import Stock
 from .validation import check_order
 from .variation import varied
 
@@ -96,6 +98,9 @@ class Street:
     hour: dict[str, Any] = field(default_factory=dict)
     sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of a uniform sky at weight 1
 
+    # folders of one's own vehicles, people, plants and so on (docs/how-to/asset_packs.md)
+    assets: tuple[str, ...] = ()
+
     def __post_init__(self):
         check_ranges(self)
         check_order(self)
@@ -129,7 +134,8 @@ class Street:
 
         Raises
         ------
-        ConfigError : a density that cannot be placed; a camera inside a thing or the ground.
+        ConfigError : a density that cannot be placed; a camera inside a thing or the ground; an
+            asset pack with mistakes.
         """
         layout = self.plan()
         if self.from_file:
@@ -155,19 +161,33 @@ class Street:
         return self.road.endswith(ROAD_FILE)
 
     def input_files(self) -> Iterable[Path]:
-        """Return the road file, if there is one: its content is part of a run's name."""
-        return (Path(self.road),) if self.from_file else ()
+        """Return the road file and the files of the asset packs: their content is part of a run's
+        name.
+        """
+        road = (Path(self.road),) if self.from_file else ()
+        return (*road, *(path for folder in self.assets for path in pack_files(folder)))
 
     def check_files(self) -> None:
-        """Read the road file.
+        """Read the road file and the asset packs.
 
         Raises
         ------
-        CatalogError : it is missing, malformed, or has gaps.
-        ConfigError : it has no such road or lane.
+        CatalogError : the road file is missing, malformed, or has gaps.
+        ConfigError : it has no such road or lane; an asset pack has mistakes, which are told all at
+            once.
         """
         if self.from_file:
             self._file_road()
+        self.stock()
+
+    def stock(self) -> Stock:
+        """Return what may be drawn: the bundled families, and what the asset packs add.
+
+        Raises
+        ------
+        ConfigError : an asset pack has mistakes, which are told all at once.
+        """
+        return stock_of(self.assets)
 
     def _choices(self) -> Choices:
         return Choices(
@@ -245,7 +265,7 @@ class Street:
             self.animals_per_km,
             self.plants_per_km,
         )
-        layout = plan(base, self.seed, densities, place.viewpoint())
+        layout = plan(base, self.seed, densities, place.viewpoint(), self.stock())
         check_eye(layout, place)
         return layout
 

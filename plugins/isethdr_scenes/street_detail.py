@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from .placing.plan import Standing
+from .things.packs.asset import AssetThing
 from .things.thing import Thing
 
 Level = Literal["near", "middle", "far", "distant"]
@@ -45,7 +46,7 @@ def levels(standing: Iterable[Standing], position_m: np.ndarray) -> dict[Thing, 
         nearest[one.foot.thing] = min(distance, nearest.get(one.foot.thing, np.inf))
     things = list(nearest)
     level = np.array([int(np.searchsorted(ENDS_M, nearest[t], side="right")) for t in things], int)
-    cost = np.array([TRIANGLES.get(t.group, SMALL) for t in things]).reshape(-1, len(LEVELS))
+    cost = np.array([_triangles(t) for t in things]).reshape(-1, len(LEVELS))
     away = np.array([max(nearest[t], 0.5) for t in things])
     every = np.arange(len(things))
     while cost[every, level].sum() > BUDGET - SPARE:
@@ -57,3 +58,10 @@ def levels(standing: Iterable[Standing], position_m: np.ndarray) -> dict[Thing, 
         worth = np.where(saved > 0, saved * away**2, -1.0)
         level[int(np.argmax(worth))] += 1
     return {thing: LEVELS[k] for thing, k in zip(things, level, strict=True)}
+
+
+def _triangles(thing: Thing) -> tuple[int, int, int, int]:
+    """Return the most triangles of a thing at each level."""
+    if isinstance(thing, AssetThing) and thing.asset is not None:
+        return thing.asset.triangles()
+    return TRIANGLES.get(thing.group, SMALL)

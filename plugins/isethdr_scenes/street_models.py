@@ -23,6 +23,7 @@ from .roads.surface import surface
 from .street_detail import Level, levels
 from .things import build
 from .things.detail import clean, coarser
+from .things.packs.asset import AssetThing
 from .things.thing import Thing
 
 DISTANT_CELL_M = 0.25
@@ -34,6 +35,7 @@ MARGIN_DEG = 20.0  # beyond the picture's edge
 OWN_LAMPS = (2.25, 0.65, 0.65)  # ahead of the car's middle, to either side, above the road
 CATEGORIES = {"road": "road", "land": "vegetation", "structures": "building"}
 LUMINAIRE = "tunnel"
+AS_BUILT = family("dipped_r112_b")  # low beams, before `switched` gives them the beam asked for
 
 
 def visible(layout: Layout, eye: Eye, field_deg: float) -> list[Standing]:
@@ -88,6 +90,8 @@ def things_of(
 @lru_cache(maxsize=64)
 def _built(thing: Thing, level: Level) -> Model:
     """Return the model of a thing; scenes that follow each other share some of them."""
+    if isinstance(thing, AssetThing) and thing.asset is not None:
+        return thing.asset.build(level).model()
     if level != "distant":
         return build(thing, level).model()
     assembly = build(thing, "far")
@@ -105,7 +109,8 @@ def switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str], beam
         side = "left" if float(part.vertices[:, 1].mean()) > 0 else "right"
         if lamp.kind not in lamps and f"{lamp.kind}:{side}" not in lamps:
             return replace(part, lamp=None)
-        if lamp.kind == "low_beam":
+        # a low beam of an asset pack with a table of its own keeps it
+        if lamp.kind == "low_beam" and lamp.table is AS_BUILT.table:
             lamp = replace(lamp, table=pattern.table, intensity_cd=pattern.intensity_cd)
         if lamp.group in spectra:
             lamp = replace(lamp, spectrum=spectrum_of(spectra[lamp.group]))

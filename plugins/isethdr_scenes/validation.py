@@ -17,7 +17,8 @@ def check_order(scene: Any) -> None:
     """
     for f in fields(scene):
         value = getattr(scene, f.name)
-        if isinstance(value, tuple) and value[0] > value[1]:
+        numbers = isinstance(value, tuple) and all(isinstance(v, int | float) for v in value)
+        if numbers and value and value[0] > value[1]:
             raise ConfigError(
                 f"scene.{f.name} is {list(value)}; expected the lesser number first; "
                 f"type for example scene.{f.name}=[{value[1]},{value[0]}]"

@@ -2,7 +2,7 @@
 
 | module  | content                                                        |
 |---------|----------------------------------------------------------------|
-| command | `isethdr things list` and `isethdr things sheet`               |
+| command | `isethdr things`: `list`, `sheet`, `check`, `materials`         |
 | choice  | which things a sheet shows                                     |
 | view    | the scene of one thing: ground, sky, camera, lamps that are on |
 | sheet   | renders the tiles and writes the picture and its key           |

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from isethdr_core.errors import ConfigError
 
 from ..things import Thing, draw, names
+from ..things.packs.pack import load_pack
 from ..things.registry import COLLECTIONS, GROUPS
 
 
@@ -19,13 +22,16 @@ def print_groups() -> None:
 
 
 def chosen(what: str, count: int, seed: int, shuffled: bool) -> list[Thing]:
-    """Return `count` things of the groups or collections `what`, family after family in turn.
+    """Return `count` things of the groups or collections `what`, family after family in turn; of a
+    folder with an asset pack, all its things.
 
     Raises
     ------
     ConfigError
-        If there is no such group.
+        If there is no such group, or the asset pack has mistakes.
     """
+    if Path(what).is_dir():
+        return list(load_pack(what).things)
     families = [(group, family) for group in _groups(what) for family in names(group)]
     rng = np.random.default_rng(seed)
     repeats = [count // len(families) + (k < count % len(families)) for k in range(len(families))]
@@ -43,7 +49,7 @@ def _groups(what: str) -> list[str]:
         if name not in GROUPS and name not in COLLECTIONS:
             raise ConfigError(
                 f"no things {name!r}; expected {', '.join([*COLLECTIONS, *GROUPS])}; type"
-                " isethdr things list"
+                " isethdr things list, or name a folder with an asset pack"
             )
         groups += [group for group in COLLECTIONS.get(name, (name,)) if group not in groups]
     return groups

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+PACKS = f"{__package__.rpartition('.')[0]}.things.packs"
 things_app = typer.Typer(
     help="Families of vehicles, people, animals and plants.", no_args_is_help=True
 )
@@ -21,10 +22,28 @@ def list_command() -> None:
     import_module(f"{__package__}.choice").print_groups()
 
 
+@things_app.command("check", help="Check an asset pack, and list its things.")
+def check_command(
+    folder: Annotated[str, typer.Argument(help="folder with pack.yaml")],
+) -> None:
+    """Print one row per thing, or all mistakes."""
+    import_module(f"{PACKS}.report").report(folder)
+
+
+@things_app.command("materials", help="List the materials that an asset pack may name.")
+def materials_command() -> None:
+    """Print the names."""
+    import_module(f"{PACKS}.report").print_materials()
+
+
 @things_app.command("sheet", help="Render a contact sheet of things.")
 def sheet_command(  # noqa: PLR0913 - each parameter is an option of the command line
     what: Annotated[
-        str, typer.Argument(help="vehicles, or groups separated by commas (isethdr things list)")
+        str,
+        typer.Argument(
+            help="vehicles, or groups separated by commas (isethdr things list), or the folder of"
+            " an asset pack"
+        ),
     ],
     out: Annotated[str, typer.Option(help="the picture to write; NAME_key.csv lists its tiles")],
     count: Annotated[int, typer.Option(help="number of things")] = 24,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..roads.road import Road
-from ..things import draw
 from .buildings import Panels, panels
 from .site import Foot, Site
 
@@ -26,7 +25,7 @@ def place_barriers(site: Site) -> int:
     noise = rng.random() < 0.35
     for road in site.open_roads:
         works = [m for m in road.objects if m.kind == "barrier"]
-        feet += [_board(road, mark, k, rng) for k, mark in enumerate(works)]
+        feet += [_board(site, road, mark, k, rng) for k, mark in enumerate(works)]
         if site.base.urban:
             continue
         ends = (2.0, road.length_m - 2.0)
@@ -46,11 +45,11 @@ def place_barriers(site: Site) -> int:
     return placed + site.put_all(posts, 0.05)
 
 
-def _board(road: Road, mark, number: int, rng: np.random.Generator) -> Foot:
+def _board(site: Site, road: Road, mark, number: int, rng: np.random.Generator) -> Foot:
     """Return a board of road works where the road has a beacon."""
     x, y = road.line.points(mark.s_m, mark.t_m)
     heading = float(road.line.at(mark.s_m).heading_rad) + np.pi
-    thing = draw("furniture", rng, "warning_board")
+    thing = site.stock.draw("furniture", rng, "warning_board")
     return Foot(
         f"board {road.name} {number}", thing, float(x), float(y), heading, "works", lean="surface"
     )
@@ -61,7 +60,7 @@ def _median(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
     numbers = {lane.number: lane.type for lane in road.sections[0].lanes}
     if numbers.get(1) != "median" or numbers.get(-1) != "median":
         return []
-    thing = draw("barrier", rng, "concrete_barrier")
+    thing = site.stock.draw("barrier", rng, "concrete_barrier")
     step = thing.size_m[1]
     feet = []
     for k, s in enumerate(np.arange(step, road.length_m - step, step)):
@@ -88,7 +87,7 @@ def _curves(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
 
 
 def _posts(site: Site, road: Road, rng: np.random.Generator) -> list[Foot]:
-    thing = draw("furniture", rng, "marker_post")
+    thing = site.stock.draw("furniture", rng, "marker_post")
     s = float(rng.uniform(5, 30))
     feet = []
     while s < road.length_m:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..roads.road import Road
-from ..things import draw
 from .boxes import corners
 from .site import Foot, Site
 
@@ -66,7 +65,7 @@ def _along(site: Site, road: Road, side: int, row: Row, rng: np.random.Generator
     feet: list[Foot] = []
     s = float(rng.uniform(0, row.gap_m[1]))
     while s < road.length_m:
-        thing = draw("building", rng, row.families[int(rng.integers(len(row.families)))])
+        thing = site.stock.draw("building", rng, row.families[int(rng.integers(len(row.families)))])
         depth, width, _ = thing.size_m
         middle = s + width / 2
         if middle + width / 2 > road.length_m:
@@ -110,7 +109,7 @@ class Panels:
 
 def panels(site: Site, road: Road, row: Panels, rng: np.random.Generator) -> list[Foot]:
     """Return the panels of a row."""
-    thing = draw("barrier", rng, row.family)
+    thing = site.stock.draw("barrier", rng, row.family)
     step = thing.size_m[1]
     feet = []
     for k, s in enumerate(np.arange(row.span_m[0] + step / 2, row.span_m[1] - step / 2, step)):

@@ -9,7 +9,6 @@ import numpy as np
 from ..roads.free_areas import FreeArea
 from ..roads.lane_path import LanePath
 from ..roads.road import Road, RoadObject
-from ..things import draw, names
 from ..things.thing import Thing
 from .shortage import Shortage
 from .site import Foot, Place, Site, drawn_count
@@ -34,7 +33,7 @@ def place_people(site: Site, people_per_km: float) -> Shortage:
     placed = site.put_each(_crossing(site, rng, round(CROSSING_SHARE * wanted)), APART_M)
     choices = []
     for k in range(wanted - placed):
-        thing = draw("person", rng)
+        thing = site.stock.draw("person", rng)
         places = walking_places(site, rng, 3 * CANDIDATES)
         choices.append([Foot(f"person {k}", thing, *place, role="walking") for place in places])
     placed += site.put_each(choices, APART_M)
@@ -118,7 +117,7 @@ def _crossing(site: Site, rng: np.random.Generator, wanted: int) -> list[list[Fo
     walks = crosswalks(site)
     choices = []
     for k in range(wanted if walks else 0):
-        thing = draw("person", rng)
+        thing = site.stock.draw("person", rng)
         feet = []
         for _ in range(CANDIDATES):
             road, mark = walks[int(rng.integers(len(walks)))]
@@ -145,7 +144,7 @@ def place_riders(site: Site, riders_per_km: float) -> Shortage:
     wanted = drawn_count(riders_per_km * site.length_km, rng) if paths else 0
     placed = 0
     for k in range(wanted):
-        thing = draw("bicycle", rng)
+        thing = site.stock.draw("bicycle", rng)
         feet = [_riding(f"bicycle {k}", thing, paths, beside, rng) for _ in range(CANDIDATES)]
         fine = site.allowed(feet)
         placed += any(
@@ -196,7 +195,7 @@ def place_animals(site: Site, animals_per_km: float) -> Shortage:
     """
     rng = site.rng("animals")
     wanted = drawn_count(animals_per_km * site.length_km, rng)
-    families = names("animal")
+    families = site.stock.names("animal")
     pets = [f for f in families if f.startswith(PETS)]
     herds = [f for f in families if f.startswith(HERDS)]
     wild = [f for f in families if f not in pets and f not in herds]
@@ -213,7 +212,7 @@ def place_animals(site: Site, animals_per_km: float) -> Shortage:
     choices = []
     for k in range(wanted):
         kinds, areas, across, _ = groups[int(rng.choice(len(groups), p=weights / weights.sum()))]
-        thing = draw("animal", rng, kinds[int(rng.integers(len(kinds)))])
+        thing = site.stock.draw("animal", rng, kinds[int(rng.integers(len(kinds)))])
         places = in_areas(areas, rng, CANDIDATES, across, areas is pavements)
         choices.append([Foot(f"animal {k}", thing, *place, role="walking") for place in places])
     placed = site.put_each(choices, APART_M)

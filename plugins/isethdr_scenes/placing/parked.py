@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..roads.lane_path import LanePath
-from ..things import draw
 from ..things.thing import Thing
 from .site import Foot, Site
 
@@ -26,8 +25,8 @@ def place_parked(site: Site, share: float) -> int:
     """Park vehicles on a share of the bays; return how many."""
     rng = site.rng("parked")
     stock = {
-        "car": [draw("car", rng) for _ in range(STOCK)],
-        "truck": [draw("truck", rng)],
+        "car": [site.stock.draw("car", rng) for _ in range(STOCK)],
+        "truck": [site.stock.draw("truck", rng)],
     }
     feet = []
     for path in site.base.network.lanes(("parking",)):
@@ -102,7 +101,7 @@ def _stopped(site: Site, rng: np.random.Generator) -> list[Foot]:
     if not paths or rng.random() < 0.5:
         return []
     path = paths[int(rng.integers(len(paths)))]
-    thing = draw("car", rng)
+    thing = site.stock.draw("car", rng)
     pose = path.at(float(rng.uniform(0.2, 0.8)) * path.length_m)
     return [_foot("stopped", thing, pose, 0.0, HAZARD, path.road.name)]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..roads.free_areas import FreeArea
-from ..things import draw
 from .site import Foot, Site
 
 LEAST_M = 1.7  # width of a pavement on which things stand
@@ -38,22 +37,29 @@ def place_pavement_things(site: Site) -> int:
     deep = [area for area in areas if area.width_m(0.0) > DEEP_M and area.length_m > 40]
     if deep and rng.random() < 0.7:
         area = deep[int(rng.integers(len(deep)))]
-        feet.append(_at(area, "bus_stop", float(rng.uniform(15, area.length_m - 15)), rng, 0))
+        feet.append(
+            _at(site, area, ("bus_stop", 0), float(rng.uniform(15, area.length_m - 15)), rng)
+        )
     for area in areas:
         for family, per_km in PER_KM.items():
             count = int(np.floor(per_km * area.length_m / 1000 + rng.random()))
             for k in range(count):
                 s = float(rng.uniform(3, area.length_m - 3))
                 if family == "bollard":
-                    feet += _bollards(area, s, rng)
+                    feet += _bollards(site, area, s, rng)
                 else:
-                    feet.append(_at(area, family, s, rng, k))
+                    feet.append(_at(site, area, (family, k), s, rng))
     return site.put_all(feet, 0.1)
 
 
-def _at(area: FreeArea, family: str, s: float, rng: np.random.Generator, number: int) -> Foot:
-    """Return a thing at the outer edge of a pavement that looks to the road."""
-    thing = draw("furniture", rng, family)
+def _at(
+    site: Site, area: FreeArea, what: tuple[str, int], s: float, rng: np.random.Generator
+) -> Foot:
+    """Return a thing at the outer edge of a pavement that looks to the road; `what` is its family
+    and its number.
+    """
+    family, number = what
+    thing = site.stock.draw("furniture", rng, family)
     depth = thing.size_m[0]
     width = area.width_m(s)
     across = 1 - (depth / 2 + OUTER) / width
@@ -63,8 +69,8 @@ def _at(area: FreeArea, family: str, s: float, rng: np.random.Generator, number:
     return Foot(name, thing, float(x), float(y), facing)
 
 
-def _bollards(area: FreeArea, s: float, rng: np.random.Generator) -> list[Foot]:
-    thing = draw("furniture", rng, "bollard")
+def _bollards(site: Site, area: FreeArea, s: float, rng: np.random.Generator) -> list[Foot]:
+    thing = site.stock.draw("furniture", rng, "bollard")
     feet = []
     for k in range(BOLLARDS):
         at = s + BOLLARD_STEP_M * k

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..roads.kinds import BaseRoad
+from ..things.stock import BUNDLED, Stock
 from .barriers import place_barriers
 from .boxes import Solid, rows
 from .buildings import place_buildings
@@ -72,14 +73,16 @@ class Viewpoint:
     heading_rad: float
 
 
-def plan(base: BaseRoad, seed: int, densities: Densities, view: Viewpoint) -> Layout:
-    """Return the layout of a road; the same seed, the same layout.
+def plan(
+    base: BaseRoad, seed: int, densities: Densities, view: Viewpoint, stock: Stock = BUNDLED
+) -> Layout:
+    """Return the layout of a road with things of a stock; the same seed, the same layout.
 
     Raises
     ------
     ConfigError : a density that cannot be placed; the message says how many were.
     """
-    site = Site(base, seed)
+    site = Site(base, seed, stock=stock)
     _keep_free(site, view)
     told = signals(site)
     shortages = [place_vehicles(site, densities.vehicles_per_km, told.red)]

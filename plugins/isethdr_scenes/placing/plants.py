@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..things import draw
 from ..things.thing import Thing
 from .living import CANDIDATES, in_areas
 from .shortage import Shortage
@@ -28,7 +27,7 @@ def place_plants(site: Site, plants_per_km: float) -> Shortage:
     wanted = drawn_count(plants_per_km * site.length_km, rng)
     if not wanted:
         return Shortage("plants_per_km", "plants", 0, 0, plants_per_km)
-    stock = {g: [draw(g, rng) for _ in range(VARIANTS[g])] for g in groups}
+    stock = {g: [site.stock.draw(g, rng) for _ in range(VARIANTS[g])] for g in groups}
     share = np.array([SHARES[g] for g in groups])
     feet = []
     verges, fields, medians = (site.areas(kind) for kind in ("verge", "field", "median"))

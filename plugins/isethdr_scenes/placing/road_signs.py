@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..roads.road import Road
-from ..things import draw, names
+from ..things import names
 from ..things.furniture.sign_faces import sign_data
 from .living import crosswalks
 from .site import Foot, Site
@@ -38,7 +38,7 @@ def _drives(road: Road, side: int) -> list[bool]:
 def _sign(site: Site, name: str, where: tuple[Road, int, float], rng: np.random.Generator) -> Foot:
     """Return a sign beside one side of a road that faces the traffic of that side."""
     road, side, s = where
-    thing = draw("sign", rng, name)
+    thing = site.stock.draw("sign", rng, name)
     beyond = MOTORWAY_BESIDE_M if road.type == "motorway" else BESIDE_M
     place = site.beside(road, side, s, max(beyond, thing.size_m[1] / 2 + 0.4))
     label = f"sign {name} {road.name} {side} {s:.0f}"

@@ -12,6 +12,7 @@ import numpy as np
 from ..roads.free_areas import AreaKind, FreeArea
 from ..roads.kinds import BaseRoad
 from ..roads.road import LANE_TYPES, Road
+from ..things.stock import BUNDLED, Stock
 from ..things.thing import Thing
 from .boxes import Taken, corners, rows, solids
 
@@ -76,6 +77,7 @@ class Site:
     seed: int
     feet: list[Foot] = field(default_factory=list)
     taken: Taken = field(default_factory=Taken)
+    stock: Stock = BUNDLED  # what may be drawn
 
     def rng(self, step: str) -> np.random.Generator:
         """Return the random numbers of one step: further steps change no other one."""

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..roads.road import Road
-from ..things import draw
 from ..things.furniture.street_lamps import POLE_RADIUS_M
 from ..things.furniture.traffic_lights import STATES
 from .site import Foot, Site
@@ -49,7 +48,7 @@ def place_street_lamps(site: Site) -> int:
         return 0
     rng = site.rng("street lamps")
     family, spacing = LAMPS.get(site.base.name, USUAL)
-    lamp = draw("street lamp", rng, family)
+    lamp = site.stock.draw("street lamp", rng, family)
     feet = []
     for road in site.open_roads:
         first = float(rng.uniform(2, 0.5 * spacing))
@@ -122,7 +121,7 @@ def place_signals(site: Site, told: Signals) -> int:
             feet.append(
                 Foot(
                     f"signal {road.name}",
-                    draw("traffic light", rng, "signal_post"),
+                    site.stock.draw("traffic light", rng, "signal_post"),
                     float(x),
                     float(y),
                     heading + np.pi,

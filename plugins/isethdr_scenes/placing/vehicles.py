@@ -8,7 +8,7 @@ import numpy as np
 
 from ..placement import BRAKING, DRIVING
 from ..roads.lane_path import LanePath
-from ..things import draw, rider_of
+from ..things import rider_of
 from ..things.registry import RIDDEN
 from ..things.thing import Thing
 from .shortage import Shortage
@@ -85,7 +85,7 @@ def place_vehicles(site: Site, vehicles_per_km: float, red: frozenset[str]) -> S
             continue
         if rng.random() < 0.5 * vehicles_per_km * (last - first) / 1000:
             s = float(rng.uniform(first, last))
-            thing = _vehicle(path, s, rng)
+            thing = _vehicle(site, path, s, rng)
             _put(site, _foot(site, path, thing, s, rng, DRIVING), rng)
     return Shortage("vehicles_per_km", "vehicles", wanted, placed, vehicles_per_km)
 
@@ -136,7 +136,7 @@ def _line_up(
     what is left drawn as of random arrivals.
     """
     first, last = stretch
-    things = [_vehicle(flow.path, (first + last) / 2, rng) for _ in range(count)]
+    things = [_vehicle(site, flow.path, (first + last) / 2, rng) for _ in range(count)]
     lengths = [thing.size_m[0] for thing in things]
     while things and sum(lengths) + STANDSTILL_M * len(things) > last - first:
         longest = int(np.argmax(lengths))
@@ -217,15 +217,15 @@ def _lamps(
     return (*DRIVING, *(BRAKING if braking else ()), *indicators)
 
 
-def _vehicle(path: LanePath, s: float, rng: np.random.Generator) -> Thing:
+def _vehicle(site: Site, path: LanePath, s: float, rng: np.random.Generator) -> Thing:
     """Return a vehicle that fits into a lane."""
     mix = MIX[path.road.type]
     share = np.array(list(mix.values()))
     width = float(path.width_m(s))
-    thing = draw("car", rng)
+    thing = site.stock.draw("car", rng)
     for _ in range(4):
         group = list(mix)[int(rng.choice(len(mix), p=share / share.sum()))]
-        thing = draw(group, rng)
+        thing = site.stock.draw(group, rng)
         if thing.size_m[1] < width + 0.1:
             break
     return thing

@@ -5,6 +5,8 @@
 | thing     | `Thing`: what is known before a mesh is built                            |
 | ranges    | files of `data`, and numbers drawn from their ranges                     |
 | registry  | the groups, and the module that serves each                              |
+| stock     | what may be drawn: the bundled families, and things of asset packs       |
+| packs     | folders of users' own meshes                                             |
 | detail    | coarser meshes for things that are far away                              |
 | furniture | street lamps, signs, traffic lights, barriers, buildings, small things   |
 | riding    | `RidingPosition`: where a rider touches a two-wheeler                    |
@@ -24,40 +26,35 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.mesh.piece import Assembly
+from .packs.asset import AssetThing
 from .people.riders import Rider
 from .registry import RIDDEN, RIDERS, group_named
 from .riding import RidingPosition
+from .stock import BUNDLED
 from .thing import Detail, Thing
 
 __all__ = ["Detail", "Rider", "Thing", "build", "draw", "names", "rider_of", "riding_position"]
 
 
 def names(group: str) -> tuple[str, ...]:
-    """Return the families of a group."""
-    return tuple(group_named(group).shares())
+    """Return the bundled families of a group."""
+    return BUNDLED.names(group)
 
 
 def draw(group: str, rng: np.random.Generator, family: str | None = None) -> Thing:
-    """Return a thing of a group; of one family of it where given, else by the families' shares.
+    """Return a bundled thing of a group; of one family of it where given, else by shares.
 
     Raises
     ------
     ValueError
         If there is no such group, or no such family in it.
     """
-    families = group_named(group)
-    shares = families.shares()
-    if family is None:
-        share = np.array(list(shares.values()), float)
-        family = list(shares)[int(rng.choice(len(share), p=share / share.sum()))]
-    elif family not in shares:
-        raise ValueError(f"no family {family!r} in group {group!r}; expected {', '.join(shares)}")
-    return families.thing(family, int(rng.integers(2**31)))
+    return BUNDLED.draw(group, rng, family)
 
 
 def riding_position(thing: Thing) -> RidingPosition:
     """Return where the rider of a two-wheeler touches it."""
-    return RIDDEN[thing.group].riding_position(thing)
+    return thing.riding or RIDDEN[thing.group].riding_position(thing)
 
 
 def rider_of(vehicle: Thing, rng: np.random.Generator) -> Rider:
@@ -78,4 +75,6 @@ def build(thing: Thing, detail: Detail = "near") -> Assembly:
 
     The same thing gives the same arrays. `near` serves to 20 m, `middle` to 60 m, `far` beyond.
     """
+    if isinstance(thing, AssetThing):
+        return thing.built(detail)
     return group_named(thing.group).build(thing, detail)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from .riding import RidingPosition
+
 Detail = Literal["near", "middle", "far"]
 
 
@@ -22,3 +24,5 @@ class Thing:
     size_m: tuple[float, float, float]  # length, width, height of the mesh, within 3 cm
     group: str = ""  # of `registry.GROUPS`, for example `car`
     paint: str = ""  # a name of `materials.PAINT`, where the family is painted
+    # where its rider touches it, of a two-wheeler whose family does not tell
+    riding: RidingPosition | None = None

@@ -14,6 +14,7 @@
 | `page`      | the page of a dataset: contact sheets by day and night, counts, histograms        |
 | `study/`    | cameras over a dataset: scores and objects, with intervals over roads             |
 | `card`      | the description of a dataset in Markdown                                          |
+| `packs`     | asset packs behind the scenes, with their licences                                |
 | `actions`   | what the commands do and print                                                    |
 | `command`   | the command line                                                                  |
 """

@@ -9,11 +9,20 @@ import numpy as np
 from isethdr_core.storage.atomic_write import write_text
 
 from .generate import Generated, time_text
+from .packs import pack_lines
 from .record import folder_of
 from .splits import splits
 from .summary import class_counts
 
 CARD = "README.md"
+COMPUTED = (
+    "Every shape, surface and lamp is computed from parameters; no photograph, mesh or network of"
+    " others is in it."
+)
+PACKED = (
+    "Shapes, surfaces and lamps are computed from parameters, except the meshes of the asset packs"
+    " named below."
+)
 
 
 def write_card(dataset: Generated) -> Path:
@@ -35,6 +44,7 @@ def card(dataset: Generated) -> str:
     seconds = sum(record.seconds for record in made)
     size = sum(record.stored_bytes for record in made)
     noise = _noise(dataset)
+    packs = pack_lines(dataset)
     lines = [
         f"# {definition.name}",
         "",
@@ -58,9 +68,8 @@ def card(dataset: Generated) -> str:
         "",
         "## How it was made",
         "",
-        "Every shape, surface and lamp is computed from parameters; no photograph, mesh or network"
-        " of others is in it. Spectra of lamps are computed from tables of the CIE. Light is"
-        " simulated by path tracing, so it has the noise that is stated below.",
+        f"{PACKED if packs else COMPUTED} Spectra of lamps are computed from tables of the CIE."
+        " Light is simulated by path tracing, so it has the noise that is stated below.",
         "",
         f"    {_command(dataset)}",
         "",
@@ -85,9 +94,14 @@ def card(dataset: Generated) -> str:
         "",
         "## Licence",
         "",
-        "The program that makes the scenes is under the MIT licence. Radiance and labels hold no"
-        " picture, mesh or text of others.",
+        "The program that makes the scenes is under the MIT licence."
+        + (
+            " The scenes show meshes of these asset packs, each under its own licence:"
+            if packs
+            else " Radiance and labels hold no picture, mesh or text of others."
+        ),
         "",
+        *packs,
     ]
     return "\n".join(lines)
 

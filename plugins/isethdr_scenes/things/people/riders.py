@@ -121,7 +121,7 @@ class Riders:
         return low, np.maximum(high, [half[0], half[1], vehicle.size_m[2]])
 
     def _figure(self, vehicle: Thing, variant: int) -> Figure:
-        position = self.ridden[vehicle.group].riding_position(vehicle)
+        position = vehicle.riding or self.ridden[vehicle.group].riding_position(vehicle)
         kind = read(FILE)["kinds"].get(vehicle.family, vehicle.group)
         return _figure(kind, vehicle.family, position, variant)
 

@@ -1,0 +1,14 @@
+"""Asset packs: folders of users' own meshes with a manifest, drawn beside the bundled families.
+
+| module     | content                                                              |
+|------------|----------------------------------------------------------------------|
+| manifest   | the form of `pack.yaml`                                              |
+| entries    | what the names of a manifest must be: groups, materials, lamps, files |
+| mesh_file  | parts and colours of a GLB, OBJ or PLY, by trimesh                   |
+| soundness  | NaN, holes, faces without area, sizes beyond the range of a group    |
+| surfaces   | the material of each face                                            |
+| emitters   | the faces that are lamps                                             |
+| asset      | a mesh in metres with materials and lamps, and the thing that it is  |
+| pack       | a folder read as a whole, with all its mistakes at once              |
+| report     | the table of `isethdr things check`                                  |
+"""

@@ -1,0 +1,306 @@
+"""Asset packs: the how-to's pack is drawn, sound and lit; every mistake of a broken one is told at
+once; a changed byte changes the name of a scene.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+import yaml
+from isethdr_scenes.coloured import material_of, name_of
+from isethdr_scenes.contact_sheets.choice import chosen
+from isethdr_scenes.geometry.mesh.piece import Piece
+from isethdr_scenes.lamp_spectra import spectrum_of
+from isethdr_scenes.materials import used
+from isethdr_scenes.photometry.families import family
+from isethdr_scenes.placing.plan import Layout, Standing
+from isethdr_scenes.placing.site import Foot
+from isethdr_scenes.roads.kinds import kind
+from isethdr_scenes.street import Street
+from isethdr_scenes.street_detail import levels
+from isethdr_scenes.street_models import switched, things_of
+from isethdr_scenes.things import build, rider_of
+from isethdr_scenes.things.detail import extent_m
+from isethdr_scenes.things.packs.asset import creased
+from isethdr_scenes.things.packs.pack import load_pack, stock_of
+from isethdr_scenes.things.packs.soundness import open_edges
+from isethdr_scenes.things.stock import BUNDLED
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.colour.colour_spaces import linear_srgb, srgb_encode
+from isethdr_core.physics.photometry import luminance, xyz
+from isethdr_core.runs.provenance import input_digests
+
+from ..house.source import ROOT
+
+PAGE = (ROOT / "docs" / "how-to" / "asset_packs.md").read_text()
+
+
+@pytest.fixture(scope="module")
+def pack(tmp_path_factory):
+    """The pack that the how-to makes, in a folder."""
+    folder = tmp_path_factory.mktemp("packs") / "my_pack"
+    folder.mkdir()
+    program = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL).group(1)
+    for name in ("delivery.glb", "rock.ply"):
+        program = program.replace(f'"{name}"', repr(str(folder / name)))
+    exec(compile(program, "docs/how-to/asset_packs.md", "exec"), {})  # noqa: S102
+    (folder / "pack.yaml").write_text(re.search(r"```yaml\n(.*?)```", PAGE, re.DOTALL).group(1))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def car(pack):
+    return load_pack(str(pack)).things[0]
+
+
+def test_the_pack_of_the_how_to_has_its_sizes_classes_and_lamps(pack, car):
+    rock = load_pack(str(pack)).things[1]
+    assert (car.category, car.group, car.family) == ("car", "car", "delivery_car")
+    assert (rock.category, rock.group) == ("rock", "rock")
+    assert car.asset.licence == "CC0-1.0"
+    for thing in (car, rock):
+        low, high = extent_m(build(thing, "near"))
+        assert high - low == pytest.approx(thing.size_m, abs=1e-3)  # sizes are rounded to mm
+        assert (low + high)[:2] == pytest.approx([0, 0], abs=1e-9) and low[2] == pytest.approx(0)
+    assert rock.size_m == pytest.approx((1.0, 0.7, 0.5), abs=0.01)  # a ball of 320 faces
+    lamps = {p.name: p for p in build(car, "near").parts if p.lamp}
+    assert [p.lamp.kind for p in lamps.values()] == ["low_beam"] * 2 + ["tail"] * 2
+    assert [p.lamp.intensity_cd for p in lamps.values()][2:] == [8, 8]
+    assert [np.sign(p.vertices[:, 1].mean()) for p in lamps.values()] == [1, -1, 1, -1]
+    assert [list(p.lamp.axis) for p in lamps.values()] == [[1, 0, 0]] * 2 + [[-1, 0, 0]] * 2
+
+
+def test_coarser_levels_keep_extent_and_lamps_and_cost_what_they_state(car):
+    counts = car.asset.triangles()
+    assert list(counts) == sorted(counts, reverse=True)
+    for count, level in zip(counts, ("near", "middle", "far", "distant"), strict=True):
+        model = car.asset.build(level)
+        assert sum(len(p.faces) for p in model.parts) == count
+        low, high = extent_m(model)
+        assert high - low == pytest.approx(car.size_m, abs=1e-3)
+        assert sum(p.lamp is not None for p in model.parts) == 4
+
+
+def test_things_of_packs_have_their_share_of_the_draws_and_without_packs_nothing_changes(pack):
+    stock = stock_of((str(pack),))
+    rng = np.random.default_rng(1)
+    own = [stock.draw("car", rng).family == "delivery_car" for _ in range(400)]
+    # three standard deviations of 400 draws at 0.5
+    assert np.mean(own) == pytest.approx(0.5, abs=0.075)
+    assert stock.draw("car", rng, "delivery_car") == load_pack(str(pack)).things[0]
+    assert stock.draw("car", rng, "sedan").family == "sedan"
+    assert set(stock.names("car")) == {*BUNDLED.names("car"), "delivery_car"}
+    for group in ("truck", "person"):
+        draws = [s.draw(group, np.random.default_rng(3)) for s in (stock, BUNDLED)]
+        assert draws[0] == draws[1]
+    with pytest.raises(ValueError, match="no family 'tram'"):
+        stock.draw("car", rng, "tram")
+
+
+def test_a_street_places_labels_and_lights_what_a_pack_adds(pack, car):
+    street = Street(seed=3, road="country_crest", vehicles_per_km=30.0, assets=(str(pack),))
+    standing = [s for s in street.plan().standing if s.foot.thing == car]
+    assert standing and "low_beam" in standing[0].foot.lamps
+    eye = street.eye()
+    assert set(levels(standing, eye.position_m)) == {car}
+    spectra = {"headlights": "led_white"}
+    models, objects = things_of(standing[:1], eye, spectra, "dipped_r149_c")
+    assert [o.category for o in objects] == ["car"]
+    lit = {p.lamp.kind: p.lamp for p in models[objects[0].model].parts if p.lamp}
+    assert lit["low_beam"].table is family("dipped_r149_c").table
+    assert lit["tail"].intensity_cd == 8
+    materials = used(models)
+    assert {p.material for p in models[objects[0].model].parts} == set(materials)
+
+
+def test_the_bytes_of_a_pack_are_part_of_the_names_of_results(pack, tmp_path):
+    folder = tmp_path / "copy"
+    shutil.copytree(pack, folder)
+    scene = Street(assets=(str(folder),))
+    before = input_digests(scene)
+    assert {name.rpartition("/")[2] for name in before} == {
+        "pack.yaml",
+        "delivery.glb",
+        "rock.ply",
+    }
+    first = load_pack(str(folder)).things[1]
+    again = load_pack(str(folder)).things[1]
+    assert first is again
+    mesh = trimesh.creation.icosphere(subdivisions=1, radius=0.4)
+    mesh.export(folder / "rock.ply")
+    after = input_digests(scene)
+    assert [name for name in before if before[name] != after[name]] == [str(folder / "rock.ply")]
+    other = load_pack(str(folder)).things[1]
+    assert other != first and other.size_m != first.size_m
+    assert input_digests(Street()) == {}
+
+
+def broken(folder):
+    """Write a pack in which every thing is wrong in its own way."""
+    box = trimesh.creation.box((4.0, 1.8, 1.5))
+    box.export(folder / "box.ply")
+    trimesh.Trimesh(box.vertices, box.faces[2:], process=False).export(folder / "holes.ply")
+    trimesh.Trimesh(box.vertices, box.faces[:, ::-1], process=False).export(folder / "inside.ply")
+    flat = np.concatenate([box.faces, [[0, 0, 1], [0, 1, 1]]])
+    trimesh.Trimesh(box.vertices, flat, process=False).export(folder / "flat.ply")
+    vertices = box.vertices.copy()
+    vertices[3] = np.nan
+    trimesh.Trimesh(vertices, box.faces, process=False).export(folder / "nan.ply")
+    (folder / "cut.glb").write_bytes(b"glTF" + bytes(40))
+    good = {"file": "box.ply", "group": "car", "materials": {"default": "paint_red"}}
+    lamp = {"kind": "tail", "axis": [-1, 0, 0], "box_m": [[-3, -1, 0.1], [0, 1, 2]]}
+    return {
+        "things": {
+            "missing": good | {"file": "bax.ply", "licence": "MIT"},
+            "holes": good | {"file": "holes.ply", "licence": "MIT"},
+            "inside": good | {"file": "inside.ply", "licence": "MIT"},
+            "flat": good | {"file": "flat.ply", "licence": "MIT"},
+            "nan": good | {"file": "nan.ply", "licence": "MIT"},
+            "cut": good | {"file": "cut.glb", "licence": "MIT"},
+            "huge": good | {"scale": 10, "licence": "MIT"},
+            "ship": good | {"group": "ship", "licence": "MIT"},
+            "axisless": good | {"lamps": [{"kind": "tail", "part": "x"}], "licence": "MIT"},
+            "unlit": good | {"lamps": [lamp | {"axis": [0, 0, -1]}], "licence": "MIT"},
+            "nameless": good | {"lamps": [lamp | {"kind": "tial"}], "licence": "MIT"},
+            "free": good,
+            "typo": good | {"matrials": {}, "licence": "MIT"},
+            "bare": {"file": "box.ply", "group": "car", "licence": "MIT", "materials": {}},
+            "paintless": good | {"materials": {"default": "paint_rde"}, "licence": "MIT"},
+            "moped": good | {"group": "motorcycle", "licence": "MIT"},
+            "dark": good | {"lamps": [lamp | {"beam": "no.ies"}], "licence": "MIT"},
+        }
+    }
+
+
+MISTAKES = {
+    "missing": r"there is no file bax\.ply in the pack; did you mean 'box\.ply'",
+    "holes": r"the mesh has holes: 4 edges without a second face; .*open: true",
+    "inside": r"its faces look inwards \(volume -10\.8 m3\)",
+    "flat": r"2 of 14 triangles have no area",
+    "nan": r"1 of 8 vertices are NaN",
+    "cut": r"cannot be read \(",
+    "huge": r"its length is 40 m; expected 2\.2 to 7\.5 m for the group car; check scale",
+    "ship": r"group is 'ship'; expected another one .*person",
+    "axisless": r"lamps\.0\.axis is missing; expected where the lamp shines",
+    "unlit": r"lamps\[0\] \(tail\): no face of its box looks along the axis",
+    "nameless": r"lamps\[0\]: kind is 'tial'; expected another one; did you mean 'tail'",
+    "free": r"states no licence; type licence: ",
+    "typo": r"matrials is no field; did you mean 'materials'",
+    "bare": r"nothing states the material of the part box\.ply",
+    "paintless": r"there is no material 'paint_rde'; did you mean 'paint_red'",
+    "moped": r"somebody rides a motorcycle; type riding:",
+    "dark": r"beam: there is no file no\.ies",
+}
+
+
+def test_all_mistakes_of_a_pack_are_told_at_once(tmp_path):
+    (tmp_path / "pack.yaml").write_text(yaml.safe_dump(broken(tmp_path)))
+    with pytest.raises(ConfigError) as told:
+        load_pack(str(tmp_path))
+    lines = str(told.value).splitlines()
+    assert f"has {len(lines) - 1} mistakes" in lines[0]
+    for name, words in MISTAKES.items():
+        own = [line for line in lines[1:] if re.match(rf"  - {name}[ :]", line)]
+        assert any(re.search(words, line) for line in own), (name, own)
+    assert len(lines) - 1 <= len(MISTAKES) + 3  # sizes in two more directions, and the rider's
+
+
+def test_open_meshes_may_have_holes_and_shares_end_at_1(tmp_path):
+    made = broken(tmp_path)["things"]
+    fine = {"leaf": made["holes"] | {"open": True, "share": 0.6}}
+    (tmp_path / "pack.yaml").write_text(yaml.safe_dump({"licence": "MIT", "things": fine}))
+    assert load_pack(str(tmp_path)).things[0].size_m == (4.0, 1.8, 1.5)
+    with pytest.raises(ConfigError, match="shares of the group car add up to 1.2"):
+        stock_of((str(tmp_path), str(tmp_path)))
+
+
+def test_a_folder_or_a_manifest_that_is_not_there_says_what_to_type(tmp_path):
+    with pytest.raises(ConfigError, match="no folder '.*nowhere'; expected an asset pack"):
+        load_pack(str(tmp_path / "nowhere"))
+    with pytest.raises(ConfigError, match="has no pack.yaml"):
+        Street(assets=(str(tmp_path),)).check_files()
+    (tmp_path / "pack.yaml").write_text("things: [")
+    with pytest.raises(ConfigError, match="cannot be read as YAML"):
+        load_pack(str(tmp_path))
+
+
+def test_axes_scale_obj_colours_and_beams(tmp_path):
+    """A wedge in cm, y up, that looks along -z: its low end must come to lie ahead."""
+    wedge = trimesh.convex.convex_hull(
+        [(x, y, z) for x in (-90, 90) for y, z in ((0, 200), (150, 200), (0, -200), (40, -200))]
+    )
+    material = trimesh.visual.material.SimpleMaterial(diffuse=[255, 0, 0, 255], name="red")
+    wedge.visual = trimesh.visual.TextureVisuals(material=material)
+    wedge.export(tmp_path / "wedge.obj", mtl_name="wedge.mtl")
+    ies = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 10\n0 45 90\n0\n700 350 0\n"
+    (tmp_path / "lamp.ies").write_text(ies)
+    lamp = {"part": "red", "axis": [1, 0, 0]}
+    entry = {
+        "file": "wedge.obj",
+        "group": "motorcycle",
+        "scale": 0.005,
+        "axes": {"forward": "-z", "up": "y"},
+        "lamps": [
+            lamp | {"kind": "low_beam", "beam": "lamp.ies", "box_m": [[0, 0, 0], [2, 1, 1]]},
+            lamp | {"kind": "tail", "axis": [-1, 0, 0], "cd_m2": 1000},
+        ],
+        "riding": {"saddle": [-0.2, 0, 0.7], "grip": [0.3, 0.3, 0.9], "foot": [0.1, 0.2, 0.3]},
+    }
+    whole = {"licence": "MIT", "things": {"wedge": entry}}
+    (tmp_path / "pack.yaml").write_text(yaml.safe_dump(whole))
+    thing = load_pack(str(tmp_path)).things[0]
+    assert thing.size_m == pytest.approx((2.0, 0.9, 0.75), abs=1e-9)
+    model = build(thing, "near")
+    ahead = np.concatenate([p.vertices for p in model.parts])
+    assert ahead[ahead[:, 0] > 0.99, 2].max() == pytest.approx(0.2)
+    beam, tail = (p.lamp for p in model.parts if p.lamp)
+    assert beam.intensity_cd == pytest.approx(700)
+    assert tail.intensity_cd == pytest.approx(1000 * 0.9 * 0.75)  # of the whole rear face
+    part = replace(model.model().parts[-1], lamp=beam)
+    kept = switched(replace(model.model(), parts=(part,)), ("low_beam",), {}, "driving")
+    assert kept.parts[0].lamp.table is beam.table
+    assert {p.material for p in model.parts} == {name_of("#ff0000", "satin")}
+    rider = rider_of(thing, np.random.default_rng(0))
+    assert rider.vehicle == thing and 1.0 < rider.size_m[2] + 0.3 < 2.3
+
+
+def test_a_material_has_the_colour_it_states():
+    """In daylight the smoothest reflectance of a colour has that colour. The reflectance has
+    bands of 20 nm: between them it misses by up to 2 codes of 255.
+    """
+    nm = np.arange(400.0, 701.0, 10.0)
+    light = spectrum_of("daylight").at(nm)
+    white = linear_srgb(xyz(light / luminance(light, nm), nm))
+    for colour in ("#c04020", "#80786c", "#2040a0"):
+        material = material_of(name_of(colour, "matt"))
+        seen = linear_srgb(xyz(light * material.reflectance.at(nm) / luminance(light, nm), nm))
+        code = 255 * srgb_encode(np.clip(seen / white, 0, 1))
+        wanted = [int(colour[k : k + 2], 16) for k in (1, 3, 5)]
+        assert code == pytest.approx(wanted, abs=2.5)
+
+
+def test_normals_are_smooth_on_a_ball_and_sharp_on_a_box(pack):
+    box = trimesh.creation.box((1, 1, 1))
+    assert open_edges(box.vertices, box.faces) == 0
+    sharp = creased(Piece("box", box.vertices, box.faces, "steel"))
+    assert np.sort(np.abs(sharp.normals), 1)[:, 2] == pytest.approx(1)
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    smooth = creased(Piece("ball", ball.vertices, ball.faces, "steel"))
+    away = (smooth.normals * smooth.vertices).sum(1)
+    assert away.min() > np.cos(np.radians(2))  # faces of 5 degrees
+
+
+def test_a_sheet_shows_the_things_of_a_pack(pack):
+    assert chosen(str(pack), 5, 0, False) == list(load_pack(str(pack)).things)
+
+
+def test_nothing_of_a_pack_is_placed_where_its_box_does_not_fit(pack, car):
+    foot = Foot("car 1", car, 0.0, 0.0, 0.0, "driving")
+    layout = Layout(kind("country_crest", 1), (Standing(foot, np.eye(4)),), ())
+    assert layout.standing[0].foot.boxes()[0, 2:4] == pytest.approx(np.array(car.size_m)[:2] / 2)
