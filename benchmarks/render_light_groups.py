@@ -1,11 +1,14 @@
-"""Light groups in one pass against one pass per group: CPU seconds to an equal median error.
+"""All light groups in one pass against Mitsuba's own `path`: CPU seconds to an equal error.
 
-The baseline is the most direct way with Mitsuba alone: its own `path` integrator with a `specfilm`
-of 31 top-hat bands, once for each of the four groups with the other lamps black. Both run in this
-process, on the same scene (the tests' street of 50 boxes), warm. The judge is neither: a long
-rendering by Mitsuba's own `path`, with films of four bands, which have no colour noise, and with
-other random numbers. It is made in two halves; what these differ by is the judge's own error, which
-is taken off both (errors add in squares). Cost to equal error is CPU seconds x error^2. Run:
+The opponent is the best use of Mitsuba alone that is known here: its integrator `path`, once for
+each of the four groups with the other lamps black, with eight films of four bands each. Four bands
+of equal width get one wavelength each of every path, so there is no colour noise. Its points are
+spread evenly (`multijitter`), as ours are. Both run in this process on the same scene (the tests'
+street of 50 boxes), warm, with the same number of paths per tile.
+
+The error of a rendering is the median over tiles and bands of the difference between two
+renderings with other random numbers, over the square root of 2 and the mean of all renderings.
+Tiles above 1 % of the group's mean count. The cost to equal error is CPU seconds x error^2. Run:
 
     python benchmarks/render_light_groups.py
 """
@@ -13,16 +16,30 @@ is taken off both (errors add in squares). Cost to equal error is CPU seconds x 
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
+import mitsuba as mi
 import numpy as np
+from isethdr_mitsuba.doctor import choose_variant
+from isethdr_mitsuba.renderer import MitsubaRenderer
 
-WIDTH = 128
-HEIGHT = 72
-SAMPLES = {"ours": 64, "baseline": 64}  # paths per tile
-HALF = 448  # of the reference, paths per tile
+WIDTH = 256
+HEIGHT = 144
+SAMPLES = 64  # paths per tile of a rendering
+REPEATS = 4  # renderings of either way
+BLOCK = 16  # tiles across and down whose sums are compared
+
+
+class Way(NamedTuple):
+    """Renderings of one way: radiance (repeat, group, band, y, x), and CPU s of one of them."""
+
+    radiance: np.ndarray
+    seconds: float
 
 
 def tests_scenes():
@@ -34,96 +51,101 @@ def tests_scenes():
     return module
 
 
-def main():
-    import mitsuba as mi
-    from isethdr_mitsuba.doctor import choose_variant
-    from isethdr_mitsuba.renderer import MitsubaRenderer
-
-    mi.set_variant(choose_variant("llvm"))
-    from isethdr_mitsuba.frame import even_passes, follower
+def ways(make, scene, settings):
+    """Return the functions (seed) -> radiance (group, band, y, x) of our way and of `path`."""
+    from isethdr_mitsuba.frame import follower
     from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
     from isethdr_mitsuba.world.geometry import build_world
     from isethdr_mitsuba.world.materials import ramp_surfaces
     from isethdr_mitsuba.world.view import view_of
 
+    groups = list(scene.light_groups())
+    bands = np.array(settings.bands_nm())
+    view = view_of(scene.camera, settings.width, settings.height, 0.0)
+    lamps = placed_lamps(scene)
+    surfaces = ramp_surfaces(scene)
+    world = build_world(scene, surfaces)
+    paths = follower(scene, view, lamps, groups, bands, settings, world, surfaces)
+    opponents = [
+        make.mitsubas_own(scene, settings, view, lamps, group, bands, "multijitter")
+        for group in groups
+    ]
+
+    def ours(seed):
+        sums = paths.even_pass(seed, SAMPLES)[:, : len(bands)]
+        return sums.reshape(len(groups), len(bands), *view.shape) / SAMPLES
+
+    def opponent(seed):
+        return np.stack([render(seed, SAMPLES) for render in opponents])
+
+    return ours, opponent
+
+
+def rendered(render: Callable[[int], np.ndarray]) -> Way:
+    """Return the renderings of one way; the first one compiles and does not count."""
+    render(1)
+    start = time.process_time()
+    radiance = np.stack([render(seed) for seed in range(2, 2 + REPEATS)])
+    return Way(radiance, (time.process_time() - start) / REPEATS)
+
+
+def median_error(renderings: np.ndarray, reference: np.ndarray) -> float:
+    """Return the relative error of one of `renderings` (repeat, band, y, x) of a light group."""
+    lit = reference.mean(0) > 0.01 * reference.mean()
+    # a lamp may have no light in some bands
+    there = lit & (reference > 1e-3 * reference.mean(0))
+    pairs = [
+        np.median(np.abs(a - b)[there] / reference[there])
+        for a, b in itertools.combinations(renderings, 2)
+    ]
+    return float(np.mean(pairs) / np.sqrt(2))
+
+
+def agreement(ours: np.ndarray, path: np.ndarray) -> tuple[float, float]:
+    """Return the ratio of the light of both ways, and its standard error from repeats.
+
+    `ours`, `path` : (repeat, band, y, x) of a light group. Each block of tiles has the same weight,
+    so that a few tiles beside a lamp do not decide.
+    """
+    rows, columns = (n // BLOCK for n in ours.shape[-2:])
+    blocks = lambda light: (
+        light.sum(1)[:, : rows * BLOCK, : columns * BLOCK]
+        .reshape(len(light), rows, BLOCK, columns, BLOCK)
+        .sum((2, 4))
+    )
+    both = blocks(ours), blocks(path)
+    mean = np.concatenate(both).mean(0)
+    lit = mean > 0.01 * mean.mean()
+    levels = [(light[:, lit] / mean[lit]).mean(1) for light in both]
+    ratio = levels[0].mean() / levels[1].mean()
+    return ratio, float(np.hypot(*(v.std(ddof=1) / np.sqrt(len(v)) for v in levels)))
+
+
+def main() -> None:
+    """Print a row for each light group, and the geometric mean."""
+    mi.set_variant(choose_variant("llvm"))
     make = tests_scenes()
     scene = make.street(50)
     settings = MitsubaRenderer(width=WIDTH, height=HEIGHT, margin=0.0)
-    groups = list(scene.light_groups())
-    bands = settings._bands(None)
-    view = view_of(scene.camera, WIDTH, HEIGHT, 0.0)
-    lamps = placed_lamps(scene)
-    surfaces = ramp_surfaces(scene)
-    one_pass = even_passes(
-        follower(
-            scene, view, lamps, groups, bands, settings, build_world(scene, surfaces), surfaces
-        )
-    )
-
-    def ours(seed, samples):
-        out = np.zeros((len(groups), len(bands), *view.shape))
-        for g, band, values in one_pass(seed, samples):
-            out[g, band] = np.reshape(values, view.shape)
-        return out
-
-    own = lambda films: [
-        make.mitsubas_own(scene, settings, view, lamps, g, bands, films) for g in groups
-    ]
-    judges = own(4)
-    straight = own(len(bands))
-    baseline = lambda seed, samples: np.stack([render(seed, samples) for render in straight])
-    started = time.process_time()
-    halves = [np.stack([render(seed, HALF) for render in judges]) for seed in (1001, 1002)]
-    reference = (halves[0] + halves[1]) / 2
-    judge = [median_error(h, reference[g], halves[1][g]) / 2 for g, h in enumerate(halves[0])]
+    ours, path = (rendered(render) for render in ways(make, scene, settings))
     print(
-        f"{WIDTH}x{HEIGHT}, {len(bands)} bands, groups {', '.join(groups)}; median relative error"
-        " per tile and band"
+        f"{WIDTH}x{HEIGHT} tiles, {len(settings.bands_nm())} bands, {SAMPLES} paths per tile,"
+        f" {REPEATS} renderings of either way"
     )
-    print(
-        f"{'reference by path, 2 x ' + str(HALF) + ' paths':40s}"
-        f" {time.process_time() - started:7.2f} CPU-s   "
-        + "  ".join(f"{g} {e:.4f}" for g, e in zip(groups, judge, strict=True))
-    )
-    costs = {}
-    for name, render, samples in (
-        ("one pass, all groups (ours)", ours, SAMPLES["ours"]),
-        ("four pruned passes of path + specfilm", baseline, SAMPLES["baseline"]),
-    ):
-        render(1, samples)  # compile
-        start = time.process_time()
-        picture = render(2, samples)
-        seconds = time.process_time() - start
-        luminance = np.array(
-            [median_error(picture[g], reference[g], reference[g]) for g in range(len(groups))]
-        )
-        squares = np.maximum(luminance**2 - np.square(judge), 0)
-        costs[name] = seconds * squares
+    print(f"CPU s of a rendering of all groups: ours {ours.seconds:.1f}, path {path.seconds:.1f}")
+    times = []
+    for g, group in enumerate(scene.light_groups()):
+        pair = ours.radiance[:, g], path.radiance[:, g]
+        reference = np.concatenate(pair).mean(0)
+        errors = [median_error(light, reference) for light in pair]
+        times.append(path.seconds * errors[1] ** 2 / (ours.seconds * errors[0] ** 2))
+        ratio, standard_error = agreement(*pair)
         print(
-            f"{name:40s} {seconds:7.2f} CPU-s   "
-            + "  ".join(
-                f"{g} {np.sqrt(e):.4f} (seen {s:.4f})"
-                for g, e, s in zip(groups, squares, luminance, strict=True)
-            )
+            f"{group:13s} error: ours {errors[0]:.4f}, path {errors[1]:.4f}; path takes"
+            f" {times[-1]:.1f} times the CPU s to equal error; light ours / path {ratio:.4f} +-"
+            f" {standard_error:.4f}"
         )
-    ratio = np.divide(*reversed(list(costs.values())))
-    print(
-        "CPU seconds to equal error, baseline / ours: "
-        + "  ".join(f"{g} {r:.1f}" for g, r in zip(groups, ratio, strict=True))
-        + f"   geometric mean {np.exp(np.log(ratio).mean()):.1f}"
-    )
-
-
-def median_error(picture, reference, against):
-    """Return the median over tiles and bands of |picture - against| / reference, on tiles above 1 %
-    of the group's mean.
-    """
-    lit = reference.mean(0) > 0.01 * reference.mean()
-    picture = picture[:, lit]
-    reference = reference[:, lit]
-    against = against[:, lit]
-    there = reference > 1e-3 * reference.mean(0)  # a lamp may have no light in some bands
-    return float(np.median(np.abs(picture - against)[there] / reference[there]))
+    print(f"geometric mean of the groups: {np.exp(np.log(times).mean()):.1f} times")
 
 
 if __name__ == "__main__":

@@ -62,7 +62,7 @@ def render_frame(
     lamps += disc_lamps(description, "sky" in groups)
     surfaces = ramp_surfaces(description)
     lost_share, worst = lost_light(description.materials.values())
-    if lost_share > 0:
+    if lost_share > 0 and variant.startswith("scalar"):
         why = f"Mitsuba follows light to one facet alone; most at grazing angles, of {worst}"
         ledger.left_out("light from facet to facet", why, lost_share, "relative", key="facets")
     world = build_world(description, surfaces)

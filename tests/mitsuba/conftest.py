@@ -146,7 +146,7 @@ def street(boxes=12, seed=3):
     )
 
 
-def mitsubas_own(scene, settings, view, lamps, group, bands_nm, bands_a_film=4):
+def mitsubas_own(scene, settings, view, lamps, group, bands_nm, sampler="independent"):
     """The independent way: Mitsuba's own `path` and `specfilm`, the emitter plugin for lamps, the
     group's lamps alone.
 
@@ -170,13 +170,12 @@ def mitsubas_own(scene, settings, view, lamps, group, bands_nm, bands_a_film=4):
     world = build_world(scene, coloured_surfaces(scene, *span), emitter_of, **sky)
     integrator = mi.load_dict({"type": "path", "max_depth": settings.max_depth, "rr_depth": 1000})
     films = []
-    for k in range(0, len(bands_nm), bands_a_film):
-        some = bands_nm[k : k + bands_a_film]
+    for k in range(0, len(bands_nm), 4):
+        some = bands_nm[k : k + 4]
         # films of equal size
-        some = np.r_[some, some[-1] + settings.step_nm * np.arange(1, bands_a_film - len(some) + 1)]
-        films.append(
-            mi.load_dict(sensor(view, film(some, settings.step_nm, view.shape[1], view.shape[0])))
-        )
+        some = np.r_[some, some[-1] + settings.step_nm * np.arange(1, 4 - len(some) + 1)]
+        camera = sensor(view, film(some, settings.step_nm, view.shape[1], view.shape[0]))
+        films.append(mi.load_dict(camera | {"sampler": {"type": sampler}}))
 
     def pictures(seed, samples):
         found = [

@@ -1,5 +1,5 @@
-"""Energy of coated and metallic surfaces: the light that is lost between facets, and its
-compensation.
+"""Energy of coated and metallic surfaces in scalar variants: the light that is lost between
+facets, and a partial compensation. Other variants lose none (`compensated_surface`).
 
 Mitsuba's rough surfaces follow light to one facet only. Light that would meet another facet is
 lost, and the base under a coat receives less. In a white furnace a coat of roughness 0.55 loses 30

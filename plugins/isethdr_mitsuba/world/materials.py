@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.scene import Facets, Granular, Material, Spectrum
+from isethdr_core.scene import Facets, Granular, Material, Spectrum, flat
 
 from .coat_energy import coat_energy
 
@@ -109,14 +109,49 @@ def _opaque(material, table: dict) -> dict:
     if material.kind == "granular":
         return _granular(_granular_of(material), table)
     rough = material.roughness > 0
+    if rough and not _own_surfaces().variant().startswith("scalar"):
+        return _compensated(material, table)
+    if material.kind == "plastic":
+        base = coat_energy("plastic", material.roughness, material.index).base
+        table = times(table, base)
+    return _single_facets(material, table)
+
+
+def _compensated(material, table: dict) -> dict:
+    """Return a rough surface with the lobe for the light that it loses between facets.
+
+    In a scalar variant each path would call Python; there the base of a coat is brighter instead.
+    """
+    own = _own_surfaces()
+    missing = _missing(own.variant(), material.kind, material.roughness, material.index)
+    return own.compensated_surface(_single_facets(material, table), table, missing)
+
+
+@lru_cache(maxsize=256)
+def _missing(variant: str, kind: str, roughness: float, index: float) -> np.ndarray:
+    """Return the share of light that a white surface loses. `variant` measures it."""
+    white = Material(kind, kind, flat(1.0), roughness, index)
+    reflectance = {"type": "uniform", "value": 1.0}
+    return _own_surfaces().missing_light(_single_facets(white, reflectance))
+
+
+def _own_surfaces():
+    """Return the module of our own Mitsuba surfaces, whose import imports Mitsuba."""
+    from . import own_surfaces
+
+    return own_surfaces
+
+
+def _single_facets(material, table: dict) -> dict:
+    """Return Mitsuba's own coated or metallic surface, which follows light to one facet only."""
+    rough = material.roughness > 0
     microfacets = (
         {"alpha": float(max(material.roughness, 1e-3)), "distribution": "beckmann"} if rough else {}
     )
     if material.kind == "plastic":
-        base = coat_energy("plastic", material.roughness, material.index).base
         return {
             "type": "roughplastic" if rough else "plastic",
-            "diffuse_reflectance": times(table, base),
+            "diffuse_reflectance": table,
             "int_ior": float(material.index),
             "ext_ior": 1.0,
             **microfacets,
@@ -191,17 +226,14 @@ def _with_retro_reflection(material, base: dict, table: dict) -> dict:
     because each path calls Python. There a marking consists of grains alone, which return as much
     light as a worn marking.
     """
-    import mitsuba as mi
-
-    from .retro_surface import retro_surface
-
+    own = _own_surfaces()
     retro = material.retro
-    if retro.form == "beads" and mi.variant().startswith("scalar"):
+    if retro.form == "beads" and own.variant().startswith("scalar"):
         return _granular(WORN_MARKING, table)
     strong = replace(retro, peak=retro.peak / retro.share)
     return {
         "type": "blendbsdf",
         "weight": float(retro.share),
         "bsdf_0": base,
-        "bsdf_1": retro_surface(strong, table),
+        "bsdf_1": own.retro_surface(strong, table),
     }
