@@ -1,4 +1,4 @@
-"""Rough surfaces that lose no light between facets: a Mitsuba surface plus a lobe for what it lacks.
+"""Rough surfaces that lose no light between facets: a Mitsuba surface and a lobe for what it lacks.
 
 Mitsuba's rough surfaces follow light to one facet only. Let A(c) be the share of light from the
 cosine c that the surface reflects if nothing is absorbed, and B the mean of 1 - A over the
