@@ -10,7 +10,7 @@
 | `demosaic_methods`    | demosaic methods compared on charts                                      |
 | `fireflies`           | single tiles that a rendering made too bright, against a judge           |
 | `merge_rules`         | merge rules over eight decades of light                                  |
-| `renderer_noise`      | noise and light of renderings whose paths follow need                   |
+| `renderer_noise`      | noise and light of renderings whose paths follow need                    |
 | `accuracy/`           | error against run time of each stage of the bundled components           |
 | `budget/`             | whether the error allowed is kept                                        |
 | `omission/`           | runs that leave out what they do not need, against runs that do not      |
