@@ -5,6 +5,7 @@
 | `record`        | what is known of one store, from its root attributes alone |
 | `index`         | `refresh`: rebuild index.duckdb, a cache of all records   |
 | `index_file`    | the index: records in typed columns of a DuckDB file       |
+| `joined_index`  | the indices of several homes as one                        |
 | `query`         | `find`, `sql`, `show`                                      |
 | `compare`       | what differs between two runs, and by more than intervals  |
 | `comparison_summary` | what `isethdr catalog compare` prints                 |
@@ -16,7 +17,7 @@
 | `space`         | what takes how much of the disk, and its removal           |
 | `verify`        | read every file and name what is damaged                   |
 | `adopt`         | give stores of format 1 a manifest                         |
-| `commands`      | `isethdr catalog find|sql|show|score|compare|verify|adopt|refresh|du|gc|rm` |
+| `commands`      | `isethdr catalog find`, `sql`, `show`, `report` and the others |
 | `report`        | one self-contained page per run, and per sweep             |
 """
 

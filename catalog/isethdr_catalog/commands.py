@@ -1,9 +1,10 @@
-"""Commands: `isethdr catalog find|sql|show|score|compare|verify|adopt|refresh|du|gc|rm`, on the
-folder ISETHDR_HOME or ./runs.
+"""Commands: `isethdr catalog find|sql|show|report|score|compare|verify|adopt|refresh|du|gc|rm`, on
+the folder ISETHDR_HOME or ./runs. Those that only look something up read several homes.
 """
 
 from __future__ import annotations
 
+from importlib import import_module
 from types import ModuleType
 
 import typer
@@ -13,6 +14,7 @@ from isethdr_core.data.scores import UNLIKE_SHARES, are_unlike
 from isethdr_core.errors import CatalogError
 from isethdr_core.plugins.registry import build
 from isethdr_core.storage.home_folder import existing_home as home
+from isethdr_core.storage.home_folder import existing_homes as homes
 
 catalog = typer.Typer(
     no_args_is_help=True, help="Find, query, check and index stored scenes and runs."
@@ -33,7 +35,7 @@ def find(
     limit: int = typer.Option(50, help="most rows listed"),
 ) -> None:
     """Print one row per scene, and per camera of a run."""
-    folder = home()
+    places = homes()
     pairs = dict(c.split("=", 1) for c in conditions or () if "=" in c)
     if wrong := [c for c in conditions or () if "=" not in c]:
         raise CatalogError(
@@ -42,8 +44,9 @@ def find(
         )
     order_by = pairs.pop("order_by", order_by)
     limit = _count(pairs.pop("limit", limit))
-    rows = _query().find(folder, order_by=order_by or None, limit=limit, **pairs)
-    paths = list(dict.fromkeys(str(folder / row.pop("path")) for row in rows))
+    rows = _query().find(places, order_by=order_by or None, limit=limit, **pairs)
+    paths = list(dict.fromkeys(str(_query().path_of(row, places)) for row in rows))
+    rows = [{name: cell for name, cell in row.items() if name != "path"} for row in rows]
     print_table(list(rows[0]) if rows else ["nothing found"], [list(r.values()) for r in rows])
     if remark := _remark_on_shares(rows):
         print(remark)
@@ -70,7 +73,7 @@ def _remark_on_shares(rows: list[dict]) -> str:
 )
 def sql(text: str) -> None:
     """Print the result of one DuckDB query."""
-    print_table(*_query().sql(home(), text))
+    print_table(*_query().sql(homes(), text))
 
 
 @catalog.command(
@@ -81,7 +84,19 @@ def sql(text: str) -> None:
 )
 def show(name: str) -> None:
     """Print the root attributes as JSON."""
-    print(_query().shown(home(), name))
+    print(_query().shown(homes(), name))
+
+
+@catalog.command(
+    help=(
+        "Name the report of a run, and write it where it is not there: isethdr catalog report ID,"
+        " by its name or first digits"
+    )
+)
+def report(name: str) -> None:
+    """Print the path of the page, in the home folder of the run or in its scratch folder."""
+    reports = import_module(".report.named_report", __package__)
+    print_path("report", reports.named_report(homes(), name))
 
 
 @catalog.command(
@@ -106,7 +121,7 @@ def score(
     if "metric" not in fields:
         raise CatalogError("no metric is named; type for example metric=ssim_pu21")
     metric = build("metric", fields.pop("metric"), **fields)
-    rows = scores_of(_query().show(home(), name)["path"], metric)
+    rows = scores_of(_query().show(homes(), name)["path"], metric)
     columns = ("camera", "metric", "object", "value", "unit", "low", "high")
     print_table(columns, [[row[column] for column in columns] for row in rows])
 
@@ -124,7 +139,7 @@ def compare_runs(a: str, b: str) -> None:
     """Print what differs, and the path of the page."""
     from .comparison_summary import print_comparison
 
-    print_comparison(home(), a, b)
+    print_comparison(homes(), a, b)
 
 
 @catalog.command(
@@ -251,7 +266,7 @@ def reproduce_run(name: str) -> None:
     """Print which versions and numbers differ."""
     from .reproduce import print_reproduction, reproduce
 
-    found = reproduce(home(), name)
+    found = reproduce(homes(), name)
     print_reproduction(found)
     if found.outcome:
         raise typer.Exit(int(found.outcome))

@@ -16,7 +16,7 @@ from isethdr_core.runs.run import Result
 from isethdr_core.sweeps.score_order import differ, most_telling_first
 from isethdr_core.sweeps.table import Scored
 
-from .query import show
+from .query import Homes, show
 
 VERDICT = {True: "yes", False: "no", None: "not known"}
 ABSENT = "–"  # a setting that one of the configs does not have
@@ -71,20 +71,20 @@ class Comparison:
         return settings + table(["score", "unit", "cameras", "A", "B", "differ"], rows)
 
 
-def compare(folder: Path | str, a: str, b: str) -> Comparison:
+def compare(homes: Homes, a: str, b: str) -> Comparison:
     """Return the differences between two stored runs.
 
     Parameters
     ----------
-    folder : the home folder.
+    homes : the home folder, or several homes.
     a, b : the first digits of two runs, or their names.
 
     Raises
     ------
     CatalogError : one of them is no run, or there are several that are called so.
     """
-    one = stored_run(folder, a)
-    other = stored_run(folder, b)
+    one = stored_run(homes, a)
+    other = stored_run(homes, b)
     return Comparison(
         one,
         other,
@@ -101,14 +101,14 @@ def camera_pairs(a: Result, b: Result) -> list[tuple[str, str]]:
     return [(name, name) for name in a.cameras if name in b.cameras]
 
 
-def stored_run(folder: Path | str, name: str) -> Result:
+def stored_run(homes: Homes, name: str) -> Result:
     """Return the run of that name or key.
 
     Raises
     ------
     CatalogError : it is no run, or several are called so.
     """
-    attributes = show(folder, name)
+    attributes = show(homes, name)
     if attributes.get("kind") != "run":
         raise CatalogError(
             f"{name!r} is a {attributes.get('kind', 'store')}; expected a run;"

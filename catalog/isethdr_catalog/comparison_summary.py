@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 
 from isethdr_core.cli.sweep_summary import scored_text
 from isethdr_core.cli.terminal import print_path, print_table, print_text
+from isethdr_core.storage.home_folder import StoredHome
 
 from .compare import VERDICT, compare
 from .report.compare_page import write_compare_page
@@ -14,17 +15,20 @@ from .space import COMPARISONS
 MOST_SETTINGS = 15  # lines; the page has all
 
 
-def print_comparison(folder: Path, a: str, b: str) -> None:
-    """Print the settings and scores of two runs that differ, and write and name the page.
+def print_comparison(homes: Sequence[StoredHome], a: str, b: str) -> None:
+    """Print the settings and scores of two runs that differ, and write and name the page, in the
+    first home.
 
     Raises
     ------
     CatalogError : one of them is no run, or there are several that are called so.
     """
-    found = compare(folder, a, b)
+    found = compare(homes, a, b)
     for letter, run in (("A", found.a), ("B", found.b)):
         name = f" ({run.labels.name})" if run.labels.name else ""
         print(f"{letter}: {run.path.stem}{name}, cameras {', '.join(run.cameras)}")
+        if len(homes) > 1:
+            print_path("   in", run.path.parent.parent)
     print("\nsettings that differ" if found.settings else "\nno setting differs")
     for setting in found.settings[:MOST_SETTINGS]:
         print_text(f"{setting.name}: {setting.a} | {setting.b}", "  ", "      ")
@@ -51,4 +55,4 @@ def print_comparison(folder: Path, a: str, b: str) -> None:
     )
     same = len(found.scores) - len(changed)
     print(f"{same} scores do not differ by more than their intervals")
-    print_path("page", write_compare_page(found, folder / COMPARISONS))
+    print_path("page", write_compare_page(found, homes[0].folder / COMPARISONS))

@@ -118,7 +118,9 @@ def refresh(folder: str | os.PathLike[str]) -> Refreshed:
 
 
 def attach(
-    base: duckdb.DuckDBPyConnection, folder: str | os.PathLike[str]
+    base: duckdb.DuckDBPyConnection,
+    folder: str | os.PathLike[str],
+    alias: str = index_file.ALIAS,
 ) -> dict[str, Any] | None:
     """Attach an index of all stores of a home folder, and bring it up to date first.
 
@@ -137,10 +139,10 @@ def attach(
     folder = Path(folder)
     before = state(folder)
     if before is not None:
-        if index_file.attach(base, folder / INDEX):
+        if index_file.attach(base, folder / INDEX, alias):
             if state(folder) == before:
                 return before
-            index_file.detach(base)
+            index_file.detach(base, alias)
     compared = _begin_comparison(folder)
     current = stamps(folder)
     skipped: dict[str, str] = {}
@@ -148,17 +150,17 @@ def attach(
         skipped = _refresh(folder, current).skipped
     index = _stamp(folder / INDEX)
     wanted = {p: s for p, s in current.items() if str(folder / p) not in skipped}
-    if index_file.attach(base, folder / INDEX):
-        if index_file.known(base) == wanted:
+    if index_file.attach(base, folder / INDEX, alias):
+        if index_file.known(base, alias) == wanted:
             if compared is not None and _stamp(folder / INDEX) == index:
                 _remember(folder, compared | {"index": index})
             return None
-        index_file.detach(base)
+        index_file.detach(base, alias)
     with tempfile.TemporaryDirectory(prefix="isethdr-index-") as scratch:
         copy = Path(scratch) / INDEX
         changes = _changes(folder, current)
         _write(changes, copy, changes.reading)
-        index_file.attach(base, copy)  # stays open after its name is gone
+        index_file.attach(base, copy, alias)  # stays open after its name is gone
     return None
 
 

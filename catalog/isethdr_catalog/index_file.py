@@ -99,7 +99,7 @@ def connected() -> Iterator[duckdb.DuckDBPyConnection]:
         yield base
 
 
-def attach(base: duckdb.DuckDBPyConnection, path: Path) -> bool:
+def attach(base: duckdb.DuckDBPyConnection, path: Path, alias: str = ALIAS) -> bool:
     """Attach an index file for reading; False where it is missing, damaged or of another layout."""
     with needed("the index of the catalog", extra="catalog"):
         import duckdb
@@ -107,27 +107,27 @@ def attach(base: duckdb.DuckDBPyConnection, path: Path) -> bool:
     if not path.is_file():
         return False
     try:
-        base.execute(f"ATTACH '{quoted(path)}' AS {ALIAS} (READ_ONLY, TYPE duckdb)")
+        base.execute(f"ATTACH '{quoted(path)}' AS {alias} (READ_ONLY, TYPE duckdb)")
     except duckdb.Error:
         return False
     try:
-        found = base.execute(f"SELECT schema FROM {ALIAS}.about").fetchone()
+        found = base.execute(f"SELECT schema FROM {alias}.about").fetchone()
     except duckdb.Error:
         found = None
     if found == (SCHEMA,):
         return True
-    detach(base)
+    detach(base, alias)
     return False
 
 
-def detach(base: duckdb.DuckDBPyConnection) -> None:
+def detach(base: duckdb.DuckDBPyConnection, alias: str = ALIAS) -> None:
     """Let go of the attached file."""
-    base.execute(f"DETACH {ALIAS}")
+    base.execute(f"DETACH {alias}")
 
 
-def known(base: duckdb.DuckDBPyConnection) -> dict[str, str]:
+def known(base: duckdb.DuckDBPyConnection, alias: str = ALIAS) -> dict[str, str]:
     """Return {path: stamp} of the stores in the attached file."""
-    return dict(base.execute(f"SELECT path, stamp FROM {ALIAS}.store").fetchall())
+    return dict(base.execute(f"SELECT path, stamp FROM {alias}.store").fetchall())
 
 
 def count(base: duckdb.DuckDBPyConnection) -> int:
@@ -136,9 +136,9 @@ def count(base: duckdb.DuckDBPyConnection) -> int:
     return int(found[0]) if found else 0
 
 
-def properties(base: duckdb.DuckDBPyConnection) -> dict[str, Property]:
+def properties(base: duckdb.DuckDBPyConnection, alias: str = ALIAS) -> dict[str, Property]:
     """Return the properties of the attached file by name."""
-    rows = base.execute(f"SELECT name, place, type, score FROM {ALIAS}.property").fetchall()
+    rows = base.execute(f"SELECT name, place, type, score FROM {alias}.property").fetchall()
     return {row[0]: Property(*row) for row in rows}
 
 
@@ -391,6 +391,13 @@ def quoted(text: object) -> str:
 def identifier(name: str) -> str:
     """Return a name as SQL writes that of a column."""
     return '"' + name.replace('"', '""') + '"'
+
+
+def pointer(name: str) -> str:
+    """Return the JSON pointer of a flat property, as an SQL text; names hold dots, so a path would
+    not do.
+    """
+    return "'/" + quoted(name.replace("~", "~0").replace("/", "~1")) + "'"
 
 
 def _kind(value: object) -> str:

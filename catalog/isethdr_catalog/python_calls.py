@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable
 from typing import Any
 
 from isethdr_core.results.html import table
-from isethdr_core.storage.home_folder import existing_home
+from isethdr_core.storage.home_folder import existing_homes
 
 from . import query
 from .compare import Comparison
 from .compare import compare as compare_runs
+
+Home = str | os.PathLike[str] | Iterable[object]
 
 
 class Rows(list[dict[str, Any]]):
@@ -21,13 +25,15 @@ class Rows(list[dict[str, Any]]):
         return table(head, [[row[name] for name in head] for row in self])
 
 
-def find(order_by: str | None = None, limit: int = 50, **conditions: Any) -> Rows:
+def find(order_by: str | None = None, limit: int = 50, home: Home = (), **conditions: Any) -> Rows:
     """Return the stored scenes and runs (one row per camera) that meet all conditions.
 
     Parameters
     ----------
     order_by : a property; a leading `-` puts the largest first.
     limit : the most rows.
+    home : a home or several: folders, and addresses such as s3://bucket/lab. Of several, each row
+        states its `home`. Without any, the home folder is that of the variable ISETHDR_HOME.
     conditions : `property=value`, or `property__operator=value` with ge, le, gt, lt, ne or in. A
         dot of a name is written as two underscores: `person__distance_m__le=30`.
 
@@ -35,28 +41,34 @@ def find(order_by: str | None = None, limit: int = 50, **conditions: Any) -> Row
     ------
     CatalogError : a property that no record has, or a home folder that is not there.
     """
-    return Rows(query.find(existing_home(), order_by=order_by, limit=limit, **conditions))
+    return Rows(query.find(existing_homes(home), order_by=order_by, limit=limit, **conditions))
 
 
-def show(name: str) -> dict[str, Any]:
+def show(name: str, home: Home = ()) -> dict[str, Any]:
     """Return all that is recorded about one store, with its `path`.
+
+    Parameters
+    ----------
+    name : the first digits of a store, or the name of a run.
+    home : as of `find`.
 
     Raises
     ------
     CatalogError : no store is called so, or several are.
     """
-    return query.show(existing_home(), name)
+    return query.show(existing_homes(home), name)
 
 
-def compare(a: str, b: str) -> Comparison:
+def compare(a: str, b: str, home: Home = ()) -> Comparison:
     """Return how two stored runs differ: in settings, versions, and scores with intervals.
 
     Parameters
     ----------
-    a, b : the first digits of two runs, or their names.
+    a, b : the first digits of two runs, or their names; they may be in different homes.
+    home : as of `find`.
 
     Raises
     ------
     CatalogError : one of them is no run, or several are called so.
     """
-    return compare_runs(existing_home(), a, b)
+    return compare_runs(existing_homes(home), a, b)

@@ -3,13 +3,15 @@
 `find(folder, kind="run", sensor="rgbw", order_by="ssim")`; an operator follows the name after two
 underscores: `__ge __le __gt __lt __ne __in`. In Python a dot of a name may be written as two
 underscores: `person__distance_m__le=30`.
+
+Each of them reads one home or several (`storage.home_folder.existing_homes`).
 """
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,19 +20,25 @@ from isethdr_core.errors import MOST_LISTED, CatalogError, did_you_mean
 from isethdr_core.extras import needed
 from isethdr_core.runs.labels import read_labels
 from isethdr_core.storage.encoding import jsonable
+from isethdr_core.storage.home_folder import StoredHome
 from isethdr_core.store import read_attrs
 
 from . import index_file
-from .index import attach, state, stores
+from .index import state, stores
+from .joined_index import attach_all, home_column
 
 if TYPE_CHECKING:
     import duckdb
 
+Homes = Path | str | Sequence[StoredHome]  # the folder of one home, or homes that are there
 OPERATORS = {"ge": ">=", "le": "<=", "gt": ">", "lt": "<"}
 PLAIN = ("id", "kind", "camera", "name", "path", "created", "derived_from")
-SHOWN = ("id", "kind", "camera", "path")  # of each row of `find`
+HOME = "home"  # column with the home of a record
+SHOWN = ("id", "kind", "camera", "path")  # of each row of `find`; with several homes also the home
 SHARE = "valid_share"
-_KEPT: dict[tuple[int, str], tuple[duckdb.DuckDBPyConnection, dict[str, Any] | None]] = {}
+_KEPT: dict[
+    tuple[int, tuple[StoredHome, ...]], tuple[duckdb.DuckDBPyConnection, list[dict[str, Any]]]
+] = {}
 # Set before a user's text runs. The index is open by then, so a query needs no file, network or
 # extension. `lock_configuration` comes last: no statement can undo it.
 SANDBOX = (
@@ -48,27 +56,27 @@ MAKING = ("CREATE", "INSERT", "UPDATE", "DELETE", "DROP", "ALTER", "MULTI")
 VIEW_NAMES = ("stores", "shots", "properties", "objects", "scores", "object_scores")
 VIEWS = """
 CREATE VIEW shots AS SELECT id, kind, camera, name, path, created, derived_from,
-  {properties} AS properties, ledger, assets FROM idx.shots;
+  {properties} AS properties, ledger, assets, {home} AS home FROM idx.shots;
 CREATE VIEW stores AS SELECT id, kind, any_value(name) AS name, path,
   any_value(created) AS created, any_value(derived_from) AS derived_from,
   list(camera) AS cameras, any_value(properties) AS properties,
-  any_value(ledger) AS ledger, any_value(assets) AS assets
-  FROM shots GROUP BY id, kind, path;
-CREATE VIEW objects AS SELECT * EXCLUDE (store) FROM idx.objects;
-CREATE VIEW scores AS SELECT * EXCLUDE (store) FROM idx.scores;
-CREATE VIEW object_scores AS SELECT * EXCLUDE (store) FROM idx.object_scores;
+  any_value(ledger) AS ledger, any_value(assets) AS assets, home
+  FROM shots GROUP BY id, kind, path, home;
+CREATE VIEW objects AS SELECT {rest}, {home} AS home FROM idx.objects;
+CREATE VIEW scores AS SELECT {rest}, {home} AS home FROM idx.scores;
+CREATE VIEW object_scores AS SELECT {rest}, {home} AS home FROM idx.object_scores;
 CREATE VIEW all_scores AS SELECT * FROM scores UNION ALL SELECT * FROM object_scores;
 """
 
 
 def find(
-    folder: Path | str, order_by: str | None = None, limit: int = 50, **conditions: Any
+    homes: Homes, order_by: str | None = None, limit: int = 50, **conditions: Any
 ) -> list[dict[str, Any]]:
     """Return the scenes, and the runs (one row per camera), that meet all conditions.
 
     Parameters
     ----------
-    folder : the home folder, with `scenes/` and `runs/`.
+    homes : the home folder, with `scenes/` and `runs/`, or several homes.
     order_by : a property; a leading `-` puts the largest first. Rows without it come last.
     conditions : property=value, or property__operator=value. A list property equals a value that it
         holds.
@@ -76,7 +84,8 @@ def find(
     Returns
     -------
     list of dict : id, kind, camera, path, and every property that was asked about. Beside a score
-        stands `valid_share`, the share of valid pixels, where it is recorded.
+        stands `valid_share`, the share of valid pixels, where it is recorded. Of several homes also
+        `home`; a store that two of them hold has a row for each.
 
     Raises
     ------
@@ -84,30 +93,38 @@ def find(
     """
     tests = [(*_split(key), value) for key, value in conditions.items()]
     ordered = (order_by or "").removeprefix("-").replace("__", ".")
-    with _reading(folder) as base:
+    places = _homes(homes)
+    with _reading(places) as base:
         known = index_file.properties(base)
         asked = list(dict.fromkeys([n for n, _, _ in tests] + ([ordered] if ordered else [])))
         _check_known(base, known, asked)
         clauses = []
         values = []
         for name, operator, value in tests:
-            clause, bound = _clause(_column(known, name), operator, value)
+            clause, bound = _clause(_column(known, name, places), operator, value)
             clauses.append(clause)
             values += bound
         where = f"WHERE {' AND '.join(clauses)}" if clauses else ""
         order = "created DESC, id, camera"
         if ordered:
             direction = "DESC" if str(order_by).startswith("-") else "ASC"
-            order = f"{_order(_column(known, ordered), direction)}, id"
+            order = f"{_order(_column(known, ordered, places), direction)}, id"
         chosen = base.execute(
             f"SELECT rowid FROM idx.shots {where} ORDER BY {order} LIMIT {int(limit)}", values
         ).fetchall()
-        extra = _with_share(known, [name for name in asked if name not in PLAIN])
+        extra = _with_share(known, [name for name in asked if name not in (*PLAIN, HOME)])
         whole = index_file.whole_properties(known)
-        return _rows(base, [row for (row,) in chosen], extra, whole)
+        fixed = (*SHOWN, HOME) if len(places) > 1 else SHOWN
+        return _rows(base, [row for (row,) in chosen], fixed, extra, whole)
 
 
-def sql(folder: Path | str, text: str) -> tuple[list[str], list[tuple[Any, ...]]]:
+def path_of(row: Mapping[str, Any], homes: Sequence[StoredHome]) -> Path:
+    """Return the path of the store of a row that `find` returned for these homes."""
+    folders = {home.name: home.folder for home in homes}
+    return folders[row.get(HOME, homes[0].name)] / str(row["path"])
+
+
+def sql(homes: Homes, text: str) -> tuple[list[str], list[tuple[Any, ...]]]:
     """Run a DuckDB query over the views `stores`, `shots`, `objects`, `scores` (of the whole
     picture) and `object_scores`.
 
@@ -127,11 +144,11 @@ def sql(folder: Path | str, text: str) -> tuple[list[str], list[tuple[Any, ...]]
         import duckdb
 
     try:
-        with _reading(folder) as base:
+        with _reading(_homes(homes)) as base:
             statements = _checked(base, text)
             if all(statement.type.name in READING for statement in statements):
                 return _result(base, text)
-        with _own_database(folder) as base:  # what the text makes goes with it
+        with _own_database(_homes(homes)) as base:  # what the text makes goes with it
             return _result(base, text)
     except (duckdb.Error, ValueError, OverflowError) as error:  # values that Python cannot hold
         raise CatalogError(
@@ -167,50 +184,62 @@ def _result(base: duckdb.DuckDBPyConnection, text: str) -> tuple[list[str], list
     return [d[0] for d in rows.description or []], rows.fetchall()
 
 
-def show(folder: Path | str, name: str) -> dict[str, Any]:
+def show(homes: Homes, name: str) -> dict[str, Any]:
     """Return the root attributes of the store whose key begins with `name`, or of the run that is
-    called so, with its `path`.
+    called so, with its `path`. Of several homes that hold it the first counts; `homes` names them.
 
     Raises
     ------
     CatalogError : no store is called so, or several are.
     """
-    found = [p for p in stores(folder) if p.stem.startswith(str(name).removesuffix(".zarr"))]
-    found = found or [p for p in stores(folder) if read_labels(p).name == name]
-    exact = [p for p in found if p.stem == name] or found
-    if len(exact) != 1:
-        some = ", ".join(p.stem for p in exact[:MOST_LISTED])
-        more = f" and {len(exact) - MOST_LISTED} more" if len(exact) > MOST_LISTED else ""
+    places = _homes(homes)
+    known = [(path, home.name) for home in places for path in stores(home.folder)]
+    found = [entry for entry in known if entry[0].stem.startswith(str(name).removesuffix(".zarr"))]
+    found = found or [entry for entry in known if read_labels(entry[0]).name == name]
+    exact = [entry for entry in found if entry[0].stem == name] or found
+    keys = list(dict.fromkeys(path.stem for path, _ in exact))
+    if len(keys) != 1:
+        some = ", ".join(keys[:MOST_LISTED])
+        more = f" and {len(keys) - MOST_LISTED} more" if len(keys) > MOST_LISTED else ""
         problem = (
             f"could be any of {some}{more}"
-            if exact
-            else "names no store" + did_you_mean(name, [p.stem for p in stores(folder)])
+            if keys
+            else "names no store" + did_you_mean(name, {path.stem for path, _ in known})
         )
-        raise CatalogError(f"{name!r} {problem}; looked in {folder}")
-    return {"path": str(exact[0]), **read_attrs(exact[0])}
+        looked = ", ".join(home.name for home in places)
+        raise CatalogError(f"{name!r} {problem}; looked in {looked}")
+    path = exact[0][0]
+    found_in = {"homes": [home for _, home in exact]} if len(places) > 1 else {}
+    return {"path": str(path), **found_in, **read_attrs(path)}
 
 
-def shown(folder: Path | str, name: str) -> str:
+def shown(homes: Homes, name: str) -> str:
     """Return what `show` returns as indented JSON."""
-    return json.dumps(jsonable(show(folder, name)), indent=2)
+    return json.dumps(jsonable(show(homes, name)), indent=2)
+
+
+def _homes(homes: Homes) -> tuple[StoredHome, ...]:
+    if isinstance(homes, str | Path):
+        folder = Path(homes).absolute()
+        return (StoredHome(str(folder), folder),)
+    return tuple(homes)
 
 
 @contextmanager
-def _reading(folder: Path | str) -> Iterator[duckdb.DuckDBPyConnection]:
+def _reading(homes: tuple[StoredHome, ...]) -> Iterator[duckdb.DuckDBPyConnection]:
     """Yield a connection to the attached index, for text that changes nothing. It is kept open for
-    the next query of this process as long as the home does not change: opening takes 40 ms.
+    the next query of this process as long as no home changes: opening takes 40 ms.
     """
-    folder = Path(folder).absolute()
-    key = (os.getpid(), str(folder))
-    now = state(folder)
+    key = (os.getpid(), homes)
+    now = [state(home.folder) for home in homes]
     base, since = _KEPT.get(key, (None, None))
-    if base is None or now is None or since != now:
+    if base is None or since != now:
         with needed("a query", extra="catalog"):
             import duckdb
 
         _KEPT.clear()
         base = duckdb.connect()
-        since = _open(base, folder)
+        since = _open(base, homes)
         if since is not None:
             _KEPT[key] = (base, since)
     with base.cursor() as cursor:
@@ -218,53 +247,66 @@ def _reading(folder: Path | str) -> Iterator[duckdb.DuckDBPyConnection]:
 
 
 @contextmanager
-def _own_database(folder: Path | str) -> Iterator[duckdb.DuckDBPyConnection]:
+def _own_database(homes: tuple[StoredHome, ...]) -> Iterator[duckdb.DuckDBPyConnection]:
     """Yield a database that is closed after use, for text that makes tables."""
     with index_file.connected() as base:
-        _open(base, Path(folder))
+        _open(base, homes)
         yield base
 
 
-def _open(base: duckdb.DuckDBPyConnection, folder: Path) -> dict[str, Any] | None:
-    """Attach the index, make its views, and lock the database; return what `attach` does."""
-    since = attach(base, folder)
+def _open(
+    base: duckdb.DuckDBPyConnection, homes: tuple[StoredHome, ...]
+) -> list[dict[str, Any]] | None:
+    """Attach the indices, make their views, and lock the database; return what `attach_all`
+    does.
+    """
+    since = attach_all(base, homes)
     known = index_file.properties(base)
-    base.execute(VIEWS.format(properties=index_file.whole_properties(known)))
-    base.execute(_view_of_properties(known))
+    home = home_column(homes)
+    rest = f"* EXCLUDE (store{', home' if len(homes) > 1 else ''})"
+    whole = index_file.whole_properties(known)
+    base.execute(VIEWS.format(properties=whole, home=home, rest=rest))
+    base.execute(_view_of_properties(known, home))
     for setting in SANDBOX:
         base.execute(setting)
     return since
 
 
-def _view_of_properties(known: dict[str, index_file.Property]) -> str:
+def _view_of_properties(known: dict[str, index_file.Property], home: str) -> str:
     """Return a view with a column for each property; columns of `shots` keep their names."""
     columns = [
         f"{found.column} AS {index_file.identifier(name)}"
         for name, found in sorted(known.items())
-        if found.column and name.lower() not in PLAIN
+        if found.column and name.lower() not in (*PLAIN, HOME)
     ]
-    return f"CREATE VIEW properties AS SELECT {', '.join([*PLAIN, *columns])} FROM idx.shots"
+    shown_columns = ", ".join([*PLAIN, f"{home} AS {HOME}", *columns])
+    return f"CREATE VIEW properties AS SELECT {shown_columns} FROM idx.shots"
 
 
 def _rows(
-    base: duckdb.DuckDBPyConnection, chosen: list[int], extra: list[str], whole: str
+    base: duckdb.DuckDBPyConnection,
+    chosen: list[int],
+    fixed: tuple[str, ...],
+    extra: list[str],
+    whole: str,
 ) -> list[dict[str, Any]]:
-    """Return the rows of a result: who they are, and the properties `extra`.
+    """Return the rows of a result: the columns `fixed`, and the properties `extra`.
 
     `whole` : the SQL of the JSON of all properties.
     """
-    places = ", ".join(_pointer(name) for name in extra)
+    places = ", ".join(index_file.pointer(name) for name in extra)
     found = base.execute(
-        f"SELECT rowid, id, kind, camera, path{', ' * bool(extra)}"
+        f"SELECT rowid, {', '.join(fixed)}{', ' * bool(extra)}"
         f"{f'json_extract({whole}, [{places}])' if extra else ''}"
         " FROM idx.shots WHERE rowid IN (SELECT unnest(?::BIGINT[]))",
         [chosen],
     ).fetchall()
     by_row = {}
-    for row, *fixed in found:
-        texts = fixed[4] if extra else []
+    for row, *cells in found:
+        texts = cells[len(fixed)] if extra else []
         read = [None if text is None else json.loads(text) for text in texts]
-        by_row[row] = dict(zip(SHOWN, fixed[:4], strict=True)) | dict(zip(extra, read, strict=True))
+        whole_row = dict(zip(fixed, cells[: len(fixed)], strict=True))
+        by_row[row] = whole_row | dict(zip(extra, read, strict=True))
     return [by_row[row] for row in chosen]
 
 
@@ -283,7 +325,7 @@ def _check_known(
 ) -> None:
     """Raise CatalogError where no record has a property; an empty home knows every name."""
     for name in names:
-        if name in PLAIN or not known:
+        if name in (*PLAIN, HOME) or not known:
             continue
         if name not in known or not _has_values(base, known[name]):
             others = [n for n, found in known.items() if _has_values(base, found)]
@@ -310,13 +352,17 @@ class _Column(NamedTuple):
     kind: str
 
 
-def _column(known: dict[str, index_file.Property], name: str) -> _Column:
+def _column(
+    known: dict[str, index_file.Property], name: str, homes: tuple[StoredHome, ...]
+) -> _Column:
+    if name == HOME:
+        return _Column(home_column(homes), index_file.TEXT)
     if name in PLAIN:
         return _Column(name, index_file.TEXT)
     found = known.get(name)
     if found is not None and found.column is not None:
         return _Column(found.column, found.kind)
-    return _Column(f"json_extract_string(properties, {_pointer(name)})", index_file.LIST)
+    return _Column(f"json_extract_string(properties, {index_file.pointer(name)})", index_file.LIST)
 
 
 def _order(column: _Column, direction: str) -> str:
@@ -391,10 +437,3 @@ def _split(key: str) -> tuple[str, str]:
     if name and operator in (*OPERATORS, "ne", "in"):
         return name.replace("__", "."), operator
     return key.replace("__", "."), "eq"
-
-
-def _pointer(name: str) -> str:
-    """Return the JSON pointer of a flat property, as an SQL text; names hold dots, so a path would
-    not do.
-    """
-    return "'/" + index_file.quoted(name.replace("~", "~0").replace("/", "~1")) + "'"

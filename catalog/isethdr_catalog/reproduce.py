@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import IntEnum
-from pathlib import Path
 
 import numpy as np
 from omegaconf import OmegaConf
@@ -24,6 +23,7 @@ from isethdr_core.sweeps.score_order import differ
 from isethdr_core.sweeps.table import Scored
 
 from .compare import VERDICT, Setting, stored_run, versions_that_differ
+from .query import Homes
 
 MOST_NUMBERS = 30  # lines that are printed
 
@@ -62,12 +62,12 @@ class Reproduction:
         return Outcome.WITHIN if self.differences else Outcome.SAME
 
 
-def reproduce(folder: Path | str, name: str) -> Reproduction:
+def reproduce(homes: Homes, name: str) -> Reproduction:
     """Run a stored run again from its record, and compare scores and pictures.
 
     Parameters
     ----------
-    folder : the home folder.
+    homes : the home folder, or several homes.
     name : the first digits of a run, or its name.
 
     Raises
@@ -75,7 +75,7 @@ def reproduce(folder: Path | str, name: str) -> Reproduction:
     CatalogError : there is no such run, several are called so, or its store is damaged.
     IsetHdrError : the installed version does not run its config.
     """
-    stored = stored_run(folder, name)
+    stored = stored_run(homes, name)
     config = OmegaConf.create(stored.attributes["config"] | {"report": False})
     with _temporary_home():
         again = run(config)

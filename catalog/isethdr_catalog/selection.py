@@ -9,7 +9,8 @@ from typing import Any
 
 from isethdr_core.errors import CatalogError
 from isethdr_core.results.stored import open_run
-from isethdr_core.storage.home_folder import existing_home
+from isethdr_core.runs.run import Result
+from isethdr_core.storage.home_folder import existing_homes
 from isethdr_core.sweeps.record import read_jobs, read_sweep
 
 from . import query
@@ -34,7 +35,8 @@ class Selection:
 
 
 def select(what: Sequence[str]) -> Selection:
-    """Return what runs, sweeps or a query name in the home folder, sorted by key and camera.
+    """Return what runs, sweeps or a query name in the home folder or several homes, sorted by key
+    and camera. A run that several homes hold counts once.
 
     Parameters
     ----------
@@ -53,7 +55,7 @@ def select(what: Sequence[str]) -> Selection:
         )
     if conditions:
         return found(dict(text.split("=", 1) for text in conditions))
-    existing_home()
+    existing_homes()
     shots: set[StoredShot] = set()
     for name in what:
         shots |= _named(name)
@@ -67,27 +69,41 @@ def found(conditions: Mapping[str, Any]) -> Selection:
     ------
     CatalogError : there are none, or no record has a property.
     """
-    home = existing_home()
-    rows = query.find(home, limit=EVERY, **{"kind": "run", **conditions})
-    shots = {StoredShot(home / row["path"], row["camera"]) for row in rows if row["kind"] == "run"}
-    scenes = {home / row["path"] for row in rows if row["kind"] == "scene"}
+    homes = existing_homes()
+    rows = query.find(homes, limit=EVERY, **{"kind": "run", **conditions})
+    shots: dict[tuple[str, str], StoredShot] = {}
+    scenes: dict[str, Path] = {}
+    for row in rows:
+        path = query.path_of(row, homes)
+        if row["kind"] == "run":
+            shots.setdefault((path.stem, row["camera"]), StoredShot(path, row["camera"]))
+        elif row["kind"] == "scene":
+            scenes.setdefault(path.stem, path)
     if not shots and not scenes:
         asked = " ".join(f"{name}={value}" for name, value in conditions.items())
         raise CatalogError(
-            f"nothing in {home} meets {asked}; `isethdr catalog find {asked}` lists what does"
+            f"nothing in {', '.join(home.name for home in homes)} meets {asked}; `isethdr catalog"
+            f" find {asked}` lists what does"
         )
-    return Selection(tuple(sorted(shots)), tuple(sorted(scenes)))
+    return Selection(tuple(sorted(shots.values())), tuple(sorted(scenes.values())))
 
 
 def _named(name: str) -> set[StoredShot]:
     """Return the cameras of a run, or of all stored runs of a sweep."""
-    home = existing_home()
-    sweep = read_sweep(home / "sweeps" / name) if name not in ("", ".", "..") else None
-    if sweep is None:
-        results = [open_run(name)]
-    else:
-        keys = dict.fromkeys(job.key for job in read_jobs(sweep.folder) if job.key)
-        results = [open_run(home / "runs" / f"{key}.zarr") for key in keys]
-        if not results:
-            raise CatalogError(f"no job of the sweep {name!r} has a stored run; run it again")
+    results = [open_run(name)] if (found := _of_sweep(name)) is None else found
     return {StoredShot(r.path, camera) for r in results for camera in r.cameras}
+
+
+def _of_sweep(name: str) -> list[Result] | None:
+    """Return the stored runs of a sweep of the first home that has one; None where none has."""
+    if name in ("", ".", ".."):
+        return None
+    for home in existing_homes():
+        folder = home.folder / "sweeps" / name
+        if read_sweep(folder) is None:
+            continue
+        keys = dict.fromkeys(job.key for job in read_jobs(folder) if job.key)
+        if not keys:
+            raise CatalogError(f"no job of the sweep {name!r} has a stored run; run it again")
+        return [open_run(home.folder / "runs" / f"{key}.zarr") for key in keys]
+    return None

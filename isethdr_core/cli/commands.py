@@ -18,7 +18,7 @@ from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.registry import plugin_manager
 from .completion import SHELLS, complete, script
 from .deferred_libraries import defer
-from .home_option import use_home, without_home
+from .home_option import use_homes, without_homes
 from .run_help import print_run_help
 
 app = typer.Typer(
@@ -45,7 +45,9 @@ def options(
         False, "--version", is_eager=True, callback=_print_version, help="Show the version."
     ),
     home: str = typer.Option(
-        "", help="Folder of all that is stored, behind any command too (or ISETHDR_HOME)."
+        "",
+        help="Folder of all that is stored, behind any command too (or ISETHDR_HOME);"
+        " several times for queries.",
     ),
 ) -> None:
     """Answer the options that stand before any command; `main` has taken `--home` out."""
@@ -129,9 +131,8 @@ def main() -> None:
         return
     defer()
     try:
-        sys.argv[1:], home = without_home(sys.argv[1:])
-        if home is not None:
-            use_home(home, next(iter(sys.argv[1:]), ""))
+        sys.argv[1:], homes = without_homes(sys.argv[1:])
+        use_homes(homes, next(iter(sys.argv[1:]), ""))
         plugin_manager().hook.isethdr_commands(app=app)
         app()
     except IsetHdrError as err:

@@ -1,28 +1,30 @@
 """The option `--home PATH` of every command: it stands for ISETHDR_HOME, also in the processes that
-a sweep starts.
+a sweep starts. Commands that only read the catalog take it several times.
 """
 
 from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import ConfigError
-from ..storage.home_folder import HOME, existing_home, is_home
+from ..storage.home_folder import HOME, OTHER_HOMES, existing_home, existing_homes, is_home
 from ..storage.object_home.address import Address, is_address, scratch_folder
 from ..storage.object_home.calls import prepare_writing
 
 OPTION = "--home"
 MAKES_HOMES = ("run", "study", "dataset", "import-iset")  # commands that write stores
+READS_SEVERAL = ("catalog", "export", "reproduce")  # commands of which some read several homes
 
 
-def without_home(arguments: list[str]) -> tuple[list[str], str | None]:
-    """Return the arguments without `--home PATH` or `--home=PATH`, and the path.
+def without_homes(arguments: list[str]) -> tuple[list[str], list[str]]:
+    """Return the arguments without each `--home PATH` or `--home=PATH`, and the paths.
 
     Raises
     ------
-    ConfigError : the path is missing, or the option is typed twice.
+    ConfigError : a path is missing.
     """
     rest: list[str] = []
     homes: list[str] = []
@@ -38,9 +40,38 @@ def without_home(arguments: list[str]) -> tuple[list[str], str | None]:
         raise ConfigError(
             f"{OPTION} has no path; expected a folder; type for example {OPTION} runs"
         )
-    if len(homes) > 1:
-        raise ConfigError(f"{OPTION} is typed {len(homes)} times; expected one home folder")
-    return rest, homes[0] if homes else None
+    return rest, homes
+
+
+def use_homes(paths: Sequence[str], command: str) -> None:
+    """Make the first path the home of this process, and have queries read the others as well.
+
+    Parameters
+    ----------
+    paths : folders, and addresses of object homes; none leaves the variables as they are.
+    command : the first word, for example `catalog`.
+
+    Raises
+    ------
+    ConfigError : several paths for a command that works in one home; else as `use_home`.
+    CatalogError : one of several paths is no home; else as `use_home`.
+    """
+    if not paths:
+        return
+    if len(paths) > 1 and command not in READS_SEVERAL:
+        raise ConfigError(
+            f"{OPTION} is typed {len(paths)} times, and isethdr {command} works in one home; type"
+            f" for example isethdr {command} {OPTION} {paths[0]}"
+        )
+    os.environ.pop(OTHER_HOMES, None)
+    use_home(paths[0], command)
+    if len(paths) > 1:
+        os.environ[OTHER_HOMES] = "\n".join(map(_named, paths[1:]))
+        existing_homes()
+
+
+def _named(path: str) -> str:
+    return path if is_address(path) else str(Path(path).expanduser().absolute())
 
 
 def use_home(path: str, command: str) -> None:
@@ -65,7 +96,7 @@ def use_home(path: str, command: str) -> None:
         if command in MAKES_HOMES:
             prepare_writing(scratch_folder(address))
         return
-    folder = Path(path).expanduser().absolute()
+    folder = Path(_named(path))
     os.environ[HOME] = str(folder)
     if command not in MAKES_HOMES:
         existing_home()

@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from ..errors import CatalogError, did_you_mean
 from ..runs.labels import read_labels
 from ..runs.run import Result
 from ..storage import store
-from ..storage.object_home.calls import follow_home
+from ..storage.home_folder import existing_homes
 
 
-def open_run(name: str | os.PathLike[str]) -> Result:
+def open_run(
+    name: str | os.PathLike[str], home: str | os.PathLike[str] | Iterable[object] = ()
+) -> Result:
     """Return a stored run.
 
     Parameters
     ----------
     name : the key or its first digits, the name that the run was given (`name=first`), or the path
         of its store.
+    home : a home or several, in the order of search; without any, those of the variables
+        ISETHDR_HOME and ISETHDR_OTHER_HOMES.
 
     Raises
     ------
-    CatalogError : no run is called so, several are, or the store is damaged.
+    CatalogError : no run is called so, several are, the store is damaged, or there is no such home.
     """
-    path = _path_of(name)
+    path = _path_of(name, home)
     attributes = store.read_attrs(path)
     if attributes.get("kind") != "run":
         raise CatalogError(
@@ -34,21 +39,26 @@ def open_run(name: str | os.PathLike[str]) -> Result:
     return Result(path, attributes, computed=False)
 
 
-def _path_of(name: str | os.PathLike[str]) -> Path:
+def _path_of(name: str | os.PathLike[str], home: str | os.PathLike[str] | Iterable[object]) -> Path:
     if Path(name).suffix == ".zarr":
         return Path(name)
-    follow_home(store.home())
-    folder = store.home() / "runs"
+    homes = existing_homes(home)
     text = str(name)
-    stored = sorted(p for p in folder.glob("*.zarr") if not p.name.startswith("."))
+    stored = [
+        path
+        for place in homes
+        for path in sorted((place.folder / "runs").glob("*.zarr"))
+        if not path.name.startswith(".")
+    ]
     candidates = [p for p in stored if p.stem == text]
     candidates = candidates or [p for p in stored if text and p.stem.startswith(text)]
     candidates = candidates or [p for p in stored if text and read_labels(p).name == text]
-    if len(candidates) == 1:
-        return candidates[0]
+    keys = {path.stem for path in candidates}
+    if len(keys) == 1:
+        return candidates[0]  # a run that several homes hold is the same in each
     problem = (
-        f"could be any of {len(candidates)} runs, for example {candidates[0].stem}"
+        f"could be any of {len(keys)} runs, for example {candidates[0].stem}"
         if candidates
-        else f"names no run{did_you_mean(text, [p.stem for p in stored])}"
+        else f"names no run{did_you_mean(text, {p.stem for p in stored})}"
     )
-    raise CatalogError(f"{text!r} {problem}; looked in {folder}")
+    raise CatalogError(f"{text!r} {problem}; looked in {', '.join(h.name for h in homes)}")

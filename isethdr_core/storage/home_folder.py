@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import CatalogError, did_you_mean
@@ -10,8 +12,17 @@ from .object_home.address import MARK, Address, is_address, scratch_folder
 from .object_home.calls import follow_home
 
 HOME = "ISETHDR_HOME"
+OTHER_HOMES = "ISETHDR_OTHER_HOMES"  # further homes that queries read, one on each line
 # one of them marks a folder as a home
 PARTS = ("scenes", "runs", "studies", "sweeps", "intermediate", "kernels", "failed")
+
+
+@dataclass(frozen=True)
+class StoredHome:
+    """A home that is there, for those who read."""
+
+    name: str  # its folder or address, as it is typed
+    folder: Path
 
 
 def home() -> Path:
@@ -22,7 +33,10 @@ def home() -> Path:
     ------
     ConfigError : an address of another kind.
     """
-    named = os.environ.get(HOME) or "runs"
+    return _folder_of(os.environ.get(HOME) or "runs")
+
+
+def _folder_of(named: str) -> Path:
     return scratch_folder(Address.parsed(named)) if is_address(named) else Path(named)
 
 
@@ -35,14 +49,50 @@ def is_home(folder: Path) -> bool:
 
 
 def existing_home() -> Path:
-    """Return the folder that holds what is stored, for those who only read. The scratch folder of
-    an object home is brought up to date with its bucket first.
+    """Return the folder that holds what is stored, for those who only read one home. The scratch
+    folder of an object home is brought up to date with its bucket first.
 
     Raises
     ------
-    CatalogError : there is no such folder, it is one of other files, or the bucket cannot be read.
+    CatalogError : there is no such folder, it is one of other files, the bucket cannot be read, or
+        several homes are named.
     """
-    folder = home()
+    if others := _others():
+        raise CatalogError(
+            f"{1 + len(others)} homes are named, and this works in one; find, sql, show, compare,"
+            " report, score, export and reproduce read several; type --home once, or unset"
+            f" {OTHER_HOMES}"
+        )
+    return _existing(home())
+
+
+def existing_homes(names: str | os.PathLike[str] | Iterable[object] = ()) -> tuple[StoredHome, ...]:
+    """Return the homes to read, each brought up to date; one that is named twice counts once.
+
+    Parameters
+    ----------
+    names : folders and addresses; without any, those of the variables ISETHDR_HOME and
+        ISETHDR_OTHER_HOMES.
+
+    Raises
+    ------
+    CatalogError : one of them is no home, or a bucket cannot be read.
+    ConfigError : an address of another kind.
+    """
+    named = [names] if isinstance(names, str | os.PathLike) else list(names)
+    texts = [str(name) for name in named] or [os.environ.get(HOME) or "runs", *_others()]
+    found: dict[Path, StoredHome] = {}
+    for text in texts:
+        folder = _existing(_folder_of(text))
+        found.setdefault(folder.resolve(), StoredHome(text, folder))
+    return tuple(found.values())
+
+
+def _others() -> list[str]:
+    return [line for line in os.environ.get(OTHER_HOMES, "").splitlines() if line]
+
+
+def _existing(folder: Path) -> Path:
     follow_home(folder)
     if folder.is_dir() and is_home(folder):
         return folder

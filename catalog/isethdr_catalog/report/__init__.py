@@ -5,6 +5,7 @@
 | `page`     | what each section of the page shows                                   |
 | `sweep_page` | any score of a sweep against any parameter, the best by each score  |
 | `compare_page` | two runs: settings, scores and pictures side by side              |
+| `named_report` | the report of a stored run, written where it is not there        |
 | `templates` | the templates in `templates/`, filled in with every value escaped    |
 | `viewer`   | numbers of every pixel, for the pictures that a reader zooms into     |
 | `pictures` | display views, the false-colour scale and labels as embedded images   |

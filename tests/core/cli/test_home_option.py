@@ -7,7 +7,7 @@ import os
 import pytest
 
 from isethdr_core.cli import home_option
-from isethdr_core.cli.home_option import use_home, without_home
+from isethdr_core.cli.home_option import use_home, use_homes, without_homes
 from isethdr_core.errors import CatalogError, ConfigError
 
 
@@ -20,22 +20,29 @@ from isethdr_core.errors import CatalogError, ConfigError
     ],
 )
 def test_the_option_is_taken_from_any_place(typed):
-    assert without_home(typed) == (["run", "lens=ideal"], "a b")
+    assert without_homes(typed) == (["run", "lens=ideal"], ["a b"])
 
 
 def test_without_the_option_nothing_changes():
-    assert without_home(["catalog", "find", "name=--home"]) == (
+    assert without_homes(["catalog", "find", "name=--home"]) == (
         ["catalog", "find", "name=--home"],
-        None,
+        [],
     )
 
 
-@pytest.mark.parametrize(
-    "typed", [["run", "--home"], ["--home=", "run"], ["--home", "-m"], ["--home=a", "--home=b"]]
-)
-def test_a_home_that_is_missing_or_typed_twice_is_refused(typed):
-    with pytest.raises(ConfigError, match="--home (has no path|is typed 2 times)"):
-        without_home(typed)
+@pytest.mark.parametrize("typed", [["run", "--home"], ["--home=", "run"], ["--home", "-m"]])
+def test_a_home_that_is_missing_is_refused(typed):
+    with pytest.raises(ConfigError, match="--home has no path"):
+        without_homes(typed)
+
+
+def test_a_command_that_writes_takes_one_home(monkeypatch):
+    monkeypatch.setenv("ISETHDR_HOME", "elsewhere")
+    rest, homes = without_homes(["run", "--home=a", "--home", "b"])
+    assert (rest, homes) == (["run"], ["a", "b"])
+    with pytest.raises(ConfigError, match="typed 2 times, and isethdr run works in one home"):
+        use_homes(homes, "run")
+    assert os.environ["ISETHDR_HOME"] == "elsewhere"
 
 
 def test_a_command_that_writes_makes_a_home_and_says_so(tmp_path, monkeypatch, capsys):

@@ -17,7 +17,7 @@ from isethdr_core.cli.home_option import use_home
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.runs.labels import Labels, add_labels, read_labels
 from isethdr_core.storage import store
-from isethdr_core.storage.home_folder import existing_home
+from isethdr_core.storage.home_folder import existing_home, existing_homes
 from isethdr_core.storage.object_home.address import SCRATCH, Address, scratch_folder
 from isethdr_core.storage.object_home.calls import prepare_writing
 
@@ -72,6 +72,19 @@ def visible():
 def keys(bucket, prefix=""):
     parts = ("catalog/", "runs/", "labels/", "probe/")
     return [e.key for part in parts for e in bucket.listing(part) if e.key.startswith(prefix)]
+
+
+def test_queries_read_a_folder_and_an_object_home_at_once(bucket, machine, tmp_path, monkeypatch):
+    machine("a")
+    write(name="1f3a")
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "folder"))
+    write(name="77c0")
+    machine("b")
+    homes = existing_homes([tmp_path / "folder", ADDRESS.url])
+    rows = query.find(homes, kind="run", order_by="id")
+    expected = [("1f3a", ADDRESS.url), ("77c0", str(tmp_path / "folder"))]
+    assert [(row["id"], row["home"]) for row in rows] == expected
+    assert query.path_of(rows[0], homes).exists()
 
 
 def test_another_machine_finds_and_reads_what_was_written(bucket, machine):
