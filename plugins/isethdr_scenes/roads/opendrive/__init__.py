@@ -14,5 +14,6 @@
 | `gaps`       | where geometries or linked lanes do not meet                       |
 | `window`     | the part of a network about a place                                |
 | `overpasses` | bridges that a file does not state                                 |
+| `openstreetmap` | OpenStreetMap files as OpenDRIVE, by netconvert                  |
 | `file_road`  | a file as base road: the camera's lane and what is about it        |
 """

@@ -143,13 +143,23 @@ def write_lanes(node: ET.Element, road: Road) -> None:
         if section.left:
             left = child(told, "left")
             for lane in section.left[::-1]:
-                _write_lane(left, lane, road.surface, last - first)
+                _write_lane(left, _known(lane, road, k), road.surface, last - first)
         centre = child(child(told, "center"), "lane", id=0, type="none", level=False)
         write_marks(centre, section.centre)
         if section.right:
             right = child(told, "right")
             for lane in section.right:
-                _write_lane(right, lane, road.surface, last - first)
+                _write_lane(right, _known(lane, road, k), road.surface, last - first)
+
+
+def _known(lane: Lane, road: Road, section: int) -> Lane:
+    """Return a lane without links to lanes that the sections beside its own do not have."""
+    has = [{x.number for x in s.lanes} for s in road.sections]
+    if section > 0 and lane.predecessor not in has[section - 1]:
+        lane = replace(lane, predecessor=None)
+    if section + 1 < len(has) and lane.successor not in has[section + 1]:
+        lane = replace(lane, successor=None)
+    return lane
 
 
 def _write_lane(side: ET.Element, lane: Lane, surface: str, length: float) -> None:

@@ -146,7 +146,7 @@ def _type(node: Node) -> tuple[RoadType, float]:
     if word not in ROAD_TYPES and word != "unknown":
         node.note(f"the road type {word!r} is taken as 'rural'")
     road_type = ROAD_TYPES.get(word, "rural")
-    speed = chosen.first("speed")
+    speed = chosen.first("speed") or _fastest(node)
     if speed is None or speed.text("max", "undefined") in ("no limit", "undefined"):
         return road_type, SPEED_LIMITS_KMH[road_type]
     unit = speed.text("unit", "m/s")
@@ -154,6 +154,17 @@ def _type(node: Node) -> tuple[RoadType, float]:
         raise node.error(f"the unit of its speed is {unit!r}; expected one of {', '.join(KMH)}")
     limit = speed.number("max") * KMH[unit]
     return road_type, limit if limit > 0 else SPEED_LIMITS_KMH[road_type]
+
+
+def _fastest(node: Node) -> Node | None:
+    """Return the highest limit that a driving lane of the first section states."""
+    section = node.first("lanes/laneSection")
+    lanes = section.all("*/lane") if section else ()
+    limits = [
+        speed for lane in lanes if lane.text("type", "") == "driving" for speed in lane.all("speed")
+    ]
+    known = [x for x in limits if x.text("max", "undefined") not in ("no limit", "undefined")]
+    return max(known, key=lambda x: x.number("max"), default=None)
 
 
 def _surface(node: Node) -> str:

@@ -58,3 +58,14 @@ def check_command(
     """Check an OpenDRIVE file: lengths, lanes, junctions, gaps, and what is not carried."""
     for line in import_module(f"{__package__}.file_plan").report(file):
         typer.echo(line)
+
+
+@roads_command.command("import-osm")
+def import_osm_command(
+    osm: Path = typer.Argument(help="OpenStreetMap file (.osm)"),
+    out: Path = typer.Argument(help="OpenDRIVE file to write (.xodr)"),
+) -> None:
+    """Convert an OpenStreetMap file to OpenDRIVE, by SUMO's netconvert (extra traffic)."""
+    import_module(f"{ROADS}.opendrive.openstreetmap").convert(osm, out)
+    for line in import_module(f"{__package__}.file_plan").report(out):
+        typer.echo(line)
