@@ -14,7 +14,8 @@
 | `plan_summary`   | what a run would compute, what is stored, and what is left out               |
 | `plugin_list`    | components and presets, and the fields of each                               |
 | `run_help`       | what `isethdr run --help` prints                                             |
-| `sweep_summary`  | one line for each job of a sweep, then one table                             |
+| `sweep_progress` | one line while a sweep runs: how many of its runs are done, and time left    |
+| `sweep_summary`  | the table of a sweep after its jobs                                          |
 | `summary_tables` | the tables and warnings of a run                                             |
 | `terminal`       | the one console that prints for people, without markup                       |
 """

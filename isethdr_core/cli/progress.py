@@ -9,11 +9,23 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache
 
 from .terminal import console
 
 SHOWN_AFTER_S = 2.0
+_is_hidden = ContextVar("is_hidden", default=False)
+
+
+@contextmanager
+def hidden():
+    """Show nothing of the stages in the block: the jobs of a sweep have one line together."""
+    before = _is_hidden.set(True)
+    try:
+        yield
+    finally:
+        _is_hidden.reset(before)
 
 
 @contextmanager
@@ -21,7 +33,7 @@ def shown(title: str, total: float | None = None):
     """Show `title` and the seconds it takes while the block runs; yield a function that counts one
     part of `total` as done.
     """
-    if not sys.stderr.isatty():
+    if _is_hidden.get() or not sys.stderr.isatty():
         yield lambda: None
         return
     display = _display()

@@ -1,10 +1,8 @@
-"""Output of a sweep: one line for each job, then one table, and the paths of page and CSV."""
+"""Output of a sweep after its jobs: one table, and the paths of page and CSV."""
 
 from __future__ import annotations
 
 import math
-import sys
-import time
 from collections.abc import Sequence
 
 from rich.table import Table
@@ -12,7 +10,7 @@ from rich.table import Table
 from ..plugins.component import Stage
 from ..plugins.registry import plugin_manager
 from ..storage.atomic_write import write_text
-from ..sweeps.record import Job, Sweep, read_jobs, seconds_left
+from ..sweeps.record import Sweep
 from ..sweeps.table import (
     PAGE,
     TABLE,
@@ -24,27 +22,11 @@ from ..sweeps.table import (
     short_names,
     sweep_table,
 )
-from .terminal import console, print_path, print_text, text_width
+from .terminal import console, print_path, text_width
 
 MOST_ROWS = 20  # of the table on a terminal; page and CSV hold all
 MOST_BEST = 12
 LINES = 2  # between columns
-
-
-def print_job(sweep: Sweep, job: Job) -> None:
-    """Print in one line the result of a job, the number of finished jobs, and the time for the
-    others.
-    """
-    jobs = read_jobs(sweep.folder)
-    remaining_s = seconds_left(sweep, jobs, time.time())
-    varied = [text for text in job.overrides if text.partition("=")[0].lstrip("+") in sweep.varied]
-    took = duration(job.seconds) if job.computed else "already computed"
-    more = (
-        f", about {duration(remaining_s)} left" if remaining_s and len(jobs) < sweep.total else ""
-    )
-    text = f"{len(jobs)} of {sweep.total}: {' '.join(varied) or sweep.name}: {took}{more}"
-    print_text(text, "", "    ")
-    sys.stdout.flush()
 
 
 def finish(sweep: Sweep) -> SweepTable:
@@ -75,16 +57,6 @@ def print_sweep(table: SweepTable) -> None:
     if (table.sweep.folder / PAGE).exists():
         print_path("page", table.sweep.folder / PAGE)
     print_path("table", table.sweep.folder / TABLE)
-
-
-def duration(seconds: float) -> str:
-    """Return a time for people: `2.1 s`, `3 min 20 s`, `1 h 05 min`."""
-    if seconds < 100:
-        return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
-    minutes = round(seconds) // 60
-    if minutes < 60:
-        return f"{minutes} min {round(seconds) % 60:02d} s"
-    return f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def scored_text(score: Scored | None) -> str:

@@ -60,6 +60,16 @@ def text_width() -> int:
     return min(shutil.get_terminal_size((80, 24)).columns, WIDEST_TEXT)
 
 
+def duration(seconds: float) -> str:
+    """Return a time for people: `2.1 s`, `3 min 20 s`, `1 h 05 min`."""
+    if seconds < 100:
+        return f"{seconds:.1f} s" if seconds < 10 else f"{seconds:.0f} s"
+    minutes = round(seconds) // 60
+    if minutes < 60:
+        return f"{minutes} min {round(seconds) % 60:02d} s"
+    return f"{minutes // 60} h {minutes % 60:02d} min"
+
+
 def print_path(label: str, path: Path | str) -> None:
     """Print a label, and below it the path alone on its line, so that it can be copied whole."""
     print(f"{label}:\n{path}")

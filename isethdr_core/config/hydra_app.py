@@ -11,6 +11,7 @@ import logging
 import os
 import sys
 import time
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 import hydra
@@ -56,20 +57,22 @@ def run_with_hydra(arguments: list[str]) -> None:
             check_choices(arguments)
     sweep = None
     if {"-m", "--multirun"} & set(arguments):
-        from .sweeps import finish, prepared  # as heavy as a run
+        from .sweeps import finish, prepared, watched  # as heavy as a run
 
         ready = prepared(arguments)
         arguments = ready.arguments
         sweep = ready.sweep
+    watching: AbstractContextManager[None] = nullcontext()
     if sweep is not None:
         begin(sweep)
-        for logger in OF_HYDRA:  # each job says in one line what became of it
+        watching = watched(sweep)
+        for logger in OF_HYDRA:  # one line says how many jobs are done
             logging.getLogger(logger).setLevel(logging.WARNING)
     sys.argv = ["isethdr run", *arguments]
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises errors as they are, and we explain them
     exit_on_sigterm()
     try:
-        with user_mistakes():
+        with user_mistakes(), watching:
             code = _start_hydra(sweep is not None)
     except KeyboardInterrupt:
         print(

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from omegaconf import DictConfig
 
+from ..cli.progress import hidden
 from ..cli.summary_tables import print_result
-from ..cli.sweep_summary import print_job
 from ..runs.labels import Labels, add_labels
 from ..runs.run import run
 from ..sweeps.record import Job, read_sweep, write_job
@@ -20,7 +20,8 @@ def run_and_print(config: DictConfig) -> None:
 
 
 def run_in_sweep(config: DictConfig, folder: Path, number: int, overrides: tuple[str, ...]) -> None:
-    """Compute one job of a sweep, say so in its folder, and print one line.
+    """Compute one job of a sweep and say so in its folder. The command that started the sweep shows
+    how many are done.
 
     Parameters
     ----------
@@ -29,11 +30,11 @@ def run_in_sweep(config: DictConfig, folder: Path, number: int, overrides: tuple
     overrides : of the job, as typed.
     """
     started = time.monotonic()
-    result = run(config)
+    with hidden():
+        result = run(config)
     seconds = time.monotonic() - started
     job = Job(number, overrides, seconds, result.path.stem, result.computed)
-    write_job(folder, job)
     sweep = read_sweep(folder)
     if sweep is not None:
         add_labels(result.path, Labels(sweeps=(sweep.name,)))
-        print_job(sweep, job)
+    write_job(folder, job)

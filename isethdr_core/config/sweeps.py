@@ -13,6 +13,7 @@ from pathlib import Path
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
 
+from ..cli.sweep_progress import watched as watched
 from ..cli.sweep_summary import finish as finish
 from ..errors import ConfigError, IsetHdrError
 from ..pipeline.chain import chain

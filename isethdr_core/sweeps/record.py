@@ -102,13 +102,20 @@ def write_job(folder: Path, job: Job) -> None:
     write_text(folder / JOBS / f"{job.number}.json", json.dumps(asdict(job)))
 
 
+def job_files(folder: Path) -> list[Path]:
+    """Return the files with the results of the jobs of a sweep so far."""
+    return list((folder / JOBS).glob("[0-9]*.json"))
+
+
+def read_job(path: Path) -> Job:
+    """Return the result of a job from its file."""
+    stored = json.loads(path.read_text(encoding="utf-8"))
+    return Job(**stored | {"overrides": tuple(stored["overrides"])})
+
+
 def read_jobs(folder: Path) -> list[Job]:
     """Return the results of the jobs of a sweep so far, by number."""
-    jobs = []
-    for path in (folder / JOBS).glob("[0-9]*.json"):
-        stored = json.loads(path.read_text(encoding="utf-8"))
-        jobs.append(Job(**stored | {"overrides": tuple(stored["overrides"])}))
-    return sorted(jobs, key=lambda job: job.number)
+    return sorted(map(read_job, job_files(folder)), key=lambda job: job.number)
 
 
 def seconds_left(sweep: Sweep, jobs: Sequence[Job], now: float) -> float | None:

@@ -6,8 +6,7 @@ import csv
 import io
 import math
 
-from isethdr_core.cli.sweep_summary import duration, finish, print_job, print_sweep
-from isethdr_core.sweeps.record import read_jobs
+from isethdr_core.cli.sweep_summary import finish, print_sweep
 from isethdr_core.sweeps.score_order import differ, larger_is_better, most_telling_first
 from isethdr_core.sweeps.table import Scored, as_csv, best_rows, short_names, sweep_table
 
@@ -51,19 +50,6 @@ def test_a_sweep_is_printed_on_few_lines_of_80_columns(isethdr_home, monkeypatch
     wide = table.rows * 40
     print_sweep(type(table)(table.sweep, table.jobs, wide, table.units))
     assert len(capsys.readouterr().out.splitlines()) < 50, "however many rows there are"
-
-
-def test_a_job_is_one_line_with_the_time_left(isethdr_home, monkeypatch, capsys):
-    monkeypatch.setattr("time.time", lambda: 1030.0)
-    sweep = stored_sweep(isethdr_home)
-    print_job(sweep, read_jobs(sweep.folder)[1])
-    [line] = capsys.readouterr().out.splitlines()
-    assert line == "3 of 4: sensor=bayer sensor.exposure_s=0.016: 2.0 s, about 10 s left"
-
-
-def test_times_are_written_for_people():
-    shown = [duration(s) for s in (2.04, 42.0, 200.0, 3900.0)]
-    assert shown == ["2.0 s", "42 s", "3 min 20 s", "1 h 05 min"]
 
 
 def test_the_order_of_scores():
