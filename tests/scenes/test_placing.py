@@ -206,3 +206,10 @@ def test_signals_of_crossing_roads_never_show_green_together():
         green = [float(headings[r]) for r, state in told.state.items() if state != "red"]
         assert len(told.state) == 4
         assert all(abs(np.sin(a - b)) < 0.7 for a in green for b in green)
+
+
+def test_some_vehicles_are_inside_a_junction():
+    layout, _ = laid_out("country_crossing", 1, only_vehicles(60.0))
+    network = layout.base.network
+    inside = [s for s in layout.standing if s.foot.road and network.road(s.foot.road).junction]
+    assert inside and not rules.overlaps(layout)

@@ -86,7 +86,7 @@ def place_vehicles(site: Site, vehicles_per_km: float, red: frozenset[str]) -> S
         if rng.random() < 0.5 * vehicles_per_km * (last - first) / 1000:
             s = float(rng.uniform(first, last))
             thing = _vehicle(site, path, s, rng)
-            _put(site, _foot(site, path, thing, s, rng, DRIVING), rng)
+            _put(site, _foot(site, path, _InTraffic(thing, DRIVING), s, rng), rng)
     return Shortage("vehicles_per_km", "vehicles", wanted, placed, vehicles_per_km)
 
 
