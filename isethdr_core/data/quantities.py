@@ -28,6 +28,8 @@ SCENE_DIMS = ("light_group", "wavelength", "y", "x")
 MIXED_DIMS = ("wavelength", "y", "x")
 CHANNEL_DIMS = ("channel", "y", "x")
 LABELS = ("depth", "distance", "instance", "category", "normal")
+MOTION = "motion"  # a label of scenes that state their next frame
+PARTS_OF_LABELS = {"normal": ("xyz",), MOTION: ("uv",)}  # dimensions besides y and x
 LARGEST_HALF_FIELD_DEG = 75.0
 
 
@@ -63,7 +65,9 @@ def scene_radiance(
     field : (width, height), the camera's full field in the unit of x and y; tiles beyond it are
         margin, rendered so that lamps just outside the frame can flare into it. None: all of it.
     projection : tangent or equidistant (`physics.projection`).
-    labels : any of depth (m), distance (m), instance, category (y, x), normal (y, x, xyz).
+    labels : any of depth (m), distance (m), instance, category (y, x), normal (y, x, xyz), and
+        motion (y, x, uv), by which what a tile shows moves until the next frame, in the unit of x
+        and y.
 
     Raises
     ------
@@ -83,9 +87,10 @@ def scene_radiance(
     )
     ds.wavelength.attrs["units"] = "nm"
     for name, value in labels.items():
-        if name not in LABELS:
-            raise UnitError(f"label {name!r} is unknown; expected one of {', '.join(LABELS)}")
-        dims = ("y", "x", "xyz") if name == "normal" else ("y", "x")
+        if name not in (*LABELS, MOTION):
+            known = ", ".join((*LABELS, MOTION))
+            raise UnitError(f"label {name!r} is unknown; expected one of {known}")
+        dims = ("y", "x", *PARTS_OF_LABELS.get(name, ()))
         ds[name] = (dims, value, {"units": "m"} if name in ("depth", "distance") else {})
     ds.attrs["field_width"], ds.attrs["field_height"] = field or full_field(ds)
     if projection != "tangent":

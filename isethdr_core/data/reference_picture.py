@@ -18,7 +18,7 @@ from ..physics.photometry import xyz_weights
 from ..physics.resampling.area import resample_mean
 from ..uncertainty import ledger
 from . import camera_geometry
-from .quantities import LUMINANCE, check_mixed, names, tile_pitch
+from .quantities import LUMINANCE, MOTION, check_mixed, names, tile_pitch
 from .temporal_modulation import time_mean
 
 PICTURE_DIMS = ("y", "x", "xyz_channel")
@@ -220,7 +220,8 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
     """Return the scene's labels at the pixel centres of `picture`: the labels of the tile that
     contains each centre.
 
-    Labels are names and distances, so they are looked up and never averaged. The attribute
+    Labels are names and distances, so they are looked up and never averaged. `motion` is that of
+    the point at the tile's centre, in pixels of the picture. The attribute
     `objects` is the scene's table with `box` in pixels of the picture. A box is cut at the frame,
     and `in_frame` is the remaining share of its area. Objects outside the frame are dropped.
     """
@@ -248,8 +249,30 @@ def labels_on(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
         .isel(y=rows, x=columns, missing_dims="ignore")
         .assign_coords(x=picture.x.values, y=picture.y.values)
     )
+    if MOTION in labels:
+        field = (scene.x.values[columns], scene.y.values[rows])
+        labels[MOTION] = _motion_px(labels[MOTION], *field, lens, f_m / _pitch_m(picture))
     labels.attrs = {"objects": objects_on(scene, picture), "lamps": scene.attrs.get("lamps", [])}
     return labels
+
+
+def _motion_px(
+    motion: xr.DataArray, x: np.ndarray, y: np.ndarray, lens: Any, pixels: float
+) -> xr.DataArray:
+    """Return motion in the field (y, x, uv) as motion on the sensor, pixels.
+
+    Parameters
+    ----------
+    x, y : field coordinates from which it starts, each (y, x), or of the columns and of the rows.
+    lens : distortion map, or None.
+    pixels : in a focal length.
+    """
+    if lens is None:
+        return (motion * pixels).assign_attrs(motion.attrs, units="px")
+    before = np.stack(lens.forward(x, y), -1)
+    after = np.stack(lens.forward(x + motion.values[..., 0], y + motion.values[..., 1]), -1)
+    on_sensor = motion.copy(data=((after - before) * pixels).astype(np.float32))
+    return on_sensor.assign_attrs(units="px")
 
 
 def objects_on(scene: xr.Dataset, picture: xr.Dataset) -> list[dict[str, Any]]:

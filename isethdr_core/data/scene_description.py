@@ -235,6 +235,15 @@ class Camera:
 
 
 @dataclass(frozen=True, eq=False)
+class NextFrame:
+    """Where camera and objects will be one frame later: what the label `motion` follows from."""
+
+    after_s: float
+    camera: Camera
+    poses: tuple[np.ndarray, ...]  # (4, 4) of each object, in the order of the objects
+
+
+@dataclass(frozen=True, eq=False)
 class SceneDescription:
     """All a renderer needs. `objects` are labelled 1, 2, ... in their order; 0 is the sky.
 
@@ -249,6 +258,7 @@ class SceneDescription:
     materials: dict[str, Material]
     camera: Camera
     sky: Spectrum | SkyDome | None = None
+    next_frame: NextFrame | None = None  # of a sequence
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the names of the groups that have an emitter, `sky` first, the others sorted."""

@@ -8,6 +8,7 @@
 | `illuminance` | the light of each group that falls on each object, towards the camera          |
 | `labels`      | labels by one ray through each tile's centre: exact, and all from the same hit |
 | `llvm`        | finds the LLVM library                                                         |
+| `motion`      | the label `motion`: where each tile's point will be one frame later            |
 | `renderer`    | the renderer `mitsuba`                                                         |
 | `conf/`       | presets                                                                        |
 | `lamps/`      | from candela to radiance, and the sampling of lamps                            |

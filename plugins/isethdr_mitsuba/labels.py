@@ -17,6 +17,7 @@ from isethdr_core.quantities import LARGEST_HALF_FIELD_DEG
 
 from .illuminance import illuminances
 from .lamps.visible_lamps import NEAR_M, cut
+from .motion import motion_label
 from .world.triangle_chords import straightened
 
 PAIRS = 1_000_000  # pairs of triangle and tile tested at a time; limits memory
@@ -34,6 +35,7 @@ def label_tiles(world, view, description, label_names, normalise="intensity"):
     category : uint16, a number of isethdr_core.data.categories.
     normal : unit vector of the smoothed surface in world axes, turned towards the camera; 0 for the
         sky.
+    motion : added where the scene states its next frame (`motion`).
     """
     if not label_names:
         return {}, None
@@ -64,7 +66,8 @@ def label_tiles(world, view, description, label_names, normalise="intensity"):
     if "instance" in label_names:
         lit = illuminances(world, view, description, labels, normalise)
         objects = object_table(description, view, labels, lit)
-    return {name: labels[name] for name in label_names}, objects
+    asked_labels = {name: labels[name] for name in label_names}
+    return asked_labels | motion_label(description, view, labels), objects
 
 
 def instances(world, view) -> np.ndarray:

@@ -12,7 +12,7 @@ from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.plugins.ranges import Range, Seed, Share, check_ranges
-from isethdr_core.scene import Camera, SceneDescription
+from isethdr_core.scene import Camera, NextFrame, Placed, SceneDescription
 
 from .lamps import groups_of
 from .limits import Aspect, CameraHeight, RoadField, SkyLuminance
@@ -23,9 +23,18 @@ from .road_surfaces import DEFAULT, RoadSurfaceName
 from .roads.kinds import BaseRoad, kind, names
 from .roads.opendrive.file_road import Choices, FileRoad, file_road
 from .sky.choice import SkyName, check_sky, sky_of_scene
-from .street_models import ground_of, lamp_kinds, own_headlamps, things_of, visible
+from .street_models import (
+    ground_of,
+    lamp_kinds,
+    later_poses,
+    own_headlamps,
+    things_of,
+    visible,
+)
 from .things.packs.pack import pack_files, stock_of
 from .things.stock import Stock
+from .traffic.later_layout import Moment, moment
+from .traffic.simulation import Simulation
 from .validation import check_order
 from .variation import varied
 
@@ -40,6 +49,8 @@ Shift = Annotated[float, Range(-20, 20)]  # metres
 Along = Annotated[float, Range(0, 1e6)]  # metres along a road
 LaneNumber = Annotated[int, Range(-100, 100)]
 SpeedLimit = Annotated[float, Range(5, 200)]  # km/h
+Time = Annotated[float, Range(0, 60)]  # seconds
+FrameRate = Annotated[float, Range(0.1, 10_000)]  # 1/s
 TARGET_M = 40.0
 ROAD_FILE = ".xodr"
 NAN = float("nan")  # a bound that is not known
@@ -97,6 +108,10 @@ class Street:
     # and heading_deg
     hour: dict[str, Any] = field(default_factory=dict)
     sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of a uniform sky at weight 1
+    # seconds for which traffic and people have moved on (docs/how-to/streets.md)
+    time_s: Time = 0.0
+    # frames per second of the sequence to which this picture belongs; adds the label `motion`
+    frames_per_s: FrameRate | None = None
 
     # folders of one's own vehicles, people, plants and so on (docs/how-to/asset_packs.md)
     assets: tuple[str, ...] = ()
@@ -137,23 +152,38 @@ class Street:
         ConfigError : a density that cannot be placed; a camera inside a thing or the ground; an
             asset pack with mistakes.
         """
-        layout = self.plan()
         if self.from_file:
             self._state_notes()
-        place = self.eye()
+        now = self.moment(self.time_s)
+        place = eye(now.own_pose, self.mounting())
         light = {"headlights": self.headlamp_light, "streetlights": self.street_light}
-        seen = visible(layout, place, self.horizontal_field_deg)
-        models, objects = ground_of(layout.base, light)
+        shown = visible(now.layout, place, self.horizontal_field_deg)
+        models, objects = ground_of(now.layout.base, light)
         for more_models, more in (
-            own_headlamps(layout.base, light, self.headlamp_beam),
-            things_of(seen, place, light, self.headlamp_beam),
+            own_headlamps(now.own_pose, light, self.headlamp_beam),
+            things_of(now.layout, shown, place, light, self.headlamp_beam),
         ):
             models |= more_models
             objects += more
         models, materials = varied(models, used(models, self.road_surface, self.seed), self.seed)
-        sky = sky_of_scene(self)
-        camera = self._camera(place)
-        return SceneDescription("street", models, tuple(objects), materials, camera, sky)
+        return SceneDescription(
+            "street",
+            models,
+            tuple(objects),
+            materials,
+            self._camera(place),
+            sky_of_scene(self),
+            self._next_frame(objects),
+        )
+
+    def _next_frame(self, objects: list[Placed]) -> NextFrame | None:
+        """Return where all will be one frame later; None for a single picture."""
+        if self.frames_per_s is None:
+            return None
+        after_s = 1 / self.frames_per_s
+        then = self.moment(self.time_s + after_s)
+        camera = self._camera(eye(then.own_pose, self.mounting()))
+        return NextFrame(after_s, camera, later_poses(objects, then.layout, then.own_pose))
 
     @property
     def from_file(self) -> bool:
@@ -200,8 +230,8 @@ class Street:
     def light_groups(self) -> tuple[str, ...]:
         """Return the light groups, from where things stand: no mesh is built."""
         layout = self.plan()
-        seen = visible(layout, self.eye(), self.horizontal_field_deg)
-        return groups_of(lamp_kinds(layout.base, seen))
+        shown = visible(layout, self.eye(), self.horizontal_field_deg)
+        return groups_of(lamp_kinds(layout.base, shown))
 
     def _state_notes(self) -> None:
         """State in the ledger what of the road file is not carried."""
@@ -242,21 +272,38 @@ class Street:
 
     def eye(self) -> Eye:
         """Return the place of the camera and its line of sight in the world."""
-        return eye(self.base(), self.mounting())
+        return eye(self.moment(self.time_s).own_pose, self.mounting())
 
     def plan(self) -> Layout:
-        """Return where everything stands, without building a mesh.
+        """Return where everything stands at `time_s`, without building a mesh.
 
         Raises
         ------
-        ConfigError : a density that cannot be placed; a camera inside a thing or the ground.
+        ConfigError : a density that cannot be placed; a camera inside a thing or the ground; a time
+            at which the camera's car has come to the end of its road.
         """
-        return self._layout
+        return self.moment(self.time_s).layout
+
+    def moment(self, time_s: float) -> Moment:
+        """Return what is where at a time; errors as of `plan`."""
+        if time_s == 0:
+            return Moment(self._placed, self.base().pose(), False)
+        now = moment(self._placed, self._simulation, time_s)
+        if now.own_gone:
+            raise ConfigError(
+                f"scene.time_s is {self.time_s:g}, but the camera's car has come to the end of its"
+                f" road by then; expected less; type for example scene.time_s={self.time_s / 2:g}"
+            )
+        return now
 
     @cached_property
-    def _layout(self) -> Layout:
+    def _simulation(self) -> Simulation:
+        return Simulation(self._placed, self.vehicles_per_km)
+
+    @cached_property
+    def _placed(self) -> Layout:
         base = self.base()
-        place = self.eye()
+        place = eye(base.pose(), self.mounting())
         densities = Densities(
             self.vehicles_per_km,
             self.parked_share,

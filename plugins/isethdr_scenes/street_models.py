@@ -36,6 +36,8 @@ OWN_LAMPS = (2.25, 0.65, 0.65)  # ahead of the car's middle, to either side, abo
 CATEGORIES = {"road": "road", "land": "vegetation", "structures": "building"}
 LUMINAIRE = "tunnel"
 AS_BUILT = family("dipped_r112_b")  # low beams, before `switched` gives them the beam asked for
+OWN_HEADLAMPS = "own headlamps"
+HIDDEN = "hidden"  # the model without parts
 
 
 def visible(layout: Layout, eye: Eye, field_deg: float) -> list[Standing]:
@@ -45,9 +47,10 @@ def visible(layout: Layout, eye: Eye, field_deg: float) -> list[Standing]:
     unless it is near.
     """
     out = []
+    there = [standing for standing in layout.standing if not standing.gone]
     half = np.radians(min(field_deg / 2 + MARGIN_DEG, 180.0))
     axis = eye.direction[:2] / max(float(np.linalg.norm(eye.direction[:2])), 1e-9)
-    for standing in layout.standing:
+    for standing in there:
         way = standing.pose[:2, 3] - eye.position_m[:2]
         distance = float(np.linalg.norm(way))
         radius = 0.5 * float(np.hypot(*standing.foot.thing.size_m[:2])) * standing.foot.scale
@@ -60,31 +63,52 @@ def visible(layout: Layout, eye: Eye, field_deg: float) -> list[Standing]:
 
 
 def things_of(
-    standing: Iterable[Standing], eye: Eye, spectra: dict[str, str], beam: str
+    layout: Layout, shown: list[Standing], eye: Eye, spectra: dict[str, str], beam: str
 ) -> tuple[dict[str, Model], list[Placed]]:
     """Return the models and the placed objects of things; equal ones share a model.
 
+    Objects that are not shown have no mesh: everything keeps its number over a sequence.
+
     Parameters
     ----------
+    shown : what the camera may see (`visible`).
     spectra : name of a lamp spectrum per light group.
     beam : family of all headlamps that are on.
     """
-    standing = list(standing)
-    at = levels(standing, eye.position_m)
+    at = levels(shown, eye.position_m)
+    some = {one.name for one in shown}
     keys: dict[tuple, str] = {}
     models: dict[str, Model] = {}
     objects = []
-    for one in standing:
+    for one in layout.standing:
         thing = one.foot.thing
+        if one.name not in some:
+            models[HIDDEN] = Model(HIDDEN, ())
+            objects.append(Placed(one.name, HIDDEN, thing.category, _pose_of(one)))
+            continue
         key = (thing, one.foot.lamps)
         if key not in keys:
             name = keys[key] = f"{thing.family}{len(keys)}"
             model = _built(thing, at[thing])
             models[name] = switched(replace(model, name=name), one.foot.lamps, spectra, beam)
-        pose = one.pose.copy()
-        pose[:3, :3] *= one.foot.scale
-        objects.append(Placed(one.name, keys[key], thing.category, pose))
+        objects.append(Placed(one.name, keys[key], thing.category, _pose_of(one)))
     return models, objects
+
+
+def _pose_of(one: Standing) -> np.ndarray:
+    """Return the pose (4, 4) of a thing with its scale."""
+    pose = one.pose.copy()
+    pose[:3, :3] *= one.foot.scale
+    return pose
+
+
+def later_poses(
+    objects: list[Placed], layout: Layout, own_pose: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Return the poses of objects in a later layout; the ground stays."""
+    moved = {one.name: _pose_of(one) for one in layout.standing}
+    moved[OWN_HEADLAMPS] = own_pose
+    return tuple(moved.get(one.name, one.pose) for one in objects)
 
 
 @lru_cache(maxsize=64)
@@ -139,13 +163,13 @@ def ground_of(base: BaseRoad, spectra: dict[str, str]) -> tuple[dict[str, Model]
 
 
 def own_headlamps(
-    base: BaseRoad, spectra: dict[str, str], beam: str
+    own_pose: np.ndarray, spectra: dict[str, str], beam: str
 ) -> tuple[dict[str, Model], list[Placed]]:
-    """Return the dipped beams of the camera's car."""
+    """Return the dipped beams of the camera's car, whose pose (4, 4) is given."""
     model = switched(headlamp.own_headlamps(*OWN_LAMPS).model(), DRIVING, spectra, beam)
     return (
         {"own_headlamps": model},
-        [Placed("own headlamps", "own_headlamps", "own vehicle", base.pose())],
+        [Placed(OWN_HEADLAMPS, "own_headlamps", "own vehicle", own_pose)],
     )
 
 

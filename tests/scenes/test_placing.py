@@ -23,7 +23,7 @@ BUSY = Densities(45.0, 0.9, 150.0, 25.0, 12.0, 300.0)
 
 def laid_out(name: str, seed: int, densities: Densities, mounting: Mounting | None = None):
     base = kind(name, seed)
-    view = eye(base, mounting or Mounting())
+    view = eye(base.pose(), mounting or Mounting())
     return plan(base, seed, densities, view.viewpoint()), view
 
 
@@ -182,7 +182,7 @@ def test_a_camera_in_a_thing_or_the_ground_is_one_error():
     with pytest.raises(ConfigError, match=f"inside '{building.name}'; expected a free place"):
         check_eye(layout, type(place)(building.pose[:3, 3] + [0, 0, 1.3], place.direction))
     with pytest.raises(ConfigError, match=r"\+0.10 m above the ground; expected 0.2 or more"):
-        check_eye(layout, eye(layout.base, Mounting(height_m=0.1)))
+        check_eye(layout, eye(layout.base.pose(), Mounting(height_m=0.1)))
 
 
 def test_a_camera_in_the_wall_of_a_tunnel_is_one_error():
@@ -190,7 +190,7 @@ def test_a_camera_in_the_wall_of_a_tunnel_is_one_error():
     layout, _ = laid_out("tunnel", 1, DENSITIES)
     span = base.lane.road.structures[0]
     middle = base.lane.road.pose(span.start_m + 50.0, float(base.lane.road.edges(50.0)[1]) + 0.6)
-    place = eye(base, Mounting())
+    place = eye(base.pose(), Mounting())
     with pytest.raises(ConfigError, match="inside the wall of a tunnel"):
         check_eye(layout, type(place)(middle[:3, 3] + [0, 0, 1.3], place.direction))
 

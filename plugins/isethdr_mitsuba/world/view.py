@@ -62,6 +62,12 @@ class View:
         )
         return tuple(slice(c, n - c) for c, n in zip(beyond, self.shape))
 
+    def of(self, camera) -> View:
+        """Return the same grid of tiles before another camera."""
+        right, down, forward = _axes(camera)
+        origin = np.asarray(camera.position_m, float)
+        return replace(self, origin_m=origin, right=right, down=down, forward=forward)
+
     def to_camera(self, points_m) -> np.ndarray:
         """Return (n, 3) world points in camera axes (right, down, forward), m."""
         return (np.asarray(points_m, float) - self.origin_m) @ np.stack(
@@ -120,6 +126,27 @@ def view_of(camera, width: int, height: int, margin: float) -> View:
             * (camera.projection == "tangent")
         )
     field_x, field_y, _ = camera_field(degrees, camera.aspect, camera.projection)
+    right, down, forward = _axes(camera)
+    pitch = field_x / width, field_y / height
+    tiles = [np.arange(-round(n * margin), n + round(n * margin)) for n in (width, height)]
+    view = View(
+        x=(tiles[0] - (width - 1) / 2) * pitch[0],
+        y=(tiles[1] - (height - 1) / 2) * pitch[1],
+        pitch_x=pitch[0],
+        pitch_y=pitch[1],
+        field=(field_x, field_y),
+        origin_m=np.asarray(camera.position_m, float),
+        right=right,
+        down=down,
+        forward=forward,
+        projection=camera.projection,
+    )
+    _check_reach(view, camera, margin)
+    return view
+
+
+def _axes(camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the unit vectors (3,) right, down and forward of a camera in the world."""
     forward = np.subtract(camera.target_m, camera.position_m).astype(float)
     length = np.linalg.norm(forward)
     if length == 0:
@@ -132,22 +159,7 @@ def view_of(camera, width: int, height: int, margin: float) -> View:
     up = np.array([0.0, 0, 1]) if abs(forward[2]) < 1 - 1e-9 else np.array([1.0, 0, 0])
     right = np.cross(forward, up)
     right /= np.linalg.norm(right)
-    pitch = field_x / width, field_y / height
-    tiles = [np.arange(-round(n * margin), n + round(n * margin)) for n in (width, height)]
-    view = View(
-        x=(tiles[0] - (width - 1) / 2) * pitch[0],
-        y=(tiles[1] - (height - 1) / 2) * pitch[1],
-        pitch_x=pitch[0],
-        pitch_y=pitch[1],
-        field=(field_x, field_y),
-        origin_m=np.asarray(camera.position_m, float),
-        right=right,
-        down=np.cross(forward, right),
-        forward=forward,
-        projection=camera.projection,
-    )
-    _check_reach(view, camera, margin)
-    return view
+    return right, np.cross(forward, right), forward
 
 
 def check_square(width: int, height: int, aspect: float) -> None:

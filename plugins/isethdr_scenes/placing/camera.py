@@ -9,7 +9,6 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 
-from ..roads.kinds import BaseRoad
 from .plan import Layout, Viewpoint
 from .rules import holding
 
@@ -49,9 +48,8 @@ class Eye:
         return Viewpoint(float(self.position_m[0]), float(self.position_m[1]), heading)
 
 
-def eye(base: BaseRoad, mounting: Mounting) -> Eye:
-    """Return the place of a camera on the car that starts on a road."""
-    own = base.pose()
+def eye(own: np.ndarray, mounting: Mounting) -> Eye:
+    """Return the place of a camera on a car with the pose `own` (4, 4)."""
     ahead, left, turn = MOUNTS[mounting.mount]
     local = [ahead + mounting.ahead_m, left + mounting.left_m, mounting.height_m]
     position = own[:3, 3] + own[:3, :3] @ local

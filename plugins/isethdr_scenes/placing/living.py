@@ -11,7 +11,7 @@ from ..roads.lane_path import LanePath
 from ..roads.road import Road, RoadObject
 from ..things.thing import Thing
 from .shortage import Shortage
-from .site import Foot, Place, Site, drawn_count
+from .site import Foot, OnLane, Place, Site, drawn_count
 from .vehicles import rider_foot
 
 APART_M = 0.15  # between people and all else
@@ -161,7 +161,8 @@ def _riding(
     path = paths[int(rng.integers(len(paths)))]
     s = float(rng.uniform(2.0, path.length_m - 2.0))
     room = float(path.width_m(s)) / 2 - CYCLE_LANE_M[0]
-    pose = path.at(s, -beside * max(room, 0.0) + float(rng.uniform(-0.1, 0.1)))
+    aside = -beside * max(room, 0.0) + float(rng.uniform(-0.1, 0.1))
+    pose = path.at(s, aside)
     return Foot(
         name,
         thing,
@@ -173,6 +174,7 @@ def _riding(
         lean="surface",
         road=path.road.name,
         level=int(path.road.on_structure("bridge", float(path.along_road(s)))),
+        lane=OnLane(path.key, s, aside),
     )
 
 

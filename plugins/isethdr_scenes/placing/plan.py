@@ -48,6 +48,7 @@ class Standing:
 
     foot: Foot
     pose: np.ndarray  # (4, 4), without scale
+    gone: bool = False  # it has left the road: nobody sees it
 
     @property
     def name(self) -> str:
@@ -62,6 +63,7 @@ class Layout:
     base: BaseRoad
     standing: tuple[Standing, ...]
     shortages: tuple[Shortage, ...]
+    red: frozenset[str] = frozenset()  # names of the roads that meet a red signal
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,7 @@ def plan(
     standing = tuple(
         Standing(foot, pose) for foot, pose in zip(feet, poses(base.network, feet), strict=True)
     )
-    return Layout(base, standing, tuple(shortages))
+    return Layout(base, standing, tuple(shortages), told.red)
 
 
 def _keep_free(site: Site, view: Viewpoint) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..roads.free_areas import AreaKind, FreeArea
 from ..roads.kinds import BaseRoad
+from ..roads.lane_path import LaneKey
 from ..roads.road import LANE_TYPES, Road
 from ..things.stock import BUNDLED, Stock
 from ..things.thing import Thing
@@ -38,6 +39,14 @@ MAY_STAND = {
 Lean = Literal["upright", "surface", "line"]
 
 
+class OnLane(NamedTuple):
+    """Where on which lane somebody drives or rides."""
+
+    key: LaneKey
+    s_m: float  # of its middle, along the lane
+    aside_m: float  # to the left of the lane's middle
+
+
 @dataclass(frozen=True)
 class Foot:
     """A thing and where it stands in plan."""
@@ -54,6 +63,7 @@ class Foot:
     road: str = ""  # whose surface carries it, where it is not the ground: a bridge's
     level: int = 0  # 1 on a bridge
     partner: str = ""  # of a pair that touches, as a bicycle and its rider
+    lane: OnLane | None = None  # of traffic
 
     def boxes(self) -> np.ndarray:
         """Return the boxes that it occupies."""

@@ -12,7 +12,7 @@ from ..things import rider_of
 from ..things.registry import RIDDEN
 from ..things.thing import Thing
 from .shortage import Shortage
-from .site import Foot, Site, drawn_count
+from .site import Foot, OnLane, Site, drawn_count
 
 EGO_M = (4.6, 1.9)  # length and width of the camera's car
 # kept free before and behind its middle, in its lane
@@ -73,8 +73,8 @@ def place_vehicles(site: Site, vehicles_per_km: float, red: frozenset[str]) -> S
         successors = site.base.network.successors(path.key)
         ends = any(site.base.network.lane(key).road.junction for key in successors)
         limit = path.road.speed_limit_kmh / 3.6
-        headway = max(1000 / max(vehicles_per_km, 1e-6) - 6.0 - STANDSTILL_M, 0.5) / HEADWAY_S
-        flow = Flow(path, *reach, min(limit, headway), path.road.name in red and ends, ends)
+        speed = min(limit, dense_speed_m_s(vehicles_per_km))
+        flow = Flow(path, *reach, speed, path.road.name in red and ends, ends)
         room = sum(b - a for a, b in _free_stretches(site, flow))
         count = drawn_count(vehicles_per_km * room / 1000, rng) if room > LEAST_LANE_M else 0
         wanted += count
@@ -88,6 +88,11 @@ def place_vehicles(site: Site, vehicles_per_km: float, red: frozenset[str]) -> S
             thing = _vehicle(site, path, s, rng)
             _put(site, _foot(site, path, _InTraffic(thing, DRIVING), s, rng), rng)
     return Shortage("vehicles_per_km", "vehicles", wanted, placed, vehicles_per_km)
+
+
+def dense_speed_m_s(vehicles_per_km: float) -> float:
+    """Return the speed at which vehicles of a lane keep the time gap of dense traffic."""
+    return max(1000 / max(vehicles_per_km, 1e-6) - 6.0 - STANDSTILL_M, 0.5) / HEADWAY_S
 
 
 def _reach(site: Site, path: LanePath) -> tuple[float, float] | None:
@@ -199,7 +204,8 @@ def _put(site: Site, foot: Foot, rng: np.random.Generator) -> bool:
 def rider_foot(foot: Foot, rng: np.random.Generator) -> Foot:
     """Return the rider of a two-wheeler, in its place."""
     rider = rider_of(foot.thing, rng)
-    return replace(foot, name=f"rider of {foot.name}", thing=rider, lamps=(), partner=foot.name)
+    name = f"rider of {foot.name}"
+    return replace(foot, name=name, thing=rider, lamps=(), partner=foot.name, lane=None)
 
 
 def _lamps(
@@ -237,7 +243,8 @@ def _foot(
     """Return a vehicle on a lane, a little beside its middle."""
     thing = vehicle.thing
     room = max(0.0, float(path.width_m(s)) - thing.size_m[1]) / 2
-    pose = path.at(s, float(rng.uniform(-1, 1)) * min(room, 0.15))
+    aside = float(rng.uniform(-1, 1)) * min(room, 0.15)
+    pose = path.at(s, aside)
     on_bridge = bool(path.road.on_structure("bridge", float(path.along_road(s))))
     return Foot(
         f"{thing.group} {len(site.feet)}",
@@ -250,4 +257,5 @@ def _foot(
         lean="surface",
         road=path.road.name,
         level=int(on_bridge),
+        lane=OnLane(path.key, s, aside),
     )

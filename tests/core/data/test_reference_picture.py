@@ -130,6 +130,31 @@ def test_the_whole_box_is_cut_at_the_frame_and_the_rest_is_truncation():
     assert [o["truncation"] for o in found] == pytest.approx([0.0, 0.5], abs=1e-12)
 
 
+def test_motion_is_in_pixels_of_the_picture():
+    """Two pixels to the right and one up, in tangents; through a lens, the way between the images
+    of both ends, by the formula of Brown (1966) for r^2 alone.
+    """
+    pixel = PITCH_UM * 1e-3 / FOCAL_MM
+    moving = scene(np.ones((12, 16)), [])
+    moving["motion"] = (("y", "x", "uv"), np.full((12, 16, 2), (2 * pixel, -pixel), np.float32))
+    motion = labels_on(moving, blank())["motion"]
+    assert motion.attrs["units"] == "px" and motion.dims == ("y", "x", "uv")
+    np.testing.assert_allclose(motion.values[..., 0], 2.0, rtol=1e-6)  # float32
+    np.testing.assert_allclose(motion.values[..., 1], -1.0, rtol=1e-6)
+    picture = blank(ny=4, nx=6)
+    k1 = 1000.0
+    picture.attrs["distortion"] = {"model": "brown_conrady", "k1": k1}
+    found = labels_on(moving, picture)["motion"].values
+    x, y = np.meshgrid(moving.x.values, moving.y.values)
+    ends = [(x + 2 * pixel * moved, y - pixel * moved) for moved in (0, 1)]
+    images = [np.stack((u, v), -1) * (1 + k1 * (u**2 + v**2))[..., None] for u, v in ends]
+    way = (images[1] - images[0]) / pixel
+    # each pixel shows the motion of one of the tiles
+    apart = np.abs(found[:, :, None, None] - way).max(-1)
+    assert apart.min((2, 3)).max() < 1e-5
+    assert np.ptp(found[..., 0]) > 0.02
+
+
 def test_bad_input_is_named():
     with pytest.raises(UnitError, match="do not fit the scene"):
         truth(cube(np.ones((3, 4, 4))), blank())

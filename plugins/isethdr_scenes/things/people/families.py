@@ -43,12 +43,13 @@ def shares() -> dict[str, float]:
 
 def thing(family: str, variant: int) -> Thing:
     """Return a person of a family; the same variant, the same person in the same pose."""
-    return Thing(family, variant, "person", _figure(family, variant).size_m(), GROUP)
+    return Thing(family, variant, "person", figure(family, variant).size_m(), GROUP)
 
 
 def build(thing: Thing, detail: Detail) -> Assembly:
     """Return the mesh, centred in x and y on z = 0."""
-    return _figure(thing.family, thing.variant).assembly(detail)
+    phase = thing.phase if isinstance(thing, Walker) else None
+    return figure(thing.family, thing.variant, phase).assembly(detail)
 
 
 def look_of(family: str, rng: np.random.Generator, outfit: str | None = None) -> Look:
@@ -72,14 +73,27 @@ def look_of(family: str, rng: np.random.Generator, outfit: str | None = None) ->
     return Look(Body(**measures), clothes, head, carried, material, int(rng.integers(2**31)))
 
 
-def pose_of(family: str, rng: np.random.Generator) -> Pose:
-    """Return a standing or walking pose, drawn."""
+@dataclass(frozen=True)
+class Walker(Thing):
+    """A walking person at a phase of the gait."""
+
+    phase: float = 0.0  # 0..1
+
+
+def pose_of(family: str, rng: np.random.Generator, phase: float | None = None) -> Pose:
+    """Return a standing or walking pose, drawn; at a phase of the gait where one is given."""
+    stride, drawn_phase, stands = pace_of(family, rng)
+    if stands:
+        return standing(rng)
+    return walking(drawn_phase if phase is None else phase, stride)
+
+
+def pace_of(family: str, rng: np.random.Generator) -> tuple[float, float, bool]:
+    """Return stride in degrees, phase, and whether the person stands."""
     ranges = read(FILE)["families"][family]
     stride = drawn(ranges["stride_deg"], rng)
     phase = float(rng.random())
-    if rng.random() < ranges["standing"]:
-        return standing(rng)
-    return walking(phase, stride)
+    return stride, phase, bool(rng.random() < ranges["standing"])
 
 
 def figure_of(look: Look, at: Joints, name: str) -> Figure:
@@ -91,10 +105,11 @@ def figure_of(look: Look, at: Joints, name: str) -> Figure:
 
 
 @lru_cache(maxsize=128)
-def _figure(family: str, variant: int) -> Figure:
+def figure(family: str, variant: int, phase: float | None = None) -> Figure:
+    """Return the shapes of a person; at a phase of the gait where one is given."""
     rng = generator(family, variant)
     look = look_of(family, rng)
-    return figure_of(look, joints(look.body, pose_of(family, rng)), family)
+    return figure_of(look, joints(look.body, pose_of(family, rng, phase)), family)
 
 
 def _colours(item: str) -> dict[str, float]:

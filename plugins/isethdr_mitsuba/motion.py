@@ -1,0 +1,53 @@
+"""Motion: by how much what each tile shows moves in the field until the next frame.
+
+The point that the centre ray of a tile meets is carried along with its object, which moves as a
+rigid body, and is seen again by the camera of the next frame. The sky lies at infinity: it moves by
+the camera's turns alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from isethdr_core.data.quantities import MOTION
+
+from .world.view import View
+
+
+def motion_label(description, view: View, labels: dict) -> dict[str, np.ndarray]:
+    """Return the label `motion`, or nothing where the scene states no next frame.
+
+    Parameters
+    ----------
+    description : SceneDescription.
+    view : the tiles.
+    labels : `instance` and `distance` (row, column) of these tiles.
+
+    Returns
+    -------
+    dict
+        {"motion": (row, column, uv) float32} in the unit of the field coordinates; NaN where a
+        point gets out of the directions of the grid.
+    """
+    following = description.next_frame
+    if following is None:
+        return {}
+    x, y = (a.ravel() for a in np.meshgrid(view.x, view.y))
+    instance = labels["instance"].ravel()
+    # in float64: a point 200 m away moves by less than a millimetre in a short frame
+    way = view.to_world(view.rays(x, y))
+    reach = np.where(instance > 0, labels["distance"].ravel(), 1.0).astype(float)
+    points = view.origin_m + reach[:, None] * way
+    for number in np.unique(instance[instance > 0]):
+        here = instance == number
+        pose = np.asarray(description.objects[number - 1].pose, float)
+        moved = np.asarray(following.poses[number - 1], float) @ np.linalg.inv(pose)
+        points[here] = points[here] @ moved[:3, :3].T + moved[:3, 3]
+    later = view.of(following.camera)
+    sky = instance == 0
+    points[sky] = later.origin_m + way[sky]
+    seen = later.to_camera(points)
+    lost = (seen[:, 2] <= 0) & (view.projection == "tangent")
+    seen[lost] = np.nan
+    motion = later.coordinates(seen) - np.stack([x, y], 1)
+    return {MOTION: motion.reshape(*view.shape, 2).astype(np.float32)}

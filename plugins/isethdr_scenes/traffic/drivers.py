@@ -1,0 +1,212 @@
+"""Drivers: each follows a route of lanes, and keeps its distance from what is ahead."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ..placing.boxes import rows, solids
+from ..placing.site import Foot, OnLane
+from ..roads.lane_path import LaneKey
+from ..things.thing import Thing
+from .following import BRAKING_M_S2, TIME_GAP_S, acceleration_m_s2
+from .obstacles import Obstacle
+from .tracks import Tracks
+
+LOOK_M = 100.0  # ahead
+BESIDE_M = 0.2  # between the sides of two that pass each other in one lane
+ASIDE_LOOKS_M = (0.0, 5.0, 10.0)  # ahead, where the width of the lane is seen
+NARROW_M = 0.15  # beside a vehicle in its lane
+BICYCLE_M_S = 5.0
+LOOKS = np.array([0.0, 4.0, 8.0, 16.0, 32.0, 64.0])  # metres ahead at which curves are seen
+
+
+class Ahead(NamedTuple):
+    """What is ahead of a driver."""
+
+    gap_m: float = np.inf
+    speed_m_s: float = 0.0
+
+
+@dataclass(eq=False)
+class Driver:
+    """A vehicle or a bicycle on its way."""
+
+    name: str
+    things: tuple[Thing, ...]  # the vehicle first
+    aside_m: float  # where it is, to the left of the middle of its lane
+    top_m_s: float  # speed of an empty road, where the limit allows it
+    turn: int  # 1 to the left at the next choice, -1 to the right
+    route: list[LaneKey]
+    at_m: float  # of its middle, from the start of the first lane of the route
+    starts_m: list[float] = field(default_factory=lambda: [0.0])
+    speed_m_s: float = 0.0
+    acceleration_m_s2: float = 0.0
+    time_gap_s: float = TIME_GAP_S
+    gone: bool = False  # beyond the end of the network
+    drawn_aside_m: float = 0.0
+    length_m: float = 0.0
+    width_m: float = 0.0
+
+    def aside_in(self, tracks: Tracks) -> float:
+        """Return how far aside it wants to be: in a narrow lane, off the lane at its left."""
+        width = np.inf
+        for ahead in ASIDE_LOOKS_M:
+            lane = self.on_lane(self.at_m + ahead)
+            track = tracks[lane.key]
+            width = min(width, float(np.interp(lane.s_m, track.s_m, track.width_m)))
+        room = (width - self.width_m) / 2
+        if room < NARROW_M:
+            return room - NARROW_M
+        return min(max(self.drawn_aside_m, -room), room)
+
+    def lane_at(self, at_m: float) -> int:
+        """Return the index of the lane of the route on which a distance lies."""
+        return max(bisect_right(self.starts_m, at_m) - 1, 0)
+
+    def on_lane(self, at_m: float) -> OnLane:
+        """Return its lane and its place there at a distance along its route."""
+        k = self.lane_at(at_m)
+        return OnLane(self.route[k], at_m - self.starts_m[k], self.aside_m)
+
+    def extend(self, tracks: Tracks, to_m: float) -> None:
+        """Extend the route to a distance, as far as the network goes."""
+        while self.end_m(tracks) < to_m:
+            onward = tracks.onward(self.route[-1], self.turn)
+            if onward is None:
+                return
+            self.starts_m.append(self.end_m(tracks))
+            self.route.append(onward)
+
+    def end_m(self, tracks: Tracks) -> float:
+        """Return where the last lane of the route ends."""
+        return self.starts_m[-1] + tracks[self.route[-1]].length_m
+
+    def boxes(self, tracks: Tracks, at_m: float) -> np.ndarray:
+        """Return what it occupies at a distance along its route."""
+        lane = self.on_lane(at_m)
+        track = tracks[lane.key]
+        place = track.place(lane.s_m, lane.aside_m)
+        level = level_of(tracks, lane)
+        return np.concatenate([rows(solids(thing), place, 1.0, level) for thing in self.things])
+
+    def free_m_s(self, tracks: Tracks) -> float:
+        """Return the speed that limit and curves ahead allow: what is braked comfortably."""
+        limit = self.top_m_s
+        for distance in LOOKS:
+            if distance > self.speed_m_s**2 / (2 * BRAKING_M_S2) + 1:
+                break
+            lane = self.on_lane(self.at_m + distance)
+            track = tracks[lane.key]
+            there = float(np.interp(lane.s_m, track.s_m, track.fastest_m_s))
+            limit = min(limit, np.sqrt(there**2 + 2 * BRAKING_M_S2 * distance))
+        return limit
+
+
+def level_of(tracks: Tracks, lane: OnLane) -> int:
+    """Return 1 on a bridge, else 0."""
+    path = tracks[lane.key].path
+    if not path.road.structures:
+        return 0
+    return int(path.road.on_structure("bridge", float(path.along_road(lane.s_m))))
+
+
+def driver(foot: Foot, others: tuple[Thing, ...], tracks: Tracks, top_m_s: float) -> Driver:
+    """Return the driver of a placed vehicle or bicycle.
+
+    Parameters
+    ----------
+    others : what moves with it, as its rider.
+    top_m_s : speed of an empty road.
+    """
+    assert foot.lane is not None
+    turns = [lamp.partition(":")[2] for lamp in foot.lamps if lamp.startswith("indicator")]
+    sides = {1 if side == "left" else -1 for side in turns}
+    made = Driver(
+        foot.name,
+        (foot.thing, *others),
+        foot.lane.aside_m,
+        min(top_m_s, BICYCLE_M_S) if foot.thing.group == "bicycle" else top_m_s,
+        sides.pop() if len(sides) == 1 else 0,
+        [foot.lane.key],
+        foot.lane.s_m,
+        drawn_aside_m=foot.lane.aside_m,
+        length_m=foot.thing.size_m[0],
+        width_m=max(thing.size_m[1] for thing in (foot.thing, *others)),
+    )
+    made.extend(tracks, made.at_m + LOOK_M)
+    return made
+
+
+class Road:
+    """Who is where on each lane at one moment."""
+
+    def __init__(self, drivers: Iterable[Driver], obstacles: dict[LaneKey, list[Obstacle]]) -> None:
+        self._on: dict[LaneKey, list[tuple[float, Driver]]] = {}
+        self._obstacles = obstacles
+        for one in drivers:
+            # who reaches into two lanes is on both
+            for at in {one.lane_at(one.at_m), one.lane_at(one.at_m - one.length_m / 2)}:
+                s = one.at_m - one.starts_m[at]
+                self._on.setdefault(one.route[at], []).append((s, one))
+
+    def ahead_of(self, one: Driver, stop_m: float) -> Ahead:
+        """Return the nearest thing ahead of a driver.
+
+        Parameters
+        ----------
+        stop_m : distance along its route beyond which it may not go.
+        """
+        front = one.at_m + one.length_m / 2
+        nearest = Ahead(max(stop_m - front, 0.0)) if np.isfinite(stop_m) else Ahead()
+        for k in range(one.lane_at(one.at_m), len(one.route)):
+            start = one.starts_m[k]
+            if start > front + LOOK_M:
+                break
+            for s, other in self._on.get(one.route[k], ()):
+                behind = start + s - other.length_m / 2
+                if other is one or start + s <= one.at_m or not _meets(one, other):
+                    continue
+                if behind - front < nearest.gap_m:
+                    nearest = Ahead(max(behind - front, 0.0), other.speed_m_s)
+            for obstacle in self._obstacles.get(one.route[k], ()):
+                gap = start + obstacle.s_m - front
+                if -0.5 < gap < nearest.gap_m and obstacle.meets(one.aside_m, one.width_m):
+                    nearest = Ahead(max(gap, 0.0))
+        return nearest
+
+
+def _meets(one: Driver, other: Driver) -> bool:
+    """Return whether two drivers of a lane are in each other's way."""
+    apart = abs(one.aside_m - other.aside_m)
+    return apart < (one.width_m + other.width_m) / 2 + BESIDE_M
+
+
+def wanted_m_s2(one: Driver, tracks: Tracks, ahead: Ahead) -> float:
+    """Return the acceleration that a driver chooses."""
+    free = one.free_m_s(tracks)
+    return acceleration_m_s2(one.speed_m_s, free, ahead.gap_m, ahead.speed_m_s, one.time_gap_s)
+
+
+def lanes_of(drivers: Iterable[Driver]) -> set[LaneKey]:
+    """Return the lanes of all routes."""
+    return {key for one in drivers for key in one.route}
+
+
+def entries(one: Driver, tracks: Tracks) -> Iterable[tuple[float, LaneKey]]:
+    """Return where a route goes from a lane outside of junctions into a junction's: the distance,
+    and the lane, of those that are ahead.
+    """
+    steps = zip(pairwise(one.route), one.starts_m[1:])
+    return [
+        (start, after)
+        for (before, after), start in steps
+        if start > one.at_m - one.length_m / 2
+        and tracks[after].junction
+        and not tracks[before].junction
+    ]

@@ -1,0 +1,96 @@
+"""A layout at a later time: who moves is elsewhere, brakes, blinks and walks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..placement import BRAKING
+from ..placing.ground import poses
+from ..placing.plan import Layout, Standing
+from ..placing.site import Foot
+from ..roads.network import Network
+from ..things.people.gait import walked
+from .simulation import OWN, STANDING_M_S, Moved, Simulation
+
+BRAKES_M_S2 = -0.7  # acceleration below which brake lights are on
+DRAWN_S = 0.5  # for which the lamps stay as they were drawn
+BLINKS_PER_S = 1.5  # 60 to 120 a minute (UN R48)
+BRAKED = ("car", "truck", "bus", "motorcycle")  # groups with brake lights
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """What is where at one time."""
+
+    layout: Layout
+    own_pose: np.ndarray  # (4, 4) of the camera's car
+    own_gone: bool  # the camera's car has come to the end of its road
+
+
+def moment(layout: Layout, simulation: Simulation, time_s: float) -> Moment:
+    """Return a layout after some seconds.
+
+    Parameters
+    ----------
+    layout : as placed.
+    simulation : of that layout.
+    time_s : 0 or more.
+    """
+    state = simulation.at(time_s)
+    network = layout.base.network
+    feet = []
+    gone = set()
+    for standing in layout.standing:
+        foot = standing.foot
+        carried_by = foot.partner or foot.name
+        if carried_by in state.drivers:
+            moved = state.drivers[carried_by]
+            gone |= {foot.name} if moved.gone else set()
+            feet.append(_driven(foot, moved, time_s, network))
+        elif foot.name in state.people:
+            x, y = state.people[foot.name]
+            way = float(np.hypot(x - foot.x_m, y - foot.y_m))
+            feet.append(replace(foot, thing=walked(foot.thing, way), x_m=x, y_m=y))
+        else:
+            lamps = tuple(lamp for lamp in foot.lamps if lit(lamp, foot, time_s))
+            feet.append(replace(foot, lamps=lamps))
+    standing = tuple(
+        Standing(foot, pose, foot.name in gone)
+        for foot, pose in zip(feet, poses(network, feet), strict=True)
+    )
+    own = state.drivers[OWN]
+    own_pose = network.lane(own.lane.key).at(own.lane.s_m)
+    return Moment(replace(layout, standing=standing), own_pose, own.gone)
+
+
+def _driven(foot: Foot, moved: Moved, time_s: float, network: Network) -> Foot:
+    """Return somebody on a lane at a later time."""
+    path = network.lane(moved.lane.key)
+    pose = path.at(moved.lane.s_m, moved.lane.aside_m)
+    lamps = [lamp for lamp in foot.lamps if lit(lamp, foot, time_s)]
+    if time_s > DRAWN_S and foot.thing.group in BRAKED:
+        braking = moved.acceleration_m_s2 < BRAKES_M_S2 or moved.speed_m_s < STANDING_M_S
+        lamps = [lamp for lamp in lamps if lamp not in BRAKING]
+        lamps += BRAKING if braking else ()
+    return replace(
+        foot,
+        x_m=float(pose[0, 3]),
+        y_m=float(pose[1, 3]),
+        heading_rad=float(np.arctan2(pose[1, 0], pose[0, 0])),
+        lamps=tuple(lamps),
+        road=path.road.name,
+        level=int(path.road.on_structure("bridge", float(path.along_road(moved.lane.s_m)))),
+        lane=foot.lane and moved.lane,
+    )
+
+
+def lit(lamp: str, foot: Foot, time_s: float) -> bool:
+    """Return whether a lamp that was drawn is on: indicators blink, each vehicle in its own time,
+    and are on at first.
+    """
+    if not lamp.startswith("indicator"):
+        return True
+    phase = np.random.default_rng([foot.thing.variant, 1]).uniform(0, 0.5)
+    return (phase + BLINKS_PER_S * time_s) % 1.0 < 0.5
