@@ -45,6 +45,7 @@ PRODUCTS = {
     "distance": Product("truth", "distance", np.float32),  # (y, x), m along the ray
     "depth": Product("truth", "depth", np.float32),  # (y, x), m along the axis
     "normal": Product("truth", "normal", np.float32),  # (y, x, 3), world axes
+    "motion": Product("truth", "motion", np.float32),  # (y, x, 2), px right and down per frame
     "boxes": Product("truth", "boxes", np.float32),  # (object, 4), left, top, width, height
     "labels": Product("truth", "labels", np.int32),  # (object,), category of each box
 }

@@ -5,6 +5,7 @@
 | night_drive, tunnel | the components: a country road, and a tunnel with a bright exit |
 | street, street_models, street_detail | a street: the component, its meshes, their detail |
 | placing | what stands on a road and beside it, drawn before any mesh is made |
+| traffic | a street moves on by seconds: drivers, junctions, people who walk |
 | placement, placement_tunnel | positions of all objects |
 | builders | from positions to models and a scene description |
 | limits, validation | ranges of fields; checks of several fields together |

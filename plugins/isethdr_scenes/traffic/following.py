@@ -1,4 +1,4 @@
-"""Car following by the intelligent driver model (Treiber, Hennecke and Helbing 2000, eq. 2 to 3)."""
+"""Car following by the intelligent driver model (Treiber, Hennecke and Helbing 2000, eq. 2, 3)."""
 
 from __future__ import annotations
 

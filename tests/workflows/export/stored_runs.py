@@ -52,10 +52,13 @@ def stored_home(folder: Path) -> Home:
     run = hdr.run(hdr.compose([*array_scene(ramp, unit="cd/m2", horizontal_field_deg=2), *QUICK]))
     add_labels(run.path, Labels("first"))
     groups = {f"{kind}/bayer": run.open(f"{kind}/bayer").load() for kind in ("picture", "captures")}
+    groups["picture/bayer"]["xyz"] *= 0.5  # so that the two runs differ
     groups["truth/bayer"] = labelled(run.open("truth/bayer").load())
     attributes = {**run.attributes, "key": LABELLED, "scene_ids": [SCENE], "lighting": "night"}
     attributes["objects"] = groups["truth/bayer"].attrs["objects"]
-    attributes["config"] = run.attributes["config"] | {"scene": {"name": "three_boxes"}}
+    attributes["config"] = run.attributes["config"] | {
+        "scene": {"name": "three_boxes", "time_s": 0.25}
+    }
     write_store(folder / "runs", LABELLED, groups, attributes)
     write_store(folder / "scenes", SCENE, {"": scene()}, {"kind": "scene", "recipe": SCENE[:16]})
     sweep = Sweep(SWEEP, ("sensor=bayer",), ("scene",), 3)
@@ -72,6 +75,10 @@ def labelled(truth: xr.Dataset) -> xr.Dataset:
     instance[3:9, 4:12] = 1  # the car
     instance[4:10, 6:8] = 2  # the person, in two columns
     truth["instance"] = (("y", "x"), instance)
+    motion = np.zeros((ROWS, COLUMNS, 2), np.float32)
+    motion[instance == 1] = (1.5, -0.25)  # the car
+    motion[0] = np.nan
+    truth["motion"] = (("y", "x", "uv"), motion)
     rows = (("car", [4, 3, 8, 6]), ("person", [6, 4, 2, 6]), ("road", [0, 8, 16, 4]))
     truth.attrs["objects"] = [
         {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import struct
 
 import numpy as np
 import pytest
@@ -273,3 +274,18 @@ def test_a_distorted_picture_has_the_distorted_box():
     direction = np.arctan2(np.hypot(1, 0.5), 2) / np.hypot(1, 0.5)
     assert angles[0] == pytest.approx(20 - 10 * direction)
     assert geometry.box_in_picture(points + [50, 0, 0], picture()) is None
+
+
+def test_flow_is_read_as_middlebury_describes_it(home, tmp_path):
+    """An own reader: tag, width, height, then u and v of each pixel."""
+    exported([home.labelled], tmp_path / "out", ["flow"])
+    [path] = (tmp_path / "out/flow").iterdir()
+    content = path.read_bytes()
+    assert content[:4] == b"PIEH"
+    assert struct.unpack("<ii", content[4:12]) == (COLUMNS, ROWS)
+    flow = np.frombuffer(content[12:], "<f4").reshape(ROWS, COLUMNS, 2)
+    assert (flow[0] > 1e9).all()
+    np.testing.assert_array_equal(flow[4, 5], [1.5, -0.25])
+    assert not flow[11].any()
+    with pytest.raises(CatalogError, match="has no motion; expected pictures of a sequence"):
+        exported([home.plain], tmp_path / "other", ["flow"])

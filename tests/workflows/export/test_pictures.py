@@ -97,3 +97,21 @@ def test_a_dng_holds_the_captures_bit_for_bit(home, run, tmp_path):
     for number, name in enumerate(names):
         raw = tifffile.imread(tmp_path / f"out/dng/{run.key}_bayer_{name}.dng")
         np.testing.assert_array_equal(raw, captures["raw"].values[number])
+
+
+def test_a_sequence_is_one_moving_picture_in_the_order_of_time(home, run, tmp_path):
+    """The second run shows half of the light a quarter of a second later."""
+    job = exported(["two"], tmp_path / "out", ["animation", "png"])
+    with Image.open(tmp_path / "out/animation/bayer.png") as moving:
+        assert moving.n_frames == 2 and moving.info["duration"] == 250
+        frames = []
+        for k in range(2):
+            moving.seek(k)
+            frames.append(np.asarray(moving.convert("RGB")))
+        assert moving.info["duration"] == 500
+    still = Image.open(tmp_path / "out/png" / f"{run.key}_bayer.png")
+    np.testing.assert_array_equal(frames[0], np.asarray(still))
+    assert frames[1].mean() < frames[0].mean() - 10  # with the white of the first
+    assert [one.media_type for one in job.files if one.format == "animation"] == ["image/apng"]
+    with pytest.raises(CatalogError, match="1 pictures at 1 times; expected one sequence"):
+        exported([run.key], tmp_path / "other", ["animation"])

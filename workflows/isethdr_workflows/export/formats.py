@@ -16,12 +16,14 @@ class Format:
 
 FORMATS = {
     "png": Format("pictures.png", "pictures as displayed"),
+    "animation": Format("pictures.animation", "a sequence as a moving picture"),
     "exr": Format("pictures.exr", "pictures and references, linear, cd/m2"),
     "radiance": Format("pictures.radiance", "spectral radiance by light group", of_scenes=True),
     "dng": Format("pictures.raw", "raw captures"),
     "coco": Format("labels.coco", "boxes and masks of objects"),
     "panoptic": Format("labels.panoptic", "the segment of every pixel"),
     "boxes3d": Format("labels.boxes_3d", "boxes of objects in metres"),
+    "flow": Format("labels.flow", "motion of each pixel until the next frame"),
     # cards come last: they describe the files of the other formats
     "stac": Format("cards.stac", "a STAC collection of the pictures"),
     "croissant": Format("cards.croissant", "Croissant metadata of the folder"),

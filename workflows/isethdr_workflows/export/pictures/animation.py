@@ -1,0 +1,64 @@
+"""A sequence as a moving picture: one animated PNG for each camera, as the report displays it.
+
+The frames of a camera are its runs in the order of `scene.time_s`. All have the white and the curve
+of the first one, so that light that changes is seen to change.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from PIL import Image
+
+from isethdr_core.display import display_view
+from isethdr_core.errors import CatalogError
+
+from ..job import Item, Job
+from .png import shared_view
+
+LAST_MS = 500.0  # for which the last frame is shown, before it starts again
+
+
+def check(job: Job) -> None:
+    """Raise CatalogError unless each camera has pictures at two times or more, one at each."""
+    for camera, items in _by_camera(job).items():
+        times = [time_s(item) for item in items]
+        if len(set(times)) < max(2, len(times)):
+            raise CatalogError(
+                f"camera {camera} has {len(items)} pictures at {len(set(times))} times; expected"
+                " one sequence, two times or more; type for example"
+                " isethdr run -m scene=street scene.time_s=0,0.1,0.2"
+            )
+
+
+def write(job: Job) -> None:
+    """Write one animated PNG for each camera."""
+    for camera, items in _by_camera(job).items():
+        view = shared_view(items[0].shot.path)
+        frames = [
+            Image.fromarray(display_view.display(item.picture(), *view, natural_colour=True))
+            for item in items
+        ]
+        times = [time_s(item) for item in items]
+        shown_ms = [1000 * (after - before) for before, after in pairwise(times)]
+        path = job.new_file(f"animation/{camera}.png", "image/apng")
+        frames[0].save(
+            path,
+            save_all=True,
+            append_images=frames[1:],
+            duration=[*shown_ms, max(LAST_MS, shown_ms[-1])],
+            loop=0,
+        )
+
+
+def time_s(item: Item) -> float:
+    """Return the time of the scene of a picture, 0 where its scene has none."""
+    return float(item.attributes["config"]["scene"].get("time_s", 0.0))
+
+
+def _by_camera(job: Job) -> dict[str, list[Item]]:
+    """Return the pictures of each camera in the order of their times."""
+    found: dict[str, list[Item]] = {}
+    for item in job.items:
+        found.setdefault(item.camera, []).append(item)
+    return {camera: sorted(items, key=time_s) for camera, items in found.items()}
