@@ -24,6 +24,7 @@
 | things | families of vehicles, people, animals and plants, drawn from ranges |
 | photometry | families of lamps, files of measured ones, limits of regulations |
 | roads | networks of roads as OpenDRIVE describes them, and where things stand on them |
+| scenario | who stands where at the start of an OpenSCENARIO file |
 | sky | day, twilight and night by direction, with sun and moon |
 | charts | test charts whose radiance is known |
 | iset_exr | scenes of the published ISETHDR deposit |

@@ -22,6 +22,7 @@ from .placing.plan import Densities, Layout, plan
 from .road_surfaces import DEFAULT, RoadSurfaceName
 from .roads.kinds import BaseRoad, kind, names
 from .roads.opendrive.file_road import Choices, FileRoad, file_road
+from .scenario.start import ScenarioStart, scenario_start
 from .sky.choice import SkyName, check_sky, sky_of_scene
 from .street_models import (
     ground_of,
@@ -53,6 +54,7 @@ Time = Annotated[float, Range(0, 60)]  # seconds
 FrameRate = Annotated[float, Range(0.1, 10_000)]  # 1/s
 TARGET_M = 40.0
 ROAD_FILE = ".xodr"
+KIND_WITHOUT_CHOICE = "city_2_lanes"
 NAN = float("nan")  # a bound that is not known
 
 
@@ -68,10 +70,13 @@ class Street:
     seed: Seed = 0  # seed of the road and of all that stands on it
     # kind of road: country_curve, village, city_4_lanes, motorway, ... (`isethdr roads list`), or
     # an OpenDRIVE file: path/to/town.xodr
-    road: str = "city_2_lanes"
+    road: str = KIND_WITHOUT_CHOICE
     road_id: str = ""  # of a file: the road of the camera; empty: that of the longest lane
     lane_id: LaneNumber | None = None  # of a file: the lane of the camera; null: its longest one
     s_m: Along | None = None  # of a file: metres along its road; null: near the lane's start
+    # an OpenSCENARIO file, path/to/cut_in.xosc: its road file, and who is where at its start
+    scenario: str = ""
+    scenario_ego: str = ""  # entity of the scenario that carries the camera; empty: Ego
     lit: bool | None = None  # of a file: street lamps stand along it; null: in towns
     urban: bool | None = None  # of a file: null: as the type of the camera's road says
     speed_limit_kmh: SpeedLimit | None = None  # of a file: null: as the file says
@@ -124,6 +129,14 @@ class Street:
 
     def _check_road(self) -> None:
         """Raise ConfigError for a kind that is not there, and for a file's fields without one."""
+        if self.scenario:
+            self._check_scenario()
+            return
+        if self.scenario_ego:
+            raise ConfigError(
+                f"scene.scenario_ego is {self.scenario_ego!r}, but no scenario is set; expected"
+                " both; type for example scene.scenario=cut_in.xosc"
+            )
         if self.from_file:
             return
         if self.road not in names():
@@ -138,6 +151,20 @@ class Street:
                     f"scene.{name} is set, but scene.road is the kind {self.road!r}; expected an"
                     " OpenDRIVE file for it; type for example scene.road=town.xodr"
                 )
+
+    def _check_scenario(self) -> None:
+        """Raise ConfigError for fields that say where the camera is beside a scenario."""
+        for name in ("road_id", "lane_id", "s_m"):
+            if asdict(self._choices())[name] not in ("", None):
+                raise ConfigError(
+                    f"scene.{name} is set beside scene.scenario, which places the camera; expected"
+                    " one of both; type for example scene.scenario_ego=Ego"
+                )
+        if self.road != KIND_WITHOUT_CHOICE:
+            raise ConfigError(
+                f"scene.road is {self.road!r} beside scene.scenario, which names its own road file;"
+                " expected one of both; type for example scene.scenario=''"
+            )
 
     def __call__(self) -> SceneDescription:
         """Build the scene.
@@ -188,13 +215,15 @@ class Street:
     @property
     def from_file(self) -> bool:
         """Return whether the road is that of a file."""
-        return self.road.endswith(ROAD_FILE)
+        return self.road.endswith(ROAD_FILE) or bool(self.scenario)
 
     def input_files(self) -> Iterable[Path]:
-        """Return the road file and the files of the asset packs: their content is part of a run's
+        """Return the files of road, scenario and asset packs: their content is part of a run's
         name.
         """
-        road = (Path(self.road),) if self.from_file else ()
+        road: tuple[Path, ...] = (Path(self.road),) if self.from_file else ()
+        if self.scenario:
+            road = self._start.files
         return (*road, *(path for folder in self.assets for path in pack_files(folder)))
 
     def check_files(self) -> None:
@@ -224,7 +253,14 @@ class Street:
             self.road_id, self.lane_id, self.s_m, self.lit, self.urban, self.speed_limit_kmh
         )
 
+    @cached_property
+    def _start(self) -> ScenarioStart:
+        path = Path(self.scenario)
+        return scenario_start(path, self.scenario_ego, self.seed, self._choices())
+
     def _file_road(self) -> FileRoad:
+        if self.scenario:
+            return self._start.road
         return file_road(Path(self.road), self.seed, self._choices())
 
     def light_groups(self) -> tuple[str, ...]:
@@ -234,14 +270,14 @@ class Street:
         return groups_of(lamp_kinds(layout.base, shown))
 
     def _state_notes(self) -> None:
-        """State in the ledger what of the road file is not carried."""
+        """State in the ledger what of the files is not carried."""
         found = self._file_road()
-        for note in found.file.notes:
-            ledger.left_out(f"{self.road}: {note}", "the road model has no such thing", NAN, "")
+        notes = found.file.notes + (self._start.notes if self.scenario else ())
+        for note in notes:
+            ledger.left_out(note, "the file says otherwise", NAN, "")
         for name in found.bridges:
             ledger.left_out(
-                f"{self.road}: the bridge of road {name} is not stated; one is built where the"
-                " road runs over another",
+                f"road {name} runs high over another one: a bridge is built",
                 "the file states none",
                 NAN,
                 "",
@@ -312,7 +348,8 @@ class Street:
             self.animals_per_km,
             self.plants_per_km,
         )
-        layout = plan(base, self.seed, densities, place.viewpoint(), self.stock())
+        first = self._start.put if self.scenario else None
+        layout = plan(base, self.seed, densities, place.viewpoint(), self.stock(), first)
         check_eye(layout, place)
         return layout
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -75,10 +76,22 @@ class Viewpoint:
     heading_rad: float
 
 
+FirstThings = Callable[[Site], None]
+
+
 def plan(
-    base: BaseRoad, seed: int, densities: Densities, view: Viewpoint, stock: Stock = BUNDLED
+    base: BaseRoad,
+    seed: int,
+    densities: Densities,
+    view: Viewpoint,
+    stock: Stock = BUNDLED,
+    first: FirstThings | None = None,
 ) -> Layout:
     """Return the layout of a road with things of a stock; the same seed, the same layout.
+
+    Parameters
+    ----------
+    first : places what has its place already, before anything is drawn.
 
     Raises
     ------
@@ -86,6 +99,8 @@ def plan(
     """
     site = Site(base, seed, stock=stock)
     _keep_free(site, view)
+    if first is not None:
+        first(site)
     told = signals(site)
     shortages = [place_vehicles(site, densities.vehicles_per_km, told.red)]
     place_signals(site, told)

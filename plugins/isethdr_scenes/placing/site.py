@@ -21,7 +21,9 @@ REACH_M = 200.0  # nothing stands further from the camera's car
 LEAST_AREA_M = 1.5  # length of an area in which something may stand
 MIRROR_M = 0.2  # by which parked vehicles may reach over the line of their bay
 OVERHEAD_M = 4.5  # what hangs higher may hang over a carriageway
-Role = Literal["driving", "parked", "riding", "crossing", "walking", "works", "roadside"]
+Role = Literal[
+    "driving", "parked", "riding", "crossing", "walking", "works", "roadside", "scenario"
+]
 # the types of lanes on which things of a role may stand; "" is off the road
 ALLOWED: dict[Role, tuple[str, ...]] = {
     "driving": LANE_TYPES,
@@ -30,6 +32,7 @@ ALLOWED: dict[Role, tuple[str, ...]] = {
     "parked": ("parking", "shoulder"),
     "walking": ("sidewalk", "shoulder", "border", ""),
     "works": (*LANE_TYPES, ""),
+    "scenario": (*LANE_TYPES, ""),
     "roadside": ("sidewalk", "median", "border", "curb", ""),
 }
 MAY_STAND = {

@@ -13,6 +13,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+import numpy as np
 import yaml
 
 from isethdr_core.errors import ConfigError
@@ -49,6 +50,8 @@ class BaseRoad:
     lit: bool  # street lamps or luminaires stand along it
     urban: bool
     curvature_limit_per_m: float  # of every reference line
+    aside_m: float = 0.0  # of the camera's car, to the left of its lane's middle
+    turn_rad: float = 0.0  # and from its lane's direction to the left
 
     @property
     def lane(self) -> LanePath:
@@ -57,7 +60,12 @@ class BaseRoad:
 
     def pose(self) -> Floats:
         """Return the (4, 4) pose of the camera's car on the surface: x ahead, z up."""
-        return self.lane.at(self.start_m)
+        pose = self.lane.at(self.start_m, self.aside_m)
+        if self.turn_rad:
+            cos = np.cos(self.turn_rad)
+            sin = np.sin(self.turn_rad)
+            pose[:3, :2] = pose[:3, :2] @ np.array([[cos, -sin], [sin, cos]])
+        return pose
 
 
 @cache

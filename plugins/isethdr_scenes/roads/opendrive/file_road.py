@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,6 +38,15 @@ class Choices:
     speed_limit_kmh: float | None = None
 
 
+class Start(NamedTuple):
+    """Where the camera's car is: a lane, metres along it, and how it stands on it."""
+
+    lane: LanePath
+    along_m: float
+    aside_m: float = 0.0  # to the left of the lane's middle
+    turn_rad: float = 0.0  # from the lane's direction to the left
+
+
 @dataclass(frozen=True, eq=False)
 class FileRoad:
     """A base road made of a file."""
@@ -65,8 +75,12 @@ def content(path: Path) -> RoadFile:
     return _read(path, told.st_mtime_ns, told.st_size)
 
 
-def file_road(path: Path, seed: int, choices: Choices) -> FileRoad:
+def file_road(path: Path, seed: int, choices: Choices, at: Start | None = None) -> FileRoad:
     """Return the base road of a file about the camera's lane.
+
+    Parameters
+    ----------
+    at : where the camera's car is; None: as the choices say, or on the longest lane.
 
     Raises
     ------
@@ -74,23 +88,30 @@ def file_road(path: Path, seed: int, choices: Choices) -> FileRoad:
     ConfigError : no such road or lane; no driving lane at all; an s beyond the road.
     """
     file = content(path)
-    lane, start_m = start(file, path, choices)
-    pose = lane.at(start_m)
-    middle = pose[:2, 3]
+    at = at or Start(*start(file, path, choices))
+    lane = at.lane
+    middle = lane.at(at.along_m)[:2, 3]
     shift = -np.round(middle, -2) if np.abs(middle).max() > FAR_M else np.zeros(2)
     near = moved(window(file.network, middle, WINDOW_M), shift)
     near, bridges = with_overpasses(near)
     if choices.speed_limit_kmh is not None:
         limit = choices.speed_limit_kmh
         near = replace(near, roads=tuple(replace(r, speed_limit_kmh=limit) for r in near.roads))
-    key, along = _found(near, lane, middle + shift)
     road = near.road(lane.road.name)
     urban = _flag(choices.urban, file.own.get("urban"), road.type in URBAN)
-    lit = _flag(choices.lit, file.own.get("lit"), urban)
     own = file.own.get("kind", "")
-    name = own if own in names() else path.stem
-    name = name if name == own else f"road of {path.name}"
-    base = BaseRoad(name, seed, near, key, along, road.speed_limit_kmh, lit, urban, np.inf)
+    base = BaseRoad(
+        own if own in names() else f"road of {path.name}",
+        seed,
+        near,
+        *_found(near, lane, middle + shift),
+        road.speed_limit_kmh,
+        _flag(choices.lit, file.own.get("lit"), urban),
+        urban,
+        np.inf,
+        at.aside_m,
+        at.turn_rad,
+    )
     return FileRoad(base, shift, file, bridges)
 
 

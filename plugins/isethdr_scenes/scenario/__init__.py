@@ -1,0 +1,11 @@
+"""OpenSCENARIO: who stands where at the start of a scenario (1.x, .xosc).
+
+| module          | content                                                           |
+|-----------------|-------------------------------------------------------------------|
+| `scenario_file` | the file: its road file, its entities, its initial positions      |
+| `catalogs`      | entities that stand in catalogs beside the file                   |
+| `parameters`    | values of parameters, and arithmetic with them                    |
+| `positions`     | positions on lanes, on roads and in the world as places in plan   |
+| `start`         | the road and the first things of a street                         |
+| `entities`      | things of a street for the entities of a scenario                 |
+"""

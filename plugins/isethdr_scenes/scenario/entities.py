@@ -1,0 +1,140 @@
+"""Things of a street for the entities of a scenario: of the same category, nearest in size."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+from zlib import crc32
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+from ..placement import DRIVING
+from ..placing.site import REACH_M, Foot, Site
+from ..placing.vehicles import rider_foot
+from ..roads.network import Network
+from ..roads.opendrive.elements import Notes
+from ..roads.profile import Floats
+from ..things.registry import RIDDEN
+from ..things.thing import Thing
+from .positions import Spot, spot
+from .scenario_file import Entity
+
+# groups of things by the category of OpenSCENARIO; what is not listed is left out
+GROUPS = {
+    "car": "car",
+    "van": "car",
+    "truck": "truck",
+    "semitrailer": "truck",
+    "trailer": "truck",
+    "bus": "bus",
+    "motorbike": "motorcycle",
+    "bicycle": "bicycle",
+    "pedestrian": "person",
+    "wheelchair": "person",
+    "animal": "animal",
+}
+DRAWS = 24  # things of a group from which the one nearest in size is taken
+
+
+class Placed(NamedTuple):
+    """An entity and where it is."""
+
+    name: str
+    group: str
+    size_m: tuple[float, float, float] | None
+    place: Spot  # of the middle of its box
+
+
+def placed(entities: Sequence[Entity], network: Network, notes: Notes) -> tuple[Placed, ...]:
+    """Return the entities that can be placed; the others are noted.
+
+    Raises
+    ------
+    CatalogError : a position on a road or a lane that is not there.
+    """
+    found = []
+    for entity in entities:
+        group = GROUPS.get(entity.category)
+        if group is None:
+            what = entity.category or "an unknown catalog entry"
+            notes.add(f"entities of category {what} are left out", entity.name)
+            continue
+        place = spot(entity.position, network)
+        if place is None:
+            notes.add(f"entities at a {entity.position.element.tag} are left out", entity.name)
+            continue
+        found.append(Placed(entity.name, group, entity.size_m, place.ahead(*entity.centre_m)))
+    return tuple(found)
+
+
+def put(site: Site, entities: Sequence[Placed], shift_m: Floats) -> None:
+    """Place the entities within reach on a site.
+
+    Raises
+    ------
+    ConfigError : an entity overlaps another one, or the camera's car.
+    """
+    for entity in entities:
+        place = entity.place
+        point = np.array([place.x_m, place.y_m]) + shift_m
+        if not site.near(point):
+            continue
+        rng = np.random.default_rng([site.seed, crc32(entity.name.encode())])
+        foot = _foot(site, entity, point, _thing(site, entity, rng))
+        if foot.thing.group in RIDDEN:
+            done = site.put_pair(foot, rider_foot(foot, rng), 0.0)
+        else:
+            done = site.put(foot, 0.0)
+        if not done:
+            raise ConfigError(
+                f"{entity.name!r} of the scenario stands at ({place.x_m:.1f}, {place.y_m:.1f}) m,"
+                f" where another entity or the camera's car ({foot.thing.size_m[0]:.1f} m long"
+                " itself) stands; expected entities that do not overlap"
+            )
+
+
+def beyond(entities: Sequence[Placed], middle_m: Floats) -> list[str]:
+    """Return the names of entities that are too far from the camera to be built."""
+    away = [np.hypot(e.place.x_m - middle_m[0], e.place.y_m - middle_m[1]) for e in entities]
+    return [e.name for e, distance in zip(entities, away) if distance >= REACH_M]
+
+
+def _thing(site: Site, entity: Placed, rng: np.random.Generator) -> Thing:
+    """Return a thing of the entity's group: the one nearest in length, width and height."""
+    if entity.size_m is None:
+        return site.stock.draw(entity.group, rng)
+    size = np.array(entity.size_m)
+    drawn = [site.stock.draw(entity.group, rng) for _ in range(DRAWS)]
+    off = [np.abs(np.array(thing.size_m) - size).max() for thing in drawn]
+    return drawn[int(np.argmin(off))]
+
+
+def _foot(site: Site, entity: Placed, point: Floats, thing: Thing) -> Foot:
+    lamps = DRIVING
+    if entity.group in ("person", "animal"):
+        lamps = ()
+    elif entity.group == "bicycle":
+        lamps = ("bike_front", "bike_tail")
+    lane = entity.place.lane
+    level = 0
+    road = ""
+    if lane is not None and lane.road.name in {r.name for r in site.base.network.roads}:
+        road = lane.road.name
+        here = site.base.network.road(road)
+        s = float(here.line.beside(point[None]).s_m[0])
+        level = int(here.on_structure("bridge", s))
+    walks = entity.group in ("person", "animal")
+    return Foot(
+        entity.name,
+        thing,
+        float(point[0]),
+        float(point[1]),
+        entity.place.heading_rad,
+        "scenario",
+        lamps,
+        lean="upright" if walks else "surface",
+        road=road,
+        level=level,
+    )
