@@ -31,7 +31,7 @@ from isethdr_mitsuba.renderer import MitsubaRenderer
 WIDTH = 256
 HEIGHT = 144
 SAMPLES = 64  # paths per tile of a rendering
-REPEATS = 4  # renderings of either way
+REPEATS = 3  # renderings of either way; the first compiles, and its time does not count
 BLOCK = 16  # tiles across and down whose sums are compared
 
 
@@ -82,11 +82,12 @@ def ways(make, scene, settings):
 
 
 def rendered(render: Callable[[int], np.ndarray]) -> Way:
-    """Return the renderings of one way; the first one compiles and does not count."""
-    render(1)
+    """Return the renderings of one way, with the CPU s of one of them once it is compiled."""
+    first = render(1)
     start = time.process_time()
-    radiance = np.stack([render(seed) for seed in range(2, 2 + REPEATS)])
-    return Way(radiance, (time.process_time() - start) / REPEATS)
+    others = [render(seed) for seed in range(2, 1 + REPEATS)]
+    seconds = (time.process_time() - start) / len(others)
+    return Way(np.stack([first, *others]), seconds)
 
 
 def median_error(renderings: np.ndarray, reference: np.ndarray) -> float:

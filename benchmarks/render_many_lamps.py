@@ -40,7 +40,7 @@ from isethdr_core.scene import (
 FLUX_LM = 1e5
 AREA_M2 = 1.0
 REPEATS = 8
-SAMPLES = 32
+SAMPLES = 64
 BANDS_NM = np.array([450.0, 520, 590, 660])
 LENGTH_M = 60.0
 WIDTH_M = 20.0

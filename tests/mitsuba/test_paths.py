@@ -210,7 +210,7 @@ def test_tiles_have_offsets_of_their_own():
         np.arange(tiles, dtype=np.uint32),
         indexing="ij",
     )
-    point, along, way = offsets(mi.UInt32(seed.ravel()), mi.UInt32(tile.ravel()))
+    point, along, way, _ = offsets(mi.UInt32(seed.ravel()), mi.UInt32(tile.ravel()))
     means = np.stack(
         [
             np.array(v, float).reshape(passes, tiles).mean(1) / 2.0**32

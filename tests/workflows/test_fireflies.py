@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
 from isethdr_measured.fireflies import Rendered, median_around, standing_out
 
 

@@ -2,9 +2,9 @@
 
 A tile counts where its luminance is more than 8 times the median of the tiles of the same instance
 in 5 x 5 around it, and 5 standard deviations of the least noisy camera above that median, and where
-a judge does not confirm it. The judge is another rendering of the scene with other random numbers,
-asked for a tenth of the noise variance; where its paths reach their limit it has fewer than ten
-times as many. It confirms a tile if its own luminance there is at least half as high.
+a judge does not confirm it. The judge follows at least ten times as many paths as any tile of the
+rendering may have, with other random numbers, through the tiles that stand out alone. It confirms a
+tile if its own luminance there is at least half as high.
 """
 
 from __future__ import annotations
@@ -13,19 +13,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from isethdr_mitsuba.paths.need_driven import Rounds, render_by_need
 
-import isethdr_core as hdr
-from isethdr_core.data.quantities import tristimulus
-from isethdr_core.pipeline.chain import chain, plan
-from isethdr_core.runs.radiance_cache import scene_radiance
-from isethdr_core.uncertainty.ledger import Ledger
+from .job_paths import JobPaths, job_paths
 
 Plane = npt.NDArray[Any]  # (y, x)
 
 TIMES_MEDIAN = 8.0
 SIGMAS = 5.0
 AROUND = 2  # tiles on each side: 5 x 5
-MORE_PATHS = 10.0  # of the judge
+MORE_PATHS = 10  # times the most that a tile of the rendering has: those of the judge
+JUDGE_SEED = 77_000
 CONFIRMED = 0.5  # of a tile's luminance that the judge has to have
 
 
@@ -47,42 +45,42 @@ def fireflies(width: int = 160, height: int = 90, overrides: str = "") -> list[d
 
     Returns
     -------
-    row with the tiles looked at, those that stand out, those that the judge does not confirm, and
-    the largest luminance over that of the judge among those that stand out.
+    row with the tiles looked at, those that stand out, those that the judge does not confirm, the
+    judge's paths per tile, and the largest luminance over that of the judge among those that stand
+    out.
     """
-    settings = [f"renderer.width={width}", f"renderer.height={height}", *overrides.split()]
-    config = hdr.compose(settings)
-    share = float(config.renderer.noise_share_allowed) / MORE_PATHS**0.5
-    judging = [
-        f"renderer.noise_share_allowed={share}",
-        f"renderer.seed={int(config.renderer.seed) + 1}",
-    ]
-    ours = rendered(config)
-    judge = rendered(hdr.compose([*settings, *judging]))
+    size = [f"renderer.width={width}", f"renderer.height={height}"]
+    job = job_paths([*size, *overrides.split()])
+    ours, weight = rendered(job)
     out = standing_out(ours)
-    alone = out & (judge.luminance < CONFIRMED * ours.luminance)
-    ratio = ours.luminance[out] / np.maximum(judge.luminance[out], np.finfo(float).tiny)
+    paths = MORE_PATHS * int(job.renderer.most_samples)
+    tiles = np.flatnonzero(out)
+    light = job.of_tiles(JUDGE_SEED, tiles, paths) + job.layer[:, :, tiles]
+    judge = weight @ job.luminance(light)
+    alone = judge < CONFIRMED * ours.luminance[out]
+    ratio = ours.luminance[out] / np.maximum(judge, np.finfo(float).tiny)
     return [
         {
-            "scene": str(config.scene.name),
             "tiles": int(np.isfinite(ours.sigma).sum()),
-            "standing_out": int(out.sum()),
+            "standing_out": len(tiles),
             "fireflies": int(alone.sum()),
+            "judge_paths": paths,
             "largest_over_judge": float(ratio.max(initial=0.0)),
         }
     ]
 
 
-def rendered(config: Any) -> Rendered:
-    """Return the rendering of a config, from its store where there is one."""
-    built = chain(config)
-    rows = Ledger()
-    demand = plan(built, rows)
-    scene, _ = scene_radiance(built, demand, rows, config)
-    mixed = built.lighting(scene)
-    luminance = tristimulus(mixed)["xyz"].values[..., 1]
-    sigma = demand.noise_limit(scene).xyz[1]
-    return Rendered(luminance, scene["instance"].values, sigma)
+def rendered(job: JobPaths) -> tuple[Rendered, npt.NDArray[np.float64]]:
+    """Return a rendering of a job as its cameras need it, and the weights (group,) in it."""
+    settings = job.renderer
+    rounds = Rounds(job.paths, job.instance, settings.seed, 0, settings.most_samples)
+    render_by_need(rounds, job.limit, settings.limit_share())
+    radiance = rounds.radiance()
+    limit = job.limit(radiance)
+    weight = np.array([limit.weights.get(group, 0.0) for group in job.groups])
+    luminance = weight @ job.luminance(radiance + job.layer)
+    shape = job.view.shape
+    return Rendered(luminance.reshape(shape), job.instance, limit.xyz[1].reshape(shape)), weight
 
 
 def standing_out(one: Rendered) -> npt.NDArray[np.bool_]:

@@ -13,19 +13,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from isethdr_mitsuba.paths.need_driven import Rounds, render_by_need
 
-import isethdr_core as hdr
-from isethdr_core.data.quantities import tristimulus
-from isethdr_core.pipeline.chain import chain, plan
-from isethdr_core.runs.radiance_cache import scene_radiance
-from isethdr_core.uncertainty.ledger import Ledger
+from .job_paths import JobPaths, job_paths
 
 Array = npt.NDArray[np.float64]
 
-# the main job, and two scenes under the lighting that each is meant for
+# the main job, and two scenes under the lighting that each is meant for; in the tunnel no number of
+# paths below thousands reaches the noise of the cameras
 SCENES = {
     "main": "",
-    "tunnel": "scene=tunnel lighting=tunnel scene.seed=11",
+    "tunnel": "scene=tunnel lighting=tunnel scene.seed=11 renderer.most_samples=512",
     "country": "scene=street_country lighting=night_rural",
 }
 JUDGE_SEED = 500
@@ -35,20 +33,20 @@ WEIGHT_FLOOR = 0.1  # of a group's mean light: no tile weighs as if it were nois
 class Rendering(NamedTuple):
     """One rendering under its lighting; luminance in cd/m2."""
 
-    mixed: Array  # (y, x) luminance
-    stated: Array  # (y, x) its stated noise
-    limit: Array  # (y, x) noise of the least noisy camera; infinite where none looks
-    groups: dict[str, Array]  # {light group: (y, x)} at weight 1
-    noise: dict[str, Array]  # {light group: (y, x)}, stated
+    groups: Array  # (group, tile) luminance at weight 1, without lamps seen directly
+    noise: Array  # (group, tile), stated
+    mixed: Array  # (tile,) luminance
+    stated: Array  # (tile,) its stated noise
+    limit: Array  # (tile,) noise of the least noisy camera; infinite where none looks
     paths: float  # per tile, mean over the groups
-    cpu_s: float  # scene, tables and paths
+    cpu_s: float  # of the paths alone
 
 
 def renderer_noise(
     scene: str = "main",
     shares: str = "1.2,0.6,0.3",
-    renderings: int = 4,
-    width: int = 96,
+    renderings: int = 3,
+    width: int = 48,
     overrides: str = "",
 ) -> list[dict[str, Any]]:
     """Return a row for each share of the cameras' noise that a rendering is asked for.
@@ -63,95 +61,92 @@ def renderer_noise(
 
     Returns
     -------
-    rows with CPU s and paths per tile of one rendering; the stated noise that 50, 90 and 99 % of
-    the tiles are below; and stated over true at these shares of the tiles. For that ratio, normal
-    noise as stated is spread over as many renderings as there are, so that both have the scatter
-    of so few. `worst` is the ratio of the rendering that is farthest from 1 at 99 %.
+    rows with CPU s of the scene and its tables, CPU s and paths per tile of one rendering; the
+    stated noise that 50, 90 and 99 % of the tiles are below; and stated over true at these shares
+    of the tiles. For that ratio, normal noise as stated is spread over as many renderings as there
+    are, so that both have the scatter of so few. `worst_99` is the ratio of the rendering that is
+    farthest from 1 at 99 %.
     """
+    job = _job(scene, width, overrides)
     rows = []
     for k, share in enumerate(map(float, shares.split(","))):
-        settings = [f"renderer.noise_share_allowed={share}"]
-        found = [
-            rendered([*_settings(scene, width, overrides), *settings], 100 * (k + 1) + seed)
-            for seed in range(renderings)
-        ]
-        rows.append({"scene": scene, "share": share, **_quantiles(found)})
+        found = [by_need(job, 100 * (k + 1) + seed, share) for seed in range(renderings)]
+        rows.append({"scene": scene, "share": share, "tables_s": job.cpu_s, **_quantiles(found)})
     return rows
 
 
 def renderer_light(
     scene: str = "main",
-    renderings: int = 4,
-    judges: int = 4,
-    samples: int = 1024,
-    width: int = 64,
+    renderings: int = 3,
+    judges: int = 3,
+    samples: int = 512,
+    width: int = 48,
     overrides: str = "",
 ) -> list[dict[str, Any]]:
     """Return a row for each light group: its light where paths follow need, over that of even
     passes of `samples` paths per tile (`judges` of them, with other random numbers).
 
-    Tiles are weighted by the inverse variance that one more even pass states, so that a few glints
+    Tiles are weighted by the inverse variance that one more rendering states, so that a few glints
     do not decide. Weights do not depend on the light that they weigh.
     """
-    base = _settings(scene, width, overrides)
-    ours = [rendered(base, seed) for seed in range(renderings)]
-    even = [f"renderer.samples={samples}"]
-    long = [rendered([*base, *even], JUDGE_SEED + seed) for seed in range(judges)]
-    weigher = rendered([*base, f"renderer.samples={samples // 4}"], JUDGE_SEED - 1)
+    job = _job(scene, width, overrides)
+    share = float(job.renderer.limit_share())
+    ours = [by_need(job, seed, share).groups for seed in range(renderings)]
+    judge = [evenly(job, JUDGE_SEED + seed, samples) for seed in range(judges)]
+    weigher = by_need(job, JUDGE_SEED - 1, share)
     rows = []
-    for group, light in weigher.groups.items():
-        floor = WEIGHT_FLOOR * light.mean()
+    for g, group in enumerate(job.groups):
+        floor = WEIGHT_FLOOR * weigher.groups[g].mean()
         if not floor > 0:
             continue
-        weight = 1 / (weigher.noise[group] ** 2 + floor**2)
-        sums = [
-            np.array([(one.groups[group] * weight).sum() for one in way]) for way in (ours, long)
-        ]
-        ratio = sums[0].mean() / sums[1].mean()
-        errors = [s.std(ddof=1) / np.sqrt(len(s)) / s.mean() for s in sums]
-        plain = [np.mean([one.groups[group].sum() for one in way]) for way in (ours, long)]
+        weight = 1 / (weigher.noise[g] ** 2 + floor**2)
+        pair = [np.stack([one[g] for one in way]) for way in (ours, judge)]
+        sums = [light @ weight for light in pair]
+        errors = [v.std(ddof=1) / np.sqrt(len(v)) / v.mean() for v in sums]
         rows.append(
             {
                 "scene": scene,
                 "group": group,
-                "need_over_even": float(ratio),
+                "need_over_even": float(sums[0].mean() / sums[1].mean()),
                 "standard_error": float(np.hypot(*errors)),
-                "unweighted": float(plain[0] / plain[1]),
+                "unweighted": float(pair[0].mean() / pair[1].mean()),
             }
         )
     return rows
 
 
-def _settings(scene: str, width: int, overrides: str) -> list[str]:
-    """Return the overrides of a scene at a number of tiles."""
+def _job(scene: str, width: int, overrides: str) -> JobPaths:
+    """Return a scene at a number of tiles."""
     size = [f"renderer.width={width}", f"renderer.height={width * 9 // 16}"]
-    return [*SCENES[scene].split(), *size, *overrides.split()]
+    return job_paths([*SCENES[scene].split(), *size, *overrides.split()])
 
 
-def rendered(overrides: list[str], seed: int) -> Rendering:
-    """Return a rendering with the random numbers of `seed`."""
-    config = hdr.compose([*overrides, f"renderer.seed={seed}"])
-    built = chain(config)
-    rows = Ledger()
-    demand = plan(built, rows)
+def by_need(job: JobPaths, seed: int, share: float) -> Rendering:
+    """Return a rendering that follows paths until the noise is `share` of the cameras'."""
     start = time.process_time()
-    scene, _ = scene_radiance(built, demand, rows, config)
+    rounds = Rounds(job.paths, job.instance, seed, 0, job.renderer.most_samples)
+    render_by_need(rounds, job.limit, share)
     seconds = time.process_time() - start
-    groups = [str(g) for g in scene["light_group"].values]
-    limit = demand.noise_limit(scene)
-    noise = {g: scene["xyz_noise"].sel(light_group=g).values[1].astype(float) for g in groups}
-    square = sum(np.square(limit.weights.get(g, 0.0) * noise[g]) for g in groups)
-    luminance = tristimulus(scene["radiance"])["xyz"].sel(xyz_channel="Y").values.astype(float)
-    spans = scene.attrs["path_span"].values()
+    radiance = rounds.radiance()
+    limit = job.limit(radiance)
+    weight = np.array([limit.weights.get(group, 0.0) for group in job.groups])
+    light = job.luminance(radiance)
+    noise = rounds.xyz_noise()[:, 1]
     return Rendering(
-        tristimulus(built.lighting(scene))["xyz"].values[..., 1].astype(float),
-        np.sqrt(square),
-        limit.xyz[1],
-        dict(zip(groups, luminance, strict=True)),
+        light,
         noise,
-        float(np.mean([last - first for first, last in spans])),
+        weight @ light,
+        np.sqrt(np.square(weight) @ np.square(noise)),
+        limit.xyz[1].ravel(),
+        float(rounds.mean_paths().mean()),
         seconds,
     )
+
+
+def evenly(job: JobPaths, seed: int, samples: int) -> Array:
+    """Return luminance (group, tile) at weight 1 after `samples` paths through each tile."""
+    every = np.arange(job.instance.size)
+    return job.luminance(job.of_tiles(1000 * seed, every, samples))
 
 
 def _quantiles(found: list[Rendering]) -> dict[str, float]:

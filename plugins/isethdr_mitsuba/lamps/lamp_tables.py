@@ -14,6 +14,7 @@ import numpy as np
 
 from isethdr_core.scene import SkyDome
 
+from ..paths.camera_rays import OF_CANDIDATE
 from ..world.geometry import World
 from .device_grids import DeviceGrids
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
@@ -32,8 +33,8 @@ class LampTables:
 
     The target of a shadow ray is drawn for each group by resampled importance sampling (Talbot
     2005, eq. 5): `CANDIDATES` points on lamps of the group are drawn by the probabilities of
-    `spatial_sampling.py`. One of them is kept, in proportion to the luminance that it would send
-    without occlusion.
+    `spatial_sampling.py`, each on its own part of the lamps. One of them is kept, in proportion to
+    the luminance that it would send without occlusion.
     """
 
     def __init__(self, world: World, lamps: list[PlacedLamp], groups: list[str], sky=None):
@@ -172,8 +173,11 @@ class LampTables:
         return p, d, sent, cos_here, _density(per_area, r2, cos_lamp)
 
     @dr.syntax
-    def choose(self, g: int, rng, si, place, tries, active):
+    def choose(self, g: int, rng, si, place, tries, start, active):
         """Return the target of a shadow ray.
+
+        Candidate k lies on a lamp of part k of `tries` equal parts of the group. Where in its part
+        goes by `start`, a random number of 2^32.
 
         Returns
         -------
@@ -190,7 +194,9 @@ class LampTables:
         density = mi.Float(1)
         k = mi.UInt32(0)
         while k < tries:
-            lamp = self.chances.pick(g, rng, place, active)
+            along = mi.Float(k) + mi.Float((start + k * OF_CANDIDATE) >> 8) * 2.0**-24
+            along /= mi.Float(tries)
+            lamp = self.chances.pick(g, along, place, active)
             t = targets.pick(rng, lamp, active)
             p, d, sent, cos_here, each = self._candidate(g, lamp, t, rng, si, active)
             chance = self.chances.of(lamp, place, active)

@@ -97,10 +97,14 @@ class Chances:
         """Return the place of points of the world."""
         return self.first_cell + cell_of(p - self.origin)
 
-    def pick(self, g: int, rng, place, active):
-        """Return the number of a lamp of group number `g`, drawn by its probability at `place`."""
+    def pick(self, g: int, along, place, active):
+        """Return the number of a lamp of group number `g`, drawn by its probability at `place`.
+
+        `along` is a random number from 0 to below 1. Lamps that hang side by side have neighbouring
+        numbers as a rule, so that numbers from equal parts of the range spread over the lamps.
+        """
         count = self.count[g]
-        slot = dr.minimum(mi.UInt32(rng.next_float32() * mi.Float(count)), count - 1)
+        slot = dr.minimum(mi.UInt32(along * mi.Float(count)), count - 1)
         return dr.gather(mi.UInt32, self.slots[g], place * count + slot, active)
 
     def of(self, lamp, place, active):

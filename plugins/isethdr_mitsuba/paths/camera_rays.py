@@ -2,9 +2,10 @@
 
 The points of a tile are a low-discrepancy sequence (Roberts 2018: multiples of the powers of 1 /
 1.3247, the real root of x^3 = x + 1), moved by a random offset of each tile and pass. The
-wavelengths are multiples of the golden section, the directions multiples of the roots of 5 and 3
-(Richtmyer 1951), with offsets too. Each point has the same probability. All numbers are integers of
-32 bits, which wrap around by themselves.
+wavelengths are multiples of the golden section, the directions multiples of the roots of 5 and 3,
+the lamps that candidates lie on multiples of the root of 2 (Richtmyer 1951), with offsets too. Each
+point has the same probability. All numbers are integers of 32 bits, which wrap around by
+themselves.
 """
 
 from __future__ import annotations
@@ -21,6 +22,9 @@ ALONG = 0x9E3779B9
 # 2^32 (5^0.5 - 2), (3^0.5 - 1)
 ASIDE = 0x3C6EF373
 UP = 0xBB67AE85
+# 2^32 (2^0.5 - 1), (7^0.5 - 2)
+TURN = 0x6A09E667
+OF_CANDIDATE = 0xA54FF53A
 WHOLE = 2.0**-32
 
 
@@ -58,14 +62,15 @@ class Camera:
 
 
 def offsets(seed, numbers):
-    """Return the random offsets of tiles: of the points (x, y), of the wavelengths and of the
-    directions (two numbers), of 2^32.
+    """Return the random offsets of tiles: of the points (x, y), of the wavelengths, of the
+    directions (two numbers) and of the lamps, of 2^32.
     """
     rng = stream(seed, numbers, "points")
     return (
         mi.Point2u(rng.next_uint32(), rng.next_uint32()),
         rng.next_uint32(),
         mi.Point2u(rng.next_uint32(), rng.next_uint32()),
+        rng.next_uint32(),
     )
 
 

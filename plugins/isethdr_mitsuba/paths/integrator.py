@@ -27,7 +27,7 @@ from ..lamps.lamp_tables import CANDIDATES, FIRST_CANDIDATES, LampTables
 from ..world.geometry import World
 from ..world.materials import RAMP_NM
 from ..world.view import View
-from .camera_rays import ACROSS, ALONG, ASIDE, DOWN, UP, Camera, offsets, share, stream
+from .camera_rays import ACROSS, ALONG, ASIDE, DOWN, TURN, UP, Camera, offsets, share, stream
 from .device_memory import aligned
 from .hits import HitTables
 from .spectra import BandTable
@@ -231,10 +231,11 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
     ramp = mi.Spectrum(*RAMP_NM, *RAMP_NM)
     # lanes take turns in the tile's one sequence of points, wavelengths and directions from the
     # first surface
-    point, along, way = offsets(seed, tile)
+    point, along, way, turn_of_lamps = offsets(seed, tile)
     point += mi.Point2u(lane * ACROSS, lane * DOWN)
     along += lane * ALONG
     way += mi.Point2u(lane * ASIDE, lane * UP)
+    turn_of_lamps += lane * TURN
     # paths left that begin at `first`, where the camera's ray fell
     shares = mi.UInt32(0)
     first = dr.zeros(mi.SurfaceInteraction3f)
@@ -330,12 +331,15 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
         tries = dr.select(depth == 0, mi.UInt32(FIRST_CANDIDATES), mi.UInt32(CANDIDATES))
         for g in lit:
             if smooth & on[g]:
-                aimed = lamps.choose(g, group_rng[g], si, origin, tries, smooth)
+                # from the first surface, lanes take turns among the lamps too
+                start = dr.select(depth == 0, turn_of_lamps, group_rng[g].next_uint32())
+                aimed = lamps.choose(g, group_rng[g], si, origin, tries, start, smooth)
                 has_lamp = _light_of(
                     scene, surfaces, spectra, place, si, material, colour, beta, aimed
                 )
                 for k in range(packets):
                     total[g][k] += has_lamp[k]
+        turn_of_lamps += dr.select(depth == 0, lanes * TURN, 0)
         # at the first surface, one more shadow ray for each near lamp
         for g in lit:
             turn = mi.UInt32(0)

@@ -124,7 +124,8 @@ def test_lamps_are_drawn_by_their_chances():
     camera = SimpleNamespace(origin=mi.Point3f(0))
     chances = Chances(camera, view, [list(range(count))], np.ones(count), np.array([place]), light)
     rng = mi.PCG32(size=DRAWN, initstate=11)
-    drawn = np.array(chances.pick(0, rng, mi.UInt32(np.full(DRAWN, place).tolist()), mi.Bool(True)))
+    places = mi.UInt32(np.full(DRAWN, place).tolist())
+    drawn = np.array(chances.pick(0, rng.next_float32(), places, mi.Bool(True)))
     each = mi.UInt32(list(range(count)))
     share = np.array(chances.of(each, mi.UInt32([place] * count), mi.Bool(True)))
     assert share.sum() == pytest.approx(1.0, rel=1e-6) and share.min() > 0.9 / count / SLOTS
