@@ -5,7 +5,7 @@
 | `abilities`     | Protocols by which lenses and flares of this package use each other        |
 | `conf/`         | presets                                                                    |
 | `field/`        | point spread functions and colours that change over the field              |
-| `flare/`        | dirty apertures, haze and ghosts                                           |
+| `flare/`        | dirty apertures, haze, windscreen and ghosts                               |
 | `imaging/`      | mixed radiance to irradiance or photocurrent on the sensor plane           |
 | `lens_files/`   | lens files of other programs as prescriptions                              |
 | `lenses/`       | the components, their fields and their ranges                              |
@@ -34,6 +34,7 @@ COMPONENTS = [
     Component("flare", "ideal", "isethdr_optics.flare.aperture:IdealFlare"),
     Component("flare", "aperture", "isethdr_optics.flare.aperture:ApertureFlare"),
     Component("flare", "haze", "isethdr_optics.flare.haze:HazeFlare"),
+    Component("flare", "windscreen", "isethdr_optics.flare.windscreen:WindscreenFlare"),
     Component("flare", "ghosts", "isethdr_optics.flare.ghosts.ghost_flare:GhostFlare"),
 ]
 __getattr__ = class_getter(__name__, COMPONENTS)

@@ -1,8 +1,9 @@
-"""Flare: dirty apertures, haze and ghosts.
+"""Flare: dirty apertures, haze, windscreens and ghosts.
 
-| module     | content                                                                  |
-|------------|--------------------------------------------------------------------------|
-| `aperture` | the flares `ideal` and `aperture`: blades, dust and scratches            |
-| `haze`     | a broad veil with a measured-style scatter function, Harvey-Shack or ABg |
-| `ghosts/`  | light reflected twice between surfaces of a lens prescription            |
+| module       | content                                                                  |
+|--------------|--------------------------------------------------------------------------|
+| `aperture`   | the flares `ideal` and `aperture`: blades, dust and scratches            |
+| `haze`       | a broad veil with a measured-style scatter function, Harvey-Shack or ABg |
+| `windscreen` | the second image that a pane of glass makes of every light               |
+| `ghosts/`    | light reflected twice between surfaces of a lens prescription            |
 """

@@ -2,9 +2,11 @@
 
 With b = sin(angle) at normal incidence, the scatter function (BTDF, 1/sr) is proportional to
 
-    harvey_shack   (1 + (b / shoulder)^2)^(-slope / 2)      Harvey 1976; Harvey, Schroder, Choi,
-    Duparre 2012, eq. 3 abg            1 / (1 + (b / shoulder)^slope)           A / (B + b^g) with g
-    = slope, B = shoulder^g, A = peak B
+    harvey_shack   (1 + (b / shoulder)^2)^(-slope / 2)
+    abg            1 / (1 + (b / shoulder)^slope)
+
+Sources: Harvey 1976; Harvey, Schroder, Choi and Duparre 2012, eq. 3. The second is A / (B + b^g)
+with g = slope, B = shoulder^g and A = peak B.
 
 Light per steradian is that times cos(angle). Both are scaled so that the hemisphere holds exactly
 the stated share.

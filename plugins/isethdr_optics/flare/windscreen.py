@@ -1,0 +1,192 @@
+"""Windscreen: the second image of a pane of glass, above the first.
+
+Light that is reflected at the rear and then at the front surface of a pane leaves it weaker and in
+another direction. With incidence i, refraction r (sin i = n sin r) and Fresnel's reflectance R of
+one surface, the second image of unpolarised light has the share
+
+    t^2 sum (1 - R)^2 R^2 / sum (1 - R)^2          over both polarisations
+
+of the first; t is the inner transmittance of one passage. It stands away by the angle
+
+    (2 d / radius) sin i / sqrt(n^2 - sin^2 i) - 2 wedge sqrt(n^2 - sin^2 i) / cos i
+
+(UN R43, annex 3, paragraph 9: a pane of thickness d, curved in the plane of incidence; the wedge
+follows from Snell's law at small angles).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from isethdr_core import ledger, quantities
+from isethdr_core.data.camera_geometry import relative_illumination
+from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.ranges import Range, check_ranges
+
+Incidence = Annotated[float, Range(0, 80)]  # degrees
+Thickness = Annotated[float, Range(0.1, 100)]  # millimetres: from a film to bullet-proof glass
+Radius = Annotated[float, Range(0.1, np.inf)]  # metres; inf: flat
+Wedge = Annotated[float, Range(-10, 10)]  # milliradians
+Index = Annotated[float, Range(1, 3)]
+InnerTransmittance = Annotated[float, Range(0, 1)]
+GRAZING = 0.05  # least cosine of the incidence
+
+
+@dataclass(frozen=True)
+class WindscreenFlare:
+    """The second image that a windscreen makes of every light; default values are assumptions.
+
+    How much light the pane takes from the first image is the lens's `transmittance`.
+    """
+
+    # angle between the optical axis and the normal of the pane, which leans back
+    incidence_deg: Incidence = 60.0
+    thickness_mm: Thickness = 4.8  # of the pane
+    radius_m: Radius = 8.0  # vertical curvature of the pane; inf for a flat one
+    # angle between both surfaces; positive is thicker at the top, which brings both images together
+    wedge_mrad: Wedge = 0.0
+    index: Index = 1.52  # of refraction
+    inner_transmittance: InnerTransmittance = 0.85  # of one passage through the glass
+
+    def __post_init__(self):
+        check_ranges(self)
+
+    def share(self, cosine: np.ndarray) -> np.ndarray:
+        """Return the light of the second image over that of the first.
+
+        Parameters
+        ----------
+        cosine : of the incidence, any shape.
+        """
+        inside = np.sqrt(self.index**2 - 1 + cosine**2)  # n cos r
+        across = ((cosine - inside) / (cosine + inside)) ** 2
+        squared = self.index**2
+        along = ((squared * cosine - inside) / (squared * cosine + inside)) ** 2
+        first = (1 - across) ** 2 + (1 - along) ** 2
+        second = ((1 - across) * across) ** 2 + ((1 - along) * along) ** 2
+        return self.inner_transmittance**2 * second / first
+
+    def separation_rad(self, cosine: np.ndarray) -> np.ndarray:
+        """Return by which angle the second image stands above the first.
+
+        Parameters
+        ----------
+        cosine : of the incidence, any shape.
+        """
+        inside = np.sqrt(self.index**2 - 1 + cosine**2)
+        sine = np.sqrt(1 - cosine**2)
+        curved = 2e-3 * self.thickness_mm / self.radius_m * sine / inside
+        return curved - 2e-3 * self.wedge_mrad * inside / cosine
+
+    def cosine(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the cosine of the incidence at tangents of the field (broadcast).
+
+        Raises
+        ------
+        ConfigError : a line of sight grazes the pane.
+        """
+        tilt = np.radians(self.incidence_deg)
+        cosine = (np.cos(tilt) - y * np.sin(tilt)) / np.sqrt(1 + x**2 + y**2)
+        if cosine.min() < GRAZING:
+            raise ConfigError(
+                f"flare windscreen has incidence_deg={self.incidence_deg:g}, so that the lowest"
+                " line of sight meets the pane at"
+                f" {np.degrees(np.arccos(max(float(cosine.min()), 0.0))):.0f} degrees; expected"
+                f" {np.degrees(np.arccos(GRAZING)):.0f} or less; type for example"
+                " flare.windscreen.incidence_deg=55"
+            )
+        return cosine
+
+    def irradiance(self, lens, mixed):
+        """Return the irradiance of the second image, W m-2 nm-1, on the tiles of `mixed`.
+
+        Raises
+        ------
+        ConfigError : a lens that distorts, a field in angles, or a line of sight along the pane.
+        """
+        quantities.check_mixed(mixed)
+        x = mixed.x.values.astype(float)
+        y = mixed.y.values.astype(float)
+        pitch = (quantities.tile_pitch(mixed, "y"), quantities.tile_pitch(mixed, "x"))
+        widest_rad = float(np.arctan(np.hypot(np.abs(x).max(), np.abs(y).max())))
+        _check_grid(lens, mixed, widest_rad)
+        cosine = self.cosine(x[None, :], y[:, None])
+        edges = np.append(y - pitch[0] / 2, y[-1] + pitch[0] / 2)
+        turn = np.tan(self.separation_rad(self.cosine(x[None, :], edges[:, None])))
+        # the direction whose second image is seen at each edge: turned down about the x axis
+        source = (edges[:, None] + turn) / (1 - edges[:, None] * turn)
+        sideways = np.abs(x[None, :] * edges[:, None] * turn).max() / pitch[1]
+        ledger.left_out(
+            "sideways part of the second image's displacement",
+            "it is taken along the columns",
+            float(sideways),
+            "tiles",
+        )
+        falloff = lens.falloff_to(widest_rad)
+        attrs = {"falloff": falloff}
+        if isinstance(falloff, dict):
+            table = {"angle_deg": list(falloff), "relative": list(falloff.values())}
+            attrs = {"falloff": "table", "falloff_table": table}
+        factor = self.share(cosine) * relative_illumination(attrs, x[None, :], y[:, None])
+        light = shifted(np.asarray(mixed.values, float), edges, source) * factor
+        return _plane(lens, mixed, light * lens.throughput_sr(), pitch)
+
+
+def shifted(tiles: np.ndarray, edges: np.ndarray, source: np.ndarray) -> np.ndarray:
+    """Return the means (..., y, x) of even tiles between other edges.
+
+    Parameters
+    ----------
+    tiles : (..., y, x).
+    edges : (y + 1,) of the tiles, evenly spaced, rising.
+    source : (y + 1, x) edges between which the means are taken. Beyond the tiles there is no light.
+    """
+    total = np.zeros((*tiles.shape[:-2], tiles.shape[-2] + 1, tiles.shape[-1]))
+    np.cumsum(tiles, axis=-2, out=total[..., 1:, :])
+    count = len(edges) - 1
+    place = np.clip((source - edges[0]) / (edges[-1] - edges[0]) * count, 0, count)
+    below = np.minimum(place.astype(int), count - 1)
+    column = np.arange(tiles.shape[-1])
+    low = total[..., below, column]
+    upto = low + (place - below) * (total[..., below + 1, column] - low)
+    return np.diff(upto, axis=-2) / (np.diff(source, axis=0) / (edges[1] - edges[0]))
+
+
+def _check_grid(lens, mixed, widest_rad: float) -> None:
+    projection = mixed.attrs.get("projection", "tangent")
+    if projection != "tangent":
+        raise ConfigError(
+            f"flare windscreen and a field in {projection!r} projection; expected tangents;"
+            " remove this flare"
+        )
+    if lens.distortion_to(widest_rad) not in ("none", None):
+        raise ConfigError(
+            "flare windscreen and a lens that distorts; expected lens.distortion=none; remove this"
+            " flare"
+        )
+
+
+def _plane(lens, mixed, light: np.ndarray, pitch: tuple[float, float]):
+    """Return irradiance (wavelength, y, x) with the attributes of the lens's own answer."""
+    f_m = 1e-3 * lens.focal_length_mm
+    full = quantities.full_field(mixed)
+    width = mixed.attrs.get("field_width") or full[0]
+    height = mixed.attrs.get("field_height") or full[1]
+    return quantities.plane(
+        light,
+        mixed.wavelength.values.astype(float),
+        mixed.x.values * f_m,
+        mixed.y.values * f_m,
+        quantities.IRRADIANCE,
+        f_number=lens.f_number,
+        focal_length_mm=lens.focal_length_mm,
+        throughput_sr=lens.throughput_sr(),
+        falloff=lens.falloff,
+        field_width=width * f_m,
+        field_height=height * f_m,
+        pitch_x=pitch[1] * f_m,
+        pitch_y=pitch[0] * f_m,
+    )
