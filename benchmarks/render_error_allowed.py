@@ -46,7 +46,7 @@ def passes_of(scene, settings):
     """Return the function of one pass over all light groups of a scene, their names, the bands and
     the grid's shape.
     """
-    from isethdr_mitsuba.frame import even_passes, follower
+    from isethdr_mitsuba.frame import Built, Cube, even_passes, follower
     from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
     from isethdr_mitsuba.world.geometry import build_world
     from isethdr_mitsuba.world.materials import ramp_surfaces
@@ -59,13 +59,10 @@ def passes_of(scene, settings):
     one_pass = even_passes(
         follower(
             scene,
-            view,
+            Built(build_world(scene, surfaces), surfaces),
             placed_lamps(scene),
-            groups,
-            bands,
+            Cube(groups, bands, view),
             settings,
-            build_world(scene, surfaces),
-            surfaces,
         )
     )
     return one_pass, groups, bands, view.shape
@@ -113,7 +110,7 @@ def table(name, scene, errors):
     """Print what each allowed error of one scene took, what it came to, and what paths picked by
     hand take.
     """
-    from isethdr_mitsuba.paths.passes import estimate
+    from isethdr_mitsuba.paths.passes import Frame, estimate
     from isethdr_mitsuba.renderer import MitsubaRenderer
 
     settings = MitsubaRenderer(
@@ -123,7 +120,9 @@ def table(name, scene, errors):
     every = range(len(groups))
 
     def follow(**fields):
-        return timed(lambda: estimate(one_pass, replace(settings, **fields), groups, bands, shape))
+        return timed(
+            lambda: estimate(one_pass, replace(settings, **fields), Frame(groups, bands, shape))
+        )
 
     first, _ = follow(error_allowed=errors[0])
     runs = {allowed: follow(error_allowed=allowed) for allowed in errors}

@@ -53,7 +53,7 @@ def tests_scenes():
 
 def ways(make, scene, settings):
     """Return the functions (seed) -> radiance (group, band, y, x) of our way and of `path`."""
-    from isethdr_mitsuba.frame import follower
+    from isethdr_mitsuba.frame import Built, Cube, follower
     from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
     from isethdr_mitsuba.world.geometry import build_world
     from isethdr_mitsuba.world.materials import ramp_surfaces
@@ -65,7 +65,8 @@ def ways(make, scene, settings):
     lamps = placed_lamps(scene)
     surfaces = ramp_surfaces(scene)
     world = build_world(scene, surfaces)
-    paths = follower(scene, view, lamps, groups, bands, settings, world, surfaces)
+    cube = Cube(groups, bands, view)
+    paths = follower(scene, Built(world, surfaces), lamps, cube, settings)
     opponents = [
         make.mitsubas_own(scene, settings, view, lamps, group, bands, "multijitter")
         for group in groups

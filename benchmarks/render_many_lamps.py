@@ -19,7 +19,7 @@ import numpy as np
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from isethdr_mitsuba.doctor import choose_variant
-from isethdr_mitsuba.frame import follower
+from isethdr_mitsuba.frame import Built, Cube, follower
 from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
 from isethdr_mitsuba.renderer import MitsubaRenderer
 from isethdr_mitsuba.world.view import view_of
@@ -103,7 +103,8 @@ def measure(count: int, width: int) -> dict[str, float]:
     start = time.process_time()
     lamps = placed_lamps(description)
     world = build_world(description, surfaces)
-    paths = follower(description, view, lamps, groups, BANDS_NM, settings, world, surfaces)
+    cube = Cube(groups, BANDS_NM, view)
+    paths = follower(description, Built(world, surfaces), lamps, cube, settings)
     setup = time.process_time() - start
     weights = xyz_weights(BANDS_NM)[1]
     pictures = []

@@ -25,6 +25,7 @@ def main():
     """
     import mitsuba as mi
     from isethdr_mitsuba.doctor import choose_variant
+    from isethdr_mitsuba.paths.passes import Frame
     from isethdr_mitsuba.renderer import MitsubaRenderer
 
     import isethdr_core as hdr
@@ -37,21 +38,22 @@ def main():
                 hdr.build("scene", name, seed=seed)(), settings
             )
             for paths, count in RENDERINGS.items():
-                rows(
-                    f"{name} (seed {seed})", one_pass, groups, bands, shape, settings, paths, count
-                )
+                frame = Frame(groups, bands, shape)
+                rows(f"{name} (seed {seed})", one_pass, frame, settings, paths, count)
 
 
-def rows(name, one_pass, groups, bands, shape, settings, paths, count):
+def rows(name, one_pass, frame, settings, paths, count):
     """Print the rows of one scene and one number of paths a pass."""
     from isethdr_mitsuba.paths.passes import estimate, weighted_median
 
+    groups = frame.groups
+    bands = frame.wavelength_nm
     passes = [list(one_pass(k, paths, None)) for k in range(4 * count)]
     # (pass, group, tile)
     light = np.stack(
         [
             luminance_of(
-                np.reshape([v for _, _, v in one], (len(groups), len(bands), *shape)), bands
+                np.reshape([v for _, _, v in one], (len(groups), len(bands), *frame.shape)), bands
             )
             for one in passes
         ]
@@ -60,9 +62,7 @@ def rows(name, one_pass, groups, bands, shape, settings, paths, count):
     mean = light.mean(0)
     replay = iter(passes)
     estimates = [
-        estimate(
-            lambda *_: next(replay), replace(settings, samples=4 * paths), groups, bands, shape
-        )
+        estimate(lambda *_: next(replay), replace(settings, samples=4 * paths), frame)
         for _ in range(count)
     ]
     for g, group in enumerate(groups):

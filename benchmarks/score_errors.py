@@ -13,9 +13,14 @@ changes of the whole picture and of parts of it. Run:
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from render_light_groups import tests_scenes
+
+if TYPE_CHECKING:
+    from isethdr_core.scene import SceneDescription
 
 METRICS = (
     "ideal",
@@ -80,29 +85,55 @@ def stated(shot, metrics, block: int, count: int) -> dict[str, float]:
     return {t.part: t.value for t in score_errors.of_scores(shot, metrics, count).terms}
 
 
-def compare(title, description, weights, tiles, pitch_um, samples, seeds, judge, ways) -> None:
+@dataclass(frozen=True)
+class Case:
+    """A scene and its camera."""
+
+    title: str
+    description: SceneDescription
+    weights: dict[str, float]  # of light groups; 1 for those that are not named
+    tiles: tuple[int, int]  # (width, height)
+    pitch_um: float  # of pixels; tiles are 3 um wide
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Paths per tile and renderings."""
+
+    samples: int  # of a rendering whose errors are stated
+    seeds: int  # such renderings
+    judge: int  # paths of the rendering that they are compared with
+
+
+def compare(case: Case, effort: Effort, ways: dict[str, tuple[int, int]]) -> None:
     """Print the table of one scene; `ways` names pairs of `block` and `count`."""
     from isethdr_mitsuba.renderer import MitsubaRenderer
 
     def scores_of(seed, paths):
         scene = MitsubaRenderer(
-            width=tiles[0], height=tiles[1], margin=0.0, samples=paths, step_nm=50.0, seed=seed
-        )(description)
-        return camera_of(scene, weights, tiles[0], pitch_um)
+            width=case.tiles[0],
+            height=case.tiles[1],
+            margin=0.0,
+            samples=paths,
+            step_nm=50.0,
+            seed=seed,
+        )(case.description)
+        return camera_of(scene, case.weights, case.tiles[0], case.pitch_um)
 
     start = time.process_time()
-    true = {s.metric: s.value for s in scores_of(99, judge)[0].scores}
+    true = {s.metric: s.value for s in scores_of(99, effort.judge)[0].scores}
     true_scores = {}
     said = {way: {} for way in ways}
-    for seed in range(seeds):
-        shot, metrics = scores_of(seed, samples)
+    for seed in range(effort.seeds):
+        shot, metrics = scores_of(seed, effort.samples)
         for s in shot.scores:
             true_scores.setdefault(s.metric, []).append(s.value - true.get(s.metric, np.nan))
         for way, (block, count) in ways.items():
             for name, value in stated(shot, metrics, block, count).items():
                 said[way].setdefault(name, []).append(value)
     print(
-        f"\n{title}, {samples} paths, {seeds} renderings against one of {judge} paths"
+        f"\n{case.title}, {effort.samples} paths, {effort.seeds} renderings against one of"
+        f" {effort.judge} paths"
         f" ({time.process_time() - start:.0f} CPU s)"
     )
     print(
@@ -127,25 +158,13 @@ def main() -> None:
     night = hdr.build("scene", "night_drive", seed=23)()
     for samples in (16, 96):
         compare(
-            "street",
-            street,
-            {},
-            (48, 27),
-            3.0,
-            samples,
-            32,
-            4096,
+            Case("street", street, {}, (48, 27), 3.0),
+            Effort(samples, 32, 4096),
             {"12 changes of the whole": (WHOLE, 12)},
         )
     compare(
-        "night drive",
-        night,
-        {"sky": 1e-5},
-        (192, 108),
-        1.5,
-        24,
-        10,
-        512,
+        Case("night drive", night, {"sky": 1e-5}, (192, 108), 1.5),
+        Effort(24, 10, 512),
         {"6 changes of the whole": (WHOLE, 6), "parts": (36, 6)},
     )
 

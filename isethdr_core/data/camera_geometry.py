@@ -12,8 +12,10 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ..errors import ConfigError, UnitError, did_you_mean
 from ..physics.optics import distortion as maps
@@ -193,7 +195,22 @@ def _areas(lens, *grids):
     )
 
 
-def mean_over_pixels(tiles, field, lens, x, y, pitch: float, beyond: bool = False) -> np.ndarray:
+@dataclass(frozen=True)
+class PixelGrid:
+    """Square pixels side by side, in focal lengths."""
+
+    x: np.ndarray  # centres, one pitch apart
+    y: np.ndarray
+    pitch: float  # side of a pixel
+
+
+def mean_over_pixels(
+    tiles: np.ndarray,
+    field: xr.DataArray | xr.Dataset,
+    lens: Any,
+    pixels: PixelGrid,
+    beyond: bool = False,
+) -> np.ndarray:
     """Return the mean (..., y, x) of constant tiles over the part of the field that each pixel
     covers, a quadrilateral.
 
@@ -202,7 +219,7 @@ def mean_over_pixels(tiles, field, lens, x, y, pitch: float, beyond: bool = Fals
     tiles : (..., y, x) values on the grid of `field`.
     field : the scene's grid, with its projection.
     lens : a map, as `distortion_map` returns it.
-    x, y, pitch : centres and side of the pixels in focal lengths, evenly spaced by `pitch`.
+    pixels : the grid of the means.
     beyond : whether pixels may cover field outside the tiles; the tiles at the border are then
         extended.
 
@@ -210,6 +227,9 @@ def mean_over_pixels(tiles, field, lens, x, y, pitch: float, beyond: bool = Fals
     ------
     ValueError : pixels cover field outside the tiles without `beyond`, or are not evenly spaced.
     """
+    x = pixels.x
+    y = pixels.y
+    pitch = pixels.pitch
     for centres in (x, y):
         if len(centres) > 1 and np.abs(np.diff(centres) - pitch).max() > 1e-6 * pitch:
             raise ValueError(

@@ -43,7 +43,7 @@ def centres(count: int, full_width: float) -> np.ndarray:
     return (np.arange(count) - (count - 1) / 2) * (full_width / count)
 
 
-def scene_radiance(
+def scene_radiance(  # noqa: PLR0913 - plugins call it with these arguments
     radiance: npt.ArrayLike,
     groups: Iterable[str],
     wavelength_nm: npt.ArrayLike,

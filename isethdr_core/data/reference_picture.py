@@ -197,9 +197,10 @@ def mean_over_pixels(
     pitch = _pitch_m(picture)
     try:
         if lens := _distortion(field, picture):
-            return camera_geometry.mean_over_pixels(
-                tiles, field, lens, picture.x.values / f_m, picture.y.values / f_m, pitch / f_m
+            pixels = camera_geometry.PixelGrid(
+                picture.x.values / f_m, picture.y.values / f_m, pitch / f_m
             )
+            return camera_geometry.mean_over_pixels(tiles, field, lens, pixels)
         return resample_mean(
             tiles,
             field.x.values,

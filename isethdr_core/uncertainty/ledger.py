@@ -122,7 +122,7 @@ def _term(stored: dict[str, Any], stage: str) -> ErrorTerm:
 _row: ContextVar[Row | None] = ContextVar("isethdr_ledger_row", default=None)
 
 
-def error(
+def error(  # noqa: PLR0913 - plugins call it with these arguments
     value: float,
     unit: str,
     how: How,

@@ -219,12 +219,7 @@ def on_light(tiles: np.ndarray, mixed: xr.DataArray, light: xr.DataArray) -> np.
         and (part := tiles[..., inside["y"], inside["x"]]).shape[-2:] == light.shape[-2:]
     ):
         return part
-    return camera_geometry.mean_over_pixels(
-        tiles,
-        mixed,
-        lens,
-        light.x.values / f_m,
-        light.y.values / f_m,
-        tile_pitch(light, "x") / f_m,
-        beyond=True,
+    pixels = camera_geometry.PixelGrid(
+        light.x.values / f_m, light.y.values / f_m, tile_pitch(light, "x") / f_m
     )
+    return camera_geometry.mean_over_pixels(tiles, mixed, lens, pixels, beyond=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from isethdr_core.runs.sample_accumulation import Known
 
 from .lamps.placed_lamps import placed_lamps
 from .lamps.sky_discs import disc_lamps
-from .paths.passes import estimate
+from .paths.passes import Frame, estimate
 from .world.coat_energy import lost_light
 from .world.materials import ramp_surfaces
 from .world.view import View, view_of
@@ -24,28 +25,29 @@ if TYPE_CHECKING:
 
     from isethdr_core.demand import Demand
 
+    from .world.geometry import World
 
-def render_frame(
-    settings,
-    description,
-    groups,
-    bands_nm,
-    demand: Demand,
-    variant: str,
-    known=None,
-):
+
+@dataclass(frozen=True)
+class Request:
+    """What to render."""
+
+    groups: list[str]  # light groups; each has an emitter
+    bands_nm: np.ndarray  # band centres
+    demand: Demand  # what later stages need; its `noise_limit` counts if no noise is set
+    # paths of earlier renderings, which are not followed again
+    known: dict[str, Known] | None = None
+
+
+def render_frame(settings, description, request: Request, variant: str):
     """Return the scene radiance Dataset.
 
     Parameters
     ----------
     settings : MitsubaRenderer.
     description : SceneDescription.
-    groups : light groups to render; each has an emitter.
-    bands_nm : band centres, nm.
-    demand : what later stages need. Its `noise_limit` counts if `settings` name no noise.
+    request : light groups, bands and accuracy.
     variant : Mitsuba variant that works on this machine.
-    known : {group: isethdr_core.runs.sample_accumulation.Known}: paths of earlier renderings, which
-        are not followed again.
     """
     import mitsuba as mi
 
@@ -54,6 +56,10 @@ def render_frame(
     from .lamps.visible_lamps import visible_lamps
     from .world.geometry import build_world
 
+    groups = request.groups
+    bands_nm = request.bands_nm
+    demand = request.demand
+    known = request.known
     view = wide = view_of(description.camera, settings.width, settings.height, settings.margin)
     # the random numbers of Mitsuba's own film depend on the size of the frame
     if not (demand.margin or variant.startswith("scalar")):
@@ -67,16 +73,16 @@ def render_frame(
         ledger.left_out("light from facet to facet", why, lost_share, "relative", key="facets")
     world = build_world(description, surfaces)
     layer, error = visible_lamps(world, view, lamps, groups, bands_nm, settings.step_nm)
+    cube = Cube(groups, bands_nm, view)
     paths = one_pass = None
     if variant.startswith("scalar"):
         from .paths.film_bands import film_pass
 
         one_pass = film_pass(description, view, lamps, groups, bands_nm, settings)
     else:
-        paths = follower(description, view, lamps, groups, bands_nm, settings, world, surfaces)
+        paths = follower(description, Built(world, surfaces), lamps, cube, settings)
         one_pass = even_passes(paths)
     by_need = demand.noise_limit is not None and settings.limit_share() is not None
-    cube = Cube(groups, bands_nm, view)
     if by_need and paths is not None:
         limit_at = lambda radiance: demand.noise_limit(
             cube.dataset(radiance.reshape(layer.shape) + layer)
@@ -84,9 +90,8 @@ def render_frame(
         result = needed_paths(settings, paths, instances(world, view), view, limit_at, known)
     else:
         settings = settings.decided()
-        result = estimate(
-            one_pass, settings, groups, bands_nm, view.shape, view.whole, known, view.in_field()
-        )
+        frame = Frame(groups, bands_nm, view.shape, view.whole, view.in_field())
+        result = estimate(one_pass, settings, frame, known)
     radiance = result.radiance
     radiance += layer
     state_noise(result, groups, settings)
@@ -182,15 +187,28 @@ def needed_paths(settings, paths, instance, view, limit_at, known):
     return estimate_of(rounds, known, seconds, view.in_field())
 
 
-def follower(description, view, lamps, groups, bands_nm, settings, world, surfaces):
-    """Return the integrator of all bands and groups over a world (`paths.integrator.Paths`)."""
+class Built(NamedTuple):
+    """A scene as Mitsuba holds it."""
+
+    world: World
+    surfaces: dict  # of `world.materials.ramp_surfaces`, with which the world was built
+
+
+def follower(description, built: Built, lamps, cube: Cube, settings):
+    """Return the integrator of all bands and groups of `cube` over a world
+    (`paths.integrator.Paths`).
+    """
     from .lamps.lamp_tables import LampTables
     from .paths.integrator import Paths
     from .paths.surface_tables import SurfaceTables
 
-    materials = SurfaceTables(world, description.materials.values(), surfaces.values())
+    world = built.world
+    groups = cube.groups
+    materials = SurfaceTables(world, description.materials.values(), built.surfaces.values())
     tables = LampTables(world, lamps, groups, description.sky if "sky" in groups else None)
-    return Paths(world, view, tables, materials, bands_nm, settings.step_nm, settings.max_depth)
+    return Paths(
+        world, cube.view, tables, materials, cube.bands_nm, settings.step_nm, settings.max_depth
+    )
 
 
 def even_passes(paths):

@@ -18,7 +18,7 @@ from isethdr_core.uncertainty.error_terms import Quantity
 
 from .bands import check_bands
 from .doctor import choose_variant
-from .frame import render_frame
+from .frame import Request, render_frame
 from .world.view import check_square
 
 if TYPE_CHECKING:
@@ -227,7 +227,8 @@ class MitsubaRenderer:
         variant = choose_variant(self.variant)
         if variant == SCALAR:
             self._say_how_slow(len(groups), len(bands), description.camera.projection)
-        return render_frame(self, description, groups, bands, demand or Demand(), variant, known)
+        request = Request(groups, bands, demand or Demand(), known)
+        return render_frame(self, description, request, variant)
 
     def _say_how_slow(self, groups, bands, projection):
         tiles = self.width * self.height * (1 + 2 * self.margin) ** 2

@@ -11,7 +11,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.detector.charge_dynamics import linear_limit_e
 
 from .charge import soft_knee
-from .charge.soft_knee_shot import take_shot
+from .charge.soft_knee_shot import SoftKneePixel, take_shot
 from .limits import Charge, ChargeRate
 from .one_reading import OneReadingSensor
 from .readout.captures import with_response
@@ -82,7 +82,7 @@ class LinLogSensor(OneReadingSensor):
         """Return captures of one shot at `exposure_s`, with the table that reads it back; light is
         constant over the exposure.
         """
-        out = take_shot(self.model(), self.well(), (False,), light, generator)
+        out = take_shot(SoftKneePixel(self.model(), self.well(), (False,)), light, generator)
         if self.noise:
             ledger.error(
                 BIAS,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from .charge import soft_knee
-from .charge.soft_knee_shot import take_shot
+from .charge.soft_knee_shot import SoftKneePixel, take_shot
 from .imaging_sensor import ImagingSensor
 from .limits import (
     Capacity,
@@ -123,4 +123,4 @@ class LoficSensor(ImagingSensor):
 
     def take(self, light, generator):
         """Return captures of one shot at `exposure_s`."""
-        return take_shot(self.model(), self.well(), (True, False), light, generator)
+        return take_shot(SoftKneePixel(self.model(), self.well(), (True, False)), light, generator)

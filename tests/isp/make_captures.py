@@ -42,7 +42,7 @@ def electrons_per_radiance(
     )
 
 
-def make(
+def make(  # noqa: PLR0913 - a helper of tests
     mean_e,
     specs=ONE,
     pattern=BAYER,

@@ -18,7 +18,9 @@ MONO = np.array([[0]])
 SIDE = 500  # 250 000 draws
 
 
-def merged(bench, level, rng, specs=None, dark=0.0, step_e=0.0, side=SIDE):
+def merged(  # noqa: PLR0913 - a helper of tests
+    bench, level, rng, specs=None, dark=0.0, step_e=0.0, side=SIDE
+):
     """Return (signal, variance, valid) of `side`^2 pixels at `level` electrons, straight from the
     merge.
     """

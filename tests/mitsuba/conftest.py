@@ -146,7 +146,9 @@ def street(boxes=12, seed=3):
     )
 
 
-def mitsubas_own(scene, settings, view, lamps, group, bands_nm, sampler="independent"):
+def mitsubas_own(  # noqa: PLR0913 - a helper of tests
+    scene, settings, view, lamps, group, bands_nm, sampler="independent"
+):
     """The independent way: Mitsuba's own `path` and `specfilm`, the emitter plugin for lamps, the
     group's lamps alone.
 

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from isethdr_mitsuba.paths.passes import estimate, next_rung, weighted_median
+from isethdr_mitsuba.paths.passes import Frame, estimate, next_rung, weighted_median
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core.physics.photometry import luminance
@@ -44,7 +44,7 @@ def test_each_group_goes_on_until_its_noise_is_allowed():
     spreads = (0.1, 1.5, 4.0)
     asked = []
     settings = SimpleNamespace(samples=32, error_allowed=0.1, most_samples=10_000, seed=1)
-    found = estimate(made_up(spreads, asked), settings, ("sky", "near", "far"), BANDS, SHAPE)
+    found = estimate(made_up(spreads, asked), settings, Frame(("sky", "near", "far"), BANDS, SHAPE))
     assert (found.noise <= 0.1).all() and found.samples[0] == 32
     # paths needed: (spread / 0.1)^2 = 225 and 1600; a last step may overshoot by a tenth, and four
     # passes know their noise to as much
@@ -71,9 +71,7 @@ def test_light_that_few_paths_meet_has_its_noise_stated(spread, samples):
         found = estimate(
             made_up((spread,), []),
             SimpleNamespace(samples=samples, error_allowed=None, most_samples=10_000, seed=seed),
-            ("far",),
-            BANDS,
-            SHAPE,
+            Frame(("far",), BANDS, SHAPE),
         )
         off.append(np.median(np.abs(found.radiance[0, 1] - 1)) / 0.6745)
         stated.append(found.noise[0])
@@ -85,7 +83,7 @@ def test_light_that_few_paths_meet_has_its_noise_stated(spread, samples):
 def test_without_an_error_allowed_it_is_the_paths_asked_for():
     asked = []
     settings = SimpleNamespace(samples=40, error_allowed=None, most_samples=10_000, seed=1)
-    found = estimate(made_up((4.0,), asked), settings, ("far",), BANDS, SHAPE)
+    found = estimate(made_up((4.0,), asked), settings, Frame(("far",), BANDS, SHAPE))
     assert sum(n for n, _ in asked) == 40 == found.samples[0]
 
 
@@ -142,17 +140,18 @@ def test_the_paths_of_a_group_depend_neither_on_other_groups_nor_on_the_overscan
                 yield g, band, rng.gamma(samples / spread**2, spread**2 / samples)[cut].ravel()
 
     cut = ...
-    both = estimate(one_pass, settings, ("near", "far"), BANDS, SHAPE, judged=field)
-    alone = estimate(one_pass, settings, ("near",), BANDS, SHAPE, judged=field)
+    both = estimate(one_pass, settings, Frame(("near", "far"), BANDS, SHAPE, judged=field))
+    alone = estimate(one_pass, settings, Frame(("near",), BANDS, SHAPE, judged=field))
     assert both.samples[0] == alone.samples[0] < both.samples[1] and np.array_equal(
         both.radiance[0], alone.radiance[0]
     )
     assert (
-        estimate(one_pass, settings, ("near",), BANDS, SHAPE).samples[0] > 2 * alone.samples[0]
+        estimate(one_pass, settings, Frame(("near",), BANDS, SHAPE)).samples[0]
+        > 2 * alone.samples[0]
     ), "tiles beyond the field would have decided"
     cut = field
     small = tuple(n - m for n, m in zip(SHAPE, (6, 8)))
-    without = estimate(one_pass, settings, ("near", "far"), BANDS, small, whole=SHAPE)
+    without = estimate(one_pass, settings, Frame(("near", "far"), BANDS, small, whole=SHAPE))
     assert list(without.samples) == list(both.samples) and np.array_equal(without.noise, both.noise)
 
 
@@ -186,7 +185,7 @@ def test_known_paths_are_not_followed_again_and_count(make):
     settings = SimpleNamespace(samples=32, error_allowed=0.1, most_samples=10_000, seed=1)
     known = {"near": Known(200, 1.5 / np.sqrt(200), 200), "far": Known(800, 4 / np.sqrt(800), 1000)}
     found = estimate(
-        made_up(spreads, asked), settings, ("sky", "near", "far"), BANDS, SHAPE, known=known
+        made_up(spreads, asked), settings, Frame(("sky", "near", "far"), BANDS, SHAPE), known=known
     )
     assert list(found.first) == [0, 200, 1000] and found.samples[0] == 32
     # 25 and 800 more; the last step may overshoot by a tenth, and few passes know their noise to as
@@ -201,7 +200,8 @@ def test_known_paths_are_not_followed_again_and_count(make):
     assert all(len(wanted) == 1 for _, wanted in asked)
     few = SimpleNamespace(samples=201, error_allowed=None, most_samples=10_000, seed=1)
     assert (
-        estimate(made_up(spreads, []), few, ("near",), BANDS, SHAPE, known=known).samples[0] == 4
+        estimate(made_up(spreads, []), few, Frame(("near",), BANDS, SHAPE), known=known).samples[0]
+        == 4
     ), "enough passes to know their noise"
 
 
@@ -300,7 +300,7 @@ def test_the_true_error_is_below_the_allowed_one(make):
 def test_halves_of_the_paths_differ_as_the_mean_differs_from_the_truth(samples):
     settings = SimpleNamespace(samples=samples, error_allowed=None, most_samples=10_000, seed=1)
     spread = 0.7
-    found = estimate(made_up((spread,), []), settings, ("sky",), BANDS, SHAPE)
+    found = estimate(made_up((spread,), []), settings, Frame(("sky",), BANDS, SHAPE))
     mean = luminance(found.radiance[0], BANDS).ravel()
     half = found.half_difference[0].ravel()
     true = luminance(np.ones(len(BANDS)), BANDS)
@@ -316,7 +316,7 @@ def test_halves_of_the_paths_differ_as_the_mean_differs_from_the_truth(samples):
 def test_one_pass_alone_has_no_halves():
     settings = SimpleNamespace(samples=1, error_allowed=None, most_samples=10_000, seed=1)
     assert np.isnan(
-        estimate(made_up((0.7,), []), settings, ("sky",), BANDS, SHAPE).half_difference
+        estimate(made_up((0.7,), []), settings, Frame(("sky",), BANDS, SHAPE)).half_difference
     ).all()
 
 
@@ -332,7 +332,7 @@ def test_tiles_that_look_into_the_sky_say_nothing_of_those_that_it_lights():
 
     settings = SimpleNamespace(samples=64, error_allowed=None, most_samples=10_000, seed=1)
     for one_pass in (half_seen, noisy):
-        alone.append(float(estimate(one_pass, settings, ("sky",), BANDS, SHAPE).noise[0]))
+        alone.append(float(estimate(one_pass, settings, Frame(("sky",), BANDS, SHAPE)).noise[0]))
     # 384 and 768 tiles, three splits of them: a median known to 6 and 4 %, three of both
     assert alone[0] == pytest.approx(0.7 / 8, rel=0.2) and alone[0] == pytest.approx(
         alone[1], rel=0.2
@@ -340,4 +340,4 @@ def test_tiles_that_look_into_the_sky_say_nothing_of_those_that_it_lights():
     flat = lambda seed, samples, wanted: (
         (g, band, np.ones(lit.size)) for g in wanted for band in range(len(BANDS))
     )
-    assert estimate(flat, settings, ("sky",), BANDS, SHAPE).noise[0] == 0.0
+    assert estimate(flat, settings, Frame(("sky",), BANDS, SHAPE)).noise[0] == 0.0

@@ -142,7 +142,7 @@ def test_a_tile_without_rare_samples_still_states_their_noise():
     """One sample in 60 is 30 times as bright as the others, so that three of four tiles with 16
     samples contain none. The mean light rises along x by 30 and falls in the lower half by 5.
     """
-    from isethdr_mitsuba.paths.passes import estimate
+    from isethdr_mitsuba.paths.passes import Frame, estimate
 
     shape = (24, 32)
     bands = np.array([550.0])
@@ -159,9 +159,7 @@ def test_a_tile_without_rare_samples_still_states_their_noise():
         estimate(
             one_pass,
             SimpleNamespace(samples=16, error_allowed=None, seed=k),
-            ("lamps",),
-            bands,
-            shape,
+            Frame(("lamps",), bands, shape),
         )
         for k in range(40)
     ]

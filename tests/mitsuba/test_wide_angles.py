@@ -238,8 +238,9 @@ def test_tangent_and_equidistant_projections_agree(make):
     bent = list(pictures(make.camera(*at, 120.0, 1.0, "equidistant"), 40))
     middle = slice(10, 30)  # 30 degrees around the axis: inside both
     x, y = (bent[0][0][d].values[middle] for d in "xy")
+    pixels = camera_geometry.PixelGrid(x, y, x[1] - x[0])
     flat = [
-        camera_geometry.mean_over_pixels(one, ds, lens, x, y, x[1] - x[0])
+        camera_geometry.mean_over_pixels(one, ds, lens, pixels)
         for ds, one in pictures(make.camera(*at, 100.0, 1.0), 60)
     ]
     # blocks of 4 x 3 tiles of the road below the lamps, where light varies little inside a tile

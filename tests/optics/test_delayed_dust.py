@@ -170,7 +170,7 @@ def test_a_delay_that_bands_cannot_follow_is_refused_before_any_work(monkeypatch
         raise Computed
 
     monkeypatch.setattr("isethdr_optics.psf.kernels._cache", OrderedDict())
-    monkeypatch.setattr("isethdr_optics.psf.kernels._computed", work)
+    monkeypatch.setattr("isethdr_optics.psf.kernels._kernels_of", work)
     with pytest.raises(ConfigError, match="narrower bands"):
         kernels(LENS, [refused], BANDS, (3.0, 3.0), (20, 20))
     with pytest.raises(Computed):

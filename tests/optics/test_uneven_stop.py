@@ -38,7 +38,7 @@ def counted(name, f_number, angle_deg, count=800):
         lens.surfaces,
         indices,
         sequential(len(lens.surfaces)),
-        *collimated(x, y, lens.surfaces[0].z_mm, tangent, 0.0),
+        collimated(x, y, lens.surfaces[0].z_mm, tangent, 0.0),
         keep_hits=True,
     )
     stop = np.stack(rays.hits_mm[lens.stop]) / lens.surfaces[lens.stop].semi_diameter_mm

@@ -115,7 +115,7 @@ def test_a_place_s_pupil_is_open_where_its_rays_get_through():
         real.surfaces,
         indices,
         sequential(len(real.surfaces)),
-        *collimated(x, y, front, tx, ty),
+        collimated(x, y, front, tx, ty),
         keep_hits=True,
     )
     u, v = (h / real.surfaces[real.stop].semi_diameter_mm for h in rays.hits_mm[real.stop])

@@ -23,7 +23,7 @@ SIZE = (60, 80)
 def shot(sensor, mean_e):
     light = np.broadcast_to(np.asarray(mean_e, float), SIZE)
     raw, saturated = soft_knee_shot.readings(
-        sensor.model(), sensor.well(), (False,), light, generator(3)
+        soft_knee_shot.SoftKneePixel(sensor.model(), sensor.well(), (False,)), light, generator(3)
     )
     return raw[0], saturated[0]
 
@@ -80,7 +80,9 @@ def test_the_table_reads_noisy_pixels_back_without_bias(mean):
     raw = np.concatenate(
         [
             soft_knee_shot.readings(
-                sensor.model(), sensor.well(), (False,), np.full((300, 400), mean), generator(k)
+                soft_knee_shot.SoftKneePixel(sensor.model(), sensor.well(), (False,)),
+                np.full((300, 400), mean),
+                generator(k),
             )[0]
             for k in (1, 2, 3, 4)
         ]
@@ -145,7 +147,9 @@ def test_readings_state_their_variance_for_other_bends_too(fields, worst):
     assert np.all(np.diff(variance[2:]) > 0)  # a brighter reading never claims to be known better
     for mean in (20400.0, 20800.0, 21200.0, 22400.0, 26000.0):
         [raw], _ = soft_knee_shot.readings(
-            sensor.model(), sensor.well(), (False,), np.full((250, 300), mean), generator(5)
+            soft_knee_shot.SoftKneePixel(sensor.model(), sensor.well(), (False,)),
+            np.full((250, 300), mean),
+            generator(5),
         )
         ratio = np.interp(raw, dn, variance).mean() / np.interp(raw, dn, electrons).var()
         # measured with 900 000 draws: 0.06, 0.01, 0.044, 0.135 at most; 75 000 know a ratio to 0.5
@@ -161,7 +165,9 @@ def test_the_plain_inverse_is_too_bright():
     )
     for mean, bias in ((1e7, 0.0016), (22000.0, 0.009)):
         raw, _ = soft_knee_shot.readings(
-            sensor.model(), sensor.well(), (False,), np.full((300, 400), mean), generator(1)
+            soft_knee_shot.SoftKneePixel(sensor.model(), sensor.well(), (False,)),
+            np.full((300, 400), mean),
+            generator(1),
         )
         assert np.interp(raw[0].astype(float), dn, electrons).mean() / mean - 1 == pytest.approx(
             bias, abs=5 * 0.056 / np.sqrt(raw.size) + 2e-4

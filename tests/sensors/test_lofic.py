@@ -33,7 +33,10 @@ def electrons(sensor, mean_e, collects=(True, False), **kw):
     """
     light = np.broadcast_to(np.asarray(mean_e, float), SIZE)
     return soft_knee_shot.readings(
-        sensor.model(), sensor.well(), collects, light, generator(3), **kw
+        soft_knee_shot.SoftKneePixel(sensor.model(), sensor.well(), collects),
+        light,
+        generator(3),
+        **kw,
     )
 
 
@@ -86,7 +89,7 @@ def test_the_high_gain_says_where_it_stops_being_linear():
     sensor = LoficSensor(swing_v=(1.0, 3.0), bits=14)  # a high gain that reaches past the knee
     light = np.linspace(0.0, 15000.0, SIZE[0] * SIZE[1]).reshape(SIZE)
     model = sensor.model()
-    top = soft_knee_shot.tops(model, sensor.well(), (True, False))
+    top = soft_knee_shot.tops(soft_knee_shot.SoftKneePixel(model, sensor.well(), (True, False)))
     _, high = model.readings
     limit = (top[1] - high.black_dn) / high.gain_dn_per_e
     assert top[0] == 2**14 - 1 and top[1] < 2**14 - 1
@@ -100,7 +103,12 @@ def test_the_high_gain_says_where_it_stops_being_linear():
     assert not saturated[0].any()
     # the default's converter ends before the knee
     model = LoficSensor().model()
-    assert soft_knee_shot.tops(model, LoficSensor().well(), (True, False))[1] == 4095.0
+    assert (
+        soft_knee_shot.tops(
+            soft_knee_shot.SoftKneePixel(model, LoficSensor().well(), (True, False))
+        )[1]
+        == 4095.0
+    )
 
 
 def test_the_capacitor_ends_at_the_full_well():
@@ -168,7 +176,12 @@ def test_the_preset_has_the_published_figures_and_closed_forms_for_the_rest():
     assert sensor.read_noise_e[0] == pytest.approx(np.sqrt(thermal_v * 120000.0), rel=2e-3)
     assert sensor.thermal_e == pytest.approx(1.2 * thermal_v / (1.0 / 8750.0), rel=2e-3)
     # the high gain ends before the photodiode bends, so both gains read the same electrons
-    assert soft_knee_shot.tops(sensor.model(), sensor.well(), (True, False))[1] == 4095.0
+    assert (
+        soft_knee_shot.tops(
+            soft_knee_shot.SoftKneePixel(sensor.model(), sensor.well(), (True, False))
+        )[1]
+        == 4095.0
+    )
 
 
 @pytest.mark.parametrize(

@@ -76,13 +76,19 @@ def test_light_of_a_ghost_by_hand():
     """
     edges = np.array([-50.0, 50.0])
     mean, error = ghosts_by_chance.flux_by_chance(
-        slow_singlet([1.0, 1.0, 1.9, 1.0, 1.0]), 0.0, 550.0, edges, 4096, 6
+        slow_singlet([1.0, 1.0, 1.9, 1.0, 1.0]),
+        0.0,
+        550.0,
+        edges,
+        ghosts_by_chance.Photons(4096, 6),
     )
     r = (0.9 / 2.9) ** 2
     # border of the stop among evenly scattered points
     assert mean[0, 0] == pytest.approx(np.pi * r**2 * (1 - r) ** 2, rel=2e-3)
     assert 0 < error[0, 0] < 2e-3 * mean[0, 0]
-    none, _ = ghosts_by_chance.flux_by_chance(slow_singlet([1.0] * 5), 0.0, 550.0, edges, 64, 2)
+    none, _ = ghosts_by_chance.flux_by_chance(
+        slow_singlet([1.0] * 5), 0.0, 550.0, edges, ghosts_by_chance.Photons(64, 2)
+    )
     assert none[0, 0] == 0.0
 
 
@@ -90,7 +96,10 @@ def test_the_error_of_photons_is_what_other_photons_find():
     edges = np.linspace(-6, 6, 7)
     lens = slow_singlet([1.0, 1.0, 1.9, 1.0, 1.0])
     found = [
-        ghosts_by_chance.flux_by_chance(lens, 0.01, 550.0, edges, 256, 4, seed=s) for s in range(24)
+        ghosts_by_chance.flux_by_chance(
+            lens, 0.01, 550.0, edges, ghosts_by_chance.Photons(256, 4, seed=s)
+        )
+        for s in range(24)
     ]
     scatter = np.std([m for m, _ in found], axis=0, ddof=1)
     stated = np.sqrt(np.mean([e**2 for _, e in found], axis=0))

@@ -50,7 +50,7 @@ def test_another_exposure_reads_the_kernels_from_disk_and_gives_what_irradiance_
     assert len(functionals(first)) == 1
     assert len(list((isethdr_home / "kernels").glob("*.npy"))) == 2  # kernels, and their transforms
     kernels._cache.clear()  # as in a new process
-    monkeypatch.setattr(kernels, "_computed", None)  # calling it would fail
+    monkeypatch.setattr(kernels, "_kernels_of", None)  # calling it would fail
     second = run("sensor.exposure_s=0.008")
     assert second.key != first.key and len(functionals(second)) == 1
     # asks for no response

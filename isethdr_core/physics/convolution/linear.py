@@ -137,7 +137,7 @@ def convolve_with_bound(image: Any, psf: Any, error_allowed: float = 0.0) -> tup
     return out, convolve_into(out, image, kernel, error_allowed)
 
 
-def convolve_into(
+def convolve_into(  # noqa: PLR0913 - plugins call it with these arguments
     out: Any,
     image: Any,
     kernel: Kernel,

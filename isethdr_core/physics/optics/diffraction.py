@@ -23,7 +23,7 @@ Counts = Sequence[int]  # (y, x)
 MARGIN = 3
 
 
-def psf_from_pupil(
+def psf_from_pupil(  # noqa: PLR0913 - plugins call it with these arguments
     amplitude: npt.ArrayLike,
     opd_um: npt.ArrayLike | None,
     wavelength_nm: npt.ArrayLike,
@@ -159,7 +159,7 @@ def _both(inside: np.ndarray, axis: int) -> np.ndarray:
     return first & second
 
 
-def sampled_psf(
+def sampled_psf(  # noqa: PLR0913 - plugins call it with these arguments
     pupil: np.ndarray,
     wavelength_nm: float,
     pupil_pitch_mm: Pair,
@@ -229,7 +229,7 @@ def _chirp_z(a: np.ndarray, axis: int, turn: float, first: float, count: int) ->
     return (out[:count] if axis == 0 else out[:, :count]) * after
 
 
-def integrated_psf(
+def integrated_psf(  # noqa: PLR0913 - plugins call it with these arguments
     pupil: np.ndarray,
     wavelength_nm: float,
     pupil_pitch_mm: Pair,

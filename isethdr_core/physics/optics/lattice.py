@@ -11,6 +11,7 @@ frame again.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import comb
 
 import numpy as np
@@ -185,9 +186,17 @@ def _tilted(pupil, period, offset):
     return pupil
 
 
-def lattice_psf(
-    folded, wavelength_nm, distance_mm, reach, pitch_um, energy_mm2, offset, response
-) -> np.ndarray:
+@dataclass(frozen=True)
+class ImageSamples:
+    """The samples of an image at one wavelength."""
+
+    wavelength_nm: float
+    distance_mm: float  # from the pupil
+    pitch_um: tuple[float, float]  # (y, x)
+    offset: tuple[float, float]  # (y, x): the point between samples, -1 to 1
+
+
+def lattice_psf(folded, samples: ImageSamples, reach, energy_mm2, response) -> np.ndarray:
     """Return intensity times the area of a lattice cell at samples -reach .. reach of a whole
     frame.
 
@@ -195,7 +204,8 @@ def lattice_psf(
     ----------
     folded : (period_y, period_x) complex64 from `fold_shapes` or `fold_cells` with the same offset;
         overwritten.
-    reach, pitch_um, offset : (y, x) samples, micrometres, and the point between samples.
+    samples : where the image is sampled.
+    reach : (y, x), samples on either side of the axis.
     energy_mm2 : the integral of the squared amplitude.
     response : what the cells leave of the field, a function of cycles per cell, divided out.
 
@@ -206,7 +216,8 @@ def lattice_psf(
     period = folded.shape
     ry, rx = reach
     field = sf.fft2(folded, overwrite_x=True)
-    step = lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um)
+    offset = samples.offset
+    step = lattice_pitch_mm(samples.wavelength_nm, period, samples.distance_mm, samples.pitch_um)
     index = [np.arange(-r, r + 1) for r in reach]
     gain_y, gain_x = (response((k + o) / p) ** -2 for k, o, p in zip(index, offset, period))
     gain_y = gain_y * (step[0] * step[1] / (period[0] * period[1] * energy_mm2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,8 +60,15 @@ def ghost_path(count: int, back: int, front: int) -> list[tuple[int, bool]]:
     return path + [(k, False) for k in range(front + 1, count)]
 
 
+class Start(NamedTuple):
+    """Where rays start, and their directions."""
+
+    position_mm: np.ndarray  # (3, ...)
+    direction: np.ndarray  # (3, ...), length 1
+
+
 def follow(
-    surfaces: list[Surface], indices, path, position, direction, power=None, keep_hits=False
+    surfaces: list[Surface], indices, path, start: Start, power=None, keep_hits=False
 ) -> Rays:
     """Trace rays along a path.
 
@@ -70,7 +78,7 @@ def follow(
     indices : one more than surfaces: the refractive index before the first, between, and behind the
         last; numbers or arrays that broadcast with the rays.
     path : [(surface, whether it reflects), ...].
-    position, direction : (3, ...) mm and unit vectors; light starts towards larger z.
+    start : of the rays; light starts towards larger z.
     power : function (surface, reflects, forward, cosine) that returns the fraction of power that
         goes on; None: 1.
     keep_hits : keep (x, y) of every step.
@@ -80,6 +88,7 @@ def follow(
     Rays on the last surface of the path. Rays that pass outside a semi-diameter go on, with a
     negative margin.
     """
+    position, direction = start
     shape = np.broadcast_shapes(
         *(np.shape(n) for n in indices), position.shape[1:], direction.shape[1:]
     )
@@ -118,14 +127,13 @@ def follow(
     )
 
 
-def collimated(x_mm, y_mm, z_mm: float, tangent_x, tangent_y):
-    """Return (position, direction), (3, ...), of parallel light that crosses the plane z at (x, y)
-    with these tangents.
-    """
+def collimated(x_mm, y_mm, z_mm: float, tangent_x, tangent_y) -> Start:
+    """Return the start of parallel light that crosses the plane z at (x, y) with these tangents."""
     x, y, tx, ty = np.broadcast_arrays(
         *(np.asarray(v, float) for v in (x_mm, y_mm, tangent_x, tangent_y))
     )
     length = np.sqrt(1 + tx**2 + ty**2)
-    return np.stack([x, y, np.full(x.shape, float(z_mm))]), np.stack(
-        [tx / length, ty / length, 1 / length]
+    return Start(
+        np.stack([x, y, np.full(x.shape, float(z_mm))]),
+        np.stack([tx / length, ty / length, 1 / length]),
     )

@@ -45,11 +45,21 @@ def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
     transverse = n_in * np.sqrt(1 - cos_in**2)
     behind = _normal_part(n_out, transverse)
     inside = [(index, _normal_part(index, transverse), thickness) for index, thickness in layers]
-    reflectances = [
-        _of_polarisation(n_in, n_out, cos_in, behind, inside, wavelength_nm, p)
-        for p in (False, True)
-    ]
-    return reflectances[0][0], reflectances[1][0], reflectances[0][1], reflectances[1][1]
+    phases = [2 * np.pi / wavelength_nm * normal * thickness for _, normal, thickness in inside]
+    r_s, t_s = _assembly(
+        n_in * cos_in,
+        [(normal, phase) for (_, normal, _), phase in zip(inside, phases)],
+        np.asarray(behind, complex),
+    )
+    r_p, t_p = _assembly(
+        n_in / cos_in,
+        [
+            (_admittance_p(index, normal), phase)
+            for (index, normal, _), phase in zip(inside, phases)
+        ],
+        _admittance_p(n_out, behind),
+    )
+    return r_s, r_p, t_s, t_p
 
 
 def reflect_unpolarised(n_in, n_out, layers, cos_in, wavelength_nm):
@@ -64,23 +74,32 @@ def quarter_wave_nm(index, wavelength_nm: float, quarters: float = 1.0):
 
 
 def _normal_part(index, transverse):
-    """Return n cos(angle) inside a medium, on the branch that decays along +z."""
+    """Return n cos(angle) inside a medium, on the branch that decays along +z; never 0, which has
+    no admittance.
+    """
     part = np.sqrt(np.asarray(index, complex) ** 2 - transverse**2 + 0j)
-    return np.where(part.imag > 0, -part, part)
+    part = np.where(part.imag > 0, -part, part)
+    return np.where(part == 0, 1e-12, part)
 
 
-def _of_polarisation(n_in, n_out, cos_in, behind, inside, wavelength_nm, p):
-    def admittance(index, normal):
-        return np.asarray(index, complex) ** 2 / normal if p else normal
+def _admittance_p(index, normal):
+    """Return the admittance of light polarised in the plane of incidence; across it, the admittance
+    is `normal` itself.
+    """
+    return np.asarray(index, complex) ** 2 / normal
 
-    first = n_in / cos_in if p else n_in * cos_in
-    last = admittance(n_out, np.where(behind == 0, 1e-12, behind))
+
+def _assembly(first, layers, last):
+    """Return (R, T) of layers between two media, by their characteristic matrices.
+
+    Parameters
+    ----------
+    first, last : admittances of the media before and behind.
+    layers : [(admittance, phase thickness in radians), ...] in the order that light meets them.
+    """
     electric = np.ones_like(last)
     magnetic = last
-    for index, normal, thickness in reversed(inside):
-        normal = np.where(normal == 0, 1e-12, normal)
-        phase = 2 * np.pi / wavelength_nm * normal * thickness
-        own = admittance(index, normal)
+    for own, phase in reversed(layers):
         cosine = np.cos(phase)
         sine = 1j * np.sin(phase)
         electric, magnetic = (

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 SLACK = 1e-9  # of a tile: how far a rectangle may reach outside by rounding alone
 
 
-def resample_mean(
+def resample_mean(  # noqa: PLR0913 - plugins call it with these arguments
     values: npt.ArrayLike,
     x_in: npt.ArrayLike,
     y_in: npt.ArrayLike,
@@ -43,7 +43,7 @@ def resample_mean(
     )
 
 
-def integrate_tiles(
+def integrate_tiles(  # noqa: PLR0913 - plugins call it with these arguments
     values: npt.ArrayLike,
     x_in: npt.ArrayLike,
     y_in: npt.ArrayLike,
@@ -88,7 +88,7 @@ def _product(lengths: csr_array, values: np.ndarray) -> np.ndarray:
     return lengths @ values
 
 
-def detail_error(
+def detail_error(  # noqa: PLR0913 - plugins call it with these arguments
     deviation: npt.ArrayLike,
     x_in: npt.ArrayLike,
     y_in: npt.ArrayLike,

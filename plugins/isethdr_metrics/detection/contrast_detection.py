@@ -364,7 +364,7 @@ def _around(values, shares) -> np.ndarray:
     return np.partition(values, np.unique(places))[places]
 
 
-def pair_probability(
+def pair_probability(  # noqa: PLR0913 - means and variances of two pixels, each an array
     bright, bright_variance, dark, dark_variance, contrast, interval=0.5, step=None
 ):
     """Return the probability that the measured contrast is within `contrast` (1 +- `interval`).

@@ -173,7 +173,9 @@ class LampTables:
         return p, d, sent, cos_here, _density(per_area, r2, cos_lamp)
 
     @dr.syntax
-    def choose(self, g: int, rng, si, place, tries, start, active):
+    def choose(  # noqa: PLR0913 - variables of a compiled loop
+        self, g: int, rng, si, place, tries, start, active
+    ):
         """Return the target of a shadow ray.
 
         Candidate k lies on a lamp of part k of `tries` equal parts of the group. Where in its part

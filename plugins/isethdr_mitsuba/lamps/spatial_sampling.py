@@ -16,6 +16,8 @@ counts as well).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -187,7 +189,7 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
         [np.average(p.triangles.mean(1), axis=0, weights=areas(p.triangles)) for p in placed]
     )
     reach = [np.linalg.norm(p.triangles - c, axis=-1).max() for p, c in zip(placed, middle)]
-    table = (
+    table = _Bounds(
         mi.Point3f(*(mi.Float(np.float32(middle[:, k])) for k in range(3))),
         mi.Float(np.float32(reach)),
         mi.Float(np.float32([p.area_m2 for p in placed])),
@@ -211,15 +213,15 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
             mi.Point2f(rng.next_float32(), rng.next_float32())
         )
         onwards = mi.Ray3f(
-            first[0] + first[1] * CLEAR_M,
-            mi.Frame3f(first[1]).to_world(around),
+            first.point + first.normal * CLEAR_M,
+            mi.Frame3f(first.normal).to_world(around),
             0.0,
             mi.Spectrum(0),
         )
-        second = _met(scene, hits, surfaces, onwards, first[2])
-        lit = [_tried(scene, lamps, *table, *met) for met in (first, second)]
+        second = _met(scene, hits, surfaces, onwards, first.lit)
+        lit = [_tried(scene, lamps, table, met) for met in (first, second)]
         cells = [
-            across * down + np.array(cell_of(met[0] - camera.origin), int)
+            across * down + np.array(cell_of(met.point - camera.origin), int)
             for met in (first, second)
         ]
         place += [np.array(block, int), *cells]
@@ -227,32 +229,49 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
     return np.concatenate(place), np.concatenate(light)
 
 
-def _met(scene, hits, surfaces, ray, active=True):
+class _Bounds(NamedTuple):
+    """A sphere around each lamp, on the device."""
+
+    middle: mi.Point3f  # m
+    reach_m: mi.Float
+    area_m2: mi.Float  # of the lamp
+
+
+class _Met(NamedTuple):
+    """Surface points, on the device."""
+
+    point: mi.Point3f  # m
+    normal: mi.Normal3f
+    lit: mi.Bool  # whether there is such a point
+
+
+def _met(scene, hits, surfaces, ray, active=True) -> _Met:
     """Return the surface points that rays meet, with normals towards the origin of the ray, and
     where such a point exists.
     """
     si, shape = hits.meet(scene, ray, mi.Bool(active))
     lit = active & si.is_valid()
     lit &= surfaces.is_smooth(surfaces.material_at(shape, lit), lit)
-    hit = mi.Point3f(si.p), mi.Normal3f(si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi)))), lit
+    normal = mi.Normal3f(si.n * dr.sign(dr.dot(si.n, si.to_world(si.wi))))
+    hit = _Met(mi.Point3f(si.p), normal, lit)
     dr.eval(*hit)
     return hit
 
 
-def _tried(scene, lamps, middle, reach, area, p, n, lit):
+def _tried(scene, lamps, bounds: _Bounds, met: _Met) -> np.ndarray:
     """Return the light of all lamps (point, lamp)."""
     count = len(lamps.placed)
-    pair = dr.arange(mi.UInt32, dr.width(lit) * count)
+    pair = dr.arange(mi.UInt32, dr.width(met.lit) * count)
     point = pair // count
     lamp = pair % count
-    p, n, lit = (dr.gather(type(v), v, point) for v in (p, n, lit))
-    away = dr.gather(mi.Float, reach, lamp)
-    way = dr.gather(mi.Point3f, middle, lamp) - p
+    p, n, lit = (dr.gather(type(v), v, point) for v in met)
+    away = dr.gather(mi.Float, bounds.reach_m, lamp)
+    way = dr.gather(mi.Point3f, bounds.middle, lamp) - p
     far = dr.norm(way)
     way /= dr.maximum(far, CLEAR_M)
     light = (
         lamps.luminance(lamp, -way)
-        * dr.gather(mi.Float, area, lamp)
+        * dr.gather(mi.Float, bounds.area_m2, lamp)
         * dr.maximum(dr.dot(way, n), 0)
         / dr.square(dr.maximum(far, away))
     )

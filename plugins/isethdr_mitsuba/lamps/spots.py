@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -83,7 +84,7 @@ def _beam(number, lamp):
         facing = np.zeros(direction.shape[:2])
         for chunk in np.array_split(area, max(1, len(area) // 64)):
             facing += np.maximum(direction @ chunk.T, 0).sum(-1)
-        yield from _spot(number, centre, corners, frame, cutoff, *_scaled(pattern * facing))
+        yield from _spot(number, centre, corners, _Cone(frame, cutoff, *_scaled(pattern * facing)))
 
 
 def _with_table(number, lamp):
@@ -96,7 +97,7 @@ def _with_table(number, lamp):
     shown = np.array([np.maximum(area @ axis, 0).sum() for area, _, _ in pieces])
     for (_, centre, corners), share in zip(pieces, shown / shown.sum()):
         candela = float(share * lamp.lamp.intensity_cd * peak)
-        yield from _spot(number, centre, corners, frame, cone, candela, picture)
+        yield from _spot(number, centre, corners, _Cone(frame, cone, candela, picture))
 
 
 @cache
@@ -142,24 +143,32 @@ def _floor(number, lamp):
             number,
             centre,
             corners,
-            _frame(_unit(total)),
-            WIDEST_DEG,
-            level * np.linalg.norm(total),
-            _cosine(),
+            _Cone(_frame(_unit(total)), WIDEST_DEG, level * np.linalg.norm(total), _cosine()),
         )
 
 
-def _spot(number, centre, corners, frame, cutoff, peak_cd, picture):
-    if peak_cd > 0:
+class _Cone(NamedTuple):
+    """The light of a spot."""
+
+    frame: np.ndarray  # (3, 3): columns are left, up and axis
+    cutoff_deg: float
+    peak_cd: float
+    picture: np.ndarray  # relative intensity over the cone
+
+
+def _spot(number, centre, corners, cone: _Cone):
+    """Yield the spot of a piece of a lamp in front of all its corners, none where it is dark."""
+    if cone.peak_cd > 0:
+        frame = cone.frame
         ahead = ((corners - centre) @ frame[:, 2]).max() + CLEAR_M
         radius = np.linalg.norm(corners - centre, axis=-1).max()
         yield Spot(
             number,
             centre + ahead * frame[:, 2],
             frame,
-            cutoff,
-            float(peak_cd),
-            picture,
+            cone.cutoff_deg,
+            float(cone.peak_cd),
+            cone.picture,
             float(radius),
         )
 

@@ -140,19 +140,23 @@ class Paths:
                 (work.owner, work.lane, work.lanes, work.paths, work.shares, work.groups),
             ),
         )
-        return _trace(
-            self.world.scene,
-            self._hits,
-            self._camera,
-            self.lamps,
-            self.surfaces,
-            spectra,
-            number(seed & 0xFFFFFFFF),
-            items,
-            len(work.tiles),
-            self._weights,
-            self.max_depth,
+        tables = _Tables(
+            self.world.scene, self._hits, self._camera, self.lamps, self.surfaces, spectra
         )
+        key = number(seed & 0xFFFFFFFF)
+        return _trace(tables, key, items, len(work.tiles), self._weights, self.max_depth)
+
+
+class _Tables:
+    """A scene on the device. No tuple and no dataclass, which loops of Dr.Jit would take apart."""
+
+    def __init__(self, scene, hits, camera, lamps, surfaces, spectra):
+        self.scene: mi.Scene = scene
+        self.hits: HitTables = hits
+        self.camera: Camera = camera
+        self.lamps: LampTables = lamps
+        self.surfaces: SurfaceTables = surfaces
+        self.spectra: _Spectra = spectra
 
 
 class _Items(NamedTuple):
@@ -193,25 +197,54 @@ class _Spectra:
         ]
 
 
-def _light_of(scene, surfaces, spectra, place, si, material, colour, beta, aimed):
+class _Vertex(NamedTuple):
+    """A point of a path on a surface."""
+
+    si: mi.SurfaceInteraction3f
+    material: mi.UInt32
+    place: mi.UInt32  # wavelength sample in each band
+    colour: list  # packets: reflectance
+    beta: list  # packets: weight of the path up to here
+
+
+def _light_of(tables: _Tables, vertex: _Vertex, aimed):
     """Return what a shadow ray brings from where it is `aimed` at (`LampTables.choose`), a list of
     packets; weighted against meeting the lamp by chance (balance heuristic: Veach and Guibas
     1995).
     """
     source, target, towards, level, density = aimed
+    si = vertex.si
+    spectra = tables.spectra
     open_way = level > 0
-    open_way &= ~scene.ray_test(si.spawn_ray_to(target), open_way)
-    value, rival = surfaces.towards(material, si, si.to_local(towards), open_way)
+    open_way &= ~tables.scene.ray_test(si.spawn_ray_to(target), open_way)
+    local = si.to_local(towards)
+    value, rival = tables.surfaces.towards(vertex.material, si, local, open_way)
     level = level * dr.select(open_way, density / (density + rival), 0)
-    light = spectra.at(place, spectra.lights + source, open_way)
+    light = spectra.at(vertex.place, spectra.lights + source, open_way)
     return [
         dr.select(open_way, b * dr.lerp(value[0], value[1], c) * one * level, 0)
-        for b, c, one in zip(beta, colour, light)
+        for b, c, one in zip(vertex.beta, vertex.colour, light)
     ]
 
 
 @dr.syntax
-def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, weights, max_depth):
+def _trace(tables, seed, items, entries, weights, max_depth):
+    """Return the light of all work items (`_Items`).
+
+    Parameters
+    ----------
+    tables : the scene.
+    seed : of the random numbers, on the device.
+    items, entries : work items, and the number of tiles that they belong to.
+    weights : of X, Y and Z, in packets.
+    max_depth : largest number of segments of a path.
+    """
+    scene = tables.scene
+    hits = tables.hits
+    camera = tables.camera
+    lamps = tables.lamps
+    surfaces = tables.surfaces
+    spectra = tables.spectra
     row, column, tile, owner, lane, lanes, left, most_shares, groups_wanted = items
     on = [(groups_wanted & (1 << g)) != 0 for g in range(len(lamps.groups))]
     # place from which lamps are chosen, and the number of candidates
@@ -334,9 +367,7 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
                 # from the first surface, lanes take turns among the lamps too
                 start = dr.select(depth == 0, turn_of_lamps, group_rng[g].next_uint32())
                 aimed = lamps.choose(g, group_rng[g], si, origin, tries, start, smooth)
-                has_lamp = _light_of(
-                    scene, surfaces, spectra, place, si, material, colour, beta, aimed
-                )
+                has_lamp = _light_of(tables, _Vertex(si, material, place, colour, beta), aimed)
                 for k in range(packets):
                     total[g][k] += has_lamp[k]
         turn_of_lamps += dr.select(depth == 0, lanes * TURN, 0)
@@ -347,9 +378,7 @@ def _trace(scene, hits, camera, lamps, surfaces, spectra, seed, items, entries, 
             count = dr.select(near, lamps.near_count(g, block, near), 0)
             while turn < count:
                 aimed = lamps.near_point(g, turn, group_rng[g], si, block, near)
-                has_lamp = _light_of(
-                    scene, surfaces, spectra, place, si, material, colour, beta, aimed
-                )
+                has_lamp = _light_of(tables, _Vertex(si, material, place, colour, beta), aimed)
                 for k in range(packets):
                     total[g][k] += has_lamp[k]
                 turn += 1

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,9 +71,21 @@ def next_rung(paths: int) -> int:
     return paths - (paths - octave) % step + step
 
 
-def estimate(
-    one_pass, settings, groups, wavelength_nm, shape, whole=None, known=None, judged=None
-) -> Estimate:
+@dataclass(frozen=True)
+class Frame:
+    """What passes compute."""
+
+    groups: Sequence[str]  # light groups
+    wavelength_nm: np.ndarray  # band centres
+    shape: tuple[int, int]  # (rows, columns) of tiles
+    # of the complete frame, from which the size of a pass follows, where `shape` is a part of it
+    whole: tuple[int, int] | None = None
+    # (rows, columns): the tiles whose noise counts; None: all. Tiles beyond the camera's field are
+    # left out: the number of paths must not depend on whether they are rendered.
+    judged: tuple[slice, slice] | None = None
+
+
+def estimate(one_pass, settings, frame: Frame, known=None) -> Estimate:
     """Return the mean over passes of different seeds.
 
     Parameters
@@ -80,17 +93,15 @@ def estimate(
     one_pass : function(seed, samples, wanted group indices) -> iterable of (group index, band
         index, (rows * columns) radiance). Values of the same group and band are added.
     settings : MitsubaRenderer: samples, error_allowed, most_samples and seed.
-    groups, wavelength_nm, shape : light groups, bands and tiles of the passes.
-    whole : shape of the complete frame, from which the size of a pass follows, where `shape` is a
-        part of it.
+    frame : light groups, bands and tiles of the passes.
     known : {group: Known}, results of earlier renderings. Only the missing paths are followed; no
         path is repeated.
-    judged : (rows, columns) slices: the tiles whose noise counts; None: all. Leave out tiles beyond
-        the camera's field: the number of paths must not depend on whether they are rendered.
     """
+    groups = frame.groups
     known = [(known or {}).get(g, Known()) for g in groups]
-    sums = _Sums(known, wavelength_nm, shape, settings.seed, judged or (slice(None),) * 2)
-    tiles = math.prod(whole or shape)
+    judged = frame.judged or (slice(None),) * 2
+    sums = _Sums(known, frame.wavelength_nm, frame.shape, settings.seed, judged)
+    tiles = math.prod(frame.whole or frame.shape)
     for same_paths in sums.alike(range(len(groups))):
         stored = known[same_paths[0]].paths
         lacking = max(settings.samples - stored, 0)
@@ -102,7 +113,7 @@ def estimate(
     if settings.error_allowed is not None:
         _refine(one_pass, settings, sums, tiles)
     return Estimate(
-        sums.mean().reshape(len(groups), -1, *shape),
+        sums.mean().reshape(len(groups), -1, *frame.shape),
         sums.noise(),
         sums.xyz_noise(),
         sums.half_difference(),

@@ -11,8 +11,10 @@ scaled for every wavelength of a band.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, lru_cache, partial
+from typing import NamedTuple
 
 import numpy as np
 import scipy.fft as sf
@@ -82,7 +84,8 @@ def field_point_kernels(lens, flares, wavelength_nm, pitch_um, half) -> kernels.
 
 def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
     """Return the kernel of one wavelength, (y, x)."""
-    pattern = _points(lens, *_light(lens, flares), wavelength_nm, wavelength_nm, pitch_um, half)
+    light = _light(lens, flares)
+    pattern = _points(lens, light, (wavelength_nm, wavelength_nm), pitch_um, half)
     return scatter.mix(
         _tiles(pattern, 1.0, pitch_um, half), flares, wavelength_nm, pitch_um, lens.focal_length_mm
     )
@@ -115,10 +118,10 @@ def errors(lenses, flares, wavelength_nm, half) -> list[ErrorTerm]:
 
 def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:
     """Return the kernels of bands by lines between knots."""
-    energy, stop = _light(lens, flares)
+    light = _light(lens, flares)
     scaled_nm = partial(sampled_pupil.scaled_nm, lens)
     pattern = lru_cache(maxsize=2)(
-        lambda w, step: _points(lens, energy, stop, w, w - step, pitch_um, half)
+        lambda w, step: _points(lens, light, (w, w - step), pitch_um, half)
     )
     bands = []
     for centre, band in zip(wave, read):
@@ -141,7 +144,7 @@ def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:
         bands,
         outside,
         nothing,
-        np.array([energy(w) for w in wave]) / sampled_pupil.stop_mm2(lens),
+        np.array([light.energy_mm2(w) for w in wave]) / sampled_pupil.stop_mm2(lens),
         0.0,
         nothing,
         np.full(len(wave), float(max(bands[0].shape))),
@@ -149,16 +152,22 @@ def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:
     )
 
 
-def _light(lens, flares):
-    """Return functions: energy of the pupil (wavelength), mm2, and its amplitude (cells,
-    wavelength); asked once where all wavelengths share it.
-    """
+class _Light(NamedTuple):
+    """What a pupil lets through."""
+
+    energy_mm2: Callable[[float], float]  # of a wavelength, nm
+    amplitude: Callable[[int, float], np.ndarray]  # (y, x) of cells across, and a wavelength, nm
+
+
+def _light(lens, flares) -> _Light:
+    """Return the light through a pupil; computed once where all wavelengths share it."""
     flare_shapes = sampled_pupil.all_shapes(flares)
     fixed = flare_shapes and not sampled_pupil.delays_um(lens, flares)
     energy = cache(partial(sampled_pupil.open_energy_mm2, lens, flares))
     stop = cache(partial(_stop, lens, flares))
-    return lambda w: energy(FIRST_NM if flare_shapes else w), lambda cells, w: stop(
-        cells, FIRST_NM if fixed else w
+    return _Light(
+        lambda w: energy(FIRST_NM if flare_shapes else w),
+        lambda cells, w: stop(cells, FIRST_NM if fixed else w),
     )
 
 
@@ -229,15 +238,18 @@ def _ends(wave, change):
     return wave, (((wave, 0.0), 1.0),)
 
 
-def _points(lens, energy, stop, wave, shortest, pitch_um, half):
+def _points(lens, light: _Light, waves_nm, pitch_um, half):
     """Return (fraction of the energy per point, (y, x), the axis in the middle; their distance, um)
     at a wavelength.
 
     Parameters
     ----------
-    shortest : wavelength that is read from it at least: the pattern reaches as far as that asks.
+    waves_nm : the wavelength, and the shortest that is read from its pattern, which reaches as far
+        as that asks.
+    pitch_um, half : (y, x) of a tile, and tiles from the axis to the border.
     """
-    total = energy(wave)  # refuses a stop without light
+    wave, shortest = waves_nm
+    total = light.energy_mm2(wave)  # refuses a stop without light
     blur = sampled_pupil.blur_um(lens, wave)
     radius = sampled_pupil.radius_mm(lens)
     extent = max((h + 1) * p for h, p in zip(half, pitch_um))
@@ -249,7 +261,7 @@ def _points(lens, energy, stop, wave, shortest, pitch_um, half):
             MOST,
         )
     )
-    stop = stop(cells, wave)
+    stop = light.amplitude(cells, wave)
     axis = sampled_pupil.axis_mm(lens, 2 * radius / cells)
     rows, columns = (
         slice(open_rows[0], open_rows[-1] + 1)

@@ -8,7 +8,9 @@ rounding, within the bound that every convolution states.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import array_api_compat
 import numpy as np
@@ -51,17 +53,21 @@ def device_transfer():
     return to_device
 
 
-def convolve_on_device(to_device, out, image, kernel, error_allowed, factor, gain):
-    """Convolve on another device and write the result into the NumPy array `out`.
+def convolution_on(to_device: Callable) -> Callable:
+    """Return a function like `convolve_into` that computes on another device.
 
     Parameters
     ----------
     to_device : function that copies a NumPy array to the device.
-    out, image, kernel, error_allowed, factor, gain : as of `convolve_into`.
+    """
+    return partial(_convolve_on, to_device)
 
-    Returns
-    -------
-    The bound of `convolve_into`.
+
+def _convolve_on(  # noqa: PLR0913 - the parameters of `convolve_into`, and the device
+    to_device, out, image, kernel, error_allowed, factor, gain
+):
+    """Convolve on another device and write the result into the NumPy array `out`; return the bound
+    of `convolve_into`.
     """
     # the kernel is immutable: it is copied to the device once
     on_device = kernel.__dict__.get("_on_device")

@@ -79,7 +79,11 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
         return made_kernels
 
     kernels_of_axis = wing_truncation.truncated_kernels(
-        make, axis_lens, flares, mixed, sensor, pitch_um, spatial_response
+        make,
+        axis_lens,
+        flares,
+        wing_truncation.FieldOnSensor(mixed, sensor, pitch_um),
+        spatial_response,
     ) or make(tuple(mixed.sizes[d] - 1 for d in ("y", "x")))
     field = None
     notes = []

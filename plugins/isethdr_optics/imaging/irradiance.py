@@ -54,7 +54,7 @@ def irradiance(values, optics: FieldOptics, error_allowed: float = 0.0) -> Irrad
             return None
         arguments = out[b], values[b], kernel, error_allowed, relative, gain
         if to_device:
-            return array_backend.convolve_on_device(to_device, *arguments)
+            return array_backend.convolution_on(to_device)(*arguments)
         return convolve_into(*arguments, apply=apply)
 
     # two bands at a time keep memory low and all threads busy

@@ -92,7 +92,8 @@ def fit(cube, optics, weights, response, apply=map) -> Fit | None:
     centre = np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in kernels.bands], float)
     # all of a tile's light, and what stays in the tile: both exact
     exact_functionals = np.concatenate([weights, weights * centre])
-    samples = _ErrorSamples(cube, factor, bright, others, spectra, weights, kernels, response)
+    light = _Light(cube, factor, bright, others, spectra)
+    samples = _ErrorSamples(light, weights, kernels, response)
     allowed = TOLERATED * response.noise_fraction_allowed
 
     def fewest(exact_functionals, points, noise_share_of):
@@ -152,13 +153,29 @@ def _spectra(cube, factor, tiles):
     return np.stack([band.ravel()[tiles] for band in cube], axis=1) * factor[tiles, None]
 
 
+@dataclass(frozen=True, eq=False)
+class _Light:
+    """The light of a scene, and its bright tiles."""
+
+    cube: np.ndarray  # (band, y, x) radiance
+    factor: np.ndarray  # per tile, by which the cube is multiplied
+    bright: np.ndarray  # flat indices of the bright tiles, the brightest first
+    others: np.ndarray  # flat indices of other tiles on a regular grid
+    spectra: np.ndarray  # (tile, band) of the bright tiles
+
+
 class _ErrorSamples:
     """Errors of a fit at sampled tiles, in standard deviations of the sensor's noise.
 
     Light reaches the samples from adjacent tiles and from distant bright tiles.
     """
 
-    def __init__(self, cube, factor, bright, others, spectra, weights, kernels, response):
+    def __init__(self, light: _Light, weights, kernels, response):
+        cube = light.cube
+        factor = light.factor
+        bright = light.bright
+        others = light.others
+        spectra = light.spectra
         shape = cube.shape[1:]
         self.weights = weights
         self.response = response

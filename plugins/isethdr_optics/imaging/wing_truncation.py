@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +24,11 @@ from ..psf import kernel_spectra, kernels
 from ..psf.error_parts import term
 from ..pupil import sampled_pupil
 from .photoelectron_map import electrons
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from .sensor_plane import SensorPlane
 
 SHARE = 0.5  # of the error allowed of light
 WORTH = 0.5  # of the frame's reach: larger kernels take about as long as those of the whole frame
@@ -82,8 +88,17 @@ def truncation_noise_share(kernels_of_field: kernels.Kernels | None) -> float:
     return kernels_of_field.noise_share if isinstance(kernels_of_field, TruncatedKernels) else 0.0
 
 
+@dataclass(frozen=True)
+class FieldOnSensor:
+    """The light of a field and the sensor plane that it falls on."""
+
+    mixed: xr.DataArray  # mixed radiance (wavelength, y, x)
+    sensor: SensorPlane
+    pitch_um: tuple[float, float]  # (y, x) of a tile
+
+
 def truncated_kernels(
-    make_kernels, lens, flares, mixed, sensor, pitch_um, response
+    make_kernels, lens, flares, field: FieldOnSensor, response
 ) -> TruncatedKernels | None:
     """Return kernels that end where a sensor sees no difference; None if none end early.
 
@@ -91,10 +106,12 @@ def truncated_kernels(
     ----------
     make_kernels : function((y, x) reach in tiles) -> `kernels.Kernels` of the bands of `mixed`.
     lens : without geometry. `flares` : its flare components.
-    mixed : mixed radiance (wavelength, y, x).
-    sensor : `sensor_plane.SensorPlane` of the field. `pitch_um` : (y, x) of a tile.
+    field : its light and its sensor plane.
     response : `isethdr_core.demand.Response` of the sensors; None: kernels are not truncated.
     """
+    mixed = field.mixed
+    sensor = field.sensor
+    pitch_um = field.pitch_um
     if response is None or not lens.blurs or sensor.areas is not None or sensor.scales is not None:
         return None
     wave = mixed.wavelength.values.astype(float)

@@ -50,13 +50,12 @@ def amplitude(
     ConfigError : where too few rays of that direction reach the sensor.
     """
     (_, _, within), pupil, *_ = pupil_rays(lens, tangent, wavelength_nm)
-    position, direction = entering(lens, lens.indices(wavelength_nm), tangent)
+    start = entering(lens, lens.indices(wavelength_nm), tangent)
     passed = follow(
         lens.surfaces,
         lens.indices(wavelength_nm),
         sequential(len(lens.surfaces)),
-        position,
-        direction,
+        start,
         _power(lens, wavelength_nm),
     )
     places = [s[within] for s in pupil]
@@ -64,8 +63,8 @@ def amplitude(
         [j for j in range((HIGHEST + 1) * (HIGHEST + 2) // 2) if (order(j)[1] >= 0) == kind]
         for kind in (True, False)
     )
-    enters_x = _fit(even, places, position[0][within])
-    enters_y = _fit(odd, places, position[1][within])
+    enters_x = _fit(even, places, start.position_mm[0][within])
+    enters_y = _fit(odd, places, start.position_mm[1][within])
     transmits = _fit(even, places, passed.weight[within])
     # of equal areas
     radius, turn = np.meshgrid(

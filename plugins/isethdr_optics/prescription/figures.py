@@ -15,7 +15,7 @@ import numpy as np
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics import paraxial
-from isethdr_core.physics.optics.ray_trace import collimated, follow, sequential
+from isethdr_core.physics.optics.ray_trace import Start, collimated, follow, sequential
 
 AIM_MM = 1e-12  # of the stop's radius: how well chief rays are aimed
 GRID = 160  # rays across the front, for areas
@@ -44,8 +44,8 @@ def _aimed(lens, tangent, wavelength_nm, relative_height):
     scale = lens.surfaces[lens.stop].semi_diameter_mm
 
     def miss(x):
-        p, d = collimated(x, 0 * x, front, tangent, 0 * tangent)
-        return follow(lens.surfaces, indices, to_stop, p, d).position_mm[0] - stop_height_mm
+        start = collimated(x, 0 * x, front, tangent, 0 * tangent)
+        return follow(lens.surfaces, indices, to_stop, start).position_mm[0] - stop_height_mm
 
     upright = np.sign(paraxial.matrices(optics, indices, to_stop, front)[-1][0, 0])
     x0 = (front - pupil_z) * tangent + upright * relative_height * pupil_radius
@@ -64,8 +64,8 @@ def _aimed(lens, tangent, wavelength_nm, relative_height):
         m0 = m1
         x1 = x1 - np.clip(np.nan_to_num(step), -scale, scale)
         m1 = miss(x1)
-    p, d = collimated(x1, 0 * x1, front, tangent, 0 * tangent)
-    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d)
+    start = collimated(x1, 0 * x1, front, tangent, 0 * tangent)
+    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start)
     missed = ~(np.abs(m1) < 1e3 * AIM_MM * scale) | ~np.isfinite(rays.position_mm[0])
     if missed.any():
         angle = np.degrees(np.arctan(np.abs(tangent[missed]).min()))
@@ -117,8 +117,8 @@ def spot_radius_mm(
     pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
     across = np.linspace(-1.5, 1.5, grid) * pupil_radius
     x, y = np.meshgrid(across, across)
-    p, d = collimated(x + (front - pupil_z) * tangent, y, front, tangent, 0.0)
-    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d)
+    start = collimated(x + (front - pupil_z) * tangent, y, front, tangent, 0.0)
+    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start)
     spot = rays.position_mm[:2, rays.margin > 0]
     return float(np.sqrt(np.sum(np.var(spot, axis=1)))) if spot.size else 0.0
 
@@ -142,9 +142,9 @@ def pupil_area_mm2(
     x, y = np.meshgrid(cells * half, cells * half)
     out = []
     for t in tangent:
-        p, d = collimated(x + (front - pupil_z) * t, y, front, t, 0.0)
+        start = collimated(x + (front - pupil_z) * t, y, front, t, 0.0)
         inside = _inside(
-            follow(lens.surfaces, indices, sequential(len(lens.surfaces)), p, d).margin
+            follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start).margin
         )
         out.append(float(np.sum(inside)) * (2 * half / grid) ** 2)
     return np.array(out)
@@ -182,10 +182,9 @@ def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> f
     x, y = np.meshgrid(cells - height_mm * z / pupil_z, cells)
     directions = np.stack([x, y, np.full(x.shape, z)])
     distance = np.sqrt(np.sum(directions**2, axis=0))
-    start = np.stack([np.full(x.shape, height_mm), 0.0 * x, 0.0 * x])
-    inside = _inside(
-        follow(optics, indices, sequential(len(optics)), start, directions / distance).margin
-    )
+    position = np.stack([np.full(x.shape, height_mm), 0.0 * x, 0.0 * x])
+    start = Start(position, directions / distance)
+    inside = _inside(follow(optics, indices, sequential(len(optics)), start).margin)
     return float(np.sum(inside * (z / distance) ** 2 / distance**2)) * (2 * half / grid) ** 2
 
 

@@ -45,7 +45,7 @@ def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0) -> F
     """
     indices = lens.indices(wavelength_nm)
     start = entering(lens, indices, tangent)
-    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), *start, keep_hits=True)
+    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start, keep_hits=True)
     stop = np.stack(rays.hits_mm[lens.stop]) / lens.surfaces[lens.stop].semi_diameter_mm
     within = np.isfinite(rays.position_mm[0]) & (np.hypot(*stop) <= reach)
     if within.sum() < FEWEST:

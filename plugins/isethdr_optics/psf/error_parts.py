@@ -18,7 +18,7 @@ AXIS_KERNEL = "kernel of the axis"
 KERNELS = (SPECKLE, FAR_PERIOD, AXIS_KERNEL)
 
 
-def term(
+def term(  # noqa: PLR0913 - the fields of an `ErrorTerm`, by their names
     value: float,
     unit: str,
     how: How,

@@ -15,7 +15,7 @@ from dataclasses import dataclass, is_dataclass, replace
 from functools import cached_property
 from threading import Lock
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -201,7 +201,7 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
         stored = (
             make(lens, flares, wavelength_nm, pitch_um, reach)
             if make
-            else _computed(lens, flares, wavelength_nm, pitch_um, reach, name)
+            else _kernels_of(_Asked(lens, flares, wavelength_nm, pitch_um, reach), name)
         )
         if name and (make or perf_counter() - start > WORTH_KEEPING_S):
             facts = [
@@ -534,8 +534,35 @@ def _scatter(halves, lens, flares, frame) -> None:
         half[...] = mixed[len(full) // 2 :]
 
 
-def _computed(lens, flares, wavelength_nm, pitch_um, reach, name=None, width_nm=None) -> Kernels:
-    width_nm = band_widths_nm(wavelength_nm) if width_nm is None else width_nm
+@dataclass(frozen=True)
+class _Asked:
+    """Kernels that are asked for."""
+
+    lens: Any
+    flares: Any
+    wavelength_nm: np.ndarray  # centres of the bands
+    pitch_um: tuple[float, float]  # (y, x) of a tile
+    reach: tuple[int, int]  # (y, x) tiles from the axis to the border
+    width_nm: np.ndarray | None = None  # of the bands; None: they lie side by side
+
+
+def _computed(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None) -> Kernels:
+    """Return kernels, neither read from the store nor written into it; arguments as the fields of
+    `_Asked`.
+    """
+    return _kernels_of(_Asked(lens, flares, wavelength_nm, pitch_um, reach, width_nm))
+
+
+def _kernels_of(asked: _Asked, name: str | None = None) -> Kernels:
+    """Return kernels. Bands that take long are read from the store, and written into it, by the
+    `name` of the kernels; None: neither.
+    """
+    lens = asked.lens
+    flares = asked.flares
+    wavelength_nm = asked.wavelength_nm
+    pitch_um = asked.pitch_um
+    reach = asked.reach
+    width_nm = band_widths_nm(wavelength_nm) if asked.width_nm is None else asked.width_nm
     frame = _frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm)
     if frame is not None:
         return _scaled(lens, flares, frame)

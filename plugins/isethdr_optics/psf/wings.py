@@ -118,9 +118,8 @@ def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
         pupil = lattices.fold_shapes(
             sampled_pupil.terms(lens, flares), sampled_pupil.reach_mm(lens), cells, period, offset
         )
-        values = lattices.lattice_psf(
-            pupil, wave, distance, far, (step, step), energy, offset, lattices.spline_response
-        )
+        samples = lattices.ImageSamples(wave, distance, (step, step), offset)
+        values = lattices.lattice_psf(pupil, samples, far, energy, lattices.spline_response)
         out.append(Lattice(values, (step, step), wave, offset))
     return out
 
@@ -140,15 +139,9 @@ def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     out = []
     scaled_nm = sampled_pupil.scaled_nm(lens, wave)
     for offset in offsets:  # the first is let go of before the second is transformed
+        samples = lattices.ImageSamples(scaled_nm, plan.distance, (step, step), offset)
         values = lattices.lattice_psf(
-            folded.pop(0),
-            scaled_nm,
-            plan.distance,
-            far,
-            (step, step),
-            energy,
-            offset,
-            lattices.binomial_response,
+            folded.pop(0), samples, far, energy, lattices.binomial_response
         )
         out.append(Lattice(values, (step, step), scaled_nm, offset))
     return out

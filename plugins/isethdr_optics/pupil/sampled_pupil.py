@@ -150,23 +150,23 @@ def _delays(dirt):
     return {d[2] for d in dirt if len(d) > 2 and d[2]}
 
 
-def amplitude(
-    lens, flares, x_mm, y_mm, wavelength_nm: float, points: int = 3, strips: int = 2
-) -> np.ndarray:
+def amplitude(lens, flares, x_mm, y_mm, wavelength_nm: float, points: int = 3) -> np.ndarray:
     """Return the mean amplitude transmission (y, x) of each cell, real or complex, without the
     wavefront.
 
     Parameters
     ----------
-    points : samples per cell and axis of a third-party pupil; `strips` of a cell that shapes are
-        drawn in, see `pupil.raster`.
+    lens, flares : the lens and its flare components.
+    x_mm, y_mm : evenly spaced centres of the cells.
+    wavelength_nm : of the light.
+    points : samples per cell and axis of a third-party pupil.
     """
     low = y_mm[0] - (y_mm[1] - y_mm[0])
     high = y_mm[-1] + (y_mm[1] - y_mm[0])
     terms_near = [
         t for t in terms(lens, flares, wavelength_nm) if t[0].low < high and t[0].high > low
     ]
-    out = shapes.raster(terms_near, x_mm, y_mm, strips)
+    out = shapes.raster(terms_near, x_mm, y_mm)
     for flare in flares:
         if isinstance(flare, TransmitsPupil) and not isinstance(flare, DrawsPupil):
             out = out * _sampled(flare, lens.pupil_matrix, x_mm, y_mm, wavelength_nm, points)

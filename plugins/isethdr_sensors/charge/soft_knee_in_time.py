@@ -7,10 +7,12 @@ at the end.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.physics.detector.charge_dynamics import flow_varying
+from isethdr_core.physics.detector.charge_dynamics import Well, flow_varying
 from isethdr_core.physics.detector.charge_dynamics_noise import EMPTY, flow_moments
 from isethdr_core.physics.detector.exposure_pieces import count, pieces, relative_in_pieces
 from isethdr_core.physics.detector.noise import poisson
@@ -47,8 +49,17 @@ def worst_spill(charge_e: float, exposure_s: float, soft) -> float:
     return min(1.0, exposure_s * float(soft.overflow_e_per_s(charge_e)) / charge_e)
 
 
+@dataclass(frozen=True)
+class Exposure:
+    """One exposure of a photodiode with a soft knee."""
+
+    exposure_s: float
+    well: Well  # of the photodiode
+    untouched_e: float  # arrived electrons up to which nothing spills
+
+
 def stays(
-    total_e, components, start_s, exposure_s: float, soft, limit_e: float, generator, first_row: int
+    total_e, components, start_s, exposure: Exposure, generator, first_row: int
 ) -> np.ndarray:
     """Return the charge that stays in the photodiode, (y, x) of a block of rows; the rest of
     `total_e` has spilled.
@@ -59,9 +70,7 @@ def stays(
     components : [(Modulation, (y, x) mean electrons of the exposure at the mean light over time),
         ...], with dark charge among the constant ones.
     start_s : (y, 1) start of each row's exposure.
-    exposure_s : exposure time.
-    soft : `charge_dynamics.Well` of the photodiode.
-    limit_e : arrived electrons up to which nothing spills.
+    exposure : its time, and the photodiode.
     generator, first_row : key of the noise, and first row of the block; None for the mean.
 
     Notes
@@ -70,8 +79,10 @@ def stays(
     which each electron arrived, and the choice of the electrons that spill. Their variance is that
     of `flow_moments` less the part that the count explains.
     """
+    exposure_s = exposure.exposure_s
+    soft = exposure.well
     charge = np.array(total_e, float)
-    y, x = np.nonzero(charge > limit_e)
+    y, x = np.nonzero(charge > exposure.untouched_e)
     if not len(y):
         return charge
     arrived = charge[y, x]

@@ -4,12 +4,13 @@ charge kept apart.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import inf
 
 import numpy as np
 
 from isethdr_core import ledger
-from isethdr_core.physics.detector.charge_dynamics import flow, linear_limit_e
+from isethdr_core.physics.detector.charge_dynamics import Well, flow, linear_limit_e
 from isethdr_core.physics.detector.charge_dynamics_noise import draw_charge
 from isethdr_core.physics.detector.noise import LARGEST_MEAN_E, rows_per_block
 from isethdr_core.physics.detector.random_words import words
@@ -17,6 +18,7 @@ from isethdr_core.physics.detector.temporal_modulation import Modulation, consta
 
 from ..noise import shot_noise
 from ..readout import captures, converter, shot
+from ..sensor_model import SensorModel
 from ..timing import exposure_timing
 from . import full_well, soft_knee_in_time
 
@@ -26,16 +28,24 @@ LINEAR_WITHIN = 1e-4
 NOTHING_E = 1e-6
 
 
-def take_shot(model, soft, collects, light, generator):
+@dataclass(frozen=True)
+class SoftKneePixel:
+    """A pixel whose photodiode spills before it is full."""
+
+    # of one photodiode; its full well is the capacity of photodiode and overflow capacitor together
+    model: SensorModel
+    well: Well  # of the photodiode
+    # per reading, whether it reads the spilled charge as well (an overflow capacitor) or the
+    # photodiode alone
+    collects: tuple[bool, ...]
+
+
+def take_shot(pixel: SoftKneePixel, light, generator):
     """Return the captures of one shot.
 
     Parameters
     ----------
-    model : `SensorModel` of one photodiode; its full well is the capacity of photodiode and
-        overflow capacitor together.
-    soft : `charge_dynamics.Well` of the photodiode.
-    collects : per reading, whether it reads the spilled charge as well (an overflow capacitor) or
-        the photodiode alone.
+    pixel : of the sensor.
     light, generator : as in `shot.take_shot`.
 
     Notes
@@ -43,6 +53,7 @@ def take_shot(model, soft, collects, light, generator):
     Readings of the photodiode alone are `saturated` where they stop being linear: `top_dn` says
     where.
     """
+    model = pixel.model
     shot.check_generator(model, generator)
     grid, filters, qe, parts = shot.component_electrons(model, light)
     shot.state_errors(model, light)
@@ -58,44 +69,46 @@ def take_shot(model, soft, collects, light, generator):
     else:
         in_time = [(m, mean) for m, [mean] in parts]
         soft_knee_in_time.check(in_time, model.exposure_s)
-        _state_in_time(model, soft, collects)
+        _state_in_time(pixel)
     ledger.left_out(
-        f"dynamics of pixels up to {linear_limit_e(NOTHING_E, model.exposure_s, soft):.4g} e",
+        f"dynamics of pixels up to {linear_limit_e(NOTHING_E, model.exposure_s, pixel.well):.4g} e",
         "nothing spills in them",
         NOTHING_E,
         "e",
         needless=True,
     )
-    raw, saturated = readings(model, soft, collects, light_e, generator, in_time=in_time)
+    raw, saturated = readings(pixel, light_e, generator, in_time=in_time)
     shot_captures = captures.captures(
         model, light, grid, captures.Mosaic(raw, saturated, filters, qe)
     )
-    shot_captures["top_dn"].values[:] = tops(model, soft, collects)
+    shot_captures["top_dn"].values[:] = tops(pixel)
     return shot_captures
 
 
-def tops(model, soft, collects) -> list[float]:
+def tops(pixel: SoftKneePixel) -> list[float]:
     """Return the largest code of every reading that still measures light linearly."""
-    spilled_e = LINEAR_WITHIN * soft.knee_e
+    model = pixel.model
+    spilled_e = LINEAR_WITHIN * pixel.well.knee_e
     return [
         converter.top_dn(reading, model.diode_of(reading))
         if all_charge
-        else linear_top_dn(reading, model.exposure_s, soft, spilled_e)
-        for reading, all_charge in zip(model.readings, collects, strict=True)
+        else linear_top_dn(reading, model.exposure_s, pixel.well, spilled_e)
+        for reading, all_charge in zip(model.readings, pixel.collects, strict=True)
     ]
 
 
-def _state_in_time(model, soft, collects) -> None:
+def _state_in_time(pixel: SoftKneePixel) -> None:
     """State the effect of varying light on readings that should be linear, and on the table that
     reads a nonlinear pixel back.
     """
+    model = pixel.model
     alone_e = [
         (top - r.black_dn) / r.gain_dn_per_e
-        for top, r, every in zip(tops(model, soft, collects), model.readings, collects)
+        for top, r, every in zip(tops(pixel), model.readings, pixel.collects)
         if not every
     ]
     worst = max(
-        (soft_knee_in_time.worst_spill(top_e, model.exposure_s, soft) for top_e in alone_e),
+        (soft_knee_in_time.worst_spill(top_e, model.exposure_s, pixel.well) for top_e in alone_e),
         default=0.0,
     )
     ledger.error(
@@ -104,7 +117,7 @@ def _state_in_time(model, soft, collects) -> None:
         "bound",
         "charge spilled before a reading counts as saturated, whenever the light comes",
     )
-    if not any(collects):
+    if not any(pixel.collects):
         ledger.left_out(
             "the light's course in time from the table that reads the pixel back beyond its knee",
             "the table is that of even light",
@@ -113,24 +126,28 @@ def _state_in_time(model, soft, collects) -> None:
         )
 
 
-def readings(
-    model, soft, collects, light_e, generator, block_rows: int | None = None, in_time=None
-):
+def readings(pixel: SoftKneePixel, light_e, generator, block_rows: int | None = None, in_time=None):
     """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons (y, x);
     parameters as in `take_shot`.
 
     `in_time` : for light that varies, [(Modulation, (y, x) electrons at the mean over time), ...].
     """
+    model = pixel.model
+    soft = pixel.well
     height, width = light_e.shape
     raw = np.empty((len(model.readings), height, width), converter.raw_dtype(model.readings))
     saturated = np.empty(raw.shape, bool)
     [prnu], [dark], offsets, widths = shot.device_maps(model, generator, height, width)
     key = generator if model.noise else None
     capacity = model.photodiodes[0].full_well_e
-    limits = tops(model, soft, collects)
+    limits = tops(pixel)
     untouched_e = linear_limit_e(NOTHING_E, model.exposure_s, soft)
     starts_s = exposure_timing.starts_s(model, model.photodiodes[0], height)
-    untouched_in_time_e = soft_knee_in_time.untouched_e(NOTHING_E, model.exposure_s, soft)
+    varying = soft_knee_in_time.Exposure(
+        model.exposure_s,
+        soft,
+        soft_knee_in_time.untouched_e(NOTHING_E, model.exposure_s, soft),
+    )
     step = block_rows or rows_per_block(width)
     for y in range(0, height, step):
         rows = slice(y, min(y + step, height))
@@ -142,10 +159,8 @@ def readings(
         else:
             parts = [(m, mean[rows] * shot.part(prnu, rows)) for m, mean in in_time]
             parts.append((Modulation(), np.broadcast_to(shot.part(dark, rows), total.shape)))
-            charge = soft_knee_in_time.stays(
-                total, parts, starts_s[rows], model.exposure_s, soft, untouched_in_time_e, key, y
-            )
-        for k, (reading, all_charge) in enumerate(zip(model.readings, collects, strict=True)):
+            charge = soft_knee_in_time.stays(total, parts, starts_s[rows], varying, key, y)
+        for k, (reading, all_charge) in enumerate(zip(model.readings, pixel.collects, strict=True)):
             electrons = np.minimum(total, capacity) if all_charge else charge
             full = total >= capacity
             noise = shot.ReadingNoise(shot.part(offsets[k], rows), shot.part(widths[k], rows))

@@ -30,7 +30,9 @@ def picture(y, variance=0.0, valid=True):
     )
 
 
-def counted(bright, vb, dark, vd, contrast, seed, n=1500):
+def counted(  # noqa: PLR0913 - a helper of tests
+    bright, vb, dark, vd, contrast, seed, n=1500
+):
     """Count over all pairs of n x n draws, as the standard does over the pixels of two patches."""
     rng = np.random.default_rng(seed)
     b = bright + np.sqrt(vb) * rng.standard_normal((n, 1))

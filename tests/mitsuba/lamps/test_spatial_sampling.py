@@ -9,7 +9,7 @@ pytest.importorskip("mitsuba")
 
 from isethdr_mitsuba.lamps import spatial_sampling
 from isethdr_mitsuba.lamps.lamp_tables import LampTables
-from isethdr_mitsuba.paths.passes import estimate
+from isethdr_mitsuba.paths.passes import Frame, estimate
 from isethdr_mitsuba.renderer import MitsubaRenderer
 
 from isethdr_core.scene import Camera, Lamp
@@ -145,7 +145,7 @@ def test_light_is_the_same_and_noise_less_than_where_nothing_is_known_of_the_pla
     def followed():
         one_pass = compiled(scene, settings, ["streetlights"])
         return estimate(
-            one_pass, settings, ("streetlights",), np.array(settings.bands_nm()), (27, 48)
+            one_pass, settings, Frame(("streetlights",), np.array(settings.bands_nm()), (27, 48))
         )
 
     by_place = followed()

@@ -381,11 +381,8 @@ def follower(scene, renderer, groups):
     surfaces = ramp_surfaces(scene)
     return frame.follower(
         scene,
-        view,
+        frame.Built(build_world(scene, surfaces), surfaces),
         placed_lamps(scene),
-        list(groups),
-        renderer._bands(None),
+        frame.Cube(list(groups), renderer._bands(None), view),
         renderer,
-        build_world(scene, surfaces),
-        surfaces,
     )

@@ -82,7 +82,9 @@ def samples_agree(bsdf, elevation_deg, count=50_000):
     return float(density_off), float(np.abs((weight * density)[on] / light - 1).max())
 
 
-def chi_square_p(bsdf, observer, edges, samples, seed=5, order=6, sectors=16):
+def chi_square_p(  # noqa: PLR0913 - a helper of tests
+    bsdf, observer, edges, samples, seed=5, order=6, sectors=16
+):
     """Return the p value of samples against density, in rings and sectors about `observer`.
 
     A grid over the sphere has cells of a degree, too wide for lobes of half a degree. `edges` of

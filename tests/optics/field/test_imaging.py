@@ -233,7 +233,7 @@ def test_slopes_of_a_traced_wavefront_land_where_the_rays_do(name, f_number, nm)
             lens.surfaces,
             indices,
             sequential(len(lens.surfaces)),
-            *collimated(x + (front - pupil_z) * tangent, y, front, tangent, 0.0),
+            collimated(x + (front - pupil_z) * tangent, y, front, tangent, 0.0),
             keep_hits=True,
         )
         inside = np.hypot(*rays.hits_mm[lens.stop]) <= lens.surfaces[lens.stop].semi_diameter_mm

@@ -50,9 +50,7 @@ def needed(mixed, flares=(), allowed=0.1):
         lambda reach: kernels.kernels(plain, flares, wave, PITCH_UM, reach),
         plain,
         flares,
-        mixed,
-        sensor_plane(LENS, mixed),
-        PITCH_UM,
+        wing_truncation.FieldOnSensor(mixed, sensor_plane(LENS, mixed), PITCH_UM),
         response(allowed),
     )
 

@@ -41,7 +41,7 @@ def fresh_kernels(monkeypatch=None):
     """Return kernels with an empty memory cache; with `monkeypatch`, computing kernels fails."""
     kernels._cache.clear()
     if monkeypatch:
-        monkeypatch.setattr(kernels, "_computed", None)
+        monkeypatch.setattr(kernels, "_kernels_of", None)
     return kernels.kernels(LENS, FLARES, *SAMPLING)
 
 

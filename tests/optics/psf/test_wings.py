@@ -15,7 +15,9 @@ DIRTY = ApertureFlare()
 CLEAN = ApertureFlare(blades=0, dust_per_mm2=0.0, scratches_per_mm2=0.0)
 
 
-def direct(lens, flare, centre, width, pitch_um, where, tiles=4, points=6, bands=12):
+def direct(  # noqa: PLR0913 - a helper of tests
+    lens, flare, centre, width, pitch_um, where, tiles=4, points=6, bands=12
+):
     """Return tile-to-tile means about tile `where` (y, x) by a matrix transform: no lattice, no
     scaling, many sub-bands.
     """

@@ -9,6 +9,7 @@ from scipy.special import j1
 from isethdr_core.physics.diffraction import sampled_psf
 from isethdr_core.physics.optics.lattice import (
     ORDER,
+    ImageSamples,
     binomial_response,
     fold_cells,
     fold_shapes,
@@ -29,7 +30,9 @@ OPEN = np.pi * RADIUS**2
 def drawn(period, pitch, reach, offset=(0.0, 0.0), terms=None):
     cells = lattice_pitch_mm(WAVE, period, FOCAL, pitch)
     pupil = fold_shapes(terms or opening(disc(0, 0, RADIUS), []), RADIUS, cells, period, offset)
-    return lattice_psf(pupil, WAVE, FOCAL, reach, pitch, OPEN, offset, spline_response)
+    return lattice_psf(
+        pupil, ImageSamples(WAVE, FOCAL, pitch, offset), reach, OPEN, spline_response
+    )
 
 
 def celled(period, pitch, reach, offsets, zernike_um, rows=37):
@@ -42,7 +45,7 @@ def celled(period, pitch, reach, offsets, zernike_um, rows=37):
     )
     blocks = ((s, 3, whole[s : s + rows, 3:].astype(np.complex64)) for s in range(0, len(y), rows))
     return [
-        lattice_psf(p, WAVE, FOCAL, reach, pitch, OPEN, o, binomial_response)
+        lattice_psf(p, ImageSamples(WAVE, FOCAL, pitch, o), reach, OPEN, binomial_response)
         for p, o in zip(fold_cells(blocks, (len(y), len(x)), period, offsets), offsets)
     ]
 

@@ -67,23 +67,23 @@ def test_a_paraboloid_has_a_perfect_focus_and_a_hyperboloid_too():
     x = np.linspace(-8, 8, 41)
     # concave to light that comes along +z: focus 10 mm before it
     mirror = Surface(10.0, -1 / 20, -1.0)
-    p, d = collimated(x, 0 * x, -30.0, 0.0, 0.0)
-    rays = follow([mirror, Surface(0.0)], [1.0, 1.0, 1.0], [(0, True), (1, False)], p, d)
+    start = collimated(x, 0 * x, -30.0, 0.0, 0.0)
+    rays = follow([mirror, Surface(0.0)], [1.0, 1.0, 1.0], [(0, True), (1, False)], start)
     np.testing.assert_allclose(rays.position_mm[:2], 0, atol=1e-12)
     # light in glass n leaves through a hyperboloid with k = -n^2 (Descartes' ovals for infinity):
     # focus R / (n - 1)
     n = 1.6
     radius = -12.0
     surfaces = [Surface(0.0, 1 / radius, -(n**2)), Surface(-radius / (n - 1))]
-    p, d = collimated(x / 2, 0 * x, -30.0, 0.0, 0.0)
-    rays = follow(surfaces, [n, 1.0, 1.0], sequential(2), p, d)
+    start = collimated(x / 2, 0 * x, -30.0, 0.0, 0.0)
+    rays = follow(surfaces, [n, 1.0, 1.0], sequential(2), start)
     np.testing.assert_allclose(rays.position_mm[0], 0, atol=1e-11)
 
 
 def test_rays_that_miss_a_surface_are_dark_and_stay_so():
     ball = Surface(0.0, 1 / 5, semi_diameter_mm=4.0)
-    p, d = collimated(np.array([0.0, 3.9, 4.5, 5.5]), np.zeros(4), -10.0, 0.0, 0.0)
-    rays = follow([ball, Surface(6.0)], [1.0, 1.5, 1.5], sequential(2), p, d)
+    start = collimated(np.array([0.0, 3.9, 4.5, 5.5]), np.zeros(4), -10.0, 0.0, 0.0)
+    rays = follow([ball, Surface(6.0)], [1.0, 1.5, 1.5], sequential(2), start)
     assert list(rays.margin > 0) == [True, True, False, False]
     assert rays.weight[3] == 0 and rays.margin[3] == -np.inf and np.isnan(rays.position_mm[0, 3])
 
@@ -109,8 +109,8 @@ def test_small_rays_follow_the_matrices(path):
     matrix = matrices(surfaces, indices, path, 0.0)[-1]
     error = []
     for size in (0.1, 0.05):
-        p, d = collimated(np.array([size]), np.zeros(1), 0.0, 0.005 * size, 0.0)
-        rays = follow(surfaces, indices, path, p, d)
+        start = collimated(np.array([size]), np.zeros(1), 0.0, 0.005 * size, 0.0)
+        rays = follow(surfaces, indices, path, start)
         height, angle = matrix @ [size, 0.005 * size]
         slope = rays.direction[0, 0] / abs(rays.direction[2, 0])
         error.append([abs(rays.position_mm[0, 0] - height) / size, abs(slope - angle) / size])

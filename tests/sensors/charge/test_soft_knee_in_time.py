@@ -74,7 +74,7 @@ def integrated(lights, start):
 def test_charge_agrees_with_the_differential_equation(lights):
     starts = row_starts_s(2, 5.1e-3)
     parts, arrived = frames(lights, starts, 1)
-    found = in_time.stays(arrived, parts, starts, T, WELL, LIMIT, None, 0)[:, 0]
+    found = in_time.stays(arrived, parts, starts, in_time.Exposure(T, WELL, LIMIT), None, 0)[:, 0]
     # 1e-3 e: what the solver leaves of 7000 e at its 1e-8
     np.testing.assert_allclose(found, [integrated(lights, s) for s in starts[:, 0]], atol=1e-3)
 
@@ -85,9 +85,7 @@ def test_constant_parts_are_constant_light_and_little_light_is_untouched():
         arrived,
         [(STEADY, 0.7 * arrived), (STEADY, 0.3 * arrived)],
         np.zeros((1, 1)),
-        T,
-        WELL,
-        LIMIT,
+        in_time.Exposure(T, WELL, LIMIT),
         None,
         0,
     )
@@ -104,7 +102,7 @@ def test_fast_pulses_are_even_light():
     even = flow(0.0, arrived / T, T, WELL)[0]
     # half a pulse
     assert in_time.stays(
-        arrived, parts, np.zeros((1, 1)), T, WELL, LIMIT, None, 0
+        arrived, parts, np.zeros((1, 1)), in_time.Exposure(T, WELL, LIMIT), None, 0
     ) == pytest.approx(even, abs=12.5)
 
 
@@ -123,7 +121,9 @@ def test_noise_agrees_with_pixels_followed_in_small_steps():
         total += came
     parts, mean = frames(lights, np.zeros((100, 1)), 100)
     arrived = rng.poisson(mean).astype(float)
-    found = in_time.stays(arrived, parts, np.zeros((100, 1)), T, WELL, LIMIT, generator(3), 0)
+    found = in_time.stays(
+        arrived, parts, np.zeros((100, 1)), in_time.Exposure(T, WELL, LIMIT), generator(3), 0
+    )
     # 1 e: curvature (half an electron) and 5 standard errors of 16 e, 6000 pixels and 10 000; 12 %:
     # 5 standard errors of a variance, steps, curvature
     assert found.mean() == pytest.approx(
@@ -153,7 +153,9 @@ def test_the_noise_that_the_count_explains_is_not_drawn_twice():
         )
     parts, mean = frames(lights, np.zeros((100, 1)), 100)
     arrived = np.random.default_rng(6).poisson(mean).astype(float)
-    found = in_time.stays(arrived, parts, np.zeros((100, 1)), T, WELL, LIMIT, generator(3), 0)
+    found = in_time.stays(
+        arrived, parts, np.zeros((100, 1)), in_time.Exposure(T, WELL, LIMIT), generator(3), 0
+    )
     # 12 %: 5 standard errors of a variance from 10 000 draws are 7 %, curvature at the knee adds 4;
     # drawn twice it would be 19
     assert found.var() == pytest.approx(float(moments.charge_var_e2[0]), rel=0.12)
@@ -179,7 +181,11 @@ def test_blocks_of_rows_give_the_same_bits(flat):
     parts = [(PULSES, np.full((13, 9), 2e4))]
     one, other = (
         soft_knee_shot.readings(
-            sensor.model(), sensor.well(), (True, False), light_e, generator(4), rows, in_time=parts
+            soft_knee_shot.SoftKneePixel(sensor.model(), sensor.well(), (True, False)),
+            light_e,
+            generator(4),
+            rows,
+            in_time=parts,
         )
         for rows in (13, 4)
     )
@@ -197,7 +203,9 @@ def test_what_may_have_spilled_is_a_bound_for_any_course():
     for charge in (3000.0, 5000.0, 6000.0):
         flash = [(Modulation(1 / T, duty=1e-3, phase=0.0), charge)]  # all at once, at the start
         parts, arrived = frames(flash, np.zeros((1, 1)), 1)
-        left = in_time.stays(arrived, parts, np.zeros((1, 1)), T, WELL, 0.0, None, 0)
+        left = in_time.stays(
+            arrived, parts, np.zeros((1, 1)), in_time.Exposure(T, WELL, 0.0), None, 0
+        )
         assert (
             0.3 * in_time.worst_spill(charge, T, WELL)
             < 1 - left / arrived

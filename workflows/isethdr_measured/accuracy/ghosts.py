@@ -13,7 +13,7 @@ from isethdr_workflows.accuracy.point import Point, Work, timed
 from isethdr_core import quantities
 
 from .changed import changed
-from .ghosts_by_chance import flux_by_chance
+from .ghosts_by_chance import Photons, flux_by_chance
 
 # bare glass: ghosts at their worst
 PRESCRIPTION = "cooke_triplet"
@@ -122,7 +122,7 @@ def by_chance(flare, lens, mixed):
     # the lamp's row is half a tile off the middle, 0.3 % of the frame: turned by that little about
     # the axis
     mean, error = flux_by_chance(
-        flare.of_lens(lens), float(np.hypot(x, y)), BAND_NM, edges, PHOTONS, BATCHES
+        flare.of_lens(lens), float(np.hypot(x, y)), BAND_NM, edges, Photons(PHOTONS, BATCHES)
     )
     return (
         per_m2 * np.pi * (FOCAL_MM / F_NUMBER / 2 * 1e-3) ** 2,

@@ -8,15 +8,24 @@ and tangents of angles (1823) for bare surfaces.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.stats import qmc
 
 MORE = 1.15  # start disc over the first surface: oblique light crosses its plane displaced
 
 
-def flux_by_chance(
-    lens, tangent: float, wavelength_nm: float, edges_mm, photons: int, batches: int, seed: int = 0
-):
+@dataclass(frozen=True)
+class Photons:
+    """How many photons are followed."""
+
+    count: int  # per pair of surfaces and batch
+    batches: int  # their spread gives the error
+    seed: int = 0
+
+
+def flux_by_chance(lens, tangent: float, wavelength_nm: float, edges_mm, photons: Photons):
     """Return the light of all ghosts per area of a plane across the axis, and its standard error.
 
     Parameters
@@ -25,7 +34,7 @@ def flux_by_chance(
         surface is the sensor, which does not reflect.
     tangent : of the lamp's field angle, along x.
     edges_mm : borders of the blocks on the sensor that light is summed in, the same along x and y.
-    photons, batches : per pair; the batches' spread gives the error.
+    photons : how many, and their seed.
 
     Returns
     -------
@@ -39,14 +48,14 @@ def flux_by_chance(
         for front in range(back)
         if n[front] != n[front + 1] and n[back] != n[back + 1]
     ]
-    sums = np.zeros((batches, len(edges_mm) - 1, len(edges_mm) - 1))
-    for batch in range(batches):
+    sums = np.zeros((photons.batches, len(edges_mm) - 1, len(edges_mm) - 1))
+    for batch in range(photons.batches):
         for front, back in pairs:
-            start = scattered(photons, radius, seed=(seed, batch, front, back))
+            start = scattered(photons.count, radius, seed=(photons.seed, batch, front, back))
             x, y, weight = landed(lens, n, start, tangent, front, back)
             sums[batch] += np.histogram2d(y, x, (edges_mm, edges_mm), weights=weight)[0]
-    sums *= np.pi * radius**2 / photons
-    return sums.mean(axis=0), sums.std(axis=0, ddof=1) / np.sqrt(batches)
+    sums *= np.pi * radius**2 / photons.count
+    return sums.mean(axis=0), sums.std(axis=0, ddof=1) / np.sqrt(photons.batches)
 
 
 def scattered(count: int, radius: float, seed):

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from isethdr_core.physics.optics import glass, paraxial
-from isethdr_core.physics.optics.ray_trace import collimated, follow, ghost_path
+from isethdr_core.physics.optics.ray_trace import Start, collimated, follow, ghost_path
 
 from ...prescription.coatings import Powers
 
 SCAN = 36  # rays across the front to find where a ghost's light enters
-NODES = 16  # rays across that box
+NODES = 16  # rays across that box; even: half of them on either side of the meridional plane
 SPECTRAL = 4  # wavelengths at which rays are traced
 FIELDS = 9  # field angles at which the matrices are asked for the widest beam
 
@@ -142,7 +142,7 @@ def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
     path = ghost_path(len(lens.surfaces), pair.back, pair.front)
     tangents = np.asarray(intervals, float).reshape(-1, 1, 1)
     passed = (
-        follow(lens.surfaces, indices, path, *collimated(x, y, front_mm, tangents, 0.0)).margin > 0
+        follow(lens.surfaces, indices, path, collimated(x, y, front_mm, tangents, 0.0)).margin > 0
     )
     out = []
     for either in passed.reshape(-1, 2, *x.shape).any(axis=1):
@@ -170,32 +170,23 @@ def _front_half_mm(lens, indices):
     return 2 * paraxial.entrance_pupil(lens.surfaces[:-1], indices)[1]
 
 
-def beams(
-    lens, powers: Powers, pair: Pair, tangents, limits, nodes: int = NODES, iris: bool = False
-) -> list[Beam]:
-    """Trace a ghost in all bands of `powers` from field tangents (along x), each through a grid
-    over its own box of `limits`.
+def beams(lens, powers: Powers, pair: Pair, tangents, limits, iris: bool = False) -> list[Beam]:
+    """Trace a ghost in all bands of `powers` from field tangents (along x), each through a grid of
+    `NODES` x `NODES` rays over its own box of `limits`.
 
     Rays are traced at up to `SPECTRAL` wavelengths; between them positions go linearly (dispersion
     is smooth), while the power is that of every band's own coatings at the nearest traced angles.
     Only the half y > 0 is traced: the other is its mirror image. With `iris`, beams say where they
     cross the stop.
     """
-    if nodes % 2:
-        raise ValueError(
-            f"{nodes} nodes; expected an even number, half of them on either side of the meridional"
-            " plane"
-        )
     wave = powers.wavelength_nm
     traced = wave if len(wave) <= SPECTRAL else np.linspace(wave[0], wave[-1], SPECTRAL)
     between = _between(wave, traced)
     nearest = np.abs(wave[:, None] - traced).argmin(axis=1)
-    x = np.stack([np.broadcast_to(np.linspace(*b[:2], nodes), (nodes // 2, nodes)) for b in limits])
+    half = (NODES // 2, NODES)
+    x = np.stack([np.broadcast_to(np.linspace(*b[:2], NODES), half) for b in limits])
     y = np.stack(
-        [
-            np.broadcast_to(np.linspace(*b[2:], nodes)[nodes // 2 :, None], (nodes // 2, nodes))
-            for b in limits
-        ]
+        [np.broadcast_to(np.linspace(*b[2:], NODES)[NODES // 2 :, None], half) for b in limits]
     )
     indices = {m: np.reshape(glass.index(m, traced), (-1, 1, 1, 1)) for m in set(lens.media)}
     weight = np.ones((len(wave), *x.shape))
@@ -205,11 +196,11 @@ def beams(
         weight = weight * powers(k, reflects, forward, cosine[nearest])
         return 1.0
 
-    p, d = collimated(x, y, lens.surfaces[0].z_mm, np.reshape(tangents, (-1, 1, 1)), 0.0)
-    p, d = (np.broadcast_to(v[:, None], (3, len(traced), *x.shape)) for v in (p, d))
+    parallel = collimated(x, y, lens.surfaces[0].z_mm, np.reshape(tangents, (-1, 1, 1)), 0.0)
+    start = Start(*(np.broadcast_to(v[:, None], (3, len(traced), *x.shape)) for v in parallel))
     path = ghost_path(len(lens.surfaces), pair.back, pair.front)
     rays = follow(
-        lens.surfaces, [indices[m] for m in lens.media], path, p, d, passed_on, keep_hits=iris
+        lens.surfaces, [indices[m] for m in lens.media], path, start, passed_on, keep_hits=iris
     )
     valid = np.isfinite(rays.margin)
 

@@ -143,7 +143,7 @@ def test_the_matrices_tell_size_place_and_light(bare):
         real.surfaces,
         real.indices(550.0),
         path,
-        *collimated(np.array([edge, 0.0]), np.zeros(2), 0.0, np.array([0.0, 0.01]), 0.0),
+        collimated(np.array([edge, 0.0]), np.zeros(2), 0.0, np.array([0.0, 0.01]), 0.0),
     )
     # third-order aberration at f/20
     assert abs(rays.position_mm[0, 0]) == pytest.approx(pair.radius_mm, rel=0.02)
@@ -151,7 +151,7 @@ def test_the_matrices_tell_size_place_and_light(bare):
         real.surfaces,
         real.indices(550.0),
         [(0, False), (1, False), (2, False), (3, False)],
-        *collimated(np.zeros(1), np.zeros(1), 0.0, 0.01, 0.0),
+        collimated(np.zeros(1), np.zeros(1), 0.0, 0.01, 0.0),
     ).position_mm[0, 0]
     assert rays.position_mm[0, 1] / image == pytest.approx(pair.magnification, rel=1e-3)
 
