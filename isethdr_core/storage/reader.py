@@ -5,6 +5,7 @@ value.
 from __future__ import annotations
 
 import os
+from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from zarr.storage import LocalStore
 from .manifest import Manifest, check_parts, check_whole, damaged
 
 
-class CheckedReads:
+class CheckedReads(ABC):
     """Reads of zarr files, each compared with the manifest.
 
     Small files are compared by their SHA-256, chunks of a shard by their CRC-32C. Files that the
@@ -59,15 +60,15 @@ class CheckedReads:
         for name in dict.fromkeys(path_below.partition("/")[0] for path_below in below):
             yield name
 
+    @abstractmethod
     async def _stored(
         self, key: str, prototype: BufferPrototype | None, byte_range: ByteRequest | None
     ) -> Buffer | None:
         """Return the bytes as they are stored, None if they are missing."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _check_once(self, key: str) -> None:
         """Compare a whole file with the manifest, unless that was done before."""
-        raise NotImplementedError
 
     def _checked(self, key: str, byte_range: ByteRequest | None, content: Buffer | None) -> Buffer:
         record = self.manifest.files[key]

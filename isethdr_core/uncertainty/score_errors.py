@@ -15,7 +15,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import cycle
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, cast
 
 import numpy as np
 from scipy.special import gammainc
@@ -370,7 +370,7 @@ def _with_one_object(labels: xr.Dataset | None) -> xr.Dataset | None:
     return labels.assign(instance=instance * (instance == first))
 
 
-def _finds_white(metric: Metric) -> bool:
+def _finds_white(metric: Metric) -> TypeGuard[HasWhite]:
     """Return whether a metric compares against the white of the reference picture."""
     return isinstance(metric, HasWhite) and not metric.white_cd_m2
 
@@ -381,13 +381,13 @@ def _with_white(metric: Metric, white_cd_m2: float) -> Metric:
     """
     if not _finds_white(metric):
         return metric
-    fixed: Metric = replace(metric, white_cd_m2=white_cd_m2)  # type: ignore[type-var]
-    return fixed
+    fixed = replace(cast(Any, metric), white_cd_m2=white_cd_m2)  # a metric is a dataclass
+    return cast(Metric, fixed)
 
 
 def _keys_of_white(metrics: Sequence[Metric]) -> list[ScoreKey]:
     """Return the scores that are the white of the reference picture."""
-    return [(m.WHITE_SCORE, LUMINANCE, "") for m in metrics if _finds_white(m)]  # type: ignore
+    return [(m.WHITE_SCORE, LUMINANCE, "") for m in metrics if _finds_white(m)]
 
 
 def _white(scenes: ChangedScenes) -> White:

@@ -50,7 +50,7 @@ def with_shares(parts: Parts, relative: Callable[[], float]) -> Parts:
         exactly; no field is then set. It is called only if a field takes a share.
     """
     shares = division(of_chain(parts))
-    chain: Any = replace(parts, shares=shares)  # type: ignore[type-var]
+    chain: Any = replace(cast(Any, parts), shares=shares)
     allowed = relative() if shares.by_field else 0.0
     if not allowed:
         return cast(Parts, chain)

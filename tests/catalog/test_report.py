@@ -219,7 +219,9 @@ class Renamed:
         a["config"] = {"scene": {"name": HOSTILE}, HOSTILE: {HOSTILE: HOSTILE}}
         a["cameras"] = [self.camera]
         a["versions"] = a["code"] = {HOSTILE: HOSTILE}
-        self.attributes, self.cameras, self.scores = a, [self.camera], a["scores"]
+        self.attributes = a
+        self.cameras = [self.camera]
+        self.scores = a["scores"]
         self.ledger = ledger.Ledger.from_records(a["ledger"])
 
     def open(self, group):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
+from typing import Any
 
 from zarr.abc.store import ByteRequest
 from zarr.core.buffer import Buffer, BufferPrototype, default_buffer_prototype
@@ -24,7 +25,7 @@ from .bucket import Bucket, bucket_of
 from .publication import Published, published
 
 
-class PublishedStore(CheckedReads, ObjectStore):  # type: ignore[type-arg, misc]
+class PublishedStore(CheckedReads, ObjectStore[Any]):
     """The files of a published store, read only; each read is compared with the manifest."""
 
     def __init__(self, root: Path, manifest: Manifest, bucket: Bucket, location: str) -> None:

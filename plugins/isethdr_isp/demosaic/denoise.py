@@ -96,7 +96,8 @@ class _Totals:
         self.with_variance = with_variance
         if with_variance:
             # sums of w^2 Var, of w^2, and of w^2 times the difference and its square
-            self.variance, self.weight2 = samples.variance_e2.copy(), self.weight.copy()
+            self.variance = samples.variance_e2.copy()
+            self.weight2 = self.weight.copy()
             self.first2, self.second2 = np.zeros((2, *shape), np.float32)
 
     def add(self, p, q, w) -> None:

@@ -219,10 +219,8 @@ class _ErrorSamples:
             )
         )
         self.points_near = (np.maximum(np.abs(y)[:, None], np.abs(x)) <= NEAR).ravel()
-        self.single, self.beyond_near = (
-            spectra[:: max(1, len(spectra) // SOURCES)],
-            self._beyond(bright_tiles.RADII[0]),
-        )
+        self.single = spectra[:: max(1, len(spectra) // SOURCES)]
+        self.beyond_near = self._beyond(bright_tiles.RADII[0])
         self.single_light = self._from_single(self.single)
 
     def _beyond(self, radius):

@@ -7,7 +7,7 @@ come by themselves; at the edge it has the edge's own height.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .profile import Floats
-from .road import LANE_TYPES, Road
+from .road import LANE_TYPES, Lane, Road
 
 BERM_M = 1.0  # the land goes on level from a road's edge so far
 SLOPE = 1 / 1.7  # of an embankment or a cutting
@@ -74,7 +74,8 @@ class GroundHeight:
         for road, (rank, s, t) in zip(self.roads, ranks):
             here = rank < best
             height[here] = road.height(s[here], t[here]) + _raised(road, s[here], t[here])
-            best[here], done = rank[here], done | here
+            best[here] = rank[here]
+            done |= here
         height[~done] = self.land_at(points[~done])
         return height
 
@@ -164,15 +165,22 @@ class GroundHeight:
 def lane_ranks(road: Road, s: Floats, t: Floats) -> NDArray[np.intp]:
     """Return the index of the lane's type in `LANE_TYPES` at (s, t), `OFF_ROAD` outside."""
     rank = np.full(len(s), OFF_ROAD)
+    for lane, inside in _in_lanes(road, s, t):
+        rank[inside] = np.minimum(rank[inside], LANE_TYPES.index(lane.type))
+    return rank
+
+
+def _in_lanes(road: Road, s: Floats, t: Floats) -> Iterator[tuple[Lane, NDArray[np.intp]]]:
+    """Yield each lane of a road with the indices of the points that lie in it. A point on a border
+    lies in both lanes.
+    """
     for k, section in enumerate(road.sections):
         first, last = road.span(k)
         here = np.flatnonzero((s >= first - 1e-9) & (s <= last + 1e-9))
         for lane, (inner, outer) in zip(section.lanes, road.borders(k, s[here]).values()):
             low = np.minimum(inner, outer) - TOUCH_M
             high = np.maximum(inner, outer) + TOUCH_M
-            inside = here[(t[here] >= low) & (t[here] <= high) & (high - low > 3 * TOUCH_M)]
-            rank[inside] = np.minimum(rank[inside], LANE_TYPES.index(lane.type))
-    return rank
+            yield lane, here[(t[here] >= low) & (t[here] <= high) & (high - low > 3 * TOUCH_M)]
 
 
 def _free(road: Road, s: Floats) -> NDArray[np.bool_]:
@@ -182,12 +190,6 @@ def _free(road: Road, s: Floats) -> NDArray[np.bool_]:
 def _raised(road: Road, s: Floats, t: Floats) -> Floats:
     """Return how far the lane at (s, t) is raised; on a border the lower one counts."""
     out = np.full(len(s), np.inf)
-    for k, section in enumerate(road.sections):
-        first, last = road.span(k)
-        here = np.flatnonzero((s >= first - 1e-9) & (s <= last + 1e-9))
-        for lane, (inner, outer) in zip(section.lanes, road.borders(k, s[here]).values()):
-            low = np.minimum(inner, outer) - TOUCH_M
-            high = np.maximum(inner, outer) + TOUCH_M
-            inside = here[(t[here] >= low) & (t[here] <= high) & (high - low > 3 * TOUCH_M)]
-            out[inside] = np.minimum(out[inside], lane.raised_m)
+    for lane, inside in _in_lanes(road, s, t):
+        out[inside] = np.minimum(out[inside], lane.raised_m)
     return np.where(np.isfinite(out), out, 0.0)
