@@ -65,8 +65,8 @@ class Chain:
     draws: int = 1  # shots with other noise that each score is the mean of
     allowed: budget.Allowed = budget.Allowed()
     leave_out: bool = True  # False: everything is computed, needed or not
-    looked_at: bool = True  # a report shows the scene, under all versions
-    unseen: tuple[str, ...] = ()  # configured versions that no report shows
+    reported: bool = True  # whether a report shows the scene, under all versions
+    unreported: tuple[str, ...] = ()  # configured versions, if no report shows them
     shares: budget.Division | None = None  # of the error allowed; None: as the components declare
 
     def components(self) -> list:
@@ -140,14 +140,14 @@ def chain(config) -> Chain:
             f"the version name {SHOWN!r} is taken by the lighting of the run itself; "
             "choose another, for example type versions.night instead"
         )
-    looked_at = switch(config, "report") or not leave_out
+    reported = switch(config, "report") or not leave_out
     built = Chain(
         scene=build_from_config("scene", config.scene),
         renderer=budget.renderer_with_error(
             build_from_config("renderer", renderer) if renderer else None, allowed
         ),
         lighting=build_from_config("lighting", config.lighting),
-        versions=versions if looked_at else {},
+        versions=versions if reported else {},
         lens=build_from_config("lens", config.lens),
         flares=table("flare", config.get("flare")),
         cameras=cameras,
@@ -155,8 +155,8 @@ def chain(config) -> Chain:
         metrics=table("metric", config.get("metric")),
         draws=config.get("draws", 1),
         leave_out=leave_out,
-        looked_at=looked_at,
-        unseen=() if looked_at else tuple(versions),
+        reported=reported,
+        unreported=() if reported else tuple(versions),
         allowed=allowed,
     )
     check_fields(built.scene, built.lens, built.cameras.values())
@@ -214,10 +214,10 @@ def plan(chain: Chain, rows: Ledger) -> Demand:
         )
         state_field(chain.scene, chain.lens)
         if chain.leave_out:
-            demand = asked_backwards(chain)
+            demand = demand_of_scores(chain)
             sees = demand.response is not None
         else:
-            sensed = asked_of_sensors(chain, Demand())
+            sensed = demand_of_sensors(chain, Demand())
             sees = sensed.response is not None
             demand = Demand(
                 labels=frozenset(LABELS),
@@ -255,11 +255,11 @@ def frame_of(chain: Chain, demand: Demand) -> memory.Frame | None:
     return memory.frame_of(source, chain.scene, wavelength_nm, demand.margin, sensed)
 
 
-def asked_backwards(chain: Chain) -> Demand:
+def demand_of_scores(chain: Chain) -> Demand:
     """Return the demand of the scores on the scene. Everything that no score needs is stated in the
     ledger.
     """
-    if not chain.looked_at:
+    if not chain.reported:
         book.left_out(
             "display view of the scene",
             "no report is asked for, and only it shows it",
@@ -267,7 +267,7 @@ def asked_backwards(chain: Chain) -> Demand:
             "cd/m2",
             needless=True,
         )
-    for version in chain.unseen:
+    for version in chain.unreported:
         book.left_out(
             f"lighting {version}, and light groups that it alone needs",
             "no report is asked for, and only it shows them",
@@ -280,7 +280,7 @@ def asked_backwards(chain: Chain) -> Demand:
     for metric in chain.metrics.values():
         demand = narrowed(metric, demand)
     demand = narrowed(chain.isp, demand)
-    demand = asked_of_sensors(chain, demand)
+    demand = demand_of_sensors(chain, demand)
     for flare in chain.flares.values():
         demand = narrowed(flare, demand)
     demand = narrowed(chain.lens, demand)
@@ -309,7 +309,7 @@ def imaging_outline(chain: Chain, demand: Demand, offered_nm) -> ImagingOutline:
     return outlined(chain.lens, flares, FieldAhead(size, offered_nm), budgeted)
 
 
-def asked_of_sensors(chain: Chain, demand: Demand) -> Demand:
+def demand_of_sensors(chain: Chain, demand: Demand) -> Demand:
     """Return the union of the sensors' demands, with the accuracy that the light needs. The
     accuracy also applies to stored light, and even if nothing is left out.
     """

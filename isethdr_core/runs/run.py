@@ -285,7 +285,7 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
     return store.write_store(
         store.home() / "runs",
         key,
-        _groups(cameras, {SHOWN: mixed, **versions_mixed} if chain.looked_at else {}),
+        _groups(cameras, {SHOWN: mixed, **versions_mixed} if chain.reported else {}),
         record,
     )
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncGenerator, AsyncIterator, Sequence
 from pathlib import Path
 
 from zarr.abc.store import ByteRequest, OffsetByteRequest, RangeByteRequest
@@ -53,7 +53,7 @@ class CheckedReads(ABC):
         for index, byte_range in enumerate(byte_ranges):
             yield [(index, await self.get(key, prototype, byte_range))]
 
-    async def list_dir(self, prefix: str) -> AsyncIterator[str]:
+    async def list_dir(self, prefix: str) -> AsyncGenerator[str, None]:
         """Yield the names of the files and folders directly below `prefix`, from the manifest."""
         start = f"{prefix.rstrip('/')}/" if prefix else ""
         below = (key[len(start) :] for key in self.manifest.files if key.startswith(start))

@@ -379,10 +379,13 @@ def _with_white(metric: Metric, white_cd_m2: float) -> Metric:
     """Return the metric with this white, if it would take that of the reference picture, which
     would be another in each part.
     """
-    if not _finds_white(metric):
-        return metric
-    fixed = replace(cast(Any, metric), white_cd_m2=white_cd_m2)  # a metric is a dataclass
-    return cast(Metric, fixed)
+    return _at_white(metric, white_cd_m2) if _finds_white(metric) else metric
+
+
+def _at_white(metric: HasWhite, white_cd_m2: float) -> Metric:
+    """Return the metric with this white."""
+    fixed: Metric = replace(cast(Any, metric), white_cd_m2=white_cd_m2)  # metrics are dataclasses
+    return fixed
 
 
 def _keys_of_white(metrics: Sequence[Metric]) -> list[ScoreKey]:
@@ -424,7 +427,7 @@ def _slopes(
     parts : indices of each part, and the scores of that part at this white.
     """
     moved = [
-        _with_white(metric, white.level_cd_m2 + white.movement.rms)
+        _at_white(metric, white.level_cd_m2 + white.movement.rms)
         for metric in metrics
         if _finds_white(metric)
     ]

@@ -32,16 +32,16 @@ TABLES = {  # name: (collection of colour-science, its key)
 def measured(name: str) -> np.ndarray:
     """Return the relative spectral power (band,) of one of `TABLES` at `WAVELENGTH_NM`."""
     with needed("a lamp's measured spectrum", extra="mitsuba"):
-        tables_of = version("colour-science")
-    path = store.home() / "spectra" / f"colour-science-{tables_of}.json"
+        package_version = version("colour-science")
+    path = store.home() / "spectra" / f"colour-science-{package_version}.json"
     tables = _read(path)
     if tables is None:
-        tables = _looked_up()
+        tables = _from_colour_science()
         _keep(path, tables)
     return tables[name]
 
 
-def _looked_up() -> dict[str, np.ndarray]:
+def _from_colour_science() -> dict[str, np.ndarray]:
     with needed("a lamp's measured spectrum", extra="mitsuba"):
         import colour
 
@@ -74,6 +74,7 @@ def _read(path: Path) -> dict[str, np.ndarray] | None:
 
 
 def _keep(path: Path, power: dict[str, np.ndarray]) -> None:
+    """Write the spectra into a file, if the folder may be written to."""
     content = {
         "tables": TABLES,
         "wavelength_nm": WAVELENGTH_NM.tolist(),

@@ -49,12 +49,12 @@ def test_labels_that_no_metric_reads():
 
 
 def test_the_display_view_that_nobody_looks_at():
-    assert planned(looked_at=False)[1]["display view of the scene"] == (
+    assert planned(reported=False)[1]["display view of the scene"] == (
         "no report is asked for, and only it shows it",
         0.0,
     )
     assert "display view of the scene" not in planned()[1]
-    assert chain(compose(["sensor=bayer", "report=false"])).looked_at is False
+    assert chain(compose(["sensor=bayer", "report=false"])).reported is False
 
 
 def test_chunks_of_bands_that_nobody_asks_for_are_not_read():

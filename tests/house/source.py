@@ -65,6 +65,7 @@ def imports(file: Path, top_level_only: bool = False) -> set[str]:
 
 
 def _dotted(file: Path) -> list[str]:
+    """Return the words of a module's dotted name; none outside the packages."""
     for name, folder in PACKAGES.items():
         if folder in file.parents:
             parts = [name, *file.relative_to(folder).with_suffix("").parts]
@@ -73,6 +74,7 @@ def _dotted(file: Path) -> list[str]:
 
 
 def _nodes(node, top_level_only):
+    """Yield all nodes below `node`, without blocks under TYPE_CHECKING."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test):
             continue

@@ -18,8 +18,8 @@ def looked_up(tmp_path, monkeypatch):
     """An empty home, and a list that grows by one entry per look-up."""
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "home"))
     calls = []
-    found = measured_spectra._looked_up()
-    monkeypatch.setattr(measured_spectra, "_looked_up", lambda: calls.append(1) or found)
+    found = measured_spectra._from_colour_science()
+    monkeypatch.setattr(measured_spectra, "_from_colour_science", lambda: calls.append(1) or found)
     return calls, found
 
 

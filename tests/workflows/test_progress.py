@@ -36,11 +36,12 @@ def on_a_terminal(code: str) -> str:
     said = b""
     while True:
         try:
-            said += os.read(ours, 4096)
+            piece = os.read(ours, 4096)
         except OSError:  # Linux's end of file of a terminal
             break
-        if not said or said[-1:] == b"":
+        if not piece:
             break
+        said += piece
     process.wait(600)
     os.close(ours)
     return said.decode(errors="replace")

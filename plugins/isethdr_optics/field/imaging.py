@@ -41,25 +41,23 @@ NO_BETTER = 1.25
 
 @dataclass(frozen=True, eq=False)
 class FieldKernels:
-    """What `image` needs of a lens whose point spread varies: kernels on the axis, and how to
-    spread a band.
-    """
+    """Kernels of a lens whose point spread varies: that of the axis, and one core per field point."""
 
     axis: kernels.Kernels
     half: tuple[int, int]  # (y, x) tiles from the middle to the border of a core
-    # per place, a window of the frame and there the share of the light
+    # per field point: a window of the frame, and the share of each tile's light in it
     shares: list[tuple[tuple[slice, slice], np.ndarray]]
-    cores: list[kernels.Kernels]  # per place, that on the axis first
-    # per octave, how far kernels of places may be from that of the axis, as
+    cores: list[kernels.Kernels]  # per field point, the axis first
+    # per octave, how much kernels of field points may differ from that of the axis, as
     # `kernel_sampling_error.deviation`
     unlike: np.ndarray
 
     def far_scale(self, band: int) -> np.ndarray:
-        """Return by how much the axis's light beyond the core is scaled for each tile of the frame
-        (y, x): to what its own core leaves.
+        """Return the factor (y, x) of each tile's light beyond the core, which the kernel of the
+        axis spreads, so that the energy is kept.
 
-        What the core of the axis leaves is read from the first place, which is sampled as the
-        others are: so little is left that it shows.
+        All cores are sampled alike, that of the axis included. Their sums are close to 1, and
+        another sampling would change the small remainder.
         """
         rows, columns = (n // 2 + 1 for n in self.axis.bands[band].shape)
         out = np.zeros((rows, columns))
@@ -70,8 +68,8 @@ class FieldKernels:
 
     @cached_property
     def far(self) -> kernels.Kernels | None:
-        """The kernels of all light beyond the cores; None where there is none, or where they are
-        exact.
+        """The kernels of the light beyond the cores; None if they are exact, or if the cores hold
+        all light.
         """
         return None if self.axis.deviation is None else self._beyond(self.axis.deviation)
 
@@ -113,8 +111,14 @@ class FieldKernels:
         return bound
 
     def parts(self, light, power: float = 1.0):
-        """Yield (window, part, kernels) of every place that light (..., y, x) falls to: its share
-        to the `power`, room for its core around it.
+        """Yield (window, part, kernels) of every field point that has a share of the light.
+
+        The window has room for the core around the light.
+
+        Parameters
+        ----------
+        light : (..., y, x).
+        power : exponent of the shares, by which light is multiplied.
         """
         for (window, share), core in zip(self.shares, self.cores):
             part = share**power * light[(..., *window)]
@@ -247,7 +251,7 @@ def field_kernels(
         )
         return None, [spared]
     chosen = [(place, radius / rings) for place in field_grid.places(rings, radius, symmetric)]
-    if len(RINGS) > 1:  # of a single number, as a study asks for, all places stay
+    if len(RINGS) > 1:  # a study sets a single number: all field points stay
         chosen, error = _thinned(core, rings, radius, symmetric, some, lens.error_allowed)
     grid = []
     shares = []
@@ -345,8 +349,8 @@ def _reach(pairs, least, allowed: float):
 
 
 def _unlike(pairs, wide, half):
-    """Return the error per octave (L1), relative, of the axis's kernel in the outermost place's
-    stead beyond `half`, and its deviation.
+    """Return the error per octave (relative, L1) and the deviation, if the kernel of the axis
+    replaces that of the outermost field point beyond `half`.
     """
     errors = []
     deviations = []
@@ -373,10 +377,8 @@ def _unlike(pairs, wide, half):
 
 
 def _error(core, rings, radius, symmetric) -> float:
-    """Return the largest L1 distance between true cores half way between places and the mean of
-    those places' cores.
-
-    Without rings: between cores off the axis and that on it.
+    """Return the largest L1 distance between the core half way between two field points and the
+    mean of their cores. Without rings: between the core of the axis and those off it.
     """
     if rings == 0:
         axis = core(field_grid.Place(0, 0.0, 0.0, 1))
@@ -398,8 +400,8 @@ def _error(core, rings, radius, symmetric) -> float:
 
 
 def _thinned(core, rings, radius, symmetric, waves, allowed):
-    """Return the places that are needed of a grid, each with its `step`, and the error between
-    them.
+    """Return the field points of a grid that are needed, each with its `step`, and the error half
+    way between them.
     """
 
     def between(inner, outer):

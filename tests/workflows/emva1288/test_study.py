@@ -10,12 +10,12 @@ from isethdr_workflows.emva1288.camera import BORDER, DARK, STACK, Bench, Pair, 
 from isethdr_workflows.emva1288.dark import SHARE, dark_series, pictures_needed
 from isethdr_workflows.emva1288.general import general_figures
 from isethdr_workflows.emva1288.study import (
-    bent,
     chosen,
     emva1288,
     linear_captures,
     measurable,
     measurable_sensors,
+    nonlinear,
     row,
 )
 
@@ -136,10 +136,10 @@ def test_a_wrong_camera_is_told_apart(monkeypatch):
     """
     from isethdr_workflows.emva1288 import study as study
 
-    made_of = study.made_of
+    true_figures = study.true_figures
     monkeypatch.setattr(
         study,
-        "made_of",
+        "true_figures",
         lambda *a: (
             lambda t: {
                 **t,
@@ -147,7 +147,7 @@ def test_a_wrong_camera_is_told_apart(monkeypatch):
                 "dark_noise_e": 1.2 * t["dark_noise_e"],
                 "prnu_percent": 1.3 * t["prnu_percent"],
             }
-        )(made_of(*a)),
+        )(true_figures(*a)),
     )
     rows = {r["figure"]: r["within"] for r in study.measure(chosen("single"), 96, 8, 1)}
     assert [rows[name] for name in ("system gain", "dark noise", "PRNU")] == ["NO"] * 3
@@ -213,7 +213,8 @@ def test_the_linear_model_is_used_where_numbers_are_linear(name, captures, linea
     sensor = chosen(name)
     assert measurable(sensor) and linear_captures(sensor) == list(range(linear))
     assert (
-        bent(sensor) == (name != "split_pixel_imx490") and len(sensor.model().readings) == captures
+        nonlinear(sensor) == (name != "split_pixel_imx490")
+        and len(sensor.model().readings) == captures
     )
     assert not measurable(chosen("ideal"))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from isethdr_optics import GhostFlare, IdealLens
@@ -63,13 +62,14 @@ def measured() -> list[Work]:
             )
         )
     pairs.append(point("discs by matrices", lambda: discs(flare, lens, mixed, image_w), "peer"))
+    usual = trace.NODES
     for nodes in NODES:
-        with changed(ghost_flare, beams=partial(trace.beams, nodes=nodes)):
+        with changed(trace, NODES=nodes):
             rays.append(
                 point(
                     f"{nodes} x {nodes} rays",
                     lambda: anew(flare, lens, mixed),
-                    "default" if nodes == trace.NODES else "",
+                    "default" if nodes == usual else "",
                 )
             )
     error_name = (

@@ -71,7 +71,7 @@ def chosen(name: str):
 
 
 def measurable_sensors() -> list[str]:
-    """Return the sensors of this house and their presets that have noise to measure."""
+    """Return the bundled sensors, and their presets, that have noise to measure."""
     presets = [
         f.name.removesuffix(".yaml")
         for f in files("isethdr_sensors.conf").joinpath("sensor").iterdir()
@@ -86,21 +86,19 @@ def measurable_sensors() -> list[str]:
 
 
 def measurable(sensor) -> bool:
-    """Return whether the standard has something to measure: noise, in the electrons of a
-    photodiode.
-    """
+    """Return whether a sensor has photodiodes with noise, which the standard measures."""
     return isinstance(sensor, ImagingSensor) and sensor.noise
 
 
-def bent(sensor) -> bool:
-    """Return whether some capture is not linear in light over all its numbers: companded codes, a
-    soft knee.
+def nonlinear(sensor) -> bool:
+    """Return whether the codes of some capture are nonlinear in light: companded, or beyond a soft
+    knee.
     """
     return bool(sensor.companding) or isinstance(sensor, HasSoftKnee)
 
 
 def linear_captures(sensor) -> list[int]:
-    """Return the captures whose numbers are linear in charge up to where well or converter end."""
+    """Return the captures whose codes are linear in charge up to the end of well or converter."""
     dark = sensor(Bench(sensor, 0, 0, 550.0, 8, 0).light(0.0), _key(0))
     model = sensor.model()
     ends = [
@@ -130,7 +128,7 @@ def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
     for bench in benches:
         estimates = [
             *(figures(bench, pictures, unlit) if bench.capture in linear else ()),
-            *(general_figures(bench) if bent(sensor) else ()),
+            *(general_figures(bench) if nonlinear(sensor) else ()),
         ]
         rows += [
             row(
@@ -147,7 +145,7 @@ def dark_pictures(bench: Bench) -> int:
     """Return the number of dark pictures that the DSNU of the bench's capture and channel needs; 0
     if there is no DSNU, or rounding hides it.
     """
-    truth = made_of(bench)
+    truth = true_figures(bench)
     digital = bench.sensor.bits > 0
     noise_dn2 = (truth["gain"] * truth["dark_noise_e"]) ** 2 + find.rounding_dn2(digital)
     if digital and noise_dn2 < find.RESOLVED_DN2:
@@ -186,7 +184,7 @@ def figures(bench: Bench, pictures: int, series: DarkSeries):
     with the camera's dark pictures.
     """
     sensor = bench.sensor
-    truth = made_of(bench)
+    truth = true_figures(bench)
     digital = sensor.bits > 0
     top = (truth["full_well_e"] - truth["dark_e"]) / truth["efficiency"]  # photons
     dark = pair(bench, 0.0)
@@ -228,7 +226,7 @@ def figures(bench: Bench, pictures: int, series: DarkSeries):
     )
 
 
-def made_of(bench: Bench) -> dict:
+def true_figures(bench: Bench) -> dict:
     """Return the true values of the bench's capture and channel from the sensor's own fields, in
     the standard's terms.
     """
