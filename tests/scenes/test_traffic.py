@@ -141,7 +141,8 @@ def test_the_driver_model_keeps_its_laws():
     gap = (STANDSTILL_M + speed * TIME_GAP_S) / np.sqrt(1 - (speed / free) ** EXPONENT)
     assert acceleration_m_s2(speed, free, gap, speed) == pytest.approx(0.0, abs=1e-12)
     # far from a wall, the braking is the kinematic one over the comfortable one, squared
-    speed, gap = 20.0, 400.0
+    speed = 20.0
+    gap = 400.0
     near = acceleration_m_s2(speed, 1e6, gap, 0.0, 0.0) - ACCELERATION_M_S2
     kinematic = speed**2 / (2 * (gap))
     expected = -(kinematic**2) / BRAKING_M_S2

@@ -47,7 +47,8 @@ def _check_step(before: LanePath, after: LanePath, node: Node) -> None:
     widths = before.width_m(before.length_m), after.width_m(0.0)
     if min(widths) < NARROW_M:
         return
-    end, start = before.points(before.length_m), after.points(0.0)
+    end = before.points(before.length_m)
+    start = after.points(0.0)
     # lanes of different widths share a border, not the middle
     slack = abs(float(widths[0] - widths[1])) / 2
     apart = float(np.hypot(*(start - end)[:2])) - slack

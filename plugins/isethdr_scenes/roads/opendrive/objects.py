@@ -87,8 +87,10 @@ def _object(node: Node, kind: ObjectKind) -> RoadObject:
     width = node.number("width", 0.0)
     outline = _outline(node, s, t, heading)
     if outline is not None:
-        low, high = outline.min(0), outline.max(0)
-        (s, t), (length, width) = (low + high) / 2, high - low
+        low = outline.min(0)
+        high = outline.max(0)
+        (s, t) = (low + high) / 2
+        (length, width) = high - low
         heading = 0.0
     elif abs(np.sin(heading)) > np.sqrt(0.5) and kind == "crosswalk":
         length, width = width, length  # its length is told across the road

@@ -107,7 +107,8 @@ def _road(node: Node, name: str) -> Road:
     crossfall = read_crossfall(node)
     straight = as_crossfall(shape) if shape is not None else None
     if straight is not None:
-        shape, crossfall = None, straight
+        shape = None
+        crossfall = straight
     junction = node.text("junction", "-1")
     road = Road(
         name,
@@ -220,7 +221,8 @@ def _write_header(top: ET.Element, file: RoadFile) -> None:
     corners = np.concatenate(
         [r.line.points(np.linspace(0, r.length_m)) for r in file.network.roads]
     )
-    (west, south), (east, north) = corners.min(0), corners.max(0)
+    (west, south) = corners.min(0)
+    (east, north) = corners.max(0)
     header = child(
         top,
         "header",

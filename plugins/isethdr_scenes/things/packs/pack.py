@@ -149,7 +149,8 @@ def _plain(group: str) -> str:
 
 
 def _riding(form: Riding) -> RidingPosition:
-    left, foot = form.grip, form.foot
+    left = form.grip
+    foot = form.foot
     right = (left[0], -left[1], left[2])
     return RidingPosition(form.saddle, (left, right), (foot, (foot[0], -foot[1], foot[2])))
 
