@@ -89,8 +89,8 @@ def _object(node: Node, kind: ObjectKind) -> RoadObject:
     if outline is not None:
         low = outline.min(0)
         high = outline.max(0)
-        (s, t) = (low + high) / 2
-        (length, width) = high - low
+        s, t = (low + high) / 2
+        length, width = high - low
         heading = 0.0
     elif abs(np.sin(heading)) > np.sqrt(0.5) and kind == "crosswalk":
         length, width = width, length  # its length is told across the road

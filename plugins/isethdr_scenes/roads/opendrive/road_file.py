@@ -221,8 +221,8 @@ def _write_header(top: ET.Element, file: RoadFile) -> None:
     corners = np.concatenate(
         [r.line.points(np.linspace(0, r.length_m)) for r in file.network.roads]
     )
-    (west, south) = corners.min(0)
-    (east, north) = corners.max(0)
+    west, south = corners.min(0)
+    east, north = corners.max(0)
     header = child(
         top,
         "header",
