@@ -41,7 +41,7 @@ NO_BETTER = 1.25
 
 @dataclass(frozen=True, eq=False)
 class FieldKernels:
-    """Kernels of a lens with a varying point spread: those of the axis, and a core per field point."""
+    """Kernels of a lens with a varying point spread: of the axis, and one core per field point."""
 
     axis: kernels.Kernels
     half: tuple[int, int]  # (y, x) tiles from the middle to the border of a core
