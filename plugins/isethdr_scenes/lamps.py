@@ -50,6 +50,8 @@ def _street(name: str) -> Kind:
 KINDS = {
     # vehicle headlamps
     "low_beam": _table("headlights", "led_white", "dipped_r112_b", HEADLAMP_GLOW),
+    # off where the dipped beam is on
+    "daytime": _table("headlights", "led_white", "daytime"),
     "position": _table("headlights", "led_white", "front_position"),
     # signal lamps
     "tail": _table("other", "red", "rear_position"),

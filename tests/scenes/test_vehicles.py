@@ -8,25 +8,36 @@ from functools import cache
 
 import numpy as np
 import pytest
+import shapely
 from isethdr_scenes import things
 from isethdr_scenes.geometry.mesh.piece import face_areas
 from isethdr_scenes.materials import MATERIALS
 from isethdr_scenes.things.detail import extent_m
+from isethdr_scenes.things.fleet import ALIKE, PIXELS, fleet, likeness, silhouettes
 
 from isethdr_core.data.categories import CATEGORIES
 
-GROUPS = ("car", "motorcycle", "bicycle")
+GROUPS = ("car", "truck", "bus", "motorcycle", "bicycle")
 FAMILIES = [(group, family) for group in GROUPS for family in things.names(group)]
 SIZE_M = 0.03  # what `Thing.size_m` promises
 GROUND_M = 0.01
 # most triangles of a thing, near, middle and far
 TRIANGLES = {
     "car": {"near": 125_000, "middle": 50_000, "far": 20_000},
+    "truck": {"near": 76_000, "middle": 40_000, "far": 16_000},
+    "bus": {"near": 125_000, "middle": 66_000, "far": 30_000},
     "motorcycle": {"near": 25_000, "middle": 18_000, "far": 10_000},
     "bicycle": {"near": 8_000, "middle": 6_000, "far": 3_000},
 }
 DRIVEN = {"low_beam", "position", "tail", "brake", "indicator_front", "indicator_rear"}
-LAMPS = dict.fromkeys(GROUPS, DRIVEN) | {"bicycle": {"bike_front", "bike_tail"}}
+DAYTIME = DRIVEN | {"daytime", "reverse"}
+LAMPS = {
+    "car": DAYTIME,
+    "truck": DAYTIME | {"marker"},
+    "bus": DAYTIME,
+    "motorcycle": DRIVEN,
+    "bicycle": {"bike_front", "bike_tail"},
+}
 
 
 def one(group, family, seed=0):
@@ -74,11 +85,11 @@ def check_lamps(model, kinds):
     return parts
 
 
-# cars share one builder: three of them run with the quick tests, all with the slow ones
-QUICK_CARS = {"sedan", "pickup", "city_car"}
+# cars, trucks and buses have one builder each: some run with the quick tests, all with the slow
+QUICK = {"sedan", "pickup", "city_car", "tipper", "midi_bus"}
 SOME = [
     (group, family)
-    if group != "car" or family in QUICK_CARS
+    if group in ("motorcycle", "bicycle") or family in QUICK
     else pytest.param(group, family, marks=pytest.mark.slow)
     for group, family in FAMILIES
 ]
@@ -136,6 +147,69 @@ def test_a_rider_sits_behind_the_grips_and_above_the_feet(group):
                 assert left[1] == -right[1] > 0
             assert at.saddle[0] < at.grips[0][0] < at.saddle[0] + 0.95
             assert 0.3 < at.saddle[2] - min(foot[2] for foot in at.feet) < 0.95
+
+
+def test_lamps_of_both_sides_are_alike():
+    thing = one("truck", "tipper")
+    sides = {}
+    for part in near(thing).parts:
+        if part.lamp:
+            sides.setdefault(part.lamp.kind, []).append(float(part.vertices[:, 1].mean()))
+    for kind, places in sides.items():
+        left = sorted(y for y in places if y > 0)
+        right = sorted(-y for y in places if y < 0)
+        # the sheet of the body is cut along its own triangles, a few mm wide there
+        assert left == pytest.approx(right, abs=0.02), kind
+
+
+def triangle(height):
+    """Silhouettes of a right triangle from the side, and of a full square from the front."""
+    x, z = np.meshgrid(np.arange(200) + 0.5, 199.5 - np.arange(200))
+    return np.stack([z < height * (200 - x), np.ones_like(x, bool)])
+
+
+def test_likeness_is_the_intersection_over_the_union_of_the_worse_view():
+    # triangles of one base: the lower one is inside the higher one
+    assert likeness(triangle(1.0), triangle(0.5)) == pytest.approx(0.5, abs=0.01)  # of pixels
+    assert likeness(triangle(0.8), triangle(0.8)) == 1
+
+
+def test_silhouettes_have_the_areas_of_a_vehicles_views():
+    """Against the union of the projected triangles."""
+    thing = one("truck", "tipper")
+    corners = np.concatenate([p.vertices[p.faces] for p in things.build(thing, "far").parts])
+    length, _, height = thing.size_m
+    shown = silhouettes(thing)
+    for k, axis in enumerate((0, 1)):
+        flat = shapely.polygons(corners[:, :, [axis, 2]])
+        area = shapely.union_all(flat[shapely.area(flat) > 1e-9]).area
+        # pixels that the outline crosses count as whole ones
+        seen = shown[k].sum() / shown.shape[2] ** 2 * length**2
+        assert area < seen < 1.04 * area
+        rows = np.flatnonzero(shown[k].any(1))
+        tall = (rows[-1] - rows[0] + 1) / shown.shape[2] * length
+        assert tall == pytest.approx(height, abs=0.02)  # of 5 mm pixels
+
+
+def test_a_fleet_is_the_same_for_a_seed_and_holds_no_two_that_are_alike():
+    first = fleet(2, 1, ("bicycle",))
+    assert first == fleet(2, 1, ("bicycle",))
+    assert first != fleet(1, 2, ("bicycle",))
+    assert [thing.family for thing in first] == list(things.names("bicycle")[:2])
+    assert likeness(*map(silhouettes, first)) <= ALIKE
+    with pytest.raises(ValueError, match="hold only 0 vehicles"):
+        fleet(1, 0, ())
+
+
+@pytest.mark.slow
+def test_no_two_of_80_vehicles_are_alike():
+    """All 3160 pairs, by silhouettes of twice as many pixels as they were chosen by."""
+    vehicles = fleet(80)
+    shown = [silhouettes(thing, 2 * PIXELS) for thing in vehicles]
+    pairs = [
+        likeness(shown[i], shown[j]) for i in range(len(shown)) for j in range(i + 1, len(shown))
+    ]
+    assert len(pairs) == 3160 and max(pairs) <= ALIKE
 
 
 def test_families_are_drawn_by_their_shares():

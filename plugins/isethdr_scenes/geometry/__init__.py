@@ -2,9 +2,10 @@
 
 | module          | content                                                               |
 |-----------------|-----------------------------------------------------------------------|
+| `heavy/`        | trucks and buses of any size                                          |
 | `mesh/`         | primitives, implicit surfaces, exact cuts, and pieces that are joined |
 | `road_users/`   | people, cyclists and deer                                             |
 | `surroundings/` | ground, road, tunnel, plants, houses and roadside furniture           |
 | `two_wheelers/` | bicycles, motorcycles and scooters                                    |
-| `vehicles/`     | cars, trucks and buses, on lofted shells                              |
+| `vehicles/`     | cars, one truck and one bus, on lofted shells                         |
 """

@@ -6,6 +6,7 @@
 | ranges    | files of `data`, and numbers drawn from their ranges                     |
 | registry  | the groups, and the module that serves each                              |
 | stock     | what may be drawn: the bundled families, and things of asset packs       |
+| fleet     | vehicles of which no two have the same silhouettes                       |
 | packs     | folders of users' own meshes                                             |
 | detail    | coarser meshes for things that are far away                              |
 | furniture | street lamps, signs, traffic lights, barriers, buildings, small things   |
@@ -26,6 +27,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.mesh.piece import Assembly
+from .fleet import fleet
 from .packs.asset import AssetThing
 from .people.riders import Rider
 from .registry import RIDDEN, RIDERS, group_named
@@ -33,7 +35,17 @@ from .riding import RidingPosition
 from .stock import BUNDLED
 from .thing import Detail, Thing
 
-__all__ = ["Detail", "Rider", "Thing", "build", "draw", "names", "rider_of", "riding_position"]
+__all__ = [
+    "Detail",
+    "Rider",
+    "Thing",
+    "build",
+    "draw",
+    "fleet",
+    "names",
+    "rider_of",
+    "riding_position",
+]
 
 
 def names(group: str) -> tuple[str, ...]:

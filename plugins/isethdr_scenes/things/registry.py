@@ -57,7 +57,7 @@ GROUPS: dict[str, Families] = {
 }
 # names for several groups
 COLLECTIONS: dict[str, tuple[str, ...]] = {
-    "vehicles": ("car", "motorcycle", "bicycle"),
+    "vehicles": ("car", "truck", "bus", "motorcycle", "bicycle"),
     "living": ("person", "rider", "animal"),
     "plants": ("tree", "spring tree", "autumn tree", "winter tree", "bush", "grass", "rock"),
 }

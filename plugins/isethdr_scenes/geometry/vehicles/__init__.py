@@ -9,6 +9,7 @@
 | `car_front`  | grille, headlamps, intake and plate                                      |
 | `car_rear`   | tail lamps, diffuser, exhausts and plate                                 |
 | `car_shapes` | shapes of passenger cars as tables                                       |
+| `grille`     | grilles of passenger cars                                                |
 | `headlamp`   | round lamps in the front of a vehicle                                    |
 | `panels`     | regions cut out of the flat faces of trucks and buses, and their mirrors |
 | `shell`      | the outer skin of a vehicle, lofted into one sheet                       |

@@ -6,14 +6,16 @@ import numpy as np
 
 from ...lamps import lamp
 from ..mesh.cutting import polygon
-from ..mesh.piece import shift
-from ..mesh.primitives import lathe, tube
+from ..mesh.piece import Piece, lit, shift
+from ..mesh.primitives import lathe
 from .body import Body
 from .car_shapes import Car
+from .grille import grille
 from .headlamp import RoundLamp, round_lamp
 from .wheels import plate
 
 NARROW_M = 0.88  # half the width
+FORWARD = (1.0, 0.0, 0.0)
 
 
 def front(b: Body, c: Car):
@@ -23,76 +25,13 @@ def front(b: Body, c: Car):
     half = c.width / 2
     nose = c.roof[0][1]
     ahead = lambda u, lim=0.5: u - lim
-    wide, high = c.grille
     z1 = nose - 0.035
-    z0 = nose - (0.035 + high)
-    u, ay, z, _ = b.at()
-    grille = polygon(
-        [(0, z0 - 0.02), (wide - 0.07, z0 - 0.02), (wide, z1 - 0.02), (0, z1 - 0.02)], 0.012
-    )
-    v = np.maximum(grille(ay, z), ahead(u))
-    ring = b.take("grille.frame", "chrome", v - 0.014)
-    u, ay, z, _ = b.at(ring)
-    b.carve(ring, "grille", "gap", grille(ay, z))
-    for k in range(4):
-        zk = z0 + 0.005 + k * 0.034 * high / 0.13
-        b.parts.append(
-            tube(
-                [
-                    (c.length / 2 + 0.012 - 0.10 * y * y, y, zk)
-                    for y in np.linspace(-(wide - 0.03), wide - 0.03, 9)
-                ],
-                0.006,
-                "grille.bar",
-                "chrome",
-                6,
-            )
-        )
-    closer = max(0.0, NARROW_M - half)  # the lamps of a narrow car lie nearer to its middle
-    outline = polygon(
-        [
-            (0.50 - closer, z0 + 0.015),
-            (0.72 - closer, z0 + 0.0),
-            (half + 0.05, z0 + 0.06),
-            (half + 0.05, z1 + 0.045),
-            (0.74 - closer, z1 + 0.02),
-            (0.50 - closer, z1 - 0.01),
-        ],
-        0.01,
-    )
-    u, ay, z, y = b.at()
-    house = b.take(
-        "headlamp.housing",
-        "lamp_dark",
-        np.maximum(outline(ay, z), ahead(u, 0.46)),
-        sunk=0.008,
-        rim="gloss_black",
-    )
-    mid = 0.5 * (z0 + z1) + 0.005
-    for s, tag in ((1, "left"), (-1, "right")):
-        for kind, material, yc, zc, r in (
-            ("low_beam", "lamp_white", 0.70 - closer, mid + 0.012, 0.047),
-            ("reflector", "chrome", 0.585 - closer, mid + 0.012, 0.043),
-            ("indicator_front", "lamp_amber", half - 0.085, mid + 0.035, 0.034),
-        ):
-            shape = RoundLamp(kind, tag, (s * yc, zc), r, material=material)
-            house = round_lamp(b, house, shape)
-        u, ay, z, y = b.at(house)
-        _, house = b.carve(
-            house,
-            f"position.{tag}",
-            "lamp_white",
-            np.max(
-                [
-                    np.abs(z - z0 - 0.028 - 0.20 * np.maximum(ay - 0.72 + closer, 0)) - 0.008,
-                    0.52 - closer - ay,
-                    ay - half + 0.07,
-                    -s * y,
-                ],
-                0,
-            ),
-            lamp("position", (1.0, 0.0, 0.0)),
-        )
+    z0 = nose - (0.035 + c.grille[1])
+    grille(b, c, z0, z1)
+    if c.front.headlamp == "round":
+        _round_headlamps(b, c, half, 0.5 * (z0 + z1) + 0.01)
+    else:
+        _headlamps(b, c, z0, z1)
     u, ay, z, _ = b.at()
     low = c.clearance + 0.05
     intake = polygon([(0, low), (0.52, low), (0.60, low + 0.10), (0, low + 0.12)], 0.015)
@@ -101,7 +40,9 @@ def front(b: Body, c: Car):
     fog = polygon(
         [(0.66, low + 0.03), (0.80, low + 0.05), (0.80, low + 0.14), (0.68, low + 0.11)], 0.015
     )
-    b.take("fog_bezel", "plastic_black", np.maximum(fog(ay, z), ahead(u)), sunk=0.012)
+    bezel = b.take("fog_bezel", "plastic_black", np.maximum(fog(ay, z), ahead(u)), sunk=0.012)
+    if c.front.daytime == "bumper":
+        _daytime_bar(b, bezel, low)
     zp = z0 - 0.125
     b.parts += plate(c.length / 2 + 0.034, zp, 1)
     b.parts.append(
@@ -109,3 +50,124 @@ def front(b: Body, c: Car):
             shift(c.length / 2 + 0.028, 0, z1 - 0.06)
         )
     )
+
+
+def _headlamps(b: Body, c: Car, z0: float, z1: float) -> None:
+    """Cut a housing on each side with dipped beam, reflector, indicator, position lamp, and
+    daytime running lamp where the car has one in it.
+    """
+    half = c.width / 2
+    ahead = lambda u, lim: u - lim
+    closer = max(0.0, NARROW_M - half)  # the lamps of a narrow car lie nearer to its middle
+    corners = _housing(c, closer, z0, z1)
+    outline = polygon(corners, 0.01)
+    u, ay, z, y = b.at()
+    house = b.take(
+        "headlamp.housing",
+        "lamp_dark",
+        np.maximum(outline(ay, z), ahead(u, 0.46)),
+        sunk=0.008,
+        rim="gloss_black",
+    )
+    slim = c.front.headlamp == "slim"
+    mid = z1 - 0.025 if slim else 0.5 * (z0 + z1) + 0.005
+    aside = 0.16 if slim else 0.085  # where the small lens of a slim headlamp looks ahead
+    base, above = (z1, -0.045) if slim else (z0, 0.028)
+    for s, tag in ((1, "left"), (-1, "right")):
+        for kind, material, yc, zc, r in (
+            ("low_beam", "lamp_white", 0.70 - closer, mid + 0.012, 0.047),
+            ("reflector", "chrome", 0.585 - closer, mid + 0.012, 0.043),
+            ("indicator_front", "lamp_amber", half - aside, mid + 0.035, 0.034),
+        ):
+            shape = RoundLamp(
+                kind, tag, (s * yc, zc), r * (0.62 if slim else 1.0), material=material
+            )
+            house = round_lamp(b, house, shape)
+        u, ay, z, y = b.at(house)
+        _, house = b.carve(
+            house,
+            f"position.{tag}",
+            "lamp_white",
+            np.max(
+                [
+                    np.abs(z - base - above - 0.20 * np.maximum(ay - 0.72 + closer, 0)) - 0.008,
+                    0.52 - closer - ay,
+                    ay - half + 0.07,
+                    -s * y,
+                ],
+                0,
+            ),
+            lamp("position", (1.0, 0.0, 0.0)),
+        )
+        if c.front.daytime in ("brow", "hook"):
+            house = _daytime(b, house, (s, tag), corners, c.front.daytime)
+
+
+def _housing(c: Car, closer: float, z0: float, z1: float) -> list[tuple[float, float]]:
+    """Return the outline (|y|, z) of a headlamp, from its inner lower corner on."""
+    out = c.width / 2 + 0.05
+    inner = 0.50 - closer
+    if c.front.headlamp == "slim":
+        return [(inner - 0.04, z1 - 0.06), (out, z1 - 0.05), (out, z1 + 0.05), (inner, z1)]
+    if c.front.headlamp == "tall":
+        return [(inner, z0 - 0.03), (out, z0 - 0.02), (out, z1 + 0.06), (inner, z1 + 0.05)]
+    return [
+        (inner, z0 + 0.015),
+        (0.72 - closer, z0 + 0.0),
+        (out, z0 + 0.06),
+        (out, z1 + 0.045),
+        (0.74 - closer, z1 + 0.02),
+        (inner, z1 - 0.01),
+    ]
+
+
+def _daytime(b: Body, house: Piece, where: tuple[int, str], corners, place: str) -> Piece:
+    """Cut a daytime running lamp out of a headlamp; return the rest of the headlamp."""
+    side, tag = where
+    _, ay, z, y = b.at(house)
+    top = sorted({corner for corner in corners if corner[1] > np.mean([k[1] for k in corners])})
+    edge = np.interp(ay, *np.array(top).T)
+    if place == "brow":
+        value = np.max([np.abs(z - edge + 0.014) - 0.009, corners[0][0] + 0.02 - ay], 0)
+    else:
+        value = np.max([np.abs(ay - corners[0][0] - 0.022) - 0.011, z - edge + 0.012], 0)
+        value = np.maximum(value, corners[0][1] + 0.012 - z)
+    shown = np.max([value, ay - corners[2][0] + 0.10, -side * y], 0)
+    lens, rest = b.carve(house, f"daytime.{tag}", "lamp_white", shown)
+    b.parts = [p for p in b.parts if p is not lens] + lit(lens, "daytime", FORWARD)
+    return rest
+
+
+def _daytime_bar(b: Body, bezel: Piece, low: float) -> None:
+    """Cut daytime running lamps out of the corners of the bumper."""
+    for side, tag in ((1, "left"), (-1, "right")):
+        _, ay, z, y = b.at(bezel)
+        bar = np.max([np.abs(z - low - 0.085) - 0.016, 0.665 - ay, ay - 0.80, -side * y], 0)
+        lens, bezel = b.carve(bezel, f"daytime.{tag}", "lamp_white", bar)
+        b.parts = [p for p in b.parts if p is not lens] + lit(lens, "daytime", FORWARD)
+
+
+def _round_headlamps(b: Body, c: Car, half: float, z0: float) -> None:
+    """Cut round housings with the dipped beam in the middle, and position and daytime running lamps
+    as arcs below and above it.
+    """
+    y0 = half - 0.25
+    radius = min(0.115, c.grille[1] + 0.01)
+    u, ay, z, _ = b.at()
+    circle = np.maximum(np.hypot(ay - y0, z - z0) - radius, u - 0.46)
+    house = b.take("headlamp.housing", "lamp_dark", circle, sunk=0.006, rim="chrome")
+    for side, tag in ((1, "left"), (-1, "right")):
+        lens = RoundLamp("low_beam", tag, (side * y0, z0), 0.45 * radius)
+        house = round_lamp(b, house, lens)
+        arcs = [("position", -1.0)]
+        if c.front.daytime in ("brow", "hook"):
+            arcs.append(("daytime", 1.0))
+        for kind, up in arcs:
+            _, ay, z, y = b.at(house)
+            away = np.hypot(ay - y0, z - z0)
+            arc = np.abs(away - 0.83 * radius) - 0.10 * radius
+            value = np.max([arc, 0.25 * radius - up * (z - z0), -side * y], 0)
+            glow, house = b.carve(house, f"{kind}.{tag}", "lamp_white", value)
+            b.parts = [p for p in b.parts if p is not glow] + lit(glow, kind, FORWARD)
+        at = (side * (y0 - 1.65 * radius), z0 - 0.01)
+        round_lamp(b, None, RoundLamp("indicator_front", tag, at, 0.026, material="lamp_amber"))

@@ -3,6 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Front:
+    """Shapes of the front of a passenger car."""
+
+    grille: Literal["bars", "mesh", "kidney", "shield", "closed"] = "bars"
+    headlamp: Literal["swept", "slim", "tall", "round"] = "swept"
+    # daytime running lamps: none, or along the upper edge of the headlamp, at its inner end, or in
+    # the bumper
+    daytime: Literal["none", "brow", "hook", "bumper"] = "none"
 
 
 @dataclass(frozen=True)
@@ -35,6 +47,7 @@ class Car:
     bed: float = 0.0  # depth of a bed behind the cab, from the rear window base to the tail
     rows: int = 2  # of seats; a panel van has one
     grille: tuple = (0.43, 0.13)  # half width and height
+    front: Front = Front()
     paint: str = "silver"
     spokes: int = 5
     step: float = 0.055  # distance of the sections the body is lofted from; coarser when far away

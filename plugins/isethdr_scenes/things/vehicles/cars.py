@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+import numpy as np
+
 from ...geometry.mesh.piece import Assembly
 from ...geometry.vehicles import car
-from ...geometry.vehicles.car_shapes import Car
+from ...geometry.vehicles.car_shapes import Car, Front
 from ..detail import centred, clean, coarser
 from ..ranges import drawn, generator, one_of, read
 from ..thing import Detail, Thing
@@ -70,7 +72,15 @@ def shape_of(family: str, variant: int) -> Car:
         grille=given.get("grille_m", (0.43, 0.13)),
         paint=one_of(given.get("paints", read(FILE)["paints"]), rng),
         spokes=int(rng.integers(5, 11)),
+        front=_front(given.get("front", {}), rng),
     )
+
+
+def _front(given: dict[str, dict[str, float]], rng: np.random.Generator) -> Front:
+    """Return the shapes of a front, by the shares of the family or of all cars."""
+    usual: dict[str, dict[str, float]] = read(FILE)["front"]
+    chosen = {part: one_of(given.get(part, shares), rng) for part, shares in usual.items()}
+    return Front(**chosen)
 
 
 def build(thing: Thing, detail: Detail) -> Assembly:
