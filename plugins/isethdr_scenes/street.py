@@ -18,6 +18,7 @@ from .lamps import groups_of
 from .limits import Aspect, CameraHeight, RoadField, SkyLuminance
 from .materials import used
 from .placing.camera import Eye, Mounting, check_eye, eye
+from .placing.daytime import by_day
 from .placing.plan import Densities, Layout, plan
 from .road_surfaces import DEFAULT, RoadSurfaceName
 from .roads.kinds import BaseRoad, kind, names
@@ -101,6 +102,8 @@ class Street:
     headlamp_light: Literal["led_white", "halogen"] = "led_white"
     # beam of all vehicle headlamps (docs/explanation/lamps.md)
     headlamp_beam: Literal["dipped_r112_b", "dipped_r149_c", "driving"] = "dipped_r112_b"
+    # lamps of vehicles that drive: dipped beams, or daytime running lamps without them
+    vehicle_lamps: Literal["dipped", "daytime"] = "dipped"
     # spectrum of street lamps and of a tunnel's luminaires
     street_light: Literal["sodium", "led_white", "metal_halide"] = "led_white"
     # asphalt: dry r1 to r4, c1, c2; damp; wet w1, w2, c2w3, c2w4 (docs/explanation/scenes.md)
@@ -184,10 +187,11 @@ class Street:
         now = self.moment(self.time_s)
         place = eye(now.own_pose, self.mounting())
         light = {"headlights": self.headlamp_light, "streetlights": self.street_light}
+        own_beam = "daytime" if self.vehicle_lamps == "daytime" else self.headlamp_beam
         shown = visible(now.layout, place, self.horizontal_field_deg)
         models, objects = ground_of(now.layout.base, light)
         for more_models, more in (
-            own_headlamps(now.own_pose, light, self.headlamp_beam),
+            own_headlamps(now.own_pose, light, own_beam),
             things_of(now.layout, shown, place, light, self.headlamp_beam),
         ):
             models |= more_models
@@ -350,6 +354,8 @@ class Street:
         )
         first = self._start.put if self.scenario else None
         layout = plan(base, self.seed, densities, place.viewpoint(), self.stock(), first)
+        if self.vehicle_lamps == "daytime":
+            layout = by_day(layout)
         check_eye(layout, place)
         return layout
 

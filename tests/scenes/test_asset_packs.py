@@ -110,13 +110,14 @@ def test_a_street_places_labels_and_lights_what_a_pack_adds(pack, car):
     eye = street.eye()
     assert set(levels(standing, eye.position_m)) == {car}
     spectra = {"headlights": "led_white"}
-    models, objects = things_of(standing[:1], eye, spectra, "dipped_r149_c")
-    assert [o.category for o in objects] == ["car"]
-    lit = {p.lamp.kind: p.lamp for p in models[objects[0].model].parts if p.lamp}
+    models, objects = things_of(street.plan(), standing[:1], eye, spectra, "dipped_r149_c")
+    own = next(o for o in objects if o.name == standing[0].name)
+    assert own.category == "car"
+    lit = {p.lamp.kind: p.lamp for p in models[own.model].parts if p.lamp}
     assert lit["low_beam"].table is family("dipped_r149_c").table
     assert lit["tail"].intensity_cd == 8
-    materials = used(models)
-    assert {p.material for p in models[objects[0].model].parts} == set(materials)
+    materials = used({own.model: models[own.model]})
+    assert {p.material for p in models[own.model].parts} == set(materials)
 
 
 def test_the_bytes_of_a_pack_are_part_of_the_names_of_results(pack, tmp_path):

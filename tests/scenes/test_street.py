@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from isethdr_scenes.placing import rules
@@ -61,6 +63,23 @@ def test_the_camera_is_on_its_car_and_looks_along_its_mount(quiet):
         way = own[:3, :3].T @ np.subtract(camera.target_m, camera.position_m)
         turn = np.degrees(np.arctan2(way[1], way[0]))
         assert (turn - heading + 180) % 360 == pytest.approx(180.0, abs=1e-6)
+
+
+def test_by_day_vehicles_have_daytime_lamps_in_place_of_the_others(quiet):
+    street, scene = quiet
+    day = replace(street, vehicle_lamps="daytime")
+    kinds = lambda one: [
+        set(s.foot.lamps) for s in one.plan().standing if s.foot.thing.group != "rider"
+    ]
+    for by_night, by_day in zip(kinds(street), kinds(day), strict=True):
+        assert ("low_beam" in by_night) == ("daytime" in by_day)
+        assert not by_day & {"low_beam", "position", "tail"}
+        assert {k for k in by_night if "indicator" in k or "brake" in k} <= by_day
+    described = day()
+    lamps = [p.lamp for m in described.models.values() for p in m.parts if p.lamp]
+    # of its own car, too: the least and the most of UN R148
+    assert all(400 <= lamp.intensity_cd <= 1200 for lamp in lamps if lamp.group == "headlights")
+    assert {lamp.group for lamp in lamps} == set(day.light_groups()) - {"sky"}
 
 
 def test_own_headlamps_are_below_the_picture_and_its_margin(quiet):

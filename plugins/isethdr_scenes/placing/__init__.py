@@ -16,6 +16,7 @@
 | `street_lights`   | street lamps and traffic lights                                       |
 | `road_signs`      | signs                                                                 |
 | `pavement_things` | bus stops, benches, bins, bollards                                    |
+| `daytime`         | lamps by day                                                          |
 | `camera`          | a camera on a vehicle                                                 |
 | `rules`           | checks of a layout                                                    |
 """

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..packs.asset import AssetThing
 from ..ranges import generator
 from ..thing import Thing
 from .families import Walker, figure, look_of, pace_of
@@ -27,7 +28,9 @@ class Gait(NamedTuple):
 
 
 def gait(thing: Thing) -> Gait | None:
-    """Return how a person walks; None for one who stands."""
+    """Return how a person walks; None for one who stands, as those of asset packs do."""
+    if isinstance(thing, AssetThing):
+        return None
     return _gait(thing.family, thing.variant)
 
 
