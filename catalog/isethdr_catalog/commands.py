@@ -4,6 +4,7 @@ the folder ISETHDR_HOME or ./runs. Those that only look something up read severa
 
 from __future__ import annotations
 
+from datetime import timedelta
 from importlib import import_module
 from types import ModuleType
 
@@ -15,6 +16,9 @@ from isethdr_core.errors import CatalogError
 from isethdr_core.plugins.registry import build
 from isethdr_core.storage.home_folder import existing_home as home
 from isethdr_core.storage.home_folder import existing_homes as homes
+from isethdr_core.storage.object_home.calls import interrupted_uploads, kept_here, remove_uploads
+
+UPLOADS_OLDER_H = 24.0  # no upload of one file takes as long
 
 catalog = typer.Typer(
     no_args_is_help=True, help="Find, query, check and index stored scenes and runs."
@@ -96,7 +100,8 @@ def show(name: str) -> None:
 def report(name: str) -> None:
     """Print the path of the page, in the home folder of the run or in its scratch folder."""
     reports = import_module(".report.named_report", __package__)
-    print_path("report", reports.named_report(homes(), name))
+    page = reports.named_report(homes(), name)
+    print_path(kept_here("report", page), page)
 
 
 @catalog.command(
@@ -209,29 +214,48 @@ def du(stores: bool = typer.Option(False, help="list every store, the largest fi
 @catalog.command(
     help=(
         "Remove what is made again when it is needed; --dry-run shows it, --scenes adds radiance"
-        " that no run has read."
+        " that no run has read. In an object home also uploads that were interrupted; --copies adds"
+        " the files that the bucket holds as well."
     )
 )
 def gc(
     dry_run: bool = typer.Option(False, "--dry-run", help="remove nothing"),
     scenes: bool = typer.Option(False, help="also radiance that no stored run has read"),
+    copies: bool = typer.Option(False, help="also files here of stores that are in the bucket"),
+    uploads_older_h: float = typer.Option(
+        UPLOADS_OLDER_H, min=1.0, help="hours since the last file of an interrupted upload"
+    ),
 ) -> None:
     """Print how much space was freed, or would be."""
     from . import space
 
     folder = home()
     items = space.removable(folder, scenes)
+    kept_copies = space.local_copies(folder)
     together: dict[str, list[int]] = {}
-    for item in items:
+    for item in items + (kept_copies if copies else []):
         together.setdefault(item.why, []).append(item.size)
+    uploads = interrupted_uploads(folder, timedelta(hours=uploads_older_h))
+    if uploads:
+        why = f"upload in the bucket, interrupted over {uploads_older_h:g} h ago"
+        together[why] = [upload.size for upload in uploads]
     rows = [[why, len(sizes), _megabytes(sum(sizes))] for why, sizes in together.items()]
     print_table(["would be removed" if dry_run else "removed", "entries", "MB"], rows)
     if not dry_run:
-        print(f"{_megabytes(space.collect(folder, items))} MB freed")
+        free = space.collect(folder, items) + (space.release_copies(kept_copies) if copies else 0)
+        remove_uploads(folder, uploads)
+        free += sum(upload.size for upload in uploads)
+        print(f"{_megabytes(free)} MB freed")
     unread = [] if scenes else space.unread_scenes(folder)
     if unread:
         size = _megabytes(sum(item.size for item in unread))
         print(f"{len(unread)} scenes that no run has read stay, {size} MB; --scenes removes them")
+    if kept_copies and not copies:
+        size = _megabytes(sum(item.size for item in kept_copies))
+        print(
+            f"{len(kept_copies)} stores are here and in the bucket, {size} MB here; --copies leaves"
+            " them to the bucket"
+        )
 
 
 @catalog.command(

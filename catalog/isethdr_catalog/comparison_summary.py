@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from isethdr_core.cli.sweep_summary import scored_text
 from isethdr_core.cli.terminal import print_path, print_table, print_text
 from isethdr_core.storage.home_folder import StoredHome
+from isethdr_core.storage.object_home.calls import kept_here
 
 from .compare import VERDICT, compare
 from .report.compare_page import write_compare_page
@@ -55,4 +56,5 @@ def print_comparison(homes: Sequence[StoredHome], a: str, b: str) -> None:
     )
     same = len(found.scores) - len(changed)
     print(f"{same} scores do not differ by more than their intervals")
-    print_path("page", write_compare_page(found, homes[0].folder / COMPARISONS))
+    page = write_compare_page(found, homes[0].folder / COMPARISONS)
+    print_path(kept_here("page", page), page)

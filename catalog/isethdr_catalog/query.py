@@ -109,6 +109,7 @@ def find(
         if ordered:
             direction = "DESC" if str(order_by).startswith("-") else "ASC"
             order = f"{_order(_column(known, ordered, places), direction)}, id"
+        order += f", {HOME}" if len(places) > 1 else ""
         chosen = base.execute(
             f"SELECT rowid FROM idx.shots {where} ORDER BY {order} LIMIT {int(limit)}", values
         ).fetchall()

@@ -19,7 +19,12 @@ from isethdr_core.runs.labels import SUFFIX as LABELS
 from isethdr_core.runs.reuse import FOLDER as INTERMEDIATE
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 from isethdr_core.storage.object_home.address import MARK
-from isethdr_core.storage.object_home.calls import use_of_bucket, withdraw_store
+from isethdr_core.storage.object_home.calls import (
+    is_copy,
+    release_copy,
+    use_of_bucket,
+    withdraw_store,
+)
 from isethdr_core.store import read_attrs
 
 from .index import INDEX, STATE, stores
@@ -159,6 +164,29 @@ def unread_scenes(folder: str | os.PathLike[str]) -> list[Removable]:
         if path.stem not in read_by and time.time() - path.stat().st_mtime > MAY_BE_IN_USE_S:
             unread.append(Removable(path, "radiance that no run has read", size_of(path)))
     return unread
+
+
+def local_copies(folder: str | os.PathLike[str]) -> list[Removable]:
+    """Return the stores of an object home whose files are in its bucket and on this machine as
+    well, and that no run can be at work on. None of a home that is a folder.
+    """
+    return [
+        Removable(path, "local copy of a store in the bucket", size_of(path))
+        for path in stores(folder)
+        if is_copy(path) and time.time() - path.stat().st_mtime > MAY_BE_IN_USE_S
+    ]
+
+
+def release_copies(copies: list[Removable]) -> int:
+    """Leave the files of stores to the bucket alone, and return the bytes that were freed.
+
+    Raises
+    ------
+    CatalogError : the bucket lacks a file of a store; that store stays.
+    """
+    for copy in copies:
+        release_copy(copy.path)
+    return sum(copy.size for copy in copies)
 
 
 def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from ..data.scores import objects_remark, shares_remark, unlike_shares
 from ..runs.run_warnings import sentence
+from ..storage.object_home.calls import kept_here
 from ..uncertainty.ledger import Row
 from .terminal import console as open_console
 from .terminal import print_path, print_text, text_width
@@ -42,7 +43,7 @@ def print_result(result) -> None:
     for name, note in result.attributes["lighting_notes"].items():
         print_text(f"lighting {name}: {note}", hanging="    ")
     report = result.path.with_suffix(".html")
-    for label, path in (("store", result.path), ("report", report)):
+    for label, path in (("store", result.path), (kept_here("report", report), report)):
         if path.exists():
             print_path(label, path)
 

@@ -10,6 +10,7 @@ from rich.table import Table
 from ..plugins.component import Stage
 from ..plugins.registry import plugin_manager
 from ..storage.atomic_write import write_text
+from ..storage.object_home.calls import kept_here
 from ..sweeps.record import Sweep
 from ..sweeps.table import (
     PAGE,
@@ -55,8 +56,10 @@ def print_sweep(table: SweepTable) -> None:
         print()
         console().print(_best(table))
     if (table.sweep.folder / PAGE).exists():
-        print_path("page", table.sweep.folder / PAGE)
-    print_path("table", table.sweep.folder / TABLE)
+        page = table.sweep.folder / PAGE
+        print_path(kept_here("page", page), page)
+    path = table.sweep.folder / TABLE
+    print_path(kept_here("table", path), path)
 
 
 def scored_text(score: Scored | None) -> str:

@@ -3,6 +3,7 @@
 | module             | content                                                              |
 |--------------------|----------------------------------------------------------------------|
 | `composition`      | dataclass fields as typed config groups; presets in the search path  |
+| `chunk_launcher`   | launchers `slurm_chunks` and `local_chunks`: an array of chunks of jobs |
 | `component_source` | the config group entry of each component, made on first use          |
 | `hydra_app`        | single runs, sweeps (`-m`) and launchers; one line for each failure  |
 | `job`              | the run of a composed config, and its summary                        |

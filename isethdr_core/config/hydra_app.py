@@ -24,6 +24,7 @@ from omegaconf.errors import OmegaConfBaseException
 from ..errors import IsetHdrError
 from ..runs.parent_watch import end_with_parent, exit_on_sigterm
 from ..sweeps.record import Job, begin, write_job
+from . import chunk_launcher
 from .composition import (
     CONFIG_MODULE,
     check_choices,
@@ -50,6 +51,7 @@ class JobsFailed(Exception):
 def run_with_hydra(arguments: list[str]) -> None:
     """Run once, or sweep with `-m`. Hydra reads `arguments` as its command line."""
     register_with_hydra()
+    chunk_launcher.register()
     arguments = with_list_of_tags(arguments)
     with user_mistakes():
         check_arguments(arguments)

@@ -42,6 +42,7 @@ from ..errors import CatalogError
 MANIFEST = "manifest"  # the group's name: no dataset may use it
 METADATA = "zarr.json"
 MANIFEST_FILE = f"{MANIFEST}/{METADATA}"
+OTHER_BYTES = "holds other bytes than were written"  # what is wrong with a file
 CRC_BYTES = 4
 ADVICE = (
     "see `isethdr catalog verify`; "
@@ -213,7 +214,7 @@ def problems(root: Path, manifest: Manifest) -> list[str]:
             try:
                 with open(root / key, "rb") as file:
                     same = hashlib.file_digest(file, "sha256").hexdigest() == record.sha256
-                problem = "" if same else "holds other bytes than were written"
+                problem = "" if same else OTHER_BYTES
             except OSError as error:
                 problem = f"cannot be read ({error})"
         if problem:
@@ -239,7 +240,7 @@ def check_whole(root: Path, key: str, record: FileRecord, content) -> None:
     if record.parts:
         check_parts(root, key, record, 0, view)
     elif hashlib.sha256(view).hexdigest() != record.sha256:
-        raise damaged(root, key, "holds other bytes than were written")
+        raise damaged(root, key, OTHER_BYTES)
 
 
 def check_parts(root: Path, key: str, record: FileRecord, start: int, content) -> bool:

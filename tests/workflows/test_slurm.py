@@ -78,11 +78,14 @@ def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> i
     return killed
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(
+needs_slurm = pytest.mark.skipif(
     bool(slurm_cluster.missing()),
     reason=f"SLURM lacks {', '.join(slurm_cluster.missing())}; type apt-get install slurm-wlm",
 )
+
+
+@pytest.mark.slow
+@needs_slurm
 def test_a_sweep_on_slurm_survives_killed_processes(isethdr_home, tmp_path, monkeypatch):
     """Whenever the processes are killed, the stores in the end are the same."""
     pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
@@ -117,3 +120,30 @@ def test_a_sweep_on_slurm_survives_killed_processes(isethdr_home, tmp_path, monk
         assert one["attributes"]["scores"] == other["attributes"]["scores"]
         one, other = (open_run(h / "runs" / name).open("captures/bayer") for h in homes)
         assert np.array_equal(one["raw"].values, other["raw"].values)
+
+
+@pytest.mark.slow
+@needs_slurm
+def test_chunks_on_slurm_store_what_one_process_stores(isethdr_home, tmp_path):
+    """One of two chunks is killed; the same command then computes what is missing."""
+    pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
+    image = np.geomspace(1, 1000, 8 * 12 * 3, dtype=np.float32).reshape(8, 12, 3)
+    np.save(tmp_path / "image.npy", image)
+    small = [text for text in SWEEP if not text.startswith(("seed", "sensor.exposure"))]
+    sweep = [*small, f"scene.path={tmp_path / 'image.npy'}", "seed=1,2,3,4,5,6"]
+    there = tmp_path / "cluster_home"
+    chunks = ["hydra/launcher=slurm_chunks", "hydra.launcher.workers=2"]
+    with slurm_cluster.cluster(tmp_path / "slurm") as variables:
+        process = start(*sweep, *chunks, ISETHDR_HOME=str(there), **variables)
+        assert ended(process, variables, kills=1) == 1
+        _, err = process.communicate()
+        assert process.returncode == 1, err
+        assert "1 of 2 chunks ended early" in err and "type the same command again" in err, err
+        assert slurm_cluster.stop_jobs(variables)
+        process = start(*sweep, *chunks, ISETHDR_HOME=str(there), **variables)
+        out, err = process.communicate()
+        assert process.returncode == 0, err
+    done = isethdr(*sweep)  # in one process
+    assert done.returncode == 0, done.stderr
+    assert stores(there).keys() == stores(isethdr_home).keys() and not leftovers(there)
+    assert len(list((there / "runs").glob("*.zarr"))) == 6

@@ -75,6 +75,21 @@ def test_every_launcher_stores_the_same(isethdr_home, tmp_path, monkeypatch, cap
 
 
 @pytest.mark.slow
+def test_chunks_store_the_same(isethdr_home, tmp_path, monkeypatch, capsys):
+    pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
+    other = tmp_path / "chunks"
+    few = [*SWEEP[:-2], "sensor=bayer", "seed=1,2,3"]
+    chunks = ["hydra/launcher=local_chunks", "hydra.launcher.workers=2"]
+    started = start(*few, *chunks, ISETHDR_HOME=str(other))
+    code, said = here(monkeypatch, capsys, *few)
+    assert code == 0, said
+    out, err = started.communicate(timeout=600)
+    assert started.returncode == 0, err
+    assert "3 computed" in out
+    assert stores(other).keys() == stores(isethdr_home).keys() and len(stores(other)) == 3
+
+
+@pytest.mark.slow
 def test_a_killed_sweep_goes_on_where_it_stopped(isethdr_home, tmp_path):
     plugins = [installed_trouble(tmp_path / "plugins")]
     sweep = ["run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal", "seed=1,2"]

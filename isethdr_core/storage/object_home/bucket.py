@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import uuid
 from collections.abc import Iterable, Iterator
@@ -35,6 +36,7 @@ AT_ONCE = 16  # requests in flight
 PATIENCE = timedelta(seconds=30)  # for repeats of a request
 REPEATS = 4
 PROBE = "probe"
+STREAMED = 1_000_000  # bytes of an object that are in memory at once while its digest is computed
 
 
 class Entry(NamedTuple):
@@ -79,6 +81,22 @@ class Bucket:
         """Yield objects in the order of their keys, several requests at once."""
         with ThreadPoolExecutor(AT_ONCE) as pool:
             yield from pool.map(self.get, keys)
+
+    def sha256(self, key: str) -> str | None:
+        """Return the SHA-256 of an object, read in pieces; None where there is none."""
+        with self.asked("read"):
+            digest = hashlib.sha256()
+            try:
+                for piece in obstore.get(self.objects, key).stream(min_chunk_size=STREAMED):
+                    digest.update(piece)
+            except FileNotFoundError:
+                return None
+            return digest.hexdigest()
+
+    def sha256_all(self, keys: Iterable[str]) -> Iterator[str | None]:
+        """Yield the SHA-256 of objects in the order of their keys, several at once."""
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            yield from pool.map(self.sha256, keys)
 
     def put_files(self, files: Iterable[tuple[str, Path]]) -> None:
         """Write objects from files, several at once."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from datetime import timedelta
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from .address import STUB, Address, address_of
 
 if TYPE_CHECKING:
     from ..manifest import Manifest
+    from .space import Upload
 
 
 def follow_home(folder: Path) -> None:
@@ -119,6 +121,60 @@ def use_of_bucket(folder: Path) -> tuple[str, list[tuple[str, int, int]]] | None
     if address is None:
         return None
     return address.url, list(_operations().bucket_use(address))
+
+
+def interrupted_uploads(folder: Path, older_than: timedelta) -> list[Upload]:
+    """Return the uploads in a bucket that were not finished and got no file for some time; none of
+    a home that is a folder.
+
+    Raises
+    ------
+    CatalogError : a request fails.
+    """
+    address = address_of(folder)
+    if address is None:
+        return []
+    found: list[Upload] = _operations().interrupted_uploads(address, older_than)
+    return found
+
+
+def remove_uploads(folder: Path, uploads: Sequence[Upload]) -> None:
+    """Remove the files of interrupted uploads from the bucket of a home."""
+    address = address_of(folder)
+    if address is not None and uploads:
+        _operations().remove_uploads(address, uploads)
+
+
+def is_copy(path: Path) -> bool:
+    """Return whether a store lies in a bucket, and all of its files here as well."""
+    return address_of(path.parent.parent) is not None and bool(_operations().is_copy(path))
+
+
+def release_copy(path: Path) -> None:
+    """Replace the files of a published store here by a stub, after a look at those in the bucket.
+
+    Raises
+    ------
+    CatalogError : a file is missing in the bucket or has another size, or a request fails.
+    """
+    address = address_of(path.parent.parent)
+    if address is not None:
+        _operations().release_copy(path, address)
+
+
+def kept_here(label: str, path: Path) -> str:
+    """Return the label of a page, with the remark that no other machine has it where the home is
+    an object home.
+
+    Parameters
+    ----------
+    path : of the page, at most three folders below the home.
+    """
+    for folder in list(path.parents)[:3]:
+        address = address_of(folder)
+        if address is not None:
+            return f"{label} (on this machine only, not in {address.url})"
+    return label
 
 
 def home_of_stub(path: Path) -> Address | None:

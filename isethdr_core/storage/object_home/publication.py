@@ -157,6 +157,24 @@ def remember(path: Path, entry: Content) -> None:
             file.unlink(missing_ok=True)
 
 
+def is_copy(path: Path) -> bool:
+    """Return whether this machine has all files of a published store."""
+    return not (path / STUB).exists() and published(path) is not None
+
+
+def release(path: Path) -> None:
+    """Replace the files of a published store on this machine by a stub.
+
+    Raises
+    ------
+    CatalogError : it is not published.
+    """
+    found = published(path)
+    if found is None:
+        raise CatalogError(f"the store {path} is not published; its files stay here")
+    _make_stub(path, found)
+
+
 def forget(path: Path) -> None:
     """Remove a store from the scratch folder that the bucket no longer has."""
     if path.exists():

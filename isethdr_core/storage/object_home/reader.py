@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +12,18 @@ from zarr.storage import ObjectStore
 from ...errors import CatalogError
 from ..manifest import (
     MANIFEST_FILE,
+    OTHER_BYTES,
     Manifest,
     check_sizes,
     check_whole,
     damaged,
     in_group,
+    read_manifest,
 )
 from ..reader import CheckedReads
 from .address import Address
 from .bucket import Bucket, bucket_of
-from .publication import Published, published
+from .publication import Published, published, release
 
 
 class PublishedStore(CheckedReads, ObjectStore[Any]):
@@ -57,10 +58,11 @@ class PublishedStore(CheckedReads, ObjectStore[Any]):
     def _check_once(self, key: str) -> None:
         """Compare a whole file with the manifest, once: published files never change."""
         if key not in self._whole:
-            content = self.bucket.get(f"{self.location}/{key}")
-            if content is None:
+            found = self.bucket.sha256(f"{self.location}/{key}")
+            if found is None:
                 raise damaged(self.root, key, "is missing")
-            check_whole(self.root, key, self.manifest.files[key], content.content)
+            if found != self.manifest.files[key].sha256:
+                raise damaged(self.root, key, OTHER_BYTES)
             self._whole.add(key)
 
 
@@ -88,6 +90,19 @@ def check_published(root: Path, manifest: Manifest, address: Address) -> None:
         raise damaged(root, *problem)
 
 
+def release_copy(root: Path, address: Address) -> None:
+    """Replace the files of a published store on this machine by a stub.
+
+    Raises
+    ------
+    CatalogError : a file is missing in the bucket or has another size, or the request fails.
+    """
+    manifest = read_manifest(root)
+    if manifest is not None:
+        check_published(root, manifest, address)
+        release(root)
+
+
 def published_problems(root: Path, manifest: Manifest, address: Address) -> list[str] | None:
     """Read every file of a published store and return its problems, one line per file; None where
     it is not published.
@@ -98,12 +113,12 @@ def published_problems(root: Path, manifest: Manifest, address: Address) -> list
         return None
     wrong = dict(_problems_of_sizes(root, manifest, address))
     keys = [key for key in manifest.files if key not in wrong]
-    contents = bucket.get_all(f"{known.location}/{key}" for key in keys)
-    for key, content in zip(keys, contents, strict=True):
-        if content is None:
+    digests = bucket.sha256_all(f"{known.location}/{key}" for key in keys)
+    for key, digest in zip(keys, digests, strict=True):
+        if digest is None:
             wrong[key] = "is missing"
-        elif hashlib.sha256(content.content).hexdigest() != manifest.files[key].sha256:
-            wrong[key] = "holds other bytes than were written"
+        elif digest != manifest.files[key].sha256:
+            wrong[key] = OTHER_BYTES
     return [f"{key} {problem}" for key, problem in wrong.items()]
 
 

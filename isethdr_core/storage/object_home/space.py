@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from datetime import UTC, datetime, timedelta
 from typing import NamedTuple
 
 from .address import Address
-from .bucket import Bucket, Entry, bucket_of
+from .bucket import PROBE, Bucket, Entry, bucket_of
 from .publication import CATALOG, PARTS, Published
 
 
@@ -15,6 +17,44 @@ class PartUse(NamedTuple):
     part: str
     entries: int  # stores, or uploads that were not finished
     size: int  # bytes
+
+
+class Upload(NamedTuple):
+    """Files of an upload that no catalog names."""
+
+    location: str  # key before its files
+    size: int  # bytes
+
+
+def interrupted_uploads(address: Address, older_than: timedelta) -> list[Upload]:
+    """Return the uploads that were not finished and got no file for some time, and the remains of
+    tests of permission.
+
+    Parameters
+    ----------
+    older_than : the time; far longer than one file takes. Clocks of this machine and of the server
+        are compared, so an hour is too short.
+    """
+    bucket = bucket_of(address)
+    files = _files(bucket)  # before the catalog: an upload that is finished meanwhile is named
+    files |= {entry.key: [entry] for entry in bucket.listing(f"{PROBE}/")}
+    named = _named(bucket)
+    limit = datetime.now(UTC) - older_than
+    return [
+        Upload(place, sum(entry.size for entry in entries))
+        for place, entries in files.items()
+        if place not in named and max(entry.changed for entry in entries) < limit
+    ]
+
+
+def remove_uploads(address: Address, uploads: Iterable[Upload]) -> None:
+    """Remove the files of interrupted uploads."""
+    bucket = bucket_of(address)
+    for upload in uploads:
+        if upload.location.startswith(f"{PROBE}/"):
+            bucket.delete([upload.location])
+        else:
+            bucket.delete(entry.key for entry in bucket.listing(f"{upload.location}/"))
 
 
 def bucket_use(address: Address) -> list[PartUse]:

@@ -3,7 +3,9 @@
 The bucket is kept in memory by obstore; two machines are two scratch folders.
 """
 
+import os
 import threading
+from datetime import timedelta
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import numpy as np
@@ -19,7 +21,12 @@ from isethdr_core.runs.labels import Labels, add_labels, read_labels
 from isethdr_core.storage import store
 from isethdr_core.storage.home_folder import existing_home, existing_homes
 from isethdr_core.storage.object_home.address import SCRATCH, Address, scratch_folder
-from isethdr_core.storage.object_home.calls import prepare_writing
+from isethdr_core.storage.object_home.calls import (
+    interrupted_uploads,
+    kept_here,
+    prepare_writing,
+    remove_uploads,
+)
 
 pytest.importorskip("obstore")
 
@@ -130,6 +137,48 @@ def test_an_interrupted_upload_is_invisible_and_is_published_later(
     assert pending(folder) == [] and keys(bucket, "catalog/") == ["catalog/runs/1f3a.json"]
     machine("b")
     assert visible() == ["1f3a"]
+
+
+def test_only_old_uploads_that_no_catalog_names_are_removed(bucket, machine, monkeypatch):
+    folder = machine("a")
+    write(name="whole")
+    with monkeypatch.context() as patch:
+        patch.setattr(bucket, "create", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            write(name="half")
+    assert interrupted_uploads(folder, timedelta(hours=24)) == [], "it may be under way"
+    [upload] = interrupted_uploads(folder, timedelta(seconds=-60))
+    assert upload.location.startswith("runs/half-") and upload.size > 1000
+    remove_uploads(folder, [upload])
+    assert all("half" not in key for key in keys(bucket))
+    machine("b")
+    assert visible() == ["whole"]
+
+
+def test_files_that_the_bucket_holds_as_well_can_go(bucket, machine):
+    folder = machine("a")
+    path = write(name="1f3a")
+    assert space.local_copies(folder) == [], "a run may be at work on it"
+    os.utime(path, (1e9, 1e9))
+    [copy] = space.local_copies(folder)
+    [chunk] = [key for key in keys(bucket, "runs/") if "/luminance/c" in key]
+    content = bucket.get(chunk).content
+    bucket.delete([chunk])
+    with pytest.raises(CatalogError, match="is missing"):
+        space.release_copies([copy])
+    assert (path / "picture/bayer/luminance/zarr.json").exists()
+    bucket.create(chunk, content)
+    assert space.release_copies([copy]) == copy.size
+    assert not (path / "picture").exists() and space.local_copies(folder) == []
+    stored = store.open_store(path, "picture/bayer")
+    assert np.array_equal(stored["luminance"].values, picture()["luminance"].values)
+
+
+def test_a_page_says_that_no_other_machine_has_it(bucket, machine, tmp_path):
+    folder = machine("a")
+    said = "page (on this machine only, not in s3://bucket/lab)"
+    assert kept_here("page", folder / "sweeps" / "exposures" / "index.html") == said
+    assert kept_here("page", tmp_path / "home" / "runs" / "1f3a.html") == "page"
 
 
 def test_of_two_writers_of_one_store_the_first_counts_for_both(bucket, machine):

@@ -10,6 +10,7 @@ from isethdr_core.cli.terminal import print_path, print_table
 from isethdr_core.errors import ConfigError
 from isethdr_core.storage.atomic_write import write_text
 from isethdr_core.storage.home_folder import existing_home
+from isethdr_core.storage.object_home.calls import kept_here
 
 from .card import write_card
 from .draw import family_of
@@ -109,7 +110,7 @@ def score(name: str, overrides: list[str]) -> None:
         print("no object has a detection score")
     paths = write_files(dataset, found, overrides)
     for title, path in zip(("page", "means", "objects"), paths, strict=True):
-        print_path(title, path)
+        print_path(kept_here(title, path), path)
     if found.failed:
         print(f"{len(found.failed)} of {len(dataset.made)} scenes failed")
         raise typer.Exit(1)
@@ -117,7 +118,8 @@ def score(name: str, overrides: list[str]) -> None:
 
 def report(name: str) -> None:
     """Write the page of a dataset."""
-    print_path("page", write_page(generated(read_dataset(name))))
+    page = write_page(generated(read_dataset(name)))
+    print_path(kept_here("page", page), page)
 
 
 def check(name: str) -> None:
@@ -145,7 +147,8 @@ def split(name: str) -> None:
 
 def describe(name: str) -> None:
     """Write the card of a dataset."""
-    print_path("card", write_card(generated(read_dataset(name))))
+    card = write_card(generated(read_dataset(name)))
+    print_path(kept_here("card", card), card)
 
 
 def list_all() -> None:
