@@ -32,7 +32,9 @@ def circle_hit(point, way, centre, radius, far):
     return point + way * (max(ways) if far else min(ways))
 
 
-def left(point, way, incidence, thickness, radius, wedge, bounces):
+def left(  # noqa: PLR0913 - a helper of tests
+    point, way, incidence, thickness, radius, wedge, bounces
+):
     """Trace a ray from outside through a pane: two circles about one centre behind it, or two
     planes with an angle between them. Return its direction behind the pane.
     """
