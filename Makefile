@@ -33,7 +33,7 @@ test: lint
 	$(TEST_ENV) $(BIN)/python -m pytest $(TEST_PLUGINS) -n 2 --dist loadfile --no-loadscope-reorder
 
 test-slow: $(READY)
-	$(BIN)/python -m pytest -m slow
+	$(TEST_ENV) $(BIN)/python -m pytest $(TEST_PLUGINS) -n 2 --dist loadfile -m slow
 
 bench: $(READY)
 	for file in benchmarks/*.py; do $(BIN)/python $$file || exit 1; done
