@@ -20,6 +20,9 @@ from .road import LANE_TYPES, Lane, Road
 
 BERM_M = 1.0  # the land goes on level from a road's edge so far
 SLOPE = 1 / 1.7  # of an embankment or a cutting
+# the land lies so far above the road of a tunnel, and so far beyond the road's edges
+ROOF_M = 7.5
+ROOF_BESIDE_M = 1.2
 SMOOTHING_M = 12.0  # over which the land follows one road or another
 HILLS = ((210.0, 1.0), (83.0, 0.35), (31.0, 0.10))  # wavelength m, share of the relief
 # from a road's edge: where hills start, where they are full
@@ -139,11 +142,17 @@ class GroundHeight:
         low = np.full(len(points), -np.inf)
         high = np.full(len(points), np.inf)
         for road, view in zip(self.roads, seen):
-            reach = SLOPE * np.maximum(view.distance_m - BERM_M, 0)
-            held = ~(road.on_structure("bridge", view.s_m) | road.on_structure("tunnel", view.s_m))
-            low = np.where(held, np.maximum(low, view.height_m - reach), low)
-            high = np.where(held, np.minimum(high, view.height_m + reach), high)
-        return np.clip(land, np.minimum(low, high), high) - self._ditch(near)
+            land = np.maximum(land, _over_tunnels(road, view))
+            held = _at_ground(road, view)
+            reach = SLOPE * np.maximum(held.distance_m - BERM_M, 0)
+            low = np.maximum(low, held.height_m - reach)
+            high = np.minimum(high, held.height_m + reach)
+        # beside a tunnel there is no ditch
+        open_air = [
+            np.where(road.on_structure("tunnel", view.s_m), np.inf, view.distance_m)
+            for road, view in zip(self.roads, seen)
+        ]
+        return np.clip(land, np.minimum(low, high), high) - self._ditch(np.min(open_air, 0))
 
     def _hills(self, points: Floats, near: Floats) -> Floats:
         rng = np.random.default_rng([self.land.seed, 11])
@@ -181,6 +190,44 @@ def _in_lanes(road: Road, s: Floats, t: Floats) -> Iterator[tuple[Lane, NDArray[
             low = np.minimum(inner, outer) - TOUCH_M
             high = np.maximum(inner, outer) + TOUCH_M
             yield lane, here[(t[here] >= low) & (t[here] <= high) & (high - low > 3 * TOUCH_M)]
+
+
+def _at_ground(road: Road, view: Seen) -> Seen:
+    """Return points as seen from the part of a road that lies on the ground.
+
+    On a bridge and in a tunnel that is the nearer of its ends at which the road goes on: the land
+    falls from an abutment, and rises from a portal, by the slope. Where there is none, the
+    distance is infinite.
+    """
+    if not road.structures:
+        return view
+    s, t, distance, height = (np.array(part) for part in view)
+    for span in road.structures:
+        inside = np.flatnonzero((view.s_m >= span.start_m) & (view.s_m <= span.end_m))
+        best = np.full(len(inside), np.inf)
+        level = np.zeros(len(inside))
+        for end, beyond in ((span.start_m, -TOUCH_M), (span.end_m, TOUCH_M)):
+            if not 0 <= end + beyond <= road.length_m or not _free(road, np.array(end + beyond)):
+                continue
+            away = np.hypot(view.distance_m[inside], view.s_m[inside] - end)
+            nearer = away < best
+            right, left = road.edges(end)
+            across = np.clip(view.t_m[inside], right, left)
+            level = np.where(nearer, road.height(np.full(len(inside), end), across), level)
+            best = np.where(nearer, away, best)
+        distance[inside], height[inside] = best, level
+    return Seen(s, t, distance, height)
+
+
+def _over_tunnels(road: Road, view: Seen) -> Floats:
+    """Return the least height of the land about tunnels: it falls by the slope from their roofs."""
+    least = np.full(len(view.s_m), -np.inf)
+    for span in (x for x in road.structures if x.kind == "tunnel"):
+        s = np.clip(view.s_m, span.start_m, span.end_m)
+        beside = np.maximum(view.distance_m - ROOF_BESIDE_M, 0.0)
+        away = np.hypot(beside, view.s_m - s)
+        least = np.maximum(least, road.elevation.at(s) + ROOF_M - SLOPE * away)
+    return least
 
 
 def _free(road: Road, s: Floats) -> NDArray[np.bool_]:

@@ -96,7 +96,8 @@ def arrange(roads: Sequence[Road], vertices: Vertices) -> Arrangement:
     lines = [*shapely.boundary(lanes), *cuts]
     noded = shapely.unary_union(lines, grid_size=GRID_M)
     cells = shapely.get_parts(shapely.polygonize([noded]))
-    cells = cells[shapely.area(cells) > 10 * GRID_M**2]
+    # the least triangle on the grid has half a square; a sliver that is left out is a hole
+    cells = cells[shapely.area(cells) > GRID_M**2 / 4]
     chosen = _owners(cells, lanes, owners)
     kept = [k for k in range(len(cells)) if k in chosen]
     triangles = triangulated(cells[kept], vertices)

@@ -9,11 +9,11 @@ import numpy as np
 
 from ...geometry.mesh.piece import Assembly, Piece, flat
 from ...geometry.mesh.primitives import box, grid, tube
+from ..ground_height import ROOF_BESIDE_M, ROOF_M
 from ..profile import Floats
 from ..road import Road, Structure
 from ..stations import stations
 from .arrangement import Vertices, triangulated
-from .terrain import ROOF_BESIDE_M
 
 if TYPE_CHECKING:
     from ..network import Network
@@ -23,7 +23,7 @@ PARAPET_M = (0.25, 0.35)  # breadth and height of the kerb that carries a railin
 RAILING_M = 1.1  # height of the railing
 POST_STEP_M = 2.0
 PIER_M = 0.45  # radius
-ROOF_M = 7.5  # the land lies so far above the road of a tunnel
+WALL_DEPTH_M = 0.5  # of the walls beside a roof below the land
 # where the vault of a tunnel springs, and its crown
 SPRING_M = 3.0
 TOP_M = 6.0
@@ -48,6 +48,7 @@ def structures(network: Network, roofs: Sequence[tuple[Road, Structure, Any]]) -
             found.add(*_rails(road))
     for road, span, plan in roofs:
         found.add(*_tunnel(network, road, span), _roof(road, plan, network.land.material))
+        found.add(_roof_sides(network, road, plan))
     return found
 
 
@@ -171,15 +172,33 @@ def _portal(road: Road, at: float, mouth: tuple[float, float], forward: bool) ->
 
 
 def _roof(road: Road, plan: Any, material: str) -> Piece:
-    """Return the land over a tunnel. Nothing closes the sides between it and lower land beside it:
-    a tunnel is meant to be seen from inside.
-    """
+    """Return the land over a tunnel."""
     vertices = Vertices()
     (triangles,) = triangulated(np.array([plan], object), vertices)
     points = vertices.points
     s, _, _ = road.line.beside(points)
     top = np.column_stack([points, road.elevation.at(s) + ROOF_M])
     return grid_free("roof", top, triangles, material)
+
+
+def _roof_sides(network: Network, road: Road, plan: Any) -> Piece:
+    """Return the walls between the roof of a tunnel and lower land beside it: near the portals."""
+    corners = np.array(plan.exterior.coords)[:-1]
+    s, t, _ = road.line.beside(corners)
+    top = road.elevation.at(s) + ROOF_M
+    low = np.minimum(network.ground.land_at(corners), top) - WALL_DEPTH_M
+    a = np.arange(len(corners))
+    b = np.roll(a, -1)
+    a, b = (x[np.sign(t[a]) == np.sign(t[b])] for x in (a, b))  # above a portal is its wall
+    rows = [
+        np.column_stack([corners[k], z[k]]) for k, z in ((a, low), (b, low), (b, top), (a, top))
+    ]
+    first = 4 * np.arange(len(a))[:, None]
+    faces = np.concatenate([first + [0, 1, 2], first + [0, 2, 3]])
+    points = np.stack(rows, 1).reshape(-1, 3)
+    if not plan.exterior.is_ccw:
+        faces = faces[:, ::-1]
+    return flat(Piece("roof side", points, faces, "concrete"))
 
 
 def grid_free(name: str, points: Floats, triangles: Any, material: str) -> Piece:

@@ -9,7 +9,7 @@ import numpy as np
 
 from isethdr_core.extras import needed
 
-from ..ground_height import GroundHeight
+from ..ground_height import ROOF_BESIDE_M, GroundHeight
 from ..profile import Floats
 from ..road import Road
 from ..stations import stations
@@ -22,7 +22,6 @@ with needed("meshes of roads", "mitsuba"):
 RINGS_M = (0.5, 2.2, 3.2, 5.5, 8.0, 12.0, 18.0, 27.0, 40.0, 60.0, 90.0, 140.0, 230.0, 360.0)
 SPACING = 0.45  # of the vertices on a ring, in distances from the road
 SPACING_M = (1.6, 60.0)
-ROOF_BESIDE_M = 1.2  # the roof over a tunnel reaches so far beyond the road's edges
 
 
 class Terrain(NamedTuple):
