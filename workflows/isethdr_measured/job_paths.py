@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from isethdr_mitsuba.doctor import choose_variant
-from isethdr_mitsuba.frame import Cube, follower
+from isethdr_mitsuba.frame import Built, Cube, follower
 from isethdr_mitsuba.labels import instances
 from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
 from isethdr_mitsuba.lamps.sky_discs import disc_lamps
@@ -104,7 +104,8 @@ def job_paths(overrides: list[str]) -> JobPaths:
     surfaces = ramp_surfaces(description)
     world = build_world(description, surfaces)
     layer, _ = visible_lamps(world, view, lamps, groups, bands, renderer.step_nm)
-    paths = follower(description, view, lamps, groups, bands, renderer, world, surfaces)
+    cube = Cube(groups, bands, view)
+    paths = follower(description, Built(world, surfaces), lamps, cube, renderer)
     flat_layer = layer.reshape(*layer.shape[:2], -1).astype(float)
     instance = instances(world, view)
     cpu_s = time.process_time() - start
