@@ -31,36 +31,35 @@ from .command import (
 ONE = ["run", *LIGHTS, "lighting=ideal", "sensor=ideal"]
 
 
-def test_an_interrupted_run_leaves_nothing_half_written(tmp_path):
-    plugins = [installed_trouble(tmp_path / "plugins")]
-    started = []
-    # Ctrl-C while writing: tests/core/test_store.py
-    for where, number, code in (
-        ("metric", signal.SIGINT, 130),
+# Ctrl-C while writing: tests/core/test_store.py
+@pytest.mark.parametrize(
+    ("where", "number", "code"),
+    [
+        pytest.param("metric", signal.SIGINT, 130, marks=pytest.mark.slow),
         ("store", signal.SIGTERM, 143),
-    ):
-        home = tmp_path / f"{where}-{number}"
-        home.mkdir()
-        process = start(
-            *ONE,
-            "+metric@metric.acme=acme",
-            plugins=plugins,
-            ISETHDR_HOME=str(home),
-            ACME_WAIT=where,
-            ACME_MARK=str(home / "mark"),
-        )
-        started.append((where, number, code, home, process))
-    for where, number, code, home, process in started:
-        wait_for(home / "mark", process)
-        assert (where == "store") == bool(leftovers(home)), (
-            "what is being written has a temporary name"
-        )
-        os.killpg(process.pid, number)
-        _, said = process.communicate(timeout=600)
-        assert process.returncode == code
-        assert stores(home) == {} and leftovers(home) == []
-        assert not (home / "failed").exists(), "to be interrupted is no failure"
-        assert re.fullmatch(r"interrupted: .*\n", said) if number == signal.SIGINT else said == ""
+    ],
+)
+def test_an_interrupted_run_leaves_nothing_half_written(tmp_path, where, number, code):
+    home = tmp_path / "home"
+    home.mkdir()
+    process = start(
+        *ONE,
+        "+metric@metric.acme=acme",
+        plugins=[installed_trouble(tmp_path / "plugins")],
+        ISETHDR_HOME=str(home),
+        ACME_WAIT=where,
+        ACME_MARK=str(home / "mark"),
+    )
+    wait_for(home / "mark", process)
+    assert (where == "store") == bool(leftovers(home)), (
+        "what is being written has a temporary name"
+    )
+    os.killpg(process.pid, number)
+    _, said = process.communicate(timeout=600)
+    assert process.returncode == code
+    assert stores(home) == {} and leftovers(home) == []
+    assert not (home / "failed").exists(), "to be interrupted is no failure"
+    assert re.fullmatch(r"interrupted: .*\n", said) if number == signal.SIGINT else said == ""
 
 
 @pytest.mark.slow

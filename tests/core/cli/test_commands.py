@@ -128,6 +128,7 @@ def test_a_choice_by_interpolation_is_one_line():
     assert shown.stderr.startswith("error: sensor is '${seed}'; expected a name")
 
 
+@pytest.mark.slow
 def test_run_and_plan(isethdr_home, capsys):
     # without the report, whose plots take as long as all else
     quick = {"ISETHDR_PLUGINS": "core,scenes,mitsuba,optics,sensors,isp,metrics,workflows"}

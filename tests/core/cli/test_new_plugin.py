@@ -45,6 +45,7 @@ def test_every_kind_has_a_template():
     assert set(PRESETS) == set(KINDS)
 
 
+@pytest.mark.slow
 def test_packages_of_every_kind_keep_their_promises(packages):
     done = isethdr(
         *PYTEST,

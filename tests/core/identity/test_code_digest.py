@@ -251,7 +251,11 @@ def test_a_module_imported_by_its_name_in_plain_text_counts(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "use", ["hdr.build('lens', 'ideal')", "build('lens', 'ideal', f_number=2)"]
+    "use",
+    [
+        "hdr.build('lens', 'ideal')",
+        pytest.param("build('lens', 'ideal', f_number=2)", marks=pytest.mark.slow),
+    ],
 )
 def test_a_component_that_is_built_by_name_counts(tmp_path, use):
     text = "import isethdr_core as hdr\nfrom isethdr_core.plugins.registry import build\n\n\n"
