@@ -51,9 +51,7 @@ def test_an_interrupted_run_leaves_nothing_half_written(tmp_path, where, number,
         ACME_MARK=str(home / "mark"),
     )
     wait_for(home / "mark", process)
-    assert (where == "store") == bool(leftovers(home)), (
-        "what is being written has a temporary name"
-    )
+    assert (where == "store") == bool(leftovers(home)), "what is being written has a temporary name"
     os.killpg(process.pid, number)
     _, said = process.communicate(timeout=600)
     assert process.returncode == code
