@@ -9,7 +9,8 @@ changed, because noise averages out in it.
 Sensor and image processing take most of the time, and a pixel depends only on tiles nearby. Two
 changed pictures therefore replace many: that of one random choice, and that of the opposite choice.
 A picture that takes some blocks from the first and the others from the second is that of another
-random choice.
+random choice. Only the first is exposed: to first order, the opposite choice changes each pixel by
+the opposite.
 """
 
 from __future__ import annotations
@@ -107,16 +108,11 @@ class ChangedScenes:
 
     shot: ScoredShot
 
-    def by_lot(self, lot: int, opposite: bool = False) -> Pair:
-        """Return the pair with one half of the paths or the other in each tile, by lot.
-
-        Parameters
-        ----------
-        lot : number of the lot; each has random numbers of its own.
-        opposite : each tile shows the other half.
+    def by_lot(self, lot: int) -> Pair:
+        """Return the pair with one half of the paths or the other in each tile, by lot; each lot
+        has random numbers of its own.
         """
-        change = self._lot(lot)
-        return self._changed(-change if opposite else change)
+        return self._changed(self._lot(lot))
 
     def luminance_change(self, lot: int) -> np.ndarray:
         """Return the change (y, x) of the luminance of the reference picture by one lot, cd/m2; the
@@ -178,6 +174,35 @@ class ChangedScenes:
         picture = ledger.collected(lambda: shot.expose(light)).result
         xyz = shot.truth["xyz"]
         return Pair(picture, shot.truth.assign(xyz=xyz.copy(data=xyz.values * of_pixels)))
+
+
+def mirrored(unchanged: Pair, changed: Pair) -> Pair:
+    """Return the pair of the opposite change, to first order.
+
+    Values change by the opposite, variances by the inverse factor, so that they stay positive. The
+    valid pixels are those of the unchanged picture.
+
+    Parameters
+    ----------
+    unchanged, changed : before and after the change, on one grid.
+    """
+    picture = _mirrored(unchanged.picture, changed.picture)
+    return Pair(picture, _mirrored(unchanged.truth, changed.truth))
+
+
+def _mirrored(unchanged: xr.Dataset, changed: xr.Dataset) -> xr.Dataset:
+    variables = {}
+    for name in _unlike(unchanged, changed):
+        before = unchanged[name].values
+        after = changed[name].values
+        if before.dtype.kind != "f":
+            continue
+        if "variance" in name:
+            values = np.divide(before * before, after, out=before.copy(), where=after > 0)
+        else:
+            values = 2 * before - after
+        variables[name] = unchanged[name].copy(data=values)
+    return unchanged.assign(variables)
 
 
 def parts_of(picture: xr.Dataset) -> list[dict[str, np.ndarray]]:

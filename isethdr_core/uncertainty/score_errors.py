@@ -31,6 +31,7 @@ from .changed_scenes import (
     Pair,
     ScoredShot,
     joined_in_blocks,
+    mirrored,
     part_of,
     parts_of,
 )
@@ -207,7 +208,7 @@ def _of_large_picture(
         if not (of_parts or of_whole):
             return _Measured({}, {}, of_objects=False)
         first = scenes.by_lot(0)
-        second = scenes.by_lot(0, opposite=True)
+        second = mirrored(shot.pair, first)
         white = _white(scenes) if any(map(_finds_white, metrics)) else NO_WHITE
         at_white = [_with_white(metric, white.level_cd_m2) for metric in of_parts]
         unchanged = [_scores_of_part(at_white, shot.pair, part) for part in parts if of_parts]

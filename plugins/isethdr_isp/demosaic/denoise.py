@@ -25,6 +25,7 @@ PATCH = 5  # pixels, side of the surroundings
 ALIKE = 2.5
 SOFTNESS = 0.6  # beyond this difference, the further difference that costs 1 - 1/e of the weight
 BINS = 512
+SAMPLED = 2**16  # pixels, about, that the table of the stabilised values is made of
 STRIP = 32  # rows at a time: with those that they are compared with they stay in the cache
 
 
@@ -180,12 +181,14 @@ def stabilised(x, variance, valid):
     For one capture, Var = x + v, this is the generalised Anscombe transformation 2 sqrt(x + 3/8 +
     v) (Murtagh, Starck, Bijaoui 1995).
     """
-    order = np.argsort(x[valid], axis=None)
-    if not len(order):
+    values = x[valid]
+    if not len(values):
         return np.zeros(x.shape)
-    parts = [part for part in np.array_split(order, min(BINS, len(order))) if len(part)]
-    values = x[valid].ravel()
-    spreads = variance[valid].ravel()
+    # a regular sample: an odd step meets all filters of the array
+    step = len(values) // SAMPLED | 1
+    values = values[::step]
+    spreads = variance[valid][::step]
+    parts = np.array_split(np.argsort(values), min(BINS, len(values)))
     means = np.array([values[part].mean() for part in parts])
     spread = np.array([spreads[part].mean() for part in parts])
     # values below 0 are noise around 0; the variance stated for them is too small

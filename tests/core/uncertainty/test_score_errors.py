@@ -257,6 +257,19 @@ def test_each_block_is_the_first_in_half_of_the_joined_pictures():
         np.testing.assert_array_equal(pair.picture.xyz.values, pair.truth.xyz.values)
 
 
+def test_the_mirrored_pair_changes_by_the_opposite():
+    """Exactly where values are linear in the change, but for rounding to float32, 6e-8."""
+    truth = uniform_shot(0.1, LARGE).truth
+    before = Pair(truth.assign(variance=truth.xyz * 0 + 3.0, count=((), 2)), truth)
+    more = truth.assign(xyz=truth.xyz * 1.25)
+    after = Pair(more.assign(variance=truth.xyz * 0 + 6.0, count=((), 2)), more)
+    found = changed_scenes.mirrored(before, after)
+    np.testing.assert_allclose(found.picture.xyz, truth.xyz * 0.75, rtol=4e-7)
+    np.testing.assert_allclose(found.truth.xyz, truth.xyz * 0.75, rtol=4e-7)
+    np.testing.assert_array_equal(found.picture.variance, 1.5)  # by the inverse factor: above 0
+    assert found.picture["count"] == 2 and found.picture.valid.identical(truth.valid)
+
+
 def test_pictures_joined_of_blocks_tell_scatter_and_shift():
     """The mean of a large picture scatters as its tiles do; its mean square shifts, too."""
     mean, said = stated([Mean()], uniform_shot(0.1, LARGE))["mean"]
