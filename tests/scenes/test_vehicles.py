@@ -13,7 +13,7 @@ from isethdr_scenes import things
 from isethdr_scenes.geometry.mesh.piece import face_areas
 from isethdr_scenes.materials import MATERIALS
 from isethdr_scenes.things.detail import extent_m
-from isethdr_scenes.things.fleet import ALIKE, PIXELS, fleet, likeness, silhouettes
+from isethdr_scenes.things.fleets import ALIKE, PIXELS, fleet, likeness, silhouettes
 
 from isethdr_core.data.categories import CATEGORIES
 

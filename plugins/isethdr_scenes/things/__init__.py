@@ -6,7 +6,7 @@
 | ranges    | files of `data`, and numbers drawn from their ranges                     |
 | registry  | the groups, and the module that serves each                              |
 | stock     | what may be drawn: the bundled families, and things of asset packs       |
-| fleet     | vehicles of which no two have the same silhouettes                       |
+| fleets    | vehicles of which no two have the same silhouettes                       |
 | packs     | folders of users' own meshes                                             |
 | detail    | coarser meshes for things that are far away                              |
 | furniture | street lamps, signs, traffic lights, barriers, buildings, small things   |
@@ -27,7 +27,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.mesh.piece import Assembly
-from .fleet import fleet
+from .fleets import fleet
 from .packs.asset import AssetThing
 from .people.riders import Rider
 from .registry import RIDDEN, RIDERS, group_named
