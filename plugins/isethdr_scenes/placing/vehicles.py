@@ -24,6 +24,7 @@ VEHICLE_GAP_M = 0.25  # between any two vehicles
 STOP_M = 6.5  # from the end of a lane to who waits for green: behind crosswalk and stop line
 NEAR_JUNCTION_M = 30.0
 TRIES = 30
+LONG = ("truck", "bus")  # groups
 LEAST_LANE_M = 20.0  # of a lane that is filled
 # shares of the groups by type of road
 MIX: dict[str, dict[str, float]] = {
@@ -145,6 +146,10 @@ def _line_up(
     lengths = [thing.size_m[0] for thing in things]
     while things and sum(lengths) + STANDSTILL_M * len(things) > last - first:
         longest = int(np.argmax(lengths))
+        if things[longest].group in LONG:  # where traffic is dense, a car takes a lorry's place
+            things[longest] = site.stock.draw("car", rng)
+            lengths[longest] = things[longest].size_m[0]
+            continue
         things.pop(longest)
         lengths.pop(longest)
     if not things:
