@@ -208,6 +208,7 @@ def test_signals_of_crossing_roads_never_show_green_together():
         assert all(abs(np.sin(a - b)) < 0.7 for a in green for b in green)
 
 
+@pytest.mark.slow
 def test_some_vehicles_are_inside_a_junction():
     layout, _ = laid_out("country_crossing", 1, only_vehicles(60.0))
     network = layout.base.network

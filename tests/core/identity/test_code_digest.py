@@ -420,6 +420,7 @@ def test_the_second_spelling_of_the_core_is_the_core(tmp_path):
     assert len(digests) == 1
 
 
+@pytest.mark.slow
 def test_a_second_process_parses_nothing(tmp_path, monkeypatch):
     cls = components()["lens", "wavefront"].cls
     first = CodeReader(Sources(cache=CodeCache(tmp_path)))

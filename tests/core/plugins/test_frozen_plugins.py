@@ -74,6 +74,7 @@ def test_nobody_has_changed_them():
     assert found == CHECKSUMS, "these files are frozen: see tests/frozen_plugins/README.md"
 
 
+@pytest.mark.slow
 def test_they_are_listed_without_a_word(site):
     shown = isethdr("plugins", "--strict", plugins=[site])
     assert shown.returncode == 0 and not shown.stderr

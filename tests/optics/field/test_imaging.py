@@ -150,7 +150,7 @@ def test_the_stated_error_is_that_of_the_worst_band():
 
 def test_light_is_kept_never_negative_and_linear():
     lens = WavefrontLens(field_zernike_um=COMA, **KEEP)
-    lamps = [(36, 48), (30, 66), (50, 30)]
+    lamps = [(36, 48), (30, 66)]
     images = [lens(field([lamp])).values for lamp in lamps]
     sums = [i.sum() for i in images]
     # what leaves the frame differs from place to place by a few 1e-4

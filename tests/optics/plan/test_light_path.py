@@ -223,6 +223,7 @@ STAGES = (  # what the core calls, and so states in the ledger what it finds
     "plan/lens_plan.py",
     "plan/depth_layers.py",
     "flare/ghosts/ghost_flare.py",
+    "flare/windscreen.py",
     "lenses/measured_lens.py",
     "prescription/field.py",
 )
