@@ -11,7 +11,7 @@ the field; their response is divided out again (`lattice`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ import scipy.fft as sf
 
 from ..convolution import fourier
 from .lattice import ORDER, lattice_pitch_mm, spline_response, spline_taps
-from .pupil import GAUSS, chord_ends
+from .pupil import GAUSS, chord_ends, strip_blocks
 
 PERIOD = 2.4  # of the field, in reaches; two reaches are the image itself
 # of the longer reach, that the period leaves beside the image at least: there light is hardly
@@ -29,6 +29,7 @@ BESIDE = 0.75
 # of a cell, with two chords each, beside one for every time that the image is as wide as it is high
 STRIPS = 1.2
 BLOCK = 64  # rows or columns of a transform at a time
+CHORDS = 3 << 20  # of a pupil at a time: they take some 250 bytes each while they are drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,23 +181,23 @@ def draw(pupil: RealPupil, cell_mm, period, strips: float = STRIPS) -> np.ndarra
     width = min(columns, period[1])
     # Chords of slanted edges turn the faster from row to row the wider the image
     count = int(np.ceil(strips + dy / dx))
-    left, right, weight, level = chords(pupil, dy, rows, count)
     out = np.zeros(height * width, np.float32)
-    row = np.floor(level).astype(np.intp)
-    down = spline_taps(level - row, ORDER - 1)
-    for end, sign in ((left, 1), (right, -1)):
-        at = end / dx + columns / 2
-        column = np.floor(at).astype(np.intp)
-        across = spline_taps(at - column, ORDER)
-        for k, share in enumerate(down):
-            start = (row + k - ORDER // 2) % height * width
-            share = share * (sign * weight)
-            for t, part in enumerate(across):
-                passed, place = np.divmod(column + t - (ORDER - 1) // 2, width)
-                value = share * part
-                np.add.at(out, start + place, value.astype(np.float32))
-                if passed.any():
-                    np.add.at(out, start, (-passed * value).astype(np.float32))
+    for left, right, weight, level in chord_blocks(pupil, dy, rows, count, CHORDS):
+        row = np.floor(level).astype(np.intp)
+        down = spline_taps(level - row, ORDER - 1)
+        for end, sign in ((left, 1), (right, -1)):
+            at = end / dx + columns / 2
+            column = np.floor(at).astype(np.intp)
+            across = spline_taps(at - column, ORDER)
+            for k, share in enumerate(down):
+                start = (row + k - ORDER // 2) % height * width
+                share = share * (sign * weight)
+                for t, part in enumerate(across):
+                    passed, place = np.divmod(column + t - (ORDER - 1) // 2, width)
+                    value = share * part
+                    np.add.at(out, start + place, value.astype(np.float32))
+                    if passed.any():
+                        np.add.at(out, start, (-passed * value).astype(np.float32))
     out = out.reshape(height, width)
     return np.cumsum(out, axis=1, out=out)
 
@@ -210,22 +211,34 @@ class Chords(NamedTuple):
     level: np.ndarray  # rows of cells from the top
 
 
-def chords(pupil: RealPupil, cell_mm: float, rows: int, strips: int) -> Chords:
-    """Return chords at Gauss's two places in every strip; `rows` of cells lie evenly about the
-    axis, of `strips` strips each.
+def chord_blocks(
+    pupil: RealPupil, cell_mm: float, rows: int, strips: int, most: int
+) -> Iterator[Chords]:
+    """Yield chords at Gauss's two places in every strip, about `most` at a time, from the top of
+    the pupil down; `rows` of cells lie evenly about the axis, of `strips` strips each.
+
+    A large pupil with much dirt has a hundred million chords.
     """
     top = -rows / 2 * cell_mm
     height = cell_mm / strips
-    pieces = []
-    for shape, amplitude in pupil.terms:
-        for place in GAUSS:
-            shape_chords = chord_ends([(shape, amplitude)], top, height, rows * strips, (place,))
-            [(strip, left, right, weight)] = shape_chords
-            low = np.maximum(top + strip * height, shape.low)
-            high = np.minimum(top + (strip + 1) * height, shape.high)
-            level = (low + place * (high - low) - top) / cell_mm
-            pieces.append((left, right, weight / (2 * strips), level))
-    return Chords(*(np.concatenate(part) for part in zip(*pieces)))
+    for block in strip_blocks(pupil.terms, top, height, rows * strips, most / len(GAUSS)):
+        low_mm = top + block.start * height
+        high_mm = top + block.stop * height
+        pieces = []
+        for shape, amplitude in pupil.terms:
+            if shape.high < low_mm or shape.low > high_mm:
+                continue
+            for place in GAUSS:
+                shape_chords = chord_ends(
+                    [(shape, amplitude)], top, height, rows * strips, (place,), block
+                )
+                for strip, left, right, weight in shape_chords:
+                    low = np.maximum(top + strip * height, shape.low)
+                    high = np.minimum(top + (strip + 1) * height, shape.high)
+                    level = (low + place * (high - low) - top) / cell_mm
+                    pieces.append((left, right, weight / (2 * strips), level))
+        if pieces:
+            yield Chords(*(np.concatenate(part) for part in zip(*pieces)))
 
 
 def _apply_to_each(apply, function, count):

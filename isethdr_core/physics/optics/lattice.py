@@ -17,8 +17,10 @@ from math import comb
 import numpy as np
 import scipy.fft as sf
 
-from .pupil import chord_ends
+from .pupil import chord_ends, strip_blocks
 
+CHORDS = 1 << 18  # of a pupil at a time: they take some 700 bytes each while they are folded
+CHORDS_PER_CELL = 8  # rows of chords in a cell of a folded pupil
 ORDER = 7  # of the B-spline weights: the number of boxes that are convolved with each other
 
 
@@ -51,7 +53,7 @@ def binomial_response(cycles_per_cell) -> np.ndarray:
     return np.sinc(cycles_per_cell / 2) * np.cos(np.pi * cycles_per_cell / 2) ** ORDER
 
 
-def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int = 8) -> np.ndarray:
+def fold_shapes(terms, radius: float, step, period, offset) -> np.ndarray:
     """Return the pupil of convex shapes, drawn in smooth cells and summed modulo `period`, without
     ever drawing it in full.
 
@@ -72,38 +74,49 @@ def fold_shapes(terms, radius: float, step, period, offset, chords_per_cell: int
     """
     dy, dx = step
     py, px = period
-    sub = chords_per_cell
+    sub = CHORDS_PER_CELL
     pad = (ORDER + 1) // 2
     rows, cols = (2 * (int(np.ceil(radius / d)) + pad) for d in step)
     turned = np.exp(-2j * np.pi * offset[1] * np.arange(cols // px + 2))
     # what a chord from the first cell on adds to column 0 of the periods it enters
     passed = np.concatenate([[0], np.cumsum(turned)])
-    chords = list(chord_ends(terms, -rows / 2 * dy, dy / sub, rows * sub))
-    strip, left, right, weight = (np.concatenate([c[i] for c in chords]) for i in range(4))
-    strip = np.tile(strip, 2)
-    end = np.concatenate([left, right])
-    weight = np.concatenate([weight, -weight])
-    column = end / dx + cols / 2
-    whole_columns = np.floor(column).astype(np.intp)
-    parts = spline_taps(column - whole_columns, ORDER)
-    taps = [
-        (*np.divmod(whole_columns + t - (ORDER - 1) // 2, px), part) for t, part in enumerate(parts)
-    ]
-    # From an end to infinity: this period from there on, all later periods in full. Earlier periods
-    # cancel between both ends.
-    before = sum(passed[p + 1] * part for p, _, part in taps)
     out = np.zeros((py, px + 2), np.complex64)
-    level = (strip + 0.5) / sub
-    cell = np.floor(level).astype(np.intp)
-    for k, part in enumerate(spline_taps(level - cell, ORDER - 1)):
-        row = cell + k - ORDER // 2
-        share = weight / sub * part * np.exp(-2j * np.pi * offset[0] * (row // py))
-        start = (row % py) * (px + 2)
-        _add(out, start, -share * before)
-        for period_of_tap, inside, part in taps:
-            _add(out, start + inside, share * part * turned[period_of_tap])
+    strips = -rows / 2 * dy, dy / sub, rows * sub
+    for block in strip_blocks(terms, *strips, CHORDS):
+        near = _between(terms, *(strips[0] + s * strips[1] for s in (block.start, block.stop)))
+        chords = list(chord_ends(near, *strips, block=block))
+        if not chords:
+            continue
+        strip, left, right, weight = (np.concatenate([c[i] for c in chords]) for i in range(4))
+        strip = np.tile(strip, 2)
+        end = np.concatenate([left, right])
+        weight = np.concatenate([weight, -weight])
+        column = end / dx + cols / 2
+        whole_columns = np.floor(column).astype(np.intp)
+        parts = spline_taps(column - whole_columns, ORDER)
+        taps = [
+            (*np.divmod(whole_columns + t - (ORDER - 1) // 2, px), part)
+            for t, part in enumerate(parts)
+        ]
+        # From an end to infinity: this period from there on, all later periods in full. Earlier
+        # periods cancel between both ends.
+        before = sum(passed[p + 1] * part for p, _, part in taps)
+        level = (strip + 0.5) / sub
+        cell = np.floor(level).astype(np.intp)
+        for k, part in enumerate(spline_taps(level - cell, ORDER - 1)):
+            row = cell + k - ORDER // 2
+            share = weight / sub * part * np.exp(-2j * np.pi * offset[0] * (row // py))
+            start = (row % py) * (px + 2)
+            _add(out, start, -share * before)
+            for period_of_tap, inside, part in taps:
+                _add(out, start + inside, share * part * turned[period_of_tap])
     np.cumsum(out, axis=1, out=out)
     return _tilted(out[:, :px], period, offset)
+
+
+def _between(terms, low: float, high: float) -> list:
+    """Return the terms whose shapes reach between two levels."""
+    return [(shape, weight) for shape, weight in terms if shape.high >= low and shape.low <= high]
 
 
 def _add(out, position, value):

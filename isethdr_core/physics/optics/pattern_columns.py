@@ -17,7 +17,7 @@ import scipy.fft as sf
 from scipy.sparse import csc_array, csr_array
 
 from ..convolution import fourier
-from .half_plane_pattern import Chords, RealPupil, chords, half_lattice
+from .half_plane_pattern import Chords, RealPupil, chord_blocks, half_lattice
 from .lattice import ORDER, spline_response, spline_taps
 from .whole_plane_pattern import Turns, densities, drawn_pupil
 
@@ -25,6 +25,7 @@ STEP = 0.42  # of wavelength x f-number; 0.5 holds all of the pattern
 PERIOD = 3.0  # of the field along y, in reaches
 STRIPS = 1.5  # of a row of cells
 BLOCK = 32  # columns at a time
+CHORDS = 1 << 20  # of the pupil at a time: they take some 80 bytes each
 TOGETHER = 2048  # chords in one block, which fits the processor's cache
 # tiles that the outermost tile moves from one wavelength of a band to the next, at most
 MOVES = 1.2
@@ -140,10 +141,10 @@ def _density(pupil, place, across_um, far, step_um) -> np.ndarray:
     rows = 2 * (int(np.ceil(pupil.radius_mm / cell)) + (ORDER + 1) // 2)
     # Chords of slanted edges turn the faster from row to row the farther the columns lie
     strips = int(np.ceil(place.strips + across_um[-1] / (far * step_um)))
-    lines = chords(pupil, cell, rows, strips)
     fields = np.zeros((len(across_um), period), np.complex64)
     frequency = 1e-3 * across_um / scale  # cycles per mm
-    for part in _in_order(lines):
+    blocks = chord_blocks(pupil, cell, rows, strips, CHORDS)
+    for part in (part for lines in blocks for part in _in_order(lines)):
         first, grid = _smooth_cells(part)
         inside = slice(first, first + grid.shape[0])
         for start in range(0, len(frequency), BLOCK):

@@ -390,7 +390,30 @@ def transmission(aperture: Convex, losses, x, y) -> np.ndarray:
     return a
 
 
-def chord_ends(terms, y0: float, step: float, count: int, places=(0.5,)):
+def strip_blocks(terms, y0: float, step: float, count: int, most: float) -> list[slice]:
+    """Return blocks of horizontal strips, from the top down, with about `most` chords each, so that
+    the memory of chords does not grow with the number of shapes and strips.
+
+    Parameters
+    ----------
+    terms : (shape, weight). `y0`, `step`, `count` : strips, as `chord_ends` has them.
+    most : chords of a block, one per shape and strip.
+    """
+    bounds = np.array([(shape.low, shape.high) for shape, _ in terms]) - y0
+    first, last = np.clip(bounds / step, 0, count).T
+    total = float((last - first).sum())
+    blocks = min(count, max(1, int(np.ceil(total / most))))
+    # as many chords above every border as below it
+    edges = np.linspace(0, count, 16 * blocks + 1).astype(int)
+    above = np.array([np.clip(edge - first, 0, last - first).sum() for edge in edges])
+    shares = np.linspace(0, total, blocks + 1)[1:-1]
+    borders = [0, *edges[np.searchsorted(above, shares)], count]
+    return [slice(int(a), int(b)) for a, b in zip(borders, borders[1:]) if a < b]
+
+
+def chord_ends(
+    terms, y0: float, step: float, count: int, places=(0.5,), block: slice | None = None
+):
     """Yield (strip, left, right, weight) of chords through horizontal strips, for all terms.
 
     Parameters
@@ -400,15 +423,17 @@ def chord_ends(terms, y0: float, step: float, count: int, places=(0.5,)):
     places : positions of chords within a strip, and their weights. If a shape fills only a part of
         the strip's height, the chords lie in that part, and their weights sum to its share:
         horizontal edges are exact.
+    block : strips to take, one of `strip_blocks`; None: all.
     """
-    edges = y0 + np.arange(count + 1) * step
+    start, stop = (0, count) if block is None else (block.start, block.stop)
     for shape, weight in terms:
-        k = np.arange(
-            max(np.searchsorted(edges, shape.low) - 1, 0),
-            min(np.searchsorted(edges, shape.high), count),
-        )
-        top = np.maximum(edges[k], shape.low)
-        bottom = np.minimum(edges[k + 1], shape.high)
+        # one strip more on either side, for rounding; strips that miss the shape have no height
+        first, last = (np.clip((bound - y0) / step, 0, count) for bound in (shape.low, shape.high))
+        k = np.arange(max(int(first) - 1, start), min(int(last) + 2, stop))
+        if not len(k):
+            continue
+        top = np.maximum(y0 + k * step, shape.low)
+        bottom = np.minimum(y0 + (k + 1) * step, shape.high)
         for place in places:
             left, right = shape.chords(top + place * (bottom - top))
             hit = (left < right) & (top < bottom)

@@ -17,6 +17,10 @@ def kernel_bytes(lens, flares, frame: Frame) -> float:
 
     With the response of a sensor, kernels may end at `wing_truncation.WORTH` of the frame. That
     much is certain; `check_kernels` tests the rest.
+
+    Raises
+    ------
+    ConfigError : a wavefront that no pupil can follow, or more dirt than can be drawn.
     """
     wave = np.asarray(frame.wavelength_nm, float)
     blurred = lens.blurs
@@ -28,4 +32,6 @@ def kernel_bytes(lens, flares, frame: Frame) -> float:
     if blurred and lens.zernike_um:
         # refuses what no pupil can follow
         sampled_pupil.core_pitch_mm(lens, min(pitch_um), wave.min(), sampled_pupil.FEWEST_SAMPLES)
+    if blurred:
+        sampled_pupil.check_dirt(lens, flares)
     return kernels.held_bytes(lens, flares, wave, pitch_um, reach)

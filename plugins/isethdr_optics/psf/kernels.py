@@ -284,8 +284,8 @@ def _lattices_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     if mirrored and cells:
         cells = {min(cells)}
     for wave, stretch in cells:
-        _, fine, wide = fine_tiles(lens, wave, pitch_um, reach)
-        total += 2 * LATTICE_SAMPLE_S * wings.samples_of(lens, wave, fine, wide, stretch, mirrored)
+        grid = fine_tiles(lens, wave, pitch_um, reach)
+        total += 2 * LATTICE_SAMPLE_S * wings.samples_of(lens, wave, grid, stretch, mirrored)
     return total
 
 
@@ -682,8 +682,8 @@ def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
         return []
     if all(without_lattices(lens, first, pitch_um, reach) for first in shortest):
         return []
-    _, fine, wide = fine_tiles(lens, float(shortest.min()), pitch_um, reach)
-    return wings.shared(lens, flares, float(shortest.min()), fine, wide)
+    grid = fine_tiles(lens, float(shortest.min()), pitch_um, reach)
+    return wings.shared(lens, flares, float(shortest.min()), grid)
 
 
 def without_lattices(lens, shortest_nm: float, pitch_um, reach) -> bool:

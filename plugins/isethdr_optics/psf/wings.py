@@ -40,6 +40,10 @@ RING_PUPIL = 500  # least cells across the stop
 SHARED_SAMPLES = 1.2e8  # of one shared lattice: about a gigabyte while it is computed
 # of a lattice with phase: a gigabyte while it is computed, then a third of that
 OWN_SAMPLES = 1.2e8
+# of either where tiles are wider than `VERY_WIDE` wavelengths x f-number, which no lattice samples
+# as finely as speckles: 0.3 GB while it is computed
+WIDE_SAMPLES = 4e7
+VERY_WIDE = 60.0
 GRID = 3  # of tile means, per tile: the nearest stands in for a place between them
 # of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles
 # pass, hardly any light has them
@@ -66,7 +70,7 @@ MOST_ACROSS_PHASE = 8e4
 # from the shortest wavelength down to the lattice that it is read from, at most: the widest of
 # `interpolation_wavelengths.STEPS_NM`
 BELOW_NM = 80.0
-CHORD_BYTES = 3000  # for every row of cells of a pupil of shapes
+CHORD_BYTES = 700  # of a pupil of shapes, while it is folded
 PHASE_CHANGE = 0.3  # radians rms, from one end of a part of the band to the other
 UNKNOWN_PARTS = 2  # of a band, for a third-party pupil whose phase may change with wavelength
 MOST_PARTS = 16
@@ -102,14 +106,14 @@ class _Size(NamedTuple):
     shared: bool = False  # one pattern for all wavelengths
 
 
-def shared(lens, flares, shortest_nm, pitch_um, reach) -> list[Lattice]:
+def shared(lens, flares, shortest_nm, grid: Grid) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all
     wavelengths of a frame.
     """
     wave = min(shortest_nm, REFERENCE_NM)
     fine = max(1.0, DEFAULT_ERROR / lens.speckle_error)
-    size = _Size(SHARED_SAMPLES, fine=fine, shared=True)
-    step, far, period, cells = _sampling(lens, wave, Grid(1, pitch_um, reach), size)
+    size = _Size(most_samples(lens, wave, grid, SHARED_SAMPLES), fine=fine, shared=True)
+    step, far, period, cells = _sampling(lens, wave, grid, size)
     _check_pupil(lens, wave, cells, MOST_ACROSS)
     energy = sampled_pupil.open_energy_mm2(lens, flares, wave)
     distance = sampled_pupil.distance_mm(lens)
@@ -131,7 +135,7 @@ def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     lens = plan.lens
     flares = plan.flares
     grid = Grid(plan.split, plan.pitch, reach)
-    size = _Size(OWN_SAMPLES, stretch, fine)
+    size = _Size(most_samples(lens, wave, grid, OWN_SAMPLES), stretch, fine)
     step, far, period, cells = _sampling(lens, wave, grid, size)
     _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE)
     offsets = ((0.0, 0.0), (0.5, 0.5))
@@ -145,6 +149,17 @@ def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
         )
         out.append(Lattice(values, (step, step), scaled_nm, offset))
     return out
+
+
+def most_samples(lens, wave: float, grid: Grid, usual: float) -> float:
+    """Return the samples that one lattice may have, `usual` of them for tiles of any usual width.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `wave` : wavelength, nm. `grid` : parts of the tiles.
+    """
+    width = min(grid.pitch_um) * grid.split / sampled_pupil.blur_um(lens, wave)
+    return min(usual, WIDE_SAMPLES) if width > VERY_WIDE else usual
 
 
 def _sampling(lens, wave, grid: Grid, size: _Size):
@@ -209,13 +224,13 @@ def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
         if phase
         else (min(shortest_nm, REFERENCE_NM), 1.0, SHARED_SAMPLES)
     )
-    size = _Size(most, stretch, shared=not phase)
+    size = _Size(most_samples(lens, wave, tiles, most), stretch, shared=not phase)
     _, far, period, cells = _sampling(lens, wave, tiles, size)
     across = _check_pupil(lens, wave, cells, MOST_ACROSS_PHASE if phase else MOST_ACROSS)
     return (
         8 * float(np.prod(period, dtype=float))
         + 2 * 4 * float(np.prod([2.0 * n + 1 for n in far]))
-        + (not phase) * CHORD_BYTES * across
+        + (not phase) * CHORD_BYTES * min(lattices.CHORDS, across * lattices.CHORDS_PER_CELL)
     )
 
 
@@ -314,12 +329,13 @@ def _finer(plan, wave, reach, nearer, fine):
         return next((f for f in FINER if f > fine), 0)
     error_wanted = _error_wanted(plan.lens)
     tries = ((reach, fine), *((nearer, f) for f in FINER))
+    most = most_samples(plan.lens, wave, Grid(plan.split, plan.pitch, reach), OWN_SAMPLES)
     now, *steps = (
         _sampling(
             plan.lens,
             wave,
             Grid(plan.split, plan.pitch, r),
-            _Size(OWN_SAMPLES, STRETCHED, f * error_wanted),
+            _Size(most, STRETCHED, f * error_wanted),
         )[0]
         for r, f in tries
     )
@@ -367,11 +383,11 @@ def ring(plan, reach, centre, width, energy, fine=1):
     return kernel, wrong
 
 
-def samples_of(lens, wave, pitch_um, reach, stretch: float, shared_by_all: bool) -> float:
+def samples_of(lens, wave, grid: Grid, stretch: float, shared_by_all: bool) -> float:
     """Return the samples of one lattice at a wavelength."""
-    most = SHARED_SAMPLES if shared_by_all else OWN_SAMPLES
-    size = _Size(most, stretch, shared=shared_by_all)
-    period = _sampling(lens, wave, Grid(1, pitch_um, reach), size)[2]
+    usual = SHARED_SAMPLES if shared_by_all else OWN_SAMPLES
+    size = _Size(most_samples(lens, wave, grid, usual), stretch, shared=shared_by_all)
+    period = _sampling(lens, wave, grid, size)[2]
     return float(np.prod(period, dtype=float))
 
 

@@ -25,6 +25,10 @@ FEWEST_SAMPLES = 256
 BORDER = 4.0
 MOST_SAMPLES = 8192
 ENERGY_SAMPLES = 2048  # across the stop, where its energy is not known from shapes
+# of `pupil.MOST_TERMS`: grains and scratches in the square around a pupil whose overlaps are still
+# drawn. The usual dirt has 1.2 terms for each of them
+DRAWN_EASILY = 0.7
+ANY_NM = 550.0  # how shapes overlap is the same at all wavelengths
 DARK = 1e-6  # of the stop's light: less is the rounding of sums over shapes
 FINE_TURNS = 1 / 32  # of phase per cell at most, where amplitude and phase are multiplied
 # of a point's light (L1) at most, that cells so fine put wrong: measured against cells a third as
@@ -59,6 +63,20 @@ def reach_mm(lens) -> float:
     return radius_mm(lens) * max(
         1.0, float(np.linalg.norm(lens.pupil_matrix, 2)) if lens.pupil_matrix else 1.0
     )
+
+
+def check_dirt(lens, flares) -> None:
+    """Refuse so much dirt that its overlaps cannot be drawn, before any other work.
+
+    It is tried where there are so many grains and scratches that seconds are well spent; few large
+    ones that overlap too often are refused when the pupil is drawn.
+
+    Raises
+    ------
+    ConfigError : more dirt than can be drawn.
+    """
+    if len(_shapes(lens, flares)[1]) > DRAWN_EASILY * shapes.MOST_TERMS:
+        terms(lens, flares, ANY_NM)
 
 
 def stop_mm2(lens) -> float:
@@ -115,7 +133,14 @@ def terms(lens, flares, wavelength_nm: float | None = None) -> list:
     try:
         return _terms(opening, dirt, wavelength_nm if _delays(dirt) else None, lens.pupil_matrix)
     except ValueError as err:
-        raise ConfigError(f"{err}; type less dirt, as flare.NAME.dust_per_mm2=40") from None
+        square_mm2 = (2 * radius_mm(lens)) ** 2
+        allowed = min(DRAWN_EASILY * shapes.MOST_TERMS, len(dirt) / 2) / square_mm2
+        raise ConfigError(
+            f"{err}; this pupil is {2 * radius_mm(lens):.3g} mm wide: expected at most about"
+            f" {allowed:.2g} grains and scratches per mm2; type for example"
+            f" flare.NAME.dust_per_mm2={0.8 * allowed:.2g}"
+            f" flare.NAME.scratches_per_mm2={0.2 * allowed:.2g}, or a larger lens.f_number"
+        ) from None
 
 
 _overlaps = lru_cache(maxsize=16)(shapes.overlaps)

@@ -7,6 +7,7 @@ import pytest
 from scipy.special import j1
 
 from isethdr_core.physics.diffraction import sampled_psf
+from isethdr_core.physics.optics import half_plane_pattern, lattice, pattern_columns
 from isethdr_core.physics.optics.lattice import (
     ORDER,
     ImageSamples,
@@ -18,7 +19,7 @@ from isethdr_core.physics.optics.lattice import (
     spline_response,
     spline_taps,
 )
-from isethdr_core.physics.optics.pupil import disc, opening, raster
+from isethdr_core.physics.optics.pupil import blades, disc, opening, raster
 from isethdr_core.physics.optics.zernike import wavefront_um
 
 WAVE = 550.0
@@ -152,3 +153,25 @@ def test_a_pupil_wider_than_the_period_is_folded_and_points_move_with_the_offset
         raster(terms, x, x), WAVE, (1 / 900, 1 / 900), FOCAL, (41, 51), pitch, OPEN, cell_means=True
     )
     np.testing.assert_allclose(base[20:-20, 25:-25], want, atol=2e-4 * want.max())
+
+
+def test_pupils_drawn_in_blocks_of_chords_are_the_same(monkeypatch):
+    """Chords by the thousand, so that memory does not grow with dirt: sums in another order."""
+    terms = opening(blades(0.5, 5), [(disc(0.1, 0.2, 0.05), 0.5), (disc(-0.2, -0.1, 0.1), 1.0)])
+    pupil = half_plane_pattern.RealPupil(terms, 0.5, FOCAL, OPEN)
+    place = pattern_columns.Place(20, 2, 12, (3.0, 3.0), (540.0, 560.0))
+
+    def drawn_now():
+        cells = 0.004, 0.003
+        return (
+            fold_shapes(terms, 0.5, cells, (120, 150), (0.5, 0.5)),
+            half_plane_pattern.draw(pupil, cells, (120, 150)),
+            pattern_columns.columns(pupil, place),
+        )
+
+    together = drawn_now()
+    for module in (lattice, half_plane_pattern, pattern_columns):
+        monkeypatch.setattr(module, "CHORDS", 300)
+    # float32: a few thousand values of 1 are summed along a row
+    for found, expected in zip(drawn_now(), together):
+        np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max())

@@ -7,6 +7,7 @@ from isethdr_core.physics.optics.pupil import (
     Dust,
     Scratches,
     blades,
+    chord_ends,
     dirt,
     disc,
     energy,
@@ -14,6 +15,7 @@ from isethdr_core.physics.optics.pupil import (
     overlaps,
     raster,
     strip,
+    strip_blocks,
     transmission,
 )
 
@@ -154,3 +156,19 @@ def test_the_image_of_a_shape_under_a_linear_map_holds_the_images_of_its_points(
         np.testing.assert_allclose(
             image.mapped(inverse).contains(across, down), shape.contains(across, down), atol=0
         )
+
+
+def test_blocks_of_strips_hold_all_chords_once():
+    terms = opening(blades(0.5, 6), dirt(0.5, Dust(60, 20), Scratches(20, 10, 300), seed=3))
+    strips = -0.6, 0.0005, 2400
+    blocks = strip_blocks(terms, *strips, most=4000)
+    parts = [list(chord_ends(terms, *strips, block=block)) for block in blocks]
+    counts = [sum(len(chords[0]) for chords in part) for part in parts]
+    assert len(blocks) > 5
+    assert max(counts) < 2 * 4000  # dirt lies unevenly
+    in_blocks, together = (
+        np.array([np.concatenate([c[k] for c in chords]) for k in range(4)])
+        for chords in (sum(parts, []), list(chord_ends(terms, *strips)))
+    )
+    ordered = (a[:, np.lexsort(a)] for a in (in_blocks, together))
+    np.testing.assert_array_equal(*ordered)

@@ -1,0 +1,59 @@
+"""Long lenses over few tiles: a tile is hundreds of wavelengths x f-number wide."""
+
+import numpy as np
+import pytest
+from isethdr_optics import ApertureFlare, DiffractionLimitedLens
+from isethdr_optics.psf import kernels
+from isethdr_optics.pupil import sampled_pupil
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.memory import Frame
+from isethdr_core.plugins.registry import build
+
+WAVE_NM = np.arange(400.0, 701.0, 10.0)
+# the main job's field with its overscan, in 96 x 54 tiles
+ROWS, COLUMNS, PITCH = 64, 115, 2 * np.tan(np.radians(22.5)) / 96
+DIRT = (ApertureFlare(dust_per_mm2=150.0, scratches_per_mm2=30.0),)
+
+
+def lens(focal_length_mm, **fields):
+    return DiffractionLimitedLens(
+        f_number=1.6, focal_length_mm=focal_length_mm, pupil="aplanatic", **fields
+    )
+
+
+def frame(sensed=True):
+    return Frame(ROWS, COLUMNS, (PITCH, PITCH), tuple(WAVE_NM), sensed)
+
+
+def held(focal_length_mm, **fields):
+    pitch_um = (1e3 * focal_length_mm * PITCH,) * 2
+    one = lens(focal_length_mm, **fields)
+    return kernels.held_bytes(one, (), WAVE_NM, pitch_um, (ROWS - 1, COLUMNS - 1))
+
+
+@pytest.mark.parametrize("focal_length_mm", [2.0, 4.0, 6.0, 12.0, 25.0, 50.0])
+def test_memory_does_not_grow_with_the_focal_length(focal_length_mm):
+    # 1.5 GB for a whole run, which takes 0.3 GB without its lens
+    assert held(focal_length_mm) < 1.2e9
+    # a lens that asks for less error takes no more: its lattices may not be larger
+    assert held(focal_length_mm, speckle_error=0.003) < 1.2e9
+
+
+@pytest.mark.parametrize("kind", ["diffraction_limited", "wavefront"])
+def test_dirt_of_a_large_pupil_is_refused_before_anything_is_rendered(kind, monkeypatch):
+    # a tenth of the real limit, which takes seconds
+    monkeypatch.setattr("isethdr_core.physics.optics.pupil.MOST_TERMS", 2000)
+    one = build("lens", kind, f_number=1.6, focal_length_mm=6.0)
+    with pytest.raises(ConfigError, match=r"3\.75 mm wide.*dust_per_mm2=[0-9.]+ "):
+        one.held_bytes(frame(), DIRT)
+
+
+def test_what_is_typed_for_less_dirt_is_accepted(monkeypatch):
+    monkeypatch.setattr("isethdr_core.physics.optics.pupil.MOST_TERMS", 400)
+    with pytest.raises(ConfigError) as refused:
+        sampled_pupil.check_dirt(lens(4.0), DIRT)
+    told = dict(word.split("=") for word in str(refused.value).split() if "per_mm2=" in word)
+    fewer = {name.rpartition(".")[2]: float(value.strip(",")) for name, value in told.items()}
+    sampled_pupil.check_dirt(lens(4.0), (ApertureFlare(**fewer),))
+    assert len(sampled_pupil.terms(lens(4.0), (ApertureFlare(**fewer),))) > 100
