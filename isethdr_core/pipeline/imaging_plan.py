@@ -105,8 +105,12 @@ class TrivialPlan:
         return light
 
     def light_errors(self, mixed: xr.DataArray, weights: np.ndarray) -> ErrorMaps | None:
-        """Return the errors of the light that the lens states; None if it states none."""
+        """Return the errors of the light that the lens states; None if it states none, and if it
+        inherits a statement about other light (`plans_imaging`).
+        """
         if not isinstance(self.lens, StatesErrors):
+            return None
+        if not _tells_of_its_own_light(self.lens, "spread_errors"):
             return None
         return maps_of(self.lens.spread_errors(mixed, self.flares, weights, self.response))
 

@@ -666,7 +666,10 @@ class StatesErrors(Protocol):
 
 @runtime_checkable
 class HasPointSpread(Protocol):
-    """A lens that shows its point spread function on the axis."""
+    """A lens that shows its point spread function on the axis.
+
+    For people and the conformance kit: no stage of a run asks for it.
+    """
 
     def psf(self, wavelength_nm: Sequence[float], pitch_um: float, size: int) -> xr.DataArray:
         """Return the share of the light on each sample, (wavelength, y, x), at most 1 in sum.

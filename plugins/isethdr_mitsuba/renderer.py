@@ -76,6 +76,15 @@ ACCURACY_KNOBS = (
         matters=lambda renderer: renderer.samples is None,
     ),
     AccuracyKnob(
+        "noise_share_allowed",
+        (1.2, 0.6, 0.3),
+        Quantity.RADIANCE,
+        lambda share: PILOT_US + NEED_US * (NOISE_SHARE / share) ** 2,
+        reference=0.15,
+        independent=OTHER_PATHS,
+        matters=lambda renderer: renderer.limit_share() is not None,
+    ),
+    AccuracyKnob(
         "max_depth",
         (2, 3, 4, 5, 8),
         Quantity.RADIANCE,

@@ -14,8 +14,10 @@ from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.physics.photometry import luminance
 from isethdr_core.pipeline.field_check import camera_field
+from isethdr_core.plugins.accuracy_knobs import AccuracyKnob, Cost
 from isethdr_core.plugins.ranges import Range, Wavelength, check_ranges
 from isethdr_core.quantities import centres, scene_radiance
+from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..charts.chart import band_means, illuminant
 from ..limits import BandStep, Luminance
@@ -73,6 +75,18 @@ class PictureFile:
     step_nm: BandStep = 10.0  # width and spacing of the bands, for RGB and luminance
     # true sets negative values to 0 and states how many; false refuses them
     negative_to_zero: bool = False
+
+    # not a field: bands of spectra that are made from colours, as of a chart
+    accuracy_knobs = (
+        AccuracyKnob(
+            "step_nm",
+            (50.0, 30.0, 20.0, 10.0, 5.0),
+            Quantity.ELECTRONS,
+            Cost(1.0, 1.0),
+            reference=2.0,
+            matters=lambda scene: scene._content().wavelength_nm is None,
+        ),
+    )
 
     def __post_init__(self):
         check_ranges(self)

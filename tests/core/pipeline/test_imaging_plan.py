@@ -73,6 +73,12 @@ def test_the_inherited_plan_of_a_subclass_with_its_own_call_is_not_used():
     np.testing.assert_array_equal(half, whole / 2)
 
 
+def test_inherited_errors_of_other_light_are_not_used():
+    weights = np.ones((1, 3))
+    assert TrivialPlan(IdealLens()).light_errors(mixed(), weights) is not None
+    assert TrivialPlan(Darker()).light_errors(mixed(), weights) is None
+
+
 def test_leave_out_false_leaves_nothing_out():
     plan = imaging_plan(chain(IdealLens(), leave_out=False), mixed(), SENSOR.narrow(Demand()))
     assert isinstance(plan, TrivialPlan) and plan.image(mixed()).shape == mixed().shape

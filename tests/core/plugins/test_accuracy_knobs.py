@@ -114,7 +114,13 @@ def test_costs_of_a_knob_are_ratios_and_not_known_without_a_model():
 
 
 BUNDLED = {
-    ("renderer", "mitsuba"): {"samples", "error_allowed", "max_depth", "step_nm"},
+    ("renderer", "mitsuba"): {
+        "samples",
+        "error_allowed",
+        "noise_share_allowed",
+        "max_depth",
+        "step_nm",
+    },
     ("lens", "diffraction_limited"): {"speckle_error"},
     ("lens", "wavefront"): {"speckle_error", "error_allowed"},
     ("lens", "prescription"): {"speckle_error", "error_allowed"},
