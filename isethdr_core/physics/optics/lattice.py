@@ -53,7 +53,9 @@ def binomial_response(cycles_per_cell) -> np.ndarray:
     return np.sinc(cycles_per_cell / 2) * np.cos(np.pi * cycles_per_cell / 2) ** ORDER
 
 
-def fold_shapes(terms, radius: float, step, period, offset) -> np.ndarray:
+def fold_shapes(
+    terms, radius: float, step, period, offset, chords_per_cell: int = CHORDS_PER_CELL
+) -> np.ndarray:
     """Return the pupil of convex shapes, drawn in smooth cells and summed modulo `period`, without
     ever drawing it in full.
 
@@ -74,7 +76,7 @@ def fold_shapes(terms, radius: float, step, period, offset) -> np.ndarray:
     """
     dy, dx = step
     py, px = period
-    sub = CHORDS_PER_CELL
+    sub = chords_per_cell
     pad = (ORDER + 1) // 2
     rows, cols = (2 * (int(np.ceil(radius / d)) + pad) for d in step)
     turned = np.exp(-2j * np.pi * offset[1] * np.arange(cols // px + 2))

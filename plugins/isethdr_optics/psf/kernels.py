@@ -60,6 +60,7 @@ WITHOUT_REACH = 4  # items of a cache's key, before how far kernels reach
 # of the two lattices of a pupil, one tile read at one wavelength
 CORE_WAVELENGTH_S = 0.06
 LATTICE_SAMPLE_S = 1.5e-7
+SHARED_SAMPLE_S = 2.5e-8  # of the lattices of a pupil without phase, beside its chords
 READ_S = 1.2e-8
 WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
 
@@ -285,7 +286,10 @@ def _lattices_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
         cells = {min(cells)}
     for wave, stretch in cells:
         grid = fine_tiles(lens, wave, pitch_um, reach)
-        total += 2 * LATTICE_SAMPLE_S * wings.samples_of(lens, wave, grid, stretch, mirrored)
+        sample_s = SHARED_SAMPLE_S if mirrored else LATTICE_SAMPLE_S
+        total += 2 * sample_s * wings.samples_of(lens, wave, grid, stretch, mirrored)
+        if mirrored:
+            total += wings.fold_seconds(lens, flares, wave, grid)
     return total
 
 

@@ -44,6 +44,10 @@ OWN_SAMPLES = 1.2e8
 # as finely as speckles: 0.3 GB while it is computed
 WIDE_SAMPLES = 4e7
 VERY_WIDE = 60.0
+# of a cell of their pupil, in place of `lattice.CHORDS_PER_CELL`: 2e-5 of the light of the wings
+# differs (L1), where points between speckles leave 5e-3
+WIDE_CHORDS = 4
+FOLD_S = 1.9e-6  # CPU seconds of a chord of a folded pupil, measured on a busy machine
 GRID = 3  # of tile means, per tile: the nearest stands in for a place between them
 # of the highest spatial frequency: what a lattice takes for lower ones; beside those that tiles
 # pass, hardly any light has them
@@ -120,7 +124,12 @@ def shared(lens, flares, shortest_nm, grid: Grid) -> list[Lattice]:
     out = []
     for offset in ((0.0, 0.0), (0.5, 0.5)):
         pupil = lattices.fold_shapes(
-            sampled_pupil.terms(lens, flares), sampled_pupil.reach_mm(lens), cells, period, offset
+            sampled_pupil.terms(lens, flares),
+            sampled_pupil.reach_mm(lens),
+            cells,
+            period,
+            offset,
+            _chords_per_cell(lens, wave, grid),
         )
         samples = lattices.ImageSamples(wave, distance, (step, step), offset)
         values = lattices.lattice_psf(pupil, samples, far, energy, lattices.spline_response)
@@ -158,8 +167,31 @@ def most_samples(lens, wave: float, grid: Grid, usual: float) -> float:
     ----------
     lens : a lens of this package. `wave` : wavelength, nm. `grid` : parts of the tiles.
     """
-    width = min(grid.pitch_um) * grid.split / sampled_pupil.blur_um(lens, wave)
-    return min(usual, WIDE_SAMPLES) if width > VERY_WIDE else usual
+    return min(usual, WIDE_SAMPLES) if _very_wide(lens, wave, grid) else usual
+
+
+def _very_wide(lens, wave, grid) -> bool:
+    width_um = min(grid.pitch_um) * grid.split
+    return width_um > VERY_WIDE * sampled_pupil.blur_um(lens, wave)
+
+
+def _chords_per_cell(lens, wave, grid) -> int:
+    return WIDE_CHORDS if _very_wide(lens, wave, grid) else lattices.CHORDS_PER_CELL
+
+
+def fold_seconds(lens, flares, wave: float, grid: Grid) -> float:
+    """Return the CPU seconds of drawing the two pupils of `shared`.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components, all of shapes.
+    wave : the shortest wavelength, nm. `grid` : parts of the tiles.
+    """
+    wave = min(wave, REFERENCE_NM)
+    size = _Size(most_samples(lens, wave, grid, SHARED_SAMPLES), shared=True)
+    cell_mm = _sampling(lens, wave, grid, size)[3][0]
+    heights = sum(shape.high - shape.low for shape, _ in sampled_pupil.terms(lens, flares))
+    return 2 * FOLD_S * heights / cell_mm * _chords_per_cell(lens, wave, grid)
 
 
 def _sampling(lens, wave, grid: Grid, size: _Size):
