@@ -12,7 +12,9 @@ from isethdr_core.plugins.registry import build
 
 WAVE_NM = np.arange(400.0, 701.0, 10.0)
 # the main job's field with its overscan, in 96 x 54 tiles
-ROWS, COLUMNS, PITCH = 64, 115, 2 * np.tan(np.radians(22.5)) / 96
+ROWS = 64
+COLUMNS = 115
+PITCH = 2 * np.tan(np.radians(22.5)) / 96
 DIRT = (ApertureFlare(dust_per_mm2=150.0, scratches_per_mm2=30.0),)
 
 
