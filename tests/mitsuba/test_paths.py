@@ -75,6 +75,7 @@ def test_a_coloured_ball_below_a_coloured_sky(make):
     assert np.abs(apart / truth - 1).max() > 0.05
 
 
+@pytest.mark.slow
 def test_lanes_and_shared_rays_give_the_light_of_paths_alone(make, monkeypatch):
     """Sixteen lanes a tile and four paths a camera ray, against one path after the other, each on a
     ray of its own.

@@ -94,6 +94,7 @@ def test_the_sun_is_seen_with_its_flux_and_belongs_to_the_sky(make):
     assert np.isinf(ds["depth"].values).all()
 
 
+@pytest.mark.slow
 def test_the_variant_without_a_compiler_agrees(make, day):
     scene = down_at(make, day)
     found = {

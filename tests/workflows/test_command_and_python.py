@@ -19,6 +19,7 @@ from .command import FAST, LIGHTS, isethdr, stores
 WITHOUT_LABELS = ["scene=uniform", *FAST, "lighting=ideal", "sensor=bayer"]
 
 
+@pytest.mark.slow
 def test_the_command_and_python_name_the_same_run(isethdr_home, monkeypatch):
     config = compose(WITHOUT_LABELS)
     run(config)

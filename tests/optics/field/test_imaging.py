@@ -148,6 +148,7 @@ def test_the_stated_error_is_that_of_the_worst_band():
     assert stated[450.0, 550.0, 650.0] > 1.1 * stated[550.0,]
 
 
+@pytest.mark.slow
 def test_light_is_kept_never_negative_and_linear():
     lens = WavefrontLens(field_zernike_um=COMA, **KEEP)
     lamps = [(36, 48), (30, 66)]
