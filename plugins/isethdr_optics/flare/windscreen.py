@@ -10,8 +10,8 @@ of the first; t is the inner transmittance of one passage. It stands away by the
 
     (2 d / radius) sin i / sqrt(n^2 - sin^2 i) - 2 wedge sqrt(n^2 - sin^2 i) / cos i
 
-(UN R43, annex 3, paragraph 9: a pane of thickness d, curved in the plane of incidence; the wedge
-follows from Snell's law at small angles).
+for a pane of thickness d that is curved in the plane of incidence, as UN R43 has it for secondary
+images. Both terms follow from Snell's law at small angles, and are tested against traced rays.
 """
 
 from __future__ import annotations
