@@ -100,7 +100,10 @@ def _headlamps(b: Body, c: Car, z0: float, z1: float) -> None:
             lamp("position", (1.0, 0.0, 0.0)),
         )
         if c.front.daytime in ("brow", "hook"):
-            house = _daytime(b, house, (s, tag), corners, c.front.daytime)
+            # the upper edge of a tall headlamp reaches onto the bonnet, which faces up
+            lower = 0.03 if c.front.headlamp == "tall" else 0.0
+            seen = [(across, up - lower) for across, up in corners]
+            house = _daytime(b, house, (s, tag), seen, c.front.daytime)
 
 
 def _housing(c: Car, closer: float, z0: float, z1: float) -> list[tuple[float, float]]:
