@@ -10,6 +10,7 @@
 | `hookspecs`    | public path of `plugins.hookspecs`                                            |
 | `ledger`       | public path of `uncertainty.ledger`                                           |
 | `light_in_time` | public path of `data.temporal_modulation`                                     |
+| `onnx_session` | networks in ONNX files, computed by onnxruntime                                |
 | `quantities`   | public path of `data.quantities`                                              |
 | `ranges`       | public path of `plugins.ranges`                                               |
 | `scene`        | public path of `data.scene_description`                                       |
