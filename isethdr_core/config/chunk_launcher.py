@@ -1,8 +1,8 @@
-"""Launchers `slurm_chunks` and `local_chunks`: the jobs of a sweep in chunks, one array of them.
+"""Launchers `slurm_chunks` and `local_chunks`: they share the jobs of a sweep among few processes.
 
-submitit starts each chunk as one task of a SLURM array, or as one process of this machine. A chunk
-computes its jobs one after the other, so that hundreds of small runs start Python as often as there
-are chunks.
+submitit starts each chunk of jobs as one task of a SLURM array, or as one process of this machine.
+A chunk computes its jobs one after the other. Hundreds of small runs then start Python only once
+for each chunk.
 """
 
 from __future__ import annotations
@@ -155,7 +155,9 @@ def check(settings: ChunkSettings) -> None:
 
 
 def chunks(jobs: Sequence[Any], count: int) -> list[list[Any]]:
-    """Share jobs between at most `count` chunks; neighbours, which often take alike, are spread."""
+    """Share jobs between at most `count` chunks; neighbours often take equally long, so
+    they go to different chunks.
+    """
     return [list(jobs[first::count]) for first in range(min(count, len(jobs)))]
 
 

@@ -77,7 +77,8 @@ class Street:
     s_m: Along | None = None  # of a file: metres along its road; null: near the lane's start
     # an OpenSCENARIO file, path/to/cut_in.xosc: its road file, and who is where at its start
     scenario: str = ""
-    scenario_ego: str = ""  # entity of the scenario that carries the camera; empty: Ego
+    # entity that carries the camera; empty takes `Ego` or `Hero`, else the first vehicle
+    scenario_ego: str = ""
     lit: bool | None = None  # of a file: street lamps stand along it; null: in towns
     urban: bool | None = None  # of a file: null: as the type of the camera's road says
     speed_limit_kmh: SpeedLimit | None = None  # of a file: null: as the file says

@@ -37,6 +37,7 @@ def stored(tmp_path_factory):
         return home, hdr.run(hdr.compose(CHART)).key
 
 
+@pytest.mark.slow
 def test_a_run_computed_again_is_the_same(stored, capsys):
     home, key = stored
     found = reproduce(home, key[:6])

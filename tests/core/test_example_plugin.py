@@ -76,6 +76,7 @@ print("composed")
     assert shown.stdout.strip().endswith("composed"), shown.stderr
 
 
+@pytest.mark.slow
 def test_it_passes_the_conformance_kit(acme):
     code = """
 from isethdr_core.testing import check

@@ -27,7 +27,8 @@ SCENES = {
     "country": "scene=street_country lighting=night_rural",
 }
 JUDGE_SEED = 500
-WEIGHT_FLOOR = 0.1  # of a group's mean light: no tile weighs as if it were noisier by less
+# least noise by which a tile is weighed, as a share of the mean light of its group
+WEIGHT_FLOOR = 0.1
 
 
 class Rendering(NamedTuple):

@@ -26,6 +26,8 @@ from isethdr_core.data.camera_geometry import relative_illumination
 from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.ranges import Range, check_ranges
 
+from .added_light import added_light
+
 Incidence = Annotated[float, Range(0, 80)]  # degrees
 Thickness = Annotated[float, Range(0.1, 100)]  # millimetres: from a film to bullet-proof glass
 Radius = Annotated[float, Range(0.1, np.inf)]  # metres; inf: flat
@@ -132,7 +134,7 @@ class WindscreenFlare:
             attrs = {"falloff": "table", "falloff_table": table}
         factor = self.share(cosine) * relative_illumination(attrs, x[None, :], y[:, None])
         light = shifted(np.asarray(mixed.values, float), edges, source) * factor
-        return _plane(lens, mixed, light * lens.throughput_sr(), pitch)
+        return added_light(lens, mixed, light * lens.throughput_sr())
 
 
 def shifted(tiles: np.ndarray, edges: np.ndarray, source: np.ndarray) -> np.ndarray:
@@ -167,26 +169,3 @@ def _check_grid(lens, mixed, widest_rad: float) -> None:
             "flare windscreen and a lens that distorts; expected lens.distortion=none; remove this"
             " flare"
         )
-
-
-def _plane(lens, mixed, light: np.ndarray, pitch: tuple[float, float]):
-    """Return irradiance (wavelength, y, x) with the attributes of the lens's own answer."""
-    f_m = 1e-3 * lens.focal_length_mm
-    full = quantities.full_field(mixed)
-    width = mixed.attrs.get("field_width") or full[0]
-    height = mixed.attrs.get("field_height") or full[1]
-    return quantities.plane(
-        light,
-        mixed.wavelength.values.astype(float),
-        mixed.x.values * f_m,
-        mixed.y.values * f_m,
-        quantities.IRRADIANCE,
-        f_number=lens.f_number,
-        focal_length_mm=lens.focal_length_mm,
-        throughput_sr=lens.throughput_sr(),
-        falloff=lens.falloff,
-        field_width=width * f_m,
-        field_height=height * f_m,
-        pitch_x=pitch[1] * f_m,
-        pitch_y=pitch[0] * f_m,
-    )

@@ -23,7 +23,8 @@ BESIDE_M = 0.2  # between the sides of two that pass each other in one lane
 ASIDE_LOOKS_M = (0.0, 5.0, 10.0)  # ahead, where the width of the lane is seen
 NARROW_M = 0.15  # beside a vehicle in its lane
 BICYCLE_M_S = 5.0
-LOOKS = np.array([0.0, 4.0, 8.0, 16.0, 32.0, 64.0])  # metres ahead at which curves are seen
+# metres ahead at which a driver looks for curves and limits
+LOOKS_M = np.array([0.0, 4.0, 8.0, 16.0, 32.0, 64.0])
 
 
 class Ahead(NamedTuple):
@@ -98,7 +99,7 @@ class Driver:
     def free_m_s(self, tracks: Tracks) -> float:
         """Return the speed that limit and curves ahead allow: what is braked comfortably."""
         limit = self.top_m_s
-        for distance in LOOKS:
+        for distance in LOOKS_M:
             if distance > self.speed_m_s**2 / (2 * BRAKING_M_S2) + 1:
                 break
             lane = self.on_lane(self.at_m + distance)

@@ -309,6 +309,7 @@ def test_faults_are_one_line_each(listed):
     assert len([line for line in listed.stderr.splitlines() if line]) == len(FAULTS) - 1
 
 
+@pytest.mark.slow
 def test_a_class_that_is_loaded_on_first_use_is_checked_then(tmp_path):
     source = LENS.format(
         name="acme", head="", method="keep_light(self, flares)", offered='"acme:Acme"'

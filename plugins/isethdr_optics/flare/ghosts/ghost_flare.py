@@ -20,6 +20,7 @@ from isethdr_core.uncertainty.error_terms import Quantity
 from ...lenses.limits import Blades, Direction
 from ...prescription.coatings import Powers
 from ...prescription.prescription import check_coating, load
+from ..added_light import added_light
 from .draw import Canvas, Iris, points, sources
 from .trace import beams, boxes, rank, split
 
@@ -167,26 +168,7 @@ def _irradiance(flare, lens, mixed):
             if beams_of_pair[tangents] is not None:
                 limits, low, high = beams_of_pair[tangents]
                 canvas.draw(*points(source, low, high, tangents, limits, iris))
-    m_per_tangent = f * 1e-3
-    width, height = (
-        mixed.attrs.get(k) or n
-        for k, n in zip(("field_width", "field_height"), quantities.full_field(mixed))
-    )
-    added = quantities.plane(
-        canvas.irradiance() * 1e6,
-        wave,
-        x * m_per_tangent,
-        y * m_per_tangent,
-        quantities.IRRADIANCE,
-        f_number=lens.f_number,
-        focal_length_mm=f,
-        throughput_sr=lens.throughput_sr(),
-        falloff=lens.falloff,
-        field_width=width * m_per_tangent,
-        field_height=height * m_per_tangent,
-        pitch_x=pitch[1] * m_per_tangent,
-        pitch_y=pitch[0] * m_per_tangent,
-    )
+    added = added_light(lens, mixed, canvas.irradiance() * 1e6)
     _record_errors(ledger, traced, weak_pairs, dim, in_blocks, added)
     return added
 

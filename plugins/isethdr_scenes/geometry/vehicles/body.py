@@ -63,6 +63,21 @@ class Body:
         self.parts += [p for p in (inside, outside) if len(p.faces)]
         return inside, outside
 
+    def refine(self, part, values):
+        """Cut the mesh of an earlier part along lines, and leave all of it there. A band between
+        the lines that is thinner than the mesh can then be carved. Return the part.
+
+        Parameters
+        ----------
+        values : function from a part to a list of values per vertex, 0 along a line each.
+        """
+        finer = part
+        for k in range(len(values(part))):
+            inside, outside, _ = cut(finer, values(finer)[k])
+            finer = join([inside, outside], part.name)
+        self.parts = [finer if p is part else p for p in self.parts]
+        return finer
+
     def line(self, distance, where, half=0.005, material="gap"):
         """Cut a thin dark gap along distance(part) = 0 where where(part) < 0; both return one value
         per vertex, m.

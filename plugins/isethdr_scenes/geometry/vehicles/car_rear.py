@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..mesh.cutting import polygon
+from ..mesh.cutting import cut, polygon
 from ..mesh.piece import lit
 from ..mesh.primitives import box, tube
 from .body import Body
@@ -38,14 +38,17 @@ def rear(b: Body, c: Car):
             ("indicator_rear", "lamp_amber", 0.76, 0.88),
             ("reverse", "lamp_white", 0.91, 1.0),
         ):
-            u, ay, z, y = b.at(lens)
-            t = (z1 - z) / (z1 - z0) if tall else (y1 - ay) / (y1 - y0)
-            glow, lens = b.carve(
-                lens,
-                f"{kind}.{tag}",
-                material,
-                np.max([f0 - t, t - f1, shape(ay, z) + 0.014, -s * y], 0),
-            )
+
+            def band(part, f0=f0, f1=f1, s=s):
+                """Return the values that are all below 0 within the lamp."""
+                _, ay, z, y = b.at(part)
+                t = (z1 - z) / (z1 - z0) if tall else (y1 - ay) / (y1 - y0)
+                return [f0 - t, t - f1, shape(ay, z) + 0.014, -s * y]
+
+            seen, _, _ = cut(lens, np.max(band(lens), 0))
+            if not len(lit(seen, kind, back)[0].faces):
+                lens = b.refine(lens, band)
+            glow, lens = b.carve(lens, f"{kind}.{tag}", material, np.max(band(lens), 0))
             # the wrapped side stays dark
             b.parts = [p for p in b.parts if p is not glow] + lit(glow, kind, back)
     u, ay, z, _ = b.at()

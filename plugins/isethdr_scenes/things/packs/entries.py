@@ -102,7 +102,8 @@ def _lamp_mistakes(lamp: LampFaces, folder: Path) -> Iterator[str]:
         yield "axis is [0, 0, 0]; expected where it shines, for example [1, 0, 0] ahead"
     if not lamp.part and lamp.box_m is None:
         yield "states no faces; type part: NAME, or box_m: [[x, y, z], [x, y, z]]"
-    levels = [key for key in ("candela", "cd_m2", "beam") if getattr(lamp, key)]
+    stated = {"candela": lamp.candela, "cd_m2": lamp.cd_m2, "beam": lamp.beam}
+    levels = [key for key, level in stated.items() if level]
     if len(levels) > 1:
         yield f"states {' and '.join(levels)}; expected one of them"
     if lamp.beam:
