@@ -7,6 +7,7 @@
 | `component_source` | the config group entry of each component, made on first use          |
 | `hydra_app`        | single runs, sweeps (`-m`) and launchers; one line for each failure  |
 | `job`              | the run of a composed config, and its summary                        |
+| `kept_choices`     | configs composed from choices alone, kept for the next call          |
 | `main_config`      | choices and settings of `config.yaml`, read without composing it     |
 | `sweeps`           | sweeps (`-m`): mistakes are found before the first job               |
 | `trust`            | folders from which config files are accepted, checked in advance     |

@@ -5,16 +5,15 @@ path.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import MISSING, Field, field, fields, make_dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
-import hydra
 from hydra.core.config_search_path import ConfigSearchPath
-from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from hydra.plugins.search_path_plugin import SearchPathPlugin
@@ -25,12 +24,11 @@ from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBase
 from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.component import KINDS, Component
 from ..plugins.registry import class_of, components, plugin_manager
+from .kept_choices import composed
 from .trust import check_overrides, own_folder
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
-
-CONFIG_MODULE = "isethdr_core.config.conf"
 
 
 def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictConfig:
@@ -46,23 +44,26 @@ def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictC
     ConfigError : an unknown group, name or key, or a value of the wrong type.
     """
     register_with_hydra()
-    GlobalHydra.instance().clear()
     with user_mistakes():
-        check_overrides(overrides)
-        check_choices(overrides)
-        with hydra.initialize_config_module(CONFIG_MODULE, version_base="1.3"):
-            config = hydra.compose(config_name, overrides=list(overrides), return_hydra_config=True)
-            return resolved(with_choices(config, config.hydra.runtime.choices))
+        parsed = OverridesParser.create().parse_overrides(list(overrides))
+        check_overrides(parsed)
+        check_choices(parsed)
+        result = composed(parsed, config_name)
+        return resolved(with_choices(result.config, result.choices))
 
 
-def check_choices(overrides: Sequence[str]) -> None:
+def check_choices(overrides: Iterable[Override]) -> None:
     """Refuse a choice that is no name: Hydra fails there without a message for people.
+
+    Parameters
+    ----------
+    overrides : parsed.
 
     Raises
     ------
     ConfigError : `null` or an interpolation stands where the name of a config is expected.
     """
-    for override in OverridesParser.create().parse_overrides(list(overrides)):
+    for override in overrides:
         group = override.key_or_group.partition("@")[0]
         value = override.value()
         if group not in (*KINDS, "experiment"):

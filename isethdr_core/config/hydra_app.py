@@ -16,6 +16,7 @@ from pathlib import Path
 
 import hydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
@@ -26,12 +27,12 @@ from ..runs.parent_watch import end_with_parent, exit_on_sigterm
 from ..sweeps.record import Job, begin, write_job
 from . import chunk_launcher
 from .composition import (
-    CONFIG_MODULE,
     check_choices,
     register_with_hydra,
     user_mistakes,
     with_choices,
 )
+from .kept_choices import CONFIG_MODULE
 from .trust import check_arguments
 
 # exit codes: the user's to fix, a component's, Ctrl-C (128 + SIGINT)
@@ -56,7 +57,7 @@ def run_with_hydra(arguments: list[str]) -> None:
     with user_mistakes():
         check_arguments(arguments)
         if not any(a.startswith("-") for a in arguments):
-            check_choices(arguments)
+            check_choices(OverridesParser.create().parse_overrides(arguments))
     sweep = None
     if {"-m", "--multirun"} & set(arguments):
         from .sweeps import finish, prepared, watched  # as heavy as a run

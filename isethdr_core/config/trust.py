@@ -16,6 +16,7 @@ from urllib.parse import unquote, urlparse
 
 from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
 
 from ..errors import ConfigError
 
@@ -53,15 +54,19 @@ def check_folder(folder: str | Path) -> None:
         )
 
 
-def check_overrides(overrides: Iterable[str]) -> None:
+def check_overrides(overrides: Iterable[Override]) -> None:
     """Refuse overrides that bring in config files from folders that are not trusted.
+
+    Parameters
+    ----------
+    overrides : parsed.
 
     Raises
     ------
     ConfigError : `hydra.searchpath` names such a folder, or a choice leaves its config group with
         `..`.
     """
-    for override in OverridesParser.create().parse_overrides(list(overrides)):
+    for override in overrides:
         key = override.get_key_element().lstrip("+~")
         value = override.value()
         if key == "hydra.searchpath" or key.startswith("hydra.searchpath."):
@@ -89,7 +94,8 @@ def check_arguments(arguments: Sequence[str]) -> None:
         _check_choice("--config-name", args.config_name)
     if args.experimental_rerun is not None:
         check_folder(Path(args.experimental_rerun).parent)
-    check_overrides([*args.overrides, *(a for a in other_arguments if not a.startswith("-"))])
+    typed = [*args.overrides, *(a for a in other_arguments if not a.startswith("-"))]
+    check_overrides(OverridesParser.create().parse_overrides(typed))
 
 
 def _check_search_path(value: object) -> None:
@@ -102,7 +108,7 @@ def _check_search_path(value: object) -> None:
         check_folder(local if address.scheme in ("", "file") else entry)
 
 
-def _choices(override) -> list[object]:
+def _choices(override: Override) -> list[object]:
     """Return every value that an override chooses: the parts of a list, or the jobs of a sweep."""
     if override.is_sweep_override():
         return list(override.sweep_string_iterator()) if override.is_discrete_sweep() else []

@@ -39,7 +39,7 @@ class Preset:
 def presets(group: str) -> dict[str, Preset]:
     """Return the presets of a kind, or the experiments, by name."""
     by_name: dict[str, Preset] = {}
-    for folder in _folders():
+    for folder in preset_folders():
         for path in sorted((folder / group).glob("*.yaml")):
             by_name.setdefault(path.stem, _read(group, path))
     return by_name
@@ -67,7 +67,7 @@ def described_file(text: str) -> tuple[str, list[str]]:
     return words.removeprefix("@package _global_").strip(), body
 
 
-def _folders() -> Iterator[Path]:
+def preset_folders() -> Iterator[Path]:
     """Yield the folders with presets of plugins, of the core, and of the working folder."""
     for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
         folders: Any = impl.function()

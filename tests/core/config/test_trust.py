@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hydra.core.override_parser.overrides_parser import OverridesParser
 
 import isethdr_core as hdr
 from isethdr_core.config import trust
@@ -93,9 +94,8 @@ def test_a_folder_that_is_named_is_trusted_with_all_below_it(work, monkeypatch):
 
 def test_installed_packages_and_ordinary_overrides_need_no_trust(work):
     trust.check_arguments(["hydra.searchpath=[pkg://isethdr_core.config.conf]", "sensor=rgbw"])
-    trust.check_overrides(
-        ["+lighting.weights.sky=1", "~renderer", "scene.folder=../scenes", "seed=1,2"]
-    )
+    typed = ["+lighting.weights.sky=1", "~renderer", "scene.folder=../scenes", "seed=1,2"]
+    trust.check_overrides(OverridesParser.create().parse_overrides(typed))
 
 
 def test_the_command_refuses_before_anything_of_the_file_runs(work):
