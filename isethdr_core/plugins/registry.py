@@ -65,7 +65,9 @@ def plugin_manager() -> pluggy.PluginManager:
         except Exception as err:  # a third party's code: anything may happen
             if pm.has_plugin(name):
                 pm.unregister(name=name)
-            reason = _newer_by_source(entry) or f"{type(err).__name__}: {err}"
+            # in one line: pluggy's own errors have several
+            said = " ".join(str(err).split())
+            reason = _newer_by_source(entry) or f"{type(err).__name__}: {said}"
             _broken.append(BrokenPlugin(entry.name, package_of(entry), reason))
             log.error(
                 "plugin %r of package %r did not load and is skipped (%s)",

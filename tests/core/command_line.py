@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from isethdr_core.cli.commands import main
+
 EXAMPLE = Path(__file__).parents[1] / "example_plugin"
 
 
@@ -33,6 +35,20 @@ def isethdr(
     return subprocess.run(
         command, env=environment, capture_output=True, text=True, timeout=600, check=False
     )
+
+
+def here(monkeypatch, capsys, *arguments: str) -> tuple[int, str, str]:
+    """Return (exit code, output, standard error) of `isethdr <arguments>` in the test's own
+    process, where nothing depends on its having one: start-up takes a second.
+    """
+    monkeypatch.setattr(sys, "argv", ["isethdr", *arguments])
+    code = 0
+    try:
+        main()
+    except SystemExit as end:
+        code = int(end.code or 0)
+    shown = capsys.readouterr()
+    return code, shown.out, shown.err
 
 
 def write_plugin(

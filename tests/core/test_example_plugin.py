@@ -49,8 +49,7 @@ def test_it_is_listed_with_its_package(acme):
     assert "Small sensor with shot and read noise" in words and "ramp" in words
 
 
-def test_it_composes_with_types_presets_and_experiments(acme):
-    code = """
+COMPOSED = """
 from isethdr_core import compose
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import chain
@@ -72,21 +71,27 @@ for wrong, message in ((["sensor=acme_nano", "sensor.converter=flash"], "'ramp' 
         raise AssertionError(f"{wrong} was accepted")
 print("composed")
 """
-    shown = isethdr(plugins=[acme], code=code)
-    assert shown.stdout.strip().endswith("composed"), shown.stderr
-
-
-@pytest.mark.slow
-def test_it_passes_the_conformance_kit(acme):
-    code = """
+KEPT = """
 from isethdr_core.testing import check
 check("lens", "acme_plastic")
 check("sensor", "acme_nano")
 check("sensor", "acme_nano", converter="sar", dead_pixels=())
 print("kept")
 """
-    shown = isethdr(plugins=[acme], code=code)
-    assert shown.stdout.strip().endswith("kept"), shown.stderr
+
+
+@pytest.fixture(scope="module")
+def used(acme):
+    """Return what a process says that composes with the plugin, then checks its promises."""
+    return isethdr(plugins=[acme], code=COMPOSED + KEPT)
+
+
+def test_it_composes_with_types_presets_and_experiments(used):
+    assert "composed" in used.stdout.split(), used.stderr
+
+
+def test_it_passes_the_conformance_kit(used):
+    assert used.stdout.strip().endswith("kept"), used.stderr
 
 
 @pytest.mark.slow
