@@ -13,7 +13,7 @@ import subprocess
 import pytest
 
 from isethdr_core import compose, run
-from isethdr_core.errors import ConfigError
+from isethdr_core.errors import ConfigError, IsetHdrError
 
 from .command import (
     FAST,
@@ -155,15 +155,38 @@ MISTAKES = [
 ]
 
 
-@pytest.mark.parametrize("overrides, message", MISTAKES, ids=[m for _, m in MISTAKES])
-def test_bad_input_is_one_line_and_stores_nothing(
-    overrides, message, isethdr_home, tmp_path, monkeypatch, capsys
-):
+# one of each way from a mistake to its line: by name, by type in the run, by Hydra's own settings,
+# by the syntax of overrides, by a value in place of a table, by a file
+BY_COMMAND = [m for m in MISTAKES if set(m[0]) & {"sensor=idael", "sensor.columns=9999"}]
+BY_COMMAND += [m for m in MISTAKES if set(m[0]) & {"hydra.run.dir=${nope}", "a b"}]
+BY_COMMAND += [m for m in MISTAKES if set(m[0]) & {"+cameras=3", "scene=iset_exr"}]
+
+
+@pytest.fixture
+def cut_off_file(tmp_path, monkeypatch):
+    """Work in a folder with an EXR file that ends after a few bytes."""
     (tmp_path / "1112184733_skymap.exr").write_bytes(b"\x76\x2f\x31\x01\x02cut off")
     monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize("overrides, message", BY_COMMAND, ids=[m for _, m in BY_COMMAND])
+def test_bad_input_is_one_line_and_stores_nothing(
+    overrides, message, isethdr_home, cut_off_file, monkeypatch, capsys
+):
     code, said = here(monkeypatch, capsys, "run", *overrides)
     [line] = said.splitlines()
     assert code == 2 and line.startswith("error: ") and re.search(message, line), line
+    assert stores(isethdr_home) == {} and leftovers(isethdr_home) == []
+
+
+IN_PYTHON = [m for m in MISTAKES if not any(o.startswith("hydra.") for o in m[0])]
+
+
+@pytest.mark.parametrize("overrides, message", IN_PYTHON, ids=[m for _, m in IN_PYTHON])
+def test_bad_input_in_python_is_the_same_line(overrides, message, isethdr_home, cut_off_file):
+    with pytest.raises(IsetHdrError, match=message) as refused:
+        run(compose(overrides))
+    assert len(str(refused.value).splitlines()) == 1
     assert stores(isethdr_home) == {} and leftovers(isethdr_home) == []
 
 
