@@ -13,6 +13,7 @@
 | `spectra`            | lights of a driving scene and smooth reflectances, all from formulas |
 | `conf/`              | presets                                                              |
 | `demosaic/`          | every channel at every pixel, and denoising before it                |
+| `network/`           | a trained network from an ONNX file                                  |
 | `readout/`           | from DN back to electrons, several captures into one                 |
 """
 
@@ -23,6 +24,7 @@ COMPONENTS = [
     Component("isp", "ideal", "isethdr_isp.ideal:IdealIsp"),
     Component("isp", "linear", "isethdr_isp.linear:LinearIsp"),
     Component("isp", "merge", "isethdr_isp.merge:MergeIsp"),
+    Component("isp", "network", "isethdr_isp.network.isp:NetworkIsp"),
 ]
 __getattr__ = class_getter(__name__, COMPONENTS)
 

@@ -48,7 +48,7 @@ class MergeIsp(Development):
         balance = illuminant(captures, self.balance)
         groups, per_light = charges(captures, balance)
         merged = RULES[self.rule](groups, per_light)
-        _state_spectral_mismatch(groups, captures.wavelength.values)
+        state_spectral_mismatch(groups, captures.wavelength.values)
         picture = develop(merged, groups[-1], captures, self, balance)
         picture["source"] = (("y", "x"), merged.source)
         return picture
@@ -110,7 +110,7 @@ def charges(captures, balance: Illuminant):
     return groups, [reads[0].sensitivity[filters] for reads in groups]
 
 
-def _state_spectral_mismatch(groups, wavelength_nm) -> None:
+def state_spectral_mismatch(groups, wavelength_nm) -> None:
     """State how far captures with different filter curves disagree on coloured light. They agree on
     the balance light only.
     """

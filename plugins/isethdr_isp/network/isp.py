@@ -1,0 +1,49 @@
+"""Network: a trained model develops the captures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import xarray as xr
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.early_checks import ShotForm
+
+from ..readout.black_level import with_black_level
+from ..readout.electrons import check_captures
+from ..scene_light import illuminant
+from .fields import NetworkFields
+from .model_file import needs_model, opened
+
+
+@dataclass(frozen=True)
+class NetworkIsp(NetworkFields):
+    """Develop the captures by a trained network from an ONNX file: electrons in, absolute XYZ out,
+    in overlapping tiles.
+    """
+
+    def input_files(self) -> Iterable[str | Path]:
+        """Return the model file and a shading table: their content is part of a run's name."""
+        return (needs_model(self.model), *filter(None, [self.shading_csv]))
+
+    def check_shot(self, form: ShotForm) -> None:
+        """Raise ConfigError where the model cannot be read or is for another sensor, or the black
+        level is to be measured and cannot.
+        """
+        opened(self.model).check_form(form)
+        if self.black == "optical" and not form.black_rows:
+            raise ConfigError(
+                "isp.black is optical, and the sensor has no optical black rows; type"
+                " sensor.black_rows=16, or isp.black=stated"
+            )
+
+    def __call__(self, captures: xr.Dataset) -> xr.Dataset:
+        """Return the picture; a pixel is valid when all samples less than one cell of the filter
+        array away are unsaturated in some capture.
+        """
+        model = opened(self.model)
+        check_captures(captures)
+        captures = with_black_level(captures, self.black)
+        return model.picture(captures, self, illuminant(captures, self.balance))

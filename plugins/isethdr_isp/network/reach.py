@@ -1,0 +1,74 @@
+"""Reach: how far away from a pixel the inputs lie on which the output there depends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from isethdr_core.onnx_session import OnnxSession
+
+from .contract import Contract
+from .running import fixed_size
+
+SIDE_PX = 256  # of the probe's picture: reaches of less than half of it can be told
+LEVEL_E = 100.0
+NOISE_E = 2.0
+FACTORS = (0.0, 4.0)  # of the changed sample: one of them may lie where the network is flat
+MOST_PLACES = 8
+
+
+def probe(session: OnnxSession, contract: Contract) -> dict[str, np.ndarray]:
+    """Return inputs (1, plane, y, x) of a grey field with noise, for `measured_reach_px`."""
+    multiple = contract.multiple_px
+    rows, columns = fixed_size(session) or 2 * (-(-SIDE_PX // multiple) * multiple,)
+    generator = np.random.default_rng(0)
+    raw = generator.poisson(LEVEL_E, (1, contract.planes, rows, columns)).astype(np.float32)
+    cell = contract.cell
+    letters = np.tile(cell, (-(-rows // cell.shape[0]), -(-columns // cell.shape[1])))
+    letters = letters[:rows, :columns]
+    masks = np.array([letters == channel for channel in contract.channels], np.float32)[None]
+    every = {
+        "raw": raw,
+        "noise": np.full_like(raw, NOISE_E),
+        "masks": masks,
+        "valid": np.ones_like(raw),
+    }
+    wanted = {port.name for port in session.inputs}
+    return {name: plane for name, plane in every.items() if name in wanted}
+
+
+def measured_reach_px(
+    session: OnnxSession, planes: Mapping[str, np.ndarray], changed: str = "raw", step: int = 8
+) -> float:
+    """Return the reach of a model, px; inf where one sample changes the output everywhere.
+
+    One sample in the middle of a noisy picture is changed, at `step` places on the diagonal. The
+    reach is the largest distance of an output that changes. A network that is flat at all of these
+    samples would show less than its reach.
+
+    Parameters
+    ----------
+    planes : every input (1, plane, y, x) by name.
+    changed : the input of which a sample is changed.
+    step : places, one beside the other: the period of the model's strides.
+    """
+    rows, columns = planes[changed].shape[2:]
+    usual = session.run(planes)
+    reach = 0
+    places = min(step, MOST_PLACES)
+    for place in range(places):
+        y = rows // 2 + place
+        x = columns // 2 + place
+        for factor in FACTORS:
+            samples = planes[changed].copy()
+            samples[..., y, x] *= factor
+            seen = session.run({**planes, changed: samples})
+            for name, values in seen.items():
+                differ_y, differ_x = np.nonzero((values != usual[name]).any(axis=(0, 1)))
+                if differ_y.size:
+                    away = max(np.abs(differ_y - y).max(), np.abs(differ_x - x).max())
+                    reach = max(reach, int(away))
+    told = min(rows, columns) // 2 - places
+    return math.inf if reach >= told else float(reach)

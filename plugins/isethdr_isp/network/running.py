@@ -1,0 +1,116 @@
+"""Running: a model over all tiles of a picture, and the check of what it returns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError, UnitError
+from isethdr_core.onnx_session import OnnxSession, shape_text
+
+from .tiles import Grid, tiled
+
+# overlap of the tiles of a model of fixed size that looks at all of its input
+USUAL_OVERLAP_PX = 32
+MOST_OVERLAP = 0.375  # of a tile: below it, half of the work would be thrown away
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What a model needs of its tiles."""
+
+    cell: tuple[int, int]  # rows and columns of the filter array
+    multiple_px: int
+    reach_px: float  # an output depends on inputs at most so far away; inf: on all
+    size: tuple[int, int] | None = None  # of every tile; None: any multiple
+
+
+def fixed_size(session: OnnxSession) -> tuple[int, int] | None:
+    """Return rows and columns of a model's inputs where the file fixes them; None where free.
+
+    Raises
+    ------
+    ConfigError : one of them is fixed and the other is free.
+    """
+    rows, columns = session.inputs[0].shape[2:]
+    if rows is None and columns is None:
+        return None
+    if rows is None or columns is None:
+        raise ConfigError(
+            f"{session.path} takes inputs of {shape_text(session.inputs[0].shape)}; expected rows"
+            " and columns both free, or both fixed; export the model again"
+        )
+    return rows, columns
+
+
+def check_size(session: OnnxSession, multiple_px: int) -> None:
+    """Raise ConfigError where a model's fixed size is no multiple of what it states."""
+    size = fixed_size(session)
+    if size and any(side % multiple_px for side in size):
+        raise ConfigError(
+            f"{session.path} takes inputs of {size[0]} x {size[1]} pixels; expected multiples of"
+            f" {multiple_px}, as it states; export the model again"
+        )
+
+
+def results_of(
+    session: OnnxSession,
+    planes: Mapping[str, np.ndarray],
+    phase: tuple[int, int],
+    cut: Cut,
+    tile_px: int,
+) -> dict[str, np.ndarray]:
+    """Return the outputs (plane, y, x) of a model on a picture of any size.
+
+    Parameters
+    ----------
+    planes : inputs (plane, y, x) by name.
+    phase : row and column of the filter array's cell at the first pixel.
+    tile_px : side of the largest tile of a model of free size.
+
+    Raises
+    ------
+    ConfigError : the model fails on its inputs. UnitError : it returns values that are not finite.
+    """
+    grid = grid_of(cut, tile_px)
+    results = tiled(session.run, planes, phase, grid)
+    for name, values in results.items():
+        wrong = ~np.isfinite(values)
+        if wrong.any():
+            raise UnitError(
+                f"{session.path} returned {name} with {int(wrong.sum())} of {wrong.size} values"
+                " that are NaN or infinite; expected finite values for finite inputs; the model was"
+                " trained for other light levels, or its file is damaged: use another model"
+            )
+    return results
+
+
+def grid_of(cut: Cut, tile_px: int) -> Grid:
+    """Return the tiles of a model. A model that looks at all of its input gets it in one piece."""
+    multiple = cut.multiple_px
+    size = cut.size
+    if size is not None:
+        # seams are possible where the reach does not fit between two tiles
+        largest = int(min(size) * MOST_OVERLAP)
+        wanted = cut.reach_px if cut.reach_px <= largest else USUAL_OVERLAP_PX
+        overlap = -(-int(min(wanted, largest)) // multiple) * multiple
+        if cut.reach_px > overlap:
+            ledger.left_out(
+                "inputs beyond a tile",
+                f"the model takes {size[0]} x {size[1]} pixels and looks farther than the"
+                f" {overlap} pixels by which its tiles overlap; seams are possible",
+                np.nan,
+                "",
+                key="seams",
+            )
+        return Grid(cut.cell, multiple, overlap, size, fixed=True)
+    if math.isinf(cut.reach_px):
+        return Grid(cut.cell, multiple, 0, (1 << 30, 1 << 30))
+    overlap = -(-int(cut.reach_px) // multiple) * multiple
+    smallest = math.ceil(2 * overlap / (2 * MOST_OVERLAP))
+    tile = -(-max(tile_px, smallest, multiple) // multiple) * multiple
+    return Grid(cut.cell, multiple, overlap, (tile, tile))

@@ -1,0 +1,198 @@
+"""Samples: the captures of a shot as the planes that a network takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import maximum_filter
+
+from isethdr_core import ledger
+from isethdr_core.errors import UnitError
+from isethdr_core.physics.radiometry import photons_per_energy
+from isethdr_core.pipeline.early_checks import ShotForm
+
+from ..demosaic.interpolation import array_period
+from ..merge import LARGEST_MISMATCH, charges, state_spectral_mismatch
+from ..readout.combine import Merged, fold, read_charge
+from ..readout.defects import MAP, corrected
+from ..readout.electrons import Readout
+from ..readout.interleaved import is_interleaved
+from ..readout.merge_rules import RULES
+from ..readout.shading import shading
+from ..spectra import light, radiances
+from .contract import Contract
+from .fields import NetworkFields
+
+UNIT_LIGHT = "daylight"  # a grey in it has as many electrons in `xyz` as in the unit's channel
+LEAST_NOISE_E = 0.01  # a network may divide by the noise
+
+
+class Planes(NamedTuple):
+    """What was measured at every pixel, by plane of a model's input."""
+
+    signal_e: np.ndarray  # (plane, y, x) of light alone, of the most sensitive capture, on the axis
+    variance_e2: np.ndarray  # (plane, y, x)
+    valid: np.ndarray  # (plane, y, x) bool
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """The planes of a shot, and how the most sensitive capture sees light."""
+
+    planes: Planes
+    filters: np.ndarray  # (y, x) number of the captures' channel
+    channels: tuple[str, ...]  # names of the captures' channels
+    captures: tuple[str, ...]  # their names
+    read: Readout  # of the most sensitive capture
+    dark_var_e2: float  # variance of its best reading in the dark
+
+    def letters(self) -> np.ndarray:
+        """Return the letters (row, column) of the filter array, from the first pixel on."""
+        rows, columns = array_period(self.filters)
+        return np.array(self.channels)[self.filters[:rows, :columns]]
+
+    def form(self) -> ShotForm:
+        """Return the names of the captures and the filter array."""
+        return ShotForm(self.captures, tuple("".join(row) for row in self.letters()))
+
+    def invalid(self) -> np.ndarray:
+        """Return the pixels (y, x) that no plane measured."""
+        return ~self.planes.valid.any(axis=0)
+
+
+def shot(captures, how: NetworkFields, apart: bool) -> Shot:
+    """Return the planes of a captures Dataset.
+
+    Parameters
+    ----------
+    how : the fields of the isp.
+    apart : one plane per capture, in the order of the shot, each in electrons of the most
+        sensitive one; False merges them to one plane.
+
+    Raises
+    ------
+    UnitError : the filter array holds two exposures, or a filter sees no light.
+    """
+    if is_interleaved(captures):
+        raise UnitError(
+            "the filter array holds two exposures, as upper and lower case filters; isp=network"
+            " takes one exposure per capture; use isp=merge"
+        )
+    groups, per_light = charges(captures, UNIT_LIGHT)
+    state_spectral_mismatch(groups, captures.wavelength.values)
+    if apart:
+        mosaics = _apart(groups, per_light)
+    else:
+        mosaics = [RULES[how.rule](groups, per_light)]
+    if how.defects == "interpolated" and MAP in captures:
+        cell = array_period(captures["filter"].values)
+        mosaics = [corrected(mosaic, captures[MAP].values, cell) for mosaic in mosaics]
+    level = shading(captures, how.shading_csv)
+    lit = level > 0  # elsewhere no light passes the lens
+    level = np.where(lit, level, 1.0)
+    return Shot(
+        Planes(
+            np.stack([mosaic.signal_e / level for mosaic in mosaics]),
+            np.stack([mosaic.variance_e2 / level**2 for mosaic in mosaics]),
+            np.stack([mosaic.valid & lit for mosaic in mosaics]),
+        ),
+        captures["filter"].values,
+        tuple(str(name) for name in captures["channel"].values),
+        tuple(str(name) for name in captures["capture"].values),
+        groups[-1][0],
+        min(read.dark_e + float(np.median(read.read_var_e2)) for read in groups[-1]),
+    )
+
+
+def _apart(groups: list[list[Readout]], per_light: list[np.ndarray]) -> list[Merged]:
+    """Return each reading as a mosaic in electrons of the most sensitive charge."""
+    mosaics: dict[int, Merged] = {}
+    for reads, own in zip(groups, per_light, strict=True):
+        scale = per_light[-1] / own
+        for read in reads:
+            mosaic = fold([read_charge([read], own)])
+            mosaics[read.capture] = Merged(
+                mosaic.signal_e * scale,
+                mosaic.variance_e2 * scale**2,
+                mosaic.valid,
+                mosaic.source,
+            )
+    return [mosaics[capture] for capture in sorted(mosaics)]
+
+
+def inputs(taken: Shot, contract: Contract) -> dict[str, np.ndarray]:
+    """Return what a model of the contract may ask for: float32 (plane, y, x) by name."""
+    number = {letter: k for k, letter in enumerate(contract.channels)}
+    mask_of = np.array([number[name] for name in taken.channels])[taken.filters]
+    signal, variance, valid = taken.planes
+    noise = np.sqrt(np.maximum(variance - signal, LEAST_NOISE_E**2))
+    return {
+        "raw": signal.astype(np.float32),
+        "noise": noise.astype(np.float32),
+        "masks": (mask_of == np.arange(len(number))[:, None, None]).astype(np.float32),
+        "valid": valid.astype(np.float32),
+    }
+
+
+def unit_e_per_cd_m2(contract: Contract, taken: Shot) -> float:
+    """Return the electrons of `xyz` per cd/m2: those of the unit's channel on the axis, for a grey
+    in daylight.
+
+    Raises
+    ------
+    UnitError : the channel sees no daylight.
+    """
+    unit = float(taken.read.sensitivity[taken.channels.index(contract.unit_channel)])
+    if not unit > 0:
+        raise UnitError(
+            f"filter {contract.unit_channel} passes no daylight, and the model's unit is electrons"
+            " behind it; expected a quantum efficiency above 0; use a sensor like the one that the"
+            " model is for"
+        )
+    return unit
+
+
+def state_unlike_filters(contract: Contract, taken: Shot, wavelength_nm: np.ndarray) -> None:
+    """State how far the sensor's electrons differ from those of the sensor that a model is for, on
+    coloured light; nothing where the model does not state its filters.
+
+    Raises
+    ------
+    UnitError : they differ by more than 50 % (rms), so that colours would be wrong.
+    """
+    if not contract.quantum_efficiency:
+        return
+    samples = radiances(wavelength_nm)
+    white = light(UNIT_LIGHT, wavelength_nm)
+    unit = contract.channels.index(contract.unit_channel)
+    order = [taken.channels.index(channel) for channel in contract.channels]
+    own = taken.read.response[order]
+    curves = np.array([contract.quantum_efficiency[name] for name in contract.channels])
+    # electrons per energy, up to a factor that the unit takes out
+    trained = photons_per_energy(wavelength_nm) * np.array(
+        [np.interp(wavelength_nm, contract.wavelength_nm, curve) for curve in curves]
+    )
+    seen = samples @ own.T / (own[unit] @ white)
+    expected = samples @ trained.T / (trained[unit] @ white)
+    worst = float(np.max(np.sqrt(np.mean((seen / expected - 1) ** 2, axis=0))))
+    if worst > LARGEST_MISMATCH:
+        raise UnitError(
+            f"the sensor's filters are not those that the model is for: electrons of coloured light"
+            f" differ by {worst:.0%} (rms); expected at most {LARGEST_MISMATCH:.0%}; train a model"
+            " for this sensor, or use isp=merge"
+        )
+    ledger.error(
+        worst,
+        "relative",
+        "measured",
+        "electrons of coloured light against the sensor that the model is for, rms",
+        key="filters",
+    )
+
+
+def near_invalid(invalid: np.ndarray, cell: tuple[int, int]) -> np.ndarray:
+    """Return the pixels (y, x) that have an invalid sample less than one cell away."""
+    size = [2 * side - 1 for side in cell]
+    return maximum_filter(invalid, size, mode="constant") if invalid.any() else invalid

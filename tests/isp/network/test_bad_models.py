@@ -1,0 +1,152 @@
+"""Bad model files: each is one error that says what to type, before any work."""
+
+import json
+import sys
+
+import pytest
+from isethdr_isp.network.contract import Contract
+
+import isethdr_core as hdr
+from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.early_checks import ShotForm, check_shots
+from isethdr_core.runs.provenance import input_digests
+
+SPLIT = ["LPLG", "LPHG", "SPLG"]
+
+
+@pytest.fixture
+def model(models, tmp_path):
+    """Return a function that writes a model of a changed contract and returns its path."""
+
+    def make(name="model.onnx", **changed):
+        contract = {**models.CONTRACT, "reach_px": 8, "calibration": "unknown", **changed}
+        return models.convolution(tmp_path / name, 5, contract)
+
+    return make
+
+
+def refused(path, message, **fields):
+    """Check what is said before any work, where `chain` checks the sensors' captures."""
+    isp = hdr.build("isp", "network", model=str(path), **fields)
+    with pytest.raises(ConfigError, match=message):
+        isp.check_shot(ShotForm(("single",), ("RG", "GB")))
+
+
+def test_sensors_are_checked_before_any_work(model):
+    sensors = [hdr.build("sensor", "bayer")]
+    path = model()
+    isp = hdr.build("isp", "network", model=str(path))
+    check_shots(sensors, isp)
+    model(cfa="RG/WB", channels=["R", "G", "W", "B"])
+    with pytest.raises(ConfigError, match="filter array RG/WB; the sensor has RG/GB"):
+        check_shots(sensors, isp)
+
+
+def test_no_model_is_named():
+    refused("", "isp.model is ''.* type isp.model=FILE.onnx")
+
+
+def test_a_missing_file_names_one_that_is_there(model, tmp_path):
+    model("bayer.onnx")
+    refused(tmp_path / "bayr.onnx", "no such file; did you mean '.*bayer.onnx'")
+
+
+def test_a_truncated_file(model):
+    path = model()
+    path.write_bytes(path.read_bytes()[:-200])
+    refused(path, "cannot read .*expected a complete file")
+
+
+def test_a_file_that_is_no_model(tmp_path):
+    path = tmp_path / "model.onnx"
+    path.write_text("weights")
+    refused(path, "cannot read .*expected a complete file")
+
+
+def test_without_onnxruntime_the_error_says_what_to_type(model, monkeypatch):
+    path = model("fresh.onnx")
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    refused(path, r"isp=network needs onnxruntime.*'isethdr\[onnx\]'")
+
+
+def test_another_filter_array(model):
+    path = model(cfa="RG/WB", channels=["R", "G", "W", "B"])
+    refused(path, "filter array RG/WB; the sensor has RG/GB")
+
+
+def test_another_number_of_captures(models, tmp_path):
+    contract = {**models.CONTRACT, "captures": SPLIT, "calibration": "unknown"}
+    path = models.one_plane(tmp_path / "joint.onnx", "raw", 0, 3, contract)
+    refused(path, "joins the captures LPLG, LPHG, SPLG; the sensor has")
+
+
+def test_planes_that_the_file_does_not_state(models, tmp_path):
+    contract = {**models.CONTRACT, "captures": SPLIT}
+    path = models.convolution(tmp_path / "planes.onnx", 5, contract)
+    refused(path, "'raw' with the shape 1 x 1 x .* expected 1 x 3 x free")
+
+
+def test_inputs_of_another_name(models, tmp_path):
+    path = models.convolution(tmp_path / "named.onnx", 5, models.CONTRACT, first="mosaic")
+    refused(path, "has the inputs mosaic; expected raw, and any of noise")
+
+
+def test_a_file_without_the_property(models, tmp_path):
+    path = models.convolution(tmp_path / "bare.onnx", 5, None)
+    refused(path, "has the inputs raw and no property 'isethdr'")
+
+
+def test_optical_black_of_a_sensor_without_it(model):
+    refused(model(), "sensor has no optical black rows", black="optical")
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"contract": 2}, "isethdr.contract=2; expected 1"),
+        ({"cfa": "RG/G"}, "isethdr.cfa='RG/G'; expected rows of equal length"),
+        ({"channels": ["R", "G"]}, "isethdr.channels=.* expected every letter of RG/GB once"),
+        ({"unit_channel": "W"}, "isethdr.unit_channel='W'; expected one of R, G, B"),
+        ({"multiple_px": 7}, "isethdr.multiple_px=7; expected a multiple of the cell"),
+        ({"multiple_px": "many"}, "isethdr.multiple_px: .*got 'many'"),
+        ({"captures": "all"}, "isethdr.captures='all'; expected \"merged\""),
+        ({"captures": []}, r"isethdr.captures=\[\]; expected \"merged\""),
+        ({"calibration": "good"}, "isethdr.calibration='good'; expected \"unknown\""),
+        ({"calibration": [{"lux": 1}]}, "isethdr.calibration.*stated_over_true: Field required"),
+        ({"quantum_efficiency": {"R": [1.0]}}, "isethdr.quantum_efficiency=.*one curve per"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_a_contract_that_is_wrong(models, changed, message):
+    with pytest.raises(ConfigError, match=message):
+        Contract.from_json(json.dumps({**models.CONTRACT, **changed}), "model.onnx")
+
+
+def test_a_contract_that_is_no_json():
+    with pytest.raises(ConfigError, match="which is no JSON"):
+        Contract.from_json("{contract: 1", "model.onnx")
+
+
+def test_a_contract_survives_its_json(models):
+    full = {
+        **models.CONTRACT,
+        "captures": SPLIT,
+        "reach_px": None,
+        "quantum_efficiency": {"R": [0.1, 0.6], "G": [0.2, 0.4], "B": [0.6, 0.1]},
+        "wavelength_nm": [450.0, 600.0],
+        "range_e": [0.5, 3000.0],
+        "recipe": "abc",
+    }
+    for stated in (models.CONTRACT, full):
+        contract = Contract.from_json(json.dumps(stated))
+        assert json.loads(contract.to_json()) == stated
+        assert Contract.from_json(contract.to_json()) == contract
+
+
+def test_another_file_renames_the_run(model):
+    path = model()
+    isp = hdr.build("isp", "network", model=str(path))
+    before = input_digests(isp)
+    assert list(before) == [str(path)]
+    model(recipe="another")
+    assert input_digests(isp) != before
