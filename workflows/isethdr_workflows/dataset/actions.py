@@ -17,6 +17,8 @@ from .draw import family_of
 from .forecast import Forecast, forecast
 from .generate import Generated, Request, generate, generated, time_text
 from .page import write_page
+from .pairs.making import make_pairs
+from .pairs.request import pair_request
 from .recipe import read_recipe
 from .record import DEFINITION, folder_of, read_dataset
 from .splits import splits
@@ -113,6 +115,27 @@ def score(name: str, overrides: list[str]) -> None:
         print_path(kept_here(title, path), path)
     if found.failed:
         print(f"{len(found.failed)} of {len(dataset.made)} scenes failed")
+        raise typer.Exit(1)
+
+
+def pair(name: str, settings: list[str]) -> None:
+    """Make the pairs that are missing, and print where they are; exit code 1 if a scene failed.
+
+    Parameters
+    ----------
+    name : of a dataset, or of one stored scene.
+    settings : as typed, key=value.
+    """
+    request = pair_request(name, settings)
+    try:
+        made = make_pairs(request)
+    except KeyboardInterrupt:
+        print("interrupted; the same command goes on from here")
+        raise typer.Exit(INTERRUPTED) from None
+    print(f"pairs of {made.scenes} scenes are there")
+    print_path("pairs", made.folder)
+    if made.failed:
+        print(f"{len(made.failed)} scenes failed, the first with {made.failed[0][1]}")
         raise typer.Exit(1)
 
 

@@ -1,4 +1,4 @@
-"""The command `isethdr dataset generate|score|report|verify|splits|describe|list`."""
+"""The command `isethdr dataset generate|score|pairs|report|verify|splits|describe|list`."""
 
 from __future__ import annotations
 
@@ -53,6 +53,22 @@ def score(
 ) -> None:
     """Write the page and the tables of the cameras."""
     _actions().score(name, overrides or [])
+
+
+@app.command("pairs", help="Write raw captures with and without flare, ghosts, noise and blur.")
+def pairs(
+    name: Annotated[str, typer.Argument(help="name of a dataset, or of one stored scene")],
+    settings: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="folder, format (numpy or exr), shots (noisy ones), scenes (the first ones only),"
+            " blur (true: also without blur), each as key=value; and overrides of all scenes, for"
+            " example lighting=night_rural, sensor=bayer or +flare@flare.ghosts=ghosts_broadband"
+        ),
+    ] = None,
+) -> None:
+    """Make the pairs that are missing; type it again to go on."""
+    _actions().pair(name, settings or [])
 
 
 @app.command("report", help="Write the page of a dataset: contact sheets, counts, outliers.")

@@ -1,0 +1,105 @@
+"""What is asked for: the scenes, the folder, the files, and the parts of the light that differ."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.storage.home_folder import home
+
+FORMATS = ("numpy", "exr")
+LARGEST_SHOTS = 64  # noisy shots of one scene: their mean is then eight times less noisy
+
+
+@dataclass(frozen=True)
+class PairRequest:
+    """Pairs as they are asked for.
+
+    Parameters
+    ----------
+    name : of a dataset, or of one stored scene.
+    folder : to write; None: `pairs/NAME` of the home.
+    format : `numpy` (one .npz for each camera) or `exr` (one file of several parts).
+    shots : noisy shots of each member; 0: none.
+    scenes : only the first ones; None: all.
+    blur : whether the image without any blur is a member as well.
+    overrides : of all scenes: lighting, lens, flares, cameras.
+    """
+
+    name: str
+    folder: Path | None = None
+    format: str = "numpy"
+    shots: int = 1
+    scenes: int | None = None
+    blur: bool = False
+    overrides: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.format not in FORMATS:
+            raise ConfigError(
+                f"format is {self.format!r}{did_you_mean(self.format, FORMATS)}; type for example"
+                " format=exr"
+            )
+        if not 0 <= self.shots <= LARGEST_SHOTS:
+            raise ConfigError(
+                f"shots is {self.shots}; expected 0 to {LARGEST_SHOTS} noisy shots of each scene;"
+                " type for example shots=4"
+            )
+        if self.scenes is not None and self.scenes < 1:
+            raise ConfigError(
+                f"scenes is {self.scenes}; expected 1 or more; type for example scenes=3"
+            )
+
+    @property
+    def target(self) -> Path:
+        """The folder to write."""
+        return self.folder or home() / "pairs" / self.name
+
+
+def _switch(text: str) -> bool:
+    if text not in ("true", "false"):
+        raise ValueError(text)
+    return text == "true"
+
+
+# settings that are no overrides: how each is read, and what its value is
+OWN: dict[str, tuple[Callable[[str], Any], str]] = {
+    "folder": (lambda text: Path(text).expanduser(), "a folder"),
+    "format": (str, "a format"),
+    "shots": (int, "a whole number"),
+    "scenes": (int, "a whole number"),
+    "blur": (_switch, "true or false"),
+}
+EXAMPLES = {"folder": "my_pairs", "format": "exr", "shots": "4", "scenes": "3", "blur": "true"}
+
+
+def pair_request(name: str, settings: Sequence[str]) -> PairRequest:
+    """Return the request of a command line.
+
+    Parameters
+    ----------
+    name : of a dataset or a stored scene.
+    settings : key=value, the command's own or overrides of all scenes.
+
+    Raises
+    ------
+    ConfigError : a value of one of the command's own settings is wrong.
+    """
+    own: dict[str, Any] = {}
+    overrides = []
+    for text in settings:
+        key, is_setting, value = text.partition("=")
+        if not is_setting or key not in OWN:
+            overrides.append(text)
+            continue
+        read, what = OWN[key]
+        try:
+            own[key] = read(value)
+        except ValueError:
+            raise ConfigError(
+                f"{key} is {value!r}; expected {what}; type for example {key}={EXAMPLES[key]}"
+            ) from None
+    return PairRequest(name, overrides=tuple(overrides), **own)

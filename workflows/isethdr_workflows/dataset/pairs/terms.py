@@ -1,0 +1,141 @@
+"""Terms: what lens, dirt and reflections each add to the light of a pair.
+
+The members of a pair are a ladder. Each adds one term to the one before:
+
+| member      | lens            | flares                      | term it adds                          |
+|-------------|-----------------|-----------------------------|---------------------------------------|
+| `sharp`     | without blur    | none                        | `sharp`                               |
+| `in_focus`  | all in focus    | none                        | `blur`: diffraction and aberrations   |
+| `no_flare`  | as it is        | none                        | `defocus`, or `lens` where blur is no |
+|             |                 |                             | term of its own                       |
+| `no_ghosts` | as it is        | those that spread light     | `scatter`: dirt, haze, iris           |
+| `full`      | as it is        | all                         | `ghosts`: those that add light        |
+
+Members that would equal the one before are left out, and the last is always `full`. A term may be
+negative: scatter takes light from the image of a lamp and spreads it. Electrons are affine in the
+light, so the electrons of the terms add up to those of the full light.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from isethdr_optics.lenses.prescription_lens import PrescribedLens
+from isethdr_optics.lenses.thin_lens import IdealLens
+
+from isethdr_core.data.quantities import centres, scene_radiance
+from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.chain import Chain
+from isethdr_core.plugins.protocols import (
+    AddsLight,
+    FocusesAtDepth,
+    ScattersLight,
+    TransmitsPupil,
+)
+from isethdr_core.plugins.registry import build
+from isethdr_core.uncertainty.ledger import collected
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FULL = "full"
+NO_FLARE = "no_flare"
+TERMS = {
+    "lens": "light through the lens without any flare",
+    "sharp": "light without blur and flare, at the lens's throughput, falloff and distortion",
+    "blur": "diffraction at a round stop and aberrations, in focus",
+    "defocus": "blur of depths that are out of focus",
+    "scatter": "dirt, haze and the iris: what they spread, less what they take away",
+    "ghosts": "reflections between surfaces",
+}
+
+
+@dataclass(frozen=True)
+class Member:
+    """One member of a pair.
+
+    Parameters
+    ----------
+    name : of the member.
+    term : that it adds to the member before.
+    lens, flares : that its light passes.
+    """
+
+    name: str
+    term: str
+    lens: Any
+    flares: dict[str, Any]
+
+
+def members(chain: Chain, blur: bool) -> list[Member]:
+    """Return the members of a pair; the last has the whole light.
+
+    Parameters
+    ----------
+    chain : of the run.
+    blur : whether blur is a term of its own.
+
+    Raises
+    ------
+    ConfigError : nothing would differ; or the lens has no form without blur.
+    """
+    spread = {name: flare for name, flare in chain.flares.items() if spreads(flare)}
+    ladder = []
+    term = "lens"
+    if blur:
+        ladder.append(Member("sharp", "sharp", sharp(chain.lens), {}))
+        term = "blur"
+        in_focus = chain.lens.in_focus() if isinstance(chain.lens, FocusesAtDepth) else chain.lens
+        if in_focus != chain.lens:
+            ladder.append(Member("in_focus", "blur", in_focus, {}))
+            term = "defocus"
+    ladder.append(Member(NO_FLARE, term, chain.lens, {}))
+    if spread:
+        ladder.append(Member("no_ghosts", "scatter", chain.lens, spread))
+    if len(spread) < len(chain.flares):
+        ladder.append(Member("with_ghosts", "ghosts", chain.lens, dict(chain.flares)))
+    last = ladder[-1]
+    return [*ladder[:-1], Member(FULL, last.term, last.lens, dict(chain.flares))]
+
+
+def check_added(chain: Chain, scene: xr.Dataset) -> None:
+    """Let the flares that add light try a few dark tiles of the field, before any light is
+    computed: a prescription may not fit the lens.
+
+    Raises
+    ------
+    ConfigError : a flare cannot be used with the lens.
+    """
+    width = float(scene.attrs["field_width"])
+    height = float(scene.attrs["field_height"])
+    bands = scene["wavelength"].values[[0, -1]]
+    dark = scene_radiance(
+        np.zeros((1, 2, 4, 4)), ["sky"], bands, centres(4, width), centres(4, height)
+    )
+    mixed = build("lighting", "weights", weights={"sky": 1.0})(dark)
+    for flare in chain.flares.values():
+        if isinstance(flare, AddsLight):
+            collected(lambda one=flare: one.irradiance(chain.lens, mixed))
+
+
+def spreads(flare: Any) -> bool:
+    """Return whether a flare changes how light spreads; others only add light."""
+    return not isinstance(flare, AddsLight) or isinstance(flare, TransmitsPupil | ScattersLight)
+
+
+def sharp(lens: Any) -> IdealLens:
+    """Return the lens without blur: the same geometry and throughput.
+
+    Raises
+    ------
+    ConfigError : the lens is traced or not of this family, so its geometry cannot be copied.
+    """
+    if not isinstance(lens, IdealLens) or isinstance(lens, PrescribedLens):
+        raise ConfigError(
+            f"blur=true needs a lens with a form without blur, and {type(lens).__name__} has none;"
+            " expected a thin lens; type for example lens=wavefront, or blur=false"
+        )
+    same = {field.name: getattr(lens, field.name) for field in fields(IdealLens)}
+    return IdealLens(**same | {"focus_m": "hyperfocal"})
