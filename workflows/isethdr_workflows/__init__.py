@@ -13,6 +13,7 @@
 | `emva1288/`     | simulated cameras measured by the machine vision standard                   |
 | `isp/`          | training of the learned demosaic                                            |
 | `paper/`        | the figures of the ISETHDR paper, computed again                            |
+| `questions/`    | studies over a dataset that answer one question, with intervals             |
 | `sensors/`      | studies of sensors over many decades of light and against published figures |
 """
 
@@ -38,6 +39,8 @@ STUDIES = {
     "ghosts_night": "ghosts_night:ghosts_night",
     "led_flicker": "sensors.led_flicker:led_flicker",
     "preview": "preview:preview",
+    "dirt": "questions.dirt:dirt",
+    "render_noise": "questions.render_noise:render_noise",
 }
 # of these a terminal shows a summary; the file of rows holds all
 SHOWN = {"accuracy": "accuracy.summary:by_knob"}

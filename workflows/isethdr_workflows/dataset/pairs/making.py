@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -159,11 +159,22 @@ def imaged(source: Source, blur: bool) -> Imaged:
     blur : whether blur is a term of its own.
     """
     config, built = built_for(source)
+    return light_of(config, built, members(built, blur), source)
+
+
+def light_of(config: DictConfig, built: Chain, wanted: Sequence[Member], source: Source) -> Imaged:
+    """Return the light of some members on the sensor plane.
+
+    Parameters
+    ----------
+    config, built : of the scene, as `built_for` returns them.
+    wanted : lens and flares of each member.
+    source : the scene, which keys the noise.
+    """
     rows = Ledger()
     demand = plan(built, rows).with_labels(*LABELS)
     scene, _ = scene_radiance(built, demand, rows, config)
     mixed = labelled(built.lens, built.lighting(scene), scene)
-    wanted = members(built, blur)
     light = {
         member.name: imaging(
             replace(built, lens=member.lens, flares=member.flares), mixed, demand
@@ -171,7 +182,7 @@ def imaged(source: Source, blur: bool) -> Imaged:
         for member in wanted
     }
     key = generator(config.seed, config.device, source.store.split("-")[0])
-    return Imaged(built, wanted, mixed, scene, light, key)
+    return Imaged(built, list(wanted), mixed, scene, light, key)
 
 
 def samples_of(source: Source, request: PairRequest) -> list[Sample]:

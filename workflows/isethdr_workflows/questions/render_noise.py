@@ -1,0 +1,111 @@
+"""Whether the renderer's noise or its denoiser changes the answer of a study; `isethdr study
+render_noise`.
+
+The study is made four times: with the stored radiance, with either half of its samples (twice the
+variance of the renderer's noise), and with denoised radiance. If noise shifts an answer by an amount
+proportional to its variance, the stored answer minus the mean of both halves is the shift that is
+left in the stored answer, with the opposite sign.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..dataset.study.intervals import mean_over_roads
+from .dirt import Asked, asked_of, losses, scored
+from .radiance_versions import STORED
+from .tables import checked_page, columns, markdown, shown, write_page
+from .term_scores import SCORES, TERMS, Values
+
+HALVES = ("half_a", "half_b")
+DENOISED = "denoised"
+
+
+def render_noise(
+    *overrides: str,
+    dataset: str = "streets",
+    cameras: str = "bayer",
+    scenes: int = 0,
+    shots: int = 1,
+    page: str = "",
+) -> list[dict[str, Any]]:
+    """Return how the shares of scatter, ghosts and noise (study dirt) change with half the samples
+    of the renderer, and with denoised radiance.
+
+    Parameters
+    ----------
+    overrides, dataset, cameras, scenes, shots, page : as of the study dirt.
+
+    Returns
+    -------
+    rows with camera, score, term, `shapley` (loss by the stored radiance), `halves` and `denoised`
+    (its change, paired by scene, with 95 % limits over roads), `changes`: whether a change is told
+    from 0 and turns the sign or the certainty of the answer.
+    """
+    checked_page(page)
+    asked = asked_of(dataset, cameras, scenes, shots, overrides)
+    answers = {version: scored(asked, version) for version in (STORED, *HALVES, DENOISED)}
+    rows = rows_of(asked, answers)
+    if page:
+        head = ["camera", "score", "term", "Shapley", "half the samples", "denoised", "changes"]
+        table = [
+            [
+                *(str(row[name]) for name in ("camera", "score", "term")),
+                *(shown(row, name) for name in ("shapley", "halves", DENOISED)),
+                str(row["changes"]),
+            ]
+            for row in rows
+        ]
+        write_page(page, markdown(head, table))
+    return rows
+
+
+def rows_of(asked: Asked, answers: dict[str, list[dict[str, Values]]]) -> list[dict[str, Any]]:
+    """Return the rows of the study.
+
+    Parameters
+    ----------
+    asked : scenes and cameras.
+    answers : {version of the radiance: scores of each scene}.
+    """
+    roads = [source.road or source.name for source in asked.sources]
+    rows = []
+    for camera in asked.cameras:
+        for score in SCORES:
+            for term in TERMS:
+                rule = f"shapley {term}"
+                if score == "dynamic_range":  # without noise it has no value
+                    rule = f"last {term}"
+                of = {
+                    version: [losses(one[camera], score)[rule] for one in found]
+                    for version, found in answers.items()
+                }
+                stored = of[STORED]
+                halves = [
+                    (a + b) / 2 - s
+                    for a, b, s in zip(*(of[h] for h in HALVES), stored, strict=True)
+                ]
+                smooth = [d - s for d, s in zip(of[DENOISED], stored, strict=True)]
+                row: dict[str, Any] = {"camera": camera, "score": score, "term": term}
+                row |= columns("shapley", mean_over_roads(stored, roads))
+                row |= columns("halves", mean_over_roads(halves, roads))
+                row |= columns(DENOISED, mean_over_roads(smooth, roads))
+                rows.append(row | {"changes": changes(row)})
+    return rows
+
+
+def changes(row: dict[str, Any]) -> str:
+    """Return which changes turn an answer: `halves`, `denoised`, both, or none.
+
+    An answer is turned where its change is told from 0 and the changed value lies beyond the 95 %
+    limits of the stored answer.
+    """
+    found = []
+    for name in ("halves", DENOISED):
+        told = row[f"{name}_low"] > 0 or row[f"{name}_high"] < 0
+        after = row["shapley"] + row[name]
+        inside = row["shapley_low"] <= after <= row["shapley_high"]
+        if told and not inside and not math.isnan(row["shapley_low"]):
+            found.append(name)
+    return " ".join(found) or "none"

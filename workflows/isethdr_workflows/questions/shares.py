@@ -1,0 +1,82 @@
+"""Shares of a loss among terms that do not commute.
+
+How much a term costs depends on what is switched on before it: noise hides scatter, and scatter
+hides noise. Three answers are given for each term: its loss when it comes first, when it comes last,
+and the mean over all orders, its Shapley value (Shapley 1953, "A value for n-person games"). Shapley
+values add up to the whole loss.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+from ..dataset.study.intervals import Mean, mean_over_roads
+
+Scores = Mapping[frozenset[str], float]
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one term costs of a score."""
+
+    first: float  # switched on alone
+    last: float  # switched on after all others
+    shapley: float  # mean over all orders
+
+
+def shares(scores: Scores, terms: Sequence[str]) -> dict[str, Share]:
+    """Return what each term adds to a score.
+
+    Parameters
+    ----------
+    scores : {set of terms switched on: score}, of all subsets; NaN where it has none.
+    terms : their names.
+    """
+    every = frozenset(terms)
+    found = {}
+    orders = list(permutations(terms))
+    for term in terms:
+        added = []
+        for order in orders:
+            before = frozenset(order[: order.index(term)])
+            added.append(scores[before | {term}] - scores[before])
+        found[term] = Share(
+            first=scores[frozenset({term})] - scores[frozenset()],
+            last=scores[every] - scores[every - {term}],
+            shapley=math.fsum(added) / len(added) if all(map(math.isfinite, added)) else math.nan,
+        )
+    return found
+
+
+def ratio_over_roads(
+    parts: Sequence[float], wholes: Sequence[float], roads: Sequence[Hashable]
+) -> Mean:
+    """Return the ratio of two sums over scenes, and its 95 % interval over roads.
+
+    Parameters
+    ----------
+    parts, wholes : of each scene; scenes in which one is not finite are left out.
+    roads : of each scene.
+
+    Notes
+    -----
+    With r = sum(part) / sum(whole), the deviations part - r whole have the mean 0, and their
+    interval over the mean whole is that of r (Cochran 1977, chapter 6). It is that of a normal
+    ratio: where the whole itself may be 0, the interval says little, and it is left out.
+    """
+    kept = [
+        (p, w, r)
+        for p, w, r in zip(parts, wholes, roads, strict=True)
+        if math.isfinite(p) and math.isfinite(w)
+    ]
+    whole = mean_over_roads([w for _, w, _ in kept], [r for _, _, r in kept])
+    unknown = not kept or math.isnan(whole.low) or whole.low <= 0 <= whole.high
+    if unknown:
+        return Mean(math.nan, math.nan, math.nan, whole.count, whole.roads)
+    ratio = math.fsum(p for p, _, _ in kept) / math.fsum(w for _, w, _ in kept)
+    rest = mean_over_roads([p - ratio * w for p, w, _ in kept], [r for _, _, r in kept])
+    half = (rest.high - rest.low) / 2 / abs(whole.value)
+    return Mean(ratio, ratio - half, ratio + half, whole.count, whole.roads)

@@ -1,0 +1,60 @@
+"""Rows of a study as a table in Markdown, and means with their intervals as text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.storage.atomic_write import write_text
+
+from ..dataset.study.intervals import Mean
+
+
+def columns(name: str, mean: Mean) -> dict[str, float]:
+    """Return a mean and its interval as three columns of a row."""
+    return {name: mean.value, f"{name}_low": mean.low, f"{name}_high": mean.high}
+
+
+def shown(row: Mapping[str, Any], name: str) -> str:
+    """Return a value with its interval for people: `0.12 (0.05 to 0.19)`; a dash for none."""
+    value = row[name]
+    if math.isnan(value):
+        return "–"
+    if math.isnan(row[f"{name}_low"]):
+        return f"{value:.3g}"
+    return f"{value:.3g} ({row[f'{name}_low']:.3g} to {row[f'{name}_high']:.3g})"
+
+
+def markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def checked_page(page: str) -> None:
+    """Check that a page can be written, before the work of hours.
+
+    Raises
+    ------
+    ConfigError : its folder is not there.
+    """
+    if page and not Path(page).resolve().parent.is_dir():
+        raise ConfigError(
+            f"page is {page}; expected a file in a folder that exists; make the folder first"
+        )
+
+
+def write_page(page: str, text: str) -> None:
+    """Write a page.
+
+    Raises
+    ------
+    CatalogError : it cannot be written.
+    """
+    try:
+        write_text(Path(page), text)
+    except OSError as err:
+        raise CatalogError(f"cannot write {page}: {err.strerror or err}; make room") from err

@@ -1,0 +1,168 @@
+"""Scores of a scene with each set of terms switched on: scatter, ghosts and noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from isethdr_sensors.imaging_sensor import ImagingSensor
+
+from isethdr_core.data.reference_picture import labels_on, truth
+from isethdr_core.data.scores import Score
+from isethdr_core.errors import ConfigError
+from isethdr_core.pipeline.chain import Chain
+from isethdr_core.pipeline.shot import developed
+from isethdr_core.runs.seeds import Generator
+from isethdr_core.uncertainty.ledger import collected
+
+from ..dataset.pairs.exposures import at_one_exposure
+from ..dataset.pairs.making import Imaged, built_for, light_of, shot_key
+from ..dataset.pairs.sources import Source
+from ..dataset.pairs.terms import Member, check_added, spreads
+from ..dataset.study.tables import DETECTION, name_of
+from ..export.labels.masks import is_thing
+from .radiance_versions import STORED, RadianceVersion
+
+TERMS = ("scatter", "ghosts", "noise")
+NOISELESS = 1e-6  # of the stated variance: as of a million times as many electrons
+# {score: 1 where more is better, -1 where less is}
+SCORES = {
+    "detection of objects": 1,
+    "ssim": 1,
+    "ciede2000": -1,
+    "log_luminance_error": -1,
+    "dynamic_range": 1,
+}
+NEED_NOISE = ("dynamic_range",)  # scores that have no meaning without noise
+SUBSETS = [
+    frozenset(chosen) for count in range(len(TERMS) + 1) for chosen in combinations(TERMS, count)
+]
+Values = dict[str, dict[str, float]]  # {terms switched on, joined by +: {score: value}}
+
+
+def key_of(subset: frozenset[str]) -> str:
+    """Return the name of a set of terms."""
+    return "+".join(term for term in TERMS if term in subset)
+
+
+def checked_chain(source: Source) -> Chain:
+    """Return the chain of a scene, after a check that it has both kinds of flares.
+
+    Raises
+    ------
+    ConfigError : it has no flare that spreads light, or none that adds light.
+    """
+    built = built_for(source)[1]
+    kinds = {spreads(flare) for flare in built.flares.values()}
+    if kinds != {True, False}:
+        lacking = "spreads light" if True not in kinds else "adds light"
+        raise ConfigError(
+            f"the chain has no flare that {lacking}, so its share is not known; expected dirt and"
+            " ghosts; type for example +flare@flare.ghosts=ghosts_broadband"
+        )
+    check_added(built, built.scene())
+    return built
+
+
+def term_scores(source: Source, version: str = STORED, shots: int = 1) -> dict[str, Values]:
+    """Return {camera: {terms: {score: value}}} of a scene.
+
+    All members have the exposure that automatic exposure finds with all terms.
+
+    Parameters
+    ----------
+    source : the scene.
+    version : of its radiance.
+    shots : noise realisations that each noisy score is the mean of.
+    """
+    config, built = built_for(source)
+    if version != STORED:
+        built = replace(built, scene=RadianceVersion(built.scene, version))
+    spread = {name: flare for name, flare in built.flares.items() if spreads(flare)}
+    added = {name: flare for name, flare in built.flares.items() if not spreads(flare)}
+    members = [
+        Member("", "", built.lens, {}),
+        Member("scatter", "", built.lens, spread),
+        Member("ghosts", "", built.lens, added),
+    ]
+    seen = light_of(config, built, members, source)
+    light = seen.light
+    # ghosts do not depend on dirt: the fourth light is a sum, where all lie on one grid
+    if all(one.dims == light[""].dims and one.shape == light[""].shape for one in light.values()):
+        values = light["scatter"].values + (light["ghosts"].values - light[""].values)
+        light["scatter+ghosts"] = light["scatter"].copy(data=np.maximum(values, 0.0))
+    else:
+        both = Member("scatter+ghosts", "", built.lens, built.flares)
+        light |= light_of(config, built, [both], source).light
+    return {
+        name: of_camera(seen, sensor, [shot_key(seen.key, k) for k in range(shots)])
+        for name, sensor in built.cameras.items()
+    }
+
+
+def of_camera(seen: Imaged, sensor: Any, keys: Sequence[Generator]) -> Values:
+    """Return {terms: {score: value}} of one camera.
+
+    Parameters
+    ----------
+    seen : the light of the members: "", "scatter", "ghosts", "scatter+ghosts".
+    sensor : of the camera.
+    keys : of the noise of each shot.
+    """
+    fixed = at_one_exposure(sensor, seen.light["scatter+ghosts"])
+    if not isinstance(fixed, ImagingSensor):
+        raise ConfigError(
+            f"the noise of {type(fixed).__name__} cannot be switched off; expected a sensor with"
+            " the field noise; type for example cameras=bayer"
+        )
+    silent = replace(fixed, noise=False)
+    found: Values = {}
+    for subset in SUBSETS:
+        light = seen.light[key_of(subset - {"noise"})]
+        noisy = "noise" in subset
+        pictures = [
+            collected(
+                lambda one=key, light=light, noisy=noisy: developed(
+                    seen.chain.isp, (fixed if noisy else silent)(light, one)
+                )
+            ).result
+            for key in (keys if noisy else keys[:1])
+        ]
+        scored = [scores_of(seen, picture, noisy) for picture in pictures]
+        found[key_of(subset)] = {
+            name: float(np.mean([one[name] for one in scored])) for name in SCORES
+        }
+    return found
+
+
+def scores_of(seen: Imaged, picture: Any, noisy: bool) -> dict[str, float]:
+    """Return the scores of a picture; NaN where it has none."""
+    if not noisy:
+        names = [name for name in picture.data_vars if "variance" in str(name)]
+        picture = picture.assign({name: picture[name] * NOISELESS for name in names})
+
+    def scored() -> list[Score]:
+        reference = truth(seen.mixed, picture)
+        labels = labels_on(seen.scene, picture)
+        things.update(name_of(r) for r in labels.attrs["objects"] if is_thing(r["category"]))
+        metrics = seen.chain.metrics.values()
+        return [score for metric in metrics for score in metric(picture, reference, labels)]
+
+    things: set[str] = set()
+    scores = collected(scored).result
+    frame = {score.metric: score.value for score in scores if not score.object}
+    objects = [score.value for score in scores if score.metric == DETECTION and _is(score, things)]
+    values = {name: float(frame.get(name, math.nan)) for name in SCORES}
+    values["detection of objects"] = float(np.mean(objects)) if objects else math.nan
+    if not noisy:
+        values |= dict.fromkeys(NEED_NOISE, math.nan)
+    return values
+
+
+def _is(score: Score, things: set[str]) -> bool:
+    """Return whether a score is that of a thing; metrics number things of equal names."""
+    return score.object in things or score.object.rpartition(" ")[0] in things
