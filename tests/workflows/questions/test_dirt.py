@@ -47,7 +47,7 @@ def asked(monkeypatch, isethdr_home):
     monkeypatch.setattr(
         dirt,
         "term_scores",
-        lambda source, _version, _shots: {"bayer": values(1 + int(source.name))},
+        lambda source, _version, _shots: {"bayer": values(1 + 0.1 * int(source.name))},
     )
     return dirt.Asked(sources, ("bayer",), 1)
 
@@ -58,16 +58,16 @@ def test_losses_are_positive_where_the_picture_is_worse(asked, capsys):
     of = {(row["score"], row["term"]): row for row in rows}
     for name in ("ssim", "ciede2000"):
         row = of[name, "scatter"]
-        assert row["loss"] == pytest.approx(0.4 * 2)  # the mean of the scales 1, 2 and 3
+        assert row["loss"] == pytest.approx(0.44)  # the mean of the scales 1, 1.1 and 1.2
         for rule in ("first", "last", "shapley"):
-            assert row[rule] == pytest.approx(0.6)
+            assert row[rule] == pytest.approx(0.33)
         assert row["share"] == pytest.approx(0.75) and row["roads"] == 3
         assert row["share_high"] - row["share_low"] == pytest.approx(0, abs=1e-12)
-        assert row["shapley_low"] < 0.6 < row["shapley_high"]
+        assert row["shapley_low"] < 0.33 < row["shapley_high"]
     ranges = of["dynamic_range", "scatter"]
-    assert ranges["last"] == pytest.approx(0.6) and math.isnan(ranges["shapley"])
+    assert ranges["last"] == pytest.approx(0.33) and math.isnan(ranges["shapley"])
     text = dirt.text_of(rows, asked)
-    assert "| ssim | scatter | 0.8 (" in text and "nan" not in text
+    assert "| ssim | scatter | 0.44 (" in text and " nan" not in text
     assert capsys.readouterr().out.count("\n") == 3
 
 
