@@ -12,7 +12,7 @@
 | `splits`    | training, validation and test parts that keep a road together                     |
 | `summary`   | counts, luminances, time and bytes of the scenes; duplicates and outliers         |
 | `page`      | the page of a dataset: contact sheets by day and night, counts, histograms        |
-| `pairs/`    | raw captures with and without flare, ghosts, noise and blur                         |
+| `pairs/`    | raw captures with and without flare, ghosts, noise and blur               |
 | `study/`    | cameras over a dataset: scores and objects, with intervals over roads             |
 | `card`      | the description of a dataset in Markdown                                          |
 | `packs`     | asset packs behind the scenes, with their licences                                |

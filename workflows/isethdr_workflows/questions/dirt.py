@@ -1,4 +1,4 @@
-"""Which share of the loss behind a dirty lens is scatter, ghosts and noise; `isethdr study dirt`."""
+"""Study `dirt`: which share of the loss behind a dirty lens is scatter, ghosts and noise."""
 
 from __future__ import annotations
 

@@ -2,9 +2,9 @@
 render_noise`.
 
 The study is made four times: with the stored radiance, with either half of its samples (twice the
-variance of the renderer's noise), and with denoised radiance. If noise shifts an answer by an amount
-proportional to its variance, the stored answer minus the mean of both halves is the shift that is
-left in the stored answer, with the opposite sign.
+variance of the renderer's noise), and with denoised radiance. If noise shifts an answer by an
+amount proportional to its variance, the stored answer minus the mean of both halves is the shift
+that is left in the stored answer, with the opposite sign.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Shares of a loss among terms that do not commute.
 
 How much a term costs depends on what is switched on before it: noise hides scatter, and scatter
-hides noise. Three answers are given for each term: its loss when it comes first, when it comes last,
-and the mean over all orders, its Shapley value (Shapley 1953, "A value for n-person games"). Shapley
-values add up to the whole loss.
+hides noise. Three answers are given for each term: its loss when it comes first, when it comes
+last, and the mean over all orders, its Shapley value (Shapley 1953, "A value for n-person games").
+Shapley values add up to the whole loss.
 """
 
 from __future__ import annotations

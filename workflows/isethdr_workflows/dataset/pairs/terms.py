@@ -2,14 +2,14 @@
 
 The members of a pair are a ladder. Each adds one term to the one before:
 
-| member      | lens            | flares                      | term it adds                          |
-|-------------|-----------------|-----------------------------|---------------------------------------|
-| `sharp`     | without blur    | none                        | `sharp`                               |
-| `in_focus`  | all in focus    | none                        | `blur`: diffraction and aberrations   |
-| `no_flare`  | as it is        | none                        | `defocus`, or `lens` where blur is no |
-|             |                 |                             | term of its own                       |
-| `no_ghosts` | as it is        | those that spread light     | `scatter`: dirt, haze, iris           |
-| `full`      | as it is        | all                         | `ghosts`: those that add light        |
+| member      | lens          | flares                  | term it adds                        |
+|-------------|---------------|-------------------------|-------------------------------------|
+| `sharp`     | without blur  | none                    | `sharp`                             |
+| `in_focus`  | all in focus  | none                    | `blur`: diffraction and aberrations |
+| `no_flare`  | as it is      | none                    | `lens`; `blur` or `defocus` where   |
+|             |               |                         | blur is a term of its own           |
+| `no_ghosts` | as it is      | those that spread light | `scatter`: dirt, haze, iris         |
+| `full`      | as it is      | all                     | `ghosts`: those that add light      |
 
 Members that would equal the one before are left out, and the last is always `full`. A term may be
 negative: scatter takes light from the image of a lamp and spreads it. Electrons are affine in the
