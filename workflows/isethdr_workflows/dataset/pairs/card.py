@@ -77,8 +77,8 @@ def card(request: PairRequest, first: dict[str, Any], scenes: int) -> str:
         "",
         f"- versions: {used}",
         "- Light of the members is computed as in a run: within `accuracy.noise_fraction_allowed`"
-        " of a pixel's noise. Terms are differences of members, so they add up exactly, and each has"
-        " the error of two members.",
+        " of a pixel's noise. Terms are differences of members, so they add up exactly, and each"
+        " has the error of two members.",
         "",
         "## Licence",
         "",
