@@ -15,6 +15,7 @@
 | `paper/`        | the figures of the ISETHDR paper, computed again                            |
 | `questions/`    | studies over a dataset that answer one question, with intervals             |
 | `sensors/`      | studies of sensors over many decades of light and against published figures |
+| `training/`     | networks trained on data of our own, `isethdr train`                        |
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from __future__ import annotations
 from isethdr_core.hookspecs import hookimpl
 
 from .dataset.command import app as dataset
+from .training.command import app as train
 
 # {name: "module:function" in this package}; a function takes its settings by name and returns rows,
 # list[dict]
@@ -58,6 +60,7 @@ def isethdr_commands(app):
 
     app.command("study")(study)
     app.add_typer(dataset, name="dataset")
+    app.add_typer(train, name="train")
     app.command("export", help=HELP, short_help="Write stored runs as files of other programs.")(
         export
     )

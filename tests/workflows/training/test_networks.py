@@ -1,0 +1,175 @@
+"""Networks and their training, where PyTorch is installed: tiny ones, for seconds."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+torch = pytest.importorskip("torch", reason="the extra train is not installed")
+
+from isethdr_workflows.training.picture import export, finish, held_out, training  # noqa: E402
+from isethdr_workflows.training.picture.camera import camera_of  # noqa: E402
+from isethdr_workflows.training.picture.loss import Batch, loss_of, weight  # noqa: E402
+from isethdr_workflows.training.picture.networks import choice  # noqa: E402
+from isethdr_workflows.training.picture.networks.picture_network import (  # noqa: E402
+    interpolated,
+    parameters,
+)
+from isethdr_workflows.training.picture.settings import Settings  # noqa: E402
+
+from isethdr_core.errors import CatalogError, ConfigError  # noqa: E402
+from isethdr_core.onnx_session import open_session  # noqa: E402
+
+TINY = {"pictures": 3, "picture_px": 48, "patch_px": 48, "batch": 2, "checks": 3}
+BAYER = ["sensor=bayer"]
+
+
+@pytest.fixture(scope="module")
+def camera():
+    """One photodiode and one reading per pixel."""
+    return camera_of(BAYER)
+
+
+@pytest.fixture
+def own_home(tmp_path, monkeypatch):
+    """A home of the test's own."""
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    return tmp_path
+
+
+def settings(**changed):
+    return Settings(**{**TINY, "steps": 6, **changed})
+
+
+def test_small_networks_have_at_most_half_a_million_parameters(camera):
+    for name, size in choice.SHAPES:
+        count = parameters(choice.network_of(camera, name, size))
+        assert (count <= 500_000) == (size == "small"), (name, size, count)
+
+
+@pytest.mark.parametrize("name", ["unet", "nafnet", "restormer"])
+def test_an_output_depends_on_samples_within_the_stated_reach_only(camera, name):
+    network = choice.network_of(camera, name, "small").eval()
+    for parameter in network.parameters():  # no layer is silent
+        torch.nn.init.normal_(parameter, std=0.1)
+    reach = choice.reach_px(camera, name, "small")
+    side = 256
+    inputs = list(export.example(camera, side, side, seed=1))
+    inputs[0].requires_grad_()
+    middle = side // 2
+    network(*inputs)[0][..., middle, middle].sum().backward()
+    rows, columns = np.nonzero(inputs[0].grad[0, 0].numpy())
+    away = max(np.abs(rows - middle).max(), np.abs(columns - middle).max())
+    assert away <= reach and (np.isinf(reach) or away > reach / 2), (away, reach)
+
+
+def test_before_training_a_picture_is_near_the_light(camera):
+    network = choice.network_of(camera, "unet", "small").eval()
+    shape = 1, 1, 32, 32
+    level = 400.0
+    masks = torch.from_numpy(camera.masks(32, 32))[None]
+    flat = torch.full(shape, level), torch.ones(shape), masks, torch.ones(shape)
+    xyz, variance = network(*flat)
+    inner = (..., slice(8, -8), slice(8, -8))
+    # random weights of the start: 1e-3 each, 100 taps
+    assert torch.allclose(xyz[inner], torch.tensor(level), rtol=0.1)
+    assert (variance > 0).all()
+
+
+def test_the_loss_is_least_at_the_mean_of_all_truths_that_fit():
+    """Half of the pixels are 8 e, half 12 e, and the raw cannot tell: 10 e is the answer."""
+    shape = 2, 1, 16, 16
+    truth = torch.full((2, 3, 16, 16), 8.0)
+    truth[..., ::2] = 12.0
+    batch = Batch(torch.full(shape, 10.0), torch.ones(shape), torch.ones(shape), truth)
+    levels = torch.linspace(8, 12, 41)
+    losses = [
+        float(loss_of("electrons", torch.full_like(truth, float(v)), torch.ones_like(truth), batch))
+        for v in levels
+    ]
+    assert levels[int(np.argmin(losses))] == pytest.approx(10.0, abs=0.01)
+
+
+def test_the_weight_follows_the_raw_and_never_the_truth():
+    shape = 1, 1, 16, 16
+    raw = torch.full(shape, 100.0)
+    batches = [
+        Batch(raw, torch.full(shape, 2.0), torch.ones(shape), torch.full((1, 3, 16, 16), t))
+        for t in (50.0, 500.0)
+    ]
+    first, second = (weight(batch) for batch in batches)
+    assert torch.equal(first, second)
+    # local mean + noise^2 + 1 + 1e-3 of the mean's square
+    assert torch.allclose(first, torch.tensor(1 / (100 + 4 + 1 + 10.0)))
+
+
+def test_interpolation_is_linear_between_places_and_constant_beyond():
+    places = torch.tensor([0.0, 1.0, 3.0])
+    values = torch.tensor([2.0, 4.0, 0.0])
+    x = torch.linspace(-2, 5, 29)
+    expected = np.interp(x.numpy(), places.numpy(), values.numpy())
+    assert np.allclose(interpolated(x, places, values).numpy(), expected, atol=1e-6)
+
+
+def test_calibration_makes_the_stated_variance_true(camera, own_home):
+    run = training.trained(settings(steps=2), BAYER, lambda line: None)
+    network, _ = training.final_network(run)
+    held_out.calibrate(network, run.pictures)
+    for row in held_out.rows_of(network, run.pictures):
+        # each level of the light is right by itself; an illuminance mixes levels
+        assert 0.5 < row["stated_over_true"] < 2.0, row
+
+
+def test_a_training_writes_a_file_that_computes_what_pytorch_does(own_home):
+    said = []
+    run = training.trained(settings(), BAYER, said.append)
+    recipe = training.recipe_text(run.settings, BAYER)
+    result = finish.finished(run, recipe, said.append)
+    assert result.difference <= export.AGREEMENT
+    session = open_session(result.model, feature="a test")
+    stated = json.loads(session.metadata["isethdr"])
+    assert stated["cfa"] == "RG/GB" and stated["captures"] == "merged"
+    assert [point["lux"] for point in stated["calibration"]] == [r["lux"] for r in result.rows]
+    card = yaml.safe_load((run.folder / "card.yaml").read_text())
+    assert card["file"]["recipe_sha256"] == stated["recipe"] == training.recipe_hash(recipe)
+    assert card["effort"]["steps"] == 6 and card["loss"]["kind"] == "electrons"
+    assert (run.folder / "curves.csv").read_text().count("\n") == 1 + len(run.progress.history)
+    with pytest.raises(ConfigError, match="other settings \\(seed=0\\)"):
+        training.trained(settings(seed=1), BAYER, said.append)
+
+
+def test_a_training_that_was_stopped_ends_as_one_that_was_not(own_home):
+    whole = training.trained(settings(name="whole", steps=8), BAYER, lambda line: None)
+    wanted = settings(name="parts", steps=8)
+
+    def stop(line):
+        if line.startswith("step") and not (own_home / "stopped").exists():
+            (own_home / "stopped").touch()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        training.trained(wanted, BAYER, stop)
+    said = []
+    parts = training.trained(wanted, BAYER, said.append)
+    assert said[0].startswith("goes on after step")
+    for name, value in whole.progress.network.state_dict().items():
+        assert torch.equal(value, parts.progress.network.state_dict()[name]), name
+
+
+def test_a_full_disk_is_one_error_and_keeps_the_state(own_home, monkeypatch):
+    def full(path, state):
+        raise CatalogError(f"cannot write {path}: No space left on device")
+
+    monkeypatch.setattr(training, "save_state", full)
+    with pytest.raises(CatalogError, match="No space left"):
+        training.trained(settings(steps=2), BAYER, lambda line: None)
+
+
+def test_a_view_loss_is_said_in_the_card(own_home):
+    run = training.trained(settings(loss="view", steps=2), BAYER, lambda line: None)
+    rows = held_out.rows_of(run.progress.network, run.pictures)
+    recipe = json.loads(training.recipe_text(run.settings, BAYER))
+    assert "MOVES" in finish.sections_of(run, recipe, "", rows)["loss"]["formula"]

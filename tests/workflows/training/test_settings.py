@@ -1,0 +1,107 @@
+"""Settings of trainings, their length, their files: without PyTorch."""
+
+from __future__ import annotations
+
+import errno
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from isethdr_workflows.training.card import card_markdown, card_yaml
+from isethdr_workflows.training.clock import Clock, Length
+from isethdr_workflows.training.files import write_file
+from isethdr_workflows.training.picture.settings import Settings, parsed
+
+from isethdr_core.cli.commands import main
+from isethdr_core.errors import CatalogError, ConfigError
+
+
+def test_settings_are_typed_as_keys_and_other_keys_compose_the_config():
+    settings, overrides = parsed(["sensor=typical_bayer", "size=large", "steps=10", "rate=1e-3"])
+    assert settings == Settings(size="large", steps=10, rate=1e-3)
+    assert overrides == ["sensor=typical_bayer"]
+    assert parsed([])[0].minutes == 30, "a training without a length has one"
+
+
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        ("size=tiny", "size is 'tiny'.*small, large.*type for example size=small"),
+        ("network=unets", "did you mean 'unet'"),
+        ("minutes=soon", "minutes is 'soon'; expected a number"),
+        ("minutes=-3", "minutes is -3.0; expected a number above 0"),
+        ("minutes=nan", "minutes is nan"),
+        ("pictures=1", "pictures is 1; expected at least 2"),
+        ("batch=5", "divides 16"),
+        ("patch_px=256", "not larger than a picture"),
+        ("name=../up", "expected letters"),
+        ("dataset", "type key=value"),
+    ],
+)
+def test_a_mistake_in_a_setting_is_one_clear_error(typed, message):
+    with pytest.raises(ConfigError, match=message):
+        parsed([typed])
+
+
+def test_without_pytorch_the_command_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    for name in [n for n in sys.modules if n.startswith("isethdr_workflows.training")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "argv", ["isethdr", "train", "picture", "steps=1"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capsys.readouterr().err
+    assert ended.value.code == 2 and said.count("\n") == 1, said
+    assert "type pip install 'isethdr[train]'" in said
+
+
+def test_the_rate_rises_and_falls_and_a_restart_counts_the_time_before():
+    clock = Clock(Length(steps=1000))
+    rates = []
+    for clock.step in range(1000):
+        rates.append(clock.rate_factor())
+    assert max(rates) > 0.9 and rates[0] < 0.02 and rates[-1] < 0.03
+    top = rates.index(max(rates))
+    assert all(a < b for a, b in zip(rates[:top], rates[1 : top + 1]))
+    assert all(a > b for a, b in zip(rates[top:], rates[top + 1 :]))
+    again = Clock(Length(minutes=2), step=7, seconds_before=60.0)
+    assert 0.5 <= again.share() < 0.51
+    with pytest.raises(ConfigError, match="expected one of them"):
+        Length(minutes=1, steps=1)
+
+
+def test_a_full_disk_keeps_the_old_file_and_is_one_error(tmp_path, monkeypatch):
+    path = tmp_path / "state.pt"
+    write_file(path, b"old")
+    replace = Path.replace
+
+    def full(self, target):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    with pytest.raises(CatalogError, match="No space left.*make room and type the same"):
+        write_file(path, b"new")
+    monkeypatch.setattr(Path, "replace", replace)
+    assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]
+
+
+def test_a_card_is_the_same_in_both_forms():
+    sections = {
+        "effort": {"hours": 0.5, "hardware": "CPU"},
+        "held_out": [{"lux": 0.01, "stated_over_true": 1.04}],
+        "not_done": ["dirt"],
+        "purpose": "pictures",
+    }
+    assert yaml.safe_load(card_yaml("a card", sections)) == {"title": "a card", **sections}
+    text = card_markdown("a card", sections)
+    for line in ("# a card", "## Held out", "| 0.01 | 1.04 |", "- hours: 0.5", "- dirt"):
+        assert line in text.splitlines()
+
+
+def test_nothing_else_imports_pytorch():
+    for module in ("command", "picture.action", "picture.sources", "picture.sheets"):
+        spec = importlib.util.find_spec(f"isethdr_workflows.training.{module}")
+        text = Path(spec.origin).read_text()
+        assert "torch_library" not in text, module

@@ -1,0 +1,73 @@
+"""Clock: how much of a training is done, in steps or in minutes, counted over restarts."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field
+
+from isethdr_core.errors import ConfigError
+
+WARM_UP_STEPS = 200  # the rate rises over these
+LAST_RATE = 0.02  # of the largest
+
+
+@dataclass(frozen=True)
+class Length:
+    """Length of a training: minutes of computing or steps; the other one is 0."""
+
+    minutes: float = 0.0
+    steps: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse a length that is no length."""
+        for name in ("minutes", "steps"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0):
+                raise ConfigError(
+                    f"{name} is {value!r}; expected a number above 0; type for example {name}=20"
+                )
+        if (self.minutes > 0) == (self.steps > 0):
+            raise ConfigError(
+                f"the length is minutes={self.minutes:g} steps={self.steps}; expected one of them;"
+                " type for example minutes=30 or steps=5000"
+            )
+
+    def __str__(self) -> str:
+        return f"{self.minutes:g} minutes" if self.minutes else f"{self.steps} steps"
+
+
+@dataclass
+class Clock:
+    """Progress of a training.
+
+    Parameters
+    ----------
+    length : of the whole training.
+    step : steps done, over all starts.
+    seconds_before : computing time of earlier starts.
+    """
+
+    length: Length
+    step: int = 0
+    seconds_before: float = 0.0
+    started: float = field(default_factory=time.monotonic)
+
+    def seconds(self) -> float:
+        """Return the computing time over all starts."""
+        return self.seconds_before + time.monotonic() - self.started
+
+    def share(self) -> float:
+        """Return the share of the training that is done, 0 to 1."""
+        if self.length.steps:
+            return min(self.step / self.length.steps, 1.0)
+        return min(self.seconds() / (60 * self.length.minutes), 1.0)
+
+    def rate_factor(self) -> float:
+        """Return the learning rate over the largest one: a linear rise, then half a cosine."""
+        rise = min(1.0, (self.step + 1) / self._warm_up())
+        return rise * (LAST_RATE + (1 - LAST_RATE) * math.cos(math.pi / 2 * self.share()) ** 2)
+
+    def _warm_up(self) -> float:
+        steps = self.length.steps
+        return min(WARM_UP_STEPS, max(steps / 10, 1)) if steps else WARM_UP_STEPS

@@ -1,0 +1,37 @@
+"""The command `isethdr train picture`: networks trained from nothing, on data of our own."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Train networks on data of our own; needs pip install 'isethdr[train]'.",
+)
+
+Typed = Annotated[
+    list[str] | None,
+    typer.Argument(help="settings as key=value; other keys are overrides of the config"),
+]
+
+
+@app.callback()
+def about() -> None:
+    """Keep the subcommands apart, even if there is one."""
+
+
+@app.command("picture", help="Train a development of raw captures, for isp=network.")
+def picture(settings: Typed = None) -> None:
+    """Train, or go on with the training of these settings.
+
+    Settings: sensor, size (small, large), network (unet, nafnet, restormer), minutes or steps,
+    dataset, loss (electrons, view), captures (merged, apart), seed, name;
+    docs/how-to/train_picture.md.
+    """
+    # `isethdr --help` does without NumPy
+    action = import_module(".picture.action", __package__)
+    raise typer.Exit(action.train_picture(settings or []))

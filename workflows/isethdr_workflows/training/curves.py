@@ -1,0 +1,49 @@
+"""Curves of a training: a table as CSV, and a drawing where Matplotlib is installed."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from isethdr_core.storage.atomic_write import write_text
+
+
+def write_curves(folder: Path, history: Sequence[dict[str, Any]], titles: dict[str, str]) -> None:
+    """Write `curves.csv`, and `curves.png` if Matplotlib is installed.
+
+    Parameters
+    ----------
+    folder : of the training.
+    history : rows with `step`, `minutes` and numbers; a number may be missing in a row.
+    titles : {number: its axis title}, those that are drawn.
+    """
+    columns = list(dict.fromkeys(key for row in history for key in row))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(history)
+    write_text(folder / "curves.csv", text.getvalue())
+    if find_spec("matplotlib") is None or not history:
+        return
+    draw(folder / "curves.png", history, titles)
+
+
+def draw(path: Path, history: Sequence[dict[str, Any]], titles: dict[str, str]) -> None:
+    """Draw numbers against the step, one panel for each."""
+    from matplotlib.figure import Figure  # takes long to import
+
+    figure = Figure(figsize=(7, 2.4 * len(titles)), layout="constrained")
+    panels = figure.subplots(len(titles), 1, sharex=True, squeeze=False)[:, 0]
+    for panel, (key, title) in zip(panels, titles.items(), strict=True):
+        known = [(row["step"], row[key]) for row in history if row.get(key) is not None]
+        panel.plot(*zip(*known), marker=".") if known else None
+        panel.set_ylabel(title)
+        panel.grid(True, color="#eee")
+    panels[-1].set_xlabel("steps")
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=90)
+    path.write_bytes(buffer.getvalue())

@@ -1,0 +1,66 @@
+"""Bank of noise-free pictures: made once, kept in the home, read in place."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from isethdr_core.cli.progress import track
+from isethdr_core.storage.home_folder import home
+from isethdr_core.store import content_hash
+
+from ..files import write_file
+
+
+def bank(title: str, recipe: Any, count: int, make: Callable[[int], np.ndarray]) -> np.ndarray:
+    """Return pictures (picture, plane, y, x) float32, from their file where it is there.
+
+    Parameters
+    ----------
+    title : beginning of the file's name.
+    recipe : all that decides the pictures; its hash names the file.
+    count : of pictures.
+    make : picture of a number (plane, y, x), all of one size.
+
+    Raises
+    ------
+    CatalogError : the file cannot be written, for example because the disk is full.
+    """
+    path = folder() / f"{title}-{content_hash(recipe)[:16]}.npy"
+    if not is_complete(path):
+        pictures = np.stack([make(number) for number in track(range(count), f"making {title}")])
+        buffer = io.BytesIO()
+        np.save(buffer, pictures.astype(np.float32))
+        write_file(path, buffer.getbuffer())
+    return np.load(path, mmap_mode="r")
+
+
+def is_complete(path: Path) -> bool:
+    """Return whether a file of a bank is there and can be read."""
+    try:
+        np.load(path, mmap_mode="r")
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+def folder() -> Path:
+    """Return the folder of all banks."""
+    return home() / "training" / "banks"
+
+
+def crop(pictures: Sequence[np.ndarray], side: int, rng: np.random.Generator):
+    """Return a random square (plane, y, x) of a random picture, mirrored at random.
+
+    Parameters
+    ----------
+    pictures : each (plane, y, x), at least `side` in both directions.
+    side : pixels.
+    """
+    planes = pictures[int(rng.integers(len(pictures)))]
+    y, x = (int(rng.integers(n - side + 1)) for n in planes.shape[1:])
+    return planes[:, y : y + side, x : x + side][:, :: rng.choice((-1, 1)), :: rng.choice((-1, 1))]

@@ -1,0 +1,206 @@
+"""Camera of a training: a sensor component of a config, its filters, and the planes of light that
+it asks for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from isethdr_isp.merge import charges
+from isethdr_isp.readout.combine import fold, read_charge
+from isethdr_isp.readout.electrons import readouts
+from isethdr_isp.spectra import light as light_of
+
+from isethdr_core import generator, quantities
+from isethdr_core.config.composition import compose
+from isethdr_core.demand import Demand
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.photometry import xyz_weights
+from isethdr_core.physics.radiometry import photons_per_energy
+from isethdr_core.plugins.registry import build_from_config
+
+BALANCE = "daylight"  # the light in which captures are compared, as the isp's own default
+UNIT_CHANNELS = "GWY"  # whose electrons measure the picture: the first of these that the array has
+LARGEST_CELL = 8  # pixels
+NOISE_FLOOR_E = 0.01
+
+
+class Samples(NamedTuple):
+    """The captures of one shot as a network gets them, (plane, y, x) float32."""
+
+    raw: np.ndarray  # electrons of light
+    noise: np.ndarray  # electrons rms beside the noise of light
+    valid: np.ndarray  # 1 where the sample was measured, else 0
+    unit_e_per_lux: float  # electrons of the unit channel per lux of daylight
+
+
+@dataclass(frozen=True, eq=False)
+class TrainingCamera:
+    """A sensor and what its captures are like.
+
+    Parameters
+    ----------
+    sensor : the component.
+    name : of the sensor or preset, as it was typed.
+    channels : filters, in the order of its captures.
+    cell : rows of the filter array, ("RG", "GB").
+    captures : names of the captures.
+    apart : whether a network gets every capture; otherwise they are merged.
+    """
+
+    sensor: Any
+    name: str
+    channels: tuple[str, ...]
+    cell: tuple[str, ...]
+    captures: tuple[str, ...]
+    apart: bool = False
+
+    @property
+    def unit_channel(self) -> str:
+        """The filter whose electrons are the unit of a network's picture."""
+        return next((c for c in UNIT_CHANNELS if c in self.channels), self.channels[0])
+
+    @property
+    def planes(self) -> int:
+        """Planes of raw samples that a network gets."""
+        return len(self.captures) if self.apart else 1
+
+    @property
+    def period(self) -> int:
+        """Pixels after which the array repeats, along both axes."""
+        return int(np.lcm(len(self.cell), len(self.cell[0])))
+
+    def masks(self, rows: int, columns: int) -> np.ndarray:
+        """Return the filters as (channel, y, x) float32 of 0 and 1."""
+        tile = np.array([[self.channels.index(letter) for letter in row] for row in self.cell])
+        repeats = -(-rows // len(tile)), -(-columns // len(tile[0]))
+        filters = np.tile(tile, repeats)[:rows, :columns]
+        return (filters == np.arange(len(self.channels))[:, None, None]).astype(np.float32)
+
+    def response(self, wavelength_nm: Sequence[float]) -> Any:
+        """Return the response to light that the sensor puts into a demand."""
+        return response_of(self.sensor, self.name, wavelength_nm)
+
+    def plane_weights(self, wavelength_nm: Sequence[float]) -> np.ndarray:
+        """Return (plane, wavelength): irradiance to photocurrent, electrons m-2 s-1, of each
+        channel of the response, and last to X, Y, Z in lux.
+        """
+        response = self.response(wavelength_nm)
+        electrons = response.efficiency(np.asarray(wavelength_nm, float))
+        electrons = electrons * photons_per_energy(wavelength_nm)
+        return np.concatenate([electrons, xyz_weights(wavelength_nm)])
+
+    def shot(self, photocurrent: np.ndarray, wavelength_nm: Sequence[float], seed: int) -> Samples:
+        """Return the samples of one noisy shot, one pixel for each tile of light.
+
+        Parameters
+        ----------
+        photocurrent : (channel of the response, y, x), electrons m-2 s-1.
+        wavelength_nm : bands for which it was computed.
+        seed : of the noise. The device differs from shot to shot, so that no fixed pattern is
+            learned.
+        """
+        captures = self.sensor(
+            self._light(photocurrent, wavelength_nm), generator(seed, device=f"training {seed}")
+        )
+        return self.samples(captures)
+
+    def samples(self, captures: Any) -> Samples:
+        """Return the samples of captures, `isethdr_isp` merging them; the light of the lens is
+        taken as even over the pixels.
+        """
+        groups, per_light = charges(captures, BALANCE)
+        best = groups[-1][0]
+        names = [str(name) for name in captures["channel"].values]
+        unit = float(best.sensitivity[names.index(self.unit_channel)])
+        if not self.apart:
+            charge = [read_charge(reads, each) for reads, each in zip(groups, per_light)]
+            merged = [fold(charge)]
+            scales = [1.0]
+        else:
+            reads = readouts(captures, light_of(BALANCE, captures.wavelength.values))
+            filters = captures["filter"].values
+            merged = [fold([read_charge([r], r.sensitivity[filters])]) for r in reads]
+            scales = [(best.sensitivity / r.sensitivity)[filters] for r in reads]
+        raw = np.stack([m.signal_e * scale for m, scale in zip(merged, scales)])
+        variance = np.stack([m.variance_e2 * scale**2 for m, scale in zip(merged, scales)])
+        noise = np.sqrt(np.maximum(variance - raw, NOISE_FLOOR_E**2))
+        valid = np.stack([m.valid for m in merged])
+        return Samples(*(v.astype(np.float32) for v in (raw, noise, valid)), unit)
+
+    def _light(self, photocurrent: np.ndarray, wavelength_nm: Sequence[float]) -> Any:
+        """Return the light on the sensor plane, behind a lens with one steradian: radiance in
+        cd/m2 is illuminance in lux.
+        """
+        response = self.response(wavelength_nm)
+        rows, columns = photocurrent.shape[1:]
+        pitch_m = self.sensor.pitch_um * 1e-6
+        x, y = (quantities.centres(n, n * pitch_m) for n in (columns, rows))
+        return quantities.photocurrent(
+            photocurrent,
+            response.channels,
+            x,
+            y,
+            wavelength_nm,
+            response.efficiency(np.asarray(wavelength_nm, float)),
+            f_number=2.0,
+            focal_length_mm=1e3 * columns * pitch_m,
+            throughput_sr=1.0,
+            falloff="none",
+            field_width=columns * pitch_m,
+            field_height=rows * pitch_m,
+        )
+
+
+def camera_of(overrides: Sequence[str], captures: str = "merged") -> TrainingCamera:
+    """Return the camera of a composed config.
+
+    Parameters
+    ----------
+    overrides : for example sensor=typical_bayer.
+    captures : merged, or apart.
+
+    Raises
+    ------
+    ConfigError : a mistake in an override, several cameras, or a sensor without a filter array.
+    """
+    config = compose(list(overrides))
+    if not config.get("sensor"):
+        raise ConfigError(
+            "a network is trained for one sensor; the config has several cameras; type for example"
+            " sensor=typical_bayer"
+        )
+    sensor = build_from_config("sensor", config.sensor)
+    form = sensor.shot_form()
+    letters = "".join(form.filters)
+    if letters != letters.upper() or max(len(form.filters), len(form.filters[0])) > LARGEST_CELL:
+        raise ConfigError(
+            f"the filter array {'/'.join(form.filters)} holds unequal pixels or a large cell; expected"
+            f" one of at most {LARGEST_CELL} x {LARGEST_CELL} capital letters; type for example"
+            " sensor=typical_bayer"
+        )
+    typed = [o.partition("=")[2] for o in overrides if o.startswith("sensor=")]
+    name = typed[-1] if typed else str(config.sensor.name)
+    response = response_of(sensor, name, (450.0, 550.0, 650.0))
+    # what goes astray between pixels is a channel of its own: "R astray"
+    channels = tuple(channel for channel in response.channels if " " not in channel)
+    return TrainingCamera(sensor, name, channels, form.filters, form.captures, captures == "apart")
+
+
+def response_of(sensor: Any, name: str, wavelength_nm: Sequence[float]) -> Any:
+    """Return the response to light that a sensor puts into a demand.
+
+    Raises
+    ------
+    ConfigError : it has no noise, and so asks for none.
+    """
+    demand = sensor.narrow(Demand(wavelength_nm=tuple(map(float, wavelength_nm))))
+    if demand.response is None:
+        raise ConfigError(
+            f"the sensor {name} has no noise; expected one with noise to learn from; type"
+            " sensor.noise=true"
+        )
+    return demand.response

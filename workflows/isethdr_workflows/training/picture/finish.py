@@ -1,0 +1,146 @@
+"""End of a training: final weights, calibrated variance, model file, card."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from isethdr_core.runs.provenance import versions
+
+from ..card import write_card
+from ..torch_library import hardware, torch
+from .export import export, stated_of
+from .held_out import calibrate, rows_of, worst_ratio
+from .loss import MEAN_WEIGHT, RELATIVE, VARIANCE_WEIGHT
+from .networks.choice import multiple_px, reach_px
+from .networks.picture_network import parameters
+from .sheets import LUX
+from .training import (
+    AVERAGED_FROM,
+    DECAY,
+    MODEL,
+    Trained,
+    final_network,
+    half_precision,
+    recipe_hash,
+)
+
+LEAST_RATIO = 0.8  # of stated to true variance
+LARGEST_RATIO = 1.25
+LOSSES = {
+    "electrons": "squared error of X, Y, Z in electrons over (local mean of the raw + noise^2 + 1 +"
+    f" {RELATIVE:g} local mean^2), its logarithm picture by picture; {MEAN_WEIGHT:g} times the"
+    " squared relative error of each picture's mean",
+    "view": "absolute error in the domain of a display: it makes pictures look better and MOVES"
+    " MEAN LUMINANCE in the dark; electrons of such a network are not absolute",
+}
+
+
+class Finished(NamedTuple):
+    """What a training has written."""
+
+    model: Path
+    card: list[Path]
+    rows: list[dict[str, Any]]  # held-out results by illuminance
+    difference: float  # of the file from PyTorch
+
+
+def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished:
+    """Write the model file and its card."""
+    network, weights = final_network(run)
+    calibrate(network, run.pictures.half(odd=False))
+    rows = rows_of(network, run.pictures.half(odd=True))
+    worst = worst_ratio(rows)
+    settings = run.settings
+    multiple = multiple_px(run.camera)
+    reach = reach_px(run.camera, settings.network, settings.size)
+    stated = {
+        **stated_of(run.camera, multiple, reach),
+        "calibration": [
+            {"lux": row["lux"], "stated_over_true": round(row["stated_over_true"], 4)}
+            for row in rows
+        ],
+        "range_e": [round(rows[0]["mean_e"], 4), round(rows[-1]["mean_e"], 1)],
+        "loss": settings.loss,
+        "recipe": recipe_hash(recipe),
+    }
+    path = run.folder / MODEL
+    difference = export(network, run.camera, path, stated)
+    tell(f"{path.name}: {path.stat().st_size / 1e6:.2f} MB, differs by {difference:.1e}")
+    if not LEAST_RATIO <= worst <= LARGEST_RATIO:
+        tell(f"stated over true variance is {worst:.2f} at worst: isp=network calls it unknown")
+    sections = sections_of(run, json.loads(recipe), weights, rows)
+    sections["file"] = {
+        "bytes": path.stat().st_size,
+        "parameters": parameters(network),
+        "largest_difference_from_pytorch": f"{difference:.1e} of the largest value",
+        "recipe_sha256": recipe_hash(recipe),
+    }
+    title = f"{run.folder.name}: raw of {run.camera.name} to linear XYZ"
+    return Finished(path, write_card(run.folder, title, sections), rows, difference)
+
+
+def sections_of(
+    run: Trained, recipe: dict[str, Any], weights: str, rows: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Return the sections of the card, but for the file's own."""
+    settings = run.settings
+    progress = run.progress
+    camera = run.camera
+    half = half_precision(settings.precision, run.device)
+    missing = [
+        "seeds other than the one above: no interval over trainings",
+        "light that varies within the exposure, rolling shutter, relative illumination of a lens",
+    ]
+    return {
+        "purpose": "Linear XYZ in absolute units with a variance, from the electrons of one shot;"
+        f" run it with isp=network model={MODEL}",
+        "camera": {
+            "sensor": camera.name,
+            "filter_array": "/".join(camera.cell),
+            "captures": f"{settings.captures}: {', '.join(camera.captures)}",
+            "overrides": list(recipe["overrides"]),
+            "illuminance_lux": [LUX[0], run.pictures.levels[-1].lux],
+            "exposure": "as the sensor's own rule solves it for each sheet of 16 patches",
+            "noise": "all that the sensor component makes, another device in each sheet",
+        },
+        "data": run.data.stated,
+        "augmentation": "flips; patches of a sheet differ in light by a factor (sigma of its"
+        " logarithm 0.7)",
+        "network": {
+            "kind": f"{settings.network}, {settings.size}",
+            "training": "from nothing; no weights of others",
+        },
+        "loss": {
+            "kind": settings.loss,
+            "formula": LOSSES[settings.loss],
+            "variance": f"normal likelihood with the picture held fixed, weight {VARIANCE_WEIGHT}",
+        },
+        "optimiser": {
+            "kind": "AdamW",
+            "largest_rate": settings.rate,
+            "weight_decay": DECAY,
+            "schedule": "linear rise over 200 steps, then half a cosine to 2 %",
+            "weights": weights,
+            "mean_of_weights": f"over the last {1 - AVERAGED_FROM:.0%} of the training",
+            "precision": "bfloat16 inside, float32 start" if half else "float32",
+        },
+        "effort": {
+            "length": str(settings.length()),
+            "steps": progress.clock.step,
+            "hours": round(progress.clock.seconds() / 3600, 4),
+            "batch": f"{settings.batch} patches of {settings.patch_px} px",
+            "hardware": hardware(run.device),
+            "ended": progress.stopped or "at its length",
+            "seed": settings.seed,
+        },
+        "held_out": rows,
+        "variance": f"calibrated on half of the held-out patches, the table is of the other half;"
+        f" wanted: stated / true within {LEAST_RATIO:g} to {LARGEST_RATIO:g}",
+        "not_done": missing + run.data.missing,
+        "versions": {**{k: str(v) for k, v in versions().items()}, "torch": str(torch.__version__)},
+        "settings": {k: v for k, v in asdict(settings).items()},
+    }

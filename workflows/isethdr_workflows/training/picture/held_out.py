@@ -1,0 +1,155 @@
+"""Held-out pictures: loss, mean luminance and stated variance by illuminance; calibration of the
+variance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..torch_library import torch
+from .loss import Batch, noise_loss
+from .networks.picture_network import PictureNetwork, sample_variance
+from .sheets import Sheets
+
+LUX = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
+BINS = 10  # of the local level, for the calibration
+ROUNDS = 3  # each calibration is right at its places; between them it nears what is wanted
+
+
+class Level(NamedTuple):
+    """Held-out patches of one illuminance."""
+
+    lux: float
+    patches: Batch
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Held-out patches of all illuminances.
+
+    Parameters
+    ----------
+    levels : by illuminance, darkest first.
+    masks : filters of a patch (1, channel, y, x).
+    """
+
+    levels: tuple[Level, ...]
+    masks: torch.Tensor
+
+    def half(self, odd: bool) -> HeldOut:
+        """Return every other patch: one half calibrates, the other one tells how well."""
+        return replace(
+            self,
+            levels=tuple(
+                Level(lux, Batch(*(v[int(odd) :: 2] for v in patches)))
+                for lux, patches in self.levels
+            ),
+        )
+
+    def answers(
+        self, network: PictureNetwork
+    ) -> Iterator[tuple[float, Batch, torch.Tensor, torch.Tensor]]:
+        """Yield illuminance, patches, and the XYZ and variance that a network makes of them."""
+        for lux, patches in self.levels:
+            parts = [network(p.raw, p.noise, self.masks, p.valid) for p in halves(patches)]
+            xyz, variance = (torch.cat([part[k] for part in parts]) for k in (0, 1))
+            yield lux, patches, xyz, variance
+
+
+def halves(patches: Batch) -> list[Batch]:
+    """Return patches in groups that fit into memory."""
+    return [Batch(*parts) for parts in zip(*(v.split(4) for v in patches))]
+
+
+def held_out(sheets: Sheets, brightest_lux: float, device: str) -> HeldOut:
+    """Return one sheet for each illuminance that the camera measures."""
+    levels = []
+    for number, lux in enumerate(v for v in LUX if v <= brightest_lux):
+        patches = replace(sheets, lux=(lux, lux)).sheet(number)
+        levels.append(Level(lux, Batch(*(torch.from_numpy(v).to(device) for v in patches))))
+    side = sheets.patch_px
+    masks = torch.from_numpy(sheets.camera.masks(side, side))[None].to(device)
+    return HeldOut(tuple(levels), masks)
+
+
+@torch.no_grad()
+def loss_on(network: PictureNetwork, pictures: HeldOut) -> float:
+    """Return the mean over illuminances of the loss in units of noise."""
+    losses = []
+    for _, patches, xyz, _ in pictures.answers(network):
+        measured = patches.valid.amax(1, keepdim=True)
+        losses.append(float(noise_loss((xyz - patches.truth) * measured, patches)))
+    return float(np.mean(losses))
+
+
+@torch.no_grad()
+def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
+    """Return one row for each illuminance.
+
+    Returns
+    -------
+    rows with lux; mean_e, electrons of the mean Y; mean_error_percent of the mean Y;
+    error_in_noise, rms error of X, Y, Z over that of a sample; stated_over_true, the variance.
+    """
+    rows = []
+    for lux, patches, xyz, variance in pictures.answers(network):
+        measured = patches.valid.amax(1, keepdim=True)
+        true_y = float((patches.truth[:, 1:2] * measured).mean())
+        seen_y = float((xyz[:, 1:2] * measured).mean())
+        stated, true = normalised(patches, xyz, variance)
+        rows.append(
+            {
+                "lux": lux,
+                "mean_e": true_y,
+                "mean_error_percent": 100 * (seen_y / true_y - 1),
+                "error_in_noise": float(true.mean().sqrt()),
+                "stated_over_true": float(stated.mean() / true.mean()),
+            }
+        )
+    return rows
+
+
+def normalised(
+    patches: Batch, xyz: torch.Tensor, variance: torch.Tensor
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Return stated variance and squared error (N, 3, y, x), over the variance of a sample nearby:
+    bright pixels then do not hide the others.
+    """
+    measured = patches.valid.amax(1, keepdim=True)
+    unit = sample_variance(patches.raw, patches.noise)
+    return variance * measured / unit, (xyz - patches.truth) ** 2 * measured / unit
+
+
+@torch.no_grad()
+def calibrate(network: PictureNetwork, pictures: HeldOut) -> None:
+    """Set the network's correction of its variance, by the level nearby, from held-out patches."""
+    levels = torch.cat(
+        [
+            torch.log(sample_variance(patches.raw, patches.noise)).flatten()
+            for _, patches in pictures.levels
+        ]
+    )
+    edges = np.quantile(levels.cpu().numpy(), np.linspace(0, 1, BINS + 1))
+    places = (edges[:-1] + edges[1:]) / 2
+    places = places + 1e-3 * np.arange(BINS)  # rising, where many pixels are alike
+    network.calibration_levels = torch.tensor(places, dtype=torch.float32, device=levels.device)
+    network.calibration_logs = torch.zeros_like(network.calibration_levels)
+    for _ in range(ROUNDS):
+        sums = np.zeros((2, BINS))
+        for _, patches, xyz, variance in pictures.answers(network):
+            level = torch.log(sample_variance(patches.raw, patches.noise))
+            which = np.searchsorted(edges[1:-1], level.cpu().numpy().ravel())
+            for k, values in enumerate(normalised(patches, xyz, variance)):
+                weights = values.mean(1).double().cpu().numpy().ravel()
+                sums[k] += np.bincount(which, weights, BINS)
+        change = np.log(np.maximum(sums[1], 1e-12) / np.maximum(sums[0], 1e-12))
+        network.calibration_logs += torch.tensor(change, dtype=torch.float32, device=levels.device)
+
+
+def worst_ratio(rows: Sequence[dict[str, Any]]) -> float:
+    """Return the ratio of stated to true variance that is farthest from 1."""
+    return max((row["stated_over_true"] for row in rows), key=lambda v: abs(np.log(v)))

@@ -1,0 +1,81 @@
+"""Loss: squared error in units of the samples' noise, so that electrons stay absolute.
+
+The weight follows the raw alone, never the truth: then the mean of all pictures that fit a raw is
+the best answer, and the mean luminance stays. The logarithm is taken picture by picture, or bright
+raws, which are wrong by many deviations of their little noise, would take all of the training.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..torch_library import functional, torch
+from .networks.picture_network import NEAR
+
+RELATIVE = 1e-3  # of the local mean's square: where there is little noise, signal counts
+LEAST_ERROR = 1e-3  # of a picture under the logarithm
+MEAN_WEIGHT = 3.0  # of the error of a picture's mean
+VARIANCE_WEIGHT = 0.1  # of the stated variance's likelihood
+VIEW_EXPONENT = 1 / 2.4  # of a display
+VIEW_TOE = 2e-3
+
+
+class Batch(NamedTuple):
+    """Patches for one step, (N, plane, y, x)."""
+
+    raw: torch.Tensor
+    noise: torch.Tensor
+    valid: torch.Tensor
+    truth: torch.Tensor  # X, Y, Z in electrons of the unit channel
+
+
+def loss_of(kind: str, xyz: torch.Tensor, variance: torch.Tensor, batch: Batch) -> torch.Tensor:
+    """Return the loss of a step.
+
+    Parameters
+    ----------
+    kind : "electrons", or "view", the absolute error as a display shows it, which moves the mean
+        luminance in the dark.
+    xyz, variance : of the network.
+    """
+    measured = batch.valid.amax(1, keepdim=True)
+    error = (xyz - batch.truth) * measured
+    picture = view_loss(xyz, batch, measured) if kind == "view" else noise_loss(error, batch)
+    if kind != "view":
+        picture = picture + MEAN_WEIGHT * mean_loss(error, batch)
+    squared = error.detach() ** 2
+    # half the negative logarithm of a normal likelihood; the picture's error is held fixed
+    stated = (torch.log(variance) + squared / variance) * measured
+    return picture + VARIANCE_WEIGHT * stated.mean() / 2
+
+
+def noise_loss(error: torch.Tensor, batch: Batch) -> torch.Tensor:
+    """Return the mean over pictures of the logarithm of the weighted squared error."""
+    weighted = (weight(batch) * error**2).mean((1, 2, 3))
+    return torch.log(weighted + LEAST_ERROR).mean()
+
+
+def mean_loss(error: torch.Tensor, batch: Batch) -> torch.Tensor:
+    """Return the squared relative error of the mean of each picture, X, Y and Z."""
+    level = batch.raw.mean((1, 2, 3)).clamp(min=0) + batch.noise.mean((1, 2, 3)) + 1
+    return ((error.mean((2, 3)) / level[:, None]) ** 2).mean()
+
+
+def weight(batch: Batch) -> torch.Tensor:
+    """Return 1 / (variance of a sample + a share of the signal's square), from the raw."""
+    raw = batch.raw.mean(1, keepdim=True)
+    near = functional.avg_pool2d(raw, NEAR, 1, NEAR // 2, count_include_pad=False).clamp(min=0)
+    noise = (batch.noise**2).mean(1, keepdim=True)
+    return 1 / (near + noise + 1 + RELATIVE * near**2)
+
+
+def view_loss(xyz: torch.Tensor, batch: Batch, measured: torch.Tensor) -> torch.Tensor:
+    """Return the mean absolute error of what a display shows, with the truth's white."""
+    white = torch.quantile(batch.truth[:, 1].flatten(1), 0.99, dim=1)[:, None, None, None] + 1
+    return ((shown(xyz / white) - shown(batch.truth / white)) * measured).abs().mean()
+
+
+def shown(xyz: torch.Tensor) -> torch.Tensor:
+    """Return a display's value of each of X, Y, Z, without clipping: a slope everywhere."""
+    toe = VIEW_TOE**VIEW_EXPONENT
+    return torch.sign(xyz) * ((xyz.abs() + VIEW_TOE) ** VIEW_EXPONENT - toe)

@@ -1,0 +1,11 @@
+"""Networks from raw planes to a picture, in PyTorch; imported only where a training runs.
+
+| module            | content                                                              |
+|-------------------|----------------------------------------------------------------------|
+| `picture_network` | samples to XYZ and variance: square roots, linear start, calibration |
+| `u_shape`         | three resolutions with skips, of any block                           |
+| `unet`            | block of plain 3 x 3 convolutions                                    |
+| `nafnet`          | block of NAFNet: gates and channel attention                         |
+| `restormer`       | block of Restormer: attention between channels                       |
+| `choice`          | the networks by name and size                                        |
+"""

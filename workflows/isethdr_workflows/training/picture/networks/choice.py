@@ -1,0 +1,58 @@
+"""The networks by name and size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ...torch_library import nn
+from ..camera import TrainingCamera
+from .nafnet import GatedBlock
+from .picture_network import NEAR, START, PictureNetwork
+from .restormer import AttentionBlock
+from .u_shape import LEVELS, UShape, reach
+from .unet import REACH, PlainBlock
+
+
+class Shape(NamedTuple):
+    """A network of one size."""
+
+    block: Callable[[int], nn.Module]
+    width: int
+    blocks: tuple[int, int, int, int, int]
+    block_reach: float  # pixels; inf: the whole picture
+
+
+SHAPES = {
+    ("unet", "small"): Shape(PlainBlock, 28, (1, 1, 1, 1, 1), REACH),
+    ("unet", "large"): Shape(PlainBlock, 64, (2, 2, 4, 2, 2), REACH),
+    ("nafnet", "small"): Shape(GatedBlock, 24, (1, 1, 2, 1, 1), math.inf),
+    ("nafnet", "large"): Shape(GatedBlock, 48, (2, 4, 8, 2, 2), math.inf),
+    ("restormer", "small"): Shape(AttentionBlock, 16, (1, 1, 2, 1, 1), math.inf),
+    ("restormer", "large"): Shape(AttentionBlock, 48, (2, 3, 4, 2, 2), math.inf),
+}
+
+
+def network_of(camera: TrainingCamera, name: str, size: str) -> PictureNetwork:
+    """Return a network for a camera, with random weights."""
+    shape = SHAPES[name, size]
+
+    def body(planes: int, out: int) -> UShape:
+        return UShape(planes, out, shape.width, shape.blocks, shape.block)
+
+    return PictureNetwork(camera.planes, len(camera.channels), camera.period, body)
+
+
+def multiple_px(camera: TrainingCamera) -> int:
+    """Return the number that divides rows and columns of a picture."""
+    return camera.period * 2**LEVELS
+
+
+def reach_px(camera: TrainingCamera, name: str, size: str) -> float:
+    """Return how far away an output can depend on samples; inf: on the whole picture."""
+    shape = SHAPES[name, size]
+    if math.isinf(shape.block_reach):
+        return math.inf
+    cells = max(reach(shape.blocks, int(shape.block_reach)), START // 2) + 1
+    return max(cells * camera.period, NEAR // 2)

@@ -1,0 +1,106 @@
+"""Picture network: raw samples of any filter array to XYZ and its variance.
+
+Inputs and outputs are those of a model file of `isp=network` (docs/how-to/network_isp.md). Inside,
+samples are square roots: their noise is then nearly the same from one electron to the full well
+(Anscombe 1948), so one network serves all levels. A linear filter of these roots is the start, and
+the U-shaped network adds a correction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import nullcontext
+
+from ...torch_library import functional, nn, torch
+
+ANSCOMBE = 0.375  # electrons
+LEAST_ROOT = 0.05  # electrons under the root: its slope stays finite
+SCALE = 4.0  # roots / it: noise of about 1 / 8 at any level
+START = 5  # taps of the linear start, cells each way
+NEAR = 9  # pixels of the window of the local mean
+LOG_LIMIT = 8.0  # of the variance's logarithm: keeps exp finite
+XYZ = 3
+
+
+class PictureNetwork(nn.Module):
+    """Raw, noise, masks and valid (N, plane, y, x) to XYZ and variance (N, 3, y, x).
+
+    Parameters
+    ----------
+    planes : of raw samples.
+    channels : filters.
+    period : pixels after which the filter array repeats; a cell is packed into channels.
+    make_body : makes the network between packed planes, from numbers of planes in and out.
+    """
+
+    # bfloat16 in training only, and never in the linear start: its 8 bits are too few for a signal
+    half_precision = False
+
+    def __init__(
+        self, planes: int, channels: int, period: int, make_body: Callable[[int, int], nn.Module]
+    ):
+        super().__init__()
+        self.period = period
+        cell = period**2
+        samples = planes * cell
+        self.start = nn.Conv2d(samples, XYZ * cell, START, padding=START // 2)
+        nn.init.normal_(self.start.weight, std=1e-3)
+        nn.init.zeros_(self.start.bias)
+        with torch.no_grad():  # the mean of the cell, in each of X, Y, Z
+            self.start.weight[:, :, START // 2, START // 2] += 1 / samples
+        self.body = make_body(3 * samples + channels * cell, 2 * XYZ * cell)
+        nn.init.zeros_(self.body.tail.weight)
+        nn.init.zeros_(self.body.tail.bias)
+        # correction of the variance's logarithm, linear between levels: set after training
+        self.register_buffer("calibration_levels", torch.tensor([0.0, 1.0]))
+        self.register_buffer("calibration_logs", torch.tensor([0.0, 0.0]))
+
+    def forward(
+        self, raw: torch.Tensor, noise: torch.Tensor, masks: torch.Tensor, valid: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return XYZ in electrons of the unit channel, and its variance."""
+        floor = ANSCOMBE + noise * noise
+        packed_floor = functional.pixel_unshuffle(floor, self.period)
+        roots = functional.pixel_unshuffle(raw, self.period) + packed_floor
+        roots = torch.sqrt(torch.clamp(roots, min=LEAST_ROOT)) / SCALE
+        seen = [
+            roots,
+            torch.log(packed_floor) / SCALE,
+            functional.pixel_unshuffle(valid, self.period),
+            functional.pixel_unshuffle(masks, self.period).expand(len(raw), -1, -1, -1),
+        ]
+        half = torch.autocast(raw.device.type, torch.bfloat16)
+        with half if self.half_precision else nullcontext():
+            correction = self.body(torch.cat(seen, 1))
+        change, log_ratio = correction.float().chunk(2, 1)
+        root = self.start(roots) + change
+        xyz = functional.pixel_shuffle(SCALE**2 * root * root.abs(), self.period)
+        xyz = xyz - floor.mean(1, keepdim=True)
+        return xyz, self._variance(functional.pixel_shuffle(log_ratio, self.period), raw, noise)
+
+    def _variance(
+        self, log_ratio: torch.Tensor, raw: torch.Tensor, noise: torch.Tensor
+    ) -> torch.Tensor:
+        """Return the variance: that of a sample nearby, times what the network says, times the
+        calibration.
+        """
+        level = torch.log(sample_variance(raw, noise))
+        logs = torch.clamp(log_ratio, -LOG_LIMIT, LOG_LIMIT) + level
+        return torch.exp(logs + interpolated(level, self.calibration_levels, self.calibration_logs))
+
+
+def sample_variance(raw: torch.Tensor, noise: torch.Tensor) -> torch.Tensor:
+    """Return the variance (N, 1, y, x) of a sample at the local mean of the raw, e^2, above 1."""
+    near = functional.avg_pool2d(raw, NEAR, 1, NEAR // 2, count_include_pad=False)
+    return torch.clamp(near, min=0).mean(1, keepdim=True) + (noise**2).mean(1, keepdim=True) + 1
+
+
+def interpolated(x: torch.Tensor, places: torch.Tensor, values: torch.Tensor) -> torch.Tensor:
+    """Return a function that is linear between `places` and constant beyond them."""
+    steps = torch.clamp((x[..., None] - places[:-1]) / (places[1:] - places[:-1]), min=0.0, max=1.0)
+    return values[0] + (steps * (values[1:] - values[:-1])).sum(-1)
+
+
+def parameters(network: nn.Module) -> int:
+    """Return the number of trained numbers."""
+    return sum(p.numel() for p in network.parameters())

@@ -1,0 +1,75 @@
+"""U shape: the same kind of block at three resolutions, with skips (Ronneberger et al. 2015)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ...torch_library import nn, torch
+
+LEVELS = 2  # times that the resolution is halved
+
+
+class UShape(nn.Module):
+    """Planes (N, planes, y, x) to planes (N, out, y, x); rows and columns are multiples of 4.
+
+    Parameters
+    ----------
+    planes, out : number of planes of input and output.
+    width : channels at the full resolution; twice as many at each lower one.
+    blocks : number of blocks down, down, lowest, up, up.
+    block : makes a block of a number of channels.
+    """
+
+    def __init__(
+        self,
+        planes: int,
+        out: int,
+        width: int,
+        blocks: tuple[int, int, int, int, int],
+        block: Callable[[int], nn.Module],
+    ):
+        super().__init__()
+
+        def stack(level: int, count: int) -> nn.Sequential:
+            return nn.Sequential(*(block(width << level) for _ in range(count)))
+
+        levels = range(LEVELS)
+        self.head = nn.Conv2d(planes, width, 3, padding=1)
+        self.down = nn.ModuleList(stack(k, blocks[k]) for k in levels)
+        self.shrink = nn.ModuleList(nn.Conv2d(width << k, width << (k + 1), 2, 2) for k in levels)
+        self.lowest = stack(LEVELS, blocks[LEVELS])
+        self.grow = nn.ModuleList(
+            nn.Sequential(nn.Conv2d(width << (k + 1), 4 * (width << k), 1), nn.PixelShuffle(2))
+            for k in reversed(levels)
+        )
+        self.up = nn.ModuleList(
+            stack(k, count) for k, count in zip(reversed(levels), blocks[LEVELS + 1 :])
+        )
+        self.tail = nn.Conv2d(width, out, 3, padding=1)
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """Return the output planes."""
+        x = self.head(x)
+        skips = []
+        for stack, shrink in zip(self.down, self.shrink):
+            x = stack(x)
+            skips.append(x)
+            x = shrink(x)
+        x = self.lowest(x)
+        for grow, stack in zip(self.grow, self.up):
+            x = stack(grow(x) + skips.pop())
+        return self.tail(x)
+
+
+def reach(blocks: tuple[int, int, int, int, int], block_reach: int) -> int:
+    """Return how far away, in planes' pixels, an output can depend on inputs.
+
+    Parameters
+    ----------
+    blocks : as of `UShape`.
+    block_reach : of one block, at its own resolution.
+    """
+    sizes = (1, 2, 4, 2, 1)
+    of_blocks = sum(count * block_reach * size for count, size in zip(blocks, sizes))
+    halving = sum(2**k for k in range(LEVELS))  # a pixel's place within the larger ones
+    return 2 + of_blocks + halving  # head and tail reach one pixel each

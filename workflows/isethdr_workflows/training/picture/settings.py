@@ -1,0 +1,135 @@
+"""Settings of `isethdr train picture`, as they are typed: key=value."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from isethdr_core.errors import ConfigError, did_you_mean
+
+from ..clock import Length
+
+CHOICES = {
+    "network": ("unet", "nafnet", "restormer"),
+    "size": ("small", "large"),
+    "loss": ("electrons", "view"),
+    "captures": ("merged", "apart"),
+    "precision": ("auto", "bfloat16", "float32"),
+    "device": ("auto", "cpu", "cuda"),
+}
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+SHEET = 16  # patches: a batch divides it
+LEAST_PATCH = 32  # pixels
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a training is, beside its camera."""
+
+    name: str = ""  # of its folder; "": sensor, network and size
+    network: str = "unet"
+    size: str = "small"
+    loss: str = "electrons"
+    captures: str = "merged"  # or apart: the network joins the captures of a shot
+    minutes: float = 0.0  # of computing
+    steps: int = 0
+    seed: int = 0
+    dataset: str = ""  # of rendered roads; "": dead leaves alone
+    roads_share: float = 0.5  # of the patches, where there is a dataset
+    pictures: int = 360  # dead leaves
+    picture_px: int = 192  # side of a dead leaves picture
+    patch_px: int = 128
+    batch: int = 4
+    rate: float = 2e-3  # largest learning rate
+    checks: int = 40  # of the held-out pictures, evenly over the training
+    patience: int = 16  # checks without a better one, after which it stops
+    precision: str = "auto"  # bfloat16 where a processor has matrices of it
+    device: str = "auto"
+    threads: int = 0  # of PyTorch; 0: its own choice
+
+    def __post_init__(self) -> None:
+        """Refuse values outside their ranges."""
+        for key, allowed in CHOICES.items():
+            value = getattr(self, key)
+            if value not in allowed:
+                raise ConfigError(
+                    f"{key} is {value!r}{did_you_mean(value, allowed)}; expected one of"
+                    f" {', '.join(allowed)}; type for example {key}={allowed[0]}"
+                )
+        least = {
+            "seed": 0,
+            "pictures": 2,
+            "picture_px": LEAST_PATCH,
+            "patch_px": LEAST_PATCH,
+            "batch": 1,
+            "checks": 1,
+            "patience": 1,
+            "threads": 0,
+        }
+        for key, value in least.items():
+            if getattr(self, key) < value:
+                raise ConfigError(
+                    f"{key} is {getattr(self, key)}; expected at least {value}; type for example"
+                    f" {key}={getattr(Settings, key)}"
+                )
+        if self.name and not NAME.fullmatch(self.name):
+            raise ConfigError(
+                f"name is {self.name!r}; expected letters, digits and _ . -; type for example"
+                " name=night"
+            )
+        if not (0 < self.roads_share < 1 and 0 < self.rate < 1):
+            raise ConfigError(
+                f"roads_share and rate are {self.roads_share:g}, {self.rate:g}; expected numbers"
+                " between 0 and 1; type for example roads_share=0.5"
+            )
+        if SHEET % self.batch or self.patch_px % 16 or self.patch_px > self.picture_px:
+            raise ConfigError(
+                f"batch={self.batch} patch_px={self.patch_px} picture_px={self.picture_px};"
+                f" expected a batch that divides {SHEET}, and a patch that is a multiple of 16 and"
+                " not larger than a picture; type for example batch=4 patch_px=128"
+            )
+        self.length()
+
+    def length(self) -> Length:
+        """Return the length of the training."""
+        return Length(self.minutes, self.steps)
+
+
+# settings that change neither the data nor the result but by rounding
+FREE = ("device", "threads", "name")
+
+
+def parsed(typed: Sequence[str]) -> tuple[Settings, list[str]]:
+    """Return the settings, and the overrides of the config, which are all other keys.
+
+    Raises
+    ------
+    ConfigError : no key=value, a value that is no number, or one outside its range.
+    """
+    fields = {field.name: field for field in dataclasses.fields(Settings)}
+    values: dict[str, Any] = {}
+    overrides = []
+    for text in typed:
+        key, equals, value = text.partition("=")
+        if not equals:
+            raise ConfigError(
+                f"{text!r} is no setting{did_you_mean(text, fields)}; type key=value, for example"
+                " sensor=typical_bayer minutes=20"
+            )
+        if key not in fields:
+            overrides.append(text)
+            continue
+        kind = {"int": int, "float": float}.get(str(fields[key].type), str)
+        try:
+            values[key] = kind(value)
+        except ValueError:
+            raise ConfigError(
+                f"{key} is {value!r}; expected a number; type for example"
+                f" {key}={fields[key].default}"
+            ) from None
+    if "minutes" not in values and "steps" not in values:
+        values["minutes"] = 30.0
+    return Settings(**values), overrides

@@ -1,0 +1,120 @@
+"""Sheets: many patches of noise-free pictures side by side, seen in one shot of the camera.
+
+Sheet k is the same whenever it is made: a training that goes on after a kill sees what it would
+have seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .bank import crop
+from .camera import Samples, TrainingCamera
+from .settings import SHEET
+
+LUX = (0.003, 100.0)  # mean illuminance of the sensor plane
+UNEVEN = 0.7  # sigma of the logarithm of a patch's light within the sheet
+MEASURED = 0.99  # share of the pixels of an even grey that must not be saturated
+
+
+class Source(NamedTuple):
+    """Noise-free pictures of one kind."""
+
+    name: str
+    pictures: Sequence[np.ndarray]  # each (plane, y, x), XYZ last, mean illuminance 1 lux
+    wavelength_nm: tuple[float, ...]
+    share: float  # of the sheets
+
+
+class Patches(NamedTuple):
+    """Patches of a sheet, (N, plane, y, x) float32."""
+
+    raw: np.ndarray
+    noise: np.ndarray
+    valid: np.ndarray
+    truth: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Sheets:
+    """The sheets of a training.
+
+    Parameters
+    ----------
+    sources : of the pictures.
+    patch_px : side of a patch, a multiple of the filter array's period.
+    seed : of places, light and noise.
+    lux : range of the mean illuminance of a sheet.
+    """
+
+    camera: TrainingCamera
+    sources: tuple[Source, ...]
+    patch_px: int
+    seed: int
+    lux: tuple[float, float] = LUX
+
+    @property
+    def patches(self) -> int:
+        """Patches of a sheet."""
+        return SHEET
+
+    def sheet(self, number: int) -> Patches:
+        """Return the patches of one sheet in random order."""
+        rng = np.random.default_rng([self.seed, number])
+        shares = np.array([source.share for source in self.sources])
+        source = self.sources[int(rng.choice(len(shares), p=shares / shares.sum()))]
+        lux = np.exp(rng.uniform(*np.log(self.lux)))
+        side = self.patch_px
+        planes = np.stack(
+            [
+                crop(source.pictures, side, rng) * np.exp(rng.normal(-(UNEVEN**2) / 2, UNEVEN))
+                for _ in range(self.patches)
+            ]
+        )
+        order = rng.permutation(self.patches)
+        together = joined(planes * np.float32(lux))
+        samples = self.camera.shot(together[:-3], source.wavelength_nm, int(rng.integers(2**31)))
+        return patches_of(samples, together[-3:], side, order)
+
+
+def patches_of(samples: Samples, xyz_lux: np.ndarray, side: int, order: np.ndarray) -> Patches:
+    """Return the patches of one shot, in this order."""
+    truth = (xyz_lux * samples.unit_e_per_lux).astype(np.float32)
+    planes = (samples.raw, samples.noise, samples.valid, truth)
+    return Patches(*(parted(values, side)[order] for values in planes))
+
+
+def joined(patches: np.ndarray) -> np.ndarray:
+    """Return square patches (N, plane, y, x) as one picture (plane, y, x), N a square number."""
+    count = round(len(patches) ** 0.5)
+    rows = patches.reshape(count, count, *patches.shape[1:])
+    planes = rows.transpose(2, 0, 3, 1, 4)
+    return planes.reshape(patches.shape[1], count * patches.shape[2], -1)
+
+
+def parted(picture: np.ndarray, side: int) -> np.ndarray:
+    """Return a picture (plane, y, x) as square patches (N, plane, y, x)."""
+    planes, height, width = picture.shape
+    tiles = picture.reshape(planes, height // side, side, width // side, side)
+    return tiles.transpose(1, 3, 0, 2, 4).reshape(-1, planes, side, side)
+
+
+def brightest_lux(camera: TrainingCamera, wavelength_nm: tuple[float, ...]) -> float:
+    """Return the largest illuminance, at most 100 lux, at which the camera measures an even grey:
+    a fixed exposure saturates.
+    """
+    weights = camera.plane_weights(wavelength_nm)
+    grey = weights.sum(1) / weights[-2].sum()  # of equal energy
+    side = 8 * camera.period
+    even = np.broadcast_to(grey[:-3, None, None], (len(grey) - 3, side, side))
+    lux = LUX[1]
+    while lux > LUX[0]:
+        samples = camera.shot(even * lux, wavelength_nm, seed=0)
+        if samples.valid.max(0).mean() >= MEASURED:
+            break
+        lux /= 2
+    return lux

@@ -1,0 +1,52 @@
+"""State of a training: all that is needed to go on after a kill, in one file.
+
+The file is replaced as a whole, so a kill leaves the old state or the new one.
+"""
+
+from __future__ import annotations
+
+import io
+import pickle
+from pathlib import Path
+from typing import Any
+
+from isethdr_core.errors import CatalogError
+
+from .files import write_file
+from .torch_library import torch
+
+
+def save_state(path: Path, state: dict[str, Any]) -> None:
+    """Write a state, as a whole or not at all.
+
+    Parameters
+    ----------
+    path : of the file; its folder is made.
+    state : tensors, numbers, texts, lists and dictionaries of them.
+
+    Raises
+    ------
+    CatalogError : it cannot be written, for example because the disk is full. The earlier state
+        is kept.
+    """
+    content = io.BytesIO()
+    torch.save(state, content)
+    write_file(path, content.getbuffer())
+
+
+def load_state(path: Path) -> dict[str, Any] | None:
+    """Return a stored state, tensors on the CPU; None if there is none.
+
+    Raises
+    ------
+    CatalogError : the file is damaged.
+    """
+    if not path.exists():
+        return None
+    try:
+        return torch.load(path, map_location="cpu", weights_only=True)
+    except (OSError, RuntimeError, ValueError, EOFError, pickle.UnpicklingError) as err:
+        raise CatalogError(
+            f"{path} is damaged ({str(err).splitlines()[0]}); expected the state of a training;"
+            " remove the file to begin again"
+        ) from None
