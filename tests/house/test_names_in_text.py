@@ -19,6 +19,9 @@ MADE_BY_READERS = {
     "accuracy.csv",
     "acme_mono/__init__.py",
     "acme_mono/sensor.py",
+    "card.md",
+    "card.yaml",
+    "curves.csv",
     "objects.csv",
     "scores.csv",
 }

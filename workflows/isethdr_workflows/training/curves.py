@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -34,9 +35,8 @@ def write_curves(folder: Path, history: Sequence[dict[str, Any]], titles: dict[s
 
 def draw(path: Path, history: Sequence[dict[str, Any]], titles: dict[str, str]) -> None:
     """Draw numbers against the step, one panel for each."""
-    from matplotlib.figure import Figure  # takes long to import
-
-    figure = Figure(figsize=(7, 2.4 * len(titles)), layout="constrained")
+    figure_class = import_module("matplotlib.figure").Figure  # takes long to import
+    figure = figure_class(figsize=(7, 2.4 * len(titles)), layout="constrained")
     panels = figure.subplots(len(titles), 1, sharex=True, squeeze=False)[:, 0]
     for panel, (key, title) in zip(panels, titles.items(), strict=True):
         known = [(row["step"], row[key]) for row in history if row.get(key) is not None]

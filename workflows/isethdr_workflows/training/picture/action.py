@@ -1,4 +1,7 @@
-"""What `isethdr train picture` does and prints. PyTorch is loaded after the settings are checked."""
+"""What `isethdr train picture` does and prints.
+
+PyTorch is loaded after the settings are checked.
+"""
 
 from __future__ import annotations
 

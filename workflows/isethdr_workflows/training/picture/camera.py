@@ -170,17 +170,17 @@ def camera_of(overrides: Sequence[str], captures: str = "merged") -> TrainingCam
     config = compose(list(overrides))
     if not config.get("sensor"):
         raise ConfigError(
-            "a network is trained for one sensor; the config has several cameras; type for example"
-            " sensor=typical_bayer"
+            "a network is trained for one sensor, and the config has several cameras; type for"
+            " example sensor=typical_bayer"
         )
     sensor = build_from_config("sensor", config.sensor)
     form = sensor.shot_form()
     letters = "".join(form.filters)
     if letters != letters.upper() or max(len(form.filters), len(form.filters[0])) > LARGEST_CELL:
         raise ConfigError(
-            f"the filter array {'/'.join(form.filters)} holds unequal pixels or a large cell; expected"
-            f" one of at most {LARGEST_CELL} x {LARGEST_CELL} capital letters; type for example"
-            " sensor=typical_bayer"
+            f"the filter array {'/'.join(form.filters)} holds unequal pixels or a large cell;"
+            f" expected one of at most {LARGEST_CELL} x {LARGEST_CELL} capital letters; type for"
+            " example sensor=typical_bayer"
         )
     typed = [o.partition("=")[2] for o in overrides if o.startswith("sensor=")]
     name = typed[-1] if typed else str(config.sensor.name)

@@ -1,4 +1,4 @@
-"""Training of a picture network: from nothing, on data of our own, to a model file with its card."""
+"""Training of a picture network: from nothing, on data of our own."""
 
 from __future__ import annotations
 
