@@ -9,6 +9,7 @@
 | `accuracy/`     | error against run time of any configuration, by its accuracy knobs          |
 | `conf/`         | presets                                                                     |
 | `dataset/`      | datasets of rendered scenes, drawn from a recipe: `isethdr dataset`         |
+| `detection/`    | which objects could be found at all, by each camera                         |
 | `export/`       | stored runs as files of other programs, `isethdr export`                    |
 | `emva1288/`     | simulated cameras measured by the machine vision standard                   |
 | `isp/`          | training of the learned demosaic                                            |
@@ -29,6 +30,7 @@ from .training.command import app as train
 # list[dict]
 STUDIES = {
     "accuracy": "accuracy:accuracy",
+    "detection": "detection.study:detection",
     "published_figures": "sensors.published_figures:published_figures",
     "emva1288": "emva1288.study:emva1288",
     "level_curves": "sensors.level_curves:level_curves",

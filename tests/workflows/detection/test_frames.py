@@ -1,0 +1,161 @@
+"""Frames of drawn clutter: windows, rings, and decisions counted against the stated ones."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from isethdr_workflows.detection.frame import Frame, Thing, cells, level_of, owners_of, pairs
+from isethdr_workflows.detection.observer import clutter, counting, difference, observing
+from isethdr_workflows.detection.observer.hotelling import detectability
+
+SHAPE = (40, 120)
+BOX = (16, 50, 10, 6)
+
+
+def thing(box=BOX, instance=1) -> Thing:
+    return Thing(instance, f"person {instance}", "person", 30.0, 2.0, False, box, 20.0)
+
+
+def frame(number: int, contrast: float = 3.0, spread: float = 1.0) -> Frame:
+    """Return two colours of smooth drawn clutter with a person in it."""
+    random = np.random.default_rng(number)
+    coarse = random.normal(0, spread, (2, SHAPE[0] // 4, SHAPE[1] // 4))
+    colours = 20 + np.kron(coarse, np.ones((4, 4)))
+    owners = np.zeros(SHAPE, np.int32)
+    top, left, height, width = BOX
+    owners[top : top + height, left : left + width] = 1
+    colours[:, owners == 1] += contrast
+    return Frame(number, f"road {number}", "night", colours, owners, (thing(),))
+
+
+def row_of(frame, thing, d, limit):
+    return observing.row(frame, thing, d, limit, observing.Beside("one", 1.0, math.nan))
+
+
+def test_cells_keep_noise_of_1_and_join_to_noise_of_1():
+    """Bayer: two greens count as one colour. 128 x 128 cells: a deviation is known to 0.6 %."""
+    noise = np.random.default_rng(0).normal(size=(256, 256))
+    filters = np.tile(np.array([[0, 1], [1, 2]], np.uint8), (128, 128))
+    colours = cells(noise, filters, (2, 2))
+    assert colours.shape == (3, 128, 128)
+    assert colours.std((1, 2)) == pytest.approx([1, 1, 1], abs=0.02)
+    assert pairs(colours).std((1, 2)) == pytest.approx([1, 1, 1], abs=0.04)
+
+
+def test_a_bicycle_belongs_to_its_rider_and_trees_to_nobody():
+    objects = [
+        {"instance": 1, "name": "bicycle 3", "category": "bicycle"},
+        {"instance": 2, "name": "rider of bicycle 3", "category": "person"},
+        {"instance": 3, "name": "tree 1", "category": "tree"},
+        {"instance": 4, "name": "bicycle 4", "category": "bicycle"},
+    ]
+    assert owners_of(np.array([[0, 1, 2, 3, 4]]), objects).tolist() == [[0, 2, 2, 0, 4]]
+
+
+def test_large_boxes_are_read_in_joined_cells():
+    assert [level_of((0, 0, h, 3)) for h in (3, 24, 25, 48, 96)] == [0, 0, 1, 1, 2]
+    size = clutter.size_of((10, 0, 96, 40))
+    assert size.level == 2 and size.height == pytest.approx(24, rel=0.1)
+
+
+def test_the_ring_fills_an_even_surround_exactly_and_leaves_all_else():
+    one = frame(1, spread=0.0)
+    own = one.mask(0, 1)
+    filled = difference.ring_filled(one.colours, own, own)
+    assert filled[:, own] == pytest.approx(20.0)
+    assert np.array_equal(filled[:, ~own], one.colours[:, ~own])
+    everyone = np.ones(SHAPE, bool)
+    assert difference.ring_filled(one.colours, own, everyone) is None
+
+
+def test_without_the_object_in_place_the_ring_and_a_bare_view_agree_on_an_even_road():
+    one = frame(1, spread=0.0)
+    bare = frame(1, contrast=0.0, spread=0.0)
+    size = clutter.size_of(BOX)
+    shape = clutter.shape_of(size, SHAPE[0], 3)
+    from_ring = difference.seen(one, thing(), size, shape, None)
+    from_bare = difference.seen(one, thing(), size, shape, bare)
+    assert from_ring.difference == pytest.approx(from_bare.difference, abs=1e-9)
+    assert np.linalg.norm(from_bare.difference) > 1
+
+
+def test_windows_hold_no_road_user_and_are_the_same_for_all_cameras():
+    one = frame(3)
+    size = clutter.size_of(BOX)
+    shape = clutter.shape_of(size, SHAPE[0], 3)
+    found = clutter.windows(one, size, shape, 30)
+    assert len(found) == 30
+    marked = Frame(3, "road 3", "night", (one.owners > 0)[None] * 1.0, one.owners, ())
+    at = clutter.windows(marked, size, shape, 30)  # another camera: the same places
+    top, left, height, width = shape.box
+    assert not at[:, 0, top : top + height, left : left + width].any()
+    full = Frame(3, "road 3", "night", one.colours, np.ones(SHAPE, np.int32), ())
+    assert len(clutter.windows(full, size, shape, 30)) == 0
+
+
+def test_clutter_is_that_of_other_roads():
+    frames = [frame(k) for k in range(4)]
+    made = clutter.Clutter(frames, 1, 12)
+    size = clutter.size_of(BOX)
+    outputs = [made.outputs(one, size) for one in frames]
+    moments = made.others(size, "road 2")
+    kept = np.concatenate([outputs[k] for k in (0, 1, 3)])
+    assert moments.count == len(kept)
+    assert clutter.covariance(moments) == pytest.approx(np.cov(kept.T))
+
+
+def test_counted_hits_and_false_alarms_are_those_stated():
+    """Normal clutter whose covariance is known: 4000 decisions of each kind agree with d' within
+    4 standard deviations of a binomial number, at 5 % of false alarms.
+    """
+    random = np.random.default_rng(11)
+    size = 8
+    factor = random.normal(size=(size, size)) / 2
+    spread = factor @ factor.T
+    noise = np.eye(size)
+    change = random.normal(size=size)
+    task = counting.Task(change, spread, np.full(size, 5.0), noise)
+    empty = 5.0 + random.normal(size=(8000, size)) @ factor.T
+    done = counting.counted(task, empty[4000:] + change, empty[:4000], 0.05, random)
+    d = detectability(change, spread, noise, 10**9).d
+    stated = float(counting.expected_share(np.array(d), 0.05))
+    assert 0.1 < stated < 0.95
+    for count, share in ((done.hits, stated), (done.false_alarms, 0.05)):
+        assert abs(count - 4000 * share) < 4 * math.sqrt(4000 * share * (1 - share))
+
+
+def test_on_drawn_roads_counting_agrees_with_the_observer():
+    """60 roads of one kind. Each object is one background, so hits of all objects together are
+    binomial with 60 objects: within 3 standard deviations of at most 0.065.
+    """
+    frames = [frame(k, contrast=1.2) for k in range(60)]
+    how = observing.Observer(order=2, windows=24)
+    rows, check = observing.observed(frames, how, row_of, observing.places_of(frames))
+    assert len(rows) == check.objects == 60
+    assert all(row.d <= row.noise_only for row in rows)
+    stated = check.expected / check.trials
+    assert 0.1 < stated < 0.95
+    assert abs(check.hits / check.trials - stated) < 3 * 0.065
+    # 60 roads x 24 windows, those of a road are alike: within 0.05 +- 0.03
+    assert check.false_alarms / check.places == pytest.approx(0.05, abs=0.03)
+
+
+def test_with_two_roads_and_few_windows_nothing_is_claimed():
+    rows, check = observing.observed(
+        [frame(0), frame(1)], observing.Observer(windows=8), row_of, {"person": 1000.0}
+    )
+    assert check.objects == 0 and all(math.isnan(row.found) for row in rows)
+
+
+def test_a_bare_view_takes_the_place_of_the_ring():
+    frames = [frame(k, contrast=0.8) for k in range(20)]
+    bare = {k: frame(k, contrast=0.0) for k in range(20)}
+    how = observing.Observer(order=1, windows=24)
+    places = observing.places_of(frames)
+    honest, _ = observing.observed(frames, how, row_of, places, bare)
+    cheap, _ = observing.observed(frames, how, row_of, places)
+    # the change is the same on all roads where it is known, and differs where the ring guesses
+    assert np.std([row.noise_only for row in honest]) < 1e-6
+    assert np.std([row.noise_only for row in cheap]) > 0.1

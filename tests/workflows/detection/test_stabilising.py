@@ -1,0 +1,65 @@
+"""Stabilised values have a noise of 1, whatever the captures, and saturate where all do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_workflows.detection.stabilising import Reading, Readings, Stabiliser, information
+
+WELL_E = 20_000.0
+
+
+def reading(charge=0, read=2.0, top=WELL_E, sensitivity=1.0, **more) -> Reading:
+    fields = {"dark_e": 0.5, "prnu": 0.0} | more
+    return Reading(charge, fields["dark_e"], read**2, top, fields["prnu"], np.array([sensitivity]))
+
+
+def test_one_capture_has_the_closed_form():
+    """I = 1 / (s + dark + read^2): the integral is 2 sqrt(s + dark + read^2) less its start.
+    Tables of 60 points a decade are within 1e-3.
+    """
+    level = np.array([0.01, 1.0, 30.0, 1000.0])
+    made = Stabiliser(Readings((reading(),)), 5000.0)
+    floor = 0.5 + 4.0
+    expected = 2 * (np.sqrt(level + floor) - np.sqrt(floor))
+    assert made(level, 0) == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("mean_e", [20.0, 300.0, 5000.0])
+def test_the_noise_of_a_stabilised_value_is_1(mean_e):
+    """40 000 pixels: the standard error of a deviation is 0.35 %; 2 % covers the curvature of the
+    function at 20 e.
+    """
+    random = np.random.default_rng(2)
+    made = Stabiliser(Readings((reading(),)), 2 * WELL_E)
+    counts = random.poisson(mean_e + 0.5, 40_000) - 0.5 + random.normal(0, 2.0, 40_000)
+    assert made(counts, 0).std() == pytest.approx(1.0, abs=0.02)
+
+
+def test_charges_add_their_information_and_reads_of_one_charge_share_the_shot_noise():
+    level = np.array([100.0])
+    one = information(Readings((reading(),)), 0, level)
+    twice = information(Readings((reading(), reading())), 0, level)
+    apart = information(Readings((reading(), reading(charge=1))), 0, level)
+    assert apart == pytest.approx(2 * one)
+    assert twice == pytest.approx(1 / (level + 0.5 + 2.0))  # read variance 4 / 2
+
+
+def test_beyond_all_tops_nothing_is_told_apart_and_a_small_photodiode_goes_on():
+    long = reading()
+    short = reading(charge=1, sensitivity=0.01, top=7900.0)
+    alone = Stabiliser(Readings((long,)), 1e7)
+    both = Stabiliser(Readings((long, short)), 1e7)
+    bright = np.array([5e4, 2e5])
+    assert np.ptp(alone(bright, 0)) == pytest.approx(0.0, abs=1e-6)
+    # sqrt(0.01) of the large photodiode's difference of 2 sqrt(s)
+    assert np.ptp(both(bright, 0)) == pytest.approx(0.2 * np.ptp(np.sqrt(bright)), rel=0.02)
+
+
+def test_response_nonuniformity_ends_the_growth():
+    """With a PRNU of 1 % the signal to noise ratio of a pixel stays below 100."""
+    level = np.array([1e4, 1e6])
+    made = Readings((reading(prnu=0.01, top=1e9),))
+    snr = level * np.sqrt(information(made, 0, level))
+    assert snr[0] == pytest.approx(1 / np.sqrt(1e-4 + 1e-4), rel=0.01)
+    assert snr[1] == pytest.approx(100, rel=0.01)

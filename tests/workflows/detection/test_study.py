@@ -1,0 +1,156 @@
+"""The study from the command: bad input ends it before any work, and a tiny dataset goes through."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from isethdr_workflows.dataset.generate import Generated, Request, generate
+from isethdr_workflows.dataset.record import Definition, SceneRecord, folder_of
+from isethdr_workflows.detection.imaging import camera_names, overrides_of
+from isethdr_workflows.detection.questions import QUESTIONS
+from isethdr_workflows.detection.study import chosen, detection
+from isethdr_workflows.study_command import run_study
+
+from isethdr_core.conformance.renderer import world
+from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.quantities import centres, scene_radiance
+
+RECIPE = """
+about: Persons before drawn clutter.
+families:
+  plain: {overrides: [scene=drawn_world, renderer=drawn, lighting=day]}
+splits: {train: 1}
+"""
+
+
+def dataset(*objects) -> Generated:
+    definition = Definition("mine", 0, 1, "r", "", (), {}, "")
+    record = SceneRecord(0, "plain", "plain-1", (), stores=("a-b",), objects=objects)
+    return Generated(definition, {0: record})
+
+
+def test_a_dataset_without_objects_is_refused():
+    tree = {"instance": 1, "name": "tree 1", "category": "tree"}
+    for made in (dataset(), dataset(tree)):
+        with pytest.raises(ConfigError, match="'mine' has no car, truck, person.*type for example"):
+            chosen(made, QUESTIONS[""])
+    car = {"instance": 1, "name": "car 1", "category": "car"}
+    assert len(chosen(dataset(car), QUESTIONS[""])) == 1
+    with pytest.raises(ConfigError, match="has no person in 1 scenes"):
+        chosen(dataset(car), QUESTIONS["dark"])
+
+
+def test_a_dataset_without_scenes_is_refused():
+    empty = Generated(dataset().definition, {})
+    with pytest.raises(ConfigError, match="has no scene yet.*isethdr dataset generate mine"):
+        chosen(empty, QUESTIONS[""])
+
+
+def test_an_unknown_camera_is_named_before_any_work():
+    with pytest.raises(ConfigError, match="no camera 'rgbx'.*rgbw.*type for example cameras="):
+        overrides_of(camera_names("bayer,rgbx"))
+    with pytest.raises(ConfigError, match="cameras is empty"):
+        camera_names(" , ")
+    assert overrides_of(camera_names("bayer:HCG,typical_rgbw")) == [
+        "+sensor@cameras.typical_rgbw=typical_rgbw"
+    ]
+
+
+def test_mistakes_in_settings_are_named():
+    with pytest.raises(ConfigError, match="dataset is empty.*type for example"):
+        detection()
+    with pytest.raises(CatalogError, match="no dataset 'nowhere'"):
+        detection(dataset="nowhere")
+    for settings in ({"false_alarms": 0.0}, {"order": 9}, {"windows": 1}):
+        with pytest.raises(ConfigError, match="expected false alarms a picture above 0"):
+            detection(dataset="nowhere", **settings)
+
+
+@dataclass(frozen=True)
+class DrawnWorld:
+    """A world that only its seed tells from others."""
+
+    seed: int = 0
+
+    def __call__(self):
+        """Return the kit's road, lamp and sky; the lamp's intensity is the seed."""
+        return world(intensity_cd=1.0 + self.seed % 1000)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Give each tile a level drawn from the lamp's intensity, and stand a person there."""
+
+    def __call__(self, description, demand):
+        """Return 60 x 36 tiles in 7 bands with all labels."""
+        groups = description.light_groups()
+        lamps = (part.lamp for model in description.models.values() for part in model.parts)
+        seed = int(next(lamp.intensity_cd for lamp in lamps if lamp is not None))
+        shape = (36, 60)
+        level = np.exp(np.random.default_rng(seed).normal(0, 0.3, shape)) * 1e-4
+        instance = np.zeros(shape, np.uint32)
+        instance[12:24, 27:33] = 1
+        level[instance == 1] *= 3
+        radiance = np.ones((len(groups), 7, 1, 1)) * level
+        ds = scene_radiance(
+            radiance,
+            groups,
+            np.linspace(400, 700, 7),
+            centres(60, 0.6),
+            centres(36, 0.36),
+            instance=instance,
+            category=instance.astype(np.uint16),
+            depth=np.full(shape, 20.0, np.float32),
+            distance=np.full(shape, 21.0, np.float32),
+            normal=np.zeros((*shape, 3), np.float32),
+        )
+        person = {"instance": 1, "category": "person", "name": "person", "box": [27, 12, 6, 12]}
+        lit = {"illuminance_lx": dict.fromkeys(groups, 10.0)}
+        ds.attrs["objects"] = [person | lit | {"visible_fraction": 1.0, "distance_m": 40.0}]
+        ds.attrs["noise"] = dict.fromkeys(groups, 0.01)
+        return ds
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("question", "cameras"),
+    [("", "bayer,split_pixel,split_pixel:LPLG"), ("filters", ""), ("dark", "bayer,rgbw")],
+)
+def test_a_tiny_dataset_goes_through(offer, tmp_path, monkeypatch, question, cameras):
+    """Five roads. A person three times as bright as clutter of 30 % is found by daylight; less
+    light lowers what noise alone allows.
+    """
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "home"))
+    offer("scene", "drawn_world", DrawnWorld)
+    offer("renderer", "drawn", Drawn)
+    recipe = tmp_path / "recipe.yaml"
+    recipe.write_text(RECIPE)
+    generate(Request("tiny", count=5, seed=3, recipe=str(recipe)), lambda text: None)
+    plain = ["lens=ideal", "~flare.dirt", "~versions"]
+    settings = ["dataset=tiny", "order=1", f"question={question}", *plain]
+    rows = run_study("detection", settings + ([f"cameras={cameras}"] if cameras else []))
+    folder = folder_of("tiny")
+    stem = f"detection_{question}" if question else "detection"
+    for name in (f"{stem}.html", f"{stem}.md", f"{stem}.csv", f"{stem}_objects.csv"):
+        assert (folder / name).stat().st_size > 100
+    objects = list(csv.DictReader((folder / f"{stem}_objects.csv").open()))
+    assert {row["kind"] for row in objects} == {"person"}
+    if not question:
+        whole = [row for row in rows if row["table"] == "all"]
+        assert [row["camera"] for row in whole] == cameras.split(",")
+        assert all(row["objects"] == 5 and 0.5 < row["found"] <= 1 for row in whole)
+        assert all(row["found"] <= row["noise_only"] for row in whole)
+        assert [math.isnan(row["contrast_transfer"]) for row in whole] == [False, False, True]
+        return
+    assert {row["camera"] for row in rows} == {row["camera"] for row in objects}
+    for camera in {row["camera"] for row in objects}:
+        alone: dict[float, list[float]] = {}
+        for row in objects:
+            if row["camera"] == camera:
+                alone.setdefault(float(row["level"]), []).append(float(row["noise_only"]))
+        d = [np.mean(alone[level]) for level in sorted(alone)]
+        assert d[0] < 0.5 * max(d) and np.all(np.diff(d[:4]) > 0)  # exposure is at its limit there

@@ -1,0 +1,144 @@
+"""Tables, curves and the number of roads follow their closed forms; the page needs no network."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from isethdr_workflows.detection.levels import at_levels, crossing
+from isethdr_workflows.detection.observer.observing import Check, Observer
+from isethdr_workflows.detection.page import markdown, means_csv, objects_csv, page
+from isethdr_workflows.detection.questions import QUESTIONS, question_of
+from isethdr_workflows.detection.results import CurvePoint, Results
+from isethdr_workflows.detection.tables import Found, lines, roads_needed
+from scipy.stats import norm
+
+from isethdr_core.errors import ConfigError
+
+
+def found(scene, camera, value, **more) -> Found:
+    fields = {
+        "scene": scene,
+        "road": f"road {scene}",
+        "camera": camera,
+        "condition": "night",
+        "level": 1.0,
+        "instance": 1,
+        "name": "person 1",
+        "kind": "person",
+        "distance_m": 40.0,
+        "height_px": 30.0,
+        "illuminance_lx": 2.0,
+        "near_lamp": False,
+        "d": 4.0,
+        "noise_only": 9.0,
+        "found": value,
+        "found_noise_only": 1.0,
+        "transfer": 0.8,
+    }
+    return Found(**fields | more)
+
+
+def rows(one, two):
+    return [found(k, c, v) for c, values in (("a", one), ("b", two)) for k, v in enumerate(values)]
+
+
+def results(cells) -> Results:
+    return Results(
+        dataset="drawn",
+        question="",
+        asked=QUESTIONS[""],
+        how=Observer(),
+        cameras=("a", "b"),
+        overrides=("lens=ideal",),
+        rows=tuple(cells),
+        checks={"a": Check(9, 10, 8.5, 1, 1, 20)},
+    )
+
+
+def test_roads_needed_for_a_difference_follow_the_variance_over_roads():
+    """One object a road: (1.96 + 0.84)^2 variance / difference^2, of the difference if paired, of
+    both cameras if not.
+    """
+    one = np.array([0.1, 0.5, 0.9, 0.3, 0.7])
+    two = one + np.array([0.02, 0.05, 0.01, 0.03, 0.04])
+    [needed] = roads_needed(rows(one, two), told=0.02)
+    factor = (norm.ppf(0.975) + norm.ppf(0.8)) ** 2 / 0.02**2
+    assert needed.paired == pytest.approx(factor * np.var(two - one, ddof=1))
+    both = np.var(one, ddof=1) + np.var(two, ddof=1)
+    assert needed.unpaired == pytest.approx(factor * both)
+
+
+def test_fewer_than_three_roads_have_no_interval():
+    two = lines(rows([0.2, 0.6], [0.3, 0.5]))[0]
+    assert two.means[0].value == pytest.approx(0.4) and math.isnan(two.means[0].low)
+    assert math.isnan(two.differences[0].low)
+    three = lines(rows([0.2, 0.6, 0.4], [0.3, 0.5, 0.4]))[0]
+    assert math.isfinite(three.means[0].low) and math.isfinite(three.differences[0].low)
+    assert math.isnan(roads_needed(rows([0.2, 0.6], [0.3, 0.5]))[0].paired)
+
+
+def test_every_object_is_in_one_row_of_each_table():
+    cells = rows([0.2, 0.6, 0.4], [0.3, 0.5, 0.4])
+    cells += [
+        found(1, c, 0.9, instance=2, kind="car", distance_m=9.0, near_lamp=True) for c in "ab"
+    ]
+    cells += [found(1, c, math.nan, instance=3, d=math.nan) for c in "ab"]
+    counts: dict[str, int] = {}
+    for line in lines(cells):
+        counts[line.table] = counts.get(line.table, 0) + line.objects
+    assert set(counts.values()) == {4}
+
+
+def test_a_crossing_is_where_the_mean_crosses_and_its_interval_holds_it():
+    """Objects found above 0.1 lux more or less: a ramp of the logarithm, moved by road."""
+    levels = [0.01, 0.1, 1.0]
+    shifts = np.linspace(-0.4, 0.4, 9)
+    values = np.array([0.5 + 0.5 * (np.log10(levels) + 1 + s) for s in shifts])
+    roads = [f"road {k}" for k in range(9)]
+    middle = crossing(levels, values, roads, 0.5)
+    assert middle.level == pytest.approx(0.1)
+    # the standard error of the mean shift is std / 3 of a decade
+    half = 1.96 * shifts.std() / 3
+    assert np.log10(middle.high) + 1 == pytest.approx(half, rel=0.2)
+    assert np.log10(middle.low) + 1 == pytest.approx(-half, rel=0.2)
+    assert math.isnan(crossing(levels, values, ["one"] * 9, 0.5).low)
+    assert math.isnan(crossing(levels, values + 5, roads, 0.5).level)
+
+
+def test_values_between_levels_are_linear_in_the_logarithm():
+    known = [(1.0, 0.2), (0.01, 0.0)]
+    assert at_levels(known, [0.1, 1.0]) == pytest.approx([0.1, 0.2])
+    assert np.isnan(at_levels(known, [2.0, 0.001])).all()
+
+
+def test_the_page_and_the_tables_name_everything():
+    cells = results(rows([0.2, 0.6, 0.4], [0.3, 0.5, 0.4]))
+    tables = lines(cells.rows)
+    text = page(cells, tables)
+    assert "src=" not in text and "<script" not in text and "no interval" not in text
+    assert "lens=ideal" in text and "noise alone" in text.lower()
+    assert "| class: person | 3 | 0.4 (" in markdown(cells, tables)
+    sheet = list(csv.reader(means_csv(cells, tables).splitlines()))
+    assert len({len(line) for line in sheet}) == 1 and len(sheet) == 1 + 2 * len(tables)
+    assert len(objects_csv(cells.rows).splitlines()) == 7
+    two = results(rows([0.2, 0.6], [0.3, 0.5]))
+    assert "2 roads give no interval" in page(two, lines(two.rows)).replace("\n", " ")
+
+
+def test_a_curve_is_drawn_with_its_crossing():
+    asked = replace(QUESTIONS["dark"], levels=(0.1, 1.0))
+    points = [CurvePoint(c, x, x / 2, 0.0, x, 3, 3) for c in "ab" for x in (0.1, 1.0)]
+    both = crossing((0.1, 1.0), np.array([[0.2, 0.8]] * 3), ["1", "2", "3"], 0.5)
+    cells = replace(results([]), asked=asked, curve=tuple(points), crossings={"a": both})
+    assert "polyline" in page(cells, []) and "0.316 (0.316 to 0.316)" in page(cells, [])
+    assert "| 0.1 | 3 | 0.05 (0 to 0.1) |" in markdown(cells, [])
+    assert "crossing,level,a,,,0.3162" in means_csv(cells, [])
+
+
+def test_questions_are_told_apart():
+    with pytest.raises(ConfigError, match="no question 'capture'.*captures.*type for example"):
+        question_of("capture")

@@ -1,0 +1,15 @@
+"""Which objects could be found at all, by each camera: `isethdr study detection`.
+
+| module        | what                                                                          |
+|---------------|-------------------------------------------------------------------------------|
+| `frame`       | one scene as one camera shows it: stabilised colours, objects                 |
+| `imaging`     | scenes of a dataset through the cameras: light, exposures, frames             |
+| `levels`      | curves against the level of light, and where they cross                       |
+| `page`        | the page, the CSV files and the Markdown table of a study                     |
+| `questions`   | presets of a study: cameras, light levels, overrides                          |
+| `results`     | all that a study found                                                        |
+| `stabilising` | the function of mean electrons whose noise is 1, from a camera's captures     |
+| `study`       | the study: all objects, all cameras, all light levels                         |
+| `tables`      | objects found by class, distance, size, illuminance, lamp; roads needed       |
+| `observer/`   | the channelised Hotelling observer                                            |
+"""

@@ -1,0 +1,166 @@
+"""One scene as one camera shows it: stabilised colours in cells of the filter array, and objects.
+
+A cell is one period of the filter array. Per colour it holds the mean of its pixels' stabilised
+values times the square root of their number, so that the noise of a cell is 1. Larger objects are
+read in joined cells, 2 x 2, 4 x 4, ..., whose noise is 1 again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import find_objects
+
+MOST_CELLS = 24  # of a box along its longer side, before cells are joined
+CLASSES = {
+    "car": ("car",),
+    "truck": ("truck", "bus"),
+    "person": ("person",),
+    "rider": (),
+    "animal": ("cat", "dog", "horse", "sheep", "cow", "deer", "boar", "fox"),
+}
+ROAD_USERS = tuple(name for names in CLASSES.values() for name in names)
+OTHER_USERS = ("bicycle", "motorcycle")
+RIDER = "rider of "  # before the name of a bicycle: how its rider is called
+
+
+@dataclass(frozen=True)
+class Thing:
+    """An object of one of the five classes in a frame.
+
+    Parameters
+    ----------
+    box : (top, left, height, width) of its visible part, in cells.
+    height_px : of its visible part, pixels.
+    illuminance_lx : vertical, towards the camera; NaN where it is not known.
+    near_lamp : whether a lamp shines within 3 degrees of its middle.
+    """
+
+    instance: int
+    name: str
+    kind: str
+    distance_m: float
+    illuminance_lx: float
+    near_lamp: bool
+    box: tuple[int, int, int, int]
+    height_px: float
+
+
+@dataclass(eq=False)
+class Frame:
+    """One scene through one camera at one level of light.
+
+    Parameters
+    ----------
+    colours : (colour, y, x) stabilised cells, noise 1.
+    owners : (y, x) instance number of the road user in each cell, 0 for none.
+    """
+
+    number: int
+    road: str
+    condition: str
+    colours: np.ndarray
+    owners: np.ndarray
+    things: tuple[Thing, ...]
+    _joined: dict[int, np.ndarray] = field(default_factory=dict)
+    _sums: dict[int, np.ndarray] = field(default_factory=dict)
+
+    def joined(self, level: int) -> np.ndarray:
+        """Return the colours in cells of 2^level x 2^level cells, noise 1."""
+        if level not in self._joined:
+            self._joined[level] = self.colours if level == 0 else pairs(self.joined(level - 1))
+        return self._joined[level]
+
+    def mask(self, level: int, instance: int = 0) -> np.ndarray:
+        """Return the joined cells (y, x) that hold a road user, or the object `instance`."""
+        own = self.owners == instance if instance else self.owners > 0
+        for _ in range(level):
+            rows, columns = (size // 2 * 2 for size in own.shape)
+            even = own[:rows, :columns]
+            own = even[::2, ::2] | even[1::2, ::2] | even[::2, 1::2] | even[1::2, 1::2]
+        return own
+
+    def used(self, level: int) -> np.ndarray:
+        """Return the running sums (y + 1, x + 1) of the cells that hold a road user."""
+        if level not in self._sums:
+            sums = self.mask(level).astype(np.int32).cumsum(0).cumsum(1)
+            self._sums[level] = np.pad(sums, ((1, 0), (1, 0)))
+        return self._sums[level]
+
+
+def pairs(colours: np.ndarray) -> np.ndarray:
+    """Return sums over 2 x 2 cells, divided by 2: independent noise of 1 stays 1."""
+    rows, columns = (size // 2 * 2 for size in colours.shape[1:])
+    even = colours[:, :rows, :columns]
+    return (even[:, ::2, ::2] + even[:, 1::2, ::2] + even[:, ::2, 1::2] + even[:, 1::2, 1::2]) / 2
+
+
+def cells(values: np.ndarray, filters: np.ndarray, period: tuple[int, int]) -> np.ndarray:
+    """Return the colours (colour, y, x) of the cells of a mosaic.
+
+    Parameters
+    ----------
+    values : (y, x) stabilised pixels.
+    filters : (y, x) channel of each pixel.
+    period : rows and columns of a cell.
+    """
+    rows, columns = period
+    height, width = (size // side for size, side in zip(values.shape, period, strict=True))
+    blocks = values[: height * rows, : width * columns].reshape(height, rows, width, columns)
+    cell = filters[:rows, :columns]
+    out = []
+    for channel in np.unique(cell):
+        own = (cell == channel)[None, :, None, :]
+        out.append((blocks * own).sum((1, 3)) / np.sqrt((cell == channel).sum()))
+    return np.stack(out)
+
+
+def owners_of(instance: np.ndarray, objects: Sequence[Mapping[str, Any]]) -> np.ndarray:
+    """Return the number (y, x) of the road user in each pixel, 0 for none.
+
+    A bicycle with a rider counts as part of its rider.
+
+    Parameters
+    ----------
+    instance : (y, x) labels.
+    objects : table of objects.
+    """
+    by_name = {str(row["name"]): int(row["instance"]) for row in objects}
+    table = np.zeros(int(instance.max(initial=0)) + 1, np.int32)
+    for row in objects:
+        number = int(row["instance"])
+        if number >= len(table) or row["category"] not in (*ROAD_USERS, *OTHER_USERS):
+            continue
+        table[number] = by_name.get(RIDER + str(row["name"]), number)
+    return table[instance]
+
+
+def kind_of(row: Mapping[str, Any]) -> str:
+    """Return the class of an object; empty where it is none of the five."""
+    if str(row["name"]).startswith(RIDER):
+        return "rider"
+    return next((kind for kind, of in CLASSES.items() if row["category"] in of), "")
+
+
+def boxes(owners: np.ndarray) -> dict[int, tuple[int, int, int, int]]:
+    """Return {number: (top, left, height, width)} of the visible part of each road user."""
+    numbers, rank = np.unique(owners.ravel(), return_inverse=True)
+    found = find_objects(rank.reshape(owners.shape) + 1)
+    return {
+        int(number): (
+            window[0].start,
+            window[1].start,
+            window[0].stop - window[0].start,
+            window[1].stop - window[1].start,
+        )
+        for number, window in zip(numbers, found, strict=True)
+        if number
+    }
+
+
+def level_of(box: tuple[int, int, int, int]) -> int:
+    """Return how often cells are joined for a box, so that it is at most `MOST_CELLS` long."""
+    return max(0, int(np.ceil(np.log2(max(box[2:]) / MOST_CELLS))))

@@ -1,0 +1,325 @@
+"""Scenes of a dataset through the cameras: light, exposures, and the frames that the observer sees.
+
+Light on the sensor plane is kept in the cache of intermediate results, so the next study of the
+same scenes and lens reads it. Mean electrons follow the light in proportion: other levels of light
+cost no imaging.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from isethdr_isp.demosaic.interpolation import array_period
+from isethdr_sensors.imaging_sensor import ImagingSensor
+from isethdr_sensors.timing.auto_exposure import settle
+
+from isethdr_core import generator
+from isethdr_core.config.composition import compose
+from isethdr_core.data.quantities import tristimulus
+from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.pipeline.chain import Chain, chain, imaging, plan, stage
+from isethdr_core.pipeline.imaging_plan import labelled
+from isethdr_core.pipeline.shot import CameraShot, LightNames, Shot, developed
+from isethdr_core.plugins.presets import presets
+from isethdr_core.runs.result_names import of_light, of_mixed, of_radiance
+from isethdr_core.runs.reuse import Kept, Reuse, cache_bytes
+from isethdr_core.storage import store
+from isethdr_core.truth import labels_on, truth
+from isethdr_core.uncertainty.ledger import Ledger
+
+from ..dataset.record import SceneRecord
+from ..dataset.summary import illuminance
+from .frame import Frame, Thing, boxes, cells, kind_of, owners_of
+from .stabilising import Stabiliser, readings
+
+SIDE = 8  # pixels of the crop that states a camera's exposure
+LAMP_CD_M2 = 1000.0  # a lamp that shines into the camera
+LAMP_DEG = 3.0
+TRANSFER = "detection"  # key of the metric in the config
+OWN = ("report=false",)
+
+
+class CameraName(NamedTuple):
+    """A camera as it is typed: `split_pixel` or `split_pixel:LPLG+SPLG`."""
+
+    text: str
+    sensor: str
+    captures: tuple[str, ...]
+
+
+@dataclass(eq=False)
+class Prepared:
+    """A scene under one lighting, imaged by the lens."""
+
+    record: SceneRecord
+    condition: str
+    built: Chain
+    scene: xr.Dataset
+    light: xr.DataArray
+    mean_lux: float  # on the sensor
+    weights: Mapping[str, float]  # of the light groups
+    near_lamp: frozenset[int]  # instances with a lamp within 3 degrees
+    transfer: dict[str, dict[str, float]] = field(default_factory=dict)  # {camera: {object: score}}
+
+
+def camera_names(text: str) -> list[CameraName]:
+    """Return the cameras that a setting names, separated by commas.
+
+    Raises
+    ------
+    ConfigError : there is none.
+    """
+    found = []
+    for part in filter(None, (name.strip() for name in text.split(","))):
+        sensor, _, captures = part.partition(":")
+        found.append(CameraName(part, sensor, tuple(filter(None, captures.split("+")))))
+    if not found:
+        raise ConfigError(
+            "cameras is empty; expected names of cameras; type for example"
+            " cameras=bayer,split_pixel,rgbw"
+        )
+    return found
+
+
+def overrides_of(cameras: Sequence[CameraName]) -> list[str]:
+    """Return the overrides that add the cameras which the main config lacks.
+
+    Raises
+    ------
+    ConfigError : a name is neither a camera of the config nor a preset of a sensor.
+    """
+    own = list(compose([]).cameras)
+    known = [*own, *presets("sensor")]
+    overrides = []
+    for name in dict.fromkeys(camera.sensor for camera in cameras):
+        if name not in known:
+            raise ConfigError(
+                f"there is no camera {name!r}{did_you_mean(name, known)}; expected one of"
+                f" {', '.join(known)}; type for example cameras=bayer,split_pixel"
+            )
+        if name not in own:
+            overrides.append(f"+sensor@cameras.{name}={name}")
+    return overrides
+
+
+def prepared(record: SceneRecord, overrides: Sequence[str], transfer: Sequence[str]) -> Prepared:
+    """Return a stored scene, imaged by the lens of its config.
+
+    Parameters
+    ----------
+    record : of the scene; its radiance is stored.
+    overrides : of all scenes, after its own.
+    transfer : cameras whose contrast transfer accuracy is wanted too.
+    """
+    config = compose([*record.overrides, *OWN, *overrides])
+    built = chain(config)
+    rows = Ledger()
+    demand = plan(built, rows).with_labels("instance")
+    scene = store.open_scene(record.stores[0])
+    mixed = built.lighting(scene)
+    radiance = of_radiance(built.scene, list(record.stores), demand)
+    of_main = of_mixed(radiance, built.lighting)
+    names = LightNames(radiance, of_main, of_light(of_main, built, demand, mixed))
+    reuse = Reuse.below(cache_bytes(config))
+    imaged = imaging(built, labelled(built.lens, mixed, scene), demand)
+    light = stage(
+        rows, "lens", config.lens.name, built.lens, imaged.light, Kept(reuse, names.light)
+    )
+    xyz = tristimulus(mixed)
+    luminance = xyz.xyz.values[..., 1].astype(float)
+    within = inside(scene)
+    ready = Prepared(
+        record=record,
+        condition=condition_of(config),
+        built=built,
+        scene=scene.drop_vars("radiance"),
+        light=light,
+        mean_lux=float(luminance[within].mean()) * float(light.attrs["throughput_sr"]),
+        weights=dict(mixed.attrs["weights"]),
+        near_lamp=near_lamps(scene, luminance),
+    )
+    shot = Shot(light, mixed, scene, generator(scene=record.road), imaged, reuse, names)
+    for name in transfer:
+        ready.transfer[name] = transfer_accuracy(built, rows, name, shot)
+    return ready
+
+
+def condition_of(config: Any) -> str:
+    """Return the kind of light of a composed config: night, dusk, day, tunnel."""
+    choices = config.get("choices") or {}
+    return str(choices.get("lighting") or config.lighting.name).split("_")[0]
+
+
+def inside(scene: xr.Dataset) -> tuple[slice, slice]:
+    """Return rows and columns of the camera's field."""
+    cuts = []
+    for dim, full in (("y", "field_height"), ("x", "field_width")):
+        kept = np.flatnonzero(np.abs(scene[dim].values) <= scene.attrs[full] / 2)
+        cuts.append(slice(int(kept[0]), int(kept[-1]) + 1))
+    return cuts[0], cuts[1]
+
+
+def near_lamps(scene: xr.Dataset, luminance: np.ndarray) -> frozenset[int]:
+    """Return the instances with a lamp of 1000 cd/m2 or more within 3 degrees of their middle.
+
+    Parameters
+    ----------
+    luminance : (y, x) of the tiles, cd/m2.
+    """
+    instance = scene["instance"].values
+    lamps = {int(lamp["instance"]) for lamp in scene.attrs.get("lamps", [])}
+    shines = (luminance >= LAMP_CD_M2) & np.isin(instance, list(lamps))
+    y, x = np.meshgrid(scene.y.values, scene.x.values, indexing="ij")
+    rays = np.stack([x, y, np.ones_like(x)], -1)
+    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    bright = rays[shines]
+    of = instance[shines]
+    near = set()
+    for row in scene.attrs.get("objects", []):
+        number = int(row["instance"])
+        own = instance == number
+        if kind_of(row) and own.any() and len(bright):
+            cosines = bright[of != number] @ rays[own].mean(0)
+            if cosines.size and cosines.max() >= np.cos(np.radians(LAMP_DEG)):
+                near.add(number)
+    return frozenset(near)
+
+
+def transfer_accuracy(built: Chain, rows: Ledger, name: str, shot: Shot) -> dict[str, float]:
+    """Return the contrast transfer accuracy of each object, as `contrast_detection` defines it.
+
+    Parameters
+    ----------
+    name : of the camera. `shot` : the light on it.
+    """
+    metric = built.metrics.get(TRANSFER)
+    if metric is None:
+        return {}
+    camera = CameraShot(shot, built.cameras[name], built.isp)
+
+    def scores() -> list[Any]:
+        captures = camera.sensor(shot.light, shot.generator)
+        picture = developed(built.isp, captures)
+        return metric(picture, truth(shot.mixed, picture), labels_on(shot.scene, picture))
+
+    found = stage(rows, "metric", TRANSFER, metric, scores, camera.kept_scores(metric))
+    return {score.object: float(score.value) for score in found if score.object}
+
+
+@dataclass(eq=False)
+class View:
+    """A scene through one camera, before a level of light is chosen."""
+
+    prepared: Prepared
+    sensor: Any
+    captures: tuple[str, ...]
+    light_e: np.ndarray  # (capture, y, x) electrons of light at the sensor's own exposure
+    dark_e: np.ndarray  # (capture,) electrons of dark charge at that exposure
+    owners: np.ndarray  # (y, x) of pixels
+    objects: list[dict[str, Any]]
+
+    def frame(self, factor: float) -> Frame:
+        """Return what the camera shows with all light times `factor`, at the exposure that it then
+        chooses.
+        """
+        ready = self.prepared
+        few = exposed(self.sensor, scaled(ready.light, factor))
+        stated = readings(few, self.captures)
+        names = [str(name) for name in few["capture"].values]
+        used = [k for k, name in enumerate(names) if not self.captures or name in self.captures]
+        sensitivities = [reading.sensitivity.sum() for reading in stated.captures]
+        best = used[int(np.argmax(sensitivities))]
+        own_dark = self.dark_e[best]
+        share = (
+            float(few["dark_e"].values[best]) / own_dark
+            if own_dark > 0
+            else float(few["exposure_s"].values[best]) / self.sensor.exposure_s
+        )
+        light_e = self.light_e[best] * (factor * share)
+        period = array_period(few["filter"].values)
+        cell = few["filter"].values[: period[0], : period[1]]
+        repeats = [-(-size // side) for size, side in zip(light_e.shape, period, strict=True)]
+        filters = np.tile(cell, repeats)[: light_e.shape[0], : light_e.shape[1]]
+        stabiliser = Stabiliser(stated, float(light_e.max()))
+        values = np.zeros(light_e.shape)
+        for channel in np.unique(cell):
+            own = filters == channel
+            values[own] = stabiliser(light_e[own], int(channel))
+        owners = self.owners[:: period[0], :: period[1]]
+        colours = cells(values, filters, period)
+        owners = owners[: colours.shape[1], : colours.shape[2]]
+        return Frame(
+            number=ready.record.number,
+            road=ready.record.road,
+            condition=ready.condition,
+            colours=colours.astype(np.float32),
+            owners=owners,
+            things=tuple(self._things(owners, factor, period[0])),
+        )
+
+    def _things(self, owners: np.ndarray, factor: float, pixels: int) -> list[Thing]:
+        found = boxes(owners)
+        ready = self.prepared
+        things = []
+        for row in self.objects:
+            kind = kind_of(row)
+            box = found.get(int(row["instance"]))
+            if not kind or box is None:
+                continue
+            things.append(
+                Thing(
+                    instance=int(row["instance"]),
+                    name=str(row["name"]),
+                    kind=kind,
+                    distance_m=float(row["distance_m"]),
+                    illuminance_lx=illuminance(row, ready.weights) * factor,
+                    near_lamp=int(row["instance"]) in ready.near_lamp,
+                    box=box,
+                    height_px=float(box[2] * pixels),
+                )
+            )
+        return things
+
+
+def view(ready: Prepared, camera: CameraName) -> View:
+    """Return a prepared scene through a camera."""
+    sensor = ready.built.cameras[camera.sensor]
+    mean = sensor.expected(ready.light)
+    dark = sensor.expected(scaled(ready.light, 0.0)).values
+    few = exposed(sensor, ready.light)
+    readings(few, camera.captures)
+    picture = xr.Dataset(coords={"y": mean.y.values, "x": mean.x.values}, attrs=few.attrs)
+    labels = labels_on(ready.scene, picture)
+    objects = labels.attrs["objects"]
+    return View(
+        prepared=ready,
+        sensor=sensor,
+        captures=camera.captures,
+        light_e=(mean.values - dark).clip(0).astype(np.float32),
+        dark_e=dark.reshape(len(dark), -1)[:, 0],
+        owners=owners_of(labels["instance"].values, objects),
+        objects=objects,
+    )
+
+
+def scaled(light: xr.DataArray, factor: float) -> xr.DataArray:
+    """Return light times a factor, with all that it states."""
+    return light.copy(data=light.values * np.float32(factor))
+
+
+def exposed(sensor: Any, light: xr.DataArray) -> xr.Dataset:
+    """Return captures of a few pixels at the exposure that a sensor chooses for the whole light:
+    they state exposure, gain and noise.
+    """
+    if not isinstance(sensor, ImagingSensor):
+        return sensor(light, generator())
+    fixed = sensor
+    if sensor.exposure_rule != "fixed":
+        solution = settle(sensor, light)
+        fixed = sensor.with_gain(solution.gain) if solution.gain > 1 else sensor
+        fixed = replace(fixed, exposure_rule="fixed", exposure_s=solution.exposure_s)
+    return replace(fixed, rows=SIDE, columns=SIDE)(light, generator())

@@ -1,0 +1,170 @@
+"""Mean and covariance of the channels over windows without objects, road by road.
+
+Objects of similar box and place in the picture share their windows: sizes are rounded to steps of a
+factor of 1.2, and the row of the middle to a quarter of the height. A window at the same row and of
+the same size shows the road at the same distance, because the camera stands at the same height.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..frame import Frame, level_of
+from .channels import REACH, Channels, channels
+
+STEP = 1.2  # between sizes of boxes
+ROW_STEP = 0.25  # of a box's height: between rows of boxes
+LEAST_CELLS = 3.0  # a box counts as this large at least
+TRIES = 6  # places tried for each window wanted
+JITTER = 0.1  # of a box's height: windows lie this much higher or lower
+
+
+class Size(NamedTuple):
+    """A box as windows share it: level of joined cells, height, width, row of its middle."""
+
+    level: int
+    height: float
+    width: float
+    middle: float
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """Sums over the windows of one road."""
+
+    count: int
+    total: np.ndarray  # (channel,)
+    squares: np.ndarray  # (channel, channel)
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """The window of a size: its channels, its first row, and the box within it."""
+
+    channels: Channels
+    top: int
+    box: tuple[int, int, int, int]  # top, left, height, width in the window
+
+
+def size_of(box: tuple[int, int, int, int]) -> Size:
+    """Return the size of a box (top, left, height, width) in cells."""
+    level = level_of(box)
+    scale = 2**level
+    height, width = (
+        STEP ** round(np.log(max(v / scale, LEAST_CELLS)) / np.log(STEP)) for v in box[2:]
+    )
+    step = ROW_STEP * height
+    middle = round((box[0] + box[2] / 2) / scale / step) * step
+    return Size(level, float(height), float(width), float(middle))
+
+
+def shape_of(size: Size, rows: int, order: int) -> Shape:
+    """Return the window of a size in a frame.
+
+    Parameters
+    ----------
+    size : of the box.
+    rows : of the frame, in joined cells. A window is cut at the upper and the lower border.
+    order : of the channels.
+    """
+    top = max(int(np.floor(size.middle - REACH * size.height)), 0)
+    bottom = min(int(np.ceil(size.middle + REACH * size.height)), rows)
+    width = 2 * int(np.ceil(REACH * size.width)) + 1
+    middle = (size.middle - top, width / 2)
+    made = channels((max(bottom - top, 1), width), middle, (size.height, size.width), order)
+    box_top = int(max(np.floor(middle[0] - size.height / 2), 0))
+    box_left = int(max(np.floor(middle[1] - size.width / 2), 0))
+    return Shape(
+        made, top, (box_top, box_left, int(np.ceil(size.height)), int(np.ceil(size.width)))
+    )
+
+
+def windows(frame: Frame, size: Size, shape: Shape, wanted: int) -> np.ndarray:
+    """Return windows (window, colour, y, x) of a frame without a road user in the box.
+
+    Parameters
+    ----------
+    wanted : number of windows; fewer where the frame has no room. Their places depend on the scene
+        and the size alone, so all cameras and light levels get the same ones.
+    """
+    picture = frame.joined(size.level)
+    height, width = shape.channels.shape
+    rows, columns = picture.shape[1:]
+    if width > columns or height > rows:
+        return np.zeros((0, len(picture), height, width))
+    random = np.random.default_rng([frame.number, size.level, round(size.middle * 64)])
+    left = random.integers(0, columns - width + 1, wanted * TRIES)
+    jitter = np.round(random.uniform(-JITTER, JITTER, left.size) * size.height).astype(int)
+    top = np.clip(shape.top + jitter, 0, rows - height)
+    used = frame.used(size.level)
+    y = np.minimum(top + shape.box[0], rows)
+    x = left + shape.box[1]
+    y_end = np.minimum(y + shape.box[2], rows)
+    x_end = np.minimum(x + shape.box[3], columns)
+    taken = used[y_end, x_end] - used[y, x_end] - used[y_end, x] + used[y, x]
+    free = np.flatnonzero(taken == 0)[:wanted]
+    down = top[free, None, None] + np.arange(height)[:, None]
+    across = left[free, None, None] + np.arange(width)
+    return np.moveaxis(picture[:, down, across], 0, 1)
+
+
+class Clutter:
+    """The windows without objects of all frames of one camera, one level and one condition."""
+
+    def __init__(self, frames: list[Frame], order: int, wanted: int) -> None:
+        """Remember the frames; windows are read when they are asked for.
+
+        Parameters
+        ----------
+        order : of the channels. `wanted` : windows of each scene and size.
+        """
+        self.frames = frames
+        self.order = order
+        self.wanted = wanted
+        self._moments: dict[Size, dict[str, Moments]] = {}
+
+    def shape(self, size: Size) -> Shape:
+        """Return the window of a size."""
+        return shape_of(size, self.frames[0].joined(size.level).shape[1], self.order)
+
+    def outputs(self, frame: Frame, size: Size) -> np.ndarray:
+        """Return the channel outputs (window, channel) of a frame's windows of a size."""
+        shape = self.shape(size)
+        return shape.channels.of(windows(frame, size, shape, self.wanted))
+
+    def others(self, size: Size, road: str) -> Moments:
+        """Return the sums over the windows of a size on all roads except `road`."""
+        if size not in self._moments:
+            self._moments[size] = self._of_roads(size)
+        kept = [moments for name, moments in self._moments[size].items() if name != road]
+        if not kept:
+            return Moments(0, np.zeros(0), np.zeros((0, 0)))
+        return Moments(
+            sum(m.count for m in kept),
+            np.sum([m.total for m in kept], axis=0),
+            np.sum([m.squares for m in kept], axis=0),
+        )
+
+    def _of_roads(self, size: Size) -> dict[str, Moments]:
+        found: dict[str, Moments] = {}
+        for frame in self.frames:
+            seen = self.outputs(frame, size)
+            mine = Moments(len(seen), seen.sum(0), seen.T @ seen)
+            if (before := found.get(frame.road)) is not None:
+                mine = Moments(
+                    before.count + mine.count,
+                    before.total + mine.total,
+                    before.squares + mine.squares,
+                )
+            found[frame.road] = mine
+        return found
+
+
+def covariance(moments: Moments) -> np.ndarray:
+    """Return the sample covariance (channel, channel) of at least two windows."""
+    mean = moments.total / moments.count
+    spread = moments.squares - moments.count * np.outer(mean, mean)
+    return spread / (moments.count - 1)

@@ -1,0 +1,81 @@
+"""Simulated decisions: the observer's template is applied to noisy windows, and hits are counted.
+
+The probabilities of the observer take clutter as normal. Here nothing is taken as normal: the
+template is made of the windows of other roads, and it decides on the object's own road, on its own
+background, with noise drawn anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ndtri
+
+from .hotelling import found, template
+
+
+class Counted(NamedTuple):
+    """Decisions of one object's template, at a stated share of false alarms in a place."""
+
+    hits: int
+    trials: int
+    false_alarms: int
+    places: int
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What an observer knows of one object, and what it is shown.
+
+    Parameters
+    ----------
+    difference : (channel,) that the object makes.
+    clutter : (channel, channel) covariance over windows of other roads.
+    mean : (channel,) over windows of other roads.
+    noise : (channel, channel) covariance of the noise.
+    """
+
+    difference: np.ndarray
+    clutter: np.ndarray
+    mean: np.ndarray
+    noise: np.ndarray
+
+
+def counted(
+    task: Task, shown: np.ndarray, empty: np.ndarray, share: float, random: np.random.Generator
+) -> Counted:
+    """Return the decisions on windows with and without the object, the noise drawn.
+
+    Parameters
+    ----------
+    shown : (window, channel) mean outputs with the object.
+    empty : (window, channel) mean outputs without an object.
+    share : of the places without an object that the threshold lets pass, if clutter is normal.
+    random : for the noise.
+    """
+    together = task.clutter + task.noise
+    weights = template(task.difference, together)
+    limit = limit_of(weights, together, share)
+    factor = np.linalg.cholesky(task.noise)
+
+    def passed(outputs: np.ndarray) -> int:
+        noisy = outputs + random.standard_normal(outputs.shape) @ factor.T
+        return int(np.sum((noisy - task.mean) @ weights > limit))
+
+    return Counted(passed(shown), len(shown), passed(empty), len(empty))
+
+
+def limit_of(weights: np.ndarray, together: np.ndarray, share: float) -> float:
+    """Return the limit of the template's answer that `share` of normal answers exceed."""
+    return float(_quantile(share) * np.sqrt(weights @ together @ weights))
+
+
+def _quantile(share: float) -> float:
+    return float(ndtri(1 - share))
+
+
+def expected_share(d: np.ndarray, share: float) -> np.ndarray:
+    """Return the probability of a hit that the observer states at a share of false alarms."""
+    return found(d, _quantile(share))

@@ -1,0 +1,82 @@
+"""The channelised Hotelling observer: detectability, and the share of objects that it finds.
+
+The best linear observer of channel outputs v knows the mean difference D that an object makes and
+the covariance K of v without it; its detectability is d'^2 = D' K^-1 D (Barrett and Myers,
+Foundations of Image Science, 2004, section 13.2.12; Myers and Barrett 1987; Gallas and Barrett
+2003).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.special import ndtr, ndtri
+
+
+class Detectability(NamedTuple):
+    """How well an object can be told from clutter and noise."""
+
+    d: float  # d' against clutter and noise, corrected for few windows
+    noise_only: float  # d' against noise alone
+    plain: float  # d' against clutter and noise, as the sample covariance gives it
+
+
+def detectability(
+    difference: np.ndarray, clutter: np.ndarray, noise: np.ndarray, samples: int
+) -> Detectability:
+    """Return the detectability of an object.
+
+    Parameters
+    ----------
+    difference : (channel,) mean output with the object less without it.
+    clutter : (channel, channel) sample covariance over windows without objects.
+    noise : (channel, channel) covariance of the noise, which is known.
+    samples : number of windows behind `clutter`.
+
+    Notes
+    -----
+    The inverse of a sample covariance is too large on average: with nu = n - 1 degrees of freedom
+    and p channels, E[S^-1] = nu / (nu - p - 1) C^-1 (Anderson 2003, An Introduction to Multivariate
+    Statistical Analysis, lemma 7.7.1). Here known noise is added to S, so less of the inverse is
+    affected: with q = D'K^-1 S K^-1 D / d'^2, the clutter's share, and p_e = trace(K^-1 S), the
+    channels that clutter rules, d'^2 is divided by 1 + q (p_e + 1) / (nu - p_e - 1). Without noise
+    that is the exact factor, without clutter it is 1, and between both it is right to first order
+    in 1 / nu.
+    """
+    together = cho_factor(clutter + noise)
+    template = cho_solve(together, difference)
+    square = float(difference @ template)
+    alone = float(difference @ cho_solve(cho_factor(noise), difference))
+    if square <= 0:
+        return Detectability(0.0, np.sqrt(max(alone, 0.0)), 0.0)
+    share = float(template @ clutter @ template) / square
+    ruled = float(np.trace(cho_solve(together, clutter)))
+    left = samples - 2 - ruled  # nu - p_e - 1
+    factor = 1 + share * (ruled + 1) / left if left > 0 else np.inf
+    return Detectability(
+        float(np.sqrt(square / factor)), float(np.sqrt(max(alone, 0.0))), float(np.sqrt(square))
+    )
+
+
+def template(difference: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Return the weights (channel,) of the outputs by which the observer decides."""
+    return cho_solve(cho_factor(covariance), difference)
+
+
+def threshold(false_alarms: float, places: float) -> float:
+    """Return the threshold in standard deviations: in `places` places without an object, it is
+    exceeded `false_alarms` times on average.
+
+    Parameters
+    ----------
+    false_alarms : in a picture.
+    places : that are looked at in a picture, more than `false_alarms`.
+    """
+    return float(ndtri(1 - false_alarms / places))
+
+
+def found(d: np.ndarray | float, limit: float) -> np.ndarray:
+    """Return the probability that objects of detectability `d` exceed the threshold `limit`."""
+    return ndtr(np.asarray(d, float) - limit)

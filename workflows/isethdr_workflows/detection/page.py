@@ -1,0 +1,211 @@
+"""The page of a study, one HTML document that needs no network; its CSV files and Markdown table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, fields
+from functools import cache
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+
+from isethdr_core.storage.atomic_write import write_text
+
+from ..dataset.record import folder_of
+from ..dataset.study.files import colour_of, shown, with_interval
+from ..dataset.study.intervals import Mean
+from .levels import Crossing
+from .observer.channels import SCALE, count
+from .results import CurvePoint, Results
+from .tables import FEWEST_ROADS, Found, Line, lines
+
+TEMPLATES = Path(__file__).parent / "templates"
+WIDTH = 640.0  # of a drawing
+HEIGHT = 260.0
+MARGIN = 40.0
+
+
+def write_files(results: Results) -> list[tuple[str, Path]]:
+    """Write page, tables and objects into the folder of the dataset; return titles and paths."""
+    stem = "detection" + (f"_{results.question}" if results.question else "")
+    folder = folder_of(results.dataset)
+    folder.mkdir(parents=True, exist_ok=True)
+    tables = [] if results.curve else lines(results.rows)
+    texts = {
+        "page": (f"{stem}.html", page(results, tables)),
+        "table": (f"{stem}.md", markdown(results, tables)),
+        "means": (f"{stem}.csv", means_csv(results, tables)),
+        "objects": (f"{stem}_objects.csv", objects_csv(results.rows)),
+    }
+    for name, text in texts.values():
+        write_text(folder / name, text)
+    return [(title, folder / name) for title, (name, _) in texts.items()]
+
+
+def page(results: Results, tables: Sequence[Line]) -> str:
+    """Return the page."""
+    groups: dict[str, list[Line]] = {}
+    for line in tables:
+        groups.setdefault(line.table, []).append(line)
+    return _template().render(
+        results=results,
+        groups=groups,
+        cameras=[(name, colour_of(k)) for k, name in enumerate(results.cameras)],
+        channels=count(results.how.order),
+        scale=SCALE,
+        fewest=FEWEST_ROADS,
+        known=sum(math.isfinite(row.d) for row in results.rows),
+        drawing=drawing(results),
+        scenes=len({row.scene for row in results.rows}),
+        crossing_text=crossing_text,
+        with_interval=with_interval,
+        shown=shown,
+        number=number,
+    )
+
+
+def number(value: float) -> str:
+    """Return a number for people, three digits; a dash where it is not known."""
+    return f"{value:.3g}" if math.isfinite(value) else "–"
+
+
+def crossing_text(one: Crossing) -> str:
+    """Return a crossing for people: `0.052 (0.031 to 0.083)`."""
+    if not math.isfinite(one.level):
+        return "none within the levels"
+    if not math.isfinite(one.low):
+        return f"{one.level:.3g} (no interval)"
+    return f"{one.level:.3g} ({one.low:.3g} to {one.high:.3g})"
+
+
+def drawing(results: Results) -> dict[str, object]:
+    """Return lines, bands and ticks of the curves in a drawing of 640 x 260; empty without."""
+    if not results.curve:
+        return {}
+    logs = [math.log10(level) for level in results.asked.levels]
+    span = (logs[-1] - logs[0]) or 1.0
+
+    def across(level: float) -> float:
+        return MARGIN + (math.log10(level) - logs[0]) / span * (WIDTH - 2 * MARGIN)
+
+    def down(value: float) -> float:
+        return HEIGHT - MARGIN / 2 - value * (HEIGHT - MARGIN)
+
+    def points(own: Iterable[CurvePoint], name: str) -> str:
+        known = [(one.level, float(getattr(one, name))) for one in own]
+        return " ".join(f"{across(x):.1f},{down(y):.1f}" for x, y in known if math.isfinite(y))
+
+    curves = []
+    for k, camera in enumerate(results.cameras):
+        own = [one for one in results.curve if one.camera == camera]
+        band = f"{points(own, 'low')} {points(reversed(own), 'high')}"
+        curves.append({"colour": colour_of(k), "line": points(own, "found"), "band": band})
+    return {
+        "curves": curves,
+        "across": [(across(level), f"{level:g}") for level in results.asked.levels],
+        "down": [(down(value), f"{value:g}") for value in (0.0, 0.5, 1.0)],
+        "width": WIDTH,
+        "height": HEIGHT,
+        "margin": MARGIN,
+    }
+
+
+def markdown(results: Results, tables: Sequence[Line]) -> str:
+    """Return the main table as Markdown."""
+    if results.curve:
+        return _markdown(*_curve_table(results))
+    head = ["", "objects", *results.cameras]
+    head += [f"{name} less {results.cameras[0]}" for name in results.cameras[1:]]
+    rows = [
+        [
+            f"{line.table}: {line.name}",
+            str(line.objects),
+            *map(with_interval, line.means),
+            *map(with_interval, line.differences),
+        ]
+        for line in tables
+        if line.objects
+    ]
+    return _markdown(head, rows)
+
+
+def _curve_table(results: Results) -> tuple[list[str], list[list[str]]]:
+    unit = "lux on the object" if results.asked.unit == "object_lux" else "lux on the sensor"
+    by_level: dict[float, list[CurvePoint]] = {}
+    for point in results.curve:
+        by_level.setdefault(point.level, []).append(point)
+    rows = [
+        [
+            f"{level:g}",
+            str(max(point.objects for point in points)),
+            *(with_interval(Mean(p.found, p.low, p.high, p.objects, p.roads)) for p in points),
+        ]
+        for level, points in by_level.items()
+    ]
+    rows += [
+        [f"crossing, {name}", "", crossing_text(one)] + [""] * (len(results.cameras) - 1)
+        for name, one in results.crossings.items()
+    ]
+    return [unit, "objects", *results.cameras], rows
+
+
+def _markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    out = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    out += ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join(out) + "\n"
+
+
+def means_csv(results: Results, tables: Sequence[Line]) -> str:
+    """Return all means with their intervals as CSV."""
+    head = ["table", "row", "camera", "objects", "roads", "found", "low", "high"]
+    head += ["noise_only", "contrast_transfer", "median_d"]
+    head += ["difference", "difference_low", "difference_high"]
+    rows: list[list[object]] = []
+    for point in results.curve:
+        rows.append(
+            ["curve", point.level, point.camera, point.objects, point.roads]
+            + [point.found, point.low, point.high]
+        )
+    for name, one in results.crossings.items():
+        rows.append(["crossing", "level", name, "", "", one.level, one.low, one.high])
+    for line in tables:
+        for k, camera in enumerate(results.cameras):
+            mean = line.means[k]
+            own = [line.table, line.name, camera, line.objects, mean.roads]
+            own += [mean.value, mean.low, mean.high]
+            own += [line.noise_only[k], line.transfer[k].value, line.median_d[k]]
+            if k:
+                apart = line.differences[k - 1]
+                own += [apart.value, apart.low, apart.high]
+            rows.append(own)
+    return _csv(head, rows)
+
+
+def objects_csv(rows: Sequence[Found]) -> str:
+    """Return each object of each scene as CSV."""
+    return _csv([f.name for f in fields(Found)], (list(asdict(row).values()) for row in rows))
+
+
+def _csv(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(head)
+    for row in rows:
+        known = ["" if isinstance(v, float) and math.isnan(v) else v for v in row]
+        writer.writerow([*known, *[""] * (len(head) - len(known))])
+    return out.getvalue()
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("detection.html")

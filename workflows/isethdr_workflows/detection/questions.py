@@ -1,0 +1,76 @@
+"""Questions: presets of the study, each one a command."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from isethdr_core.errors import ConfigError, did_you_mean
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a study asks.
+
+    Parameters
+    ----------
+    about : one sentence, the title of its page.
+    cameras : that are compared; the first is what the others are compared with.
+    overrides : of all scenes.
+    levels : of the light; empty: as the scenes are lit.
+    unit : of the levels: lux on the sensor, lux on the object, or a factor.
+    kinds : classes of objects; empty: all.
+    distances_m : of the objects, from and to.
+    dipped : only scenes with dipped beams.
+    """
+
+    about: str
+    cameras: str = "bayer,split_pixel,rgbw"
+    overrides: tuple[str, ...] = ()
+    levels: tuple[float, ...] = ()
+    unit: Literal["", "sensor_lux", "object_lux"] = ""
+    kinds: tuple[str, ...] = ()
+    distances_m: tuple[float, float] = (0.0, float("inf"))
+    dipped: bool = False
+
+
+QUESTIONS = {
+    "": Question("Which objects could be found at all?"),
+    "captures": Question(
+        "One capture against three of the split pixel",
+        cameras="split_pixel:LPHG,split_pixel:LPLG,split_pixel",
+    ),
+    "filters": Question(
+        "RGB against RGBW against RCCB: the same pixel and lens, from 0.003 to 100 lux",
+        cameras="bayer,rgbw,rccb",
+        overrides=("+sensor@cameras.rccb=typical_bayer", "cameras.rccb.cfa=RCCB", "lighting=day"),
+        levels=(0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0),
+        unit="sensor_lux",
+    ),
+    "dark": Question(
+        "How dark may it get before the person 40 m ahead in the dipped beam is lost?",
+        cameras=("bayer,split_pixel,rgbw,split_pixel_imx490,bayer_imx363,single_ar0132at_rccc"),
+        overrides=("lighting=night_rural",),
+        levels=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0),
+        unit="object_lux",
+        kinds=("person",),
+        distances_m=(30.0, 55.0),
+        dipped=True,
+    ),
+}
+
+
+def question_of(name: str) -> Question:
+    """Return the question of a name.
+
+    Raises
+    ------
+    ConfigError : there is none of that name.
+    """
+    if name not in QUESTIONS:
+        known = [key for key in QUESTIONS if key]
+        raise ConfigError(
+            f"there is no question {name!r}{did_you_mean(name, known)}; expected one of"
+            f" {', '.join(known)}; type for example question=captures"
+        )
+    return QUESTIONS[name]

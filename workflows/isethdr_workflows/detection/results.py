@@ -1,0 +1,47 @@
+"""All that a study found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from .levels import Crossing
+from .observer.observing import Check, Observer
+from .questions import Question
+from .tables import Found, Needed
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """Share of objects found by one camera at one level of light."""
+
+    camera: str
+    level: float
+    found: float
+    low: float
+    high: float
+    objects: int
+    roads: int
+
+
+@dataclass(frozen=True)
+class Results:
+    """All that a study found."""
+
+    dataset: str
+    question: str
+    asked: Question
+    how: Observer
+    cameras: tuple[str, ...]
+    overrides: tuple[str, ...]
+    rows: tuple[Found, ...]
+    checks: Mapping[str, Check]
+    needed: tuple[Needed, ...] = ()
+    curve: tuple[CurvePoint, ...] = ()
+    crossings: Mapping[str, Crossing] = field(default_factory=dict)
+    failed: tuple[tuple[int, str], ...] = ()
+
+    @property
+    def roads(self) -> int:
+        """The number of roads."""
+        return len({one.road for one in self.rows})

@@ -1,0 +1,331 @@
+"""The study `isethdr study detection`: which objects of a dataset could be found at all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from isethdr_core.cli.terminal import print_path
+from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.storage.object_home.calls import kept_here
+
+from ..dataset.generate import Generated, generated
+from ..dataset.record import SceneRecord, read_dataset
+from ..dataset.study.intervals import mean_over_roads
+from .frame import CLASSES, Frame, Thing, kind_of
+from .imaging import (
+    CameraName,
+    Prepared,
+    View,
+    camera_names,
+    overrides_of,
+    prepared,
+    view,
+)
+from .levels import LOST, at_levels, crossing
+from .observer.channels import count
+from .observer.hotelling import Detectability
+from .observer.observing import Beside, Check, Observer, observed, places_of, row
+from .page import write_files
+from .questions import Question, question_of
+from .results import CurvePoint, Results
+from .tables import FEWEST_ROADS, Found, Needed, few_roads, lines, roads_needed
+
+MOST_FACTOR = 10.0  # light is scaled this much beyond the levels, because objects differ
+
+
+def detection(  # noqa: PLR0913 - the settings of the command
+    *overrides: str,
+    dataset: str = "",
+    cameras: str = "",
+    question: str = "",
+    false_alarms: float = 0.1,
+    order: int = 3,
+    windows: int = 48,
+) -> list[dict]:
+    """Return the share of a dataset's objects that the channelised Hotelling observer finds.
+
+    Parameters
+    ----------
+    overrides : of all scenes: lens, lighting, fields of cameras.
+    dataset : name of a generated dataset.
+    cameras : names, separated by commas: of the config, or presets of sensors; `name:LPLG+SPLG`
+        uses some of a camera's captures. The first one is what others are compared with.
+    question : captures, filters or dark: presets of cameras, overrides and light levels.
+    false_alarms : in a picture.
+    order : largest total order of the Hermite-Gauss channels.
+    windows : without objects, of each scene and size of object.
+
+    Raises
+    ------
+    ConfigError : no dataset, one without objects, an unknown camera or question, numbers out of
+        range.
+    CatalogError : there is no such dataset.
+    """
+    asked = question_of(question)
+    how = checked(false_alarms, order, windows)
+    if not dataset:
+        raise ConfigError(
+            "dataset is empty; expected the name of a generated dataset; type for example"
+            " isethdr study detection dataset=streets"
+        )
+    made = generated(read_dataset(dataset))
+    names = camera_names(cameras or asked.cameras)
+    settings = (
+        *overrides_of([n for n in names if not _added(n, asked)]),
+        *asked.overrides,
+        *overrides,
+    )
+    records = chosen(made, asked)
+    results = replace(
+        studied(records, names, settings, asked, how), dataset=dataset, question=question
+    )
+    for title, path in write_files(results):
+        print_path(kept_here(title, path), path)
+    say(results)
+    return summary(results)
+
+
+def _added(name: CameraName, asked: Question) -> bool:
+    """Return whether the question's own overrides add a camera."""
+    return any(text.startswith(f"+sensor@cameras.{name.sensor}=") for text in asked.overrides)
+
+
+def checked(false_alarms: float, order: int, windows: int) -> Observer:
+    """Return how the observer looks; ConfigError for numbers out of range."""
+    if not (0 < false_alarms <= 100 and 0 <= order <= 8 and 2 <= windows <= 10_000):
+        raise ConfigError(
+            f"false_alarms is {false_alarms:g}, order {order} and windows {windows}; expected false"
+            " alarms a picture above 0, at most 100, an order from 0 to 8 and 2 to 10000 windows;"
+            " type for example false_alarms=0.1 order=3 windows=48"
+        )
+    return Observer(false_alarms, order, windows)
+
+
+def chosen(made: Generated, asked: Question) -> list[SceneRecord]:
+    """Return the scenes that a question is about.
+
+    Raises
+    ------
+    ConfigError : the dataset has no scene yet, or no object of the classes.
+    """
+    name = made.definition.name
+    if not made.made:
+        raise ConfigError(
+            f"the dataset {name!r} has no scene yet; expected at least one; type for example"
+            f" isethdr dataset generate {name}"
+        )
+    records = [
+        record
+        for record in made.made
+        if not (asked.dipped and "scene.headlamp_beam=driving" in record.overrides)
+    ]
+    kinds = asked.kinds or tuple(CLASSES)
+    if not any(kind_of(entry) in kinds for record in records for entry in record.objects):
+        raise ConfigError(
+            f"the dataset {name!r} has no {', '.join(kinds)} in {len(records)} scenes; expected at"
+            " least one object; type for example isethdr dataset generate streets recipe=streets"
+        )
+    return records
+
+
+def studied(
+    records: Sequence[SceneRecord],
+    names: Sequence[CameraName],
+    settings: Sequence[str],
+    asked: Question,
+    how: Observer,
+) -> Results:
+    """Return what the observer finds in the scenes of a dataset.
+
+    Parameters
+    ----------
+    records : of the scenes; their radiance is stored.
+    names : of the cameras. `settings` : overrides of all scenes.
+    asked : the question. `how` : the observer looks.
+    """
+    transfer = [] if asked.levels else list(dict.fromkeys(name.sensor for name in names))
+    ready, failed = all_prepared(records, settings, transfer)
+    rows: list[Found] = []
+    checks: dict[str, Check] = {}
+    places: dict[str, float] = {}
+    for name in names:
+        views = [view(one, name) for one in ready]
+        for level in levels_of(asked):
+            frames = [limited(one.frame(factor_of(one, asked, level)), asked) for one in views]
+            places = places or places_of(frames)
+            found, check = observed(
+                frames, how, RowOf(name, level, transfer_of(views, name)), places
+            )
+            rows += found
+            checks[name.text] = checks.get(name.text, Check()) + check
+        print(f"{name.text}: {sum(math.isfinite(r.d) for r in rows if r.camera == name.text)} rows")
+    results = Results(
+        dataset="",
+        question="",
+        asked=asked,
+        how=how,
+        cameras=tuple(name.text for name in names),
+        overrides=tuple(settings),
+        rows=tuple(rows),
+        checks=checks,
+        failed=tuple(failed),
+    )
+    if asked.levels:
+        return with_curves(results)
+    return replace(results, needed=tuple(_needed(rows)))
+
+
+def all_prepared(
+    records: Sequence[SceneRecord], settings: Sequence[str], transfer: Sequence[str]
+) -> tuple[list[Prepared], list[tuple[int, str]]]:
+    """Return the scenes imaged by the lens, and those that failed with their reasons."""
+    ready = []
+    failed = []
+    for place, record in enumerate(records, 1):
+        try:
+            ready.append(prepared(record, settings, transfer))
+        except (CatalogError, ConfigError):
+            raise
+        except Exception as err:  # any component may fail on one scene; the others go on
+            failed.append((record.number, f"{type(err).__name__}: {err}".splitlines()[0]))
+        print(f"scene {record.number + 1}, {place} of {len(records)}", flush=True)
+    return ready, failed
+
+
+@dataclass(frozen=True)
+class RowOf:
+    """Makes the rows of one camera at one level of light."""
+
+    name: CameraName
+    level: float
+    transfer: Mapping[int, Mapping[str, float]]  # {scene: {object: score}}
+
+    def __call__(self, frame: Frame, thing: Thing, d: Detectability, limit: float) -> Found:
+        """Return the row of an object; `limit` is the threshold of the decision."""
+        transfer = self.transfer.get(frame.number, {}).get(thing.name, math.nan)
+        beside = Beside(self.name.text, self.level, transfer)
+        return row(frame, thing, d, limit, beside)
+
+
+def transfer_of(views: Sequence[View], name: CameraName) -> dict[int, Mapping[str, float]]:
+    """Return the contrast transfer accuracy of the objects of each scene; a camera of which only
+    some captures are used has none.
+    """
+    if name.captures:
+        return {}
+    return {one.prepared.record.number: one.prepared.transfer.get(name.sensor, {}) for one in views}
+
+
+def levels_of(asked: Question) -> tuple[float, ...]:
+    """Return the levels at which frames are made: factors, or lux on the sensor."""
+    if asked.unit == "object_lux":
+        least = asked.levels[0] / MOST_FACTOR
+        return tuple(np.geomspace(least, asked.levels[-1], len(asked.levels) + 1).tolist())
+    return asked.levels or (1.0,)
+
+
+def factor_of(one: View, asked: Question, level: float) -> float:
+    """Return the factor on the light of a scene."""
+    return level / one.prepared.mean_lux if asked.unit == "sensor_lux" else level
+
+
+def limited(frame: Frame, asked: Question) -> Frame:
+    """Return a frame with the objects that a question is about."""
+    low, high = asked.distances_m
+    things = tuple(
+        thing
+        for thing in frame.things
+        if low <= thing.distance_m <= high and (not asked.kinds or thing.kind in asked.kinds)
+    )
+    return replace(frame, things=things)
+
+
+def _needed(rows: Sequence[Found]) -> list[Needed]:
+    persons = [one for one in rows if one.kind == "person"]
+    return roads_needed(persons) if persons else []
+
+
+def with_curves(results: Results) -> Results:
+    """Return results with the share found against the level of light, and the crossings."""
+    asked = results.asked
+    objects: dict[tuple[int, int], dict[str, list[tuple[float, float]]]] = {}
+    roads: dict[tuple[int, int], str] = {}
+    for one in results.rows:
+        level = one.illuminance_lx if asked.unit == "object_lux" else one.level
+        if math.isfinite(one.d) and level > 0:
+            key = one.scene, one.instance
+            roads[key] = one.road
+            objects.setdefault(key, {}).setdefault(one.camera, []).append((level, one.found))
+    keys = [key for key, seen in objects.items() if len(seen) == len(results.cameras)]
+    road_of = [roads[key] for key in keys]
+    values = {
+        camera: np.array([at_levels(objects[key][camera], asked.levels) for key in keys]).reshape(
+            len(keys), len(asked.levels)
+        )
+        for camera in results.cameras
+    }
+    first = results.cameras[0]
+    crossings = {}
+    for camera, table in values.items():
+        if asked.unit == "object_lux":
+            crossings[camera] = crossing(asked.levels, table, road_of, LOST)
+        elif camera != first:
+            crossings[f"{first} over {camera}"] = crossing(
+                asked.levels, values[first] - table, road_of, 0.0
+            )
+    return replace(results, curve=tuple(_curve(results, values, road_of)), crossings=crossings)
+
+
+def _curve(
+    results: Results, values: Mapping[str, np.ndarray], roads: Sequence[str]
+) -> list[CurvePoint]:
+    points = []
+    for camera, table in values.items():
+        for k, level in enumerate(results.asked.levels):
+            mean = few_roads(mean_over_roads(table[:, k].tolist(), roads, (0.0, 1.0)))
+            points.append(
+                CurvePoint(camera, level, mean.value, mean.low, mean.high, mean.count, mean.roads)
+            )
+    return points
+
+
+def say(results: Results) -> None:
+    """Print what limits the results."""
+    known = sum(math.isfinite(one.d) for one in results.rows)
+    channels = count(results.how.order)
+    if known < len(results.rows):
+        print(
+            f"{len(results.rows) - known} of {len(results.rows)} rows have no value: the object fills"
+            " the picture, or other roads show fewer windows without objects than twice the"
+            f" {channels} channels of each colour; more roads, windows=96 or order=2 help"
+        )
+    if results.roads < FEWEST_ROADS:
+        print(f"{results.roads} roads give no interval; expected at least {FEWEST_ROADS}")
+    for number, reason in results.failed:
+        print(f"scene {number + 1} failed: {reason}")
+
+
+def summary(results: Results) -> list[dict]:
+    """Return the rows of the study: one for each camera, table and class, or level of light."""
+    if results.asked.levels:
+        return [vars(point) for point in results.curve]
+    return [
+        {
+            "table": line.table,
+            "row": line.name,
+            "camera": camera,
+            "objects": line.objects,
+            "found": line.means[k].value,
+            "low": line.means[k].low,
+            "high": line.means[k].high,
+            "noise_only": line.noise_only[k],
+            "median_d": line.median_d[k],
+            "contrast_transfer": line.transfer[k].value,
+        }
+        for line in lines(results.rows)
+        for k, camera in enumerate(results.cameras)
+    ]

@@ -1,0 +1,216 @@
+"""Tables of a study: the share of objects found by class, distance, size, illuminance and lamp, for
+each camera, and the roads that would tell two cameras apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import norm, t
+
+from ..dataset.study.intervals import LEVEL, Mean, mean_over_roads
+from ..dataset.summary import DISTANCES_M, HEIGHTS, LUX, bounds
+from .frame import CLASSES
+
+NOT_KNOWN = "not known"
+PAPER = (0.224, 0.244)  # shares of persons found that the paper reports for one and three captures
+POWER = 0.8  # with which a difference is to be told
+FEWEST_ROADS = 3  # for an interval
+
+
+@dataclass(frozen=True)
+class Found:
+    """One object as one camera shows it at one level of light."""
+
+    scene: int  # number
+    road: str
+    camera: str
+    condition: str  # night, dusk, day, tunnel
+    level: float  # of the light: factor or lux, as the study says
+    instance: int
+    name: str
+    kind: str
+    distance_m: float
+    height_px: float
+    illuminance_lx: float  # vertical, towards the camera; NaN where it is not known
+    near_lamp: bool
+    d: float  # against clutter and noise; NaN where too few windows are known
+    noise_only: float
+    found: float  # probability at the false alarms of the study
+    found_noise_only: float
+    transfer: float  # contrast transfer accuracy; NaN where it was not asked for
+
+
+class Line(NamedTuple):
+    """One row of a table: all cameras, the same objects."""
+
+    table: str
+    name: str
+    objects: int
+    means: tuple[Mean, ...]  # share found, by camera
+    differences: tuple[Mean, ...]  # to the first camera, of the same objects
+    noise_only: tuple[float, ...]
+    transfer: tuple[Mean, ...]
+    median_d: tuple[float, ...]
+
+
+class Needed(NamedTuple):
+    """Roads that tell a difference in the share of objects found."""
+
+    camera: str
+    first: str
+    paired: float
+    unpaired: float
+
+
+def cameras_of(rows: Sequence[Found]) -> list[str]:
+    """Return the cameras in their order."""
+    return list(dict.fromkeys(row.camera for row in rows))
+
+
+def lines(rows: Sequence[Found]) -> list[Line]:
+    """Return all tables of a study at one level of light."""
+    ways: dict[str, Callable[[Found], str]] = {
+        "all": lambda row: "all objects",
+        "class": lambda row: row.kind,
+        "light": lambda row: row.condition,
+        "distance": lambda row: _class(row.distance_m, DISTANCES_M, "m"),
+        "height": lambda row: _class(row.height_px, HEIGHTS, "px"),
+        "illuminance": lambda row: _class(row.illuminance_lx, LUX, "lx"),
+        "lamp within 3 degrees": lambda row: "yes" if row.near_lamp else "no",
+        "light and distance": lambda row: (
+            f"{row.condition}, {_class(row.distance_m, DISTANCES_M, 'm')}"
+        ),
+    }
+    found = []
+    for table, name_of in ways.items():
+        groups: dict[str, list[Found]] = {}
+        for row in rows:
+            groups.setdefault(name_of(row), []).append(row)
+        found += [line(table, name, groups[name]) for name in sorted(groups, key=_order)]
+    return found
+
+
+def _order(name: str) -> tuple[object, ...]:
+    order = [*CLASSES, *bounds(DISTANCES_M, "m"), *bounds(HEIGHTS, "px"), *bounds(LUX, "lx")]
+    parts = name.split(", ")
+    last = parts[-1]
+    return (parts[0] if len(parts) > 1 else "", order.index(last) if last in order else 99, name)
+
+
+def _class(value: float, limits: Sequence[float], unit: str) -> str:
+    if not math.isfinite(value):
+        return NOT_KNOWN
+    return bounds(limits, unit)[int(np.searchsorted(limits, value, side="right"))]
+
+
+def line(table: str, name: str, rows: Sequence[Found]) -> Line:
+    """Return one row of a table from the objects that belong to it."""
+    cameras = cameras_of(rows)
+    by_camera = {
+        camera: {(row.scene, row.instance): row for row in rows if row.camera == camera}
+        for camera in cameras
+    }
+    first = by_camera[cameras[0]]
+    means = []
+    differences = []
+    for camera in cameras:
+        own = by_camera[camera]
+        means.append(of(list(own.values()), lambda row: row.found, (0.0, 1.0)))
+        both = [(own[key], first[key]) for key in own if key in first]
+        differences.append(difference(both))
+    return Line(
+        table=table,
+        name=name,
+        objects=len({(row.scene, row.instance) for row in rows if math.isfinite(row.d)}),
+        means=tuple(means),
+        differences=tuple(differences[1:]),
+        noise_only=tuple(
+            of(list(own.values()), lambda row: row.found_noise_only).value
+            for own in by_camera.values()
+        ),
+        transfer=tuple(
+            of(list(own.values()), lambda row: row.transfer, (0.0, 1.0))
+            for own in by_camera.values()
+        ),
+        median_d=tuple(_median([row.d for row in own.values()]) for own in by_camera.values()),
+    )
+
+
+def _median(values: Sequence[float]) -> float:
+    known = [value for value in values if math.isfinite(value)]
+    return float(np.median(known)) if known else math.nan
+
+
+def of(
+    rows: Sequence[Found],
+    value: Callable[[Found], float],
+    limits: tuple[float, float] = (-math.inf, math.inf),
+) -> Mean:
+    """Return the mean of a value over objects, with its interval over roads; none of fewer than
+    three roads.
+    """
+    return few_roads(
+        mean_over_roads([value(row) for row in rows], [row.road for row in rows], limits)
+    )
+
+
+def difference(both: Sequence[tuple[Found, Found]]) -> Mean:
+    """Return the mean difference in the share found of the same objects by two cameras."""
+    values = [own.found - first.found for own, first in both]
+    return few_roads(mean_over_roads(values, [own.road for own, _ in both]))
+
+
+def few_roads(mean: Mean) -> Mean:
+    """Return a mean without its interval where fewer than three roads are behind it."""
+    if mean.roads >= FEWEST_ROADS:
+        return mean
+    return Mean(mean.value, math.nan, math.nan, mean.count, mean.roads)
+
+
+def standard_error(mean: Mean) -> float:
+    """Return the standard error behind a mean's interval that no limit has cut."""
+    if mean.roads < FEWEST_ROADS:
+        return math.nan
+    return (mean.high - mean.value) / float(t.ppf(0.5 + LEVEL / 2, mean.roads - 1))
+
+
+def roads_needed(rows: Sequence[Found], told: float = PAPER[1] - PAPER[0]) -> list[Needed]:
+    """Return how many roads would tell a difference of `told` from none.
+
+    The variance over roads is that of these objects; the test is two-sided at 5 %, its power 80 %:
+    the difference has to be 1.96 + 0.84 standard errors (Cohen 1988).
+
+    Parameters
+    ----------
+    rows : of the objects in question, all cameras.
+    told : difference in the share of objects found.
+    """
+    factor = norm.ppf(0.5 + LEVEL / 2) + norm.ppf(POWER)
+    cameras = cameras_of(rows)
+    by_camera = {
+        camera: {(row.scene, row.instance): row for row in rows if row.camera == camera}
+        for camera in cameras
+    }
+    alone = {
+        camera: of(list(own.values()), lambda row: row.found) for camera, own in by_camera.items()
+    }
+    found = []
+    for camera in cameras[1:]:
+        first = by_camera[cameras[0]]
+        both = [(row, first[key]) for key, row in by_camera[camera].items() if key in first]
+        paired = standard_error(difference(both))
+        unpaired = math.hypot(*(standard_error(alone[name]) for name in (camera, cameras[0])))
+        roads = alone[camera].roads
+        found.append(
+            Needed(
+                camera,
+                cameras[0],
+                *(roads * (factor * error / told) ** 2 for error in (paired, unpaired)),
+            )
+        )
+    return found
