@@ -22,6 +22,8 @@ MADE_BY_READERS = {
     "card.md",
     "card.yaml",
     "curves.csv",
+    "detection.csv",
+    "detection_objects.csv",
     "objects.csv",
     "scores.csv",
 }

@@ -1,4 +1,4 @@
-"""The study from the command: bad input ends it before any work, and a tiny dataset goes through."""
+"""The study by its command: bad input ends it before any work; a tiny dataset goes through."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Curves against the level of light, and where they cross, with intervals by bootstrap over roads."""
+"""Curves against the level of light, and where they cross: intervals by bootstrap over roads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of a study, one HTML document that needs no network; its CSV files and Markdown table."""
+"""The page of a study, one HTML document that needs no network; its CSV and Markdown tables."""
 
 from __future__ import annotations
 

@@ -299,8 +299,8 @@ def say(results: Results) -> None:
     channels = count(results.how.order)
     if known < len(results.rows):
         print(
-            f"{len(results.rows) - known} of {len(results.rows)} rows have no value: the object fills"
-            " the picture, or other roads show fewer windows without objects than twice the"
+            f"{len(results.rows) - known} of {len(results.rows)} rows have no value: the object"
+            " fills the picture, or other roads show fewer windows without objects than twice the"
             f" {channels} channels of each colour; more roads, windows=96 or order=2 help"
         )
     if results.roads < FEWEST_ROADS:
