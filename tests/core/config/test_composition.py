@@ -9,9 +9,11 @@ from itertools import zip_longest
 
 import numpy as np
 import pytest
+from hydra.core.object_type import ObjectType
 
 from isethdr_core import compose
 from isethdr_core.component import KINDS
+from isethdr_core.config.component_source import SCHEME, ComponentSource
 from isethdr_core.config.composition import register_with_hydra
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import chain
@@ -46,21 +48,33 @@ def test_the_main_job_composes_and_builds():
 
 
 # roads without lamps: a lighting that weighs streetlights is refused for them
-UNLIT = {"scene=street_country", "scene=street_motorway"}
+UNLIT = {"scene=street_country", "scene=street_motorway", "scene=night_drive_rural"}
+
+
+# where presets are chosen: several of a kind at once where a run takes several
+PLACES = {
+    "flare": ["flare@flare.dirt"],
+    "metric": ["metric@metric.snr"],
+    "sensor": ["sensor@cameras.bayer", "sensor@cameras.rgbw"],
+    "lighting": ["lighting", "lighting@versions.day"],
+}
 
 
 def turns():
-    """Return the overrides that choose every preset: one of each kind at a time, for composing
+    """Return the overrides that choose every preset: some of each kind at a time, for composing
     takes a fifth of a second; experiments alone.
     """
-    group = {"flare": "flare@flare.dirt", "metric": "metric@metric.snr"}
     of_kind = {}
     for kind, name in presets():
-        of_kind.setdefault(kind, []).append(f"{group.get(kind, kind)}={name}")
+        of_kind.setdefault(kind, []).append(name)
     of_kind.pop("hydra", None)
-    return [[e] for e in of_kind.pop("experiment")] + [
-        [o for o in turn if o] for turn in zip_longest(*of_kind.values())
-    ]
+    experiments = [[f"experiment={name}"] for name in of_kind.pop("experiment")]
+    of_place = []
+    for kind, names in of_kind.items():
+        places = PLACES.get(kind, [kind])
+        for k, place in enumerate(places):
+            of_place.append([f"{place}={name}" for name in names[k :: len(places)]])
+    return experiments + [[o for o in turn if o] for turn in zip_longest(*of_place)]
 
 
 @pytest.mark.parametrize("overrides", turns(), ids=" ".join)
@@ -70,7 +84,7 @@ def test_every_preset_composes_and_builds(overrides, tmp_path):
         overrides = [*overrides, f"scene.path={tmp_path / 'own.npy'}", "scene.unit=cd/m2"]
         overrides += ["scene.horizontal_field_deg=40"]
     if UNLIT & set(overrides):
-        chain(compose([o for o in overrides if not o.startswith("lighting=")]))
+        chain(compose([o for o in overrides if not o.startswith("lighting")]))
         overrides = [o for o in overrides if o not in UNLIT]
     chain(compose(overrides))
 
@@ -88,15 +102,17 @@ def test_a_member_can_be_added_and_removed():
 
 
 def test_every_component_is_a_config_group_entry_with_its_name():
-    by_kind = {kind: [n for k, n in components() if k == kind] for kind in KINDS}
-    # one of each kind at a time: composing takes a tenth of a second
-    for turn in range(max(map(len, by_kind.values()))):
-        names = {kind: members[turn % len(members)] for kind, members in by_kind.items()}
-        group = {"flare": "+flare@flare.new", "metric": "+metric@metric.new"}
-        config = compose([f"{group.get(kind, kind)}={name}" for kind, name in names.items()])
-        for kind, name in names.items():
-            node = config[kind]["new"] if kind in group else config[kind]
-            assert node["name"] == name
+    source = ComponentSource(provider="isethdr", path=f"{SCHEME}://")
+    for kind, name in components():
+        assert source.is_config(f"{kind}/{name}") and name in source.list(kind, ObjectType.CONFIG)
+        assert source.load_config(f"{kind}/{name}").config["name"] == name
+    # Hydra asks this source: the last one of each kind, added and chosen
+    last = {kind: [n for k, n in components() if k == kind][-1] for kind in KINDS}
+    group = {"flare": "+flare@flare.new", "metric": "+metric@metric.new"}
+    config = compose([f"{group.get(kind, kind)}={name}" for kind, name in last.items()])
+    for kind, name in last.items():
+        node = config[kind]["new"] if kind in group else config[kind]
+        assert node["name"] == name
 
 
 @pytest.mark.parametrize(
