@@ -39,9 +39,17 @@ def name_of(file: Path) -> str:
 
 
 @cache
+def text_of(file: Path) -> str:
+    """Return a file's text. Most rules see in it that a file cannot break them: to parse all files
+    takes seconds.
+    """
+    return file.read_text(encoding="utf-8")
+
+
+@cache
 def tree(file: Path) -> ast.Module:
     """Return a file's syntax tree."""
-    return ast.parse(file.read_text(), str(file))
+    return ast.parse(text_of(file), str(file))
 
 
 def imports(file: Path, top_level_only: bool = False) -> set[str]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ast
+import re
 
-from .source import PRODUCT, name_of, tree
+from .source import PRODUCT, name_of, text_of, tree
 
 # what is left: libraries that take long to import (Mitsuba, Matplotlib, parts of SciPy, DuckDB),
 # what `isethdr --help` does without, and modules that import each other
@@ -22,7 +23,9 @@ def inside_functions(node: ast.AST, inside: bool = False) -> int:
 
 
 def test_most_imports_are_at_the_top():
-    found = {name_of(file): inside_functions(tree(file)) for file in PRODUCT}
+    indented = re.compile(r"^[ \t]+(?:from|import) ", re.MULTILINE)
+    files = [file for file in PRODUCT if indented.search(text_of(file))]
+    found = {name_of(file): inside_functions(tree(file)) for file in files}
     most = sorted(found.items(), key=lambda item: -item[1])[:10]
     assert sum(found.values()) < MOST, f"{sum(found.values())} imports inside functions: {most}"
 

@@ -114,20 +114,23 @@ def test_the_spread_of_passes_is_the_noise_of_the_mean(make):
         few = MitsubaRenderer(**settings, samples=128, seed=5)(
             scene, Demand(groups=("streetlights",))
         )
-    many = MitsubaRenderer(**settings, samples=4096, seed=6)(
+    many = MitsubaRenderer(**settings, samples=1024, seed=6)(
         scene, Demand(groups=("streetlights",))
     )
     a, b = (luminance(ds.radiance.values[0], ds.wavelength.values) for ds in (few, many))
     lit = (b > 0.01 * b.mean()) & (b < 100 * b.mean())
     found = np.median(np.abs(a[lit] / b[lit] - 1)) / 0.6745
-    # four passes know a standard error to 40 %, its median over tiles better, and the two medians
-    # weigh tiles differently
+    # the picture of eight times the paths adds 6 % to the deviation. Four passes know a standard
+    # error to 40 %, its median over tiles better, and the two medians weigh tiles differently
     assert row.errors[0].label.endswith("streetlights") and 0.4 < row.errors[0].value / found < 2.5
 
 
 def test_same_seed_gives_the_same_cube_and_another_seed_does_not(make):
+    street = make.street(4)
     render = lambda seed: (
-        MitsubaRenderer(width=32, height=18, samples=4, seed=seed)(make.street(4)).radiance.values
+        MitsubaRenderer(width=32, height=18, samples=4, seed=seed, step_nm=100.0)(
+            street
+        ).radiance.values
     )
     one = render(1)
     assert np.array_equal(one, render(1))
