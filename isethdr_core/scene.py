@@ -1,5 +1,6 @@
 """Public path of `data.scene_description`."""
 
+from .data.fog import Fog, PhaseLobe, fog_of
 from .data.scene_description import (
     Camera,
     Facets,
@@ -22,6 +23,7 @@ from .data.sky import SkyDisc, SkyDome, SkyPart
 __all__ = [
     "Camera",
     "Facets",
+    "Fog",
     "Granular",
     "IntensityTable",
     "Lamp",
@@ -29,6 +31,7 @@ __all__ = [
     "Model",
     "NextFrame",
     "Part",
+    "PhaseLobe",
     "Placed",
     "RetroReflection",
     "SceneDescription",
@@ -38,4 +41,5 @@ __all__ = [
     "Spectrum",
     "Texture",
     "flat",
+    "fog_of",
 ]

@@ -6,6 +6,7 @@
 | `categories`          | names and numbers of object categories                                 |
 | `error_costs`         | the cost of a smaller error, and the division of an error at least cost |
 | `derived_once`        | results of metrics that depend on reference picture and labels only    |
+| `fog`                 | fog: extinction by visibility, and phase function                      |
 | `quantities`          | dims, units and attributes of radiance, irradiance, captures, pictures |
 | `reference_picture`   | the picture of a camera without noise, blur and flare, and its labels  |
 | `saturation`          | which pixels of a picture are saturated in every capture               |

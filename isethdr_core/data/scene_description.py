@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from .fog import Fog
 from .sky import SkyDome
 
 
@@ -249,7 +250,7 @@ class SceneDescription:
 
     `sky` is the radiance of a uniform sky, W m-2 sr-1 nm-1, at weight 1, or a `SkyDome`, whose
     radiance depends on direction; None where there is none. Its light group, discs of sun and moon
-    included, is `sky`.
+    included, is `sky`. The sky is what is seen from the ground, in the fog if there is any.
     """
 
     name: str
@@ -259,6 +260,8 @@ class SceneDescription:
     camera: Camera
     sky: Spectrum | SkyDome | None = None
     next_frame: NextFrame | None = None  # of a sequence
+    # of all that lies between; None: clear air. Only renderers that say so can render it
+    fog: Fog | None = None
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the names of the groups that have an emitter, `sky` first, the others sorted."""

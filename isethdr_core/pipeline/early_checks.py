@@ -7,15 +7,20 @@ Components may declare properties of their results in advance, or check those of
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..errors import ConfigError
 from ..plugins.protocols import (
     ChecksCaptures,
     ChecksFiles,
     ChecksGroups,
     ListsCaptures,
     ListsGroups,
+    RendersFog,
 )
+
+if TYPE_CHECKING:
+    from ..data.scene_description import SceneDescription
 
 
 class ShotForm(NamedTuple):
@@ -52,6 +57,19 @@ def check_lightings(groups: Sequence[str], lighting: Any, versions: Sequence[Any
     for light in (lighting, *(versions if len(groups) > 1 else ())):
         if isinstance(light, ChecksGroups):
             light.check_groups(groups)
+
+
+def check_contents(description: SceneDescription, renderer: Any) -> None:
+    """Raise ConfigError if the scene has fog and the renderer does not state that it renders it."""
+    if description.fog is None:
+        return
+    if isinstance(renderer, RendersFog) and renderer.RENDERS_FOG:
+        return
+    raise ConfigError(
+        f"scene {description.name!r} has fog (visibility {description.fog.visibility_m:g} m), which"
+        f" the renderer {type(renderer).__name__} does not know; expected a renderer with"
+        " RENDERS_FOG; type renderer=mitsuba, or scene.visibility_m=null for clear air"
+    )
 
 
 def check_shots(sensors: Sequence[Any], isp: Any) -> None:

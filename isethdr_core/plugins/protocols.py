@@ -353,6 +353,13 @@ class RendersMargin(Protocol):
 
 
 @runtime_checkable
+class RendersFog(Protocol):
+    """A renderer that states whether it can render a scene with fog. Others are refused there."""
+
+    RENDERS_FOG: ClassVar[bool]  # True: `SceneDescription.fog` is rendered
+
+
+@runtime_checkable
 class NamesItsEffort(Protocol):
     """A renderer with fields that buy accuracy and do not change the answer."""
 
@@ -816,6 +823,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         KnowsItsBands,
         CountsTiles,
         ChecksCameraField,
+        RendersFog,
         RendersMargin,
         NamesItsEffort,
         AccumulatesSamples,

@@ -24,7 +24,7 @@ from ..identity.earlier_names import radiance_names
 from ..pipeline.bands import of_demand
 from ..pipeline.chain import Chain, stage
 from ..pipeline.demand import Demand
-from ..pipeline.early_checks import check_lightings
+from ..pipeline.early_checks import check_contents, check_lightings
 from ..plugins.protocols import AccumulatesSamples, MeetsNoiseLimit, NamesItsEffort
 from ..storage import store
 from ..storage.encoding import bits_for, rounding
@@ -106,6 +106,7 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise:
         )
         if not isinstance(description, SceneDescription):
             return _known(chain, description), []
+        check_contents(description, chain.renderer)
         # before the rendering, which takes longest
         check_lightings(description.light_groups(), chain.lighting, tuple(chain.versions.values()))
         with _rendering_alone(folder, recipe):

@@ -4,6 +4,7 @@
 |---------------|--------------------------------------------------------------------------------|
 | `bands`       | an error for bands without data of a material or lamp                          |
 | `doctor`      | tests in a child process which Mitsuba variants work on this machine           |
+| `fog`         | fog: the even sky that is seen in it, and what is left out                     |
 | `frame`       | one frame: world, passes, visible lamps, labels, and the Dataset               |
 | `illuminance` | the light of each group that falls on each object, towards the camera          |
 | `labels`      | labels by one ray through each tile's centre: exact, and all from the same hit |

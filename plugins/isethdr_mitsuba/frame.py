@@ -13,6 +13,7 @@ from isethdr_core import ledger
 from isethdr_core.quantities import scene_radiance
 from isethdr_core.runs.sample_accumulation import Known
 
+from .fog import in_fog, state_fog
 from .lamps.placed_lamps import placed_lamps
 from .lamps.sky_discs import disc_lamps
 from .paths.passes import Frame, estimate
@@ -53,9 +54,10 @@ def render_frame(settings, description, request: Request, variant: str):
 
     mi.set_variant(variant)
     from .labels import cut_labels, instances, label_tiles
-    from .lamps.visible_lamps import visible_lamps
+    from .lamps.visible_lamps import Bands, visible_lamps
     from .world.geometry import build_world
 
+    description = in_fog(description, variant)
     groups = request.groups
     bands_nm = request.bands_nm
     demand = request.demand
@@ -72,7 +74,8 @@ def render_frame(settings, description, request: Request, variant: str):
         why = f"Mitsuba follows light to one facet alone; most at grazing angles, of {worst}"
         ledger.left_out("light from facet to facet", why, lost_share, "relative", key="facets")
     world = build_world(description, surfaces)
-    layer, error = visible_lamps(world, view, lamps, groups, bands_nm, settings.step_nm)
+    bands = Bands(bands_nm, settings.step_nm)
+    layer, error = visible_lamps(world, view, lamps, groups, bands, description.fog)
     cube = Cube(groups, bands_nm, view)
     paths = one_pass = None
     if variant.startswith("scalar"):
@@ -95,6 +98,7 @@ def render_frame(settings, description, request: Request, variant: str):
     radiance = result.radiance
     radiance += layer
     state_noise(result, groups, settings)
+    state_fog(description.fog)
     if error > 0:
         arcs = ", or where its sides are arcs" * (view.projection != "tangent")
         ledger.error(
@@ -206,9 +210,10 @@ def follower(description, built: Built, lamps, cube: Cube, settings):
     groups = cube.groups
     materials = SurfaceTables(world, description.materials.values(), built.surfaces.values())
     tables = LampTables(world, lamps, groups, description.sky if "sky" in groups else None)
-    return Paths(
-        world, cube.view, tables, materials, cube.bands_nm, settings.step_nm, settings.max_depth
-    )
+    depth = settings.max_depth
+    step_nm = settings.step_nm
+    fog = description.fog
+    return Paths(world, cube.view, tables, materials, cube.bands_nm, step_nm, depth, fog)
 
 
 def even_passes(paths):

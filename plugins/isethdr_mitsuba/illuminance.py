@@ -15,7 +15,7 @@ import numpy as np
 
 from isethdr_core.data.sky import pattern_at
 from isethdr_core.physics.photometry import LM_PER_W, v_lambda
-from isethdr_core.scene import SceneDescription, SkyDome
+from isethdr_core.scene import Fog, SceneDescription, SkyDome
 
 from .lamps.placed_lamps import SPECTRUM_NM, PlacedLamp, placed_lamps
 from .lamps.sky_discs import FAR_M, disc_lamps
@@ -70,7 +70,7 @@ def illuminances(
     groups = description.light_groups()
     total = {group: np.zeros(points.count) for group in groups}
     for lamp in (*placed_lamps(description, normalise), *disc_lamps(description, "sky" in groups)):
-        total[lamp.lamp.group] += from_lamp(world, points, lamp)
+        total[lamp.lamp.group] += from_lamp(world, points, lamp, description.fog)
     if description.sky is not None:
         total["sky"] += from_sky(world, points, description.sky)
     numbers, first, count = np.unique(points.instance, return_index=True, return_counts=True)
@@ -108,8 +108,11 @@ def visible_points(view: View, instance: np.ndarray, distance: np.ndarray) -> Po
     return Points(instance.ravel()[tile], view.origin_m + reach * ray, facing)
 
 
-def from_lamp(world: World, points: Points, lamp: PlacedLamp) -> np.ndarray:
-    """Return the illuminance (point,) of one lamp, lx; 0 on the object that it belongs to."""
+def from_lamp(world: World, points: Points, lamp: PlacedLamp, fog: Fog | None = None) -> np.ndarray:
+    """Return the illuminance (point,) of one lamp, lx; 0 on the object that it belongs to.
+
+    Fog takes its share at 550 nm on the way.
+    """
     lit = np.zeros(points.count)
     if not lamp.peak_cd_m2 > 0:
         return lit
@@ -122,6 +125,8 @@ def from_lamp(world: World, points: Points, lamp: PlacedLamp) -> np.ndarray:
     value[points.instance == lamp.instance] = 0
     at = np.nonzero(value)
     value[at] *= lamp.relative(-way[at]) / away[at] ** 2
+    if fog is not None:
+        value[at] *= fog.transmission(away[at])
     at = np.nonzero(value)
     value[at] *= reaches(world, points.place_m[at[0]], way[at], away[at] * NEARLY)
     lit[:] = value.sum(1) * lamp.peak_cd_m2 * lamp.area_m2 / len(target)

@@ -135,6 +135,7 @@ class MitsubaRenderer:
     normalise: Literal["intensity", "flux"] = "intensity"
 
     accuracy_knobs: ClassVar[tuple[AccuracyKnob, ...]] = ACCURACY_KNOBS
+    RENDERS_FOG: ClassVar[bool] = True
 
     def __post_init__(self):
         check_ranges(self)

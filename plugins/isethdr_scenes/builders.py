@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 
-from isethdr_core.scene import Camera, Model, Placed, SceneDescription
+from isethdr_core.scene import Camera, Model, Placed, SceneDescription, fog_of
 
 from .geometry.mesh import piece
 from .geometry.road_users import cyclist, deer, person
@@ -98,6 +98,7 @@ def describe(
         materials,
         camera,
         sky_of_scene(scene),
+        fog=fog_of(scene.visibility_m),
     )
 
 

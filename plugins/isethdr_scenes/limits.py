@@ -26,3 +26,4 @@ Aspect = Annotated[float, Range(0.5, 4)]
 CameraHeight = Annotated[float, Range(0.5, 4)]  # metres: a sports car's to a lorry's windscreen
 Spacing = Annotated[float, Range(4, 60)]  # metres
 SkyLuminance = Annotated[float, Range(1e-6, 1e6)]  # cd/m2; a bright overcast sky has 1e4
+Visibility = Annotated[float, Range(10, 100_000)]  # metres; the densest fog of roads has 10

@@ -10,7 +10,7 @@ from isethdr_core.plugins.ranges import Range, Seed, check_ranges
 
 from .builders import describe
 from .lamps import groups_of
-from .limits import Aspect, CameraHeight, RoadField, SkyLuminance
+from .limits import Aspect, CameraHeight, RoadField, SkyLuminance, Visibility
 from .placement import OWN_LANE_M, plan
 from .road_surfaces import DEFAULT, RoadSurfaceName
 from .sky.choice import SkyName, check_sky
@@ -83,6 +83,9 @@ class NightDrive:
     # and heading_deg
     hour: dict[str, Any] = field(default_factory=dict)
     sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of a uniform sky at weight 1
+    # meteorological optical range of fog that fills the scene; null: clear air
+    # (docs/explanation/fog.md)
+    visibility_m: Visibility | None = None
 
     def __post_init__(self):
         check_ranges(self)

@@ -12,10 +12,10 @@ from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.plugins.ranges import Range, Seed, Share, check_ranges
-from isethdr_core.scene import Camera, NextFrame, Placed, SceneDescription
+from isethdr_core.scene import Camera, NextFrame, Placed, SceneDescription, fog_of
 
 from .lamps import groups_of
-from .limits import Aspect, CameraHeight, RoadField, SkyLuminance
+from .limits import Aspect, CameraHeight, RoadField, SkyLuminance, Visibility
 from .materials import used
 from .placing.camera import Eye, Mounting, check_eye, eye
 from .placing.daytime import by_day
@@ -117,6 +117,9 @@ class Street:
     # and heading_deg
     hour: dict[str, Any] = field(default_factory=dict)
     sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of a uniform sky at weight 1
+    # meteorological optical range of fog that fills the scene; null: clear air
+    # (docs/explanation/fog.md)
+    visibility_m: Visibility | None = None
     # seconds for which traffic and people have moved on (docs/how-to/streets.md)
     time_s: Time = 0.0
     # frames per second of the sequence to which this picture belongs; adds the label `motion`
@@ -206,6 +209,7 @@ class Street:
             self._camera(place),
             sky_of_scene(self),
             self._next_frame(objects),
+            fog_of(self.visibility_m),
         )
 
     def _next_frame(self, objects: list[Placed]) -> NextFrame | None:

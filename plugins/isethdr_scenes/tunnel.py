@@ -10,7 +10,7 @@ from isethdr_core.plugins.ranges import Range, Seed, check_ranges
 
 from .builders import describe
 from .lamps import groups_of
-from .limits import Aspect, CameraHeight, RoadField, SkyLuminance, Spacing
+from .limits import Aspect, CameraHeight, RoadField, SkyLuminance, Spacing, Visibility
 from .placement import OWN_LANE_M
 from .placement_tunnel import plan
 from .road_surfaces import DEFAULT, RoadSurfaceName
@@ -63,6 +63,9 @@ class Tunnel:
     # and heading_deg
     hour: dict[str, Any] = field(default_factory=dict)
     sky_luminance_cd_m2: SkyLuminance = 4000.0  # luminance of a uniform sky at weight 1
+    # meteorological optical range of fog that fills the scene; null: clear air
+    # (docs/explanation/fog.md)
+    visibility_m: Visibility | None = None
 
     def __post_init__(self):
         check_ranges(self)

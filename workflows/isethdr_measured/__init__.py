@@ -9,6 +9,7 @@
 | `denoised_scores`     | scores of the main job with and without denoising, beside MTF50          |
 | `demosaic_methods`    | demosaic methods compared on charts                                      |
 | `fireflies`           | single tiles that a rendering made too bright, against a judge           |
+| `fog_reference`       | fog by Mitsuba's own volumetric path integrator                          |
 | `job_paths`           | a job whose scene and tables are made once, rendered many times          |
 | `merge_rules`         | merge rules over eight decades of light                                  |
 | `renderer_noise`      | noise and light of renderings whose paths follow need                    |

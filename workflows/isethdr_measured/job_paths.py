@@ -13,7 +13,7 @@ from isethdr_mitsuba.frame import Built, Cube, follower
 from isethdr_mitsuba.labels import instances
 from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
 from isethdr_mitsuba.lamps.sky_discs import disc_lamps
-from isethdr_mitsuba.lamps.visible_lamps import visible_lamps
+from isethdr_mitsuba.lamps.visible_lamps import Bands, visible_lamps
 from isethdr_mitsuba.paths.work_items import listed_work
 from isethdr_mitsuba.world.geometry import build_world
 from isethdr_mitsuba.world.materials import ramp_surfaces
@@ -103,7 +103,9 @@ def job_paths(overrides: list[str]) -> JobPaths:
     lamps += disc_lamps(description, "sky" in groups)
     surfaces = ramp_surfaces(description)
     world = build_world(description, surfaces)
-    layer, _ = visible_lamps(world, view, lamps, groups, bands, renderer.step_nm)
+    layer, _ = visible_lamps(
+        world, view, lamps, groups, Bands(bands, renderer.step_nm), description.fog
+    )
     cube = Cube(groups, bands, view)
     paths = follower(description, Built(world, surfaces), lamps, cube, renderer)
     flat_layer = layer.reshape(*layer.shape[:2], -1).astype(float)

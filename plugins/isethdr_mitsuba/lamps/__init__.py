@@ -2,6 +2,7 @@
 
 | module             | content                                            |
 |--------------------|----------------------------------------------------|
+| `airlight_sampling` | lamp and place along a ray where fog scatters its light |
 | `beam_lamp`        | the beam-limited area light as a Mitsuba emitter   |
 | `device_grids`     | grids of luminance on the device                   |
 | `intensity_grid`   | the luminance that makes a table of candela        |

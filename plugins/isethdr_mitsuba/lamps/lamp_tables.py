@@ -39,6 +39,7 @@ class LampTables:
 
     def __init__(self, world: World, lamps: list[PlacedLamp], groups: list[str], sky=None):
         self.groups = list(groups)
+        self.fog = None  # FogTables, where there is fog
         spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
         # per cd/m2 for lamps; the sky's, absolute, are last
         of_sky = sky_rows(sky, SPECTRUM_NM)
@@ -204,6 +205,8 @@ class LampTables:
             chance = self.chances.of(lamp, place, active)
             each *= chance
             value = dr.select(chance > 0, sent * cos_here, 0)
+            if dr.hint(self.fog is not None, mode="scalar"):
+                value *= self.fog.along(dr.norm(p - si.p))
             weight = dr.select(value > 0, value / each, 0)
             total += weight
             take = (weight > 0) & (rng.next_float32() * total < weight)

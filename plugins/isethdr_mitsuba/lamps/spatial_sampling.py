@@ -275,6 +275,8 @@ def _tried(scene, lamps, bounds: _Bounds, met: _Met) -> np.ndarray:
         * dr.maximum(dr.dot(way, n), 0)
         / dr.square(dr.maximum(far, away))
     )
+    if lamps.fog is not None:
+        light *= lamps.fog.along(far)
     lit &= light > 0
     lit &= ~scene.ray_test(
         mi.Ray3f(p + n * CLEAR_M, way, dr.maximum(far - 1.05 * away, 0), 0.0, mi.Spectrum(0)), lit

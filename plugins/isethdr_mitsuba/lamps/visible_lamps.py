@@ -7,6 +7,8 @@ areas. Rays to points on each piece determine its visible part.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -21,8 +23,19 @@ CHUNK = 20_000  # pieces handled at a time: bounds memory
 OFF = 5e-4
 
 
-def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
+class Bands(NamedTuple):
+    """The bands of a picture, nm."""
+
+    centres_nm: np.ndarray
+    step_nm: float
+
+
+def visible_lamps(world, view, lamps, groups, bands: Bands, fog=None):
     """Return the direct light of lamps on the tiles, and its largest error.
+
+    Parameters
+    ----------
+    fog : None in clear air.
 
     Returns
     -------
@@ -32,24 +45,25 @@ def visible_lamps(world, view, lamps, groups, bands_nm, step_nm):
         tangents.
     """
     spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
-    bands = band_means(emission_table(spectra), bands_nm, step_nm)
+    bands_nm = bands.centres_nm
+    emitted = band_means(emission_table(spectra), bands_nm, bands.step_nm)
     tiles = view.shape[0] * view.shape[1]
-    level = {}  # (group, spectrum) -> luminance per tile
+    level = {}  # (group, spectrum) -> luminance (tile, 1), or (tile, band) in fog
+    one = np.ones((1, 1))
     error = 0.0 if view.projection == "tangent" else 4 * OFF
     for lot in _lots(lamps, groups, view):
-        for key, tile, value, visible_share in _luminances(world, view, lamps, lot):
+        for key, tile, value, away_m, visible_share in _luminances(world, view, lamps, lot):
             where = groups.index(key.group), spectra.index(key.spectrum)
-            np.add.at(
-                level.setdefault(where, np.zeros(tiles)),
-                tile,
-                value / (view.pitch_x * view.pitch_y),
-            )
+            each = value / (view.pitch_x * view.pitch_y)
+            left = one if fog is None else fog.transmission(away_m[:, None], bands_nm)
+            total = level.setdefault(where, np.zeros((tiles, left.shape[-1])))
+            np.add.at(total, tile, each[:, None] * left)
             if np.any((visible_share > 0) & (visible_share < 1)):
                 error = max(error, 1 / POINTS)
     layer = np.zeros((len(groups), len(bands_nm), tiles))
     for (g, s), luminance in level.items():
-        used = np.flatnonzero(luminance)
-        layer[g][:, used] += bands[s][:, None] * luminance[used]
+        used = np.flatnonzero(luminance.any(1))
+        layer[g][:, used] += emitted[s][:, None] * luminance[used].T
     return layer.reshape(len(groups), len(bands_nm), *view.shape), error
 
 
@@ -186,7 +200,7 @@ def cut(polygon, plane, least=0.0):
 
 def _luminances(world, view, lamps, lot):
     """Yield of each entry of a lot its lamp, tiles, each piece's area on the grid times the mean
-    luminance of its visible part, and that visible part.
+    luminance of its visible part, its mean distance, m, and that visible part.
     """
     rays = [_rays(view, *entry[2:]) for entry in lot]
     counts = [direction.shape[0] for _, direction, _ in rays]
@@ -201,7 +215,7 @@ def _luminances(world, view, lamps, lot):
         sees = sees.reshape(distance.shape)
         pattern = placed.relative(-direction).reshape(distance.shape)
         value = area * placed.peak_cd_m2 * (pattern * sees).mean(1)
-        yield placed.lamp, tile, value, sees.mean(1)
+        yield placed.lamp, tile, value, distance.mean(1), sees.mean(1)
 
 
 def _rays(view, flat, normal, corner):

@@ -2,9 +2,11 @@
 
 | module           | content                                                     |
 |------------------|-------------------------------------------------------------|
+| `airlight`       | light that fog scatters into a ray                          |
 | `camera_rays`    | the first rays of the paths of a tile                       |
 | `device_memory`  | NumPy arrays that compiled code reads in whole vectors      |
 | `film_bands`     | Mitsuba's own integrator, for machines without a compiler   |
+| `fog_tables`     | extinction of each band, and phase function                 |
 | `hits`           | what a ray meets, looked up in tables of all triangles      |
 | `integrator`     | one path, all bands, all light groups                       |
 | `need_driven`    | rounds of paths in tiles whose noise cameras see            |

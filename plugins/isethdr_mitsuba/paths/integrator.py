@@ -21,14 +21,19 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from isethdr_core.data.fog import Fog
 from isethdr_core.physics.photometry import xyz_weights
 
+from ..lamps.airlight_sampling import CANDIDATES as AIR_CANDIDATES
+from ..lamps.airlight_sampling import OF_PLACE, AirlightLamps, Segment
 from ..lamps.lamp_tables import CANDIDATES, FIRST_CANDIDATES, LampTables
 from ..world.geometry import World
 from ..world.materials import RAMP_NM
 from ..world.view import View
+from .airlight import from_lamps, from_sky
 from .camera_rays import ACROSS, ALONG, ASIDE, DOWN, TURN, UP, Camera, offsets, share, stream
 from .device_memory import aligned
+from .fog_tables import FogTables
 from .hits import HitTables
 from .spectra import BandTable
 from .surface_tables import SurfaceTables
@@ -54,6 +59,7 @@ class Paths:
     surfaces : materials of the world.
     wavelength_nm, step_nm : band centres and their common width, nm.
     max_depth : largest number of segments of a path; 2 is direct light only.
+    fog : None in clear air. The sky is uniform where there is fog.
     """
 
     world: World
@@ -63,9 +69,23 @@ class Paths:
     wavelength_nm: np.ndarray
     step_nm: float
     max_depth: int
+    fog: Fog | None = None
 
     def __post_init__(self):
+        self.lamps.fog = self._fog
         self.lamps.aim(self.world.scene, self._hits, self._camera, self.view, self.surfaces)
+
+    @cached_property
+    def _fog(self):
+        return None if self.fog is None else FogTables(self.fog, self.wavelength_nm)
+
+    @cached_property
+    def _air(self):
+        if self._fog is None:
+            return None
+        air = AirlightLamps(self.lamps, self._fog)
+        air.aim(self.world.scene, self._hits, self._camera, self.view)
+        return air
 
     @cached_property
     def _hits(self):
@@ -143,6 +163,8 @@ class Paths:
         tables = _Tables(
             self.world.scene, self._hits, self._camera, self.lamps, self.surfaces, spectra
         )
+        tables.fog = self._fog
+        tables.air = self._air
         key = number(seed & 0xFFFFFFFF)
         return _trace(tables, key, items, len(work.tiles), self._weights, self.max_depth)
 
@@ -157,6 +179,8 @@ class _Tables:
         self.lamps: LampTables = lamps
         self.surfaces: SurfaceTables = surfaces
         self.spectra: _Spectra = spectra
+        self.fog: FogTables | None = None
+        self.air: AirlightLamps | None = None
 
 
 class _Items(NamedTuple):
@@ -221,6 +245,9 @@ def _light_of(tables: _Tables, vertex: _Vertex, aimed):
     value, rival = tables.surfaces.towards(vertex.material, si, local, open_way)
     level = level * dr.select(open_way, density / (density + rival), 0)
     light = spectra.at(vertex.place, spectra.lights + source, open_way)
+    if tables.fog is not None:
+        left = tables.fog.transmission(dr.norm(target - si.p))
+        light = [one * share for one, share in zip(light, left)]
     return [
         dr.select(open_way, b * dr.lerp(value[0], value[1], c) * one * level, 0)
         for b, c, one in zip(vertex.beta, vertex.colour, light)
@@ -255,6 +282,16 @@ def _trace(tables, seed, items, entries, weights, max_depth):
     group_rng = [stream(seed, tile * MOST_LANES + lane, name) for name in lamps.groups]
     groups = len(lamps.groups)
     packets = spectra.packets
+    fog = tables.fog
+    fog_rng = []
+    # whether all surfaces up to here were mirrors or clear panes: what the camera itself sees
+    straight = True
+    turn_of_air = 0
+    if fog is not None:
+        names = (*lamps.groups, "sky")
+        fog_rng = [stream(seed, tile * MOST_LANES + lane, f"fog {name}") for name in names]
+        straight = mi.Bool(True)
+        turn_of_air = fog_rng[-1].next_uint32() + lane * (AIR_CANDIDATES * OF_PLACE & 0xFFFFFFFF)
     lit = [g for g in range(groups) if lamps.has_lamps(g)]
     # the last are the means of its rows
     sky = lamps.groups.index("sky") if "sky" in lamps.groups else -1
@@ -296,13 +333,47 @@ def _trace(tables, seed, items, entries, weights, max_depth):
         si, shape = hits.meet(scene, ray, going)
         hit = going & si.is_valid()
         material = surfaces.material_at(shape, hit)
+        escapes = going & ~hit
+
+        if dr.hint(fog is not None, mode="scalar"):
+            straight |= depth == 0
+            # all paths of one camera ray share its airlight
+            many = dr.select(depth == 0, mi.Float(shares), 1)
+            end = dr.minimum(si.t, fog.reach_m)
+            turn = dr.select(depth == 0, turn_of_air, fog_rng[groups].next_uint32())
+            turn_of_air += dr.select(
+                depth == 0, lanes * (AIR_CANDIDATES * OF_PLACE & 0xFFFFFFFF), 0
+            )
+            segment = Segment(ray, end, turn)
+            for g in lit:
+                seen = going & straight & on[g]
+                if seen:
+                    source, level, packs = from_lamps(
+                        tables.air, g, fog_rng[g], segment, block, seen
+                    )
+                    light = spectra.at(place, spectra.lights + source, level > 0)
+                    for k in range(packets):
+                        total[g][k] += beta[k] * light[k] * packs[k] * (level * many)
+            if dr.hint(sky >= 0, mode="scalar"):
+                seen = (hit | (going & straight)) & on[sky]
+                if seen:
+                    packs = from_sky(scene, fog, fog_rng[groups], segment, seen)
+                    row_of_sky = dr.select(depth == 0, sky_row + lamps.sky_rows, sky_row)
+                    light = spectra.at(place, row_of_sky, seen)
+                    for k in range(packets):
+                        total[sky][k] += beta[k] * light[k] * packs[k] * many
+            # the sky is seen as airlight, without an end
+            escapes &= ~straight
+            left_after = fog.transmission(end)
+            for k in range(packets):
+                beta[k] = dr.select(hit, beta[k] * left_after[k], beta[k])
 
         # light that a path hits by itself: the sky always, a lamp only after the first surface
         # all paths of one camera ray use the mean of the sky
         visible = dr.select(depth == 0, sky_row + lamps.sky_rows, sky_row)
         colour = spectra.at(place, dr.select(hit, material, visible), going)
         if dr.hint(sky >= 0, mode="scalar"):
-            level = dr.select(going & ~hit & on[sky], dr.select(depth == 0, mi.Float(shares), 1), 0)
+            level = dr.select(escapes & on[sky], dr.select(depth == 0, mi.Float(shares), 1), 0)
             if dr.hint(lamps.dome is None, mode="scalar"):
                 for k in range(packets):
                     total[sky][k] += beta[k] * colour[k] * level
@@ -350,6 +421,10 @@ def _trace(tables, seed, items, entries, weights, max_depth):
             colour = spectra.at(place, material, again)
             depth = mi.UInt32(0)
             beta = [mi.Spectrum(1) for _ in range(packets)]
+        if dr.hint(fog is not None, mode="scalar"):
+            left_after = fog.transmission(first.t)
+            for k in range(packets):
+                beta[k] = dr.select(again, left_after[k], beta[k])
         active |= again
 
         if dr.hint(surfaces.textures.any, mode="scalar"):
@@ -399,6 +474,8 @@ def _trace(tables, seed, items, entries, weights, max_depth):
             ray.wavelengths = ramp
             bsdf_density = sampled.pdf
             specular = mi.has_flag(sampled.sampled_type, mi.BSDFFlags.Delta)
+            if dr.hint(fog is not None, mode="scalar"):
+                straight = ((depth == 0) | straight) & specular
             depth += 1
         going = strongest > 0
     batches = [

@@ -1,0 +1,61 @@
+"""Fog in this renderer: the sky that is seen in it, and what is left out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from isethdr_core import ledger
+from isethdr_core.data.fog import Fog
+from isethdr_core.errors import ConfigError
+from isethdr_core.scene import SceneDescription, SkyDome, Spectrum
+
+from .lamps.placed_lamps import SPECTRUM_NM
+
+SCALAR = "scalar"
+
+
+def in_fog(description: SceneDescription, variant: str) -> SceneDescription:
+    """Return the description as it is rendered: in fog, a sky with a gradient, sun and moon becomes
+    the uniform sky that gives level ground as much light.
+
+    Raises
+    ------
+    ConfigError : the variant has no compiler, and renders no fog.
+    """
+    if description.fog is None:
+        return description
+    if variant.startswith(SCALAR):
+        raise ConfigError(
+            f"scene {description.name!r} has fog, which the variant {variant} does not render;"
+            " expected LLVM 17 or newer (`isethdr doctor` says what to install); or type"
+            " scene.visibility_m=null for clear air"
+        )
+    if not isinstance(description.sky, SkyDome):
+        return description
+    ledger.left_out(
+        "gradient of the sky, sun and moon",
+        "fog mixes their light: a uniform sky gives level ground as much",
+        float("nan"),
+        "",
+        key="sky in fog",
+    )
+    even = description.sky.at(SPECTRUM_NM)
+    ends = [w for w in (description.sky.wavelength_nm[0], description.sky.wavelength_nm[-1])]
+    nm = SPECTRUM_NM[(SPECTRUM_NM >= ends[0]) & (SPECTRUM_NM <= ends[1])]
+    value = np.interp(nm, SPECTRUM_NM, even)
+    return replace(description, sky=Spectrum(tuple(nm.tolist()), tuple(value.tolist())))
+
+
+def state_fog(fog: Fog | None) -> None:
+    """State in the ledger what of the light in fog is left out."""
+    if fog is None:
+        return
+    ledger.left_out(
+        "light of lamps that fog scatters more than once, or onto surfaces",
+        f"single scattering on what the camera sees; visibility {fog.visibility_m:g} m",
+        float("nan"),
+        "",
+        key="scattered twice",
+    )

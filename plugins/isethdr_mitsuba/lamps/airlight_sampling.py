@@ -1,0 +1,237 @@
+"""Sampling of airlight: the lamp, and the place along a camera ray where fog scatters its light.
+
+Light that fog scatters once on its way from a lamp to the camera is an integral along the camera's
+ray. The place along the ray is drawn by the angle that it subtends at the lamp (equiangular
+sampling: Kulla and Fajardo 2012), or by the transmission up to it, half of the times each. The lamp
+is drawn by what it sends to the rays of the block of tiles: before rendering, all lamps are tried
+from places along two rays of each block, with shadows.
+
+References
+----------
+Kulla, Fajardo 2012, Computer Graphics Forum 31, 4, section 4 (equiangular sampling).
+Talbot 2005, eq. 5 (resampled importance sampling).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ..paths.camera_rays import OF_CANDIDATE, stream
+from ..paths.device_memory import aligned
+from .spatial_sampling import MOST_TRIED, areas, blocks_of, shares_of, slots_of, votes
+
+RAYS = 2  # of each block that are tried
+PLACES = 8  # along each of them
+CANDIDATES = 12  # for one shadow ray
+# 2^32 (11^0.5 - 3): candidates of all paths of a tile take turns along the ray
+OF_PLACE = 0x510E527F
+NEAREST_M = 1e-3  # from a ray to a lamp, where the place is drawn
+NEARLY = 1 - 1e-3  # of the way to a lamp: float32, and the lamp's own lens
+
+
+class Segment:
+    """A ray of a path, and where candidates lie on it. No tuple and no dataclass, which loops of
+    Dr.Jit would take apart.
+    """
+
+    def __init__(self, ray, end, turn):
+        """`end` : m, length of the ray. `turn` : of 2^32, the place of the first candidate."""
+        self.ray = ray
+        self.end = end
+        self.turn = turn
+
+
+class Aimed(NamedTuple):
+    """A place along a ray, and the point of a lamp that lights it."""
+
+    row: mi.UInt32  # of the lamp's spectrum
+    along: mi.Float  # m, of the place on the ray
+    towards: mi.Vector3f  # unit vector from there to the lamp
+    away: mi.Float  # m, from there to the lamp
+    # cd/m2 of airlight at the reference wavelength, for an albedo of 1 and no shadow
+    level: mi.Float
+
+
+class Angles:
+    """The angles that places along a ray subtend at a point."""
+
+    def __init__(self, ray, end, point):
+        """`end` : m, where the ray ends. `point` : of a lamp."""
+        way = point - ray.o
+        self.middle = dr.dot(way, ray.d)
+        self.beside = dr.maximum(dr.norm(way - ray.d * self.middle), NEAREST_M)
+        self.first = dr.atan2(-self.middle, self.beside)
+        self.span = dr.maximum(dr.atan2(end - self.middle, self.beside) - self.first, 1e-6)
+
+    def place(self, u):
+        """Return the place, m, at the share `u` of the angles."""
+        return self.middle + self.beside * dr.tan(self.first + u * self.span)
+
+    def density(self, along):
+        """Return the density, 1/m, of places whose angles are even."""
+        off = along - self.middle
+        return self.beside / (self.span * (dr.square(self.beside) + dr.square(off)))
+
+
+class AirlightLamps:
+    """Device tables of the probabilities with which lamps are chosen for the airlight of blocks."""
+
+    def __init__(self, lamps, fog):
+        """`lamps` : LampTables. `fog` : FogTables."""
+        self.scene = None
+        self.lamps = lamps
+        self.fog = fog
+
+    def aim(self, scene, hits, camera, view):
+        """Compute the probabilities. Call this before `choose`."""
+        self.scene = scene
+        placed = self.lamps.placed
+        _, across, down = blocks_of(view)
+        light = np.zeros((across * down, 0))
+        if placed:
+            light = _tried(scene, hits, camera, view, self)
+        strength = np.array([np.sqrt(p.peak_cd_m2 * p.area_m2) for p in placed])
+        strength += np.finfo(float).tiny
+        chance = np.zeros((across * down, len(placed)))
+        self.slots = []
+        self.count = []
+        for mine in map(np.array, self.lamps.members):
+            slots = np.zeros((1, 1), int)  # of a group without lamps; never read
+            if len(mine):
+                blocks = np.repeat(np.arange(across * down), RAYS)
+                voted = votes(across * down, blocks, light[:, mine])
+                own = slots_of(voted, strength[mine])
+                chance[:, mine] = shares_of(own, len(mine))
+                slots = mine[own]
+            self.slots.append(mi.UInt32(aligned(slots, np.uint32)))
+            self.count.append(dr.opaque(mi.UInt32, slots.shape[1]))
+        self.chance = mi.Float(aligned(chance, np.float32))
+        self.number = dr.opaque(mi.UInt32, len(placed))
+        self.tries = dr.opaque(mi.UInt32, CANDIDATES)
+        dr.eval(self.chance, *self.slots)
+
+    def _pick(self, g, along, block, active):
+        """Return a lamp of group number `g`, drawn by its probability at a block."""
+        count = self.count[g]
+        slot = dr.minimum(mi.UInt32(along * mi.Float(count)), count - 1)
+        return dr.gather(mi.UInt32, self.slots[g], block * count + slot, active)
+
+    def sent(self, ray, along, lamp, point, normal, active):
+        """Return what a point of a lamp sends to the camera by way of a place on the ray, without
+        shadows, cd m-2 per metre of ray and square metre of lamp; and the unit vector and the
+        distance, m, from the place to the point.
+        """
+        way = point - (ray.o + ray.d * along)
+        away = dr.maximum(dr.norm(way), 1e-6)
+        way /= away
+        cos_lamp = -dr.dot(way, normal)
+        level = self.lamps.luminance(lamp, -way, active) * dr.maximum(cos_lamp, 0)
+        level *= (
+            self.fog.sampled * self.fog.along(along + away) * self.fog.phase(dr.dot(way, ray.d))
+        )
+        return level / dr.square(away), way, away
+
+    @dr.syntax
+    def choose(self, g: int, rng, segment, block, active):
+        """Return the `Aimed` of a `Segment`.
+
+        One of `CANDIDATES` pairs of a lamp's point and a place is kept, in proportion to what it
+        sends without shadows. Each lies on a lamp of another part of the group, and at another part
+        of the ray.
+        """
+        ray = segment.ray
+        end = segment.end
+        targets = self.lamps.targets[g]
+        triangle = mi.UInt32(0)
+        kept_along = mi.Float(0)
+        kept_towards = mi.Vector3f(0)
+        kept_away = mi.Float(1)
+        total = mi.Float(0)
+        start = rng.next_uint32()
+        k = mi.UInt32(0)
+        while k < self.tries:
+            part = mi.Float(k) + mi.Float((start + k * OF_CANDIDATE) >> 8) * 2.0**-24
+            lamp = self._pick(g, part / mi.Float(self.tries), block, active)
+            t = targets.pick(rng, lamp, active)
+            corner, edge1, edge2, normal, _, (_, _, _, _, per_area) = targets.at(t, active)
+            s = dr.sqrt(rng.next_float32())
+            w = rng.next_float32()
+            point = mi.Point3f(corner + edge1 * (1 - s) + edge2 * (s * w))
+            angles = Angles(ray, end, point)
+            u = 2 * mi.Float((segment.turn + k * OF_PLACE) >> 8) * 2.0**-24
+            lost = 1 - self.fog.along(end)
+            by_angle = u < 1
+            u = dr.select(by_angle, u, u - 1)
+            by_loss = -dr.log(dr.maximum(1 - u * lost, 1e-30)) / self.fog.sampled
+            along = dr.clip(dr.select(by_angle, angles.place(u), by_loss), 0, end)
+            density = 0.5 * angles.density(along)
+            density += 0.5 * self.fog.sampled * self.fog.along(along) / dr.maximum(lost, 1e-12)
+            chance = dr.gather(mi.Float, self.chance, block * self.number + lamp, active)
+            value, way, away = self.sent(ray, along, lamp, point, normal, active)
+            density *= chance * per_area
+            weight = dr.select(active & (density > 0) & (value > 0), value / density, 0)
+            total += weight
+            take = (weight > 0) & (rng.next_float32() * total < weight)
+            triangle = dr.select(take, t, triangle)
+            kept_along = dr.select(take, along, kept_along)
+            kept_towards = dr.select(take, way, kept_towards)
+            kept_away = dr.select(take, away, kept_away)
+            k += 1
+        row = dr.gather(mi.UInt32, targets.row, triangle, active)
+        return Aimed(row, kept_along, kept_towards, kept_away, total / mi.Float(self.tries))
+
+
+def _tried(scene, hits, camera, view, air) -> np.ndarray:
+    """Return the airlight (ray, lamp) of `RAYS` rays of each block, up to one factor."""
+    side, across, down = blocks_of(view)
+    placed = air.lamps.placed
+    middle = np.array(
+        [np.average(p.triangles.mean(1), axis=0, weights=areas(p.triangles)) for p in placed]
+    )
+    reach = [np.linalg.norm(p.triangles - c, axis=-1).max() for p, c in zip(placed, middle)]
+    numbers = lambda values: mi.Float(np.ascontiguousarray(values, np.float32))
+    middles = mi.Point3f(*map(numbers, middle.T))
+    reaches = numbers(reach)
+    area = numbers([p.area_m2 for p in placed])
+    rays = across * down * RAYS
+    step = max(1, MOST_TRIED // (len(placed) * PLACES))
+    out = []
+    for begin in range(0, rays, step):
+        number = dr.arange(mi.UInt32, min(step, rays - begin)) + begin
+        rng = stream(mi.UInt32(0), number, "airlight")
+        block = number // RAYS
+        row, column = (
+            n * side + dr.minimum(mi.UInt32(rng.next_float32() * side), side - 1)
+            for n in (block // across, block % across)
+        )
+        inside = mi.Point2u(rng.next_uint32(), rng.next_uint32())
+        ray = camera.ray(row, column, inside, mi.Spectrum(0))
+        end = dr.minimum(hits.meet(scene, ray, mi.Bool(True))[0].t, air.fog.reach_m)
+        offset = rng.next_float32()
+        dr.eval(ray, end, offset)
+        pair = dr.arange(mi.UInt32, dr.width(number) * len(placed))
+        which = pair // len(placed)
+        lamp = pair % len(placed)
+        own = dr.gather(mi.Ray3f, ray, which)
+        target = dr.gather(mi.Point3f, middles, lamp)
+        size = dr.gather(mi.Float, reaches, lamp)
+        angles = Angles(own, dr.gather(mi.Float, end, which), target)
+        light = mi.Float(0)
+        for k in range(PLACES):
+            along = angles.place((k + dr.gather(mi.Float, offset, which)) / PLACES)
+            place = own.o + own.d * along
+            way = target - place
+            away = dr.norm(way)
+            way /= dr.maximum(away, 1e-6)
+            level = air.lamps.luminance(lamp, -way) * dr.gather(mi.Float, area, lamp)
+            level *= air.fog.along(along + away) * air.fog.phase(dr.dot(way, own.d))
+            level /= dr.square(dr.maximum(away, size)) * angles.density(along)
+            clear = dr.maximum(away - 1.05 * size, 0)
+            shadow = mi.Ray3f(mi.Point3f(place), mi.Vector3f(way), clear, 0.0, mi.Spectrum(0))
+            light += dr.select((level > 0) & ~scene.ray_test(shadow, level > 0), level, 0)
+        out.append(np.array(light).reshape(-1, len(placed)))
+    return np.concatenate(out)

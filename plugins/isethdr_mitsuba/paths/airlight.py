@@ -1,0 +1,65 @@
+"""Airlight: light of lamps that fog scatters once into a ray, and light of the sky at any order.
+
+Lamps: a place along the ray and a point of a lamp are drawn (`lamps.airlight_sampling`); one shadow
+ray for each group tells whether the lamp is seen from there.
+
+Sky: its radiance is that seen in the fog, so that light that is scattered out of it is replaced by
+light that is scattered into it. What surfaces hide from a place in the fog is followed: a walk
+begins at a place along the ray, and takes directions by the phase function, until it escapes
+between the surfaces and finds the sky, or ends at a surface.
+"""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+
+from ..lamps.airlight_sampling import NEARLY
+
+MOST_SCATTERED = 64  # times that a walk is scattered
+CLEAR = 1e-3  # of the way to a surface: walks end before it
+
+
+def from_lamps(air, g: int, rng, segment, block, active):
+    """Return the airlight of group number `g` along a `Segment`: row of the spectrum, level in
+    cd/m2, and packets relative to the reference wavelength.
+
+    `air` : AirlightLamps.
+    """
+    aimed = air.choose(g, rng, segment, block, active)
+    lit = active & (aimed.level > 0)
+    place = mi.Point3f(segment.ray.o + segment.ray.d * aimed.along)
+    shadow = mi.Ray3f(place, aimed.towards, aimed.away * NEARLY, 0.0, mi.Spectrum(0))
+    lit &= ~air.scene.ray_test(shadow, lit)
+    level = dr.select(lit, aimed.level, 0)
+    return aimed.row, level, air.fog.against_sampled(aimed.along + aimed.away)
+
+
+@dr.syntax
+def from_sky(scene, fog, rng, segment, active):
+    """Return the packets of what fog along a `Segment` sends of the light of a uniform sky,
+    relative to the sky.
+    """
+    ray = segment.ray
+    lost = 1 - fog.along(segment.end)
+    u = mi.Float(segment.turn >> 8) * 2.0**-24
+    along = -dr.log(dr.maximum(1 - u * lost, 1e-30)) / fog.sampled
+    along = dr.minimum(along, segment.end)
+    place = mi.Point3f(ray.o + ray.d * along)
+    way = mi.Vector3f(ray.d)
+    weight = dr.select(active, lost, 0)
+    walks = mi.Bool(active)
+    found = mi.Float(0)
+    k = mi.UInt32(0)
+    while walks:
+        way = fog.scattered(way, rng)
+        onwards = mi.Ray3f(place, way, 0.0, mi.Spectrum(0))
+        met = scene.ray_intersect_preliminary(onwards, active=walks)
+        free = dr.select(met.is_valid(), met.t, dr.inf)
+        next_place = -dr.log(dr.maximum(1 - rng.next_float32(), 1e-30)) / fog.sampled
+        found = dr.select(met.is_valid(), found, weight)
+        walks &= met.is_valid() & (next_place < free * (1 - CLEAR)) & (k < MOST_SCATTERED)
+        place = dr.select(walks, place + way * next_place, place)
+        weight *= fog.albedo
+        k += 1
+    return [found * each for each in fog.against_sampled(along)]

@@ -1,0 +1,81 @@
+"""Fog on the device: extinction of each band, and the phase function."""
+
+from __future__ import annotations
+
+from math import ceil
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from isethdr_core.data.fog import Fog
+
+DEEPEST = 30.0  # optical depth at which rays end: e^-30 of the light is left
+
+
+class FogTables:
+    """A `Fog` on the device. Numbers are data and not literals, so that one kernel serves all
+    visibilities.
+    """
+
+    def __init__(self, fog: Fog, wavelength_nm):
+        packets = ceil(len(wavelength_nm) / 4)
+        bands_nm = np.pad(
+            np.asarray(wavelength_nm, float), (0, 4 * packets - len(wavelength_nm)), mode="edge"
+        )
+        number = lambda v: dr.opaque(mi.Float, float(v))
+        extinction = fog.extinction_at(bands_nm)
+        self.extinction = [mi.Spectrum(*map(number, part)) for part in extinction.reshape(-1, 4)]
+        # places along a ray are drawn by the extinction at the reference wavelength
+        self.sampled = number(fog.extinction_per_m)
+        self.albedo = number(fog.albedo)
+        self.reach_m = number(DEEPEST / min(extinction.min(), fog.extinction_per_m))
+        self.lobes = [(number(one.share), number(one.asymmetry)) for one in fog.lobes]
+
+    def transmission(self, distance):
+        """Return the packets of the share of light that is left after `distance`, m."""
+        return [dr.exp(-each * distance) for each in self.extinction]
+
+    def along(self, distance):
+        """Return the share of light left after `distance`, m, at the reference wavelength."""
+        return dr.exp(-self.sampled * distance)
+
+    def against_sampled(self, distance):
+        """Return the packets of scattering times transmission over `distance`, m, relative to the
+        extinction times transmission at the reference wavelength.
+        """
+        return [
+            self.albedo * each / self.sampled * dr.exp((self.sampled - each) * distance)
+            for each in self.extinction
+        ]
+
+    def phase(self, cosine):
+        """Return the phase function, 1/sr, at the cosine of the scattering angle."""
+        total = mi.Float(0)
+        for share, g in self.lobes:
+            # not 1 + g^2 - 2 g cosine, which loses digits near forward in float32
+            root = dr.square(1 - g) + 2 * g * dr.maximum(1 - cosine, 0)
+            total += share * (1 - g * g) / (4 * dr.pi * root * dr.sqrt(root))
+        return total
+
+    def scattered(self, direction, rng):
+        """Return a direction drawn by the phase function around the unit vector `direction`."""
+        pick = rng.next_float32()
+        g = self.lobes[-1][1]
+        below = mi.Float(0)
+        ends = []
+        for share, _ in self.lobes[:-1]:
+            below += share
+            ends.append(below)
+        for end, (_, each) in zip(reversed(ends), reversed(self.lobes[:-1])):
+            g = dr.select(pick < end, each, g)
+        u = rng.next_float32()
+        # inverse of the cumulative lobe (Henyey and Greenstein); even where g is next to 0
+        ratio = (1 - g * g) / (1 - g + 2 * g * u)
+        bent = (1 + g * g - ratio * ratio) / dr.select(dr.abs(g) > 1e-3, 2 * g, 1)
+        cosine = dr.clip(dr.select(dr.abs(g) > 1e-3, bent, 2 * u - 1), -1, 1)
+        sine = dr.sqrt(dr.maximum(1 - cosine * cosine, 0))
+        turn = 2 * dr.pi * rng.next_float32()
+        return mi.Frame3f(direction).to_world(
+            mi.Vector3f(sine * dr.cos(turn), sine * dr.sin(turn), cosine)
+        )

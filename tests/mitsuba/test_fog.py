@@ -1,0 +1,229 @@
+"""Fog against closed forms: transmission, airlight of one lamp, Koschmieder's law, shadows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mitsuba")
+
+import mitsuba as mi
+from isethdr_mitsuba.doctor import choose_variant
+from isethdr_mitsuba.renderer import MitsubaRenderer
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.physics.photometry import LM_PER_W, v_lambda
+from isethdr_core.scene import Fog, PhaseLobe, SkyDome, SkyPart, fog_of
+
+BAND = {"first_nm": 550.0, "last_nm": 550.0, "margin": 0.0}
+NM = np.arange(360.0, 831.0)
+# W sr-1 nm-1 per candela of a flat spectrum
+PER_CD = 1 / (LM_PER_W * float(v_lambda(NM).sum()))
+
+
+@pytest.fixture(autouse=True)
+def llvm():
+    mi.set_variant(choose_variant("llvm"))
+
+
+def light(scene, samples=256, **settings):
+    """Return radiance (group, y, x) at 550 nm."""
+    settings = {"width": 4, "height": 4, "max_depth": 2} | settings
+    return MitsubaRenderer(**BAND, samples=samples, **settings)(scene).radiance.values[:, 0]
+
+
+def lamp_beside(make, place, candela=100.0):
+    """Return a small Lambertian lamp that looks along -y, towards the line of sight."""
+    lamp = make.lamp("lamp", "other", candela, make.flat(1.0), (0, -1.0, 0))
+    lying = (make.quad(0.02, 0.02)[0][:, [1, 0, 2]], make.quad(0.02, 0.02)[1])
+    return "lamp", "post", (make.part(lying, "black", lamp),), make.pose(*place)
+
+
+def airlight(fog, place, until_m=400.0, candela=100.0):
+    """Return the radiance at 550 nm of such a lamp's light that fog scatters once into the x axis,
+    by a plain sum over millimetres.
+    """
+    along = (np.arange(round(until_m * 1000)) + 0.5) * 1e-3
+    way = np.asarray(place) - along[:, None] * [1.0, 0, 0]
+    away = np.linalg.norm(way, axis=1)
+    sent = candela * PER_CD * (way[:, 1] / away) * fog.transmission(along + away) / away**2
+    scattered = fog.albedo * fog.extinction_per_m * fog.phase(way[:, 0] / away)
+    return float(np.sum(sent * scattered) * 1e-3)
+
+
+@pytest.mark.slow
+def test_lamps_and_lit_surfaces_fade_by_the_way_of_their_light(make):
+    """A lamp seen at 20 m, and a wall at 30 m that a lamp lights from 10 m: exp(-sigma d)."""
+    back = lambda half: (make.quad(half, half)[0] * [-1, 1, 1], make.quad(half, half)[1][:, ::-1])
+    shown = make.lamp("drl", "headlights", 50.0, make.flat(1.0), (-1.0, 0, 0))
+    onto = make.lamp("street", "streetlights", 900.0, make.flat(1.0), (1.0, 0, 0))
+    scene = make.describe(
+        [
+            ("shown", "car", (make.part(back(0.02), "black", shown),), make.pose(20)),
+            ("onto", "post", (make.part(make.quad(0.02, 0.02), "black", onto),), make.pose(20, 1)),
+            ("wall", "building", (make.part(back(3)),), make.pose(30)),
+        ],
+        make.camera((0, 0, 0), (1, 0, 0), 1.0, 1.0),
+    )
+    fog = fog_of(80.0)
+    clear = light(scene)
+    foggy = light(replace(scene, fog=replace(fog, albedo=0.0)))
+    groups = scene.light_groups()
+    lamp, wall = (groups.index(g) for g in ("headlights", "streetlights"))
+    lit = clear[lamp] > 0.1 * clear[lamp].max()
+    # the piece of a lamp: exact but for its mean distance
+    np.testing.assert_allclose(
+        foggy[lamp][lit], clear[lamp][lit] * fog.transmission(20.0), rtol=1e-5
+    )
+    # 30 m from the wall, 10 to 10.05 m to the lamp
+    np.testing.assert_allclose(foggy[wall], clear[wall] * fog.transmission(40.03), rtol=2e-3)
+
+
+def test_airlight_of_one_lamp_is_the_integral_along_the_ray(make):
+    place = (12.0, 2.0, 1.0)
+    scene = make.describe([lamp_beside(make, place)], make.camera((0, 0, 0), (1, 0, 0), 0.2, 1.0))
+    fog = Fog(0.04, albedo=0.9, lobes=(PhaseLobe(0.8, 0.7), PhaseLobe(0.2, -0.5)))
+    found = light(replace(scene, fog=fog), 1024)[0].mean()
+    # 16 tiles of 1024 paths leave 0.2 % of noise
+    assert found == pytest.approx(airlight(fog, place), rel=5e-3)
+
+
+@pytest.mark.slow
+def test_no_airlight_in_a_shadow(make):
+    """A wall between the lamp and all that the camera's rays pass: nothing is left; one that hides
+    the far part of the rays: the integral over the near part.
+    """
+    place = (12.0, 6.0, 0.0)
+    lying = (make.quad(500, 50)[0][:, [1, 0, 2]], make.quad(500, 50)[1])
+    wall = lambda x: ("wall", "building", (make.part(lying, "black"),), make.pose(x, 3))
+    fog = Fog(0.04, lobes=(PhaseLobe(1.0, 0.3),))
+    camera = make.camera((0, 0, 0), (1, 0, 0), 0.2, 1.0)
+    behind = lambda x: replace(make.describe([lamp_beside(make, place), wall(x)], camera), fog=fog)
+    assert light(behind(0), 64).max() == 0
+    # the wall begins at 12 m, below the lamp, and hides all that is farther; noise of 0.2 %, and
+    # the lamp is 4 cm wide
+    found = light(behind(512), 1024)[0].mean()
+    assert found == pytest.approx(airlight(fog, place, until_m=12.0), rel=1e-2)
+
+
+def test_black_targets_fade_into_the_sky_as_koschmieder_says(make):
+    """L = L_sky (1 - exp(-sigma d)): a small black target before an even sky, with a slope of the
+    extinction; the sky itself stays as it is.
+    """
+    sky = make.flat(1e-3)
+    target = (make.quad(0.02, 0.02)[0] * [-1, 1, 1], make.quad(0.02, 0.02)[1][:, ::-1])
+    scene = make.describe(
+        [("target", "chart", (make.part(target, "black"),), make.pose(50.0))],
+        make.camera((0, 0, 0), (1, 0, 0), 0.02, 1.0),
+        sky,
+    )
+    wide = (PhaseLobe(1.0, 0.3),)
+    for fog in (replace(fog_of(150.0), lobes=wide), Fog(0.01, 1.5, lobes=wide)):
+        found = light(replace(scene, fog=fog), 1024)[0]
+        # the target hides the light behind it from fog within a decimetre before it: 0.2 %
+        wanted = 1e-3 * (1 - fog.transmission(50.0, 550.0))
+        assert found.mean() == pytest.approx(wanted, rel=5e-3)
+    beside = replace(scene, camera=make.camera((0, 0, 0), (1, 1, 0), 0.2, 1.0), fog=fog_of(150.0))
+    np.testing.assert_allclose(light(beside), 1e-3, rtol=1e-5)
+
+
+@pytest.mark.slow
+def test_no_more_light_leaves_than_came_in(make):
+    """White ground and a white wall in fog that absorbs nothing, below an even sky: no tile is
+    brighter than the sky; and little is lost.
+    """
+    white = make.material("white", reflectance=make.flat(1.0))
+    ground = (make.quad(300, 300)[0][:, [2, 1, 0]] * [-1, 1, 1], make.quad(300, 300)[1])
+    wall = (make.quad(2, 3)[0] * [-1, 1, 1], make.quad(2, 3)[1][:, ::-1])
+    scene = make.describe(
+        [
+            ("ground", "road", (make.part(ground, "white"),), make.pose(0, 0, -1.5)),
+            ("wall", "building", (make.part(wall, "white"),), make.pose(15)),
+        ],
+        make.camera((0, 0, 0), (1, 0, 0), 50.0, 1.0),
+        make.flat(1.0),
+        [white],
+    )
+    for visibility_m in (30.0, 300.0):
+        found = light(replace(scene, fog=fog_of(visibility_m)), 1024, max_depth=8)
+        assert found.max() < 1 + 1e-4  # float32 sums
+        assert found.min() > 0.3
+
+
+@pytest.mark.slow
+def test_far_visibility_is_clear_air_and_clear_air_calls_no_fog(make, monkeypatch):
+    """The same random numbers: at 10^9 m the picture is that of clear air. That one is rendered
+    with all of fog's code taken away.
+    """
+    from isethdr_mitsuba.paths import integrator
+
+    scene = make.street(3)
+    foggy = light(replace(scene, fog=Fog(3e-9)), 16)
+    for name in ("FogTables", "AirlightLamps", "from_lamps", "from_sky"):
+        monkeypatch.setattr(integrator, name, None)
+    clear = light(scene, 16)
+    # what 10^9 m of fog leave out, and float32; sky pixels are airlight there, of another band mean
+    np.testing.assert_allclose(foggy, clear, rtol=1e-3, atol=1e-7 * clear.max())
+
+
+@pytest.mark.slow
+def test_groups_do_not_depend_on_each_other(make):
+    from isethdr_core.demand import Demand
+
+    scene = replace(make.street(3), fog=fog_of(60.0))
+    settings = MitsubaRenderer(**BAND, width=4, height=4, samples=16, max_depth=2)
+    whole = settings(scene)
+    alone = settings(scene, Demand(groups=("headlights",)))
+    same = whole.radiance.sel(light_group=["headlights"]).values
+    assert same.max() > 0
+    np.testing.assert_array_equal(alone.radiance.values, same)
+
+
+def test_illuminance_on_objects_fades(make):
+    scene = make.describe(
+        [
+            (
+                "lamp",
+                "post",
+                (make.part(make.quad(0.01, 0.01), "black", one_lamp(make)),),
+                make.pose(10),
+            ),
+            ("wall", "building", (make.part(facing_back(make, 0.05)),), make.pose(20)),
+        ],
+        make.camera((0, 0, 0), (1, 0, 0), 1.0, 1.0),
+    )
+    clear, foggy = (lux_of_wall(replace(scene, fog=fog)) for fog in (None, fog_of(50.0)))
+    assert foggy / clear == pytest.approx(fog_of(50.0).transmission(10.0), rel=1e-3)
+
+
+def one_lamp(make):
+    return make.lamp("test", "headlights", 3000.0, make.flat(1.0))
+
+
+def facing_back(make, half):
+    return make.quad(half, half)[0] * [-1, 1, 1], make.quad(half, half)[1][:, ::-1]
+
+
+def lux_of_wall(scene):
+    from isethdr_mitsuba.labels import label_tiles
+    from isethdr_mitsuba.world.geometry import build_world
+    from isethdr_mitsuba.world.materials import ramp_surfaces
+    from isethdr_mitsuba.world.view import view_of
+
+    view = view_of(scene.camera, 24, 24, 0.0)
+    _, rows = label_tiles(build_world(scene, ramp_surfaces(scene)), view, scene, {"instance"})
+    return {row["name"]: row["illuminance_lx"] for row in rows}["wall"]["headlights"]
+
+
+def test_a_sky_with_a_gradient_becomes_even_in_fog(make):
+    """With as much light on level ground; the variant without a compiler refuses fog."""
+    from isethdr_mitsuba.fog import in_fog
+
+    pattern = np.linspace(0, 2, 9)[:, None] * np.ones((9, 8))
+    dome = SkyDome((SkyPart(make.flat(1e-3), pattern),))
+    scene = replace(make.describe([], sky=dome), fog=fog_of(100.0))
+    even = in_fog(scene, "llvm_ad_spectral").sky
+    assert even.at(550.0) == pytest.approx(dome.irradiance(550.0) / np.pi, rel=1e-12)
+    assert in_fog(replace(scene, fog=None), "scalar_spectral").sky is dome
+    with pytest.raises(ConfigError, match="visibility_m=null"):
+        in_fog(scene, "scalar_spectral")
