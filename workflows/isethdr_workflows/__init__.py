@@ -10,6 +10,7 @@
 | `conf/`         | presets                                                                     |
 | `dataset/`      | datasets of rendered scenes, drawn from a recipe: `isethdr dataset`         |
 | `detection/`    | which objects could be found at all, by each camera                         |
+| `detectors/`    | detectors in ONNX files on pictures of runs, and their scores               |
 | `export/`       | stored runs as files of other programs, `isethdr export`                    |
 | `emva1288/`     | simulated cameras measured by the machine vision standard                   |
 | `isp/`          | training of the learned demosaic                                            |
@@ -45,9 +46,13 @@ STUDIES = {
     "preview": "preview:preview",
     "dirt": "questions.dirt:dirt",
     "render_noise": "questions.render_noise:render_noise",
+    "detector_scores": "detectors.study:detector_scores",
 }
 # of these a terminal shows a summary; the file of rows holds all
-SHOWN = {"accuracy": "accuracy.summary:by_knob"}
+SHOWN = {
+    "accuracy": "accuracy.summary:by_knob",
+    "detector_scores": "detectors.study:of_everything",
+}
 
 
 @hookimpl

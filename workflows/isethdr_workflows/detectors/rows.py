@@ -1,0 +1,81 @@
+"""Rows of objects: which ones a detector found, behind which camera."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .classes import CLASSES
+from .matching import THRESHOLDS, Matches
+from .precision import LOOSE
+from .tables import Answers
+
+HEAD = (
+    *("scene", "road", "instance", "camera", "detector", "class", "category", "name"),
+    *("distance_m", "height_px", "illuminance_lx", "lamp_near", "visible_fraction"),
+    *("counted", "found", "score"),
+)
+
+
+def object_rows(answers: Answers, detector: int, false_alarms: float) -> list[dict[str, Any]]:
+    """Return one row for each object of each picture, as `HEAD` names them.
+
+    `score` is that of the object's detection, with an intersection over union of at least 0.5; 0
+    without one. `found` is 1 where the score is above that of all but the allowed false alarms of
+    the class.
+
+    Parameters
+    ----------
+    answers : of one camera with one detector.
+    detector : its number.
+    false_alarms : allowed ones of a class in a picture, on average.
+    """
+    scores: dict[tuple[int, int], float] = {}
+    least = {}
+    for name, matches in answers.matches.items():
+        least[name] = threshold(matches, len(answers.pictures), false_alarms)
+        matched = matches.matched[LOOSE]
+        for place in np.flatnonzero(matched >= 0):
+            key = (int(matches.pictures[place]), int(matched[place]))
+            scores[key] = float(matches.scores[place])
+    rows = []
+    for number, picture in enumerate(answers.pictures):
+        for place, one in enumerate(picture.objects):
+            score = scores.get((number, place), -math.inf)
+            values = (
+                *(picture.scene, picture.road, one.instance, picture.camera, detector),
+                *(one.class_name, one.category, one.name, one.distance_m, one.height_px),
+                *(one.illuminance_lx, int(one.lamp_near), one.visible_fraction, int(one.counted)),
+                *(int(score > least[one.class_name]), max(score, 0.0)),
+            )
+            rows.append(dict(zip(HEAD, values, strict=True)))
+    return rows
+
+
+def threshold(matches: Matches, pictures: int, false_alarms: float) -> float:
+    """Return the score above which there are at most so many false alarms a picture.
+
+    Parameters
+    ----------
+    matches : of one class.
+    pictures : their number.
+    false_alarms : allowed ones in a picture, on average.
+    """
+    alarms = matches.scores[matches.matched[LOOSE] < 0]
+    allowed = int(false_alarms * pictures)
+    return float(alarms[allowed]) if len(alarms) > allowed else -math.inf
+
+
+def recall_at(rows: Sequence[dict[str, Any]]) -> dict[str, float]:
+    """Return the share of the counted objects that were found, by class; NaN without objects."""
+    found = {}
+    for name in CLASSES:
+        own = [row["found"] for row in rows if row["class"] == name and row["counted"]]
+        found[name] = sum(own) / len(own) if own else math.nan
+    return found
+
+
+assert THRESHOLDS[LOOSE] == 0.5, "`found` is about an intersection over union of 0.5"

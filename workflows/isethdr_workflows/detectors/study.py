@@ -1,0 +1,213 @@
+"""The study `detector_scores`: detectors behind the cameras of a dataset, with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from isethdr_core.cli.terminal import print_path
+from isethdr_core.config.composition import compose
+from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.results.stored import open_run
+from isethdr_core.storage.atomic_write import write_text
+
+from ..dataset.generate import Generated, generated
+from ..dataset.record import SceneRecord, folder_of, read_dataset
+from ..dataset.splits import splits
+from ..dataset.study.cameras import Shot, imaged, settings_of
+from ..dataset.study.files import csv_text
+from .classes import CLASSES, class_of
+from .detector import Detector, open_detector
+from .matching import Picture
+from .objects import truth_objects
+from .picture_input import View
+from .rows import HEAD, object_rows
+from .tables import ALL, Answers, Compared, rows_of
+
+CAMERA = "{camera}"  # stands for the camera's name in the path of a detector
+OBJECTS = "detector_objects.csv"
+TABLE = "detector_scores.csv"
+EXAMPLE = "isethdr study detector_scores detector=detector.yaml dataset=streets"
+
+
+def detector_scores(
+    *overrides: str,
+    detector: str = "",
+    dataset: str = "",
+    cameras: str = "",
+    part: str = "",
+    false_alarms: float = 0.1,
+    tell: float = 0.02,
+) -> list[dict[str, Any]]:
+    """Score detectors on the pictures of cameras over a dataset: precision, recall, intervals.
+
+    Parameters
+    ----------
+    overrides : of all runs: lenses, lightings, other cameras.
+    detector : description of a detector, a YAML file. Several, parted by commas, are the same
+        detector trained again from other seeds. `{camera}` in a path stands for each camera:
+        detectors that were trained per camera.
+    dataset : its name.
+    cameras : names, parted by commas; without it, all of the config. The first one is what the
+        others are compared with.
+    part : of the dataset: train, validation or test; without it, all scenes. Roads that a detector
+        was trained on are always left out.
+    false_alarms : allowed ones of a class in a picture, where an object counts as found.
+    tell : difference of two scores for which the number of roads is computed.
+
+    Returns
+    -------
+    rows with table, row, class, score, camera, value, low, high, objects, roads.
+
+    Raises
+    ------
+    ConfigError : a detector, a camera, a part or an override is wrong, or no object is left.
+    CatalogError : there is no such dataset.
+    """
+    if not detector or not dataset:
+        raise ConfigError(f"a detector and a dataset are needed; type for example {EXAMPLE}")
+    if not tell > 0 or false_alarms < 0:
+        raise ConfigError(
+            f"tell={tell:g} false_alarms={false_alarms:g}; expected tell above 0 and false_alarms"
+            " from 0 up; type for example tell=0.02 false_alarms=0.1"
+        )
+    whole = generated(read_dataset(dataset))
+    names, own = chosen_cameras(whole, overrides, cameras)
+    opened = {camera: open_detectors(detector, camera) for camera in names}
+    chosen = scored_scenes(whole, part, [d for of in opened.values() for d in of])
+    shots = imaged(chosen, own, print)
+    if not shots.shots:
+        raise ConfigError(f"all scenes failed, the first one because: {shots.failed[0][1]}")
+    answers = {
+        camera: [Answers(camera, []) for _ in of_camera] for camera, of_camera in opened.items()
+    }
+    for shot in shots.shots:
+        for camera, pictures in detected(shot, opened).items():
+            for answer, picture in zip(answers[camera], pictures, strict=True):
+                answer.pictures.append(picture)
+    return written(dataset, compared_of(answers, opened, detector), false_alarms, tell)
+
+
+def chosen_cameras(
+    dataset: Generated, overrides: Sequence[str], cameras: str
+) -> tuple[list[str], list[str]]:
+    """Return the names of the cameras, and the overrides that leave out the others.
+
+    Raises
+    ------
+    ConfigError : the dataset has no scene, or a camera is not in the config.
+    """
+    if not dataset.made:
+        raise ConfigError(
+            f"the dataset {dataset.definition.name!r} has no scene yet; type for example isethdr"
+            f" dataset generate {dataset.definition.name}"
+        )
+    config = compose(settings_of(dataset.made[0], overrides))
+    table = [config.sensor.name] if config.sensor else list(config.cameras)
+    names = [name for name in cameras.split(",") if name] or table
+    for name in names:
+        if name not in table:
+            raise ConfigError(f"the config has no camera {name!r}{did_you_mean(name, table)}")
+    left_out = [f"~sensor@cameras.{name}" for name in table if name not in names]
+    return names, [*overrides, *left_out]
+
+
+def open_detectors(detector: str, camera: str) -> list[Detector]:
+    """Return the detectors of a camera."""
+    paths = [path.strip() for path in detector.split(",")]
+    return [open_detector(Path(path.replace(CAMERA, camera))) for path in paths]
+
+
+def scored_scenes(dataset: Generated, part: str, detectors: Sequence[Detector]) -> Generated:
+    """Return the dataset with the scenes of a part, without roads that a detector was trained on.
+
+    Raises
+    ------
+    ConfigError : there is no such part, or no scene or no object is left.
+    """
+    definition = dataset.definition
+    scenes = dict(dataset.scenes)
+    if part:
+        parts = splits(definition.scenes(), definition.recipe.splits)
+        if part not in parts:
+            raise ConfigError(f"the dataset has no part {part!r}{did_you_mean(part, parts)}")
+        scenes = {k: record for k, record in scenes.items() if k in parts[part]}
+    seen = {road for one in detectors for road in one.form.trained_roads}
+    scenes = {k: record for k, record in scenes.items() if record.road not in seen}
+    left_out = sum(record.road in seen for record in dataset.made)
+    if left_out:
+        print(f"{left_out} scenes are left out: a detector was trained on their roads")
+    chosen = replace(dataset, scenes=scenes)
+    if not chosen.made:
+        raise ConfigError(
+            f"no scene of the dataset {definition.name!r} is left to be scored; expected roads that"
+            " no detector was trained on; type for example part=test, or generate more scenes"
+        )
+    if not any(objects_of(record) for record in chosen.made):
+        raise ConfigError(
+            f"the {len(chosen.made)} scenes show no {', '.join(CLASSES)}; expected a dataset with"
+            " objects; type for example isethdr dataset generate streets recipe=streets"
+        )
+    return chosen
+
+
+def objects_of(record: SceneRecord) -> list[Any]:
+    """Return the objects of a scene that are of a class."""
+    return [row for row in record.objects if class_of(row)]
+
+
+def detected(shot: Shot, detectors: dict[str, list[Detector]]) -> dict[str, list[Picture]]:
+    """Return what the detectors of each camera find in a stored run."""
+    run = open_run(shot.run)
+    truths = {camera: run.open(f"truth/{camera}").load() for camera in run.cameras}
+    view = View.of(max(truths.values(), key=lambda truth: truth.sizes["y"] * truth.sizes["x"]))
+    found = {}
+    for camera, of_camera in detectors.items():
+        objects = truth_objects(truths[camera], shot.weights)
+        picture = run.open(f"picture/{camera}").load()
+        found[camera] = [
+            Picture(shot.number, shot.road, camera, objects, one(picture, view))
+            for one in of_camera
+        ]
+    return found
+
+
+def compared_of(
+    answers: dict[str, list[Answers]], opened: dict[str, list[Detector]], detector: str
+) -> Compared:
+    """Return the answers, with the classes that every detector knows."""
+    lacking = {name for of in opened.values() for one in of for name in one.form.lacks}
+    classes = [name for name in CLASSES if name not in lacking]
+    return Compared(answers, classes, trained_apart=CAMERA in detector)
+
+
+def written(
+    dataset: str, compared: Compared, false_alarms: float, tell: float
+) -> list[dict[str, Any]]:
+    """Write the tables into the folder of the dataset, and return the rows of the scores."""
+    rows = rows_of(compared, tell)
+    objects = [
+        row
+        for of_camera in compared.answers.values()
+        for number, answer in enumerate(of_camera)
+        for row in object_rows(answer, number, false_alarms)
+    ]
+    for title, name, head, content in (
+        ("scores", TABLE, list(rows[0]), rows),
+        ("objects", OBJECTS, HEAD, objects),
+    ):
+        path = folder_of(dataset) / name
+        write_text(path, csv_text(head, (row.values() for row in content)))
+        print_path(title, path)
+    return rows
+
+
+def of_everything(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the rows that a terminal shows: all objects, means over classes and each class."""
+    return [
+        {k: v for k, v in row.items() if k not in ("table", "row")}
+        for row in rows
+        if row["table"] == ALL
+    ]
