@@ -44,6 +44,7 @@ STUDIES = {
     "ghosts_night": "ghosts_night:ghosts_night",
     "led_flicker": "sensors.led_flicker:led_flicker",
     "preview": "preview:preview",
+    "learned_picture": "training.learned_picture:learned_picture",
     "dirt": "questions.dirt:dirt",
     "render_noise": "questions.render_noise:render_noise",
     "detector_scores": "detectors.study:detector_scores",

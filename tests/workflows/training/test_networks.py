@@ -117,8 +117,8 @@ def test_interpolation_is_linear_between_places_and_constant_beyond():
 def test_calibration_makes_the_stated_variance_true(camera, own_home):
     run = training.trained(settings(steps=2), BAYER, lambda line: None)
     network, _ = training.final_network(run)
-    held_out.calibrate(network, run.pictures)
-    for row in held_out.rows_of(network, run.pictures):
+    held_out.calibrate(network, run.judge)
+    for row in held_out.rows_of(network, run.judge):
         # each level of the light is right by itself; an illuminance mixes levels
         assert 0.5 < row["stated_over_true"] < 2.0, row
 
@@ -170,6 +170,6 @@ def test_a_full_disk_is_one_error_and_keeps_the_state(own_home, monkeypatch):
 
 def test_a_view_loss_is_said_in_the_card(own_home):
     run = training.trained(settings(loss="view", steps=2), BAYER, lambda line: None)
-    rows = held_out.rows_of(run.progress.network, run.pictures)
+    rows = held_out.rows_of(run.progress.network, run.judge)
     recipe = json.loads(training.recipe_text(run.settings, BAYER))
-    assert "MOVES" in finish.sections_of(run, recipe, "", rows)["loss"]["formula"]
+    assert "MOVES" in finish.sections_of(run, recipe, "", {"roads": rows})["loss"]["formula"]

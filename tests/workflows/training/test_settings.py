@@ -74,7 +74,7 @@ def test_the_rate_rises_and_falls_and_a_restart_counts_the_time_before():
 
 def test_a_full_disk_keeps_the_old_file_and_is_one_error(tmp_path, monkeypatch):
     path = tmp_path / "state.pt"
-    write_file(path, b"old")
+    write_file(path, [b"old"])
     replace = Path.replace
 
     def full(self, target):
@@ -82,7 +82,7 @@ def test_a_full_disk_keeps_the_old_file_and_is_one_error(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Path, "replace", full)
     with pytest.raises(CatalogError, match="No space left.*make room and type the same"):
-        write_file(path, b"new")
+        write_file(path, [b"new"])
     monkeypatch.setattr(Path, "replace", replace)
     assert path.read_bytes() == b"old" and list(tmp_path.iterdir()) == [path]
 

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from isethdr_core.errors import CatalogError
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 
 
-def write_file(path: Path, content: bytes | memoryview) -> None:
+def write_file(path: Path, parts: Iterable[bytes | memoryview]) -> None:
     """Write a file of a training, as a whole or not at all.
+
+    Parameters
+    ----------
+    path : of the file; its folder is made.
+    parts : of the content, one after the other.
 
     Raises
     ------
@@ -21,7 +27,8 @@ def write_file(path: Path, content: bytes | memoryview) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         remove_leftovers(path.parent)
         with open(temporary, "wb") as file:
-            file.write(content)
+            for part in parts:
+                file.write(part)
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(path)

@@ -31,7 +31,7 @@ def save_state(path: Path, state: dict[str, Any]) -> None:
     """
     content = io.BytesIO()
     torch.save(state, content)
-    write_file(path, content.getbuffer())
+    write_file(path, [content.getbuffer()])
 
 
 def load_state(path: Path) -> dict[str, Any] | None:

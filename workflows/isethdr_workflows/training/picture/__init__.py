@@ -10,6 +10,7 @@
 | `held_out`  | results by illuminance on held-out pictures, calibration              | yes     |
 | `leaves`    | dead leaves as photocurrent and XYZ                                   |         |
 | `loss`      | squared error in units of noise; a display's as an option             | yes     |
+| `roads`     | rendered roads of a dataset as photocurrent and XYZ                   |         |
 | `settings`  | settings of the command                                               |         |
 | `sheets`    | patches side by side in one shot                                      |         |
 | `sources`   | which pictures are trained on, and which are held out                 |         |

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,11 +32,21 @@ def bank(title: str, recipe: Any, count: int, make: Callable[[int], np.ndarray])
     """
     path = folder() / f"{title}-{content_hash(recipe)[:16]}.npy"
     if not is_complete(path):
-        pictures = np.stack([make(number) for number in track(range(count), f"making {title}")])
-        buffer = io.BytesIO()
-        np.save(buffer, pictures.astype(np.float32))
-        write_file(path, buffer.getbuffer())
+        write_file(path, _content(title, count, make))
     return np.load(path, mmap_mode="r")
+
+
+def _content(title: str, count: int, make: Callable[[int], np.ndarray]) -> Iterator[bytes]:
+    """Yield the parts of a file of pictures, one at a time: all together may not fit memory."""
+    for number in track(range(count), f"making {title}"):
+        picture = np.ascontiguousarray(make(number), np.float32)
+        if number == 0:
+            header = io.BytesIO()
+            shape = (count, *picture.shape)
+            described = {"descr": "<f4", "fortran_order": False, "shape": shape}
+            np.lib.format.write_array_header_1_0(header, described)
+            yield header.getvalue()
+        yield picture.tobytes()
 
 
 def is_complete(path: Path) -> bool:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from isethdr_isp.network.contract import KEY, VERSION, Contract
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.onnx_session import open_session
@@ -25,7 +26,6 @@ from .networks.picture_network import PictureNetwork
 
 INPUTS = ("raw", "noise", "masks", "valid")
 OUTPUTS = ("xyz", "variance")
-CONTRACT = 1
 LARGEST_CELLS = 4096  # rows and columns of a picture / multiple_px
 AGREEMENT = 1e-5  # of the largest value: float32 sums in another order
 
@@ -72,9 +72,9 @@ def export(
         )
         model = onnx.load(file)
     entry = model.metadata_props.add()
-    entry.key = "isethdr"
-    entry.value = json.dumps(dict(stated))
-    write_file(path, model.SerializeToString())
+    entry.key = KEY
+    entry.value = Contract.from_json(json.dumps(dict(stated)), str(path)).to_json()
+    write_file(path, [model.SerializeToString()])
     worst = difference(network, path, example(camera, 3 * multiple, 8 * multiple, seed=2))
     if not worst <= AGREEMENT:
         raise ConfigError(
@@ -136,7 +136,7 @@ def stated_of(camera: TrainingCamera, multiple_px: int, reach_px: float) -> dict
         if name in camera.channels
     }
     return {
-        "contract": CONTRACT,
+        "contract": VERSION,
         "cfa": "/".join(camera.cell),
         "channels": list(camera.channels),
         "captures": list(camera.captures) if camera.apart else "merged",

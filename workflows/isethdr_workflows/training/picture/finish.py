@@ -51,8 +51,12 @@ class Finished(NamedTuple):
 def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished:
     """Write the model file and its card."""
     network, weights = final_network(run)
-    calibrate(network, run.pictures.half(odd=False))
-    rows = rows_of(network, run.pictures.half(odd=True))
+    first, *others = (pictures.half(odd=False) for pictures in run.pictures.values())
+    calibrate(network, first.with_others(others))
+    tables = {
+        name: rows_of(network, pictures.half(odd=True)) for name, pictures in run.pictures.items()
+    }
+    rows = list(tables.values())[-1]  # roads, where there are some
     worst = worst_ratio(rows)
     settings = run.settings
     multiple = multiple_px(run.camera)
@@ -72,7 +76,7 @@ def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished
     tell(f"{path.name}: {path.stat().st_size / 1e6:.2f} MB, differs by {difference:.1e}")
     if not LEAST_RATIO <= worst <= LARGEST_RATIO:
         tell(f"stated over true variance is {worst:.2f} at worst: isp=network calls it unknown")
-    sections = sections_of(run, json.loads(recipe), weights, rows)
+    sections = sections_of(run, json.loads(recipe), weights, tables)
     sections["file"] = {
         "bytes": path.stat().st_size,
         "parameters": parameters(network),
@@ -84,7 +88,10 @@ def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished
 
 
 def sections_of(
-    run: Trained, recipe: dict[str, Any], weights: str, rows: list[dict[str, Any]]
+    run: Trained,
+    recipe: dict[str, Any],
+    weights: str,
+    tables: dict[str, list[dict[str, Any]]],
 ) -> dict[str, Any]:
     """Return the sections of the card, but for the file's own."""
     settings = run.settings
@@ -103,7 +110,7 @@ def sections_of(
             "filter_array": "/".join(camera.cell),
             "captures": f"{settings.captures}: {', '.join(camera.captures)}",
             "overrides": list(recipe["overrides"]),
-            "illuminance_lux": [LUX[0], run.pictures.levels[-1].lux],
+            "illuminance_lux": [LUX[0], run.judge.levels[-1].lux],
             "exposure": "as the sensor's own rule solves it for each sheet of 16 patches",
             "noise": "all that the sensor component makes, another device in each sheet",
         },
@@ -137,7 +144,7 @@ def sections_of(
             "ended": progress.stopped or "at its length",
             "seed": settings.seed,
         },
-        "held_out": rows,
+        **{f"held_out_{name.replace(' ', '_')}": rows for name, rows in tables.items()},
         "variance": f"calibrated on half of the held-out patches, the table is of the other half;"
         f" wanted: stated / true within {LEAST_RATIO:g} to {LARGEST_RATIO:g}",
         "not_done": missing + run.data.missing,

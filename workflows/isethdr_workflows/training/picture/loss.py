@@ -56,9 +56,11 @@ def noise_loss(error: torch.Tensor, batch: Batch) -> torch.Tensor:
 
 
 def mean_loss(error: torch.Tensor, batch: Batch) -> torch.Tensor:
-    """Return the squared relative error of the mean of each picture, X, Y and Z."""
+    """Return log(1 + e^2) of the relative error e of the mean of each picture, X, Y and Z: the
+    square where it is small, and no more than a lamp beside a road is worth where it is large.
+    """
     level = batch.raw.mean((1, 2, 3)).clamp(min=0) + batch.noise.mean((1, 2, 3)) + 1
-    return ((error.mean((2, 3)) / level[:, None]) ** 2).mean()
+    return torch.log1p((error.mean((2, 3)) / level[:, None]) ** 2).mean()
 
 
 def weight(batch: Batch) -> torch.Tensor:

@@ -17,6 +17,8 @@ from .camera import Samples, TrainingCamera
 from .settings import SHEET
 
 LUX = (0.003, 100.0)  # mean illuminance of the sensor plane
+LEVELLED = 0.8  # exponent of a patch's own level that is taken out
+DARKEST = 1e-3  # lux: a patch darker than that stays dark
 UNEVEN = 0.7  # sigma of the logarithm of a patch's light within the sheet
 MEASURED = 0.99  # share of the pixels of an even grey that must not be saturated
 
@@ -71,7 +73,7 @@ class Sheets:
         side = self.patch_px
         planes = np.stack(
             [
-                crop(source.pictures, side, rng) * np.exp(rng.normal(-(UNEVEN**2) / 2, UNEVEN))
+                levelled(crop(source.pictures, side, rng)) * drawn_factor(rng)
                 for _ in range(self.patches)
             ]
         )
@@ -79,6 +81,20 @@ class Sheets:
         together = joined(planes * np.float32(lux))
         samples = self.camera.shot(together[:-3], source.wavelength_nm, int(rng.integers(2**31)))
         return patches_of(samples, together[-3:], side, order)
+
+
+def levelled(planes: np.ndarray) -> np.ndarray:
+    """Return a patch (plane, y, x) brought nearer to a mean of 1 lux, lamps not counted: else the
+    dark parts of a road would always be dark beside its lamps.
+    """
+    y = planes[-2]
+    level = float(np.minimum(y, np.percentile(y, 95)).mean())
+    return planes / np.float32(max(level, DARKEST) ** LEVELLED)
+
+
+def drawn_factor(rng: np.random.Generator) -> np.float32:
+    """Return the light of a patch over that of its sheet, with a mean of 1."""
+    return np.float32(np.exp(rng.normal(-(UNEVEN**2) / 2, UNEVEN)))
 
 
 def patches_of(samples: Samples, xyz_lux: np.ndarray, side: int, order: np.ndarray) -> Patches:

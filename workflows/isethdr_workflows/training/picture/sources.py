@@ -5,14 +5,33 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from isethdr_core.store import open_scene
+
 from .bank import bank
 from .camera import TrainingCamera
 from .leaves import WAVELENGTH_NM, LeavesRecipe, leaves
+from .roads import (
+    TEST,
+    TRAIN,
+    VALIDATION,
+    VARIANTS,
+    Road,
+    lit,
+    planes_of,
+    render_noise,
+    roads_of,
+)
 from .settings import Settings
 from .sheets import Source
 
 HELD_OUT_PICTURES = 24  # dead leaves
 HELD_OUT_SEED = 1000  # beyond those of a training
+VERSION = 1  # of the pictures of roads
+NOISE_OF = 3  # roads whose noise of rendering is looked at
+NO_ROADS = "rendered roads: no dataset was named"
+NO_DIRT = "dirt on the lens: it comes with rendered roads"
 
 
 class Data(NamedTuple):
@@ -25,17 +44,67 @@ class Data(NamedTuple):
 
 
 def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]) -> Data:
-    """Return the pictures of a training; they are made where they are missing."""
+    """Return the pictures of a training; they are made where they are missing.
+
+    Raises
+    ------
+    ConfigError : a dataset has too few roads to train on, or none that is held out.
+    """
+    roads = roads_of(settings.dataset) if settings.dataset else None
+    share = settings.roads_share if roads else 0.0
     recipe = LeavesRecipe(settings.pictures, settings.picture_px)
-    training = [leaves_source(camera, recipe, 1.0)]
     held = recipe._replace(pictures=HELD_OUT_PICTURES, seed=recipe.seed + HELD_OUT_SEED)
+    training = [leaves_source(camera, recipe, 1 - share)]
     held_out = [leaves_source(camera, held, 1.0)]
     stated = {
         "dead_leaves": f"{recipe.pictures} pictures of {recipe.side_px} px, seed {recipe.seed};"
         f" {held.pictures} held out, seed {held.seed}",
     }
-    missing = ["rendered roads: no dataset was named", "dirt on the lens: no veil and no scatter"]
-    return Data(tuple(training), tuple(held_out), stated, missing)
+    if roads is None:
+        return Data(tuple(training), tuple(held_out), stated, [NO_ROADS, NO_DIRT])
+    training.append(roads_source(roads.of(TRAIN), camera, overrides, share))
+    held_out.append(roads_source(roads.of(VALIDATION), camera, overrides, 1.0))
+    views = [lit(road, camera, overrides) for road in roads.of(TRAIN)[:NOISE_OF]]
+    noise = float(np.median([render_noise(view) for view in views]))
+    stated |= {
+        "roads": f"dataset {roads.name}: {_counted(roads.of(TRAIN))} to train on,"
+        f" {_counted(roads.of(VALIDATION))} held out to stop and to calibrate,"
+        f" {_counted(roads.of(TEST))} never used here; {share:.0%} of the sheets",
+        "light_of_roads": f"{VARIANTS} variants of each: as drawn through a clean lens, and with"
+        " light groups in other proportions through the flares of the config",
+        "truth_of_roads": "the reference picture, without blur and flare. Its noise of rendering is"
+        f" {noise:.2g} of the luminance of a tile (median over tiles of {len(views)} roads), that"
+        f" of a sensor at {1 / noise**2:.0f} e; unbiased, so that it does not move a squared loss",
+    }
+    return Data(tuple(training), tuple(held_out), stated, [])
+
+
+def roads_source(
+    roads: Sequence[Road], camera: TrainingCamera, overrides: Sequence[str], share: float
+) -> Source:
+    """Return roads through the lens of a config and the filters of a camera."""
+    wavelength_nm = tuple(map(float, open_scene(roads[0].path).wavelength.values))
+    weights = camera.plane_weights(wavelength_nm)
+    stores = [road.path.stem for road in roads]
+    recipe = ["roads", VERSION, stores, sorted(overrides), _rounded(weights), VARIANTS]
+    pictures = bank(
+        "roads",
+        recipe,
+        VARIANTS * len(roads),
+        lambda number: planes_of(
+            lit(roads[number // VARIANTS], camera, overrides, number % VARIANTS), camera
+        ),
+    )
+    return Source("roads", pictures, wavelength_nm, share)
+
+
+def _counted(roads: Sequence[Road]) -> str:
+    return f"{len(roads)} scenes of {len({road.record.road for road in roads})} roads"
+
+
+def _rounded(weights: np.ndarray) -> list[list[str]]:
+    """Return weights as texts that do not depend on the last bits of a sum."""
+    return [[f"{value:.9e}" for value in row] for row in weights]
 
 
 def leaves_source(camera: TrainingCamera, recipe: LeavesRecipe, share: float) -> Source:
@@ -43,7 +112,7 @@ def leaves_source(camera: TrainingCamera, recipe: LeavesRecipe, share: float) ->
     weights = camera.plane_weights(WAVELENGTH_NM)
     pictures = bank(
         "leaves",
-        [*recipe, WAVELENGTH_NM, [[f"{v:.9e}" for v in row] for row in weights]],
+        [*recipe, WAVELENGTH_NM, _rounded(weights)],
         recipe.pictures,
         lambda number: leaves(camera, recipe, number),
     )

@@ -34,6 +34,7 @@ LARGEST_GRADIENT = 1.0  # norm; larger ones are scaled down to it
 AVERAGED_FROM = 0.6  # share of the training after which the mean of weights begins
 AVERAGE = 0.998  # share of the old mean that a step keeps
 SAVED_EVERY_S = 60.0
+HELD_OUT_SEED = 2017  # of places, light and noise: the same for every training
 CURVES = {"loss": "training loss", "held_out": "held-out loss"}
 
 
@@ -84,9 +85,14 @@ class Trained:
     settings: Settings
     camera: TrainingCamera
     data: Data
-    pictures: HeldOut
+    pictures: dict[str, HeldOut]  # by source
     progress: Progress
     device: str
+
+    @property
+    def judge(self) -> HeldOut:
+        """The held-out pictures that decide when to stop: roads where there are some."""
+        return list(self.pictures.values())[-1]
 
 
 def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], None]) -> Trained:
@@ -118,8 +124,12 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
     data = data_of(settings, camera, overrides)
     top_lux = brightest_lux(camera, WAVELENGTH_NM)
     sheets = Sheets(camera, data.training, settings.patch_px, settings.seed, (LUX[0], top_lux))
-    checked = Sheets(camera, data.held_out, settings.patch_px, settings.seed + 1)
-    pictures = held_out(checked, top_lux, device)
+    pictures = {
+        source.name: held_out(
+            Sheets(camera, (source,), settings.patch_px, HELD_OUT_SEED), top_lux, device
+        )
+        for source in data.held_out
+    }
     torch.manual_seed(settings.seed)
     network = network_of(camera, settings.network, settings.size)
     network = network.to(device, memory_format=torch.channels_last)
@@ -140,7 +150,7 @@ def _loop(run: Trained, sheets: Sheets, recipe: str, tell: Callable[[str], None]
     path = run.folder / STATE
     saved = clock.seconds()
     losses: list[torch.Tensor] = []
-    masks = run.pictures.masks
+    masks = run.judge.masks
     batches = Batches(sheets, run.settings.batch, run.device)
     try:
         while clock.share() < 1 and not progress.stopped:
@@ -150,6 +160,7 @@ def _loop(run: Trained, sheets: Sheets, recipe: str, tell: Callable[[str], None]
             if _is_check(run):
                 _check(run, float(torch.stack(losses).mean()), tell)
                 losses.clear()
+                saved = -SAVED_EVERY_S
             if clock.seconds() - saved > SAVED_EVERY_S:
                 save_state(path, progress.state(recipe))
                 saved = clock.seconds()
@@ -238,7 +249,7 @@ def _check(run: Trained, loss: float, tell: Callable[[str], None]) -> None:
     progress = run.progress
     network = progress.network.eval()
     network.half_precision = False
-    held = loss_on(network, run.pictures)
+    held = loss_on(network, run.judge)
     minutes = progress.clock.seconds() / 60
     row = {"step": progress.clock.step, "minutes": round(minutes, 3), "loss": loss}
     progress.history.append({**row, "held_out": held})
@@ -266,7 +277,7 @@ def final_network(run: Trained) -> tuple[PictureNetwork, str]:
     chosen = f"of the best check, step {progress.best['step']}"
     if progress.average and not progress.stopped:
         network.load_state_dict(progress.average)
-        if loss_on(network, run.pictures) <= progress.best["held_out"]:
+        if loss_on(network, run.judge) <= progress.best["held_out"]:
             return network, f"mean of the last steps, {AVERAGE:g} of it kept by each"
     network.load_state_dict(progress.best["weights"])
     return network, chosen
