@@ -129,11 +129,11 @@ def run(config: DictConfig) -> Result:
     labels = labels_of(config)
     reuse = Reuse.below(cache_bytes(config))
     run_chain = chain(config)
-    settings = plain(config)
+    settings = whole(config)  # once: OmegaConf takes longer for it than some stages
     key = run_key(settings, run_chain)
     folder = store.home() / "runs"
     follow_home(store.home())
-    path = find_run(config, run_chain)
+    path = find_run(settings, run_chain)
     if path is not None:
         publish_store(path)
         return announced(Result(path, store.read_attrs(path), computed=False), run_chain, labels)
@@ -280,8 +280,8 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
     cameras = {name: through_camera(chain, rows, name, shot) for name in chain.cameras}
     for row in rows:
         row.light_parts.clear()  # as large as the light, and not needed any more
-    outcome = _Outcome(scene, ids, mixed, list(versions_mixed), cameras, rows)
-    record = _record(config, chain, key, outcome) | {"expected_s": expected, IMAGING: own_s}
+    outcome = _Outcome(chain, scene, ids, mixed, list(versions_mixed), cameras, rows)
+    record = _record(config, settings, key, outcome) | {"expected_s": expected, IMAGING: own_s}
     return store.write_store(
         store.home() / "runs",
         key,
@@ -294,6 +294,7 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
 class _Outcome:
     """Results of one run, recorded in its store."""
 
+    chain: Chain
     scene: xr.Dataset  # scene radiance
     scene_ids: list[str]  # stores that it was read from
     mixed: xr.DataArray  # mixed radiance under the lighting of the run
@@ -322,8 +323,11 @@ def _groups(cameras: dict[str, Camera], radiance_of: Mapping[str, xr.DataArray])
     return groups
 
 
-def _record(config: DictConfig, chain: Chain, key: str, outcome: _Outcome) -> dict[str, Any]:
-    """Return the root attributes of a run's store."""
+def _record(
+    config: DictConfig, settings: dict[str, Any], key: str, outcome: _Outcome
+) -> dict[str, Any]:
+    """Return the root attributes of a run's store; `settings` are those that name the run."""
+    chain = outcome.chain
     choices = dict(config.get("choices") or {})
     ids = outcome.scene_ids
     cameras = outcome.cameras
@@ -331,7 +335,7 @@ def _record(config: DictConfig, chain: Chain, key: str, outcome: _Outcome) -> di
     return {
         "kind": "run",
         "key": key,
-        "config": plain(config),
+        "config": settings,
         "scene_id": ids[0] if ids else "",
         "scene_ids": ids,
         "scene": described(chain.scene),
