@@ -117,3 +117,31 @@ def test_the_threshold_passes_the_stated_false_alarms():
     assert 2000 * (1 - found(limit, 0.0)) == pytest.approx(0.1, rel=1e-6)
     assert found(limit, limit) == pytest.approx(0.5)
     assert np.all(np.diff(found(np.array([0.0, 2.0, 5.0]), limit)) > 0)
+
+
+def test_noise_of_the_renderer_is_no_signal():
+    """Differences of an object with noise of the renderer in them, and the half difference of two
+    halves of its samples, which has the same covariance. Over 4000 renderings the corrected square
+    is right within 5 %: its standard error is about 1.2 %.
+    """
+    random = np.random.default_rng(7)
+    at = made(1)
+    true = at.of(0.5 * blob())
+    spread = random_covariance(3, 2) / 20
+    factor = np.linalg.cholesky(random_covariance(3, 4))
+    drawn = random.normal(size=(2, 4000, 3)) @ factor.T
+    plain = detectability(true, spread, at.noise(1), MANY)
+    values = [
+        detectability(true + noise, spread, at.noise(1), MANY, half)
+        for noise, half in zip(*drawn, strict=True)
+    ]
+    # a square below 0 counts as 0: compare with the mean of the squares before that
+    together = np.linalg.inv(spread + at.noise(1))
+    squares = [
+        (true + noise) @ together @ (true + noise) - half @ together @ half
+        for noise, half in zip(*drawn, strict=True)
+    ]
+    assert np.mean(squares) == pytest.approx(plain.d**2, rel=0.05)
+    assert [v.plain**2 for v in values] == pytest.approx(np.maximum(squares, 0), abs=1e-9)
+    wrong = detectability(true + drawn[0][0], spread, at.noise(1), MANY).plain
+    assert wrong**2 > values[0].plain ** 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -77,8 +77,10 @@ class DrawnWorld:
     seed: int = 0
 
     def __call__(self):
-        """Return the kit's road, lamp and sky; the lamp's intensity is the seed."""
-        return world(intensity_cd=1.0 + self.seed % 1000)
+        """Return the kit's road, lamp and sky, and a person; the lamp's intensity is the seed."""
+        made = world(intensity_cd=1.0 + self.seed % 1000)
+        person = replace(made.objects[0], name="person", category="person")
+        return replace(made, objects=(*made.objects, person))
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,8 @@ class Drawn:
         shape = (36, 60)
         level = np.exp(np.random.default_rng(seed).normal(0, 0.3, shape)) * 1e-4
         instance = np.zeros(shape, np.uint32)
-        instance[12:24, 27:33] = 1
+        stands = any(one.category == "person" for one in description.objects)
+        instance[12:24, 27:33] = int(stands)
         level[instance == 1] *= 3
         radiance = np.ones((len(groups), 7, 1, 1)) * level
         ds = scene_radiance(
@@ -118,7 +121,12 @@ class Drawn:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("question", "cameras"),
-    [("", "bayer,split_pixel,split_pixel:LPLG"), ("filters", ""), ("dark", "bayer,rgbw")],
+    [
+        ("", "bayer,split_pixel,split_pixel:LPLG"),
+        ("filters", ""),
+        ("dark", "bayer,rgbw"),
+        ("removal", "bayer"),
+    ],
 )
 def test_a_tiny_dataset_goes_through(offer, tmp_path, monkeypatch, question, cameras):
     """Five roads. A person three times as bright as clutter of 30 % is found by daylight; less
@@ -139,6 +147,11 @@ def test_a_tiny_dataset_goes_through(offer, tmp_path, monkeypatch, question, cam
         assert (folder / name).stat().st_size > 100
     objects = list(csv.DictReader((folder / f"{stem}_objects.csv").open()))
     assert {row["kind"] for row in objects} == {"person"}
+    if question == "removal":
+        whole = [row for row in rows if row["table"] == "all"]
+        assert [row["camera"] for row in whole] == ["bayer", "bayer, rendered without"]
+        assert whole[0]["median_d"] == pytest.approx(whole[1]["median_d"], rel=0.5)
+        return
     if not question:
         whole = [row for row in rows if row["table"] == "all"]
         assert [row["camera"] for row in whole] == cameras.split(",")

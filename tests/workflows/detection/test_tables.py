@@ -12,6 +12,7 @@ from isethdr_workflows.detection.levels import at_levels, crossing
 from isethdr_workflows.detection.observer.observing import Check, Observer
 from isethdr_workflows.detection.page import markdown, means_csv, objects_csv, page
 from isethdr_workflows.detection.questions import QUESTIONS, question_of
+from isethdr_workflows.detection.recall import recalls
 from isethdr_workflows.detection.results import CurvePoint, Results
 from isethdr_workflows.detection.tables import Found, lines, roads_needed
 from scipy.stats import norm
@@ -142,3 +143,19 @@ def test_a_curve_is_drawn_with_its_crossing():
 def test_questions_are_told_apart():
     with pytest.raises(ConfigError, match="no question 'capture'.*captures.*type for example"):
         question_of("capture")
+
+
+def test_detectors_are_compared_for_the_objects_that_both_know(tmp_path):
+    cells = rows([0.2, 0.6, 0.4], [0.3, 0.5, 0.4])
+    cells = [replace(row, d=10 * row.found) for row in cells]
+    path = tmp_path / "detector_objects.csv"
+    assert recalls(path, cells) == []
+    head = "scene,road,instance,camera,detector,counted,found,score"
+    lines_of = ["0,r,1,a,small,1,0,0.1", "1,r,1,a,small,1,1,0.9", "2,r,1,a,small,1,1,0.5"]
+    others = ["0,r,9,a,small,1,1,0.9", "0,r,1,b,small,0,1,0.9"]  # unknown, not counted
+    path.write_text("\n".join([head, *lines_of, *others]))
+    whole, person = recalls(path, cells)
+    assert (whole.kind, person.kind, whole.objects) == ("all", "person", 3)
+    assert whole.detector_found.value == pytest.approx(2 / 3)
+    assert whole.observer_found.value == pytest.approx(0.4)
+    assert whole.rank == pytest.approx(1.0)

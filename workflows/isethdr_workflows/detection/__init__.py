@@ -7,9 +7,11 @@
 | `levels`      | curves against the level of light, and where they cross                       |
 | `page`        | the page, the CSV files and the Markdown table of a study                     |
 | `questions`   | presets of a study: cameras, light levels, overrides                          |
+| `recall`      | the recall of detectors beside the observer, for the same objects             |
 | `results`     | all that a study found                                                        |
 | `stabilising` | the function of mean electrons whose noise is 1, from a camera's captures     |
 | `study`       | the study: all objects, all cameras, all light levels                         |
 | `tables`      | objects found by class, distance, size, illuminance, lamp; roads needed       |
+| `without`     | the same view rendered without people, riders and animals                     |
 | `observer/`   | the channelised Hotelling observer                                            |
 """

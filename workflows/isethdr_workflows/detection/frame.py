@@ -57,6 +57,8 @@ class Frame:
     ----------
     colours : (colour, y, x) stabilised cells, noise 1.
     owners : (y, x) instance number of the road user in each cell, 0 for none.
+    render : (colour, y, x) half of the difference of two halves of the renderer's samples, in the
+        unit of `colours`; None where the scene states none.
     """
 
     number: int
@@ -65,6 +67,7 @@ class Frame:
     colours: np.ndarray
     owners: np.ndarray
     things: tuple[Thing, ...]
+    render: np.ndarray | None = None
     _joined: dict[int, np.ndarray] = field(default_factory=dict)
     _sums: dict[int, np.ndarray] = field(default_factory=dict)
 
@@ -73,6 +76,15 @@ class Frame:
         if level not in self._joined:
             self._joined[level] = self.colours if level == 0 else pairs(self.joined(level - 1))
         return self._joined[level]
+
+    def render_joined(self, level: int) -> np.ndarray | None:
+        """Return `render` in joined cells."""
+        if self.render is None:
+            return None
+        joined = self.render
+        for _ in range(level):
+            joined = pairs(joined)
+        return joined
 
     def mask(self, level: int, instance: int = 0) -> np.ndarray:
         """Return the joined cells (y, x) that hold a road user, or the object `instance`."""

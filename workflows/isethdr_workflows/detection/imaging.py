@@ -30,17 +30,20 @@ from isethdr_core.runs.reuse import Kept, Reuse, cache_bytes
 from isethdr_core.storage import store
 from isethdr_core.truth import labels_on, truth
 from isethdr_core.uncertainty.ledger import Ledger
+from isethdr_core.uncertainty.render_noise import relative_halves
 
 from ..dataset.record import SceneRecord
 from ..dataset.summary import illuminance
 from .frame import Frame, Thing, boxes, cells, kind_of, owners_of
 from .stabilising import Stabiliser, readings
+from .without import without_people
 
 SIDE = 8  # pixels of the crop that states a camera's exposure
 LAMP_CD_M2 = 1000.0  # a lamp that shines into the camera
 LAMP_DEG = 3.0
 TRANSFER = "detection"  # key of the metric in the config
 OWN = ("report=false",)
+HALVES = "relative_halves"  # variable (y, x) of a prepared scene
 
 
 class CameraName(NamedTuple):
@@ -106,7 +109,12 @@ def overrides_of(cameras: Sequence[CameraName]) -> list[str]:
     return overrides
 
 
-def prepared(record: SceneRecord, overrides: Sequence[str], transfer: Sequence[str]) -> Prepared:
+def prepared(
+    record: SceneRecord,
+    overrides: Sequence[str],
+    transfer: Sequence[str],
+    bare: bool = False,
+) -> Prepared:
     """Return a stored scene, imaged by the lens of its config.
 
     Parameters
@@ -114,14 +122,16 @@ def prepared(record: SceneRecord, overrides: Sequence[str], transfer: Sequence[s
     record : of the scene; its radiance is stored.
     overrides : of all scenes, after its own.
     transfer : cameras whose contrast transfer accuracy is wanted too.
+    bare : of the same view rendered without people, riders and animals.
     """
     config = compose([*record.overrides, *OWN, *overrides])
     built = chain(config)
     rows = Ledger()
     demand = plan(built, rows).with_labels("instance")
-    scene = store.open_scene(record.stores[0])
+    path = without_people(record) if bare else record.stores[0]
+    scene = store.open_scene(path)
     mixed = built.lighting(scene)
-    radiance = of_radiance(built.scene, list(record.stores), demand)
+    radiance = of_radiance(built.scene, [str(path)] if bare else list(record.stores), demand)
     of_main = of_mixed(radiance, built.lighting)
     names = LightNames(radiance, of_main, of_light(of_main, built, demand, mixed))
     reuse = Reuse.below(cache_bytes(config))
@@ -132,11 +142,15 @@ def prepared(record: SceneRecord, overrides: Sequence[str], transfer: Sequence[s
     xyz = tristimulus(mixed)
     luminance = xyz.xyz.values[..., 1].astype(float)
     within = inside(scene)
+    halves = relative_halves(scene, mixed)
+    kept = scene.drop_vars("radiance")
+    if halves is not None:
+        kept[HALVES] = (("y", "x"), halves)
     ready = Prepared(
         record=record,
         condition=condition_of(config),
         built=built,
-        scene=scene.drop_vars("radiance"),
+        scene=kept,
         light=light,
         mean_lux=float(luminance[within].mean()) * float(light.attrs["throughput_sr"]),
         weights=dict(mixed.attrs["weights"]),
@@ -221,13 +235,15 @@ class View:
     dark_e: np.ndarray  # (capture,) electrons of dark charge at that exposure
     owners: np.ndarray  # (y, x) of pixels
     objects: list[dict[str, Any]]
+    halves: np.ndarray | None  # (y, x) of pixels, relative; None where the scene states none
+    metered: xr.DataArray  # light for which the camera chooses its exposure
 
     def frame(self, factor: float) -> Frame:
         """Return what the camera shows with all light times `factor`, at the exposure that it then
         chooses.
         """
         ready = self.prepared
-        few = exposed(self.sensor, scaled(ready.light, factor))
+        few = exposed(self.sensor, scaled(self.metered, factor))
         stated = readings(few, self.captures)
         names = [str(name) for name in few["capture"].values]
         used = [k for k, name in enumerate(names) if not self.captures or name in self.captures]
@@ -244,11 +260,12 @@ class View:
         cell = few["filter"].values[: period[0], : period[1]]
         repeats = [-(-size // side) for size, side in zip(light_e.shape, period, strict=True)]
         filters = np.tile(cell, repeats)[: light_e.shape[0], : light_e.shape[1]]
-        stabiliser = Stabiliser(stated, float(light_e.max()))
-        values = np.zeros(light_e.shape)
-        for channel in np.unique(cell):
-            own = filters == channel
-            values[own] = stabiliser(light_e[own], int(channel))
+        stabiliser = Stabiliser(stated, 2 * float(light_e.max()))
+        values = stabiliser.mosaic(light_e, filters)
+        render = None
+        if self.halves is not None:
+            changed = stabiliser.mosaic(light_e * (1 + self.halves), filters)
+            render = cells(changed - values, filters, period).astype(np.float32)
         owners = self.owners[:: period[0], :: period[1]]
         colours = cells(values, filters, period)
         owners = owners[: colours.shape[1], : colours.shape[2]]
@@ -259,6 +276,7 @@ class View:
             colours=colours.astype(np.float32),
             owners=owners,
             things=tuple(self._things(owners, factor, period[0])),
+            render=render,
         )
 
     def _things(self, owners: np.ndarray, factor: float, pixels: int) -> list[Thing]:
@@ -285,8 +303,13 @@ class View:
         return things
 
 
-def view(ready: Prepared, camera: CameraName) -> View:
-    """Return a prepared scene through a camera."""
+def view(ready: Prepared, camera: CameraName, metered: xr.DataArray | None = None) -> View:
+    """Return a prepared scene through a camera.
+
+    Parameters
+    ----------
+    metered : light for which it chooses its exposure; None: that of the scene.
+    """
     sensor = ready.built.cameras[camera.sensor]
     mean = sensor.expected(ready.light)
     dark = sensor.expected(scaled(ready.light, 0.0)).values
@@ -303,6 +326,8 @@ def view(ready: Prepared, camera: CameraName) -> View:
         dark_e=dark.reshape(len(dark), -1)[:, 0],
         owners=owners_of(labels["instance"].values, objects),
         objects=objects,
+        halves=labels[HALVES].values if HALVES in labels else None,
+        metered=ready.light if metered is None else metered,
     )
 
 

@@ -19,6 +19,7 @@ from ..dataset.study.files import colour_of, shown, with_interval
 from ..dataset.study.intervals import Mean
 from .levels import Crossing
 from .observer.channels import SCALE, count
+from .recall import FILE, recalls
 from .results import CurvePoint, Results
 from .tables import FEWEST_ROADS, Found, Line, lines
 
@@ -60,6 +61,7 @@ def page(results: Results, tables: Sequence[Line]) -> str:
         known=sum(math.isfinite(row.d) for row in results.rows),
         drawing=drawing(results),
         scenes=len({row.scene for row in results.rows}),
+        recalls=recalls(folder_of(results.dataset) / FILE, results.rows),
         crossing_text=crossing_text,
         with_interval=with_interval,
         shown=shown,

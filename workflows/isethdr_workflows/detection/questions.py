@@ -22,6 +22,7 @@ class Question:
     kinds : classes of objects; empty: all.
     distances_m : of the objects, from and to.
     dipped : only scenes with dipped beams.
+    bare : each camera also with objects taken out by rendering the view again without them.
     """
 
     about: str
@@ -32,6 +33,7 @@ class Question:
     kinds: tuple[str, ...] = ()
     distances_m: tuple[float, float] = (0.0, float("inf"))
     dipped: bool = False
+    bare: bool = False
 
 
 QUESTIONS = {
@@ -39,6 +41,12 @@ QUESTIONS = {
     "captures": Question(
         "One capture against three of the split pixel",
         cameras="split_pixel:LPHG,split_pixel:LPLG,split_pixel",
+    ),
+    "removal": Question(
+        "Objects taken out by the ring around them, and by rendering the view again without them",
+        cameras="bayer",
+        kinds=("person", "rider", "animal"),
+        bare=True,
     ),
     "filters": Question(
         "RGB against RGBW against RCCB: the same pixel and lens, from 0.003 to 100 lux",

@@ -141,3 +141,16 @@ class Stabiliser:
     def __call__(self, light_e: np.ndarray, channel: int) -> np.ndarray:
         """Return the stabilised values of mean electrons of pixels of one channel."""
         return np.interp(light_e, self.light_e, self.values[channel])
+
+    def mosaic(self, light_e: np.ndarray, filters: np.ndarray) -> np.ndarray:
+        """Return the stabilised values (y, x) of mean electrons of a mosaic.
+
+        Parameters
+        ----------
+        filters : (y, x) channel of each pixel.
+        """
+        values = np.zeros(light_e.shape)
+        for channel in np.unique(filters):
+            own = filters == channel
+            values[own] = self(light_e[own], int(channel))
+        return values

@@ -34,6 +34,7 @@ from .questions import Question, question_of
 from .results import CurvePoint, Results
 from .tables import FEWEST_ROADS, Found, Needed, few_roads, lines, roads_needed
 
+RENDERED = ", rendered without"  # after the name of a camera
 MOST_FACTOR = 10.0  # light is scaled this much beyond the levels, because objects differ
 
 
@@ -149,26 +150,33 @@ def studied(
     """
     transfer = [] if asked.levels else list(dict.fromkeys(name.sensor for name in names))
     ready, failed = all_prepared(records, settings, transfer)
+    bare = all_prepared(records, settings, [], bare=True)[0] if asked.bare else []
     rows: list[Found] = []
     checks: dict[str, Check] = {}
     places: dict[str, float] = {}
     for name in names:
         views = [view(one, name) for one in ready]
+        light = {one.record.number: one.light for one in ready}
+        empty = [view(one, name, light.get(one.record.number)) for one in bare]
         for level in levels_of(asked):
             frames = [limited(one.frame(factor_of(one, asked, level)), asked) for one in views]
             places = places or places_of(frames)
-            found, check = observed(
-                frames, how, RowOf(name, level, transfer_of(views, name)), places
-            )
-            rows += found
-            checks[name.text] = checks.get(name.text, Check()) + check
+            forms: list[tuple[str, dict[int, Frame] | None]] = [(name.text, None)]
+            if empty:
+                seen = {one.prepared.record.number: one.frame(level) for one in empty}
+                forms.append((name.text + RENDERED, seen))
+            for text, without in forms:
+                row_of = RowOf(text, level, transfer_of(views, name))
+                found, check = observed(frames, how, row_of, places, without)
+                rows += found
+                checks[text] = checks.get(text, Check()) + check
         print(f"{name.text}: {sum(math.isfinite(r.d) for r in rows if r.camera == name.text)} rows")
     results = Results(
         dataset="",
         question="",
         asked=asked,
         how=how,
-        cameras=tuple(name.text for name in names),
+        cameras=tuple(checks),
         overrides=tuple(settings),
         rows=tuple(rows),
         checks=checks,
@@ -180,14 +188,17 @@ def studied(
 
 
 def all_prepared(
-    records: Sequence[SceneRecord], settings: Sequence[str], transfer: Sequence[str]
+    records: Sequence[SceneRecord],
+    settings: Sequence[str],
+    transfer: Sequence[str],
+    bare: bool = False,
 ) -> tuple[list[Prepared], list[tuple[int, str]]]:
     """Return the scenes imaged by the lens, and those that failed with their reasons."""
     ready = []
     failed = []
     for place, record in enumerate(records, 1):
         try:
-            ready.append(prepared(record, settings, transfer))
+            ready.append(prepared(record, settings, transfer, bare))
         except (CatalogError, ConfigError):
             raise
         except Exception as err:  # any component may fail on one scene; the others go on
@@ -200,14 +211,14 @@ def all_prepared(
 class RowOf:
     """Makes the rows of one camera at one level of light."""
 
-    name: CameraName
+    camera: str
     level: float
     transfer: Mapping[int, Mapping[str, float]]  # {scene: {object: score}}
 
     def __call__(self, frame: Frame, thing: Thing, d: Detectability, limit: float) -> Found:
         """Return the row of an object; `limit` is the threshold of the decision."""
         transfer = self.transfer.get(frame.number, {}).get(thing.name, math.nan)
-        beside = Beside(self.name.text, self.level, transfer)
+        beside = Beside(self.camera, self.level, transfer)
         return row(frame, thing, d, limit, beside)
 
 

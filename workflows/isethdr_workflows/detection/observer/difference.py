@@ -24,6 +24,7 @@ class Seen(NamedTuple):
 
     outputs: np.ndarray  # (channel,)
     difference: np.ndarray  # (channel,)
+    render: np.ndarray | None = None  # (channel,) of the renderer's noise in `difference`
 
 
 def seen(frame: Frame, thing: Thing, size: Size, shape: Shape, bare: Frame | None) -> Seen | None:
@@ -32,6 +33,11 @@ def seen(frame: Frame, thing: Thing, size: Size, shape: Shape, bare: Frame | Non
     Parameters
     ----------
     bare : the same view rendered without objects; None: the ring fills.
+
+    Notes
+    -----
+    The renderer's noise of the ring's mean is left out, for it is small. A view rendered again has
+    as much noise as the first one, so its variance counts twice.
     """
     picture = frame.joined(size.level)
     own = frame.mask(size.level, thing.instance)
@@ -46,7 +52,14 @@ def seen(frame: Frame, thing: Thing, size: Size, shape: Shape, bare: Frame | Non
     left = round((thing.box[1] + thing.box[3] / 2) / 2**size.level - shape.channels.shape[1] / 2)
     inside = np.ones((1, *picture.shape[1:]))
     added = window_at(change, shape, left) * window_at(inside, shape, left, "constant")
-    return Seen(shape.channels.of(window_at(picture, shape, left)), shape.channels.of(added))
+    noise = frame.render_joined(size.level)
+    render = None
+    if noise is not None:
+        of_object = window_at(np.where(grown, noise, 0.0), shape, left, "constant")
+        render = shape.channels.of(of_object) * (np.sqrt(2) if bare is not None else 1.0)
+    return Seen(
+        shape.channels.of(window_at(picture, shape, left)), shape.channels.of(added), render
+    )
 
 
 def ring_filled(picture: np.ndarray, own: np.ndarray, users: np.ndarray) -> np.ndarray | None:

@@ -24,7 +24,11 @@ class Detectability(NamedTuple):
 
 
 def detectability(
-    difference: np.ndarray, clutter: np.ndarray, noise: np.ndarray, samples: int
+    difference: np.ndarray,
+    clutter: np.ndarray,
+    noise: np.ndarray,
+    samples: int,
+    render: np.ndarray | None = None,
 ) -> Detectability:
     """Return the detectability of an object.
 
@@ -34,9 +38,14 @@ def detectability(
     clutter : (channel, channel) sample covariance over windows without objects.
     noise : (channel, channel) covariance of the noise, which is known.
     samples : number of windows behind `clutter`.
+    render : (channel,) half of what two halves of the renderer's samples differ by in the object:
+        another value of the renderer's noise that `difference` contains; None: it is not known.
 
     Notes
     -----
+    Noise of the renderer in an object looks like signal: it adds trace(K^-1 C_render) to d'^2 on
+    average. `render` has the same covariance, so D'K^-1 D - R'K^-1 R has no such bias.
+
     The inverse of a sample covariance is too large on average: with nu = n - 1 degrees of freedom
     and p channels, E[S^-1] = nu / (nu - p - 1) C^-1 (Anderson 2003, An Introduction to Multivariate
     Statistical Analysis, lemma 7.7.1). Here known noise is added to S, so less of the inverse is
@@ -48,10 +57,14 @@ def detectability(
     together = cho_factor(clutter + noise)
     template = cho_solve(together, difference)
     square = float(difference @ template)
-    alone = float(difference @ cho_solve(cho_factor(noise), difference))
+    by_noise = cho_factor(noise)
+    alone = float(difference @ cho_solve(by_noise, difference))
+    if render is not None:
+        square -= float(render @ cho_solve(together, render))
+        alone -= float(render @ cho_solve(by_noise, render))
     if square <= 0:
         return Detectability(0.0, np.sqrt(max(alone, 0.0)), 0.0)
-    share = float(template @ clutter @ template) / square
+    share = min(float(template @ clutter @ template) / square, 1.0)
     ruled = float(np.trace(cho_solve(together, clutter)))
     left = samples - 2 - ruled  # nu - p_e - 1
     factor = 1 + share * (ruled + 1) / left if left > 0 else np.inf

@@ -114,7 +114,7 @@ def observed(
                     rows.append(row_of(frame, thing, NOTHING, limit))
                     continue
                 task, window, samples = at
-                d = detectability(task.difference, task.clutter, task.noise, samples)
+                d = detectability(task.difference, task.clutter, task.noise, samples, window.render)
                 rows.append(row_of(frame, thing, d, limit))
                 check += _checked(clutter, frame, thing, task, window, d)
     return rows, check

@@ -1,0 +1,87 @@
+"""The recall of detectors beside the observer, for the same objects of the same scenes.
+
+`isethdr study detector_scores` writes one row for each object, camera and detector into the folder
+of the dataset. Objects below that study's limits of size are neither misses nor hits there, and are
+left out here.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from ..dataset.study.intervals import Mean, mean_over_roads
+from .frame import CLASSES
+from .tables import Found, few_roads
+
+FILE = "detector_objects.csv"
+
+
+class Recall(NamedTuple):
+    """Objects of one class that a detector and the observer find.
+
+    Parameters
+    ----------
+    rank : Spearman's correlation of the observer's d' and the detector's score; NaN where one of
+        both is the same for all objects.
+    """
+
+    detector: str
+    camera: str
+    kind: str
+    objects: int
+    detector_found: Mean
+    observer_found: Mean
+    rank: float
+
+
+def recalls(path: Path, rows: Sequence[Found]) -> list[Recall]:
+    """Return the recall of each detector, camera and class beside what the observer finds; none
+    without the file.
+
+    Parameters
+    ----------
+    path : of the rows of the detectors. `rows` : of the observer.
+    """
+    if not path.is_file():
+        return []
+    known = {(one.scene, one.instance, one.camera): one for one in rows if math.isfinite(one.d)}
+    groups: dict[tuple[str, str, str], list[tuple[Found, float, float]]] = {}
+    with path.open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            own = known.get((int(row["scene"]), int(row["instance"]), row["camera"]))
+            if own is None or not float(row["counted"] or 0):
+                continue
+            score = float(row["score"] or 0)
+            for kind in (own.kind, "all"):
+                key = row["detector"], row["camera"], kind
+                groups.setdefault(key, []).append((own, float(row["found"] or 0), score))
+    order = ["all", *CLASSES]
+    return [
+        _recall(key, members)
+        for key, members in sorted(groups.items(), key=lambda item: _order(item[0], order))
+    ]
+
+
+def _order(key: tuple[str, str, str], order: Sequence[str]) -> tuple[str, str, int]:
+    return key[0], key[1], order.index(key[2])
+
+
+def _recall(key: tuple[str, str, str], members: Sequence[tuple[Found, float, float]]) -> Recall:
+    roads = [own.road for own, _, _ in members]
+    scores = [score for _, _, score in members]
+    d = [own.d for own, _, _ in members]
+    varied = len(set(scores)) > 1 and len(set(d)) > 1
+    return Recall(
+        *key,
+        len(members),
+        few_roads(mean_over_roads([found for _, found, _ in members], roads, (0.0, 1.0))),
+        few_roads(mean_over_roads([own.found for own, _, _ in members], roads, (0.0, 1.0))),
+        float(spearmanr(d, scores).statistic) if varied else float(np.nan),
+    )
