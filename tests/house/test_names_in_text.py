@@ -24,6 +24,7 @@ MADE_BY_READERS = {
     "curves.csv",
     "detection.csv",
     "detection_objects.csv",
+    "detector_objects.csv",
     "objects.csv",
     "scores.csv",
 }
