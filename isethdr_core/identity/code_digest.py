@@ -44,6 +44,7 @@ FOLLOWED = (
     "isethdr_core.lighting",
     "isethdr_core.data",
     "isethdr_core.display",
+    "isethdr_core.onnx_session",
 )
 # parts of the core that change no result: what is shown, written, waited for, refused or forecast
 WITHOUT_RESULT = (

@@ -12,6 +12,7 @@
 | `fog_reference`       | fog by Mitsuba's own volumetric path integrator                          |
 | `job_paths`           | a job whose scene and tables are made once, rendered many times          |
 | `merge_rules`         | merge rules over eight decades of light                                  |
+| `network_cost`        | seconds and memory of `isp=network`, with an untrained stand-in          |
 | `renderer_noise`      | noise and light of renderings whose paths follow need                    |
 | `accuracy/`           | error against run time of each stage of the bundled components           |
 | `budget/`             | whether the error allowed is kept                                        |
@@ -31,6 +32,7 @@ STUDIES = {
     "denoised_scores": "denoised_scores:denoised_scores",
     "fireflies": "fireflies:fireflies",
     "merge_rules": "merge_rules:merge_rules",
+    "network_cost": "network_cost:network_cost",
     "omission": "omission:omission",
     "renderer_light": "renderer_noise:renderer_light",
     "renderer_noise": "renderer_noise:renderer_noise",

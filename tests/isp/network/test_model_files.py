@@ -1,7 +1,8 @@
-"""Bad model files: each is one error that says what to type, before any work."""
+"""Model files: bad ones are one error that says what to type; a file belongs to a run's name."""
 
 import json
 import sys
+from importlib.metadata import version
 
 import pytest
 from isethdr_isp.network.contract import Contract
@@ -9,7 +10,7 @@ from isethdr_isp.network.contract import Contract
 import isethdr_core as hdr
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ShotForm, check_shots
-from isethdr_core.runs.provenance import input_digests
+from isethdr_core.runs.provenance import input_digests, libraries
 
 SPLIT = ["LPLG", "LPHG", "SPLG"]
 
@@ -143,9 +144,11 @@ def test_a_contract_survives_its_json(models):
         assert Contract.from_json(contract.to_json()) == contract
 
 
-def test_another_file_renames_the_run(model):
+def test_another_file_or_another_onnxruntime_renames_the_run(model):
     path = model()
     isp = hdr.build("isp", "network", model=str(path))
+    assert libraries(isp)["onnxruntime"] == version("onnxruntime")
+    assert "onnxruntime" not in libraries(hdr.build("isp", "linear"), frame=True)
     before = input_digests(isp)
     assert list(before) == [str(path)]
     model(recipe="another")

@@ -1,0 +1,60 @@
+"""What the ledger says of a model: filters of another sensor, light beyond its training."""
+
+import numpy as np
+import pytest
+
+import isethdr_core as hdr
+from isethdr_core import ledger
+from isethdr_core.errors import UnitError
+
+
+def notes(path, captures):
+    """Return {key: value or reason} of what the isp states."""
+    rows = ledger.Ledger()
+    with ledger.stage(rows, "isp network"):
+        hdr.build("isp", "network", model=str(path))(captures)
+    said = {term.source.key: term.value for term in rows[0].errors}
+    return said | {note.key: note.why for note in rows[0].left_out}
+
+
+@pytest.fixture
+def trained_for(models, taken, tmp_path):
+    """Return a function that runs a model with the curves of other filters, and what it states."""
+    captures, matrix = taken()
+
+    def make(curves, wavelength_nm, **more):
+        stated = {name: curve.tolist() for name, curve in zip("RGB", curves, strict=True)}
+        contract = {
+            **models.CONTRACT,
+            "quantum_efficiency": stated,
+            "wavelength_nm": wavelength_nm.tolist(),
+            **more,
+        }
+        path = models.bilinear_model(tmp_path / "model.onnx", matrix, contract=contract)
+        return notes(path, captures)
+
+    return make
+
+
+def test_the_same_filters_differ_by_nothing(trained_for, bench):
+    nm = bench.WAVELENGTH
+    assert trained_for(bench.QE, nm)["filters"] < 1e-12
+    # a factor on all curves is another exposure: the unit takes it out
+    assert trained_for(0.3 * bench.QE, nm)["filters"] < 1e-12
+
+
+def test_other_filters_are_stated_by_how_far_they_differ(trained_for, bench):
+    nm = bench.WAVELENGTH
+    redder = bench.QE * np.array([1.2, 1.0, 1.0])[:, None]
+    # all electrons of red are lower by a sixth than those of the training
+    assert trained_for(redder, nm)["filters"] == pytest.approx(1 / 6, rel=1e-6)
+    with pytest.raises(UnitError, match="filters are not those that the model is for.* isp=merge"):
+        trained_for(bench.QE[::-1], nm)
+
+
+def test_light_beyond_the_training_is_stated(trained_for, bench):
+    said = trained_for(bench.QE, bench.WAVELENGTH, range_e=[1.0, 1500.0])
+    # 5 to 3000 e evenly: half of the samples
+    assert "are above 1500 e" in said["range"]
+    assert 45 < float(said["range"].partition("%")[0]) < 55
+    assert "range" not in trained_for(bench.QE, bench.WAVELENGTH, range_e=[1.0, 1e5])
