@@ -36,6 +36,8 @@ STUDIES = {
     "emva1288": "emva1288.study:emva1288",
     "level_curves": "sensors.level_curves:level_curves",
     "train_demosaic": "isp.train_demosaic:train_demosaic",
+    "paper_fig1": "paper.fig1:paper_fig1",
+    "paper_fig2": "paper.fig2:paper_fig2",
     "paper_fig4": "paper.fig4:paper_fig4",
     "paper_fig3": "paper.fig3:paper_fig3",
     "paper_fig5": "paper.fig5:paper_fig5",

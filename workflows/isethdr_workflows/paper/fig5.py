@@ -5,28 +5,45 @@ growing flare of headlights.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from isethdr_core.plugins.registry import build
 
+from .parameters import PAPER, SCRIPTS, chosen
 from .rendered_scene import rendered, seen_by, shown, thinned, through, write_sheet
 
-EXPOSURES_S = (0.005, 0.010, 0.020, 0.040)
 # the white of each picture is inversely proportional to its exposure, not to its content
-WHITE_CD_M2 = 0.3 / np.array(EXPOSURES_S)
+WHITE_CD_S_M2 = 0.3
 PHONE = {"f_number": 1.73, "focal_length_mm": 4.38}  # Google Pixel 4a
-SENSOR = "bayer_imx363"
+
+
+class Ladder(NamedTuple):
+    """A sensor and its exposures."""
+
+    sensor: str
+    exposures_s: tuple[float, ...]
+
+
+# the text names a Pixel 4a and 5 to 40 ms; the scripts take an AR0132AT and other exposures
+LADDERS = {
+    PAPER: Ladder("bayer_imx363", (0.005, 0.010, 0.020, 0.040)),
+    SCRIPTS: Ladder("bayer_isethdr", (0.005, 0.0405, 0.3242)),
+}
 OBJECTS = ("cyclist", "pedestrian", "person", "bicycle")
 
 
-def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
+def paper_fig5(
+    picture: str = "", scene: str = "night_drive", parameters: str = PAPER
+) -> list[dict]:
     """Return the picture quality of a phone sensor in a night scene at exposures from 5 to 40 ms.
 
     Parameters
     ----------
     picture : file for the ladder (png or jpg); empty writes none.
     scene : experiment whose rendering is used; stored radiance is read.
+    parameters : paper (Pixel 4a, 5 to 40 ms), or scripts (AR0132AT of 3 um, 5, 40.5 and 324.2 ms).
 
     Returns
     -------
@@ -34,14 +51,15 @@ def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
     pixels of people and cyclists), detection (median contrast detection probability of those
     objects).
     """
-    scene_chain, radiance = rendered(f"experiment={scene}", f"sensor={SENSOR}")
+    ladder = chosen("paper_fig5", parameters, LADDERS)
+    scene_chain, radiance = rendered(f"experiment={scene}", f"sensor={ladder.sensor}")
     mixed, light = through(scene_chain, radiance, scene_chain.lighting, **PHONE)
     (sensor,) = scene_chain.cameras.values()
     isp = build("isp", "linear")
     detection = build("metric", "contrast_detection")
     rows = []
     views = []
-    for exposure_s, white in zip(EXPOSURES_S, WHITE_CD_M2):
+    for exposure_s in ladder.exposures_s:
         shot, seen_picture, true, labels = seen_by(
             replace(sensor, exposure_s=exposure_s), isp, mixed, light, radiance
         )
@@ -52,7 +70,7 @@ def paper_fig5(picture: str = "", scene: str = "night_drive") -> list[dict]:
                 **people(seen_picture, true, labels, detection),
             }
         )
-        views.append(thinned(shown(seen_picture, white)))
+        views.append(thinned(shown(seen_picture, WHITE_CD_S_M2 / exposure_s)))
     if picture:
         names = [
             f"{1e3 * row['exposure_s']:g} ms, {row['saturated_percent']:.2f} % saturated"

@@ -4,19 +4,28 @@ photodiode.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from isethdr_core.display.display_view import white_cd_m2
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.plugins.registry import build
 
+from .parameters import PAPER, SCRIPTS, chosen
 from .rendered_scene import rendered, seen_by, shown, through, write_sheet
 
 SCENES = {"tunnel": "tunnel_exit", "night": "night_drive"}
+# the text names no exposure: that of the sensor; the scripts take long ones, {scene: seconds}
+EXPOSURES_S: dict[str, dict[str, float | None]] = {
+    PAPER: {"tunnel": None, "night": None},
+    SCRIPTS: {"tunnel": 0.120, "night": 0.342},
+}
+SENSORS = {PAPER: "split_pixel", SCRIPTS: "split_pixel_isethdr"}
 NAMES = ("large, low gain", "large, high gain", "small")
 
 
-def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
+def paper_fig6_7(picture: str = "", scene: str = "tunnel", parameters: str = PAPER) -> list[dict]:
     """Return the luminance range and the error of each capture of a split-pixel sensor, and of
     their combination.
 
@@ -24,6 +33,8 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
     ----------
     picture : file for captures, combination and line profile (png or jpg); empty writes none.
     scene : tunnel or night.
+    parameters : paper (exposure of the sensor), or scripts (pixels of 3 um, 120 ms in the tunnel
+        and 342 ms by night).
 
     Returns
     -------
@@ -37,9 +48,12 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel") -> list[dict]:
     """
     if scene not in SCENES:
         raise ConfigError(f"study paper_fig6_7 has no scene {scene!r}{did_you_mean(scene, SCENES)}")
-    scene_chain, radiance = rendered(f"experiment={SCENES[scene]}", "sensor=split_pixel")
+    exposure_s = chosen("paper_fig6_7", parameters, EXPOSURES_S)[scene]
+    scene_chain, radiance = rendered(f"experiment={SCENES[scene]}", f"sensor={SENSORS[parameters]}")
     mixed, light = through(scene_chain, radiance, scene_chain.lighting)
     (sensor,) = scene_chain.cameras.values()
+    if exposure_s is not None:
+        sensor = replace(sensor, exposure_s=exposure_s)
     shot, combined, true, _ = seen_by(sensor, build("isp", "merge"), mixed, light, radiance)
     pictures = {}
     for k, name in enumerate(NAMES):

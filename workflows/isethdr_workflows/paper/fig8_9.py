@@ -13,6 +13,7 @@ import xarray as xr
 from isethdr_core.display.display_view import white_cd_m2
 from isethdr_core.plugins.registry import build
 
+from .parameters import PAPER, SCRIPTS, chosen
 from .rendered_scene import lux_of, rendered, seen_by, shown, through, write_sheet
 
 SENSORS = {"RGB": "bayer", "RGBW": "rgbw"}
@@ -24,10 +25,22 @@ DESIGN_SNR = (
     40.0,
 )
 LENS = {"f_number": 4.0}
+OWN = "own"
+# mean illuminances, lx: of the text's graph, and of the published script; pixels 3 um, 1/60 s
+LEVELS_LUX = {
+    OWN: (),
+    PAPER: (*np.arange(1, 11) / 10, *range(2, 11)),
+    SCRIPTS: tuple(np.logspace(-2, 1, 3)),
+}
+PIXEL = {"pitch_um": 3.0, "exposure_s": 1 / 60}
 
 
 def paper_fig8_9_classical(
-    picture: str = "", scene: str = "night_drive", levels: int = 10, draws: int = 3
+    picture: str = "",
+    scene: str = "night_drive",
+    levels: int = 10,
+    draws: int = 3,
+    parameters: str = OWN,
 ) -> list[dict]:
     """Return SSIM of a driving scene by daylight and CIEDE2000 of a colour chart, against mean
     illuminance on the sensor.
@@ -39,22 +52,26 @@ def paper_fig8_9_classical(
     scene : experiment whose rendering is used, lit by its sky alone; its stored radiance serves.
     levels : mean illuminances, 0.01 to 10 lux, equal steps of their logarithm.
     draws : shots that each score is the mean of.
+    parameters : own (`levels`, the bundled sensors), paper (0.1 to 1 and 2 to 10 lux) or scripts
+        (0.01, 0.316 and 10 lux), both with pixels of 3 um and 1/60 s.
 
     Returns
     -------
     rows with filters, demosaic, mean_lux, ssim and ciede2000, each with its standard error over
     shots.
     """
+    levels_lux = chosen("paper_fig8_9_classical", parameters, LEVELS_LUX)
+    pixel = PIXEL if levels_lux else {}
     street = driving(scene)
     chart = colour_chart()
     rows = []
     views = []
     names = []
     for filters, name in SENSORS.items():
-        sensor = build("sensor", name)
+        sensor = build("sensor", name, **pixel)
         for demosaic in DEMOSAICS:
             isp = build("isp", "linear", demosaic=demosaic)
-            for lux in np.geomspace(0.01, 10, levels):
+            for lux in levels_lux or np.geomspace(0.01, 10, levels):
                 suited = at_noise(isp, sensor, chart, lux)
                 ssim = scored(build("metric", "ssim"), sensor, suited, street, lux, draws)
                 colour = scored(build("metric", "ciede2000"), sensor, suited, chart, lux, draws)
