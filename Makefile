@@ -3,6 +3,7 @@
 #   make test       set up .venv, check format and types, run the tests
 #   make test-slow  run the long tests
 #   make bench      run the benchmarks
+#   make experiments  make again all that the questions' pages claim, step by step
 #   make lint       check format, lint rules, types and import contracts
 #   make clean      remove .venv
 # VENV=folder uses another folder than .venv.
@@ -24,7 +25,7 @@ TEST_ENV += PYTHONDONTWRITEBYTECODE=
 # assertions of the packages that contain the others, which takes three CPU seconds.
 TEST_PLUGINS := --disable-plugin-autoload -p xdist -p _hypothesis_pytestplugin
 
-.PHONY: run test test-slow bench lint docs clean
+.PHONY: run test test-slow bench experiments lint docs clean
 
 run: $(READY)
 	$(BIN)/isethdr run
@@ -37,6 +38,11 @@ test-slow: $(READY)
 
 bench: $(READY)
 	for file in benchmarks/*.py; do $(BIN)/python $$file || exit 1; done
+
+# Steps that are done are skipped, so an interrupted one is typed again. Networks are left out unless
+# the extra train is installed.
+experiments: $(READY)
+	$(BIN)/isethdr experiments run
 
 # The checks of continuous integration other than the tests. mypy and import-linter use caches.
 lint: $(READY)

@@ -12,6 +12,7 @@
 | `detection/`    | which objects could be found at all, by each camera                         |
 | `detectors/`    | detectors in ONNX files on pictures of runs, and their scores               |
 | `export/`       | stored runs as files of other programs, `isethdr export`                    |
+| `experiments/`  | everything that the questions claim, step by step: `isethdr experiments`    |
 | `emva1288/`     | simulated cameras measured by the machine vision standard                   |
 | `isp/`          | training of the learned demosaic                                            |
 | `paper/`        | the figures of the ISETHDR paper, computed again                            |
@@ -25,6 +26,7 @@ from __future__ import annotations
 from isethdr_core.hookspecs import hookimpl
 
 from .dataset.command import app as dataset
+from .experiments.command import app as experiments
 from .training.command import app as train
 
 # {name: "module:function" in this package}; a function takes its settings by name and returns rows,
@@ -55,6 +57,8 @@ STUDIES = {
 SHOWN = {
     "accuracy": "accuracy.summary:by_knob",
     "detector_scores": "detectors.study:of_everything",
+    "dirt": "questions.tables:for_people",
+    "render_noise": "questions.tables:for_people",
 }
 
 
@@ -70,6 +74,7 @@ def isethdr_commands(app):
 
     app.command("study")(study)
     app.add_typer(dataset, name="dataset")
+    app.add_typer(experiments, name="experiments")
     app.add_typer(train, name="train")
     app.command("export", help=HELP, short_help="Write stored runs as files of other programs.")(
         export

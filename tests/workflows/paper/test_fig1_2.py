@@ -13,7 +13,7 @@ from isethdr_core.plugins.registry import build
 
 @pytest.mark.parametrize("half_angle_deg", [90.0, 45.0, 22.5, 15.0, 7.5, 5.0])
 def test_a_narrowed_beam_has_the_flux_of_the_lambertian_light(half_angle_deg):
-    """The integral is a sum of 2000 rings by the middle rule: 1e-5 where the beam ends in a kink."""
+    """The integral is a sum of 2000 rings by the middle rule: 1e-5 where a beam ends in a kink."""
     assert fig2.flux_lm(half_angle_deg) == pytest.approx(fig2.FLUX_LM, rel=1e-5)
     assert fig2.beam_cd(half_angle_deg + 0.01, half_angle_deg) == 0
 

@@ -12,6 +12,8 @@ from isethdr_core.display.display_view import display, false_colour, white_cd_m2
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.storage.store import open_scene
 
+from ..dataset.pairs.request import PairRequest
+from ..dataset.pairs.sources import sources
 from .rendered_scene import rendered, thinned, write_sheet
 
 DECADES = 6  # of the false colours of a light group, down from its brightest tile
@@ -30,14 +32,15 @@ def paper_fig1(
     picture : file for light groups, night, day, objects and distances (png or jpg); empty writes
         none.
     scene : experiment whose lightings are used, and whose rendering if `store` is empty.
-    store : stored scene, by its name or the beginning of it: its radiance is used.
+    store : stored scene, by its name or the beginning of it, or a dataset, whose first scene it is:
+        its radiance is used.
 
     Returns
     -------
     rows with group, median_cd_m2 and brightest_cd_m2 at weight 1, night_share and day_share of the
     light of all groups.
     """
-    night, radiance = rendered(f"experiment={scene}") if not store else (None, open_scene(store))
+    night, radiance = rendered(f"experiment={scene}") if not store else (None, stored(store))
     lightings = {
         "night": night.lighting if night else chain(compose([f"experiment={scene}"])).lighting,
         "day": chain(
@@ -66,6 +69,12 @@ def paper_fig1(
     if picture:
         write(picture, radiance, groups, mixed)
     return rows
+
+
+def stored(name: str):
+    """Return the radiance of a stored scene, or of the first scene of a dataset."""
+    [first] = sources(PairRequest(name, scenes=1))
+    return open_scene(first.store)
 
 
 def luminance_of(light) -> np.ndarray:

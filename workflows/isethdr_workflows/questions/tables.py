@@ -58,3 +58,15 @@ def write_page(page: str, text: str) -> None:
         write_text(Path(page), text)
     except OSError as err:
         raise CatalogError(f"cannot write {page}: {err.strerror or err}; make room") from err
+
+
+def for_people(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return rows with each mean and its interval in one column."""
+    return [
+        {
+            name: shown(row, name) if f"{name}_low" in row else value
+            for name, value in row.items()
+            if not name.endswith(("_low", "_high"))
+        }
+        for row in rows
+    ]

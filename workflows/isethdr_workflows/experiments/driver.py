@@ -1,0 +1,113 @@
+"""Run steps: skip what is there, stop at the time limit, pass Ctrl-C on."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
+
+from isethdr_core.errors import CatalogError
+from isethdr_core.storage.home_folder import home
+
+from .records import folder, is_finished, write
+from .steps import LONGEST_MIN, Step
+
+UNWIND_S = 15.0  # for a command to remove what is half-written
+Tell = Callable[[str], None]
+
+
+class OutOfTime(Exception):
+    """A step reached its time limit; the same command goes on from there."""
+
+
+def run_steps(steps: Sequence[Step], tell: Tell = print) -> list[str]:
+    """Run the steps that are not finished, in order, and return the names of those left out.
+
+    Parameters
+    ----------
+    steps : to run.
+    tell : called with one line of text for each step.
+
+    Raises
+    ------
+    CatalogError : a command failed; what is finished stays.
+    OutOfTime : a step reached its limit.
+    KeyboardInterrupt : Ctrl-C, after the command has ended.
+    """
+    skipped = []
+    for place, step in enumerate(steps, 1):
+        line = f"step {place} of {len(steps)}, {step.name}: "
+        library, extra = step.needs
+        if is_finished(step):
+            tell(line + "done before")
+            continue
+        if library and find_spec(library) is None:
+            tell(line + f"left out, it needs pip install 'isethdr[{extra}]'")
+            skipped.append(step.name)
+            continue
+        tell(line + f"{step.about}, about {step.minutes:g} min")
+        folder().mkdir(parents=True, exist_ok=True)
+        started = time.monotonic()
+        ended = False
+        try:
+            for command in step.commands:
+                tell(f"  isethdr {command}")
+                run_command(command, LONGEST_MIN * 60 - (time.monotonic() - started))
+            ended = True
+        finally:
+            minutes = (time.monotonic() - started) / 60
+            write(step, minutes, ended, os.getloadavg()[0])
+        missing = [path for path in step.makes if not (home() / path).exists()]
+        if missing:
+            raise CatalogError(
+                f"step {step.name} ended without {missing[0]}; expected its commands to make it;"
+                f" type isethdr experiments run {step.name} and read what they print"
+            )
+        tell(f"  done in {minutes:.1f} min")
+    return skipped
+
+
+def run_command(command: str, seconds: float) -> None:
+    """Run one command of isethdr in a process of its own, in the home of this one.
+
+    Parameters
+    ----------
+    command : its words; {home} is the home folder.
+    seconds : that it may take.
+
+    Raises
+    ------
+    CatalogError : it failed.
+    OutOfTime : it took too long; it was interrupted as by Ctrl-C.
+    """
+    words = [word.format(home=home()) for word in shlex.split(command)]
+    module = f"{__package__}.child"
+    child = subprocess.Popen([sys.executable, "-m", module, str(os.getpid()), *words])
+    try:
+        code = child.wait(max(seconds, 0.0))
+    except subprocess.TimeoutExpired:
+        raise OutOfTime(command) from None
+    finally:
+        ended(child)
+    if code:
+        raise CatalogError(
+            f"isethdr {command} ended with code {code}; its own message is above; finished steps"
+            " are kept; type the same command again to go on"
+        )
+
+
+def ended(child: subprocess.Popen[bytes]) -> None:
+    """End a process that still runs: as Ctrl-C does, then by force."""
+    if child.poll() is not None:
+        return
+    child.send_signal(signal.SIGINT)
+    try:
+        child.wait(UNWIND_S)
+    except subprocess.TimeoutExpired:
+        child.kill()
+        child.wait()

@@ -1,0 +1,162 @@
+"""The steps of the experiments: commands, what they make, expected minutes.
+
+A command goes on where it stopped, so a step that was interrupted is typed again. Expected minutes
+are of two cores with nothing beside; `basis` says what they are derived from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from isethdr_core.errors import ConfigError, did_you_mean
+
+DATASET = "streets"
+LONGEST_MIN = 40.0  # of a step
+GENERATE = (
+    f"dataset generate {DATASET} recipe=streets count=40 seed=1 renderer.width=480"
+    " renderer.height=270 renderer.step_nm=20"
+)
+CROP = "cameras.bayer.rows=288 cameras.bayer.columns=512"
+FOLDER = "experiments"  # of the home: pictures, tables and records
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step.
+
+    Parameters
+    ----------
+    name : to type.
+    about : what it is for.
+    commands : of `isethdr`, in order; {home} is the home folder.
+    makes : files of the home that are there when it is done.
+    minutes : expected.
+    basis : of the expectation.
+    needs : library that must be installed, and the extra that brings it; ("", "") for none.
+    """
+
+    name: str
+    about: str
+    commands: tuple[str, ...]
+    makes: tuple[str, ...]
+    minutes: float
+    basis: str
+    needs: tuple[str, str] = ("", "")
+
+
+def network(sensor: str) -> Step:
+    """Return the step that trains a picture for a sensor."""
+    name = f"network_{sensor.removeprefix('typical_')}"
+    return Step(
+        name,
+        f"a network of at most half a million parameters for {sensor}",
+        (f"train picture sensor={sensor} size=small minutes=20 name={name}",),
+        (f"training/pictures/{name}/model.onnx",),
+        25.0,
+        "20 min of steps, which the command keeps to; data and export are a guess",
+        ("torch", "train"),
+    )
+
+
+def question(name: str, about: str) -> Step:
+    """Return the step of a question of the study detection."""
+    return Step(
+        f"detection_{name}",
+        about,
+        (f"study detection dataset={DATASET} question={name}",),
+        (f"datasets/{DATASET}/detection_{name}.md",),
+        5.0,
+        "not measured",
+    )
+
+
+STEPS = (
+    Step(
+        "dataset_first",
+        "the first 20 of 40 streets, 480 x 270 tiles, 16 bands",
+        (f"{GENERATE} sample=20",),
+        (f"datasets/{DATASET}/scenes/00019.json",),
+        25.0,
+        "66 to 134 s a scene beside other work, the fastest three of four",
+    ),
+    Step(
+        "dataset",
+        "all 40 streets, their page, card and parts",
+        (
+            GENERATE,
+            *(f"dataset {what} {DATASET}" for what in ("splits", "describe", "report")),
+        ),
+        (f"datasets/{DATASET}/scenes/00039.json", f"datasets/{DATASET}/splits.json"),
+        25.0,
+        "as the first half",
+    ),
+    network("typical_bayer"),
+    network("typical_rgbw"),
+    Step(
+        "detection",
+        "which objects each camera could find",
+        (f"study detection dataset={DATASET}",),
+        (f"datasets/{DATASET}/detection.md",),
+        5.0,
+        "not measured",
+    ),
+    question("captures", "one capture of the split pixel against three"),
+    question("filters", "RGB against RGBW and RCCB, 0.003 to 100 lx"),
+    question("dark", "how dark it may get before a person is lost"),
+    Step(
+        "dirt",
+        "which share of the loss behind a dirty lens is scatter, ghosts, noise",
+        (
+            f"study dirt dataset={DATASET} cameras=bayer {CROP} page={{home}}/{FOLDER}/dirt.md"
+            f" --csv {{home}}/{FOLDER}/dirt.csv",
+        ),
+        (f"{FOLDER}/dirt.md",),
+        14.0,
+        "23 to 56 s a scene beside other work, after the kernels of the first",
+    ),
+    Step(
+        "render_noise",
+        "whether the renderer's noise or its denoiser changes that",
+        (
+            f"study render_noise dataset={DATASET} cameras=bayer scenes=6 {CROP}"
+            f" page={{home}}/{FOLDER}/render_noise.md",
+        ),
+        (f"{FOLDER}/render_noise.md",),
+        10.0,
+        "three more versions of six scenes, as dirt",
+    ),
+    Step(
+        "figures",
+        "figures 1, 2 and 4 of the paper",
+        (
+            f"study paper_fig1 store={DATASET} picture={{home}}/{FOLDER}/fig1.jpg",
+            f"study paper_fig2 picture={{home}}/{FOLDER}/fig2.jpg",
+            f"study paper_fig4 picture={{home}}/{FOLDER}/fig4.jpg",
+        ),
+        tuple(f"{FOLDER}/fig{number}.jpg" for number in (1, 2, 4)),
+        2.0,
+        "a guess",
+    ),
+    Step(
+        "results",
+        "the tables of all steps on one page",
+        ("experiments results",),
+        (f"{FOLDER}/results.md",),
+        0.1,
+        "reads and writes text",
+    ),
+)
+
+
+def steps_named(names: tuple[str, ...]) -> tuple[Step, ...]:
+    """Return steps by their names, in the order of `STEPS`; all of them without a name.
+
+    Raises
+    ------
+    ConfigError : there is no step of a name.
+    """
+    known = {step.name: step for step in STEPS}
+    for name in names:
+        if name not in known:
+            raise ConfigError(f"there is no step {name!r}{did_you_mean(name, known)}")
+    return tuple(step for step in STEPS if not names or step.name in names)
