@@ -154,7 +154,7 @@ def test_a_real_command_runs_fails_and_is_stopped(isethdr_home, capfd):
     isethdr_home.mkdir()
     driver.run_command("dataset list", 120)
     assert "dataset" in capfd.readouterr().out
-    with pytest.raises(CatalogError, match="ended with code 1"):
+    with pytest.raises(CatalogError, match="ended with code 2"):
         driver.run_command("dataset report none", 120)
     began = time.monotonic()
     with pytest.raises(driver.OutOfTime):
