@@ -98,6 +98,11 @@ def test_the_page_says_what_was_not_run(ran, isethdr_home):
     assert text.count("## ") == 2  # the step and, one level lower, its table
 
 
+def test_a_csv_file_becomes_a_table():
+    text = results.table_of("lux,score,value\n0.01,ssim,0.123456\n10,ssim,\n")
+    assert text.splitlines()[2:] == ["| 0.01 | ssim | 0.123 |", "| 10 | ssim |  |"]
+
+
 def test_the_steps_fit_the_time_and_are_found_by_name():
     assert all(0 < step.minutes <= LONGEST_MIN for step in STEPS)
     assert sum(step.minutes for step in STEPS) <= 150

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 from pathlib import Path
 
@@ -10,11 +12,13 @@ from isethdr_core.runs.provenance import versions
 from isethdr_core.storage.atomic_write import write_text
 from isethdr_core.storage.home_folder import home
 
+from ..questions.tables import markdown
 from .records import folder, is_finished, read
 from .steps import STEPS
 
 PAGE = "results.md"
-TABLES = (".md",)  # endings of what a step makes and the page takes in
+TABLES = (".md", ".csv")  # endings of what a step makes and the page takes in
+DIGITS = 3
 
 
 def page() -> str:
@@ -42,8 +46,22 @@ def page() -> str:
         for path in step.makes:
             if path.endswith(TABLES) and not path.endswith(PAGE) and is_finished(step):
                 text = (home() / path).read_text(encoding="utf-8").strip()
-                lines += ["", f"## {step.name}: {step.about}", "", _lower(text)]
+                text = table_of(text) if path.endswith(".csv") else _lower(text)
+                lines += ["", f"## {step.name}: {step.about}", "", text]
     return "\n".join(lines) + "\n"
+
+
+def table_of(text: str) -> str:
+    """Return the rows of a CSV file as a table in Markdown, numbers with three digits."""
+    head, *rows = csv.reader(io.StringIO(text))
+    return markdown(head, [[_shown(cell) for cell in row] for row in rows]).strip()
+
+
+def _shown(cell: str) -> str:
+    try:
+        return f"{float(cell):.{DIGITS}g}"
+    except ValueError:
+        return cell
 
 
 def _lower(text: str) -> str:
