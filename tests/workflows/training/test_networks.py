@@ -168,6 +168,29 @@ def test_a_full_disk_is_one_error_and_keeps_the_state(own_home, monkeypatch):
         training.trained(settings(steps=2), BAYER, lambda line: None)
 
 
+def test_it_stops_where_held_out_pictures_stop_improving(own_home, monkeypatch):
+    losses = iter([3.0, 2.0, 2.1, 2.2, 2.3, 2.4])
+    monkeypatch.setattr(training, "loss_on", lambda network, pictures: next(losses))
+    wanted = settings(steps=6, checks=6, patience=2)
+    run = training.trained(wanted, BAYER, lambda line: None)
+    assert run.progress.clock.step == 4 and "did not improve over 2 checks" in run.progress.stopped
+    assert run.progress.best["step"] == 2
+    network, weights = training.final_network(run)
+    assert "step 2" in weights
+    for name, value in network.state_dict().items():
+        assert torch.equal(value, run.progress.best["weights"][name]), name
+
+
+def test_captures_apart_are_joined_by_the_network():
+    split = camera_of(["sensor=typical_split_pixel"], "apart")
+    assert split.planes == 3 and split.contract().captures == split.captures
+    network = choice.network_of(split, "unet", "small").eval()
+    inputs = export.example(split, 32, 48, seed=0)
+    assert inputs[0].shape == (1, 3, 32, 48)
+    xyz, variance = network(*inputs)
+    assert xyz.shape == variance.shape == (1, 3, 32, 48)
+
+
 def test_a_view_loss_is_said_in_the_card(own_home):
     run = training.trained(settings(loss="view", steps=2), BAYER, lambda line: None)
     rows = held_out.rows_of(run.progress.network, run.judge)

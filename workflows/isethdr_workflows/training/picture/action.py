@@ -26,6 +26,8 @@ def train_picture(typed: Sequence[str]) -> int:
     settings, overrides = parsed(typed)
     training = import_module(".training", __package__)  # PyTorch takes seconds to import
     finish = import_module(".finish", __package__)
+    if settings.loss == "view":
+        print(f"loss=view: {finish.LOSSES['view']}")
     try:
         run = training.trained(settings, overrides, print)
     except KeyboardInterrupt:

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from isethdr_isp.merge import charges
-from isethdr_isp.readout.combine import fold, read_charge
-from isethdr_isp.readout.electrons import readouts
-from isethdr_isp.spectra import light as light_of
+from isethdr_isp.network.contract import Contract
+from isethdr_isp.network.fields import NetworkFields
+from isethdr_isp.network.samples import inputs, shot, unit_e_per_cd_m2
 
 from isethdr_core import generator, quantities
 from isethdr_core.config.composition import compose
@@ -22,10 +21,8 @@ from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.plugins.registry import build_from_config
 
-BALANCE = "daylight"  # the light in which captures are compared, as the isp's own default
 UNIT_CHANNELS = "GWY"  # whose electrons measure the picture: the first of these that the array has
 LARGEST_CELL = 8  # pixels
-NOISE_FLOOR_E = 0.01
 
 
 class Samples(NamedTuple):
@@ -109,27 +106,21 @@ class TrainingCamera:
         return self.samples(captures)
 
     def samples(self, captures: Any) -> Samples:
-        """Return the samples of captures, `isethdr_isp` merging them; the light of the lens is
-        taken as even over the pixels.
-        """
-        groups, per_light = charges(captures, BALANCE)
-        best = groups[-1][0]
-        names = [str(name) for name in captures["channel"].values]
-        unit = float(best.sensitivity[names.index(self.unit_channel)])
-        if not self.apart:
-            charge = [read_charge(reads, each) for reads, each in zip(groups, per_light)]
-            merged = [fold(charge)]
-            scales = [1.0]
-        else:
-            reads = readouts(captures, light_of(BALANCE, captures.wavelength.values))
-            filters = captures["filter"].values
-            merged = [fold([read_charge([r], r.sensitivity[filters])]) for r in reads]
-            scales = [(best.sensitivity / r.sensitivity)[filters] for r in reads]
-        raw = np.stack([m.signal_e * scale for m, scale in zip(merged, scales)])
-        variance = np.stack([m.variance_e2 * scale**2 for m, scale in zip(merged, scales)])
-        noise = np.sqrt(np.maximum(variance - raw, NOISE_FLOOR_E**2))
-        valid = np.stack([m.valid for m in merged])
-        return Samples(*(v.astype(np.float32) for v in (raw, noise, valid)), unit)
+        """Return the samples of captures, as `isp=network` gives them to a model."""
+        taken = shot(captures, NetworkFields(), self.apart)
+        given = inputs(taken, self.contract())
+        unit = unit_e_per_cd_m2(self.contract(), taken)
+        return Samples(given["raw"], given["noise"], given["valid"], unit)
+
+    def contract(self) -> Contract:
+        """Return what a model file states of this camera, but for what training adds."""
+        return Contract(
+            cfa="/".join(self.cell),
+            channels=self.channels,
+            captures=self.captures if self.apart else (),
+            unit_channel=self.unit_channel,
+            multiple_px=self.period,
+        )
 
     def _light(self, photocurrent: np.ndarray, wavelength_nm: Sequence[float]) -> Any:
         """Return the light on the sensor plane, behind a lens with one steradian: radiance in

@@ -101,6 +101,7 @@ def sections_of(
     missing = [
         "seeds other than the one above: no interval over trainings",
         "light that varies within the exposure, rolling shutter, relative illumination of a lens",
+        "a start from the classical development",
     ]
     return {
         "purpose": "Linear XYZ in absolute units with a variance, from the electrons of one shot;"
@@ -124,7 +125,8 @@ def sections_of(
         "loss": {
             "kind": settings.loss,
             "formula": LOSSES[settings.loss],
-            "variance": f"normal likelihood with the picture held fixed, weight {VARIANCE_WEIGHT}",
+            "variance": "likelihood of Student's t with 3 degrees of freedom, the picture's error"
+            f" held fixed, weight {VARIANCE_WEIGHT}",
         },
         "optimiser": {
             "kind": "AdamW",

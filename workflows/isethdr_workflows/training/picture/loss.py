@@ -16,6 +16,7 @@ RELATIVE = 1e-3  # of the local mean's square: where there is little noise, sign
 LEAST_ERROR = 1e-3  # of a picture under the logarithm
 MEAN_WEIGHT = 3.0  # of the error of a picture's mean
 VARIANCE_WEIGHT = 0.1  # of the stated variance's likelihood
+FREEDOM = 3.0  # degrees of freedom of Student's t
 VIEW_EXPONENT = 1 / 2.4  # of a display
 VIEW_TOE = 2e-3
 
@@ -43,10 +44,17 @@ def loss_of(kind: str, xyz: torch.Tensor, variance: torch.Tensor, batch: Batch) 
     picture = view_loss(xyz, batch, measured) if kind == "view" else noise_loss(error, batch)
     if kind != "view":
         picture = picture + MEAN_WEIGHT * mean_loss(error, batch)
-    squared = error.detach() ** 2
-    # half the negative logarithm of a normal likelihood; the picture's error is held fixed
-    stated = (torch.log(variance) + squared / variance) * measured
-    return picture + VARIANCE_WEIGHT * stated.mean() / 2
+    squared = error.detach() ** 2  # the variance does not move the picture's answer
+    stated = variance_loss(squared, variance) * measured
+    return picture + VARIANCE_WEIGHT * stated.mean()
+
+
+def variance_loss(squared: torch.Tensor, variance: torch.Tensor) -> torch.Tensor:
+    """Return the negative logarithm of the likelihood of a squared error, up to a constant, for
+    Student's t: a few very wrong pixels pull a normal likelihood away from all others.
+    """
+    power = (FREEDOM + 1) / 2
+    return torch.log(variance) / 2 + power * torch.log1p(squared / (FREEDOM * variance))
 
 
 def noise_loss(error: torch.Tensor, batch: Batch) -> torch.Tensor:
