@@ -10,5 +10,6 @@
 | `learned_picture` | learned against classical pictures of held-out roads, a study      |
 | `state`           | all that is needed to go on after a kill                           |
 | `torch_library`   | PyTorch, imported in this place alone                              |
+| `detector/`       | a small detector of road users, for `study detector_scores`        |
 | `picture/`        | from raw captures to linear XYZ with a variance, for `isp=network` |
 """

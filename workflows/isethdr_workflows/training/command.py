@@ -1,4 +1,4 @@
-"""The command `isethdr train picture`: networks trained from nothing, on data of our own."""
+"""The command `isethdr train picture|detector`: networks trained from nothing, on our own data."""
 
 from __future__ import annotations
 
@@ -35,3 +35,14 @@ def picture(settings: Typed = None) -> None:
     # `isethdr --help` does without NumPy
     action = import_module(".picture.action", __package__)
     raise typer.Exit(action.train_picture(settings or []))
+
+
+@app.command("detector", help="Train a small detector of road users, for study detector_scores.")
+def detector(settings: Typed = None) -> None:
+    """Train, or go on with the training of these settings.
+
+    Settings: dataset, cameras, lightings, realisations, size (small, large), minutes or steps,
+    seed, name; docs/how-to/detectors.md.
+    """
+    action = import_module(".detector.action", __package__)
+    raise typer.Exit(action.train_detector(settings or []))

@@ -1,0 +1,124 @@
+"""Settings of a detector's training, its patches and targets: without PyTorch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from isethdr_workflows.dataset.generate import Generated
+from isethdr_workflows.dataset.record import Definition, SceneRecord
+from isethdr_workflows.detectors.objects import TruthObject
+from isethdr_workflows.training.detector.patches import STRIDE, batch, patch, targets_of
+from isethdr_workflows.training.detector.pictures import records_of, shrunk
+from isethdr_workflows.training.detector.settings import parsed
+
+from isethdr_core.errors import ConfigError
+
+from .drawn_roads import drawn
+
+
+@pytest.mark.parametrize(
+    ("typed", "match"),
+    [
+        ([], "a dataset is needed"),
+        (["dataset=a", "minutes=many"], "minutes is 'many'; expected a number"),
+        (["dataset=a", "size=smal"], "size is 'smal'; did you mean 'small'"),
+        (["dataset=a", "patch_px=100"], "multiples of 16"),
+        (["dataset=a", "realisations=0"], "realisations is 0; expected at least 1"),
+        (["dataset=a", "rate=2"], "rate is 2"),
+        (["dataset=a", "minutes=3", "steps=3"], "expected one of them"),
+        (["dataset=a", "fast"], "'fast' is no setting"),
+    ],
+)
+def test_settings_that_make_no_sense_are_named(typed, match):
+    with pytest.raises(ConfigError, match=match):
+        parsed(typed)
+
+
+def test_other_keys_are_overrides_of_the_config():
+    settings, overrides = parsed(["dataset=streets", "lens=ideal", "~flare.dirt"])
+    assert overrides == ["lens=ideal", "~flare.dirt"]
+    assert (settings.minutes, settings.folder_name) == (40.0, "streets_small")
+
+
+def test_targets_have_one_peak_for_each_object_and_state_its_sides():
+    boxes = np.array([[8.0, 4, 24, 36], [40, 40, 56, 48]])
+    targets = targets_of(boxes, np.array([0, 3]), np.array([True, True]), 64)
+    assert targets.heat.shape == (5, 16, 16)
+    assert [(targets.heat[k] == 1).sum() for k in range(5)] == [1, 0, 0, 1, 0]
+    for box, kind in zip(boxes, (0, 3)):
+        j, i = np.argwhere(targets.heat[kind] == 1)[0]
+        x = (i + 0.5) * STRIDE
+        y = (j + 0.5) * STRIDE
+        left, top, right, bottom = np.exp(targets.sides[:, j, i])
+        np.testing.assert_allclose([x - left, y - top, x + right, y + bottom], box, rtol=1e-5)
+        assert targets.inside[0, j, i] == 1
+    assert targets.asked.all()
+
+
+def test_nothing_is_asked_of_hidden_objects_and_of_those_cut_off():
+    boxes = np.array([[8.0, 8, 24, 24], [-30, 40, 10, 56]])
+    targets = targets_of(boxes, np.array([0, 1]), np.array([False, True]), 64)
+    assert not targets.heat.any() and not targets.inside.any()
+    asked = targets.asked[0].astype(bool)
+    assert not asked[2:6, 2:6].any() and not asked[10:14, :2].any()
+    assert asked.sum() == 16 * 16 - 4 * 4 - 4 * 2  # places whose middle lies within a box
+
+
+def test_patches_show_what_their_targets_state():
+    """Squares are coloured: at the centre of each object the patch has the colour of its class."""
+    colours = {0: 0, 1: 1, 2: 2}  # classes that are red, green, blue
+    random = np.random.default_rng(3)
+    seen = 0
+    for k in range(30):
+        rgb, targets = patch(drawn(k, "a"), 64, random)
+        assert rgb.shape == (3, 64, 64) and rgb.dtype == np.float32
+        assert 0 <= rgb.min() and rgb.max() <= 1
+        for kind, channel in colours.items():
+            for j, i in np.argwhere(targets.heat[kind] == 1):
+                middle = rgb[:, j * STRIDE : (j + 1) * STRIDE, i * STRIDE : (i + 1) * STRIDE]
+                seen += 1
+                assert middle.mean((1, 2)).argmax() == channel
+    assert seen > 10
+
+
+def test_a_batch_is_the_same_for_the_same_key():
+    pictures = [drawn(k, "a") for k in range(3)]
+    first = batch(pictures, 4, 64, np.random.default_rng((1, 2)))
+    again = batch(pictures, 4, 64, np.random.default_rng((1, 2)))
+    assert [a.shape[0] for a in first] == [4] * 5
+    for a, b in zip(first, again):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_shrinking_keeps_boxes_on_their_objects():
+    known = {"distance_m": 1.0, "illuminance_lx": 1.0, "lamp_near": False, "truncation": 0.0}
+    rgb = np.zeros((40, 80, 3), np.uint8)
+    rgb[8:24, 40:56] = 255
+    one = TruthObject(1, "car", "car", "car", (40.0, 8.0, 56.0, 24.0), **known, visible_fraction=1)
+    two = TruthObject(2, "car", "car", "car", (0.0, 0.0, 2.0, 2.0), **known, visible_fraction=1)
+    picture = shrunk(rgb, [one, two], 40)
+    assert picture.rgb.shape == (20, 40, 3)
+    np.testing.assert_array_equal(picture.boxes[0], [20, 4, 28, 12])
+    assert picture.asked.tolist() == [True, False]
+    assert picture.rgb[5:11, 21:27].min() == 255
+
+
+def records(count: int, **fields) -> Generated:
+    """Return a dataset of some roads, half of them for training."""
+    recipe = "families: {f: {overrides: [a=1]}}\nsplits: {train: 1, validation: 1}\n"
+    definition = Definition("few", 1, count, "r", recipe, (), {}, "")
+    made = {
+        scene.number: SceneRecord(scene.number, "f", scene.road, (), ("s",), **fields)
+        for scene in definition.scenes()
+    }
+    return Generated(definition, made)
+
+
+def test_a_dataset_of_one_scene_or_without_objects_is_refused():
+    with pytest.raises(ConfigError, match="has no scene yet; expected several roads"):
+        records_of(records(1))
+    with pytest.raises(ConfigError, match="scenes show no car, truck"):
+        records_of(records(12))
+    car = {"category": "car", "name": "car 1", "instance": 1}
+    parts = records_of(records(12, objects=(car,)))
+    assert len(parts["train"]) + len(parts["validation"]) == 12

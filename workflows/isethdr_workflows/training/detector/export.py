@@ -1,0 +1,210 @@
+"""Export: the trained detector as an ONNX file, its `detector.yaml`, and its model card."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import tempfile
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.onnx_session import open_session
+from isethdr_core.runs.provenance import versions
+from isethdr_core.storage.atomic_write import write_text
+
+from ...detectors.bootstrap import estimate
+from ...detectors.classes import CLASSES
+from ...detectors.description import DetectorForm, InputForm, OutputForm, written
+from ...detectors.detector import Detector, open_detector
+from ...detectors.groups import EVERYTHING
+from ...detectors.matching import Picture
+from ...detectors.objects import TruthObject
+from ...detectors.tables import ALL, NAMES, Answers, Compared
+from ..card import write_card
+from ..files import write_file
+from ..torch_library import hardware, onnx, torch
+from .network import Boxes, DetectorNetwork, parameters_of
+from .pictures import LabelledPicture
+from .settings import STRIDE_PX
+from .training import Trained
+
+MODEL = "detector.onnx"
+DESCRIPTION = "detector.yaml"
+AGREEMENT = 1e-4  # of the largest value: float32 sums in another order
+LARGEST_CELLS = 512  # rows and columns of a picture over STRIDE_PX
+NOISY = ("torch.onnx", "torch.utils.flop_counter")  # loggers of the exporter
+
+
+def exported(run: Trained, recipe: str) -> Detector:
+    """Write ONNX file, description and card of a training, and return the detector.
+
+    Raises
+    ------
+    ConfigError : the file computes something else than the network.
+    CatalogError : a file cannot be written.
+    """
+    network = DetectorNetwork(run.settings.size)
+    network.load_state_dict(run.progress.best["weights"])
+    network.eval()
+    path = run.folder / MODEL
+    write_onnx(network, path)
+    worst = difference(network, path)
+    if not worst <= AGREEMENT:
+        raise ConfigError(
+            f"{path} differs from the trained network by {worst:.1e} of the largest value;"
+            f" expected at most {AGREEMENT:g}; train again with other versions of torch and"
+            " onnxruntime"
+        )
+    description = run.folder / DESCRIPTION
+    write_text(description, written(form_of(run)))
+    detector = open_detector(description)
+    write_card(run.folder, "Detector", card_of(run, detector, network, recipe))
+    return detector
+
+
+def write_onnx(network: DetectorNetwork, path: Path) -> None:
+    """Write the network with its boxes; rows and columns of the picture are free."""
+    sizes = {
+        2: torch.export.Dim("rows", min=2, max=LARGEST_CELLS) * STRIDE_PX,
+        3: torch.export.Dim("columns", min=2, max=LARGEST_CELLS) * STRIDE_PX,
+    }
+    levels = {name: logging.getLogger(name).level for name in NOISY}
+    for name in NOISY:
+        logging.getLogger(name).setLevel(logging.ERROR)
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        file = Path(folder) / MODEL
+        torch.onnx.export(
+            Boxes(network).eval(),
+            (torch.zeros(1, 3, 6 * STRIDE_PX, 4 * STRIDE_PX),),
+            file,
+            dynamo=True,
+            external_data=False,
+            verbose=False,
+            input_names=["picture"],
+            output_names=["boxes", "scores"],
+            dynamic_shapes=(sizes,),
+        )
+        model = onnx.load(file)
+    for name, before in levels.items():
+        logging.getLogger(name).setLevel(before)
+    write_file(path, model.SerializeToString())
+
+
+@torch.no_grad()
+def difference(network: DetectorNetwork, path: Path) -> float:
+    """Return the largest difference of the boxes in a file from those of PyTorch, over the largest
+    value, at another size than the exported one.
+
+    Scores are compared by their sums: a peak that is one by a rounding is one more or less.
+    """
+    random = np.random.default_rng(1)
+    rgb = random.random((1, 3, 3 * STRIDE_PX, 8 * STRIDE_PX), np.float32)
+    theirs = open_session(path, "isethdr train detector").run({"picture": rgb})
+    boxes, scores = (v.numpy() for v in Boxes(network).eval()(torch.from_numpy(rgb)))
+    of_boxes = np.abs(theirs["boxes"] - boxes).max() / np.abs(boxes).max()
+    of_scores = abs(theirs["scores"].max() - scores.max()) / scores.max()
+    return float(max(of_boxes, of_scores))
+
+
+def form_of(run: Trained) -> DetectorForm:
+    """Return the description of the exported detector."""
+    width = run.settings.input_px
+    shapes = {p.rgb.shape[:2] for p in (*run.data.training, *run.data.held_out)}
+    tallest = max(-(-rows * width // (columns * STRIDE_PX)) for rows, columns in shapes)
+    return DetectorForm(
+        model=MODEL,
+        about=f"trained by isethdr train detector; {run.data.about}",
+        input=InputForm(size_px=(width, tallest * STRIDE_PX)),
+        output=OutputForm(form="apart"),
+        classes=dict(enumerate(CLASSES)),
+        trained_roads=tuple(run.data.roads),
+    )
+
+
+def card_of(
+    run: Trained, detector: Detector, network: DetectorNetwork, recipe: str
+) -> dict[str, Any]:
+    """Return the sections of the model card."""
+    progress = run.progress
+    return {
+        "about": (
+            "A small anchor-free detector, trained from nothing on simulated pictures. No weights"
+            " and no pictures of others were used. It is a means of comparing cameras, not a"
+            " detector to drive by."
+        ),
+        "network": {
+            "size": run.settings.size,
+            "parameters": parameters_of(network),
+            "classes": list(CLASSES),
+        },
+        "data": run.data.about or "pictures given by a program",
+        "training": {
+            "steps": progress.clock.step,
+            "minutes": round(progress.clock.seconds() / 60, 1),
+            "weights": f"of step {progress.best['step']}, the best check of the held-out pictures",
+            "loss": "focal loss of centres, overlap and logarithms of the sides of boxes",
+            "optimiser": "AdamW, linear rise and cosine fall of the rate",
+            "stopped": progress.stopped or "at its length",
+            "hardware": hardware(run.device),
+        },
+        "settings": {k: str(v) for k, v in vars(run.settings).items()},
+        "recipe": hashlib.sha256(recipe.encode()).hexdigest(),
+        "held_out": held_out_rows(detector, run.data.held_out),
+        "roads": list(run.data.roads),
+        "versions": {k: str(v) for k, v in versions().items()},
+        "limits": (
+            "The held-out roads decided when to stop, so scores on them are a little too good."
+            " Score it on other roads: isethdr study detector_scores leaves out the roads above."
+        ),
+    }
+
+
+def held_out_rows(detector: Detector, pictures: Sequence[LabelledPicture]) -> list[dict[str, Any]]:
+    """Return the scores on held-out pictures, with 95 % intervals over roads."""
+    shown = [
+        Picture(
+            number,
+            one.road,
+            "all",
+            objects_of(one),
+            detector.in_displayed(one.rgb.astype(np.float32) / 255),
+        )
+        for number, one in enumerate(pictures)
+    ]
+    compared = Compared({"all": [Answers("all", shown)]}, CLASSES)
+    drawn = compared.draws("all", EVERYTHING)
+    rows = []
+    for name in (ALL, *CLASSES):
+        row: dict[str, Any] = {"class": name, "objects": compared.objects("all", name, EVERYTHING)}
+        for score in NAMES:
+            found = estimate(drawn[name][score], len(compared.road_names))
+            row[score] = f"{found.value:.3f} ({found.low:.3f} to {found.high:.3f})"
+        rows.append(row)
+    return rows
+
+
+def objects_of(picture: LabelledPicture) -> list[TruthObject]:
+    """Return the objects of a labelled picture; those of which nothing is asked are hidden."""
+    return [
+        TruthObject(
+            instance=number,
+            class_name=CLASSES[kind],
+            category=CLASSES[kind],
+            name="",
+            box=tuple(map(float, box)),
+            distance_m=float("nan"),
+            illuminance_lx=float("nan"),
+            lamp_near=False,
+            visible_fraction=float(asked),
+            truncation=0.0,
+        )
+        for number, (box, kind, asked) in enumerate(
+            zip(picture.boxes, picture.classes, picture.asked, strict=True), 1
+        )
+    ]

@@ -1,0 +1,53 @@
+"""Loss of a detector: focal loss of the centres, overlap and logarithms of the boxes."""
+
+from __future__ import annotations
+
+from ..torch_library import functional, torch
+
+SIDES_WEIGHT = 0.2  # of the distance of logarithms, beside the overlap
+
+
+def loss_of(
+    logits: torch.Tensor, logs: torch.Tensor, targets: tuple[torch.Tensor, ...]
+) -> torch.Tensor:
+    """Return the loss of a batch.
+
+    Parameters
+    ----------
+    logits, logs : of the network.
+    targets : heat, asked, sides, inside, as in `patches.Targets`.
+    """
+    heat, asked, sides, inside = targets
+    boxes = 1 - overlap(logs, sides)
+    distance = functional.smooth_l1_loss(logs, sides, reduction="none").sum(1)
+    count = inside.sum().clamp(min=1)
+    of_boxes = ((boxes + SIDES_WEIGHT * distance) * inside[:, 0]).sum() / count
+    return focal(logits, heat, asked) + of_boxes
+
+
+def focal(logits: torch.Tensor, heat: torch.Tensor, asked: torch.Tensor) -> torch.Tensor:
+    """Return the focal loss of centres (Law and Deng 2018, equation 1, exponents 2 and 4), over
+    the number of objects.
+    """
+    centre = heat == 1
+    yes = functional.logsigmoid(logits)
+    no = functional.logsigmoid(-logits)
+    p = torch.sigmoid(logits)
+    of_centres = (1 - p) ** 2 * yes * centre
+    of_others = (1 - heat) ** 4 * p**2 * no * ~centre
+    return -((of_centres + of_others) * asked).sum() / (centre * asked).sum().clamp(min=1)
+
+
+def overlap(logs: torch.Tensor, sides: torch.Tensor) -> torch.Tensor:
+    """Return the intersection over union (n, y, x) of boxes around the same place, by the
+    logarithms (n, 4, y, x) of their distances to the sides.
+    """
+    ours = logs.exp()
+    theirs = sides.exp()
+    shared = torch.minimum(ours, theirs)
+    both = _area(shared)
+    return both / (_area(ours) + _area(theirs) - both)
+
+
+def _area(distances: torch.Tensor) -> torch.Tensor:
+    return (distances[:, 0] + distances[:, 2]) * (distances[:, 1] + distances[:, 3])
