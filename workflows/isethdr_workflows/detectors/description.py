@@ -129,6 +129,7 @@ def read_description(path: Path) -> DetectorForm:
 def written(form: DetectorForm) -> str:
     """Return a description as YAML, with the fields that differ from their defaults."""
     content: dict[str, Any] = form.model_dump(mode="json", exclude_defaults=True)
+    content["classes"] = dict(form.classes)  # JSON has no numbers as keys
     return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=100)
 
 
