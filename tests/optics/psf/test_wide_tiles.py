@@ -54,7 +54,7 @@ import test_wide_tiles as wide
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 pitch_um = (1e3 * 12.0 * wide.PITCH,) * 2
 made = kernels._computed(wide.lens(12.0), (), wide.WAVE_NM, pitch_um, (63, 114))
-assert made.bands.shape[0] == len(wide.WAVE_NM)
+assert len(made.bands) == len(wide.WAVE_NM)
 print(1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before))
 """
 
