@@ -69,9 +69,9 @@ def test_a_long_lens_over_few_tiles_takes_the_memory_that_is_forecast():
         check=True,
     )
     peak = int(done.stdout)
-    # drawn in one piece, chords and lattices of this pupil took 12 GB. The forecast may be short
-    # by what the allocator keeps
-    assert peak < 1.3 * held(12.0) < 1.6e9
+    # drawn in one piece, chords and lattices of this pupil took 12 GB. Measured: 0.83 GB where
+    # 0.65 are forecast, which leaves out temporary arrays
+    assert peak < 1.6 * held(12.0) < 1.2e9
 
 
 @pytest.mark.parametrize("kind", ["diffraction_limited", "wavefront"])
