@@ -34,7 +34,7 @@ class NetworkFields:
     shading_csv: str = ""
     # largest tile that the model sees at a time, in pixels along a side: memory grows with it, not
     # the result. A model of fixed size takes its own
-    tile_px: Annotated[int, Range(64, 16_384)] = 512
+    tile_px: Annotated[int, Range(64, 16_384)] = 1024
 
     def __post_init__(self) -> None:
         """Refuse values outside their ranges, and a table that cannot be read."""

@@ -85,6 +85,17 @@ def windows(size: int, tile: int, overlap: int) -> list[Window]:
     ]
 
 
+def even_tile(size: int, grid: Grid, axis: int) -> int:
+    """Return the smallest tile along an axis that needs no more tiles than the largest one."""
+    largest = grid.tile[axis]
+    if size <= largest or grid.fixed:
+        return largest
+    shared = size - 2 * grid.overlap
+    count = -(-shared // (largest - 2 * grid.overlap))
+    tile = -(-shared // count) + 2 * grid.overlap
+    return -(-tile // grid.multiple) * grid.multiple
+
+
 def tiled(
     network: Callable[[Arrays], Arrays], planes: Arrays, phase: tuple[int, int], grid: Grid
 ) -> dict[str, np.ndarray]:
@@ -125,8 +136,8 @@ def tiled(
 
 
 def _tiles(size: list[int], grid: Grid) -> Iterator[tuple[Window, Window]]:
-    across = windows(size[1], grid.tile[1], grid.overlap)
-    for down in windows(size[0], grid.tile[0], grid.overlap):
+    across = windows(size[1], even_tile(size[1], grid, 1), grid.overlap)
+    for down in windows(size[0], even_tile(size[0], grid, 0), grid.overlap):
         for window in across:
             yield down, window
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from isethdr_isp.network.contract import Contract
 from isethdr_isp.network.contract_model import ContractModel
 from isethdr_isp.network.running import Cut, grid_of
-from isethdr_isp.network.tiles import Grid, padding, tiled, windows
+from isethdr_isp.network.tiles import Grid, even_tile, padding, tiled, windows
 
 import isethdr_core as hdr
 from isethdr_core.onnx_session import open_session
@@ -46,6 +46,18 @@ def test_tiles_cover_every_place_once(size, cells, overlap):
         assert w.start <= w.keep_from <= w.keep_to <= w.stop <= size
         assert w.start == 0 or w.keep_from - w.start >= overlap
         assert w.stop == size or w.stop - w.keep_to >= overlap
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(1, 200), st.integers(0, 6), st.integers(1, 12))
+def test_free_tiles_are_even_and_not_more(sizes, overlaps, kept):
+    multiple = 8
+    size = multiple * sizes
+    overlap = multiple * overlaps
+    largest = 2 * overlap + multiple * kept
+    tile = even_tile(size, Grid((2, 2), multiple, overlap, (largest, largest)), 0)
+    assert tile <= largest and tile % multiple == 0
+    assert len(windows(size, tile, overlap)) == len(windows(size, largest, overlap))
 
 
 def test_a_tiled_picture_has_no_seams(models, taken, tmp_path):
