@@ -70,6 +70,37 @@ def test_an_interrupted_step_goes_on_and_its_minutes_add_up(ran, monkeypatch):
     assert records.is_finished(TWO) and records.read(TWO).minutes > begun.minutes
 
 
+class Unwinding:
+    """A command that gets Ctrl-C with its driver, and ends when it has unwound."""
+
+    def __init__(self):
+        self.waits = 0
+        self.signals = []
+
+    def wait(self, _seconds):
+        """Raise Ctrl-C first, then return."""
+        self.waits += 1
+        if self.waits == 1:
+            raise KeyboardInterrupt
+        return 130
+
+    def poll(self):
+        """Return the exit code once it was waited for."""
+        return 130 if self.waits > 1 else None
+
+    def send_signal(self, number):
+        """Keep the signal."""
+        self.signals.append(number)
+
+
+def test_a_command_that_got_ctrl_c_is_left_to_unwind(monkeypatch):
+    child = Unwinding()
+    monkeypatch.setattr(driver.subprocess, "Popen", lambda *_: child)
+    with pytest.raises(KeyboardInterrupt):
+        driver.run_command("dataset list", 60)
+    assert child.waits == 2 and not child.signals
+
+
 def test_a_step_that_lacks_a_library_is_left_out(ran):
     lines = []
     needy = replace(ONE, needs=("no_such_library", "train"))

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 
 from isethdr_core.errors import CatalogError
@@ -92,6 +93,11 @@ def run_command(command: str, seconds: float) -> None:
         code = child.wait(max(seconds, 0.0))
     except subprocess.TimeoutExpired:
         raise OutOfTime(command) from None
+    except KeyboardInterrupt:
+        # a terminal sends Ctrl-C to the command too: a second one would disturb its unwinding
+        with suppress(subprocess.TimeoutExpired):
+            child.wait(UNWIND_S)
+        raise
     finally:
         ended(child)
     if code:
