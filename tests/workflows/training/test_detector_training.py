@@ -71,10 +71,6 @@ def test_squares_are_found_after_a_minute(isethdr_home, tmp_path):
     assert open_detector(run.folder / "detector.yaml").form == detector.form
 
 
-class Killed(Exception):
-    """Stands for a kill in the middle of a training."""
-
-
 def test_a_training_that_was_killed_goes_on_and_ends_alike(isethdr_home, monkeypatch):
     """Stopped after its half and continued: the same weights as without a stop, bit for bit."""
     whole = trained(Settings(**QUICK, steps=12, checks=4, name="whole", precision="float32"), 8)
