@@ -10,6 +10,7 @@
 | `demosaic_methods`    | demosaic methods compared on charts                                      |
 | `fireflies`           | single tiles that a rendering made too bright, against a judge           |
 | `fog_reference`       | fog by Mitsuba's own volumetric path integrator                          |
+| `fog_scattering`      | light that fog scatters once, and at any order                           |
 | `job_paths`           | a job whose scene and tables are made once, rendered many times          |
 | `merge_rules`         | merge rules over eight decades of light                                  |
 | `network_cost`        | seconds and memory of `isp=network`, with an untrained stand-in          |
@@ -31,6 +32,7 @@ STUDIES = {
     "demosaic_methods": "demosaic_methods:demosaic_methods",
     "denoised_scores": "denoised_scores:denoised_scores",
     "fireflies": "fireflies:fireflies",
+    "fog_scattering": "fog_scattering:fog_scattering",
     "merge_rules": "merge_rules:merge_rules",
     "network_cost": "network_cost:network_cost",
     "omission": "omission:omission",
