@@ -42,7 +42,7 @@ FOG_DROPLETS = (PhaseLobe(0.516, 0.9915), PhaseLobe(0.46, 0.79), PhaseLobe(0.024
 
 @dataclass(frozen=True)
 class Fog:
-    """A homogeneous medium that fills the scene.
+    """A homogeneous medium that fills the scene up to a height above the camera.
 
     Raises
     ------
@@ -53,6 +53,8 @@ class Fog:
     spectral_slope: float = 0.0  # extinction goes with the power -slope of the wavelength
     albedo: float = 1.0  # share of the lost light that is scattered, not absorbed
     lobes: tuple[PhaseLobe, ...] = FOG_DROPLETS
+    # from the camera up to the end of the fog, above which the sky begins; it is as deep below
+    above_camera_m: float = 50.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.extinction_per_m) and self.extinction_per_m > 0):
@@ -67,6 +69,10 @@ class Fog:
             )
         if not 0 <= self.albedo <= 1:
             raise ConfigError(f"the fog has an albedo of {self.albedo}; expected 0 to 1")
+        if not (math.isfinite(self.above_camera_m) and self.above_camera_m > 0):
+            raise ConfigError(
+                f"the fog ends {self.above_camera_m} m above the camera; expected a number above 0"
+            )
         shares = sum(lobe.share for lobe in self.lobes)
         if not (
             abs(shares - 1) <= SHARES_SUM_TO

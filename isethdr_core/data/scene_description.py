@@ -250,7 +250,7 @@ class SceneDescription:
 
     `sky` is the radiance of a uniform sky, W m-2 sr-1 nm-1, at weight 1, or a `SkyDome`, whose
     radiance depends on direction; None where there is none. Its light group, discs of sun and moon
-    included, is `sky`. The sky is what is seen from the ground, in the fog if there is any.
+    included, is `sky`. The sky is above the fog, if there is any.
     """
 
     name: str

@@ -14,6 +14,10 @@ from isethdr_core.scene import SceneDescription, SkyDome, Spectrum
 from .lamps.placed_lamps import SPECTRUM_NM
 
 SCALAR = "scalar"
+# share of the light of the air that is missing, by night and by day, in the scene of
+# `python -m isethdr_measured fog_scattering` (docs/explanation/fog.md)
+VISIBILITIES_M = 50.0, 100.0, 200.0, 500.0
+LOST = (0.81, 0.59, 0.23, 0.05), (0.05, 0.08, 0.05, 0.03)
 
 
 def in_fog(description: SceneDescription, variant: str) -> SceneDescription:
@@ -42,20 +46,29 @@ def in_fog(description: SceneDescription, variant: str) -> SceneDescription:
         key="sky in fog",
     )
     even = description.sky.at(SPECTRUM_NM)
-    ends = [w for w in (description.sky.wavelength_nm[0], description.sky.wavelength_nm[-1])]
-    nm = SPECTRUM_NM[(SPECTRUM_NM >= ends[0]) & (SPECTRUM_NM <= ends[1])]
+    first_nm = description.sky.wavelength_nm[0]
+    last_nm = description.sky.wavelength_nm[-1]
+    nm = SPECTRUM_NM[(first_nm <= SPECTRUM_NM) & (last_nm >= SPECTRUM_NM)]
     value = np.interp(nm, SPECTRUM_NM, even)
     return replace(description, sky=Spectrum(tuple(nm.tolist()), tuple(value.tolist())))
 
 
 def state_fog(fog: Fog | None) -> None:
-    """State in the ledger what of the light in fog is left out."""
+    """State in the ledger what of the light in fog is left out, and about how much of it."""
     if fog is None:
         return
+    lost = [float(np.interp(np.log(fog.visibility_m), np.log(VISIBILITIES_M), v)) for v in LOST]
     ledger.left_out(
         "light of lamps that fog scatters more than once, or onto surfaces",
-        f"single scattering on what the camera sees; visibility {fog.visibility_m:g} m",
-        float("nan"),
-        "",
+        f"single scattering on what the camera sees; visibility {fog.visibility_m:.3g} m",
+        lost[0],
+        "relative",
         key="scattered twice",
+    )
+    ledger.left_out(
+        "light of the sky that surfaces reflect into the fog",
+        "walks through the fog end at surfaces",
+        lost[1],
+        "relative",
+        key="reflected into the fog",
     )

@@ -2,8 +2,7 @@
 
 The scene is small: dark ground, a board as large as a person 20 m ahead, two headlamps of the
 camera's car and two of a car that comes from 45 m. By night the lamps light it, by day an even sky
-above a layer of fog 60 m high. The sky of this renderer is that which is seen in the fog; levels by
-day are therefore compared at equal light of the road 4 to 8 m ahead.
+above the fog.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from isethdr_mitsuba.world.view import view_of
 from isethdr_core.demand import Demand
 from isethdr_core.scene import (
     Camera,
+    Fog,
     Lamp,
     Material,
     Model,
@@ -26,7 +26,6 @@ from isethdr_core.scene import (
     Placed,
     SceneDescription,
     flat,
-    fog_of,
 )
 
 from .fog_reference import volpath_pictures
@@ -37,7 +36,6 @@ COLUMNS = 16
 ROWS = 9
 BATCHES = 8
 ALL_ORDERS = 24  # segments of a path: more change the light of these scenes by less than the noise
-LAYER_M = 60.0
 NEAR_M = 8.0
 FAR_M = 25.0
 
@@ -66,10 +64,11 @@ def fog_scattering(
 
 
 def _rows(visibility_m: float, light: str, samples: int, ours: int) -> list[dict[str, Any]]:
-    scene = replace(small_scene(light), fog=fog_of(visibility_m))
+    fog = Fog(-np.log(0.05) / visibility_m)
+    scene = replace(small_scene(light), fog=fog)
     regions = regions_of(scene, light)
     view = view_of(scene.camera, COLUMNS, ROWS, 0.0)
-    top_m = LAYER_M if light == "sky" else 500.0
+    top_m = scene.camera.position_m[2] + fog.above_camera_m if light == "sky" else 500.0
     found = {"all": rendered(scene, light, 5, ours)}
     depths = {"all": ALL_ORDERS}
     if light == "headlights":
@@ -79,12 +78,8 @@ def _rows(visibility_m: float, light: str, samples: int, ours: int) -> list[dict
     for name, depth in depths.items():
         pictures = volpath_pictures(scene, view, light, depth, top_m)
         batches = np.array([pictures(seed, samples) for seed in range(BATCHES)])
-        level = 1.0
-        if light == "sky":
-            near = regions["road_near"]
-            level = float(found[name][near].mean() / batches[:, near].mean())
         for region, tiles in regions.items():
-            of_batches = batches[:, tiles].mean(1) * level
+            of_batches = batches[:, tiles].mean(1)
             mean = float(of_batches.mean())
             out[region][f"over_{name}"] = float(found[name][tiles].mean()) / mean
             error = float(of_batches.std(ddof=1)) / np.sqrt(BATCHES) / mean
@@ -92,7 +87,9 @@ def _rows(visibility_m: float, light: str, samples: int, ours: int) -> list[dict
     return list(out.values())
 
 
-def rendered(scene: SceneDescription, group: str, max_depth: int, samples: int) -> Plane:
+def rendered(
+    scene: SceneDescription, group: str, max_depth: int, samples: int, seed: int = 0
+) -> Plane:
     """Return this renderer's radiance (y, x) at 550 nm."""
     renderer = MitsubaRenderer(
         width=COLUMNS,
@@ -102,6 +99,7 @@ def rendered(scene: SceneDescription, group: str, max_depth: int, samples: int) 
         first_nm=550.0,
         last_nm=550.0,
         max_depth=max_depth,
+        seed=seed,
     )
     found: Plane = renderer(scene, Demand(groups=(group,))).radiance.values[0, 0].astype(float)
     return found
@@ -156,8 +154,7 @@ def small_scene(light: str) -> SceneDescription:
             for k, y in enumerate((-0.6, 0.6))
         ]
         objects += [
-            Placed(f"oncoming{k}", "lamp", "car", at(45, y, 0.65))
-            for k, y in enumerate((2.9, 4.1))
+            Placed(f"oncoming{k}", "lamp", "car", at(45, y, 0.65)) for k, y in enumerate((2.9, 4.1))
         ]
     return SceneDescription(
         "fog",

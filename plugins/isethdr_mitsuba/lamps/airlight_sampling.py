@@ -210,7 +210,7 @@ def _tried(scene, hits, camera, view, air) -> np.ndarray:
         )
         inside = mi.Point2u(rng.next_uint32(), rng.next_uint32())
         ray = camera.ray(row, column, inside, mi.Spectrum(0))
-        end = dr.minimum(hits.meet(scene, ray, mi.Bool(True))[0].t, air.fog.reach_m)
+        end = dr.minimum(hits.meet(scene, ray, mi.Bool(True))[0].t, air.fog.to_border(ray.o, ray.d))
         offset = rng.next_float32()
         dr.eval(ray, end, offset)
         pair = dr.arange(mi.UInt32, dr.width(number) * len(placed))

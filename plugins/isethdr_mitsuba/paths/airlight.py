@@ -3,10 +3,8 @@
 Lamps: a place along the ray and a point of a lamp are drawn (`lamps.airlight_sampling`); one shadow
 ray for each group tells whether the lamp is seen from there.
 
-Sky: its radiance is that seen in the fog, so that light that is scattered out of it is replaced by
-light that is scattered into it. What surfaces hide from a place in the fog is followed: a walk
-begins at a place along the ray, and takes directions by the phase function, until it escapes
-between the surfaces and finds the sky, or ends at a surface.
+Sky: it is even, and begins where the fog ends. A walk begins at a place along the ray, and takes
+directions by the phase function, until it leaves the fog and finds the sky, or ends at a surface.
 """
 
 from __future__ import annotations
@@ -16,7 +14,7 @@ import mitsuba as mi
 
 from ..lamps.airlight_sampling import NEARLY
 
-MOST_SCATTERED = 64  # times that a walk is scattered
+MOST_SCATTERED = 200  # times that a walk is scattered
 CLEAR = 1e-3  # of the way to a surface: walks end before it
 
 
@@ -37,8 +35,8 @@ def from_lamps(air, g: int, rng, segment, block, active):
 
 @dr.syntax
 def from_sky(scene, fog, rng, segment, active):
-    """Return the packets of what fog along a `Segment` sends of the light of a uniform sky,
-    relative to the sky.
+    """Return the packets of what fog along a `Segment` sends of the light of a uniform sky above
+    the fog, relative to the sky.
     """
     ray = segment.ray
     lost = 1 - fog.along(segment.end)
@@ -47,7 +45,7 @@ def from_sky(scene, fog, rng, segment, active):
     along = dr.minimum(along, segment.end)
     place = mi.Point3f(ray.o + ray.d * along)
     way = mi.Vector3f(ray.d)
-    weight = dr.select(active, lost, 0)
+    weight = dr.select(active, lost * fog.albedo, 0)
     walks = mi.Bool(active)
     found = mi.Float(0)
     k = mi.UInt32(0)
@@ -55,11 +53,16 @@ def from_sky(scene, fog, rng, segment, active):
         way = fog.scattered(way, rng)
         onwards = mi.Ray3f(place, way, 0.0, mi.Spectrum(0))
         met = scene.ray_intersect_preliminary(onwards, active=walks)
-        free = dr.select(met.is_valid(), met.t, dr.inf)
+        border = fog.to_border(place, way)
+        free = dr.select(met.is_valid(), dr.minimum(met.t * (1 - CLEAR), border), border)
         next_place = -dr.log(dr.maximum(1 - rng.next_float32(), 1e-30)) / fog.sampled
-        found = dr.select(met.is_valid(), found, weight)
-        walks &= met.is_valid() & (next_place < free * (1 - CLEAR)) & (k < MOST_SCATTERED)
+        stays = next_place < free
+        out = ~stays & (~met.is_valid() | (border < met.t))
+        # a walk that is cut short counts as one that found the sky
+        out |= stays & (k >= MOST_SCATTERED)
+        found = dr.select(walks & out, weight, found)
+        walks &= stays & (k < MOST_SCATTERED)
         place = dr.select(walks, place + way * next_place, place)
         weight *= fog.albedo
         k += 1
-    return [found * each for each in fog.against_sampled(along)]
+    return [found * each for each in fog.relative_to_sampled(along)]

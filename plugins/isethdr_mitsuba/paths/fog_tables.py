@@ -18,7 +18,7 @@ class FogTables:
     visibilities.
     """
 
-    def __init__(self, fog: Fog, wavelength_nm):
+    def __init__(self, fog: Fog, wavelength_nm, camera_z_m: float):
         packets = ceil(len(wavelength_nm) / 4)
         bands_nm = np.pad(
             np.asarray(wavelength_nm, float), (0, 4 * packets - len(wavelength_nm)), mode="edge"
@@ -29,6 +29,8 @@ class FogTables:
         # places along a ray are drawn by the extinction at the reference wavelength
         self.sampled = number(fog.extinction_per_m)
         self.albedo = number(fog.albedo)
+        self.top_m = number(camera_z_m + fog.above_camera_m)
+        self.bottom_m = number(camera_z_m - fog.above_camera_m)
         self.reach_m = number(DEEPEST / min(extinction.min(), fog.extinction_per_m))
         self.lobes = [(number(one.share), number(one.asymmetry)) for one in fog.lobes]
 
@@ -40,14 +42,27 @@ class FogTables:
         """Return the share of light left after `distance`, m, at the reference wavelength."""
         return dr.exp(-self.sampled * distance)
 
+    def to_border(self, place, way):
+        """Return how far it is, m, from a place along a unit vector to the upper or lower end of
+        the fog; 0 beyond them.
+        """
+        end = dr.select(way.z > 0, self.top_m - place.z, place.z - self.bottom_m)
+        return dr.minimum(dr.maximum(end, 0) / dr.maximum(dr.abs(way.z), 1e-6), self.reach_m)
+
+    def relative_to_sampled(self, distance):
+        """Return the packets of extinction times transmission over `distance`, m, relative to that
+        at the reference wavelength.
+        """
+        return [
+            each / self.sampled * dr.exp((self.sampled - each) * distance)
+            for each in self.extinction
+        ]
+
     def against_sampled(self, distance):
         """Return the packets of scattering times transmission over `distance`, m, relative to the
         extinction times transmission at the reference wavelength.
         """
-        return [
-            self.albedo * each / self.sampled * dr.exp((self.sampled - each) * distance)
-            for each in self.extinction
-        ]
+        return [self.albedo * each for each in self.relative_to_sampled(distance)]
 
     def phase(self, cosine):
         """Return the phase function, 1/sr, at the cosine of the scattering angle."""
@@ -65,7 +80,7 @@ class FogTables:
         below = mi.Float(0)
         ends = []
         for share, _ in self.lobes[:-1]:
-            below += share
+            below = below + share  # not in place: `ends` keeps each
             ends.append(below)
         for end, (_, each) in zip(reversed(ends), reversed(self.lobes[:-1])):
             g = dr.select(pick < end, each, g)

@@ -77,7 +77,9 @@ class Paths:
 
     @cached_property
     def _fog(self):
-        return None if self.fog is None else FogTables(self.fog, self.wavelength_nm)
+        if self.fog is None:
+            return None
+        return FogTables(self.fog, self.wavelength_nm, float(self.view.origin_m[2]))
 
     @cached_property
     def _air(self):
@@ -339,7 +341,7 @@ def _trace(tables, seed, items, entries, weights, max_depth):
             straight |= depth == 0
             # all paths of one camera ray share its airlight
             many = dr.select(depth == 0, mi.Float(shares), 1)
-            end = dr.minimum(si.t, fog.reach_m)
+            end = dr.minimum(si.t, fog.to_border(ray.o, ray.d))
             turn = dr.select(depth == 0, turn_of_air, fog_rng[groups].next_uint32())
             turn_of_air += dr.select(
                 depth == 0, lanes * (AIR_CANDIDATES * OF_PLACE & 0xFFFFFFFF), 0
@@ -355,18 +357,16 @@ def _trace(tables, seed, items, entries, weights, max_depth):
                     for k in range(packets):
                         total[g][k] += beta[k] * light[k] * packs[k] * (level * many)
             if dr.hint(sky >= 0, mode="scalar"):
-                seen = (hit | (going & straight)) & on[sky]
+                seen = going & on[sky]
                 if seen:
                     packs = from_sky(scene, fog, fog_rng[groups], segment, seen)
                     row_of_sky = dr.select(depth == 0, sky_row + lamps.sky_rows, sky_row)
                     light = spectra.at(place, row_of_sky, seen)
                     for k in range(packets):
                         total[sky][k] += beta[k] * light[k] * packs[k] * many
-            # the sky is seen as airlight, without an end
-            escapes &= ~straight
             left_after = fog.transmission(end)
             for k in range(packets):
-                beta[k] = dr.select(hit, beta[k] * left_after[k], beta[k])
+                beta[k] *= left_after[k]
 
         # light that a path hits by itself: the sky always, a lamp only after the first surface
         # all paths of one camera ray use the mean of the sky
