@@ -254,8 +254,8 @@ def test_a_sky_with_a_gradient_becomes_even_in_fog(make):
 
 @pytest.mark.slow
 def test_volpath_finds_the_same_light():
-    """Mitsuba's own integrator. By night: paths of two segments, from lamps by way of surfaces or of
-    fog. By day: all orders, where surfaces are black and nothing is left out.
+    """Mitsuba's own integrator. By night: paths of two segments, from lamps by way of surfaces or
+    of fog. By day: all orders, where surfaces are black and nothing is left out.
     """
     from isethdr_measured import fog_scattering as study
     from isethdr_measured.fog_reference import volpath_pictures
