@@ -1,7 +1,7 @@
 """Rendered roads of a dataset as a sensor's photocurrent and XYZ, through the lens of the config.
 
 One pixel is one tile: the focal length is chosen for it, so that no detail is made up. The truth is
-the reference picture, without blur and flare.
+the light behind the clean lens: a sharper one would be most wrong beside lamps.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ class Lit(NamedTuple):
 
     mixed: Any  # mixed radiance
     light: Any  # irradiance on the sensor plane
+    clean: Any  # the same without flares
     scene: Any  # scene radiance with its labels
 
 
@@ -118,7 +119,8 @@ def lit(road: Road, camera: TrainingCamera, overrides: Sequence[str], variant: i
     lens = replace(lens, focal_length_mm=focal_mm, falloff="none")
     wanted = config.get("flare") or {} if variant % 2 else {}
     flares = tuple(build_from_config("flare", value) for value in wanted.values() if value)
-    return Lit(mixed, lens(mixed, flares=flares), scene)
+    clean = lens(mixed)
+    return Lit(mixed, lens(mixed, flares=flares) if flares else clean, clean, scene)
 
 
 def relit_weights(scene: Any, rng: np.random.Generator) -> dict[str, float]:
@@ -138,8 +140,7 @@ def planes_of(view: Lit, camera: TrainingCamera) -> np.ndarray:
     wavelength_nm = view.light.wavelength.values
     weights = camera.plane_weights(wavelength_nm)[:-3]
     electrons = np.tensordot(weights, view.light.values, axes=1)
-    truth = np.tensordot(xyz_weights(wavelength_nm), view.mixed.values, axes=1)
-    truth = truth * view.light.attrs["throughput_sr"]
+    truth = np.tensordot(xyz_weights(wavelength_nm), view.clean.values, axes=1)
     planes = cropped(np.concatenate([electrons, truth]), view.mixed)
     y = planes[-2]
     level = np.minimum(y, np.percentile(y, 95)).mean()
