@@ -93,7 +93,7 @@ def write_onnx(network: DetectorNetwork, path: Path) -> None:
         model = onnx.load(file)
     for name, before in levels.items():
         logging.getLogger(name).setLevel(before)
-    write_file(path, model.SerializeToString())
+    write_file(path, [model.SerializeToString()])
 
 
 @torch.no_grad()
