@@ -60,7 +60,7 @@ def stored_scene(folder: Path) -> None:
         discs=2,
         first_nm=450.0,
         last_nm=650.0,
-        step_nm=100.0,
+        step_nm=200.0,
     )()
     write_store(folder / "scenes", STORE, {"": chart}, {"kind": "scene", "recipe": STORE[:16]})
 

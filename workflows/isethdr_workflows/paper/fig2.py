@@ -98,10 +98,10 @@ def flux_lm(half_angle_deg: float) -> float:
 
 def table_flux_lm(lamp) -> float:
     """Return the flux of a table of intensity, lm."""
-    left = np.radians(np.arange(-89.5, 90.0, 0.1))
-    up = np.radians(np.arange(-89.5, 90.0, 0.1))
+    left = np.radians(np.arange(-89.5, 90.0, 0.25))
+    up = np.radians(np.arange(-89.5, 90.0, 0.25))
     values = lamp.table.at(np.degrees(left), np.degrees(up)[:, None])
-    step = np.radians(0.1)
+    step = np.radians(0.25)
     return float(lamp.intensity_cd * np.sum(values * np.cos(up)[:, None]) * step**2)
 
 
