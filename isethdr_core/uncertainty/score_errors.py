@@ -220,8 +220,9 @@ def _of_large_picture(
         joined = joined_in_blocks(first, second, count) if of_whole else ()
         answers = [_changes(of_whole, pair) for pair in joined]
         smoothed = scenes.smoothed()
-        less_noise = _changes(of_whole, smoothed)
-        less_noise |= _shift_of_parts(of_parts, white, smoothed, list(zip(parts, unchanged)))
+        before = _before(shot.scores)
+        every = [*of_whole, *(Question(metric, None, before) for metric in of_parts)]
+        less_noise = _changes(every, smoothed)
     movements = {key: _of_blocks(values) for key, values in _by_score(answers).items()}
     movements |= {
         key: _beside_white(_of_parts(values), slopes.get(key, 0.0), white.movement)
@@ -440,35 +441,6 @@ def _slopes(
     ]
     by_score = _by_score(changes)
     return {key: float(values.mean()) / white.movement.rms for key, values in by_score.items()}
-
-
-def _shift_of_parts(
-    metrics: Sequence[Metric],
-    white: White,
-    smoothed: Pair,
-    parts: Sequence[tuple[dict[str, np.ndarray], Values]],
-) -> Values:
-    """Return the change of each score of the frame where renderer noise is smoothed away.
-
-    Noise shifts a score in all of the picture alike, so that a third of the pixels shows it.
-
-    Parameters
-    ----------
-    metrics : whose scores are means of parts.
-    white : of the reference picture before it was smoothed.
-    smoothed : picture and reference picture of the smoothed scene.
-    parts : indices of each part, and the scores of that part at `white` before.
-    """
-    white_moves = any(map(_finds_white, metrics))
-    level = white_cd_m2(luminance(smoothed.truth)) if white_moves else 0.0
-    at_level = [_with_white(metric, level) for metric in metrics]
-    # the first PARTS_ACROSS hold some of every row and column
-    changes = [
-        _difference(_scores_of_part(at_level, smoothed, part), before)
-        for part, before in parts[:PARTS_ACROSS]
-    ]
-    shift = {key: float(values.mean()) for key, values in _by_score(changes).items()}
-    return shift | dict.fromkeys(_keys_of_white(metrics), level - white.level_cd_m2)
 
 
 def _beside_white(movement: Movement, slope: float, white: Movement) -> Movement:
