@@ -8,9 +8,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from isethdr_workflows.dataset.study.intervals import Mean
 from isethdr_workflows.detection.levels import at_levels, crossing
 from isethdr_workflows.detection.observer.observing import Check, Observer
-from isethdr_workflows.detection.page import markdown, means_csv, objects_csv, page
+from isethdr_workflows.detection.page import (
+    markdown,
+    means_csv,
+    objects_csv,
+    page,
+    roads_text,
+    share_text,
+    too_many,
+)
 from isethdr_workflows.detection.questions import QUESTIONS, question_of
 from isethdr_workflows.detection.recall import recalls
 from isethdr_workflows.detection.results import CurvePoint, Results
@@ -122,7 +131,7 @@ def test_the_page_and_the_tables_name_everything():
     text = page(cells, tables)
     assert "src=" not in text and "<script" not in text and "no interval" not in text
     assert "lens=ideal" in text and "noise alone" in text.lower()
-    assert "| class: person | 3 | 0.4 (" in markdown(cells, tables)
+    assert "| class: person | 3 | 0.400 (" in markdown(cells, tables)
     sheet = list(csv.reader(means_csv(cells, tables).splitlines()))
     assert len({len(line) for line in sheet}) == 1 and len(sheet) == 1 + 2 * len(tables)
     assert len(objects_csv(cells.rows).splitlines()) == 7
@@ -136,7 +145,7 @@ def test_a_curve_is_drawn_with_its_crossing():
     both = crossing((0.1, 1.0), np.array([[0.2, 0.8]] * 3), ["1", "2", "3"], 0.5)
     cells = replace(results([]), asked=asked, curve=tuple(points), crossings={"a": both})
     assert "polyline" in page(cells, []) and "0.316 (0.316 to 0.316)" in page(cells, [])
-    assert "| 0.1 | 3 | 0.05 (0 to 0.1) |" in markdown(cells, [])
+    assert "| 0.1 | 3 | 0.050 (0.000 to 0.100) |" in markdown(cells, [])
     assert "crossing,level,a,,,0.3162" in means_csv(cells, [])
 
 
@@ -159,3 +168,16 @@ def test_detectors_are_compared_for_the_objects_that_both_know(tmp_path):
     assert whole.detector_found.value == pytest.approx(2 / 3)
     assert whole.observer_found.value == pytest.approx(0.4)
     assert whole.rank == pytest.approx(1.0)
+
+
+def test_shares_are_shown_in_thousandths_and_roads_in_whole_numbers():
+    assert share_text(Mean(-3.8e-15, -2e-14, 1e-14, 7, 3)) == "0.000 (0.000 to 0.000)"
+    assert share_text(Mean(0.7868, 0.516, 1.0, 36, 3)) == "0.787 (0.516 to 1.000)"
+    assert share_text(Mean(0.5, math.nan, math.nan, 3, 1)) == "0.500"
+    assert roads_text(7.4e-4) == "3 or fewer"
+    assert roads_text(37.1) == "38"
+
+
+def test_a_page_warns_where_far_more_places_pass_than_the_threshold_is_for():
+    assert too_many(Check(places=100, false_alarms=25))
+    assert not too_many(Check(places=100, false_alarms=9))

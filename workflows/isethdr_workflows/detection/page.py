@@ -15,10 +15,11 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from isethdr_core.storage.atomic_write import write_text
 
 from ..dataset.record import folder_of
-from ..dataset.study.files import colour_of, shown, with_interval
+from ..dataset.study.files import colour_of, shown
 from ..dataset.study.intervals import Mean
 from .levels import Crossing
 from .observer.channels import SCALE, count
+from .observer.observing import CHECKED, Check
 from .recall import FILE, recalls
 from .results import CurvePoint, Results
 from .tables import FEWEST_ROADS, Found, Line, lines
@@ -27,6 +28,8 @@ TEMPLATES = Path(__file__).parent / "templates"
 WIDTH = 640.0  # of a drawing
 HEIGHT = 260.0
 MARGIN = 40.0
+# counted false alarms over stated ones from which the page warns of a clutter that was not learned
+TOO_MANY = 2.0
 
 
 def write_files(results: Results) -> list[tuple[str, Path]]:
@@ -62,11 +65,41 @@ def page(results: Results, tables: Sequence[Line]) -> str:
         drawing=drawing(results),
         scenes=len({row.scene for row in results.rows}),
         recalls=recalls(folder_of(results.dataset) / FILE, results.rows),
+        too_many=any(too_many(check) for check in results.checks.values()),
         crossing_text=crossing_text,
-        with_interval=with_interval,
+        share_text=share_text,
+        roads_text=roads_text,
         shown=shown,
         number=number,
     )
+
+
+def share_text(mean: Mean) -> str:
+    """Return a share, or a difference of shares, for people: `0.787 (0.516 to 1.000)`."""
+    if not math.isfinite(mean.value):
+        return "–"
+    if not math.isfinite(mean.low):
+        return _thousandths(mean.value)
+    low = _thousandths(mean.low)
+    return f"{_thousandths(mean.value)} ({low} to {_thousandths(mean.high)})"
+
+
+def _thousandths(value: float) -> str:
+    return f"{round(value, 3) + 0.0:.3f}"  # adding zero turns -0.0 into 0.0
+
+
+def roads_text(roads: float) -> str:
+    """Return how many roads are needed, for people: fewer than the fewest are not told apart."""
+    if not math.isfinite(roads):
+        return "–"
+    if roads <= FEWEST_ROADS:
+        return f"{FEWEST_ROADS} or fewer"
+    return str(math.ceil(roads))
+
+
+def too_many(check: Check) -> bool:
+    """Return whether far more places pass than the threshold was chosen for."""
+    return check.false_alarms > TOO_MANY * CHECKED * check.places
 
 
 def number(value: float) -> str:
@@ -125,8 +158,8 @@ def markdown(results: Results, tables: Sequence[Line]) -> str:
         [
             f"{line.table}: {line.name}",
             str(line.objects),
-            *map(with_interval, line.means),
-            *map(with_interval, line.differences),
+            *map(share_text, line.means),
+            *map(share_text, line.differences),
         ]
         for line in tables
         if line.objects
@@ -143,7 +176,7 @@ def _curve_table(results: Results) -> tuple[list[str], list[list[str]]]:
         [
             f"{level:g}",
             str(max(point.objects for point in points)),
-            *(with_interval(Mean(p.found, p.low, p.high, p.objects, p.roads)) for p in points),
+            *(share_text(Mean(p.found, p.low, p.high, p.objects, p.roads)) for p in points),
         ]
         for level, points in by_level.items()
     ]

@@ -38,7 +38,7 @@ RENDERED = ", rendered without"  # after the name of a camera
 MOST_FACTOR = 10.0  # light is scaled this much beyond the levels, because objects differ
 
 
-def detection(  # noqa: PLR0913 - the settings of the command
+def detection(
     *overrides: str,
     dataset: str = "",
     cameras: str = "",
