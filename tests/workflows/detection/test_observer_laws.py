@@ -158,3 +158,8 @@ def test_noise_of_the_renderer_is_no_signal():
     assert [v.plain**2 for v in values] == pytest.approx(np.maximum(squares, 0), abs=1e-9)
     wrong = detectability(true + drawn[0][0], spread, at.noise(1), MANY).plain
     assert wrong**2 > values[0].plain ** 2
+
+
+def test_a_frame_without_a_free_window_has_outputs_of_no_window():
+    made = channels((9, 9), (4.5, 4.5), (4.0, 4.0), 3)
+    assert made.of(np.zeros((0, 3, 9, 9))).shape == (0, 3 * count(3))

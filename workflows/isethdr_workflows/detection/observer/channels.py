@@ -52,7 +52,8 @@ class Channels:
         planes = np.swapaxes(self.rows.T @ windows @ self.columns, -1, -2)
         # planes: (..., colour, column's order, row's order)
         chosen = planes[..., self.pairs[:, 1], self.pairs[:, 0]]
-        return chosen.reshape(*chosen.shape[:-2], -1)
+        # the length is spelt out because there may be no window at all
+        return chosen.reshape(*chosen.shape[:-2], chosen.shape[-2] * chosen.shape[-1])
 
     def noise(self, colours: int) -> np.ndarray:
         """Return the covariance U'U of the outputs for independent noise of 1 in each pixel.
