@@ -9,7 +9,7 @@ from isethdr_core.errors import UnitError
 
 
 def notes(path, captures):
-    """Return {key: value or reason} of what the isp states."""
+    """Return the isp's ledger: {key: value} of error terms, {key: reason} of what it leaves out."""
     rows = ledger.Ledger()
     with ledger.stage(rows, "isp network"):
         hdr.build("isp", "network", model=str(path))(captures)

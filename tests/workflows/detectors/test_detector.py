@@ -1,4 +1,4 @@
-"""Detectors in ONNX files: boxes in pixels of the picture, and files that do not fit."""
+"""Detectors in ONNX files return boxes in picture pixels; files that do not fit are refused."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from isethdr_core.errors import ConfigError
 pytest.importorskip("onnx", reason="stand-in detectors are written by onnx")
 pytest.importorskip("onnxruntime", reason="detectors are computed by onnxruntime")
 
-from . import standins  # noqa: E402
-from .standins import CELL, HEIGHT, WIDTH, bright_cells, constant, described  # noqa: E402
+from . import standins
+from .standins import CELL, HEIGHT, WIDTH, bright_cells, constant, described
 
 SIZE = {"size_px": [WIDTH, HEIGHT]}
 

@@ -25,7 +25,7 @@ pytest.importorskip("onnx", reason="stand-in detectors are written by onnx")
 pytest.importorskip("onnxruntime", reason="detectors are computed by onnxruntime")
 pytest.importorskip("hotcoco", reason="detections are matched by hotcoco")
 
-from .standins import bright_cells, described  # noqa: E402
+from .standins import bright_cells, described
 
 ROWS = 24
 COLUMNS = 32

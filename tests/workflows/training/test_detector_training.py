@@ -14,19 +14,19 @@ pytest.importorskip("torch", reason="training needs the extra train")
 pytest.importorskip("onnxscript", reason="training needs the extra train")
 pytest.importorskip("hotcoco", reason="detections are matched by hotcoco")
 
-from isethdr_workflows.training import files  # noqa: E402
-from isethdr_workflows.training.detector import export, training  # noqa: E402
-from isethdr_workflows.training.detector.loss import loss_of, overlap  # noqa: E402
-from isethdr_workflows.training.detector.network import (  # noqa: E402
+from isethdr_workflows.training import files
+from isethdr_workflows.training.detector import export, training
+from isethdr_workflows.training.detector.loss import loss_of, overlap
+from isethdr_workflows.training.detector.network import (
     Boxes,
     DetectorNetwork,
     parameters_of,
 )
-from isethdr_workflows.training.detector.patches import targets_of  # noqa: E402
-from isethdr_workflows.training.detector.settings import Settings  # noqa: E402
-from isethdr_workflows.training.torch_library import torch  # noqa: E402
+from isethdr_workflows.training.detector.patches import targets_of
+from isethdr_workflows.training.detector.settings import Settings
+from isethdr_workflows.training.torch_library import torch
 
-from .drawn_roads import drawn, drawn_data  # noqa: E402
+from .drawn_roads import drawn, drawn_data
 
 pytestmark = pytest.mark.slow
 QUICK = {"dataset": "drawn", "input_px": 128, "patch_px": 64, "batch": 8, "threads": 1}
@@ -48,7 +48,7 @@ def test_sizes_stay_below_two_million_parameters():
 
 
 def test_squares_are_found_after_a_minute(isethdr_home, tmp_path):
-    """The law of the whole: what is learned from drawn squares finds those of other pictures."""
+    """A detector trained on drawn squares finds squares in pictures that it has not seen."""
     settings = Settings(**QUICK, steps=400, rate=2e-3, checks=5, seed=1)
     run = trained(settings)
     detector = export.exported(run, training.recipe_text(settings, ()))

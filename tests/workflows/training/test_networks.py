@@ -8,20 +8,21 @@ import numpy as np
 import pytest
 import yaml
 
-torch = pytest.importorskip("torch", reason="the extra train is not installed")
+pytest.importorskip("torch", reason="the extra train is not installed")
 
-from isethdr_workflows.training.picture import export, finish, held_out, training  # noqa: E402
-from isethdr_workflows.training.picture.camera import camera_of  # noqa: E402
-from isethdr_workflows.training.picture.loss import Batch, loss_of, weight  # noqa: E402
-from isethdr_workflows.training.picture.networks import choice  # noqa: E402
-from isethdr_workflows.training.picture.networks.picture_network import (  # noqa: E402
+from isethdr_workflows.training.picture import export, finish, held_out, training
+from isethdr_workflows.training.picture.camera import camera_of
+from isethdr_workflows.training.picture.loss import Batch, loss_of, weight
+from isethdr_workflows.training.picture.networks import choice
+from isethdr_workflows.training.picture.networks.picture_network import (
     interpolated,
     parameters,
 )
-from isethdr_workflows.training.picture.settings import Settings  # noqa: E402
+from isethdr_workflows.training.picture.settings import Settings
+from isethdr_workflows.training.torch_library import torch
 
-from isethdr_core.errors import CatalogError, ConfigError  # noqa: E402
-from isethdr_core.onnx_session import open_session  # noqa: E402
+from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.onnx_session import open_session
 
 TINY = {"pictures": 3, "picture_px": 48, "patch_px": 48, "batch": 2, "checks": 3}
 BAYER = ["sensor=bayer"]

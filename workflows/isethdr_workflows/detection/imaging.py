@@ -332,7 +332,7 @@ def view(ready: Prepared, camera: CameraName, metered: xr.DataArray | None = Non
 
 
 def scaled(light: xr.DataArray, factor: float) -> xr.DataArray:
-    """Return light times a factor, with all that it states."""
+    """Return light multiplied by a factor; coordinates and attributes stay."""
     return light.copy(data=light.values * np.float32(factor))
 
 

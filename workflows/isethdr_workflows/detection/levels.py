@@ -1,4 +1,7 @@
-"""Curves against the level of light, and where they cross: intervals by bootstrap over roads."""
+"""Shares found against the level of light, and the level at which they reach a limit.
+
+Intervals are by bootstrap over roads.
+"""
 
 from __future__ import annotations
 

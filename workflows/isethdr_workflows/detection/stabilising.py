@@ -38,7 +38,7 @@ class Reading:
 
 @dataclass(frozen=True, eq=False)
 class Readings:
-    """The captures of a camera at one exposure, those that are used."""
+    """The captures that an observer uses, all of one camera at one exposure."""
 
     captures: tuple[Reading, ...]
 

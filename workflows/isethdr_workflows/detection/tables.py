@@ -173,7 +173,10 @@ def few_roads(mean: Mean) -> Mean:
 
 
 def standard_error(mean: Mean) -> float:
-    """Return the standard error behind a mean's interval that no limit has cut."""
+    """Return the standard error of a mean, from the upper end of its interval.
+
+    The interval must not have been cut at a limit, such as a share of 1. NaN without an interval.
+    """
     if mean.roads < FEWEST_ROADS:
         return math.nan
     return (mean.high - mean.value) / float(t.ppf(0.5 + LEVEL / 2, mean.roads - 1))

@@ -25,7 +25,7 @@ class Record:
 
 
 def folder() -> Path:
-    """Return the folder of the experiments in the home."""
+    """Return the folder in the home where the experiments keep their pictures and records."""
     return home() / FOLDER
 
 

@@ -91,7 +91,8 @@ def term_scores(source: Source, version: str = STORED, shots: int = 1) -> dict[s
     ]
     seen = light_of(config, built, members, source)
     light = seen.light
-    # ghosts do not depend on dirt: the fourth light is a sum, where all lie on one grid
+    # Dirt does not change ghosts. On one grid, the light with both is therefore a sum, and the
+    # lens need not be computed a fourth time.
     if all(one.dims == light[""].dims and one.shape == light[""].shape for one in light.values()):
         values = light["scatter"].values + (light["ghosts"].values - light[""].values)
         light["scatter+ghosts"] = light["scatter"].copy(data=np.maximum(values, 0.0))

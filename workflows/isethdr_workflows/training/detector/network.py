@@ -23,7 +23,7 @@ FIRST_LOG = 2.0
 
 
 class Block(nn.Module):
-    """Two convolutions with group norms, added to what enters."""
+    """A residual block: two convolutions with group norms, and the input added to their output."""
 
     def __init__(self, channels: int) -> None:
         super().__init__()
