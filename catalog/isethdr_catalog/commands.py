@@ -27,8 +27,8 @@ catalog = typer.Typer(
 
 @catalog.command(
     help=(
-        "List stores that meet all conditions: isethdr catalog find kind=run sensor=rgbw"
-        " ssim__ge=0.9 --order-by ssim"
+        "List the stores that meet all conditions. Example: isethdr catalog find kind=run"
+        " sensor=rgbw ssim__ge=0.9 --order-by ssim"
     )
 )
 def find(
@@ -71,8 +71,8 @@ def _remark_on_shares(rows: list[dict]) -> str:
 
 @catalog.command(
     help=(
-        'Query the views stores, shots, objects and scores: isethdr catalog sql "select * from'
-        ' scores"'
+        "Query the records with SQL. Views: stores, shots, properties, objects, scores,"
+        ' object_scores. Example: isethdr catalog sql "select * from scores"'
     )
 )
 def sql(text: str) -> None:
@@ -82,8 +82,8 @@ def sql(text: str) -> None:
 
 @catalog.command(
     help=(
-        "Show all that is recorded about one store: isethdr catalog show ID (its first digits are"
-        " enough)"
+        "Show all that is recorded about one store. NAME is its key, the first digits of the key,"
+        " or a name."
     )
 )
 def show(name: str) -> None:
@@ -93,8 +93,8 @@ def show(name: str) -> None:
 
 @catalog.command(
     help=(
-        "Name the report of a run, and write it where it is not there: isethdr catalog report ID,"
-        " by its name or first digits"
+        "Print the path of a run's report; write a missing one. NAME is the key of the run, its"
+        " first digits, or a name."
     )
 )
 def report(name: str) -> None:
@@ -106,8 +106,8 @@ def report(name: str) -> None:
 
 @catalog.command(
     help=(
-        "Ask a metric about the stored pictures of a run: isethdr catalog score ID"
-        " metric=ssim_pu21, and fields of the metric as name=value"
+        "Score the stored pictures of a run by another metric. Example: isethdr catalog score 1f3a"
+        " metric=ssim_pu21; fields of the metric follow as name=value."
     )
 )
 def score(
@@ -135,9 +135,9 @@ def score(
     name="compare",
     short_help="Compare two runs: settings, scores, pictures.",
     help=(
-        "Compare two runs: isethdr catalog compare A B, by their names or first digits. Shows the"
-        " settings that differ and whether scores differ by more than their intervals, and writes a"
-        " page with the pictures side by side."
+        "Compare two runs, named by key, first digits or name. Prints the settings that differ and"
+        " the scores that differ by more than their intervals, and writes a page with the pictures"
+        " side by side."
     ),
 )
 def compare_runs(a: str, b: str) -> None:
@@ -147,9 +147,7 @@ def compare_runs(a: str, b: str) -> None:
     print_comparison(homes(), a, b)
 
 
-@catalog.command(
-    help="Read every chunk of every store and name what is damaged; exit code 1 if anything is."
-)
+@catalog.command(help="Read every byte of every store. Exit code 1 if one is damaged.")
 def verify() -> None:
     """Print one row per store."""
     from .verify import verify as check
@@ -164,7 +162,7 @@ def verify() -> None:
         raise typer.Exit(1)
 
 
-@catalog.command(help="Give stores of format 1 a manifest; exit code 1 if any cannot have one.")
+@catalog.command(help="Give stores of format 1 a manifest. Exit code 1 if one is not adopted.")
 def adopt() -> None:
     """Print how many stores were adopted, and why others were not."""
     from .adopt import adopt as adopt_all
@@ -180,8 +178,8 @@ def adopt() -> None:
 
 @catalog.command(
     help=(
-        "Rebuild index.duckdb from the stores (find and sql do so by themselves when stores were"
-        " added)."
+        "Rebuild the index from the stores. find and sql do this by themselves when stores were"
+        " added."
     )
 )
 def refresh() -> None:
@@ -194,7 +192,7 @@ def refresh() -> None:
         print_path(f"skipped ({why})", path)
 
 
-@catalog.command(help="Show what takes how much of the disk; --stores lists every store.")
+@catalog.command(help="Show the disk space of each part; --stores lists every store.")
 def du(stores: bool = typer.Option(False, help="list every store, the largest first")) -> None:
     """Print one row per part of the home folder, and one per store if asked."""
     from . import space
@@ -213,9 +211,9 @@ def du(stores: bool = typer.Option(False, help="list every store, the largest fi
 
 @catalog.command(
     help=(
-        "Remove what is made again when it is needed; --dry-run shows it, --scenes adds radiance"
-        " that no run has read. In an object home also uploads that were interrupted; --copies adds"
-        " the files that the bucket holds as well."
+        "Remove files that are made again when needed. --dry-run only lists them, --scenes adds"
+        " radiance that no run has read. In an object home interrupted uploads are removed as well;"
+        " --copies adds local files of stores that the bucket holds."
     )
 )
 def gc(
@@ -258,9 +256,7 @@ def gc(
         )
 
 
-@catalog.command(
-    help="Remove one run or scene: isethdr catalog rm ID (its first digits are enough)"
-)
+@catalog.command(help="Remove one run or scene. NAME is its key, or the first digits.")
 def rm(
     name: str,
     yes: bool = typer.Option(False, "--yes", "-y", help="do not ask"),
@@ -281,8 +277,9 @@ def rm(
 
 
 REPRODUCE_HELP = (
-    "Run a stored run again from its record: isethdr reproduce KEY. Lists versions and numbers that"
-    " differ; exit code 0: none, 3: within their intervals, 1: by more. Nothing stored changes."
+    "Repeat a stored run from its record. Lists versions and numbers that differ. Exit code 0: no"
+    " number differs; 3: all are within their intervals; 1: one differs by more. Nothing that is"
+    " stored changes."
 )
 
 

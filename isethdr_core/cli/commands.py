@@ -55,7 +55,7 @@ def options(
 
 @app.command(
     context_settings=PASS,
-    help="Run from scene to scores, once or as a sweep; isethdr run --help.",
+    help="Simulate cameras, from the scene to the scores; or a sweep.",
 )
 def run(context: typer.Context) -> None:
     """Hand the overrides to Hydra, which composes the config and calls one run, or one per job of a
@@ -99,7 +99,7 @@ def plugins(
         raise typer.Exit(1)
 
 
-@app.command("new-plugin", help="Make a package with a component of your own, and its tests.")
+@app.command("new-plugin", help="Make a package with a component of your own, and tests.")
 def new_plugin(
     kind: str = typer.Argument(help="the kind of component, for example sensor"),
     name: str = typer.Argument(help="its name, for example acme_mono"),

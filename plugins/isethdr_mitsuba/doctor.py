@@ -101,7 +101,10 @@ def doctor() -> dict[str, str]:
 
 
 def doctor_command(fresh: bool = False):
-    """Say which renderer variants work on this machine, and what to install where one does not."""
+    """Show which renderer variants work, and what the others lack.
+
+    The answer is kept for later calls; --fresh tests the variants again.
+    """
     if fresh:
         _write({})
         doctor.cache_clear()

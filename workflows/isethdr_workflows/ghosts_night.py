@@ -26,7 +26,7 @@ WHITE_CD_M2 = 20.0
 def ghosts_night(
     picture: str = "", experiment: str = "night_drive", renderer: str = "mitsuba_quick"
 ) -> list[dict]:
-    """Return how much light the ghosts of a night scene add, by coating.
+    """Compare the light of ghosts in a night scene between lens coatings.
 
     Parameters
     ----------

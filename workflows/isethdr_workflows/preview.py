@@ -25,8 +25,7 @@ def preview(
     denoise: int = 1,
     picture: str = "preview.png",
 ) -> list[dict]:
-    """Render a scene with few paths, and write a view of it under the experiment's lighting. Return
-    noise and run time of each group.
+    """Render a quick, denoised view of an experiment's scene, as a PNG.
 
     Parameters
     ----------

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
+from textwrap import TextWrapper
 from typing import Annotated
 
 import typer
@@ -56,6 +57,21 @@ class Studies:
 
 
 OF_USERS = Studies(STUDIES, __package__, SHOWN)
+fill = TextWrapper(80, initial_indent="  ", subsequent_indent="  ").fill
+
+
+def summary_of(function: Callable[..., object]) -> str:
+    """Return the first paragraph of a docstring as one line."""
+    return " ".join((inspect.getdoc(function) or "").partition("\n\n")[0].split())
+
+
+def settings_of(function: Callable[..., object]) -> str:
+    """Return the settings of a study with their defaults, as they are typed."""
+    words = [
+        "overrides ..." if one.kind is one.VAR_POSITIONAL else f"{one.name}={one.default}"
+        for one in inspect.signature(function).parameters.values()
+    ]
+    return "settings: " + " ".join(words)
 
 
 def study_of(studies: Studies) -> Callable[..., None]:
@@ -70,11 +86,11 @@ def study_of(studies: Studies) -> Callable[..., None]:
             str, typer.Option("--csv", help="also write the rows to this file")
         ] = "",
     ) -> None:
-        """Run a study: a table of results. Without a name: list the studies."""
+        """Run a study and print its table. Without a name: list all studies."""
         if not name:
             for known in studies.table:
-                about = (inspect.getdoc(studies.function_of(known)) or "").splitlines()[0]
-                typer.echo(f"{known}: {about}")
+                function = studies.function_of(known)
+                print(f"{known}\n{fill(summary_of(function))}\n{fill(settings_of(function))}")
             return
         if csv_file and not Path(csv_file).resolve().parent.is_dir():
             raise ConfigError(

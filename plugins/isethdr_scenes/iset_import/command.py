@@ -20,6 +20,9 @@ def import_command(
     ),
     look: bool = typer.Option(False, "--list", help="list the scenes and files; store nothing"),
 ) -> None:
-    """Store all scenes below a folder. A second call stores what the first did not."""
+    """Import scenes of the published ISETHDR deposit.
+
+    All scenes in the folder and below it are stored. A second call stores those that are missing.
+    """
     if import_module(f"{__package__}.importing").run(folder, field_deg, normalise_cd_m2, look):
         raise typer.Exit(1)

@@ -103,7 +103,7 @@ class Study:
 
 
 def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = "") -> list[dict]:
-    """Measure error against run time of your own configuration, knob by knob.
+    """Measure error against run time for every accuracy setting of your configuration.
 
     Parameters
     ----------

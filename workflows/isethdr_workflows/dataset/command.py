@@ -23,7 +23,7 @@ def _actions() -> ModuleType:
     return actions
 
 
-@app.command("generate", help="Render what is missing of a dataset; type it again to go on.")
+@app.command("generate", help="Render the missing scenes of a dataset; type it again to continue.")
 def generate(
     name: Name,
     settings: Annotated[
@@ -43,7 +43,7 @@ def generate(
     _actions().make(name, settings or [], dry_run, price)
 
 
-@app.command("score", help="Image all scenes, and compare the cameras: scores, objects, intervals.")
+@app.command("score", help="Compare cameras over all scenes: scores with 95 % intervals.")
 def score(
     name: Name,
     overrides: Annotated[
@@ -55,7 +55,7 @@ def score(
     _actions().score(name, overrides or [])
 
 
-@app.command("pairs", help="Write raw captures with and without flare, ghosts, noise and blur.")
+@app.command("pairs", help="Write captures with and without flare, ghosts, noise, blur.")
 def pairs(
     name: Annotated[str, typer.Argument(help="name of a dataset, or of one stored scene")],
     settings: Annotated[
@@ -77,7 +77,7 @@ def report(name: Name) -> None:
     _actions().report(name)
 
 
-@app.command("verify", help="Compare every file of a dataset with its checksum and its recipe.")
+@app.command("verify", help="Check every file of a dataset against checksum and recipe.")
 def verify(name: Name) -> None:
     """Print the problems; exit code 1 if there are any."""
     _actions().check(name)

@@ -47,7 +47,7 @@ def detection(
     order: int = 3,
     windows: int = 48,
 ) -> list[dict]:
-    """Return the share of a dataset's objects that the channelised Hotelling observer finds.
+    """Compare the shares of objects that a model observer finds in the captures of each camera.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def detection(
     dataset : name of a generated dataset.
     cameras : names, separated by commas: of the config, or presets of sensors; `name:LPLG+SPLG`
         uses some of a camera's captures. The first one is what others are compared with.
-    question : captures, filters or dark: presets of cameras, overrides and light levels.
+    question : captures, filters, dark or removal: presets of cameras, overrides and light levels.
     false_alarms : in a picture.
     order : largest total order of the Hermite-Gauss channels.
     windows : without objects, of each scene and size of object.

@@ -41,7 +41,7 @@ def detector_scores(
     false_alarms: float = 0.1,
     tell: float = 0.02,
 ) -> list[dict[str, Any]]:
-    """Score detectors on the pictures of cameras over a dataset: precision, recall, intervals.
+    """Score detectors on the pictures of several cameras: precision and recall with intervals.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ NEAR_THE_END = np.linspace(-4, 4, 17)  # shot noises from the end of the scale
 def emva1288(
     sensor: str = "bayer", size: int = 128, pictures: int = 32, seed: int = 1
 ) -> list[dict]:
-    """Measure a sensor by the machine vision standard and compare the results with its fields.
+    """Measure a sensor by the standard EMVA 1288, and compare the results with its fields.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from isethdr_core.cli.terminal import print_path, print_table
 app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Make again everything that the questions' pages claim, step by step.",
+    help="Repeat the published experiments: dataset, networks, studies.",
 )
 INTERRUPTED = 130  # exit code after Ctrl-C: 128 + SIGINT
 OUT_OF_TIME = 3  # exit code of a step that reached its limit
@@ -24,7 +24,7 @@ def _module(name: str) -> ModuleType:
     return import_module(f"{__package__}.{name}")
 
 
-@app.command("list", help="List the steps: what they make, expected minutes, and which are done.")
+@app.command("list", help="List the steps, their expected minutes, and which are done.")
 def list_steps() -> None:
     """Print one row for each step."""
     steps = _module("steps")
@@ -43,7 +43,9 @@ def list_steps() -> None:
     )
 
 
-@app.command("run", help="Run steps that are not done; without a name all. Type it again to go on.")
+@app.command(
+    "run", help="Run the named steps, or all that are not done. Type it again to continue."
+)
 def run(
     names: Annotated[list[str] | None, typer.Argument(help="names of steps")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="show the commands")] = False,

@@ -53,7 +53,7 @@ RECIPE = {
 def train_demosaic(
     path: str = "", pictures: int = RECIPE["pictures"], arrays: str = ",".join(ARRAYS)
 ) -> list[dict]:
-    """Train the filters of every array, write them, and return one row per array.
+    """Train the filters of `isp.demosaic=learned` again, for every filter array.
 
     Parameters
     ----------

@@ -24,8 +24,7 @@ GOLDEN = 0.618033988749895  # neighbouring numbers of objects get colours far ap
 def paper_fig1(
     picture: str = "", scene: str = "night_drive", store: str = ""
 ) -> list[dict[str, Any]]:
-    """Return the luminance of each light group at weight 1, and its share of the light by night and
-    by day.
+    """Repeat figure 1 of the ISETHDR paper: light groups of a scene, and their sum by night and day.
 
     Parameters
     ----------

@@ -30,8 +30,7 @@ LUX = (0.01, 100.0)  # of the false colours
 
 
 def paper_fig2(picture: str = "") -> list[dict[str, Any]]:
-    """Return intensity and illuminance on the road of area lights of 1000 lm, by beam angle, and of
-    the dipped beam.
+    """Repeat figure 2 of the ISETHDR paper: light of area lamps on the road, and of a dipped beam.
 
     Parameters
     ----------

@@ -14,8 +14,7 @@ from .rendered_scene import lux_of, rendered, through, write_sheet
 
 
 def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
-    """Return the illuminance on the sensor by day and by night, and the profile through the
-    brightest headlight.
+    """Repeat figure 3 of the ISETHDR paper: illuminance on the sensor by day and by night.
 
     Parameters
     ----------

@@ -31,8 +31,7 @@ LEAST_HEIGHT = 2 * RING
 
 
 def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[dict]:
-    """Return one row per iris and density of dirt: the light it passes and the veil beside the
-    lights.
+    """Repeat figure 4 of the ISETHDR paper: flare of five lights by iris and density of dirt.
 
     Parameters
     ----------

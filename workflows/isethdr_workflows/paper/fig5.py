@@ -37,7 +37,7 @@ OBJECTS = ("cyclist", "pedestrian", "person", "bicycle")
 def paper_fig5(
     picture: str = "", scene: str = "night_drive", parameters: str = PAPER
 ) -> list[dict]:
-    """Return the picture quality of a phone sensor in a night scene at exposures from 5 to 40 ms.
+    """Repeat figure 5 of the ISETHDR paper: a phone camera at night, exposures from 5 to 40 ms.
 
     Parameters
     ----------

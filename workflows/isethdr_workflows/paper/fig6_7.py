@@ -26,8 +26,7 @@ NAMES = ("large, low gain", "large, high gain", "small")
 
 
 def paper_fig6_7(picture: str = "", scene: str = "tunnel", parameters: str = PAPER) -> list[dict]:
-    """Return the luminance range and the error of each capture of a split-pixel sensor, and of
-    their combination.
+    """Repeat figures 6 and 7 of the ISETHDR paper: captures of a split pixel, and their merge.
 
     Parameters
     ----------

@@ -42,8 +42,7 @@ def paper_fig8_9_classical(
     draws: int = 3,
     parameters: str = OWN,
 ) -> list[dict]:
-    """Return SSIM of a driving scene by daylight and CIEDE2000 of a colour chart, against mean
-    illuminance on the sensor.
+    """Repeat figures 8 and 9 of the ISETHDR paper without a network: RGB and RGBW at low light.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def dirt(
     shots: int = 1,
     page: str = "",
 ) -> list[dict[str, Any]]:
-    """Return what scatter, ghosts and noise cost of each score, for each camera of a dataset.
+    """Divide the loss behind a dirty lens into scatter, ghosts and noise, for each score.
 
     Parameters
     ----------

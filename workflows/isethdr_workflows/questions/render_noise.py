@@ -1,10 +1,9 @@
-"""Whether the renderer's noise or its denoiser changes the answer of a study; `isethdr study
-render_noise`.
+"""Study `render_noise`: whether noise of the renderer, or denoising, changes the result of `dirt`.
 
-The study is made four times: with the stored radiance, with either half of its samples (twice the
-variance of the renderer's noise), and with denoised radiance. If noise shifts an answer by an
-amount proportional to its variance, the stored answer minus the mean of both halves is the shift
-that is left in the stored answer, with the opposite sign.
+The study `dirt` runs four times: with the stored radiance, with each half of its samples (twice the
+variance of the renderer's noise), and with denoised radiance. If noise shifts a result in
+proportion to its variance, the mean result of the halves minus the stored result is the shift of
+the stored result.
 """
 
 from __future__ import annotations
@@ -30,18 +29,17 @@ def render_noise(
     shots: int = 1,
     page: str = "",
 ) -> list[dict[str, Any]]:
-    """Return how the shares of scatter, ghosts and noise (study dirt) change with half the samples
-    of the renderer, and with denoised radiance.
+    """Test whether noise of the renderer changes the result of the study dirt.
 
     Parameters
     ----------
-    overrides, dataset, cameras, scenes, shots, page : as of the study dirt.
+    overrides, dataset, cameras, scenes, shots, page : as in the study dirt.
 
     Returns
     -------
     rows with camera, score, term, `shapley` (loss by the stored radiance), `halves` and `denoised`
-    (its change, paired by scene, with 95 % limits over roads), `changes`: whether a change is told
-    from 0 and turns the sign or the certainty of the answer.
+    (change of this loss, paired by scene, with 95 % limits over roads), `changes`: which of the two
+    changes differs from 0 and leads out of the 95 % limits of `shapley`.
     """
     checked_page(page)
     asked = asked_of(dataset, cameras, scenes, shots, overrides)
@@ -96,10 +94,10 @@ def rows_of(asked: Asked, answers: dict[str, list[dict[str, Values]]]) -> list[d
 
 
 def changes(row: dict[str, Any]) -> str:
-    """Return which changes turn an answer: `halves`, `denoised`, both, or none.
+    """Return which changes alter a result: `halves`, `denoised`, both, or none.
 
-    An answer is turned where its change is told from 0 and the changed value lies beyond the 95 %
-    limits of the stored answer.
+    A change alters a result if it differs from 0 with 95 % confidence and the changed value lies
+    beyond the 95 % limits of the stored result.
     """
     found = []
     for name in ("halves", DENOISED):

@@ -30,8 +30,7 @@ MISSED = 0.1  # of a lamp's mean luminance: below it the lamp is called missed
 
 
 def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
-    """Return one row per sensor and capture, and one per merged picture: how many of five LED lamps
-    are there, how bright.
+    """Count the flickering LED lamps that each capture of a sensor shows, and their brightness.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ def level_curves(
     per_decade: int = 4,
     picture: str = "",
 ) -> list[dict]:
-    """Return SNR and contrast detection probability of flat patches from 0.001 to 100 000 cd/m2.
+    """Measure SNR and contrast detection of a sensor from 0.001 to 100 000 cd/m2.
 
     Parameters
     ----------

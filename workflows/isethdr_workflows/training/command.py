@@ -10,7 +10,7 @@ import typer
 app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Train networks on data of our own; needs pip install 'isethdr[train]'.",
+    help="Train networks on simulated data. Needs pip install 'isethdr[train]'.",
 )
 
 Typed = Annotated[
@@ -24,7 +24,7 @@ def about() -> None:
     """Keep the subcommands apart, even if there is one."""
 
 
-@app.command("picture", help="Train a development of raw captures, for isp=network.")
+@app.command("picture", help="Train a network that develops raw captures, for isp=network.")
 def picture(settings: Typed = None) -> None:
     """Train, or go on with the training of these settings.
 

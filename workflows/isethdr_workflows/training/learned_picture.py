@@ -88,7 +88,7 @@ def learned_picture(
     lux: str = "0.01,0.1,1,10",
     tuned_on: int = 3,
 ) -> list[dict]:
-    """Return network minus best classical development on held-out roads, with 95 % intervals.
+    """Compare a network with the best classical development on roads that it was not trained on.
 
     Parameters
     ----------
