@@ -25,6 +25,7 @@ MADE_BY_READERS = {
     "detection.csv",
     "detection_objects.csv",
     "detector_objects.csv",
+    "detector_scores.csv",
     "objects.csv",
     "scores.csv",
 }

@@ -24,7 +24,7 @@ GOLDEN = 0.618033988749895  # neighbouring numbers of objects get colours far ap
 def paper_fig1(
     picture: str = "", scene: str = "night_drive", store: str = ""
 ) -> list[dict[str, Any]]:
-    """Repeat figure 1 of the ISETHDR paper: light groups of a scene, and their sum by night and day.
+    """Repeat figure 1 of the ISETHDR paper: light groups of a scene, and their sums.
 
     Parameters
     ----------
