@@ -27,6 +27,10 @@ if [ ! -x "$VENV/bin/python" ]; then
         fi
     fi
 fi
-"$VENV/bin/python" -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[all,test]'
+"$VENV/bin/python" -m pip install --quiet --disable-pip-version-check --no-compile \
+    -c constraints.txt -e '.[all,test]'
+# pip would compile the modules one by one, a quarter of them tests of libraries; what cannot be
+# compiled is no module of ours
+"$VENV/bin/python" -m compileall -qq -j 0 -x '/tests?/' "$VENV"/lib/python*/site-packages || :
 VENV=$VENV sh scripts/llvm.sh
 "$VENV/bin/isethdr" doctor
