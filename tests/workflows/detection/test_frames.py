@@ -6,7 +6,15 @@ import math
 
 import numpy as np
 import pytest
-from isethdr_workflows.detection.frame import Frame, Thing, cells, level_of, owners_of, pairs
+from isethdr_workflows.detection.frame import (
+    Frame,
+    Thing,
+    cells,
+    level_of,
+    noisier,
+    owners_of,
+    pairs,
+)
 from isethdr_workflows.detection.observer import clutter, counting, difference, observing
 from isethdr_workflows.detection.observer.hotelling import detectability
 
@@ -42,6 +50,24 @@ def test_cells_keep_noise_of_1_and_join_to_noise_of_1():
     assert colours.shape == (3, 128, 128)
     assert colours.std((1, 2)) == pytest.approx([1, 1, 1], abs=0.02)
     assert pairs(colours).std((1, 2)) == pytest.approx([1, 1, 1], abs=0.04)
+
+
+def test_a_noisier_frame_has_twice_the_variance_of_the_renderer():
+    """Two halves of the samples, each of variance 2, on 200 x 200 cells: the variance of the mean
+    is known to 0.7 %, and d'^2 of nothing stays 0 after its correction.
+    """
+    random = np.random.default_rng(4)
+    halves = random.normal(0, np.sqrt(2), (2, 1, 200, 200))
+    owners = np.zeros((200, 200), np.int32)
+    render = (halves[0] - halves[1]) / 2
+    one = Frame(0, "road", "night", halves.mean(0), owners, (), render)
+    worse = noisier(one)
+    assert one.colours.var() == pytest.approx(1, rel=0.03)
+    assert worse.colours.var() == pytest.approx(2, rel=0.03)
+    assert worse.render.var() == pytest.approx(2, rel=0.03)
+    assert worse.joined(1).var() == pytest.approx(2, rel=0.06)  # no sums of the frame before
+    still = Frame(0, "road", "night", halves.mean(0), owners, ())
+    assert noisier(still) is still
 
 
 def test_a_bicycle_belongs_to_its_rider_and_trees_to_nobody():

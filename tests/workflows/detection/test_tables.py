@@ -23,7 +23,7 @@ from isethdr_workflows.detection.page import (
 from isethdr_workflows.detection.questions import QUESTIONS, question_of
 from isethdr_workflows.detection.recall import recalls
 from isethdr_workflows.detection.results import CurvePoint, Results
-from isethdr_workflows.detection.tables import Found, lines, roads_needed
+from isethdr_workflows.detection.tables import Found, compared_with, lines, roads_needed
 from scipy.stats import norm
 
 from isethdr_core.errors import ConfigError
@@ -181,3 +181,8 @@ def test_shares_are_shown_in_thousandths_and_roads_in_whole_numbers():
 def test_a_page_warns_where_far_more_places_pass_than_the_threshold_is_for():
     assert too_many(Check(places=100, false_alarms=25))
     assert not too_many(Check(places=100, false_alarms=9))
+
+
+def test_a_second_form_of_a_camera_is_compared_with_the_camera_itself():
+    cameras = ["bayer", "rgbw", "rgbw, twice the render noise"]
+    assert [compared_with(name, cameras) for name in cameras] == ["bayer", "bayer", "rgbw"]

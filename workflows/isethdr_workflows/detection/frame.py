@@ -8,7 +8,7 @@ read in joined cells, 2 x 2, 4 x 4, ..., whose noise is 1 again.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -103,6 +103,24 @@ class Frame:
         return self._sums[level]
 
 
+def noisier(frame: Frame) -> Frame:
+    """Return a frame with twice the variance of the renderer's noise.
+
+    Half of the difference of two halves of the samples has the variance of the noise of their mean
+    and is independent of it. Added to the frame, it acts as a renderer with half the samples.
+    A frame that states no such noise is returned as it is.
+    """
+    if frame.render is None:
+        return frame
+    return replace(
+        frame,
+        colours=frame.colours + frame.render,
+        render=frame.render * np.float32(np.sqrt(2)),
+        _joined={},
+        _sums={},
+    )
+
+
 def pairs(colours: np.ndarray) -> np.ndarray:
     """Return sums over 2 x 2 cells, divided by 2: independent noise of 1 stays 1."""
     rows, columns = (size // 2 * 2 for size in colours.shape[1:])
@@ -121,12 +139,14 @@ def cells(values: np.ndarray, filters: np.ndarray, period: tuple[int, int]) -> n
     """
     rows, columns = period
     height, width = (size // side for size, side in zip(values.shape, period, strict=True))
-    blocks = values[: height * rows, : width * columns].reshape(height, rows, width, columns)
     cell = filters[:rows, :columns]
     out = []
     for channel in np.unique(cell):
-        own = (cell == channel)[None, :, None, :]
-        out.append((blocks * own).sum((1, 3)) / np.sqrt((cell == channel).sum()))
+        own = np.argwhere(cell == channel)
+        total = np.zeros((height, width))
+        for down, across in own:
+            total += values[down : height * rows : rows, across : width * columns : columns]
+        out.append(total / np.sqrt(len(own)))
     return np.stack(out)
 
 

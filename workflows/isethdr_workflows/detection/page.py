@@ -22,7 +22,7 @@ from .observer.channels import SCALE, count
 from .observer.observing import CHECKED, Check
 from .recall import FILE, recalls
 from .results import CurvePoint, Results
-from .tables import FEWEST_ROADS, Found, Line, lines
+from .tables import FEWEST_ROADS, Found, Line, compared_with, lines
 
 TEMPLATES = Path(__file__).parent / "templates"
 WIDTH = 640.0  # of a drawing
@@ -71,6 +71,7 @@ def page(results: Results, tables: Sequence[Line]) -> str:
         roads_text=roads_text,
         shown=shown,
         number=number,
+        compared_with=compared_with,
     )
 
 
@@ -153,7 +154,7 @@ def markdown(results: Results, tables: Sequence[Line]) -> str:
     if results.curve:
         return _markdown(*_curve_table(results))
     head = ["", "objects", *results.cameras]
-    head += [f"{name} less {results.cameras[0]}" for name in results.cameras[1:]]
+    head += [f"{name} less {compared_with(name, results.cameras)}" for name in results.cameras[1:]]
     rows = [
         [
             f"{line.table}: {line.name}",

@@ -23,6 +23,8 @@ class Question:
     distances_m : of the objects, from and to.
     dipped : only scenes with dipped beams.
     bare : each camera also with objects taken out by rendering the view again without them.
+    noisier : each camera also with twice the variance of the renderer's noise.
+    transfer : contrast transfer accuracy stands beside each object.
     """
 
     about: str
@@ -34,10 +36,12 @@ class Question:
     distances_m: tuple[float, float] = (0.0, float("inf"))
     dipped: bool = False
     bare: bool = False
+    noisier: bool = False
+    transfer: bool = False
 
 
 QUESTIONS = {
-    "": Question("Which objects could be found at all?"),
+    "": Question("Which objects could be found at all?", transfer=True),
     "captures": Question(
         "One capture against three of the split pixel",
         cameras="split_pixel:LPHG,split_pixel:LPLG,split_pixel",
@@ -47,6 +51,10 @@ QUESTIONS = {
         cameras="bayer",
         kinds=("person", "rider", "animal"),
         bare=True,
+    ),
+    "noise": Question(
+        "Does the renderer's noise change which objects could be found?",
+        noisier=True,
     ),
     "filters": Question(
         "RGB against RGBW against RCCB: the same pixel and lens, from 0.003 to 100 lux",

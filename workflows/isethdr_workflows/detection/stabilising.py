@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from isethdr_isp.demosaic.interpolation import array_period
 from scipy.integrate import cumulative_trapezoid
 from scipy.special import ndtr
 
@@ -149,8 +150,10 @@ class Stabiliser:
         ----------
         filters : (y, x) channel of each pixel.
         """
+        rows, columns = array_period(filters)
         values = np.zeros(light_e.shape)
-        for channel in np.unique(filters):
-            own = filters == channel
-            values[own] = self(light_e[own], int(channel))
+        for down in range(rows):
+            for across in range(columns):
+                own = slice(down, None, rows), slice(across, None, columns)
+                values[own] = self(light_e[own], int(filters[down, across]))
         return values

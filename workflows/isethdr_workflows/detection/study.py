@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+from isethdr_optics.imaging.threads import cpus, executor
 
 from isethdr_core.cli.terminal import print_path
 from isethdr_core.errors import CatalogError, ConfigError
@@ -15,7 +17,7 @@ from isethdr_core.storage.object_home.calls import kept_here
 from ..dataset.generate import Generated, generated
 from ..dataset.record import SceneRecord, read_dataset
 from ..dataset.study.intervals import mean_over_roads
-from .frame import CLASSES, Frame, Thing, kind_of
+from .frame import CLASSES, Frame, Thing, kind_of, noisier
 from .imaging import (
     CameraName,
     Prepared,
@@ -34,7 +36,10 @@ from .questions import Question, question_of
 from .results import CurvePoint, Results
 from .tables import FEWEST_ROADS, Found, Needed, few_roads, lines, roads_needed
 
+One = TypeVar("One")
+Made = TypeVar("Made")
 RENDERED = ", rendered without"  # after the name of a camera
+NOISIER = ", twice the render noise"
 MOST_FACTOR = 10.0  # light is scaled this much beyond the levels, because objects differ
 
 
@@ -148,26 +153,31 @@ def studied(
     names : of the cameras. `settings` : overrides of all scenes.
     asked : the question. `how` : the observer looks.
     """
-    transfer = [] if asked.levels else list(dict.fromkeys(name.sensor for name in names))
+    transfer = list(dict.fromkeys(name.sensor for name in names)) if asked.transfer else []
     ready, failed = all_prepared(records, settings, transfer)
     bare = all_prepared(records, settings, [], bare=True)[0] if asked.bare else []
     rows: list[Found] = []
     checks: dict[str, Check] = {}
     places: dict[str, float] = {}
     for name in names:
-        views = [view(one, name) for one in ready]
+        views = at_once(lambda one, name=name: view(one, name), ready)
         light = {one.record.number: one.light for one in ready}
         empty = [view(one, name, light.get(one.record.number)) for one in bare]
         for level in levels_of(asked):
-            frames = [limited(one.frame(factor_of(one, asked, level)), asked) for one in views]
+            frames = at_once(
+                lambda one, level=level: limited(one.frame(factor_of(one, asked, level)), asked),
+                views,
+            )
             places = places or places_of(frames)
-            forms: list[tuple[str, dict[int, Frame] | None]] = [(name.text, None)]
+            forms = [Form(name.text, frames)]
             if empty:
                 seen = {one.prepared.record.number: one.frame(level) for one in empty}
-                forms.append((name.text + RENDERED, seen))
-            for text, without in forms:
+                forms.append(Form(name.text + RENDERED, frames, seen))
+            if asked.noisier:
+                forms.append(Form(name.text + NOISIER, [noisier(frame) for frame in frames]))
+            for text, shown, without in forms:
                 row_of = RowOf(text, level, transfer_of(views, name))
-                found, check = observed(frames, how, row_of, places, without)
+                found, check = observed(shown, how, row_of, places, without)
                 rows += found
                 checks[text] = checks.get(text, Check()) + check
         print(f"{name.text}: {sum(math.isfinite(r.d) for r in rows if r.camera == name.text)} rows")
@@ -185,6 +195,22 @@ def studied(
     if asked.levels:
         return with_curves(results)
     return replace(results, needed=tuple(_needed(rows)))
+
+
+class Form(NamedTuple):
+    """A camera's frames, in one of the ways in which a question compares them."""
+
+    text: str
+    frames: Sequence[Frame]
+    without: Mapping[int, Frame] | None = None  # {scene: the same view rendered without objects}
+
+
+def at_once(function: Callable[[One], Made], items: Sequence[One]) -> list[Made]:
+    """Return `function` of each item, worked on by as many threads as there are processors: the
+    arrays of a frame are large, so most of the time no Python code runs.
+    """
+    with executor(cpus()) as pool:
+        return list(pool.map(function, items))
 
 
 def all_prepared(

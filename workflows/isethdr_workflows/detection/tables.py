@@ -52,7 +52,7 @@ class Line(NamedTuple):
     name: str
     objects: int
     means: tuple[Mean, ...]  # share found, by camera
-    differences: tuple[Mean, ...]  # to the first camera, of the same objects
+    differences: tuple[Mean, ...]  # of the same objects, to the camera of `compared_with`
     noise_only: tuple[float, ...]
     transfer: tuple[Mean, ...]
     median_d: tuple[float, ...]
@@ -72,8 +72,18 @@ def cameras_of(rows: Sequence[Found]) -> list[str]:
     return list(dict.fromkeys(row.camera for row in rows))
 
 
+def compared_with(camera: str, cameras: Sequence[str]) -> str:
+    """Return the camera that another one is compared with: a camera in a second form, such as
+    `bayer, twice the render noise`, with itself; others with the first one.
+    """
+    own = camera.partition(", ")[0]
+    return own if own != camera and own in cameras else cameras[0]
+
+
 def lines(rows: Sequence[Found]) -> list[Line]:
-    """Return all tables of a study at one level of light."""
+    """Return all tables of a study at one level of light; rows of which no object has a value are
+    left out.
+    """
     ways: dict[str, Callable[[Found], str]] = {
         "all": lambda row: "all objects",
         "class": lambda row: row.kind,
@@ -91,7 +101,8 @@ def lines(rows: Sequence[Found]) -> list[Line]:
         groups: dict[str, list[Found]] = {}
         for row in rows:
             groups.setdefault(name_of(row), []).append(row)
-        found += [line(table, name, groups[name]) for name in sorted(groups, key=_order)]
+        made = [line(table, name, groups[name]) for name in sorted(groups, key=_order)]
+        found += [one for one in made if one.objects]
     return found
 
 
@@ -115,13 +126,13 @@ def line(table: str, name: str, rows: Sequence[Found]) -> Line:
         camera: {(row.scene, row.instance): row for row in rows if row.camera == camera}
         for camera in cameras
     }
-    first = by_camera[cameras[0]]
     means = []
     differences = []
     for camera in cameras:
         own = by_camera[camera]
         means.append(of(list(own.values()), lambda row: row.found, (0.0, 1.0)))
-        both = [(own[key], first[key]) for key in own if key in first]
+        other = by_camera[compared_with(camera, cameras)]
+        both = [(own[key], other[key]) for key in own if key in other]
         differences.append(difference(both))
     return Line(
         table=table,
@@ -204,15 +215,16 @@ def roads_needed(rows: Sequence[Found], told: float = PAPER[1] - PAPER[0]) -> li
     }
     found = []
     for camera in cameras[1:]:
-        first = by_camera[cameras[0]]
+        other = compared_with(camera, cameras)
+        first = by_camera[other]
         both = [(row, first[key]) for key, row in by_camera[camera].items() if key in first]
         paired = standard_error(difference(both))
-        unpaired = math.hypot(*(standard_error(alone[name]) for name in (camera, cameras[0])))
+        unpaired = math.hypot(*(standard_error(alone[name]) for name in (camera, other)))
         roads = alone[camera].roads
         found.append(
             Needed(
                 camera,
-                cameras[0],
+                other,
                 *(roads * (factor * error / told) ** 2 for error in (paired, unpaired)),
             )
         )
