@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from isethdr_workflows.dataset.generate import Generated, Request, generate
 from isethdr_workflows.dataset.record import Definition, SceneRecord, folder_of
-from isethdr_workflows.detection.imaging import camera_names, overrides_of
+from isethdr_workflows.detection.imaging import camera_names, even, overrides_of
 from isethdr_workflows.detection.questions import QUESTIONS
 from isethdr_workflows.detection.study import chosen, detection
 from isethdr_workflows.study_command import run_study
@@ -68,6 +69,15 @@ def test_mistakes_in_settings_are_named():
     for settings in ({"false_alarms": 0.0}, {"order": 9}, {"windows": 1}):
         with pytest.raises(ConfigError, match="expected false alarms a picture above 0"):
             detection(dataset="nowhere", **settings)
+
+
+def test_an_even_field_has_the_mean_light_of_the_scene():
+    values = np.random.default_rng(0).uniform(0, 9, (3, 4, 2))
+    dims = ("y", "x", "wavelength")
+    light = xr.DataArray(values, {"y": [0.0, 1, 2]}, dims, attrs={"focal_length_mm": 6.0})
+    flat = even(light)
+    assert flat.dims == dims and flat.attrs == light.attrs
+    assert flat.values == pytest.approx(np.broadcast_to(values.mean((0, 1)), (3, 4, 2)))
 
 
 @dataclass(frozen=True)

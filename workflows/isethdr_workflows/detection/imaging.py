@@ -336,6 +336,12 @@ def scaled(light: xr.DataArray, factor: float) -> xr.DataArray:
     return light.copy(data=light.values * np.float32(factor))
 
 
+def even(light: xr.DataArray) -> xr.DataArray:
+    """Return an even field with the mean of light; coordinates and attributes stay."""
+    mean = light.mean(["y", "x"]).broadcast_like(light).transpose(*light.dims)
+    return light.copy(data=mean.values)
+
+
 def exposed(sensor: Any, light: xr.DataArray) -> xr.Dataset:
     """Return captures of a few pixels at the exposure that a sensor chooses for the whole light:
     they state exposure, gain and noise.

@@ -7,6 +7,8 @@ from typing import Literal
 
 from isethdr_core.errors import ConfigError, did_you_mean
 
+GREY = 0.15  # of full scale, at which a camera shows an even field: a scene's sky stays below it
+
 
 @dataclass(frozen=True)
 class Question:
@@ -25,6 +27,8 @@ class Question:
     bare : each camera also with objects taken out by rendering the view again without them.
     noisier : each camera also with twice the variance of the renderer's noise.
     transfer : contrast transfer accuracy stands beside each object.
+    grey_field : cameras choose the exposure for an even field of the scene's mean light, so that
+        equal light gives equal exposure on all roads.
     """
 
     about: str
@@ -38,6 +42,7 @@ class Question:
     bare: bool = False
     noisier: bool = False
     transfer: bool = False
+    grey_field: bool = False
 
 
 QUESTIONS = {
@@ -59,9 +64,15 @@ QUESTIONS = {
     "filters": Question(
         "RGB against RGBW against RCCB: the same pixel and lens, from 0.003 to 100 lux",
         cameras="bayer,rgbw,rccb",
-        overrides=("+sensor@cameras.rccb=typical_bayer", "cameras.rccb.cfa=RCCB", "lighting=day"),
+        overrides=(
+            "+sensor@cameras.rccb=typical_bayer",
+            "cameras.rccb.cfa=RCCB",
+            "lighting=day",
+            *(f"cameras.{name}.exposure_target={GREY}" for name in ("bayer", "rgbw", "rccb")),
+        ),
         levels=(0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0),
         unit="sensor_lux",
+        grey_field=True,
     ),
     "dark": Question(
         "How dark may it get before the person 40 m ahead in the dipped beam is lost?",

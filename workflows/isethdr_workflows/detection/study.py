@@ -23,6 +23,7 @@ from .imaging import (
     Prepared,
     View,
     camera_names,
+    even,
     overrides_of,
     prepared,
     view,
@@ -160,7 +161,10 @@ def studied(
     checks: dict[str, Check] = {}
     places: dict[str, float] = {}
     for name in names:
-        views = at_once(lambda one, name=name: view(one, name), ready)
+        views = at_once(
+            lambda one, name=name: view(one, name, even(one.light) if asked.grey_field else None),
+            ready,
+        )
         light = {one.record.number: one.light for one in ready}
         empty = [view(one, name, light.get(one.record.number)) for one in bare]
         for level in levels_of(asked):
