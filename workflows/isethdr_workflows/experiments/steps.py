@@ -112,6 +112,7 @@ STEPS = (
     question("captures", "one capture of the split pixel against three"),
     question("filters", "RGB against RGBW and RCCB, 0.003 to 100 lx"),
     question("dark", "how dark it may get before a person is lost"),
+    question("noise", "whether the renderer's noise changes which objects are found"),
     Step(
         "dirt",
         "which share of the loss behind a dirty lens is scatter, ghosts, noise",
