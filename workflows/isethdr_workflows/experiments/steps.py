@@ -74,7 +74,7 @@ def question(name: str, about: str) -> Step:
         about,
         (f"study detection dataset={DATASET} question={name}",),
         (f"datasets/{DATASET}/detection_{name}.md",),
-        5.0,
+        4.0,
         "not measured",
     )
 
