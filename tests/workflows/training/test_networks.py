@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import yaml
 
 pytest.importorskip("torch", reason="the extra train is not installed")
 
-from isethdr_workflows.training.picture import export, finish, held_out, training
+from isethdr_workflows.training.picture import export, finish, held_out, linear_fit, training
 from isethdr_workflows.training.picture.camera import camera_of
 from isethdr_workflows.training.picture.loss import Batch, loss_of, weight
 from isethdr_workflows.training.picture.networks import choice
@@ -19,6 +20,7 @@ from isethdr_workflows.training.picture.networks.picture_network import (
     parameters,
 )
 from isethdr_workflows.training.picture.settings import Settings
+from isethdr_workflows.training.picture.sheets import Patches
 from isethdr_workflows.training.torch_library import torch
 
 from isethdr_core.errors import CatalogError, ConfigError
@@ -26,6 +28,7 @@ from isethdr_core.onnx_session import open_session
 
 TINY = {"pictures": 3, "picture_px": 48, "patch_px": 48, "batch": 2, "checks": 3}
 BAYER = ["sensor=bayer"]
+SIDE = 48
 
 
 @pytest.fixture(scope="module")
@@ -36,9 +39,28 @@ def camera():
 
 @pytest.fixture
 def own_home(tmp_path, monkeypatch):
-    """A home of the test's own."""
+    """A home of the test's own, and a start that is fitted to few sheets."""
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    monkeypatch.setattr(linear_fit, "SHEETS", 2)
     return tmp_path
+
+
+class Known(NamedTuple):
+    """Sheets of random levels whose truth is a weighted sum of neighbours."""
+
+    noise_e: float
+
+    def sheet(self, number):
+        """Return X, Y, Z = the sample, twice its left neighbour, the mean of two rows."""
+        rng = np.random.default_rng(number)
+        level = np.exp(rng.uniform(np.log(5), np.log(2000), (training.SHEET, 1, 1, 1)))
+        light = level * rng.uniform(0.5, 1.5, (training.SHEET, 1, SIDE, SIDE))
+        truth = [light, 2 * np.roll(light, 1, -1), (light + np.roll(light, 1, -2)) / 2]
+        raw = light + self.noise_e * rng.normal(size=light.shape)
+        valid = np.ones_like(raw)
+        valid[..., 0, :] = valid[..., 0] = 0  # their neighbours are beyond the border
+        planes = (raw, np.full_like(raw, self.noise_e), valid, np.concatenate(truth, 1))
+        return Patches(*(values.astype(np.float32) for values in planes))
 
 
 def settings(**changed):
@@ -51,12 +73,17 @@ def test_small_networks_have_at_most_half_a_million_parameters(camera):
         assert (count <= 500_000) == (size == "small"), (name, size, count)
 
 
-@pytest.mark.parametrize("name", ["unet", "nafnet", "restormer"])
-def test_an_output_depends_on_samples_within_the_stated_reach_only(camera, name):
-    network = choice.network_of(camera, name, "small").eval()
+@pytest.mark.parametrize(
+    ("name", "start"),
+    [("unet", "linear"), ("unet", "learned"), ("nafnet", "linear"), ("restormer", "linear")],
+)
+def test_an_output_depends_on_samples_within_the_stated_reach_only(camera, name, start):
+    network = choice.network_of(camera, name, "small", start).eval()
     for parameter in network.parameters():  # no layer is silent
         torch.nn.init.normal_(parameter, std=0.1)
-    reach = choice.reach_px(camera, name, "small")
+    if start == "linear":
+        torch.nn.init.normal_(network.start.weight, std=0.1)
+    reach = choice.reach_px(camera, name, "small", start)
     side = 256
     inputs = list(export.example(camera, side, side, seed=1))
     inputs[0].requires_grad_()
@@ -67,17 +94,52 @@ def test_an_output_depends_on_samples_within_the_stated_reach_only(camera, name)
     assert away <= reach and (np.isinf(reach) or away > reach / 2), (away, reach)
 
 
-def test_before_training_a_picture_is_near_the_light(camera):
-    network = choice.network_of(camera, "unet", "small").eval()
+@pytest.mark.parametrize(("start", "off"), [("linear", 1e-4), ("learned", 0.1)])
+def test_before_training_a_picture_is_near_the_light(camera, start, off):
+    network = choice.network_of(camera, "unet", "small", start).eval()
     shape = 1, 1, 32, 32
     level = 400.0
     masks = torch.from_numpy(camera.masks(32, 32))[None]
     flat = torch.full(shape, level), torch.ones(shape), masks, torch.ones(shape)
     xyz, variance = network(*flat)
     inner = (..., slice(8, -8), slice(8, -8))
-    # random weights of the start: 1e-3 each, 100 taps
-    assert torch.allclose(xyz[inner], torch.tensor(level), rtol=0.1)
+    # linear: a mean, in float32; learned: random weights of the start, 1e-3 each, 100 taps
+    assert torch.allclose(xyz[inner], torch.tensor(level), rtol=off)
     assert (variance > 0).all()
+
+
+def test_the_fitted_start_is_the_linear_estimate_of_least_error(camera, monkeypatch):
+    """Truths that are a linear function of the raw and its neighbours are met exactly; noise in the
+    raw makes the filters smoother.
+    """
+    monkeypatch.setattr(linear_fit, "SHEETS", 4)
+    left = Known(noise_e=0.0)
+    network = choice.network_of(camera, "unet", "small")
+    linear_fit.fit(network.start, left)
+    raw, noise, valid, truth = (torch.from_numpy(v) for v in left.sheet(9))
+    masks = torch.from_numpy(camera.masks(SIDE, SIDE))[None]
+    with torch.no_grad():
+        xyz, _ = network(raw, noise, masks, valid)
+    inner = (..., slice(6, -6), slice(6, -6))  # beyond the border there are no samples
+    # the ridge is 1e-6 of the mean square of a sample
+    assert torch.allclose(xyz[inner], truth[inner], rtol=5e-3, atol=0.05)
+
+    noisy = choice.network_of(camera, "unet", "small")
+    linear_fit.fit(noisy.start, Known(noise_e=20.0))
+    assert noisy.start.weight.square().sum() < 0.9 * network.start.weight.square().sum()
+
+
+def test_a_batch_holds_patches_of_as_many_sheets_and_is_the_same_after_a_restart():
+    sheets = Known(noise_e=1.0)
+    first, again = (training.Batches(sheets, 4, "cpu") for _ in range(2))
+    batch = first.of(5)
+    for row in range(4):
+        expected = sheets.sheet(row).raw[5]
+        assert np.array_equal(batch.raw[row].numpy(), expected)
+    for earlier in (3, 4):
+        again.of(earlier)
+    assert torch.equal(again.of(5).truth, batch.truth)
+    assert np.array_equal(first.of(training.SHEET).raw[0].numpy(), sheets.sheet(4).raw[0])
 
 
 def test_the_loss_is_least_at_the_mean_of_all_truths_that_fit():

@@ -16,6 +16,7 @@ from .export import export, stated_of
 from .held_out import calibrate, rows_of, worst_ratio
 from .loss import MEAN_WEIGHT, RELATIVE, VARIANCE_WEIGHT
 from .networks.choice import multiple_px, reach_px
+from .networks.linear_start import LEVELS
 from .networks.picture_network import parameters
 from .sheets import LUX
 from .training import (
@@ -36,6 +37,14 @@ LOSSES = {
     " squared relative error of each picture's mean",
     "view": "absolute error in the domain of a display: it makes pictures look better and MOVES"
     " MEAN LUMINANCE in the dark; electrons of such a network are not absolute",
+}
+
+
+STARTS = {
+    "linear": "the linear estimate of least squared error, one for each of"
+    f" {len(LEVELS)} levels of signal over noise, solved before the training and kept; the network"
+    " corrects its square root",
+    "learned": "a linear filter of square roots, learned with the rest",
 }
 
 
@@ -60,7 +69,7 @@ def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished
     worst = worst_ratio(rows)
     settings = run.settings
     multiple = multiple_px(run.camera)
-    reach = reach_px(run.camera, settings.network, settings.size)
+    reach = reach_px(run.camera, settings.network, settings.size, settings.start)
     stated = {
         **stated_of(run.camera, multiple, reach),
         "calibration": [
@@ -101,7 +110,6 @@ def sections_of(
     missing = [
         "seeds other than the one above: no interval over trainings",
         "light that varies within the exposure, rolling shutter, relative illumination of a lens",
-        "a start from the classical development",
     ]
     return {
         "purpose": "Linear XYZ in absolute units with a variance, from the electrons of one shot;"
@@ -120,6 +128,7 @@ def sections_of(
         " logarithm 0.7)",
         "network": {
             "kind": f"{settings.network}, {settings.size}",
+            "start": STARTS[settings.start],
             "training": "from nothing; no weights of others",
         },
         "loss": {
@@ -141,7 +150,8 @@ def sections_of(
             "length": str(settings.length()),
             "steps": progress.clock.step,
             "hours": round(progress.clock.seconds() / 3600, 4),
-            "batch": f"{settings.batch} patches of {settings.patch_px} px",
+            "batch": f"{settings.batch} patches of {settings.patch_px} px, each at another"
+            " illuminance",
             "hardware": hardware(run.device),
             "ended": progress.stopped or "at its length",
             "seed": settings.seed,

@@ -157,16 +157,18 @@ def cropped(planes: np.ndarray, mixed: Any) -> np.ndarray:
     return planes[:, first[0] : first[0] + counts[0], first[1] : first[1] + counts[1]]
 
 
-def render_noise(view: Lit) -> float:
+def render_noise(road: Road, overrides: Sequence[str]) -> float:
     """Return the median over tiles of the standard error of their luminance, relative; NaN where
     the scene states none.
     """
-    if "xyz_noise" not in view.scene:
+    scene = open_scene(road.path)
+    if "xyz_noise" not in scene:
         return float("nan")
-    weights = view.mixed.attrs["weights"]
+    config = compose([*road.record.overrides, *overrides])
+    mixed = build_from_config("lighting", config.lighting)(scene)
     variance = sum(
-        (weight * view.scene["xyz_noise"].sel(light_group=name).values[1]) ** 2
-        for name, weight in weights.items()
+        (weight * scene["xyz_noise"].sel(light_group=name).values[1]) ** 2
+        for name, weight in mixed.attrs["weights"].items()
     )
-    y = luminance(view.mixed.values, view.mixed.wavelength.values)
+    y = luminance(mixed.values, mixed.wavelength.values)
     return float(np.median(np.sqrt(variance) / np.maximum(y, np.finfo(float).tiny)))

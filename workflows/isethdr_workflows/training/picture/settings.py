@@ -17,6 +17,7 @@ CHOICES = {
     "size": ("small", "large"),
     "loss": ("electrons", "view"),
     "captures": ("merged", "apart"),
+    "start": ("linear", "learned"),
     "precision": ("auto", "bfloat16", "float32"),
     "device": ("auto", "cpu", "cuda"),
 }
@@ -34,6 +35,7 @@ class Settings:
     size: str = "small"
     loss: str = "electrons"
     captures: str = "merged"  # or apart: the network joins the captures of a shot
+    start: str = "linear"  # the best linear estimate, which the network corrects; or learned
     minutes: float = 0.0  # of computing
     steps: int = 0
     seed: int = 0

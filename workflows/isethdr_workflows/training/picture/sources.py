@@ -64,8 +64,8 @@ def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]
         return Data(tuple(training), tuple(held_out), stated, [NO_ROADS, NO_DIRT])
     training.append(roads_source(roads.of(TRAIN), camera, overrides, share))
     held_out.append(roads_source(roads.of(VALIDATION), camera, overrides, 1.0))
-    views = [lit(road, camera, overrides) for road in roads.of(TRAIN)[:NOISE_OF]]
-    noise = float(np.median([render_noise(view) for view in views]))
+    noisy = roads.of(TRAIN)[:NOISE_OF]
+    noise = float(np.median([render_noise(road, overrides) for road in noisy]))
     stated |= {
         "roads": f"dataset {roads.name}: {_counted(roads.of(TRAIN))} to train on,"
         f" {_counted(roads.of(VALIDATION))} held out to stop and to calibrate,"
@@ -73,7 +73,7 @@ def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]
         "light_of_roads": f"{VARIANTS} variants of each: as drawn through a clean lens, and with"
         " light groups in other proportions through the flares of the config",
         "truth_of_roads": "the light behind the clean lens. Its noise of rendering is"
-        f" {noise:.2g} of the luminance of a tile (median over tiles of {len(views)} roads), that"
+        f" {noise:.2g} of the luminance of a tile (median over tiles of {len(noisy)} roads), that"
         f" of a sensor at {1 / noise**2:.0f} e; unbiased, so that it does not move a squared loss",
     }
     return Data(tuple(training), tuple(held_out), stated, [])

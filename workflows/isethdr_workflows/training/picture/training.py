@@ -10,6 +10,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from isethdr_core.errors import ConfigError
 from isethdr_core.storage.home_folder import home
 
@@ -20,8 +22,10 @@ from ..torch_library import device_name, nn, torch
 from .camera import TrainingCamera, camera_of
 from .held_out import HeldOut, held_out, loss_on
 from .leaves import WAVELENGTH_NM
+from .linear_fit import fit
 from .loss import Batch, loss_of
 from .networks.choice import network_of
+from .networks.linear_start import LinearStart
 from .networks.picture_network import PictureNetwork
 from .settings import FREE, Settings
 from .sheets import LUX, SHEET, Sheets, brightest_lux
@@ -131,7 +135,9 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
         for source in data.held_out
     }
     torch.manual_seed(settings.seed)
-    network = network_of(camera, settings.network, settings.size)
+    network = network_of(camera, settings.network, settings.size, settings.start)
+    if state is None and isinstance(network.start, LinearStart):
+        fit(network.start, sheets)
     network = network.to(device, memory_format=torch.channels_last)
     adam = torch.optim.AdamW(network.parameters(), settings.rate, weight_decay=DECAY)
     progress = Progress(network, adam, {}, {}, [], Clock(settings.length()))
@@ -175,26 +181,29 @@ def _loop(run: Trained, sheets: Sheets, recipe: str, tell: Callable[[str], None]
 
 
 class Batches:
-    """The batches of a training, each sheet made while the one before is used."""
+    """The batches of a training: a patch of each of several sheets, which differ in light. The next
+    sheets are made while these are used.
+    """
 
     def __init__(self, sheets: Sheets, size: int, device: str):
         self.sheets = sheets
         self.size = size
         self.device = device
         self.maker = ThreadPoolExecutor(1)
-        self.made: dict[int, Future[Any]] = {}
+        self.made: dict[int, list[Future[Any]]] = {}
 
     def of(self, step: int) -> Batch:
         """Return the batch of a step: the same, whatever came before."""
-        number, part = divmod(step, SHEET // self.size)
-        for wanted in (number, number + 1):
+        group, part = divmod(step, SHEET)
+        for wanted in (group, group + 1):
             if wanted not in self.made:
-                self.made[wanted] = self.maker.submit(self.sheets.sheet, wanted)
-        for old in [key for key in self.made if key < number]:
+                numbers = range(wanted * self.size, (wanted + 1) * self.size)
+                self.made[wanted] = [self.maker.submit(self.sheets.sheet, k) for k in numbers]
+        for old in [key for key in self.made if key < group]:
             del self.made[old]
-        patches = self.made[number].result()
-        rows = slice(part * self.size, (part + 1) * self.size)
-        return Batch(*(torch.from_numpy(v[rows]).to(self.device) for v in patches))
+        sheets = [made.result() for made in self.made[group]]
+        together = (np.stack(planes) for planes in zip(*([v[part] for v in s] for s in sheets)))
+        return Batch(*(torch.from_numpy(planes).to(self.device) for planes in together))
 
     def close(self) -> None:
         """Make no more sheets."""

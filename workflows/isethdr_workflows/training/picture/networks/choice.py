@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 from ...torch_library import nn
 from ..camera import TrainingCamera
+from .linear_start import NEAR, start_reach_px
 from .nafnet import GatedBlock
-from .picture_network import NEAR, START, PictureNetwork
+from .picture_network import START, PictureNetwork
 from .restormer import AttentionBlock
 from .u_shape import LEVELS, UShape, reach
 from .unet import REACH, PlainBlock
@@ -34,14 +35,23 @@ SHAPES = {
 }
 
 
-def network_of(camera: TrainingCamera, name: str, size: str) -> PictureNetwork:
-    """Return a network for a camera, with random weights."""
+def network_of(
+    camera: TrainingCamera, name: str, size: str, start: str = "linear"
+) -> PictureNetwork:
+    """Return a network for a camera, with random weights.
+
+    Parameters
+    ----------
+    name, size : of `SHAPES`.
+    start : "linear", which is to be fitted, or "learned".
+    """
     shape = SHAPES[name, size]
 
     def body(planes: int, out: int) -> UShape:
         return UShape(planes, out, shape.width, shape.blocks, shape.block)
 
-    return PictureNetwork(camera.planes, len(camera.channels), camera.period, body)
+    linear = start == "linear"
+    return PictureNetwork(camera.planes, len(camera.channels), camera.period, body, linear)
 
 
 def multiple_px(camera: TrainingCamera) -> int:
@@ -49,10 +59,12 @@ def multiple_px(camera: TrainingCamera) -> int:
     return camera.period * 2**LEVELS
 
 
-def reach_px(camera: TrainingCamera, name: str, size: str) -> float:
+def reach_px(camera: TrainingCamera, name: str, size: str, start: str = "linear") -> float:
     """Return how far away an output can depend on samples; inf: on the whole picture."""
     shape = SHAPES[name, size]
     if math.isinf(shape.block_reach):
         return math.inf
-    cells = max(reach(shape.blocks, int(shape.block_reach)), START // 2) + 1
-    return max(cells * camera.period, NEAR // 2)
+    cells = reach(shape.blocks, int(shape.block_reach)) + 1
+    if start == "linear":
+        return cells * camera.period + start_reach_px(camera.planes, camera.period)
+    return max(max(cells, START // 2 + 1) * camera.period, NEAR // 2)

@@ -2,8 +2,8 @@
 
 Inputs and outputs are those of a model file of `isp=network` (docs/how-to/network_isp.md). Inside,
 samples are square roots: their noise is then nearly the same from one electron to the full well
-(Anscombe 1948), so one network serves all levels. A linear filter of these roots is the start, and
-the U-shaped network adds a correction.
+(Anscombe 1948), so one network serves all levels. The U-shaped network adds a correction to the
+root of a start: the best linear estimate, or a filter of the roots that is learned as well.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from collections.abc import Callable
 from contextlib import nullcontext
 
 from ...torch_library import functional, nn, torch
+from .linear_start import NEAR, LinearStart
 
 ANSCOMBE = 0.375  # electrons
 LEAST_ROOT = 0.05  # electrons under the root: its slope stays finite
 SCALE = 4.0  # roots / it: noise of about 1 / 8 at any level
-START = 5  # taps of the linear start, cells each way
-NEAR = 9  # pixels of the window of the local mean
+START = 5  # taps of the learned start, cells each way
 LOG_LIMIT = 8.0  # of the variance's logarithm: keeps exp finite
 XYZ = 3
 
@@ -31,24 +31,28 @@ class PictureNetwork(nn.Module):
     channels : filters.
     period : pixels after which the filter array repeats; a cell is packed into channels.
     make_body : makes the network between packed planes, from numbers of planes in and out.
+    linear : whether it starts from the best linear estimate, which `linear_fit` solves; else from a
+        filter of the roots, learned with the rest.
     """
 
-    # bfloat16 in training only, and never in the linear start: its 8 bits are too few for a signal
+    # bfloat16 in training only, and never in the start: its 8 bits are too few for a signal
     half_precision = False
 
     def __init__(
-        self, planes: int, channels: int, period: int, make_body: Callable[[int, int], nn.Module]
+        self,
+        planes: int,
+        channels: int,
+        period: int,
+        make_body: Callable[[int, int], nn.Module],
+        linear: bool = True,
     ):
         super().__init__()
         self.period = period
         cell = period**2
         samples = planes * cell
-        self.start = nn.Conv2d(samples, XYZ * cell, START, padding=START // 2)
-        nn.init.normal_(self.start.weight, std=1e-3)
-        nn.init.zeros_(self.start.bias)
-        with torch.no_grad():  # the mean of the cell, in each of X, Y, Z
-            self.start.weight[:, :, START // 2, START // 2] += 1 / samples
-        self.body = make_body(3 * samples + channels * cell, 2 * XYZ * cell)
+        self.start = LinearStart(planes, period) if linear else learned_start(samples, cell)
+        start_planes = XYZ * cell if linear else 0
+        self.body = make_body(3 * samples + channels * cell + start_planes, 2 * XYZ * cell)
         nn.init.zeros_(self.body.tail.weight)
         nn.init.zeros_(self.body.tail.bias)
         # correction of the variance's logarithm, linear between levels: set after training
@@ -69,11 +73,18 @@ class PictureNetwork(nn.Module):
             functional.pixel_unshuffle(valid, self.period),
             functional.pixel_unshuffle(masks, self.period).expand(len(raw), -1, -1, -1),
         ]
+        if isinstance(self.start, LinearStart):
+            own_floor = functional.pixel_unshuffle(floor.mean(1, keepdim=True), self.period)
+            linear = self.start(raw, noise, valid) + own_floor.repeat(1, XYZ, 1, 1)
+            root = torch.sqrt(torch.clamp(linear, min=LEAST_ROOT)) / SCALE
+            seen.append(root)
+        else:
+            root = self.start(roots)
         half = torch.autocast(raw.device.type, torch.bfloat16)
         with half if self.half_precision else nullcontext():
             correction = self.body(torch.cat(seen, 1))
         change, log_ratio = correction.float().chunk(2, 1)
-        root = self.start(roots) + change
+        root = root + change
         xyz = functional.pixel_shuffle(SCALE**2 * root * root.abs(), self.period)
         xyz = xyz - floor.mean(1, keepdim=True)
         return xyz, self._variance(functional.pixel_shuffle(log_ratio, self.period), raw, noise)
@@ -87,6 +98,16 @@ class PictureNetwork(nn.Module):
         level = torch.log(sample_variance(raw, noise))
         logs = torch.clamp(log_ratio, -LOG_LIMIT, LOG_LIMIT) + level
         return torch.exp(logs + interpolated(level, self.calibration_levels, self.calibration_logs))
+
+
+def learned_start(samples: int, cell: int) -> nn.Conv2d:
+    """Return a filter of the packed roots, at first the mean of the cell in each of X, Y, Z."""
+    start = nn.Conv2d(samples, XYZ * cell, START, padding=START // 2)
+    nn.init.normal_(start.weight, std=1e-3)
+    nn.init.zeros_(start.bias)
+    with torch.no_grad():
+        start.weight[:, :, START // 2, START // 2] += 1 / samples
+    return start
 
 
 def sample_variance(raw: torch.Tensor, noise: torch.Tensor) -> torch.Tensor:

@@ -1,0 +1,98 @@
+"""Linear start: the estimate of XYZ that is linear in the raw and has the least squared error, for
+each level of signal over noise; `linear_fit` solves its weights, and training keeps them.
+
+This is the learned linear demosaic of the classical development (Jiang et al. 2017, L3), with one
+filter for each place in the cell. It keeps the mean luminance, so that the network has to correct
+details alone.
+"""
+
+from __future__ import annotations
+
+from ...torch_library import functional, nn, torch
+
+LEVELS = tuple(1.4 * k - 1.0 for k in range(7))  # log of signal^2 over variance, evenly spaced
+NEAR = 9  # pixels of the window of the local mean
+LEAST_SIGNAL_E2 = 0.01  # of the local mean's square: keeps its logarithm finite
+WINDOW_PX = 10  # of the filters, at least
+XYZ = 3
+
+
+class LinearStart(nn.Module):
+    """Raw, noise and valid (N, plane, y, x) to XYZ (N, 3 * cell, rows, columns of cells).
+
+    Parameters
+    ----------
+    planes : of raw samples; several are merged to one first.
+    period : pixels after which the filter array repeats.
+    """
+
+    weight: torch.Tensor  # (level * 3 * cell, cell, tap, tap)
+    levels: torch.Tensor
+
+    def __init__(self, planes: int, period: int):
+        super().__init__()
+        self.planes = planes
+        self.period = period
+        self.taps = taps(period)
+        cell = period**2
+        shape = len(LEVELS) * XYZ * cell, cell, self.taps, self.taps
+        mean = torch.zeros(shape)  # of the cell, until it is solved
+        mean[..., self.taps // 2, self.taps // 2] = 1 / cell
+        self.register_buffer("weight", mean)
+        self.register_buffer("levels", torch.tensor(LEVELS))
+
+    def forward(self, raw: torch.Tensor, noise: torch.Tensor, valid: torch.Tensor) -> torch.Tensor:
+        """Return X, Y, Z of every pixel of the cells, electrons of the unit channel."""
+        if self.planes > 1:
+            raw, noise = merged(raw, noise, valid)
+        packed = functional.pixel_unshuffle(raw, self.period)
+        around = functional.pad(packed, (self.taps // 2,) * 4, mode="replicate")
+        every = functional.conv2d(around, self.weight).unflatten(1, (len(LEVELS), -1))
+        return (every * self.shares(raw, noise)[:, :, None]).sum(1)
+
+    def shares(self, raw: torch.Tensor, noise: torch.Tensor) -> torch.Tensor:
+        """Return the share (N, level, rows, columns) of each level's filters in a cell."""
+        return shares(raw, noise, self.levels, self.period)
+
+
+def taps(period: int) -> int:
+    """Return the taps of a filter along an axis, in cells; an odd number."""
+    return max(3, WINDOW_PX // period // 2 * 2 + 1)
+
+
+def start_reach_px(planes: int, period: int) -> int:
+    """Return how far away the start can depend on samples."""
+    means = 3 if planes > 1 else 1  # local means of local means, where captures are merged
+    return (taps(period) // 2 + 1) * period + means * (NEAR // 2)
+
+
+def shares(
+    raw: torch.Tensor, noise: torch.Tensor, levels: torch.Tensor, period: int
+) -> torch.Tensor:
+    """Return how near a cell is to each level: linear between two of them, 1 in sum."""
+    signal = local_mean(raw)
+    ratio = torch.log((signal**2 + LEAST_SIGNAL_E2) / (signal + noise**2 + 1))
+    ratio = functional.avg_pool2d(ratio, period)
+    step = LEVELS[1] - LEVELS[0]
+    within = torch.clamp(ratio, LEVELS[0], LEVELS[-1])
+    return torch.clamp(1 - (within - levels[:, None, None]).abs() / step, min=0.0)
+
+
+def merged(
+    raw: torch.Tensor, noise: torch.Tensor, valid: torch.Tensor
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Return one plane of several captures, by the inverse of their variance, and its noise beside
+    that of light.
+    """
+    signal = local_mean(raw)
+    weights = (valid + 1e-6) / (signal + noise**2 + 1)
+    total = weights.sum(1, keepdim=True)
+    mean = (weights * raw).sum(1, keepdim=True) / total
+    extra = torch.clamp(1 / total - local_mean(mean) - 1, min=0.0)
+    return mean, torch.sqrt(extra)
+
+
+def local_mean(raw: torch.Tensor) -> torch.Tensor:
+    """Return the mean of the samples nearby, at least 0."""
+    near = functional.avg_pool2d(raw, NEAR, 1, NEAR // 2, count_include_pad=False)
+    return torch.clamp(near, min=0.0)
