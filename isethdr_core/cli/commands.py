@@ -8,9 +8,12 @@ sensor=bayer,rgbw`. Nothing heavy is imported here: `isethdr --help` stays quick
 from __future__ import annotations
 
 import sys
+from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import typer
+from typer.main import get_command
 
 import isethdr_core
 
@@ -20,6 +23,9 @@ from .completion import SHELLS, complete, script
 from .deferred_libraries import defer
 from .home_option import use_homes, without_homes
 from .run_help import print_run_help
+
+if TYPE_CHECKING:
+    from pluggy import PluginManager
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -122,6 +128,13 @@ def completion(shell: str = typer.Argument(help="bash, zsh or fish")) -> None:
     print(script(shell), end="")
 
 
+@cache
+def _with_plugins(manager: PluginManager) -> Any:
+    """Return the command line with the commands of all plugins, which are added to it once."""
+    manager.hook.isethdr_commands(app=app)
+    return get_command(app)
+
+
 def main() -> None:
     """Entry point of the `isethdr` command: a user's mistake is one clear line, never a
     traceback.
@@ -133,8 +146,7 @@ def main() -> None:
     try:
         sys.argv[1:], homes = without_homes(sys.argv[1:])
         use_homes(homes, next(iter(sys.argv[1:]), ""))
-        plugin_manager().hook.isethdr_commands(app=app)
-        app()
+        _with_plugins(plugin_manager())()
     except IsetHdrError as err:
         print(f"error: {err}", file=sys.stderr)
         sys.exit(2)

@@ -16,9 +16,10 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, asdict, dataclass, fields
-from functools import cache
+from functools import cache, lru_cache
 from importlib import util
 from pathlib import Path
 from typing import Any
@@ -284,11 +285,28 @@ def file_digest(path: Path) -> str:
 
 def folder_digest(folders: Sequence[Path]) -> str:
     """Return the digest of the files of a package; presets below `conf` do not enter."""
+    return _files_digest(tuple(file for folder in folders for file in _files(str(folder))))
+
+
+def _files(folder: str) -> list[tuple[str, str, int, int]]:
+    """Return the place in the folder, path, time and size of each file that the digest reads."""
+    found = []
+    for path, folders, names in os.walk(folder):
+        folders[:] = [f for f in folders if f != "conf"]
+        for name in names:
+            if os.path.splitext(name)[1] in (".py", ".yaml", ".csv"):
+                full = os.path.join(path, name)
+                state = os.stat(full)
+                inside = full[len(folder) + 1 :].replace(os.sep, "/")
+                found.append((inside, full, state.st_mtime_ns, state.st_size))
+    return sorted(found, key=lambda file: file[0].split("/"))
+
+
+@lru_cache(maxsize=32)
+def _files_digest(files: tuple[tuple[str, str, int, int], ...]) -> str:
+    """Return the digest of files; they are read again only once one of them has changed."""
     digest = hashlib.sha256()
-    for folder in folders:
-        for path in sorted(folder.rglob("*")):
-            inside = path.relative_to(folder)
-            if path.suffix in (".py", ".yaml", ".csv") and "conf" not in inside.parts:
-                digest.update(inside.as_posix().encode())
-                digest.update(path.read_bytes())
+    for inside, full, _, _ in files:
+        digest.update(inside.encode())
+        digest.update(Path(full).read_bytes())
     return digest.hexdigest()[:16]

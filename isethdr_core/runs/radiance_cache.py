@@ -57,13 +57,14 @@ def recipe_hash(chain: Chain) -> str:
     inputs = input_digests(chain.scene)
     name = store.content_hash(content | ({"inputs": inputs} if inputs else {}))
     folder = store.home() / "scenes"
-    if _is_stored(folder, name):
+    if _is_stored(folder, name) or not _is_stored(folder, "*"):
         return name
     earlier = radiance_names(chain.scene, chain.renderer, effort(chain))
     return next((n for n in earlier if _is_stored(folder, n)), name)
 
 
 def _is_stored(folder: Path, recipe: str) -> bool:
+    """Return whether radiance of this name is stored; `*` is any name."""
     return any(folder.glob(f"{recipe}-*.zarr"))
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import copy
 import errno
-import functools
 import json
 import os
 import signal
@@ -22,7 +20,6 @@ from isethdr_workflows.dataset.record import folder_of, read_dataset, read_scene
 from isethdr_workflows.dataset.splits import splits
 from isethdr_workflows.dataset.study import cameras
 from isethdr_workflows.dataset.verify import verify
-from omegaconf import OmegaConf
 
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError, ConfigError
@@ -45,20 +42,9 @@ METRICS = ("shares", "dynamic_range", "snr", "colour", "ssim", "contrast")  # no
 PLAIN = ["sensor=ideal", "lens=ideal", "isp=linear", "~flare.dirt", "~versions"]
 
 
-@functools.cache
-def composed(*overrides):
-    """Return a composed config; Hydra takes a quarter of a second for each."""
+def plain(overrides):
+    """Return the composed config of a scene with one camera and no scores."""
     return compose([*overrides, *PLAIN])
-
-
-def with_fields(overrides):
-    """Return the config of a scene: its fields are set in a composed config."""
-    fields = [o for o in overrides if o.startswith("scene.")]
-    config = copy.deepcopy(composed(*(o for o in overrides if o not in fields)))
-    for field in fields:
-        key, _, value = field.partition("=")
-        OmegaConf.update(config, key, float(value) if "cd" in key else int(value))
-    return config
 
 
 @pytest.fixture
@@ -66,8 +52,8 @@ def recipe(offer, tmp_path, monkeypatch):
     """Return the path of a recipe of the small world."""
     offer("scene", "small_world", SmallWorld)
     offer("renderer", "small", Small)
-    monkeypatch.setattr(module, "compose", with_fields)
-    monkeypatch.setattr(summary, "compose", with_fields)
+    monkeypatch.setattr(module, "compose", plain)
+    monkeypatch.setattr(summary, "compose", plain)
     RENDERED.clear()
     path = tmp_path / "small.yaml"
     path.write_text(RECIPE)
@@ -249,7 +235,7 @@ def test_the_command_makes_forecasts_splits_and_lists(recipe, capsys, monkeypatc
 
 def test_cameras_are_compared_over_the_scenes(recipe, capsys, monkeypatch, isethdr_home):
     """Typed twice: the second time nothing is imaged anew."""
-    monkeypatch.setattr(cameras, "compose", with_fields)
+    monkeypatch.setattr(cameras, "compose", plain)
     dataset = generate(Request("tiny", count=1, seed=1, recipe=recipe), silent)
     folder = folder_of("tiny")
     few = ("draws=1", *(f"~metric.{name}" for name in METRICS))
