@@ -106,7 +106,7 @@ STEPS = (
         "which objects each camera could find",
         (f"study detection dataset={DATASET}",),
         (f"datasets/{DATASET}/detection.md",),
-        5.0,
+        4.0,
         "not measured",
     ),
     question("captures", "one capture of the split pixel against three"),
