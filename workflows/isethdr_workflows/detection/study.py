@@ -41,6 +41,7 @@ One = TypeVar("One")
 Made = TypeVar("Made")
 RENDERED = ", rendered without"  # after the name of a camera
 NOISIER = ", twice the render noise"
+PRINTED = ("all", "class", "light")  # tables
 MOST_FACTOR = 10.0  # light is scaled this much beyond the levels, because objects differ
 
 
@@ -351,7 +352,9 @@ def say(results: Results) -> None:
 
 
 def summary(results: Results) -> list[dict]:
-    """Return the rows of the study: one for each camera, table and class, or level of light."""
+    """Return the rows that the command prints and stores: one for each camera and class, or level
+    of light. The CSV file holds all tables.
+    """
     if results.asked.levels:
         return [vars(point) for point in results.curve]
     return [
@@ -368,5 +371,6 @@ def summary(results: Results) -> list[dict]:
             "contrast_transfer": line.transfer[k].value,
         }
         for line in lines(results.rows)
+        if line.table in PRINTED
         for k, camera in enumerate(results.cameras)
     ]
