@@ -56,6 +56,7 @@ def network(sensor: str) -> Step:
         f"a network of at most half a million parameters for {sensor}, against classical pictures",
         (
             f"train picture sensor={sensor} dataset={DATASET} size=small minutes=14 threads=2"
+            " patch_px=96 pictures=240"
             f" name={name}",
             f"study learned_picture sensor={sensor} dataset={DATASET} model={{home}}/{model}"
             f" --csv {{home}}/{table}",
