@@ -257,6 +257,15 @@ class ReadsFiles(Protocol):
 
 
 @runtime_checkable
+class RunsPrograms(Protocol):
+    """A component whose result depends on programs that it starts."""
+
+    def programs(self) -> dict[str, str]:
+        """Return {program: version} of those in use; they are part of a run's name."""
+        ...
+
+
+@runtime_checkable
 class ChoosesKernels(Protocol):
     """A component whose library compiles or picks code for the processor."""
 
@@ -812,6 +821,7 @@ FLARES: tuple[type, ...] = (TransmitsPupil, ScattersLight, AddsLight)
 OF_ANY_KIND: tuple[type, ...] = (
     NarrowsDemand,
     ReadsFiles,
+    RunsPrograms,
     ChoosesKernels,
     DeclaresAccuracy,
     DividesErrorAllowed,  # refused where the kind is no lens

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..identity.code_digest import Code, code_of, frame_code, keep
 from ..plugins import registry
-from ..plugins.protocols import ReadsFiles
+from ..plugins.protocols import ReadsFiles, RunsPrograms
 
 CORE = "core"  # the frame's name beside `kind/name` of components
 LIBRARIES = (
@@ -69,10 +69,15 @@ def have_source(*components: object) -> bool:
 
 
 def libraries(*components: object, frame: bool = False) -> dict[str, str]:
-    """Return the version of each library that the code of components imports, by distribution."""
+    """Return the version of each library that the code of components imports, by distribution, and
+    of each program that they start.
+    """
     versions: dict[str, str] = {}
     for code in _codes(components, frame).values():
         versions |= code.libraries
+    for component in components:
+        if isinstance(component, RunsPrograms):
+            versions |= component.programs()
     return dict(sorted(versions.items()))
 
 

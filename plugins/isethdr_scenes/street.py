@@ -37,6 +37,9 @@ from .things.packs.pack import pack_files, stock_of
 from .things.stock import Stock
 from .traffic.later_layout import Moment, moment
 from .traffic.simulation import Simulation
+from .traffic.sumo.choice import PLACER, check_traffic, rest_of, sumo_traffic
+from .traffic.sumo.program import version
+from .traffic.sumo.traffic import SumoTraffic
 from .validation import check_order
 from .variation import varied
 
@@ -52,6 +55,7 @@ Along = Annotated[float, Range(0, 1e6)]  # metres along a road
 LaneNumber = Annotated[int, Range(-100, 100)]
 SpeedLimit = Annotated[float, Range(5, 200)]  # km/h
 Time = Annotated[float, Range(0, 60)]  # seconds
+TrafficSecond = Annotated[float, Range(0, 86_400)]  # seconds: of a day
 FrameRate = Annotated[float, Range(0.1, 10_000)]  # 1/s
 TARGET_M = 40.0
 ROAD_FILE = ".xodr"
@@ -93,6 +97,10 @@ class Street:
     camera_pitch_deg: Pitch = -1.0  # tilt of the camera upwards
     camera_ahead_m: Shift = 0.0  # shift of the camera ahead of its mount
     camera_left_m: Shift = 0.0  # shift of the camera to the left of its mount
+    # who drives: `placer` draws from the seed; `sumo` drives the same density by SUMO (extra
+    # `traffic`; docs/how-to/sumo_traffic.md)
+    traffic: str = PLACER
+    traffic_start_s: TrafficSecond = 60.0  # second of SUMO's simulation at which `time_s` is 0
     vehicles_per_km: Vehicles = 15.0  # moving vehicles per km of each lane
     parked_share: Share = 0.5  # share of the parking bays that hold a vehicle
     people_per_km: People = 60.0  # people on foot per km of road, both sides together
@@ -132,6 +140,7 @@ class Street:
         check_ranges(self)
         check_order(self)
         check_sky(self.sky, self.hour)
+        check_traffic(self.traffic, self.scenario)
         self._check_road()
 
     def _check_road(self) -> None:
@@ -188,6 +197,8 @@ class Street:
         """
         if self.from_file:
             self._state_notes()
+        if self._sumo is not None:
+            self._sumo.state_notes(self.vehicles_per_km)
         now = self.moment(self.time_s)
         place = eye(now.own_pose, self.mounting())
         light = {"headlights": self.headlamp_light, "streetlights": self.street_light}
@@ -234,6 +245,10 @@ class Street:
         if self.scenario:
             road = self._start.files
         return (*road, *(path for folder in self.assets for path in pack_files(folder)))
+
+    def programs(self) -> dict[str, str]:
+        """Return the version of SUMO where it drives."""
+        return {} if self.traffic == PLACER else {"SUMO": version()}
 
     def check_files(self) -> None:
         """Read the road file and the asset packs.
@@ -298,10 +313,18 @@ class Street:
 
     def base(self) -> BaseRoad:
         """Return the road without what stands on it."""
-        return self._base
+        return self._road if self._sumo is None else self._sumo.base
 
     @cached_property
-    def _base(self) -> BaseRoad:
+    def _sumo(self) -> SumoTraffic | None:
+        if self.traffic == PLACER:
+            return None
+        return sumo_traffic(
+            self._road, self.stock(), self.seed, self._densities(), self.traffic_start_s
+        )
+
+    @cached_property
+    def _road(self) -> BaseRoad:
         return self._file_road().base if self.from_file else kind(self.road, self.seed)
 
     def mounting(self) -> Mounting:
@@ -333,7 +356,11 @@ class Street:
         """Return what is where at a time; errors as of `plan`."""
         if time_s == 0:
             return Moment(self._placed, self.base().pose(), False)
-        now = moment(self._placed, self._simulation, time_s)
+        if self._sumo is None:
+            now = moment(self._placed, self._simulation, time_s)
+        else:
+            others = moment(self._sumo.without(self._placed), self._simulation, time_s).layout
+            now = self._sumo.moment(self._placed, others, time_s)
         if now.own_gone:
             raise ConfigError(
                 f"scene.time_s is {self.time_s:g}, but the camera's car has come to the end of its"
@@ -343,13 +370,12 @@ class Street:
 
     @cached_property
     def _simulation(self) -> Simulation:
-        return Simulation(self._placed, self.vehicles_per_km)
+        if self._sumo is None:
+            return Simulation(self._placed, self.vehicles_per_km)
+        return Simulation(self._sumo.without(self._placed), 0.0)
 
-    @cached_property
-    def _placed(self) -> Layout:
-        base = self.base()
-        place = eye(base.pose(), self.mounting())
-        densities = Densities(
+    def _densities(self) -> Densities:
+        return Densities(
             self.vehicles_per_km,
             self.parked_share,
             self.people_per_km,
@@ -357,10 +383,21 @@ class Street:
             self.animals_per_km,
             self.plants_per_km,
         )
+
+    @cached_property
+    def _placed(self) -> Layout:
+        base = self.base()
+        place = eye(base.pose(), self.mounting())
+        densities = self._densities()
         first = self._start.put if self.scenario else None
+        if self._sumo is not None:
+            first = self._sumo.put
+            densities = rest_of(densities)
         layout = plan(base, self.seed, densities, place.viewpoint(), self.stock(), first)
         if self.vehicle_lamps == "daytime":
             layout = by_day(layout)
+        if self._sumo is not None:
+            layout = self._sumo.at(layout, 0.0)
         check_eye(layout, place)
         return layout
 

@@ -26,11 +26,13 @@ WALKING_LANE_M = 0.45  # least width of a shoulder on which people walk
 Maker = Callable[[np.random.Generator], Thing]
 
 
-def place_people(site: Site, people_per_km: float) -> Shortage:
-    """Place people by their number per km of road."""
+def place_people(
+    site: Site, people_per_km: float, crossing_share: float = CROSSING_SHARE
+) -> Shortage:
+    """Place people by their number per km of road; a share of them on crosswalks."""
     rng = site.rng("people")
     wanted = drawn_count(people_per_km * site.length_km, rng)
-    placed = site.put_each(_crossing(site, rng, round(CROSSING_SHARE * wanted)), APART_M)
+    placed = site.put_each(_crossing(site, rng, round(crossing_share * wanted)), APART_M)
     choices = []
     for k in range(wanted - placed):
         thing = site.stock.draw("person", rng)

@@ -14,7 +14,7 @@ from .barriers import place_barriers
 from .boxes import Solid, rows
 from .buildings import place_buildings
 from .ground import poses
-from .living import place_animals, place_people, place_riders
+from .living import CROSSING_SHARE, place_animals, place_people, place_riders
 from .parked import place_parked
 from .pavement_things import place_pavement_things
 from .plants import place_plants
@@ -41,6 +41,7 @@ class Densities:
     riders_per_km: float = 6.0
     animals_per_km: float = 2.0
     plants_per_km: float = 150.0
+    crossing_share: float = CROSSING_SHARE  # of people, where there is a crosswalk
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +113,7 @@ def plan(
     place_buildings(site)
     place_pavement_things(site)
     shortages += [
-        place_people(site, densities.people_per_km),
+        place_people(site, densities.people_per_km, densities.crossing_share),
         place_animals(site, densities.animals_per_km),
         place_plants(site, densities.plants_per_km),
     ]

@@ -98,6 +98,8 @@ def before_camera(layout: Layout, view: Viewpoint) -> list[str]:
 def holding(layout: Layout, point_m: np.ndarray) -> Standing | None:
     """Return the thing in whose box a point (3,) lies, or None."""
     for standing in layout.standing:
+        if standing.gone:
+            continue
         local = np.linalg.inv(standing.pose) @ np.append(point_m, 1.0)
         for solid in _solids(standing):
             inside = abs(local[0] - solid[0]) < solid[2] / 2 + CAMERA_M

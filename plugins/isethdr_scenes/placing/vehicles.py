@@ -8,8 +8,10 @@ import numpy as np
 
 from ..placement import BRAKING, DRIVING
 from ..roads.lane_path import LanePath
+from ..roads.road import RoadType
 from ..things import rider_of
 from ..things.registry import RIDDEN
+from ..things.stock import Stock
 from ..things.thing import Thing
 from .shortage import Shortage
 from .site import Foot, OnLane, Site, drawn_count
@@ -86,7 +88,7 @@ def place_vehicles(site: Site, vehicles_per_km: float, red: frozenset[str]) -> S
             continue
         if rng.random() < 0.5 * vehicles_per_km * (last - first) / 1000:
             s = float(rng.uniform(first, last))
-            thing = _vehicle(site, path, s, rng)
+            thing = drawn_vehicle(site.stock, path.road.type, float(path.width_m(s)), rng)
             _put(site, _foot(site, path, _InTraffic(thing, DRIVING), s, rng), rng)
     return Shortage("vehicles_per_km", "vehicles", wanted, placed, vehicles_per_km)
 
@@ -142,7 +144,9 @@ def _line_up(
     what is left drawn as of random arrivals.
     """
     first, last = stretch
-    things = [_vehicle(site, flow.path, (first + last) / 2, rng) for _ in range(count)]
+    width = float(flow.path.width_m((first + last) / 2))
+    draw = lambda: drawn_vehicle(site.stock, flow.path.road.type, width, rng)
+    things = [draw() for _ in range(count)]
     lengths = [thing.size_m[0] for thing in things]
     while things and sum(lengths) + STANDSTILL_M * len(things) > last - first:
         longest = int(np.argmax(lengths))
@@ -228,16 +232,17 @@ def _lamps(
     return (*DRIVING, *(BRAKING if braking else ()), *indicators)
 
 
-def _vehicle(site: Site, path: LanePath, s: float, rng: np.random.Generator) -> Thing:
-    """Return a vehicle that fits into a lane."""
-    mix = MIX[path.road.type]
+def drawn_vehicle(
+    stock: Stock, road_type: RoadType, width_m: float, rng: np.random.Generator
+) -> Thing:
+    """Return a vehicle of the mix of a type of road that fits into a lane of a width."""
+    mix = MIX[road_type]
     share = np.array(list(mix.values()))
-    width = float(path.width_m(s))
-    thing = site.stock.draw("car", rng)
+    thing = stock.draw("car", rng)
     for _ in range(4):
         group = list(mix)[int(rng.choice(len(mix), p=share / share.sum()))]
-        thing = site.stock.draw(group, rng)
-        if thing.size_m[1] < width + 0.1:
+        thing = stock.draw(group, rng)
+        if thing.size_m[1] < width_m + 0.1:
             break
     return thing
 

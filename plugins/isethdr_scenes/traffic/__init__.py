@@ -10,4 +10,5 @@
 | `pedestrians`   | who walks                                                           |
 | `simulation`    | steps of a tenth of a second, and the state at any time             |
 | `later_layout`  | the layout and the camera's car at a time                           |
+| `sumo/`         | traffic that SUMO drives, in place of all that                      |
 """

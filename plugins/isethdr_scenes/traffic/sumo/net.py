@@ -1,0 +1,210 @@
+"""A network of roads as SUMO's net, by netconvert; coordinates stay as they are."""
+
+from __future__ import annotations
+
+import tempfile
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...roads.lane_path import LaneKey
+from ...roads.network import Network
+from ...roads.opendrive.road_file import RoadFile, numbered, write
+from ...roads.profile import Floats
+from ...roads.road import Lane, Road
+from .program import call, version
+
+SIMULATED = ("driving", "biking")  # types of lanes; SUMO sees no others
+# what lanes are to SUMO: cars and motorcycles on driving lanes, bicycles on cycle lanes
+TYPES = """<types>
+<type id="driving" priority="1" speed="13.89" width="3.65"
+ allow="passenger truck trailer bus coach delivery taxi motorcycle moped emergency"/>
+<type id="biking" priority="-1" speed="5.56" width="1.50" allow="bicycle"/>
+<type id="none" priority="0" speed="1.39" width="1.0" disallow="all" discard="true"/>
+</types>"""
+TYPES_FILE = "types.typ.xml"
+OPTIONS = (
+    "--offset.disable-normalization",
+    "--opendrive.internal-shapes",
+    "--opendrive.curve-resolution=1",
+    "--opendrive.min-width=1.4",
+    "--opendrive.position-ids",
+    "--output.original-names",
+    "--no-turnarounds",
+    "--xml-validation=never",
+)
+XODR = "roads.xodr"
+NET = "roads.net.xml"
+
+
+class SumoLane(NamedTuple):
+    """A lane of an edge."""
+
+    index: int  # from the right
+    original: str  # road and lane of the OpenDRIVE file, for example "3_-1"
+    length_m: float  # as SUMO counts it
+    width_m: float
+    speed_m_s: float  # limit
+    shape_m: Floats  # (n, 2) plan points of its middle
+    ways: tuple[str, ...]  # edges into which it leads
+
+
+@dataclass(frozen=True, eq=False)
+class SumoEdge:
+    """Lanes of one direction between two junctions."""
+
+    name: str
+    lanes: tuple[SumoLane, ...]
+
+    @property
+    def ways(self) -> tuple[str, ...]:
+        """Return the edges into which it leads, each once."""
+        return tuple(dict.fromkeys(way for lane in self.lanes for way in lane.ways))
+
+
+@dataclass(frozen=True, eq=False)
+class SumoNet:
+    """A net, and what of it the demand needs: its edges outside of junctions."""
+
+    content: bytes
+    edges: dict[str, SumoEdge]
+    offset_m: Floats  # (2,) from coordinates of the roads to those of SUMO
+
+
+def net_of(network: Network) -> SumoNet:
+    """Return the net of driving and cycle lanes of a network. The same network is converted once.
+
+    Raises
+    ------
+    ConfigError : netconvert is not installed.
+    CatalogError : netconvert fails.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / XODR
+        write(RoadFile(_simulated(network)), path)
+        _state_limits(path)
+        return _converted(path.read_bytes(), version())
+
+
+def _state_limits(path: Path) -> None:
+    """Give each driving lane the limit of its road: netconvert reads those of lanes alone."""
+    tree = ET.parse(path)
+    for road in tree.iter("road"):
+        told = road.find("type/speed")
+        limit = "50" if told is None else told.get("max", "50")
+        for lane in road.iter("lane"):
+            if lane.get("type") == "driving":
+                ET.SubElement(lane, "speed", sOffset="0", max=limit, unit="km/h")
+    tree.write(path)
+
+
+@lru_cache(maxsize=8)
+def _converted(xodr: bytes, _version: str) -> SumoNet:
+    """Return the net of an OpenDRIVE file's content."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / XODR).write_bytes(xodr)
+        (folder / TYPES_FILE).write_text(TYPES)
+        files = [f"--opendrive-files={XODR}", f"--output-file={NET}", f"--type-files={TYPES_FILE}"]
+        call("netconvert", [*files, *OPTIONS], folder)
+        return read((folder / NET).read_bytes())
+
+
+def read(content: bytes) -> SumoNet:
+    """Return the net of a file's content."""
+    top = ET.fromstring(content)
+    ways: dict[tuple[str, int], list[str]] = {}
+    for node in top.iter("connection"):
+        if not node.get("from", "").startswith(":"):
+            key = (node.get("from", ""), int(node.get("fromLane", "0")))
+            ways.setdefault(key, []).append(node.get("to", ""))
+    edges = {}
+    for node in top.iter("edge"):
+        if node.get("function", "normal") in ("normal", "connector"):
+            name = node.get("id", "")
+            edges[name] = SumoEdge(name, tuple(_lanes(node, ways)))
+    place = top.find("location")
+    offset = "0,0" if place is None else place.get("netOffset", "0,0")
+    return SumoNet(content, edges, np.array([float(v) for v in offset.split(",")]))
+
+
+def _lanes(edge: ET.Element, ways: dict[tuple[str, int], list[str]]) -> Iterable[SumoLane]:
+    for node in edge.iter("lane"):
+        index = int(node.get("index", "0"))
+        told = {p.get("key"): p.get("value", "") for p in node.iter("param")}
+        shape = [point.split(",")[:2] for point in node.get("shape", "").split()]
+        yield SumoLane(
+            index,
+            told.get("origId", ""),
+            float(node.get("length", "0")),
+            float(node.get("width", "3.2")),
+            float(node.get("speed", "13.89")),
+            np.array(shape, float),
+            tuple(ways.get((edge.get("id", ""), index), ())),
+        )
+
+
+def lane_types(net: SumoNet, network: Network) -> dict[tuple[str, int], str]:
+    """Return the type of each lane of a net by edge and index; the net is `net_of` the network."""
+    names = {number: name for (kind, name), number in numbered(network).items() if kind == "road"}
+    found = {}
+    for edge in net.edges.values():
+        for lane in edge.lanes:
+            road_id, _, number = lane.original.split()[0].rpartition("_")
+            road = network.road(names[int(road_id)])
+            kinds = [x.type for s in road.sections for x in s.lanes if x.number == int(number)]
+            found[edge.name, lane.index] = "driving" if "driving" in kinds else kinds[0]
+    return found
+
+
+def edge_of(net: SumoNet, network: Network, key: LaneKey) -> tuple[SumoEdge, SumoLane] | None:
+    """Return the edge and the lane of a net that are a lane of the network outside of junctions."""
+    number = numbered(network)["road", key.road]
+    middle = network.lane(key).points(network.lane(key).length_m / 2)[:2]
+    found = [
+        (edge, lane)
+        for edge in net.edges.values()
+        for lane in edge.lanes
+        if f"{number}_{key.number}" in lane.original.split()
+    ]
+    # one lane of a road is several edges where the road has several sections
+    away = lambda pair: np.linalg.norm(_beside(pair[1].shape_m, middle)[1])
+    return min(found, key=away, default=None)
+
+
+def along(lane: SumoLane, point_m: Floats) -> float:
+    """Return how far along a lane a plan point (2,) is, in metres as SUMO counts them."""
+    at, _ = _beside(lane.shape_m, point_m)
+    steps = np.linalg.norm(np.diff(lane.shape_m, axis=0), axis=1)
+    return at * lane.length_m / float(steps.sum())
+
+
+def _beside(shape: Floats, point: Floats) -> tuple[float, Floats]:
+    """Return metres along a polyline to the foot of a point, and the way from there to it."""
+    way = np.diff(shape, axis=0)
+    length = np.linalg.norm(way, axis=1)
+    part = np.einsum("ij,ij->i", point - shape[:-1], way) / np.maximum(length, 1e-9) ** 2
+    part = part.clip(0.0, 1.0)
+    off = point - (shape[:-1] + part[:, None] * way)
+    k = int(np.argmin(np.linalg.norm(off, axis=1)))
+    return float(length[:k].sum() + part[k] * length[k]), off[k]
+
+
+def _simulated(network: Network) -> Network:
+    """Return the network without lanes that SUMO should not know: it would drive on them."""
+    return replace(network, roads=tuple(map(_without, network.roads)))
+
+
+def _without(road: Road) -> Road:
+    change = lambda lanes: tuple(map(_hidden, lanes))
+    sections = tuple(replace(s, left=change(s.left), right=change(s.right)) for s in road.sections)
+    return replace(road, sections=sections, objects=())
+
+
+def _hidden(lane: Lane) -> Lane:
+    return lane if lane.type in SIMULATED else replace(lane, type="none")

@@ -1,0 +1,84 @@
+"""SUMO's programs: where they are, which version they have, and what they say."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+from isethdr_core.errors import CatalogError, ConfigError
+
+DISTRIBUTION = "eclipse-sumo"
+TIMEOUT_S = 3600
+
+
+@cache
+def tool(name: str) -> Path:
+    """Return the path of a program of SUMO: of the installed wheel, else on the path.
+
+    Raises
+    ------
+    ConfigError : it is not installed.
+    """
+    try:
+        installed = Path(str(metadata.distribution(DISTRIBUTION).locate_file(f"sumo/bin/{name}")))
+    except metadata.PackageNotFoundError:
+        installed = Path()
+    if installed.is_file():
+        return installed
+    found = shutil.which(name, path=str(Path(sys.executable).parent)) or shutil.which(name)
+    if found is None:
+        raise ConfigError(
+            f"scene.traffic needs SUMO's {name}, which is not installed; type pip install"
+            " 'isethdr[traffic]', or scene.traffic=placer"
+        )
+    return Path(found)
+
+
+@cache
+def version() -> str:
+    """Return the version of SUMO.
+
+    Raises
+    ------
+    ConfigError : it is not installed.
+    """
+    done = subprocess.run([tool("sumo"), "--version"], capture_output=True, text=True, check=False)
+    found = re.search(r"Version (\S+)|sumo (\d\S*)", done.stdout)
+    return next(filter(None, found.groups())) if found else "unknown"
+
+
+def call(name: str, arguments: Sequence[str], folder: Path) -> tuple[str, ...]:
+    """Run a program of SUMO in a folder, and return its warnings.
+
+    Raises
+    ------
+    ConfigError : it is not installed.
+    CatalogError : it fails; with the first error that it names.
+    """
+    path = tool(name)
+    home = path.parent.parent  # data beside the programs, as the wheel has them
+    surroundings = dict(os.environ)
+    if (home / "data").is_dir():
+        surroundings["SUMO_HOME"] = str(home)
+    done = subprocess.run(
+        [str(path), *arguments],
+        cwd=folder,
+        env=surroundings,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )
+    said = (done.stderr + done.stdout).splitlines()
+    if done.returncode:
+        errors = [line.removeprefix("Error:").strip() for line in said if line.startswith("Error")]
+        first = errors[0] if errors else "it named no error"
+        raise CatalogError(f"SUMO's {name} ended with {done.returncode}: {first}")
+    return tuple(x.removeprefix("Warning:").strip() for x in said if x.startswith("Warning"))

@@ -1,0 +1,105 @@
+"""What SUMO reports of each vehicle: place, heading, speed, acceleration and signals by time."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from enum import IntFlag
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...roads.profile import Floats
+
+STEP_S = 0.2  # of the simulation
+
+
+class Signal(IntFlag):
+    """Bits of a vehicle's signals (SUMO's documentation, TraCI/Vehicle_Signalling)."""
+
+    RIGHT = 1
+    LEFT = 2
+    HAZARD = 4
+    BRAKE = 8
+
+
+class State(NamedTuple):
+    """A vehicle at one time."""
+
+    front_m: Floats  # (2,) plan point of the middle of its front bumper
+    heading_rad: float
+    speed_m_s: float
+    acceleration_m_s2: float
+    signals: Signal
+
+
+@dataclass(frozen=True, eq=False)
+class Journey:
+    """One vehicle by time."""
+
+    name: str
+    type: str  # name of its type in SUMO
+    time_s: Floats  # (n,) seconds of the simulation, rising
+    front_m: Floats  # (n, 2)
+    heading_rad: Floats  # (n,) without jumps
+    speed_m_s: Floats
+    acceleration_m_s2: Floats
+    signals: np.ndarray  # (n,) int
+
+    def present(self, time_s: float) -> bool:
+        """Return whether it is on the road at a second of the simulation."""
+        return bool(self.time_s[0] - 1e-6 <= time_s <= self.time_s[-1] + 1e-6)
+
+    def at(self, time_s: float) -> State:
+        """Return its state at a second, places linear between SUMO's steps; before it came and
+        after it left, the first and the last state.
+        """
+        after = int(np.searchsorted(self.time_s, time_s - 1e-6).clip(0, len(self.time_s) - 1))
+        mix = lambda values: float(np.interp(time_s, self.time_s, values))
+        return State(
+            np.array([mix(self.front_m[:, 0]), mix(self.front_m[:, 1])]),
+            mix(self.heading_rad),
+            mix(self.speed_m_s),
+            float(self.acceleration_m_s2[after]),
+            Signal(int(self.signals[after]) & 15),
+        )
+
+
+def read(path: Path, offset_m: Floats) -> dict[str, Journey]:
+    """Return the journeys of a file that SUMO's option `fcd-output` wrote, in order of arrival.
+
+    Parameters
+    ----------
+    offset_m : (2,) from coordinates of the roads to those of SUMO.
+    """
+    rows: dict[str, list[tuple[float, ...]]] = {}
+    types: dict[str, str] = {}
+    names = ("x", "y", "angle", "speed", "acceleration", "signals")
+    time_s = 0.0
+    for event, node in ET.iterparse(path, events=("start", "end")):
+        if event == "start" and node.tag == "timestep":
+            time_s = float(node.get("time", "0"))
+        elif event == "end" and node.tag == "vehicle":
+            name = node.get("id", "")
+            types.setdefault(name, node.get("type", ""))
+            values = (float(node.get(key, "0")) for key in names)
+            rows.setdefault(name, []).append((time_s, *values))
+        elif event == "end" and node.tag == "timestep":
+            node.clear()
+    return {name: _journey(name, types[name], np.array(r), offset_m) for name, r in rows.items()}
+
+
+def _journey(name: str, kind: str, rows: Floats, offset_m: Floats) -> Journey:
+    # angles are degrees clockwise from north
+    heading = np.unwrap(np.radians(90.0 - rows[:, 3]))
+    return Journey(
+        name,
+        kind,
+        rows[:, 0],
+        rows[:, 1:3] - offset_m,
+        heading,
+        rows[:, 4],
+        rows[:, 5],
+        rows[:, 6].astype(int),
+    )

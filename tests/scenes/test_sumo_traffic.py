@@ -1,0 +1,213 @@
+"""Traffic by SUMO: on its lanes, within limits, lamps as reported, the same from the same seed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib import metadata
+
+import numpy as np
+import pytest
+from isethdr_scenes.placing import rules
+from isethdr_scenes.placing.plan import Layout
+from isethdr_scenes.placing.shortage import Shortage
+from isethdr_scenes.roads.kinds import names
+from isethdr_scenes.street import Street
+from isethdr_scenes.traffic.sumo.choice import check_traffic
+from isethdr_scenes.traffic.sumo.overlaps import fewest, swept, touching
+from isethdr_scenes.traffic.sumo.trace import STEP_S, Signal
+from isethdr_scenes.traffic.sumo.traffic import check_shortage
+
+from isethdr_core.errors import ConfigError
+
+EMPTY = dict(people_per_km=0.0, plants_per_km=0.0, animals_per_km=0.0, parked_share=0.0)
+ON_LANE_M = 0.05  # SUMO's lanes are polylines with a point each metre, to the centimetre
+
+
+def installed() -> bool:
+    try:
+        metadata.version("eclipse-sumo")
+    except metadata.PackageNotFoundError:
+        return False
+    return True
+
+
+needs_sumo = pytest.mark.skipif(not installed(), reason="needs the extra `traffic`")
+
+
+def there(layout: Layout) -> Layout:
+    """The layout without what is not there, and without bridges, under which the ground is."""
+    kept = [one for one in layout.standing if not one.gone and not one.foot.level]
+    return replace(layout, standing=tuple(kept))
+
+
+def check(street: Street, times_s: tuple[float, ...], on_lane_m: float) -> None:
+    """Check the rules of a layout, and that all who drive are on their lanes within limits."""
+    for time_s in times_s:
+        layout = there(street.moment(time_s).layout)
+        assert not rules.overlaps(layout), time_s
+        assert not rules.off_the_ground(layout), time_s
+        assert not rules.misplaced(layout), time_s
+        for one in layout.standing:
+            journey = street._sumo.journeys.get(one.name.partition(" ")[2])
+            if journey is None:
+                continue
+            # the front of a vehicle is on its lane; its middle cuts a bend's corner
+            state = journey.at(street.traffic_start_s + time_s)
+            lane = street._sumo._below.at(state.front_m, state.heading_rad)
+            assert lane is not None and abs(lane.aside_m) < on_lane_m, (one.name, lane)
+            limit = layout.base.network.road(lane.key.road).speed_limit_kmh
+            assert state.speed_m_s <= limit / 3.6 + 0.01, one.name
+
+
+@pytest.fixture(scope="module")
+def junction():
+    """A junction of two country roads, where vehicles turn and wait."""
+    return Street(road="country_t_junction", seed=1, traffic="sumo", vehicles_per_km=12.0, **EMPTY)
+
+
+@needs_sumo
+def test_traffic_is_on_its_lanes_and_meets_nobody(junction):
+    check(junction, (0.0, 1.3), ON_LANE_M)
+    told = junction._sumo.shortages[0]
+    assert told.wanted == pytest.approx(12 * 1.03, abs=1.5)  # 1.03 km of lanes
+    assert 5 <= told.placed <= 1.5 * told.wanted
+    assert not rules.before_camera(junction.plan(), junction.eye().viewpoint())
+
+
+@needs_sumo
+def test_frames_are_sumos_steps_and_names_stay(junction):
+    sumo = junction._sumo
+    first = junction.plan()
+    for k in (1, 7):
+        frame = junction.moment(k * STEP_S)
+        assert [one.name for one in frame.layout.standing] == [one.name for one in first.standing]
+        for one in frame.layout.standing:
+            journey = sumo.journeys.get(one.name.partition(" ")[2])
+            if journey is None or one.gone:
+                continue
+            row = np.flatnonzero(np.isclose(journey.time_s, 60.0 + k * STEP_S))
+            ahead = one.foot.thing.size_m[0] / 2
+            way = np.array([np.cos(one.foot.heading_rad), np.sin(one.foot.heading_rad)])
+            front = np.array([one.foot.x_m, one.foot.y_m]) + ahead * way
+            np.testing.assert_allclose(front, journey.front_m[row[0]], atol=1e-9)
+
+
+@needs_sumo
+def test_lamps_are_those_that_sumo_reports(junction):
+    """The brake lamps of a vehicle are on where SUMO's signal is. SUMO puts it on for who brakes
+    harder than rolling and air do, (0.05 + 0.005 v) v (MSVehicle::setBrakingSignals), or stands.
+    """
+    sumo = junction._sumo
+    braking = rolling = turning = 0
+    for journey in sumo.journeys.values():
+        lit = journey.signals & Signal.BRAKE > 0
+        before = journey.speed_m_s - STEP_S * journey.acceleration_m_s2
+        more = -journey.acceleration_m_s2 - (0.05 + 0.005 * before) * before
+        moving = journey.speed_m_s > 0.2
+        assert lit[(more > 0.01) & moving].all()
+        assert not lit[(more < -0.01) & moving].any()
+        braking += int(lit.sum())
+        rolling += int((~lit).sum())
+    assert braking and rolling
+    for standing in junction.plan().standing:
+        journey = sumo.journeys.get(standing.name.partition(" ")[2])
+        if journey is not None and standing.foot.thing.group != "bicycle":
+            state = journey.at(60.0)
+            sides = {lamp.partition(":")[2] for lamp in standing.foot.lamps if "indicator" in lamp}
+            left = {"left"} if state.signals & Signal.LEFT else set()
+            right = {"right"} if state.signals & Signal.RIGHT else set()
+            assert sides == left | right
+            turning += len(sides)
+            assert ("brake" in standing.foot.lamps) == bool(state.signals & Signal.BRAKE)
+    assert turning  # as all are on at first, those of vehicles that will come, too
+
+
+@needs_sumo
+def test_the_camera_rides_a_vehicle_of_the_traffic(junction):
+    sumo = junction._sumo
+    for time_s in (0.0, 2.0):
+        pose = junction.moment(time_s).own_pose
+        state = sumo.journeys["own"].at(60.0 + time_s)
+        front = pose[:2, 3] + 2.3 * pose[:2, 0]
+        np.testing.assert_allclose(front, state.front_m, atol=ON_LANE_M)
+    np.testing.assert_allclose(junction.moment(0.0).own_pose, junction.base().pose())
+    assert junction.programs() == {"SUMO": metadata.version("eclipse-sumo")}
+
+
+@needs_sumo
+@pytest.mark.slow
+def test_the_same_seed_gives_the_same_traffic(junction):
+    again = replace(junction)
+    other = replace(junction, seed=2)
+    poses = lambda street: [one.pose for one in street.moment(2.2).layout.standing]
+    np.testing.assert_array_equal(poses(junction), poses(again))
+    assert len(poses(other)) != len(poses(again)) or not np.allclose(poses(other), poses(again))
+
+
+@needs_sumo
+@pytest.mark.slow
+@pytest.mark.parametrize("road", names())
+def test_on_all_kinds_of_road_nobody_meets_anybody(road):
+    street = Street(road=road, seed=2, traffic="sumo", vehicles_per_km=12.0, riders_per_km=10.0)
+    check(street, (0.0, 0.5, 3.1), 4.0)
+
+
+@needs_sumo
+@pytest.mark.slow
+def test_a_density_that_does_not_fit_says_how_many_were_placed():
+    street = Street(road="country_straight", traffic="sumo", vehicles_per_km=145.0, **EMPTY)
+    with pytest.raises(ConfigError, match=r"only \d+ of \d+ vehicles .* second 60.*scene.vehicles"):
+        street.plan()
+
+
+def test_a_shortage_names_both_numbers_the_second_and_a_density_that_fits():
+    told = Shortage("vehicles_per_km", "vehicles", 40, 20, 100.0)
+    with pytest.raises(ConfigError, match="20 of 40 .* at second 60;.*vehicles_per_km=40$"):
+        check_shortage(told, "village", 60.0)
+    check_shortage(told._replace(placed=39), "village", 60.0)
+
+
+def test_a_choice_that_is_not_there_is_one_error():
+    with pytest.raises(ConfigError, match="did you mean 'sumo'.*scene.traffic=sumo"):
+        check_traffic("sumi", "")
+    with pytest.raises(ConfigError, match="beside scene.scenario"):
+        check_traffic("sumo", "cut_in.xosc")
+
+
+def test_without_the_extra_the_error_names_it(monkeypatch, tmp_path):
+    from isethdr_scenes.traffic.sumo import program
+
+    def absent(_name):
+        raise metadata.PackageNotFoundError
+
+    monkeypatch.setattr(program.metadata, "distribution", absent)
+    monkeypatch.setattr(program.sys, "executable", str(tmp_path / "python"))
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ConfigError, match=r"SUMO's sumo.*pip install 'isethdr\[traffic\]'"):
+        program.tool.__wrapped__("sumo")
+
+
+def box(x: float, y: float, heading: float = 0.0) -> list[float]:
+    return [x, y, 2.0, 1.0, np.cos(heading), np.sin(heading), 0.0, 1.5, 0.0]
+
+
+def test_who_touches_is_found_at_the_same_time_only():
+    boxes = np.array([box(0, 0), box(3.9, 0), box(0, 0), box(0, 2.1), box(9, 0), box(0, 1.9, 0.1)])
+    time_s = np.array([0.0, 0.0, 0.2, 0.2, 0.0, 0.4])
+    owner = np.array([0, 1, 0, 2, 3, 1])
+    assert touching(boxes, time_s, owner) == {(0, 1)}
+    assert touching(boxes[:1], time_s[:1], owner[:1]) == set()
+
+
+def test_as_few_as_can_be_are_left_out_and_never_the_cameras_car():
+    assert fewest({(0, 1), (1, 2), (1, 3)}, 0) == {1}
+    assert fewest({(0, 1), (0, 2)}, 0) == {1, 2}
+    assert fewest(set(), 0) == set()
+
+
+def test_a_sweep_covers_each_place_once_with_the_largest_box():
+    large = box(0.1, 0.1)
+    large[2] = 5.0
+    found = swept(np.array([box(0, 0), large, box(0, 0, np.pi / 2), box(5, 0)]))
+    assert len(found) == 3
+    assert large in found.tolist()
