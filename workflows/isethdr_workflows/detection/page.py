@@ -150,7 +150,22 @@ def drawing(results: Results) -> dict[str, object]:
 
 
 def markdown(results: Results, tables: Sequence[Line]) -> str:
-    """Return the main table as Markdown."""
+    """Return the main table as Markdown, and what counting says of it."""
+    return _main_table(results, tables) + "\n" + counted_text(results)
+
+
+def counted_text(results: Results) -> str:
+    """Return one paragraph: roads, and false alarms counted beside those stated."""
+    shares = [
+        f"{name} {number(one.false_alarms / one.places)}"
+        for name, one in results.checks.items()
+        if one.places
+    ]
+    counted = f" False alarms counted where {CHECKED:g} are stated: {', '.join(shares)}."
+    return f"{results.roads} roads." + (counted if shares else "") + "\n"
+
+
+def _main_table(results: Results, tables: Sequence[Line]) -> str:
     if results.curve:
         return _markdown(*_curve_table(results))
     head = ["", "objects", *results.cameras]
@@ -178,14 +193,21 @@ def _curve_table(results: Results) -> tuple[list[str], list[list[str]]]:
             f"{level:g}",
             str(max(point.objects for point in points)),
             *(share_text(Mean(p.found, p.low, p.high, p.objects, p.roads)) for p in points),
+            *(
+                share_text(
+                    Mean(p.difference, p.difference_low, p.difference_high, p.objects, p.roads)
+                )
+                for p in points[1:]
+            ),
         ]
         for level, points in by_level.items()
     ]
     rows += [
-        [f"crossing, {name}", "", crossing_text(one)] + [""] * (len(results.cameras) - 1)
+        [f"crossing, {name}", "", crossing_text(one)] + [""] * (2 * len(results.cameras) - 2)
         for name, one in results.crossings.items()
     ]
-    return [unit, "objects", *results.cameras], rows
+    less = [f"{name} less {results.cameras[0]}" for name in results.cameras[1:]]
+    return [unit, "objects", *results.cameras, *less], rows
 
 
 def _markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -203,7 +225,8 @@ def means_csv(results: Results, tables: Sequence[Line]) -> str:
     for point in results.curve:
         rows.append(
             ["curve", point.level, point.camera, point.objects, point.roads]
-            + [point.found, point.low, point.high]
+            + [point.found, point.low, point.high, "", "", ""]
+            + [point.difference, point.difference_low, point.difference_high]
         )
     for name, one in results.crossings.items():
         rows.append(["crossing", "level", name, "", "", one.level, one.low, one.high])

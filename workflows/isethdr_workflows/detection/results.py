@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -13,7 +14,12 @@ from .tables import Found, Needed
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """Share of objects found by one camera at one level of light."""
+    """Share of objects found by one camera at one level of light.
+
+    Parameters
+    ----------
+    difference : to the first camera, of the same objects, and its interval; NaN for the first one.
+    """
 
     camera: str
     level: float
@@ -22,6 +28,9 @@ class CurvePoint:
     high: float
     objects: int
     roads: int
+    difference: float = math.nan
+    difference_low: float = math.nan
+    difference_high: float = math.nan
 
 
 @dataclass(frozen=True)

@@ -326,12 +326,23 @@ def _curve(
     results: Results, values: Mapping[str, np.ndarray], roads: Sequence[str]
 ) -> list[CurvePoint]:
     points = []
+    first = results.cameras[0]
     for camera, table in values.items():
         for k, level in enumerate(results.asked.levels):
             mean = few_roads(mean_over_roads(table[:, k].tolist(), roads, (0.0, 1.0)))
-            points.append(
-                CurvePoint(camera, level, mean.value, mean.low, mean.high, mean.count, mean.roads)
+            apart = (table[:, k] - values[first][:, k]).tolist()
+            less = few_roads(mean_over_roads(apart, roads))
+            point = CurvePoint(
+                camera, level, mean.value, mean.low, mean.high, mean.count, mean.roads
             )
+            if camera != first:
+                point = replace(
+                    point,
+                    difference=less.value,
+                    difference_low=less.low,
+                    difference_high=less.high,
+                )
+            points.append(point)
     return points
 
 
