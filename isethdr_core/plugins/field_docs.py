@@ -27,7 +27,10 @@ UNITS = {
     "_per_mm2": "1/mm2",
     "_per_mm": "1/mm",
     "_per_m": "1/m",
+    "_per_km": "1/km",
     "_e_per_s": "e/s",
+    "_per_s": "1/s",
+    "_kmh": "km/h",
     "_m_s": "m/s",
     "_cd_m2": "cd/m2",
     "_percent": "%",
@@ -42,6 +45,8 @@ UNITS = {
     "_v": "V",
     "_dn": "DN",
     "_deg": "deg",
+    "_mrad": "mrad",
+    "_px": "px",
     "_c": "C",
     "_hz": "Hz",
 }
@@ -91,7 +96,7 @@ def field_rows(cls: type) -> list[FieldRow]:
 
 def choices(annotation: Any) -> tuple[str, ...]:
     """Return the names that a field may hold, () where it takes any number or text."""
-    return ("true", "false") if annotation is bool else tuple(literal_names(annotation))
+    return ("true", "false") if bool in scalars(annotation) else tuple(literal_names(annotation))
 
 
 def field_origins(cls: type) -> dict[str, str]:
@@ -128,9 +133,9 @@ def allowed(annotation: Any) -> str:
     names = literal_names(annotation)
     limits = range_text(annotation)
     scalar_types = scalars(annotation)
-    if annotation is bool:
-        return "true, false"
     parts = [*([", ".join(f"`{name}`" for name in names)] if names else [])]
+    if bool in scalar_types:
+        parts.append("true, false")
     if limits:
         parts.append(limits)
     if not limits and has_table(annotation):

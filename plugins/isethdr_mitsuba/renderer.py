@@ -117,16 +117,16 @@ class MitsubaRenderer:
     first_nm: Wavelength = 400.0  # centre of the first band
     last_nm: Wavelength = 700.0  # centre of the last band
     step_nm: BandStep = 10.0  # width and spacing of the bands
-    # samples per tile; the least number of them where error_allowed is set; null takes as many as
-    # error_allowed needs, at least 16
+    # samples per tile; with error_allowed the smallest number; null takes as many as the allowed
+    # noise needs, at least 16
     samples: Samples | None = None
-    # noise of the light as a share of that of the cameras that look, where neither samples nor
-    # error_allowed is set; null goes by the noise of light groups
+    # allowed noise of the light as a share of the noise of the cameras, where neither samples nor
+    # error_allowed is set; null limits the noise of each light group instead
     noise_share_allowed: NoiseShare | None = NOISE_SHARE
-    # allowed relative noise of each light group; null goes by the noise of the cameras, or takes
-    # 0.1 where there are none, or no limit where `samples` is set
+    # allowed relative noise of each light group; null: noise_share_allowed counts, or 0.1 without
+    # noisy cameras, or no limit where `samples` is set
     error_allowed: ErrorAllowed | None = None
-    most_samples: Samples = 4096  # largest number of samples per tile, where error_allowed is set
+    most_samples: Samples = 4096  # largest number of samples per tile, unless `samples` is larger
     max_depth: Depth = 5  # longest light path in segments; 2 is direct light only
     seed: Seed = 0  # seed of the samples; the same seed gives the same radiance on the same machine
     # Mitsuba variant; auto takes the first that works of cuda, llvm, scalar

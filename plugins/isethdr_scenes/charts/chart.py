@@ -39,7 +39,7 @@ class Chart:
     step_nm: BandStep = 10.0  # width and spacing of the bands
     # spectrum of the light: daylight, tungsten or equal energy
     spectrum: Literal["D65", "A", "E"] = "D65"
-    # projection of the grid of tiles; equidistant serves lenses wider than 150 degrees
+    # projection of the grid of tiles; equidistant serves wide lenses
     projection: Literal["tangent", "equidistant"] = "tangent"
 
     # not a field of the component

@@ -14,7 +14,7 @@ from isethdr_core.component import Component
 from isethdr_core.config.composition import schema
 from isethdr_core.conformance.ranges import bad_fields
 from isethdr_core.errors import ConfigError
-from isethdr_core.plugins.field_docs import field_rows
+from isethdr_core.plugins.field_docs import allowed, choices, field_rows, unit_of
 from isethdr_core.plugins.ranges import check_ranges, field_types, on_command_line, range_text
 
 
@@ -126,6 +126,14 @@ def test_hydra_sees_plain_types_and_people_see_the_ranges():
         "shift_um=0.0  [um]",
     ]
     assert range_text(field_types(Probe)["zernike_um"]) == "0 to 230: -100 to 100"
+
+
+def test_the_documentation_of_a_field_states_unit_and_switches():
+    assert unit_of("frames_per_s", float) == "1/s" and unit_of("dark_e_per_s", float) == "e/s"
+    assert unit_of("people_per_km", float) == "1/km" and unit_of("wedge_mrad", float) == "mrad"
+    assert unit_of("speed_limit_kmh", float) == "km/h" and unit_of("exposure_s", float) == "s"
+    assert allowed(bool | None) == "true, false, or `null`" and allowed(bool) == "true, false"
+    assert choices(bool | None) == ("true", "false")
 
 
 def test_the_kit_tries_every_number_of_every_field():
