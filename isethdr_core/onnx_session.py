@@ -119,7 +119,8 @@ def open_session(path: str | PathLike[str], feature: str, threads: int = 1) -> O
     if not path.is_file():
         near = sorted(str(other) for other in path.parent.glob("*.onnx"))
         raise ConfigError(
-            f"{feature} reads {path}, and there is no such file{did_you_mean(str(path), near)}"
+            f"{feature} reads {path}, and there is no such file"
+            f"{did_you_mean(str(path), near) if near else '; expected an ONNX file'}"
         )
     options = runtime.SessionOptions()
     options.log_severity_level = ERRORS_ONLY

@@ -76,16 +76,22 @@ class Street:
     # kind of road: country_curve, village, city_4_lanes, motorway, ... (`isethdr roads list`), or
     # an OpenDRIVE file: path/to/town.xodr
     road: str = KIND_WITHOUT_CHOICE
-    road_id: str = ""  # of a file: the road of the camera; empty: that of the longest lane
-    lane_id: LaneNumber | None = None  # of a file: the lane of the camera; null: its longest one
-    s_m: Along | None = None  # of a file: metres along its road; null: near the lane's start
-    # an OpenSCENARIO file, path/to/cut_in.xosc: its road file, and who is where at its start
+    # in an OpenDRIVE file: id of the camera's road; empty takes the road of the longest lane
+    road_id: str = ""
+    # in an OpenDRIVE file: id of the camera's lane; null takes the longest lane of the road
+    lane_id: LaneNumber | None = None
+    # in an OpenDRIVE file: place of the camera along the road; null takes the start of the lane
+    s_m: Along | None = None
+    # an OpenSCENARIO file, path/to/cut_in.xosc: its road file and the start of its entities
     scenario: str = ""
     # entity that carries the camera; empty takes `Ego` or `Hero`, else the first vehicle
     scenario_ego: str = ""
-    lit: bool | None = None  # of a file: street lamps stand along it; null: in towns
-    urban: bool | None = None  # of a file: null: as the type of the camera's road says
-    speed_limit_kmh: SpeedLimit | None = None  # of a file: null: as the file says
+    # for an OpenDRIVE file: whether street lamps stand along the roads; null: in towns only
+    lit: bool | None = None
+    # for an OpenDRIVE file: whether the road is in a town; null takes the type of the camera's road
+    urban: bool | None = None
+    # for an OpenDRIVE file: speed limit; null takes that of the file
+    speed_limit_kmh: SpeedLimit | None = None
     horizontal_field_deg: RoadField = 60.0  # full horizontal field angle of the camera
     aspect: Aspect = 16 / 9  # width / height of the field
     # projection of the grid of tiles; equidistant serves wide lenses
@@ -97,8 +103,8 @@ class Street:
     camera_pitch_deg: Pitch = -1.0  # tilt of the camera upwards
     camera_ahead_m: Shift = 0.0  # shift of the camera ahead of its mount
     camera_left_m: Shift = 0.0  # shift of the camera to the left of its mount
-    # who drives: `placer` draws from the seed; `sumo` drives the same density by SUMO (extra
-    # `traffic`; docs/how-to/sumo_traffic.md)
+    # source of the traffic: `placer` draws it from the seed; `sumo` simulates the same density with
+    # SUMO (extra `traffic`; docs/how-to/sumo_traffic.md)
     traffic: str = PLACER
     traffic_start_s: TrafficSecond = 60.0  # second of SUMO's simulation at which `time_s` is 0
     vehicles_per_km: Vehicles = 15.0  # moving vehicles per km of each lane
@@ -111,7 +117,7 @@ class Street:
     headlamp_light: Literal["led_white", "halogen"] = "led_white"
     # beam of all vehicle headlamps (docs/explanation/lamps.md)
     headlamp_beam: Literal["dipped_r112_b", "dipped_r149_c", "driving"] = "dipped_r112_b"
-    # lamps of vehicles that drive: dipped beams, or daytime running lamps without them
+    # lamps of moving vehicles: dipped beams, or daytime running lamps instead
     vehicle_lamps: Literal["dipped", "daytime"] = "dipped"
     # spectrum of street lamps and of a tunnel's luminaires
     street_light: Literal["sodium", "led_white", "metal_halide"] = "led_white"
@@ -133,7 +139,8 @@ class Street:
     # frames per second of the sequence to which this picture belongs; adds the label `motion`
     frames_per_s: FrameRate | None = None
 
-    # folders of one's own vehicles, people, plants and so on (docs/how-to/asset_packs.md)
+    # asset packs: folders with vehicles, people or plants of your own
+    # (docs/how-to/asset_packs.md)
     assets: tuple[str, ...] = ()
 
     def __post_init__(self):
@@ -157,9 +164,9 @@ class Street:
             return
         if self.road not in names():
             raise ConfigError(
-                f"scene.road is {self.road!r}{did_you_mean(self.road, names())}; expected one of"
-                f" {', '.join(names())}, or an OpenDRIVE file; type for example scene.road=village"
-                " or scene.road=town.xodr"
+                f"scene.road is {self.road!r}{did_you_mean(self.road, names())}; expected a kind of"
+                " road (isethdr roads list) or an OpenDRIVE file; type for example"
+                " scene.road=village or scene.road=town.xodr"
             )
         for name, value in asdict(self._choices()).items():
             if value not in ("", None):

@@ -41,17 +41,17 @@ GRAZING = 0.05  # least cosine of the incidence
 class WindscreenFlare:
     """The second image that a windscreen makes of every light; default values are assumptions.
 
-    How much light the pane takes from the first image is the lens's `transmittance`.
+    The field `transmittance` of the lens states how much light the pane takes from the first image.
     """
 
     # angle between the optical axis and the normal of the pane, which leans back
     incidence_deg: Incidence = 60.0
-    thickness_mm: Thickness = 4.8  # of the pane
+    thickness_mm: Thickness = 4.8  # thickness of the pane
     radius_m: Radius = 8.0  # vertical curvature of the pane; inf for a flat one
     # angle between both surfaces; positive is thicker at the top, which brings both images together
     wedge_mrad: Wedge = 0.0
-    index: Index = 1.52  # of refraction
-    inner_transmittance: InnerTransmittance = 0.85  # of one passage through the glass
+    index: Index = 1.52  # refractive index of the glass
+    inner_transmittance: InnerTransmittance = 0.85  # transmittance of one passage through the glass
 
     def __post_init__(self):
         check_ranges(self)

@@ -101,8 +101,8 @@ def overrides_of(cameras: Sequence[CameraName]) -> list[str]:
     for name in dict.fromkeys(camera.sensor for camera in cameras):
         if name not in known:
             raise ConfigError(
-                f"there is no camera {name!r}{did_you_mean(name, known)}; expected one of"
-                f" {', '.join(known)}; type for example cameras=bayer,split_pixel"
+                f"there is no camera {name!r}{did_you_mean(name, known)}; type for example"
+                " cameras=bayer,split_pixel"
             )
         if name not in own:
             overrides.append(f"+sensor@cameras.{name}={name}")

@@ -97,7 +97,7 @@ def question_of(name: str) -> Question:
     if name not in QUESTIONS:
         known = [key for key in QUESTIONS if key]
         raise ConfigError(
-            f"there is no question {name!r}{did_you_mean(name, known)}; expected one of"
-            f" {', '.join(known)}; type for example question=captures"
+            f"there is no question {name!r}{did_you_mean(name, known)}; type for example"
+            " question=captures"
         )
     return QUESTIONS[name]

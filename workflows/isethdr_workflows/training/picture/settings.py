@@ -58,8 +58,8 @@ class Settings:
             value = getattr(self, key)
             if value not in allowed:
                 raise ConfigError(
-                    f"{key} is {value!r}{did_you_mean(value, allowed)}; expected one of"
-                    f" {', '.join(allowed)}; type for example {key}={allowed[0]}"
+                    f"{key} is {value!r}{did_you_mean(value, allowed)}; type for example"
+                    f" {key}={allowed[0]}"
                 )
         least = {
             "seed": 0,
