@@ -14,6 +14,13 @@ QUICK = {
     ("flare", "ghosts"): {"prescription": "singlet"},
     ("lens", "prescription"): {"error_allowed": 0.3},
     ("renderer", "mitsuba"): {"width": 32, "height": 18, "samples": 16, "step_nm": 50.0},
+    ("scene", "night_drive"): {
+        "vehicles": (3, 3),
+        "people": (2, 2),
+        "animals": (1, 1),
+        "trees": (4, 8),
+        "street_lamps": (1, 1),
+    },
     ("scene", "luminance_ramp"): {"width": 64, "height": 36},
     ("scene", "point_lights"): {"width": 64, "height": 36},
     ("scene", "macbeth"): {"width": 64, "height": 36},

@@ -75,7 +75,6 @@ KEPT = """
 from isethdr_core.testing import check
 check("lens", "acme_plastic")
 check("sensor", "acme_nano")
-check("sensor", "acme_nano", converter="sar", dead_pixels=())
 print("kept")
 """
 

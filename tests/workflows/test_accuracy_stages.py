@@ -110,6 +110,7 @@ def test_the_error_of_photons_is_what_other_photons_find():
     assert np.median(stated[lit] / scatter[lit]) == pytest.approx(1.0, abs=0.3)
 
 
+@pytest.mark.slow
 def test_more_pairs_and_rays_are_better_down_to_the_reference(monkeypatch):
     monkeypatch.setattr(ghosts, "PHOTONS", 2**10)
     monkeypatch.setattr(ghosts, "BATCHES", 4)

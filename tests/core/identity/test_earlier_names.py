@@ -156,12 +156,18 @@ def old_run(config) -> str:
     )
 
 
+@pytest.fixture(scope="module")
+def home_of_now(tmp_path_factory):
+    """Return the home of a run that all tests read: the first of them computes it."""
+    return tmp_path_factory.mktemp("now")
+
+
 @pytest.fixture
-def old_stores(config, table, isethdr_home, tmp_path, monkeypatch):
+def old_stores(config, table, isethdr_home, home_of_now, monkeypatch):
     """Write the radiance and the run of `config` with the names and records of before."""
-    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "now"))
+    monkeypatch.setenv("ISETHDR_HOME", str(home_of_now))
     result = run(config)
-    scene = open_scene(next((tmp_path / "now" / "scenes").glob("*.zarr")))
+    scene = open_scene(next((home_of_now / "scenes").glob("*.zarr")))
     monkeypatch.setenv("ISETHDR_HOME", str(isethdr_home))
     recipe = old_recipe()
     name = old_run(config)

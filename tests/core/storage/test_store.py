@@ -163,6 +163,7 @@ def test_every_file_is_on_the_disk_before_the_store_has_its_name(tmp_path, monke
     assert len(files) > 3 and asked == {p.stat().st_ino for p in files}
 
 
+@pytest.mark.slow
 def test_of_two_writers_one_wins_and_both_return_its_store(tmp_path):
     children = [writer(tmp_path, 1), writer(tmp_path, 1)]
     answers = [child.communicate(timeout=600)[0].split() for child in children]

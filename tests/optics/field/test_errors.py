@@ -34,7 +34,7 @@ def street(shape=(34, 50), pitch_um=10.0):
     [
         pytest.param(VARIES, 240, marks=pytest.mark.slow),
         pytest.param(VARIES, 120, marks=pytest.mark.slow),
-        (COLOUR, 240),
+        pytest.param(COLOUR, 240, marks=pytest.mark.slow),
     ],
     ids=["far", "places", "colour"],
 )

@@ -30,7 +30,8 @@ def stated(lens, half, flares=DIRT, waves=BANDS):
 @pytest.mark.parametrize(
     "lens, pitch_um, half",
     [
-        (place("double_gauss", 4.0, 22.0), 5.2, 12),  # rims cut half of its stop
+        # rims cut half of its stop
+        pytest.param(place("double_gauss", 4.0, 22.0), 5.2, 12, marks=pytest.mark.slow),
         pytest.param(
             place("double_gauss", 3.2, 10.0, focal_length_mm=6.0), 3.0, 12, marks=pytest.mark.slow
         ),

@@ -164,8 +164,12 @@ def test_a_margin_keeps_the_camera_s_field():
 
 @pytest.mark.parametrize(
     "make",
-    [DiffractionLimitedLens, lambda **k: PrescribedLens(wavefront="none", **k)],
-    ids=["thin", "traced"],
+    [
+        pytest.param(DiffractionLimitedLens, id="thin"),
+        pytest.param(
+            lambda **k: PrescribedLens(wavefront="none", **k), id="traced", marks=pytest.mark.slow
+        ),
+    ],
 )
 def test_other_lenses_too_and_the_ledger_says_so(make):
     rows = ledger.Ledger()

@@ -153,8 +153,15 @@ def large(monkeypatch, mirrored=True, shape=(150, 180)):
     return made
 
 
-@pytest.mark.parametrize("mirrored", [True, False])
-@pytest.mark.parametrize("level", [1e4, 1e8])
+@pytest.mark.parametrize(
+    ("mirrored", "level"),
+    [
+        (True, 1e8),
+        (False, 1e4),
+        pytest.param(True, 1e4, marks=pytest.mark.slow),
+        pytest.param(False, 1e8, marks=pytest.mark.slow),
+    ],
+)
 def test_kernels_divided_into_near_and_far(monkeypatch, mirrored, level):
     large(monkeypatch, mirrored)
     sensor = build("sensor", "bayer", pitch_um=3.0)

@@ -78,7 +78,13 @@ def one_band(lens, flare, centre, width, pitch_um, reach):
             40.0,
             marks=pytest.mark.slow,
         ),
-        (WavefrontLens(zernike_um={4: 0.2, 8: -0.1}), DIRTY, 650.0, 10.0),
+        pytest.param(
+            WavefrontLens(zernike_um={4: 0.2, 8: -0.1}),
+            DIRTY,
+            650.0,
+            10.0,
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             DiffractionLimitedLens(),
             ApertureFlare(dust_opacity=(0.0, 0.5), dust_delay_um=5.0),
