@@ -223,6 +223,7 @@ def test_the_scalar_way_renders_the_same_scene(make):
         assert a.mean() == pytest.approx(b.mean(), rel=2 * tolerance)
 
 
+@pytest.mark.slow
 def test_light_of_a_group_does_not_depend_on_which_others_are_asked_for(make):
     renderer = MitsubaRenderer(
         width=16, height=9, margin=0.0, samples=8, step_nm=100.0, max_depth=3, variant="scalar"

@@ -51,6 +51,7 @@ def test_bits_kept_halve_the_error_each(monkeypatch):
     assert [p.mark for p in work.points].count("default") == 1
 
 
+@pytest.mark.slow
 def test_the_closed_form_of_a_pixel_beats_every_integrator(monkeypatch):
     monkeypatch.setattr(dynamics, "PIXELS", 500)
     (work,) = dynamics.measured()

@@ -28,7 +28,7 @@ from .command import (
     wait_for,
 )
 
-SWEEP = ["run", "-m", *LIGHTS, "lighting=ideal", "sensor=bayer,rgbw", "seed=1,2"]
+SWEEP = ["run", "-m", *LIGHTS, "lighting=ideal", "sensor=ideal,bayer", "seed=1,2"]
 
 
 def attributes(home):
@@ -44,7 +44,7 @@ def test_a_sweep_stores_every_combination_once(isethdr_home, monkeypatch, capsys
     assert code == 0, said
     made = stores(isethdr_home)
     found = {(a["choices"]["sensor"], a["config"]["seed"]) for a in attributes(isethdr_home)}
-    assert len(made) == 4 and found == {(s, seed) for s in ("bayer", "rgbw") for seed in (1, 2)}
+    assert len(made) == 4 and found == {(s, seed) for s in ("ideal", "bayer") for seed in (1, 2)}
     sweep = isethdr_home / "sweeps" / "pairs"
     assert len((sweep / "table.csv").read_text().splitlines()) == 5
     labels = {read_labels(isethdr_home / "runs" / name) for name in made}
