@@ -28,7 +28,7 @@ def test_settings_are_typed_as_keys_and_other_keys_compose_the_config():
 @pytest.mark.parametrize(
     ("typed", "message"),
     [
-        ("size=tiny", "size is 'tiny'.*small, large.*type for example size=small"),
+        ("size=tiny", "size is 'tiny'.*large, small.*type for example size=small"),
         ("network=unets", "did you mean 'unet'"),
         ("minutes=soon", "minutes is 'soon'; expected a number"),
         ("minutes=-3", "minutes is -3.0; expected a number above 0"),
