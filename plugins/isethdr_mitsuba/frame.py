@@ -36,7 +36,7 @@ class Request:
     groups: list[str]  # light groups; each has an emitter
     bands_nm: np.ndarray  # band centres
     demand: Demand  # what later stages need; its `noise_limit` counts if no noise is set
-    # paths of earlier renderings, which are not followed again
+    # samples of earlier renderings, which are not computed again
     known: dict[str, Known] | None = None
 
 

@@ -41,8 +41,8 @@ def network_cost(rows: int = 540, columns: int = 960, width: int = WIDTH) -> lis
 
     Returns
     -------
-    rows with isp, setting, parameters of the network, cpu_s_per_megapixel (the best of the calls
-    that are made), and peak_mb above the start, files opened.
+    rows with isp, setting, parameters of the network, cpu_s_per_megapixel (best of all calls), and
+    peak_mb (peak memory above that before the call, with all files open).
     """
     out = []
     alone = ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=1)

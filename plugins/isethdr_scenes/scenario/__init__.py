@@ -1,4 +1,4 @@
-"""OpenSCENARIO: who stands where at the start of a scenario (1.x, .xosc).
+"""OpenSCENARIO 1.x files (.xosc): road file, entities and positions at the start of a scenario.
 
 | module          | content                                                           |
 |-----------------|-------------------------------------------------------------------|

@@ -1,4 +1,4 @@
-"""Scenario files: the road file, the entities, and where each is at the start."""
+"""Scenario files: the road file, the entities, and their positions at the start."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ STORY = "what happens after the start (stories, speeds, routes, events) is left 
 
 @dataclass(frozen=True, eq=False)
 class Entity:
-    """Somebody or something at the start of a scenario."""
+    """One entity at the start of a scenario: a vehicle, a pedestrian or an object."""
 
     name: str
     kind: Literal["vehicle", "pedestrian", "other"]
     category: str  # of OpenSCENARIO: car, truck, bicycle, ...
     size_m: tuple[float, float, float] | None  # length, width, height
-    centre_m: tuple[float, float]  # of its box, ahead and to the left of its reference point
-    position: Node  # the element that tells where it is
+    centre_m: tuple[float, float]  # centre of its box, ahead and left of its reference point
+    position: Node  # the element of its position
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Scenario:
     ego: Entity
     others: tuple[Entity, ...]
     notes: tuple[str, ...]
-    files: tuple[Path, ...]  # all files that were read, the road file too
+    files: tuple[Path, ...]  # all files that were read, the road file included
 
 
 def read(path: Path, ego: str = "") -> Scenario:

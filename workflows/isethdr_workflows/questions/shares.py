@@ -1,9 +1,9 @@
-"""Shares of a loss among terms that do not commute.
+"""Division of a loss among terms whose effects depend on each other.
 
-How much a term costs depends on what is switched on before it: noise hides scatter, and scatter
-hides noise. Three answers are given for each term: its loss when it comes first, when it comes
-last, and the mean over all orders, its Shapley value (Shapley 1953, "A value for n-person games").
-Shapley values add up to the whole loss.
+The loss of a term depends on the terms that are switched on already: noise hides scatter, and
+scatter hides noise. Three values are computed for each term: its loss as the first term, its loss
+as the last term, and the mean over all orders, the Shapley value (Shapley 1953, "A value for
+n-person games"). Shapley values add up to the whole loss.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Scores = Mapping[frozenset[str], float]
 
 @dataclass(frozen=True)
 class Share:
-    """What one term costs of a score."""
+    """Loss of a score by one term."""
 
     first: float  # switched on alone
     last: float  # switched on after all others
@@ -28,7 +28,7 @@ class Share:
 
 
 def shares(scores: Scores, terms: Sequence[str]) -> dict[str, Share]:
-    """Return what each term adds to a score.
+    """Return the loss of a score by each term.
 
     Parameters
     ----------

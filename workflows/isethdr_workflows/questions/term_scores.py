@@ -28,7 +28,7 @@ from ..export.labels.masks import is_thing
 from .radiance_versions import STORED, RadianceVersion
 
 TERMS = ("scatter", "ghosts", "noise")
-NOISELESS = 1e-6  # of the stated variance: as of a million times as many electrons
+NOISELESS = 1e-6  # factor on the stated variance, as with a million times as many electrons
 # {score: 1 where more is better, -1 where less is}
 SCORES = {
     "detection of objects": 1,
@@ -37,7 +37,7 @@ SCORES = {
     "log_luminance_error": -1,
     "dynamic_range": 1,
 }
-NEED_NOISE = ("dynamic_range",)  # scores that have no meaning without noise
+NEED_NOISE = ("dynamic_range",)  # scores that are defined with noise only
 SUBSETS = [
     frozenset(chosen) for count in range(len(TERMS) + 1) for chosen in combinations(TERMS, count)
 ]
@@ -76,8 +76,8 @@ def term_scores(source: Source, version: str = STORED, shots: int = 1) -> dict[s
     Parameters
     ----------
     source : the scene.
-    version : of its radiance.
-    shots : noise realisations that each noisy score is the mean of.
+    version : version of its radiance.
+    shots : number of noise realisations over which noisy scores are averaged.
     """
     config, built = built_for(source)
     if version != STORED:

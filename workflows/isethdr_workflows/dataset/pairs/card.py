@@ -33,8 +33,8 @@ def card(request: PairRequest, first: dict[str, Any], scenes: int) -> str:
     lines = [
         f"# Pairs of {request.name}",
         "",
-        f"Linear raw captures of {scenes} scenes with and without parts of the light, each part"
-        " known by itself. Every number has a physical unit.",
+        f"Linear raw captures of {scenes} scenes with and without parts of the light, and each part"
+        " of the light separately. Every number has a physical unit.",
         "",
         "## Files",
         "",
@@ -63,7 +63,7 @@ def card(request: PairRequest, first: dict[str, Any], scenes: int) -> str:
         "",
         "- `electrons_TERM` are means of the exposure, before the full well and the converter, and"
         " may be negative: scatter takes light from the image of a lamp.",
-        "- `raw_MEMBER` is what the sensor reads without noise: full well, converter, rounding."
+        "- `raw_MEMBER` is the capture without noise: full well, converter, rounding."
         " `noisy_MEMBER` has shot, read and fixed-pattern noise of one device."
         " All members have the exposure of the full light.",
         "- Light electrons = (DN - `black_dn`) / `gain_dn_per_e` - `dark_e` where codes are linear;"

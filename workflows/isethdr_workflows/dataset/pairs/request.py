@@ -1,4 +1,4 @@
-"""What is asked for: the scenes, the folder, the files, and the parts of the light that differ."""
+"""Settings of `isethdr dataset pairs`: scenes, folder, file format, shots and overrides."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ LARGEST_SHOTS = 64  # noisy shots of one scene: their mean is then eight times l
 
 @dataclass(frozen=True)
 class PairRequest:
-    """Pairs as they are asked for.
+    """Settings of `isethdr dataset pairs`.
 
     Parameters
     ----------
-    name : of a dataset, or of one stored scene.
-    folder : to write; None: `pairs/NAME` of the home.
+    name : name of a dataset, or of one stored scene.
+    folder : folder to write; None: `pairs/NAME` of the home.
     format : `numpy` (one .npz for each camera) or `exr` (one file of several parts).
     shots : noisy shots of each member; 0: none.
-    scenes : only the first ones; None: all.
-    blur : whether the image without any blur is a member as well.
-    overrides : of all scenes: lighting, lens, flares, cameras.
+    scenes : number of scenes, from the first one; None: all.
+    blur : whether an image without blur is one of the members.
+    overrides : overrides of all scenes: lighting, lens, flares, cameras.
     """
 
     name: str

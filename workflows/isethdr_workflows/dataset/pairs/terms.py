@@ -1,6 +1,6 @@
-"""Terms: what lens, dirt and reflections each add to the light of a pair.
+"""Terms: the parts of the light of a scene that lens, dirt and reflections add.
 
-The members of a pair are a ladder. Each adds one term to the one before:
+A scene has several versions, its members. Each member adds one term to the member before:
 
 | member      | lens          | flares                  | term it adds                        |
 |-------------|---------------|-------------------------|-------------------------------------|
@@ -11,9 +11,9 @@ The members of a pair are a ladder. Each adds one term to the one before:
 | `no_ghosts` | as it is      | those that spread light | `scatter`: dirt, haze, iris         |
 | `full`      | as it is      | all                     | `ghosts`: those that add light      |
 
-Members that would equal the one before are left out, and the last is always `full`. A term may be
-negative: scatter takes light from the image of a lamp and spreads it. Electrons are affine in the
-light, so the electrons of the terms add up to those of the full light.
+A member that would equal the member before is left out. The last one is always `full`. A term may
+be negative: scatter takes light from the image of a lamp and spreads it. Mean electrons are affine
+in the light, so the electrons of the terms add up to those of the full light.
 """
 
 from __future__ import annotations
@@ -54,13 +54,13 @@ TERMS = {
 
 @dataclass(frozen=True)
 class Member:
-    """One member of a pair.
+    """One version of a scene.
 
     Parameters
     ----------
-    name : of the member.
-    term : that it adds to the member before.
-    lens, flares : that its light passes.
+    name : name of the member.
+    term : term that it adds to the member before.
+    lens, flares : lens and flares of its light.
     """
 
     name: str
@@ -70,11 +70,11 @@ class Member:
 
 
 def members(chain: Chain, blur: bool) -> list[Member]:
-    """Return the members of a pair; the last has the whole light.
+    """Return the members of a scene; the last one has the full light.
 
     Parameters
     ----------
-    chain : of the run.
+    chain : chain of the run.
     blur : whether blur is a term of its own.
 
     Raises
@@ -101,8 +101,8 @@ def members(chain: Chain, blur: bool) -> list[Member]:
 
 
 def check_added(chain: Chain, scene: xr.Dataset) -> None:
-    """Let the flares that add light try a few dark tiles of the field, before any light is
-    computed: a prescription may not fit the lens.
+    """Apply the flares that add light to a few dark tiles, before any light is computed: the
+    prescription of a flare may not fit the lens.
 
     Raises
     ------
