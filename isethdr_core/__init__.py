@@ -25,6 +25,7 @@
 | `display/`     | views of a linear picture or a rendering. Never part of a stage               |
 | `identity/`    | names of results, from the code, libraries and data that made them            |
 | `lighting/`    | the weight of each light group in the picture                                 |
+| `motion/`      | what moves during a shot: sub-frames of the scene                             |
 | `physics/`     | laws of physics, one per function, on plain arrays                            |
 | `pipeline/`    | the chain of stages, and everything decided before the first computation      |
 | `plugins/`     | components of plugins, their search, and the allowed values of their fields   |

@@ -19,8 +19,11 @@ from ..data.quantities import LABELS
 from ..data.reference_picture import labels_on, truth
 from ..data.scores import Score, state_errors
 from ..errors import ConfigError, PluginError
+from ..motion.settings import MotionSettings, motion_settings
+from ..motion.shot_time import shot_time
+from ..motion.visible_motion import LABELS as LABELS_OF_MOTION
 from ..plugins.component import Stage
-from ..plugins.protocols import DeclaresNoise, KnowsItsField, NarrowsDemand
+from ..plugins.protocols import DeclaresNoise, KnowsItsField, MovesInTime, NarrowsDemand
 from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
 from ..runs.noise_realisations import over_draws, state_spread
@@ -68,6 +71,7 @@ class Chain:
     reported: bool = True  # whether a report shows the scene, under all versions
     unreported: tuple[str, ...] = ()  # configured versions, if no report shows them
     shares: budget.Division | None = None  # of the error allowed; None: as the components declare
+    motion: MotionSettings | None = None  # during a shot; None: nothing moves
 
     def components(self) -> list:
         """Return every component, left to right."""
@@ -158,12 +162,23 @@ def chain(config) -> Chain:
         reported=reported,
         unreported=() if reported else tuple(versions),
         allowed=allowed,
+        motion=motion_settings(config),
     )
     check_fields(built.scene, built.lens, built.cameras.values())
     check_rendered(built.scene, built.renderer)
     early_checks.check_shots(tuple(built.cameras.values()), built.isp)
     early_checks.check_scene(built.scene, built.lighting, tuple(built.versions.values()))
+    check_motion(built)
     return spending.with_shares(built, lambda: relative_allowed(built))
+
+
+def check_motion(chain: Chain) -> None:
+    """Raise ConfigError if motion during the shot is asked for, and its duration is not known, or
+    the scene does not exist at its end.
+    """
+    if chain.motion is not None and isinstance(chain.scene, MovesInTime):
+        end_s = chain.scene.time_s + shot_time(chain.scene, chain.lens, chain.cameras).seconds
+        replace(chain.scene, time_s=end_s)
 
 
 TABLES = {"sensor": "cameras", "lighting": "versions", "flare": "flare", "metric": "metric"}
@@ -224,6 +239,8 @@ def plan(chain: Chain, rows: Ledger) -> Demand:
                 error_allowed=sensed.error_allowed,
                 stored_error_allowed=sensed.stored_error_allowed,
             )
+        if chain.motion is not None and isinstance(chain.scene, MovesInTime):
+            demand = demand.with_labels(*LABELS_OF_MOTION)
         check_memory(chain, demand)
         if not sees:  # without noise of the sensors no noise of the light is small beside it
             return demand
@@ -461,7 +478,7 @@ def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
         camera_shot.kept_picture(),
     )
     with book.stage(rows, f"truth {name}"):
-        reference = truth(shot.mixed, picture)
+        reference = truth(shot.reference, picture)
         labels = labels_on(shot.scene, picture)
     camera = Camera(captures, picture, reference, labels)
 

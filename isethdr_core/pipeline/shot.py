@@ -41,6 +41,12 @@ class Shot:
     imaging: Imaging  # how the light was made
     reuse: Reuse = NOTHING_KEPT
     names: LightNames = LightNames()
+    start: Any = None  # mixed radiance at the start of a shot during which the scene moves
+
+    @property
+    def reference(self) -> Any:
+        """The mixed radiance that the reference picture shows."""
+        return self.mixed if self.start is None else self.start
 
     def realisation(self, draw: int) -> Generator:
         """Return the key of the noise of one realisation; the first is 0."""

@@ -338,6 +338,26 @@ class ChecksFiles(Protocol):
 
 
 @runtime_checkable
+class MovesInTime(Protocol):
+    """A scene whose things may move: fields of the dataclass say when it is seen.
+
+    The core makes the scene of another moment with `dataclasses.replace`.
+    """
+
+    @property
+    def time_s(self) -> float:
+        """Time for which everything has moved on, s."""
+        ...
+
+    @property
+    def frames_per_s(self) -> float | None:
+        """Frames per second; the scene then states `SceneDescription.next_frame`, or its radiance
+        has the label `motion`. None: it states neither.
+        """
+        ...
+
+
+@runtime_checkable
 class ChecksCameraField(Protocol):
     """A renderer that cannot put its tiles on every field."""
 
@@ -754,6 +774,21 @@ class ChecksFocalLength(Protocol):
 
 
 @runtime_checkable
+class TimesItsShot(Protocol):
+    """A sensor that knows how long its shot takes."""
+
+    def shot_time_s(self, width_m: float, height_m: float, /) -> float:
+        """Return the time from the start of the first row's first exposure to the end of the last
+        row's last one, s; with automatic exposure the longest time.
+
+        Parameters
+        ----------
+        width_m, height_m : of the image, m.
+        """
+        ...
+
+
+@runtime_checkable
 class CountsPixels(Protocol):
     """A sensor that knows the memory of its captures and of the pictures made from them."""
 
@@ -828,7 +863,7 @@ OF_ANY_KIND: tuple[type, ...] = (
 )
 EARLIER: tuple[type, ...] = (CountsKernels,)  # forms of earlier versions, until version 1.0
 OPTIONAL: dict[str, tuple[type, ...]] = {
-    "scene": (KnowsItsBands, CountsTiles, KnowsItsField, ListsGroups, ChecksFiles),
+    "scene": (KnowsItsBands, CountsTiles, KnowsItsField, ListsGroups, ChecksFiles, MovesInTime),
     "renderer": (
         KnowsItsBands,
         CountsTiles,
@@ -862,6 +897,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         HasPixelCounts,
         ChecksImageSize,
         ChecksFocalLength,
+        TimesItsShot,
         CountsPixels,
         ListsCaptures,
     ),

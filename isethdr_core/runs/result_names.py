@@ -69,6 +69,17 @@ def of_mixed(radiance: str | None, lighting: object) -> str | None:
     return named("mixed", radiance, record(lighting))
 
 
+def of_motion(mixed: str | None, record_of_motion: dict[str, Any]) -> str | None:
+    """Return the name of the mixed radiance of a shot during which the scene moves.
+
+    Parameters
+    ----------
+    mixed : name of the mixed radiance at the start of the shot.
+    record_of_motion : moments, and the stores of their radiance.
+    """
+    return named("motion", mixed, record_of_motion)
+
+
 def of_light(name: str | None, chain: Any, demand: Demand, mixed: Any) -> str | None:
     """Return the name of the light on the sensor plane.
 

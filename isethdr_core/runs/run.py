@@ -21,6 +21,8 @@ from threadpoolctl import threadpool_limits
 from ..data.quantities import tristimulus
 from ..errors import CatalogError
 from ..identity.earlier_names import run_names
+from ..motion.settings import without_motion
+from ..motion.sub_frames import Still, in_motion
 from ..pipeline.chain import (
     SHOWN,
     Camera,
@@ -47,7 +49,7 @@ from .labels import SETTINGS, Labels, add_labels, labels_of, read_labels
 from .processor import kernels
 from .provenance import described, fingerprint, input_digests, libraries, versions
 from .radiance_cache import held_and_missing, scene_radiance
-from .result_names import of_light, of_mixed, of_radiance
+from .result_names import of_light, of_mixed, of_motion, of_radiance
 from .reuse import Kept, Reuse, cache_bytes
 from .run_warnings import warnings_of
 from .seeds import generator
@@ -234,7 +236,7 @@ def whole(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
         OmegaConf.to_container(config, resolve=True) if OmegaConf.is_config(config) else config
     )
     assert isinstance(settings, Mapping)
-    return {str(k): v for k, v in settings.items() if k not in BESIDE}
+    return without_motion({str(k): v for k, v in settings.items() if k not in BESIDE})
 
 
 def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
@@ -267,7 +269,14 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
         for name, light in chain.versions.items()
         if scene.sizes["light_group"] > 1
     }
-    names = LightNames(radiance, of_main, of_light(of_main, chain, demand, mixed))
+    moving = in_motion(chain, demand, rows, config, Still(scene, mixed))
+    start = mixed
+    of_shot = of_main
+    if moving is not None:
+        scene = moving.scene
+        mixed = moving.mixed
+        of_shot = of_motion(of_main, moving.record)
+    names = LightNames(radiance, of_main, of_light(of_shot, chain, demand, mixed))
     imaged = imaging(chain, labelled(chain.lens, mixed, scene), demand)
     light = stage(
         rows, "lens", config.lens.name, chain.lens, imaged.light, Kept(reuse, names.light)
@@ -276,16 +285,18 @@ def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
     random = generator(
         config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name
     )
-    shot = Shot(light, mixed, scene, random, imaged, reuse, names)
+    shot = Shot(light, mixed, scene, random, imaged, reuse, names, start)
     cameras = {name: through_camera(chain, rows, name, shot) for name in chain.cameras}
     for row in rows:
         row.light_parts.clear()  # as large as the light, and not needed any more
-    outcome = _Outcome(chain, scene, ids, mixed, list(versions_mixed), cameras, rows)
+    outcome = _Outcome(chain, scene, ids, start, list(versions_mixed), cameras, rows)
     record = _record(config, settings, key, outcome) | {"expected_s": expected, IMAGING: own_s}
+    if moving is not None:
+        record["motion"] = moving.record
     return store.write_store(
         store.home() / "runs",
         key,
-        _groups(cameras, {SHOWN: mixed, **versions_mixed} if chain.reported else {}),
+        _groups(cameras, {SHOWN: start, **versions_mixed} if chain.reported else {}),
         record,
     )
 

@@ -50,6 +50,7 @@ COMPONENTS = [
     Component("scene", "macbeth", "isethdr_scenes.charts.macbeth:Macbeth"),
     Component("scene", "slanted_edge", "isethdr_scenes.charts.slanted_edge:SlantedEdge"),
     Component("scene", "point_lights", "isethdr_scenes.charts.point_lights:PointLights"),
+    Component("scene", "moving_target", "isethdr_scenes.charts.moving_target:MovingTarget"),
     Component("scene", "luminance_ramp", "isethdr_scenes.charts.luminance_ramp:LuminanceRamp"),
     Component("scene", "file", "isethdr_scenes.pictures.picture_file:PictureFile"),
     Component("scene", "array", "isethdr_scenes.pictures.picture_file:PictureFile"),

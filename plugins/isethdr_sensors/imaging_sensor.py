@@ -42,6 +42,7 @@ from .spectral.quantum_efficiency import narrow
 from .spectral.response import ask, full_scale_e
 from .timing import auto_exposure
 from .timing.exposure_limits import exposure_limits
+from .timing.exposure_timing import shot_time_s
 
 
 @dataclass(frozen=True)
@@ -263,6 +264,14 @@ class ImagingSensor:
     def check_field(self, width_m: float, height_m: float):
         """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
+
+    def shot_time_s(self, width_m: float, height_m: float) -> float:
+        """Return the duration of a shot of an image of this size, in metres; the longest one where
+        the exposure is automatic.
+        """
+        rows, _ = pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
+        fixed = self.exposure_rule == "fixed"
+        return shot_time_s(self.model(), rows, self.exposure_s if fixed else self.exposure_max_s)
 
     def pixel_need(self, width_m: float, height_m: float):
         """Return the memory of the pixels over an image of this size, in metres, as

@@ -21,6 +21,19 @@ def starts_s(model: SensorModel, diode: Photodiode, rows: int) -> np.ndarray:
     return row_starts_s(rows, model.line_time_s, model.exposure_s * diode.start_share)
 
 
+def shot_time_s(model: SensorModel, rows: int, exposure_s: float) -> float:
+    """Return the time from the start of the first exposure of a shot to the end of the last one.
+
+    Parameters
+    ----------
+    model : of the sensor.
+    rows : number of rows.
+    exposure_s : of which the exposures and their starts are shares.
+    """
+    last = max(diode.start_share + diode.exposure_share for diode in model.photodiodes)
+    return model.line_time_s * (rows - 1) + exposure_s * last
+
+
 def relative(model: SensorModel, diode: Photodiode, modulation, filters):
     """Return the light that falls into each exposure over that of the mean over time: (rows, 1),
     (y, x), or 1 for constant light.

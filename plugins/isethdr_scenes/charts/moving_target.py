@@ -1,0 +1,104 @@
+"""Moving target: a bar and a lamp that move sideways at constant speed before a still ground."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from isethdr_core.plugins.ranges import Range
+
+from ..limits import Diameter, Luminance
+from .chart import Chart, category_of, chart_object
+from .coverage import disc, half_plane
+
+Time = Annotated[float, Range(0, 1000)]  # seconds
+FrameRate = Annotated[float, Range(1e-3, 1e6)]  # 1/s
+Speed = Annotated[float, Range(-1e4, 1e4)]  # tiles per second
+Place = Annotated[float, Range(-74, 74)]  # degrees
+
+
+@dataclass(frozen=True)
+class MovingTarget(Chart):
+    """An upright bar across the whole height and a lamp beside it, both moving to the right.
+
+    For motion blur, the skew of a rolling shutter, and ghosts of combined captures. Positions are
+    exact at any time, and tiles are covered exactly. The speed is in tiles, which are pixels where
+    the sensor has as many.
+    """
+
+    speed_tiles_per_s: Speed = 600.0  # of bar and lamp, to the right
+    lamp_luminance_cd_m2: Luminance = 1e5  # luminance of the lamp
+    lamp_diameter_deg: Diameter = 0.5  # diameter of the lamp
+    bar_width_deg: Diameter = 1.7  # width of the bar
+    bar_start_deg: Place = -6.0  # angle of the bar to the right of the axis at time 0
+    lamp_start_deg: Place = 2.0  # angle of the lamp to the right of the axis at time 0
+    background_cd_m2: Luminance = 5.0  # luminance of the ground
+    time_s: Time = 0.0  # time at which the scene is seen
+    # frames per second of a sequence; adds the label `motion`
+    frames_per_s: FrameRate | None = None
+
+    def light_groups(self) -> tuple[str, ...]:
+        """Return the light groups: bar and ground, and the lamp."""
+        return ("sky", "headlights")
+
+    def __call__(self):
+        """Return scene radiance: group `headlights` holds the lamp, `sky` the bar and the
+        ground.
+        """
+        x, y, pitch = self.tiles()
+        way = self.speed_tiles_per_s * self.time_s * pitch
+        bar_x = _tangent(self.bar_start_deg) + way
+        width = 2 * _tangent(self.bar_width_deg / 2)
+        bar = _bar(x, y, pitch, bar_x, width)
+        radius = _tangent(self.lamp_diameter_deg / 2)
+        lamp_x = _tangent(self.lamp_start_deg) + way
+        lamp = disc(x, y, pitch, lamp_x, 0.0, radius)
+        instance = np.zeros((self.height, self.width), np.uint32)
+        instance[bar >= 0.5] = 1
+        instance[(lamp > 0) & (lamp >= lamp.max() / 2)] = 2
+        white = self.white()[:, None, None]
+        level = self.background_cd_m2 + (self.luminance_cd_m2 - self.background_cd_m2) * bar
+        labels = {}
+        if self.frames_per_s is not None:
+            motion = np.zeros((self.height, self.width, 2))
+            step = self.speed_tiles_per_s * pitch / self.frames_per_s
+            motion[..., 0] = np.where(instance > 0, step, 0.0)
+            labels["motion"] = motion
+        ds = self.dataset(
+            {
+                "sky": white * level * np.clip(1 - lamp, 0, 1),
+                "headlights": white * self.lamp_luminance_cd_m2 * lamp,
+            },
+            instance=instance,
+            category=category_of(instance),
+            **labels,
+        )
+        left = (bar_x - width / 2) / pitch + self.width / 2
+        lamp_left = (lamp_x - radius) / pitch + self.width / 2
+        across = 2 * radius / pitch
+        ds.attrs["objects"] = [
+            chart_object(1, "bar", left, 0, width / pitch, self.height),
+            chart_object(2, "lamp", lamp_left, (self.height - across) / 2, across, across),
+        ]
+        ds.attrs["lamps"] = [
+            {
+                "object": 2,
+                "kind": "disc",
+                "group": "headlights",
+                "luminance_cd_m2": self.lamp_luminance_cd_m2,
+            }
+        ]
+        return ds
+
+
+def _tangent(angle_deg: float) -> float:
+    return math.tan(math.radians(angle_deg))
+
+
+def _bar(x, y, pitch: float, centre: float, width: float) -> np.ndarray:
+    """Return the share (y, x) of each tile that an upright bar covers."""
+    left = half_plane(x - (centre - width / 2), y, pitch, 0.0)
+    return left - half_plane(x - (centre + width / 2), y, pitch, 0.0)
