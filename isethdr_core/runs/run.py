@@ -144,7 +144,7 @@ def run(config: DictConfig) -> Result:
     try:
         # threads of its own would spin beside those of the stages, longer than they work
         with threadpool_limits(1, "blas"):
-            path = _compute(config, run_chain, key, reuse)
+            path = _compute(config, plain(settings), run_chain, key, reuse)
     except Exception as err:
         with suppress(OSError):  # a full disk must not hide the error that it caused
             failed.parent.mkdir(parents=True, exist_ok=True)
@@ -239,9 +239,11 @@ def whole(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
     return without_motion({str(k): v for k, v in settings.items() if k not in BESIDE})
 
 
-def _compute(config: DictConfig, chain: Chain, key: str, reuse: Reuse) -> Path:
+def _compute(
+    config: DictConfig, settings: dict[str, Any], chain: Chain, key: str, reuse: Reuse
+) -> Path:
+    """Return the store of a run that was just computed; `settings` are those that name it."""
     rows = Ledger()
-    settings = plain(config)
     demand = plan(chain, rows)
     frame = frame_of(chain, demand)
     expected = expected_s(chain, settings, held_and_missing(chain, demand)[1], frame)
