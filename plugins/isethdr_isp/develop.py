@@ -57,7 +57,9 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
     if how.denoise == "none":
         return picture
     cell = array_period(captures["filter"].values)
-    smooth = denoised(merged, cell, with_variance=how.demosaic in FOLLOWS_VARIANCE)
+    smooth = denoised(
+        merged, cell, how.demosaic in FOLLOWS_VARIANCE, strength=how.nl_means_strength
+    )
     attrs[VARIANCE_KNOWN] = False
     developed = _developed(smooth, captures, how, matrix, attrs)
     return with_undenoised(developed, picture) if variance_known(picture) else developed

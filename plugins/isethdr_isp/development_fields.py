@@ -30,6 +30,9 @@ class Development:
     # pixels in the sensor's map of defects: kept, or interpolated from neighbours
     defects: Literal["kept", "interpolated"] = "kept"
     denoise: Literal["none", "nl_means"] = "none"  # denoise method, applied before the demosaic
+    # nl_means averages samples whose surroundings differ by no more than noise of so many times the
+    # stated standard deviation
+    nl_means_strength: Annotated[float, Range(0.1, 10.0)] = 1.0
     # file with measured relative illumination, as `isethdr_isp.readout.shading` writes it; empty
     # takes what the lens states
     shading_csv: str = ""

@@ -64,6 +64,7 @@ DIMENSIONLESS = {
     "dark_spread": "rms / mean",
     "prnu": "rms / mean",
     "design_snr": "signal / noise",
+    "nl_means_strength": "assumed / stated standard deviation",
     "ring": "share of the object's size",
     "margin": "share of the field",
     "others": "weight",

@@ -29,7 +29,12 @@ SAMPLED = 2**16  # pixels, about, that the table of the stabilised values is mad
 STRIP = 32  # rows at a time: with those that they are compared with they stay in the cache
 
 
-def denoised(merged: Merged, cell_shape: tuple[int, int], with_variance: bool = True) -> Merged:
+def denoised(
+    merged: Merged,
+    cell_shape: tuple[int, int],
+    with_variance: bool = True,
+    strength: float = 1.0,
+) -> Merged:
     """Return the mosaic averaged over similar pixels, with the temporal variance of every average;
     no fixed pattern is stated.
 
@@ -39,6 +44,8 @@ def denoised(merged: Merged, cell_shape: tuple[int, int], with_variance: bool = 
         not change.
     cell_shape : rows and columns after which the filter array repeats.
     with_variance : False leaves the variances NaN, in two thirds of the time.
+    strength : standard deviation of the noise that may make surroundings differ, over the stated
+        one. Above 1 more texture is taken for noise.
 
     Notes
     -----
@@ -49,6 +56,7 @@ def denoised(merged: Merged, cell_shape: tuple[int, int], with_variance: bool = 
     """
     valid = merged.valid
     level = stabilised(merged.signal_e, merged.variance_e2, valid).astype(np.float32)
+    level /= np.float32(strength)
     noisy = _Samples(
         np.where(valid, merged.signal_e, 0.0).astype(np.float32),
         np.where(valid, merged.variance_e2, 0.0).astype(np.float32),

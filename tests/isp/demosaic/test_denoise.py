@@ -2,6 +2,8 @@
 have a noise of 1.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from isethdr_isp import LinearIsp, MergeIsp
@@ -68,6 +70,19 @@ def test_pixels_that_differ_are_not_changed():
     x = rng.uniform(1e5, 2e5, SHAPE)  # no two pixels agree within 300 e of noise
     out = denoised(Merged(x, x, np.ones(SHAPE, bool), np.zeros(SHAPE, np.uint8)), (2, 2))
     np.testing.assert_allclose(out.signal_e, x, rtol=1e-9)
+
+
+def test_a_strength_is_that_of_noise_stated_so_many_times_larger():
+    """Strength 2 averages as noise of twice the standard deviation, in the limit of bright samples,
+    where 3/8 of an electron and the curve of the roots do not matter; a larger one averages more.
+    """
+    rng = np.random.default_rng(11)
+    one = noisy(np.full((48, 48), 5000.0) + 150 * rng.standard_normal((48, 48)), rng)
+    twice = denoised(one, (2, 2), strength=2.0)
+    stated = denoised(replace(one, variance_e2=4 * one.variance_e2), (2, 2))
+    np.testing.assert_allclose(twice.signal_e, stated.signal_e, rtol=1e-3)
+    spread = [denoised(one, (2, 2), strength=s).signal_e.std() for s in (0.5, 1.0, 2.0)]
+    assert spread[0] > 1.02 * spread[1] > 1.05 * spread[2]
 
 
 def test_strips_and_no_variance_change_nothing(monkeypatch):
