@@ -21,6 +21,7 @@ MADE_BY_READERS = {
     "acme_mono/sensor.py",
     "card.md",
     "card.yaml",
+    "classical_grid.csv",
     "curves.csv",
     "detection.csv",
     "detection_objects.csv",

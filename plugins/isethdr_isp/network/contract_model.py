@@ -21,7 +21,15 @@ from .contract import LARGEST_RATIO, LEAST_RATIO, PICTURE, VARIANCE, Contract, p
 from .fields import NetworkFields
 from .reach import measured_reach_px, probe
 from .running import Cut, check_size, fixed_size, results_of
-from .samples import Shot, inputs, near_invalid, shot, state_unlike_filters, unit_e_per_cd_m2
+from .samples import (
+    Shot,
+    fixed_share,
+    inputs,
+    near_invalid,
+    shot,
+    state_unlike_filters,
+    unit_e_per_cd_m2,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,16 +71,19 @@ class ContractModel:
         known = self._variance_known()
         xyz = np.moveaxis(results[PICTURE], 0, -1) / e_per_cd_m2
         variance = np.broadcast_to(np.nan, xyz.shape)
+        fixed: np.ndarray | None = None
         if known:
             squared_error_e2 = np.maximum(np.moveaxis(results[VARIANCE], 0, -1), 0.0)
-            variance = squared_error_e2 / e_per_cd_m2**2
+            share = self._fixed_share(taken)[..., None]
+            fixed = share * squared_error_e2 / e_per_cd_m2**2
+            variance = (1 - share) * squared_error_e2 / e_per_cd_m2**2
         white = Development(balance=how.balance, design_snr=np.inf)
         attrs = picture_attrs(captures, taken.read.response, white, balance)
         if not known:
             attrs[VARIANCE_KNOWN] = False
         valid = ~near_invalid(taken.invalid(), self.cut.cell)
-        # how another device would differ is not known: there is no fixed pattern
-        return make_picture(xyz, variance, valid, captures.x.values, captures.y.values, **attrs)
+        places = (captures.x.values, captures.y.values)
+        return make_picture(xyz, variance, valid, *places, fixed, **attrs)
 
     def _results(self, taken: Shot, tile_px: int) -> dict[str, np.ndarray]:
         """Return the outputs (3, y, x) in electrons, float64."""
@@ -82,6 +93,27 @@ class ContractModel:
         at = phase(taken.letters(), self.contract.cell) or (0, 0)
         results = results_of(self.session, planes, at, self.cut, tile_px)
         return {name: results[name].astype(float) for name in results}
+
+    def _fixed_share(self, taken: Shot) -> np.ndarray:
+        """Return the share (y, x) of the stated squared error that is of the device, and state how
+        wrong the split can be.
+
+        The error is that of an unknown device. To a network that is linear nearby, shot noise and
+        fixed pattern are alike, independent from sample to sample, so they keep their ratio. What
+        the network gets wrong without any noise is split, too: neither part can be larger than the
+        stated error.
+        """
+        share = fixed_share(taken.planes)
+        median = float(np.median(share))
+        ledger.error(
+            max(median, 1 - median),
+            "relative",
+            "bound",
+            f"split of the stated error: {median:.1%} of it is called fixed pattern",
+            key="fixed pattern",
+            acts_on=Quantity.ATTRIBUTES,
+        )
+        return share
 
     def _variance_known(self) -> bool:
         """Return whether the pictures state a variance, and put into the ledger why not, or how

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import maximum_filter
+from scipy.ndimage import maximum_filter, uniform_filter
 
 from isethdr_core import ledger
 from isethdr_core.errors import UnitError
@@ -26,6 +26,7 @@ from .contract import Contract
 from .fields import NetworkFields
 
 UNIT_LIGHT = "daylight"  # a grey in it has as many electrons in `xyz` as in the unit's channel
+NEAR_PX = 9  # window in which variances of samples are averaged: it holds every filter
 LEAST_NOISE_E = 0.01  # a network may divide by the noise
 
 
@@ -35,6 +36,7 @@ class Planes(NamedTuple):
     signal_e: np.ndarray  # (plane, y, x) of light alone, of the most sensitive capture, on the axis
     variance_e2: np.ndarray  # (plane, y, x)
     valid: np.ndarray  # (plane, y, x) bool
+    fixed_e2: np.ndarray  # (plane, y, x) variance of the fixed pattern, from device to device
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +99,7 @@ def shot(captures, how: NetworkFields, apart: bool) -> Shot:
             np.stack([mosaic.signal_e / level for mosaic in mosaics]),
             np.stack([mosaic.variance_e2 / level**2 for mosaic in mosaics]),
             np.stack([mosaic.valid & lit for mosaic in mosaics]),
+            np.stack([mosaic.fixed.total_e2() / level**2 for mosaic in mosaics]),
         ),
         captures["filter"].values,
         tuple(str(name) for name in captures["channel"].values),
@@ -118,6 +121,7 @@ def _apart(groups: list[list[Readout]], per_light: list[np.ndarray]) -> list[Mer
                 mosaic.variance_e2 * scale**2,
                 mosaic.valid,
                 mosaic.source,
+                mosaic.fixed.scaled(scale),
             )
     return [mosaics[capture] for capture in sorted(mosaics)]
 
@@ -126,7 +130,7 @@ def inputs(taken: Shot, contract: Contract) -> dict[str, np.ndarray]:
     """Return what a model of the contract may ask for: float32 (plane, y, x) by name."""
     number = {letter: k for k, letter in enumerate(contract.channels)}
     mask_of = np.array([number[name] for name in taken.channels])[taken.filters]
-    signal, variance, valid = taken.planes
+    signal, variance, valid, _ = taken.planes
     noise = np.sqrt(np.maximum(variance - signal, LEAST_NOISE_E**2))
     return {
         "raw": signal.astype(np.float32),
@@ -134,6 +138,16 @@ def inputs(taken: Shot, contract: Contract) -> dict[str, np.ndarray]:
         "masks": (mask_of == np.arange(len(number))[:, None, None]).astype(np.float32),
         "valid": valid.astype(np.float32),
     }
+
+
+def fixed_share(planes: Planes) -> np.ndarray:
+    """Return the share (y, x) of the fixed pattern in the variance of the samples nearby."""
+    shape = (0, NEAR_PX, NEAR_PX)
+    measured = planes.valid.astype(float)
+    fixed = uniform_filter(measured * planes.fixed_e2, shape).sum(0)
+    temporal = uniform_filter(measured * np.maximum(planes.variance_e2, 0.0), shape).sum(0)
+    total = fixed + temporal
+    return np.divide(fixed, total, out=np.zeros_like(total), where=total > 0)
 
 
 def unit_e_per_cd_m2(contract: Contract, taken: Shot) -> float:

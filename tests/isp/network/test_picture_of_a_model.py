@@ -15,7 +15,7 @@ from isethdr_core import ledger
 from isethdr_core.conformance.isp import captures as mosaic_of_xyz
 from isethdr_core.errors import UnitError
 from isethdr_core.testing import check
-from isethdr_core.truth import total_variance, variance_known
+from isethdr_core.truth import FIXED_PATTERN, total_variance, variance_known
 
 FLOAT32 = 1e-6
 ROOT = 1e-5  # the noise is stated as a root and squared again: ten roundings of float32
@@ -117,6 +117,25 @@ def test_every_capture_comes_in_electrons_of_the_most_sensitive_one(models, benc
         # a difference of two float64 numbers, whose root is a float32
         assert np.allclose(seen["noise"][measured] ** 2, added[measured], rtol=1e-5)
         assert all(np.isfinite(values).all() for values in seen.values())
+
+
+def test_the_stated_error_is_split_into_shots_and_devices(models, bench, tmp_path):
+    """The error of an unknown device is what the model states; the fixed pattern has the share in
+    it that it has in the variance of the samples.
+    """
+    level = 2000.0
+    prnu = 0.02
+    captures = bench.make(np.full((48, 64), level), bench.ONE, rng=np.random.default_rng(3))
+    path = models.bilinear_model(tmp_path / "model.onnx", np.eye(3))
+    plain = network(path)(captures)
+    uneven = network(path)(captures.assign(prnu=("capture", [prnu])))
+    assert np.all(plain[FIXED_PATTERN].values == 0)
+    assert same(total_variance(uneven).values, plain.variance.values)
+    share = (uneven[FIXED_PATTERN] / total_variance(uneven)).values[INNER]
+    fixed = (prnu * level) ** 2
+    expected = fixed / (fixed + level + bench.ONE[0]["read"] ** 2)
+    # means of 81 samples whose light has a noise of 2.2 %, squared: 0.5 %, five of them
+    assert np.allclose(share, expected, rtol=0.025)
 
 
 def test_a_variance_counts_as_known_only_where_it_is_calibrated(models, taken, tmp_path):

@@ -9,7 +9,8 @@ import pytest
 import xarray as xr
 from isethdr_workflows.dataset.record import SCENES
 from isethdr_workflows.dataset.splits import part_of
-from isethdr_workflows.training.learned_picture import learned_picture, levels
+from isethdr_workflows.training.learned_picture import learned_picture
+from isethdr_workflows.training.learned_picture.study import levels
 from isethdr_workflows.training.picture.roads import cropped, relit_weights, roads_of
 
 from isethdr_core.errors import CatalogError, ConfigError

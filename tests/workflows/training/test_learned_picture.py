@@ -1,0 +1,96 @@
+"""Learned against classical pictures: the search for classical settings, and the table's rows."""
+
+from __future__ import annotations
+
+import csv
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from isethdr_isp import MergeIsp
+from isethdr_workflows.training.learned_picture import study
+from isethdr_workflows.training.learned_picture.contest import Contest, Shot
+from isethdr_workflows.training.learned_picture.cost import NETWORK, Cost
+from isethdr_workflows.training.learned_picture.settings import GRID, SIGNS, Search, Setting
+
+from isethdr_core.errors import ConfigError
+
+WANTED = {"ssim": (1.4, 20.0), "psnr_db": (0.5, 2.0), "ciede2000": (0.0, math.inf)}
+
+
+def smooth_score(setting: Setting) -> dict[str, float]:
+    """Return scores that are best at a known setting, another one for each score."""
+    scores = {}
+    for name, (strength, snr) in WANTED.items():
+        snr_distance = math.log(min(setting.design_snr, 100) / min(snr, 100)) ** 2
+        distance = (setting.strength - strength) ** 2 + snr_distance
+        distance += setting.demosaic != "guided"
+        scores[name] = SIGNS[name] * -distance
+    return scores
+
+
+def test_the_search_finds_the_best_setting_of_each_score():
+    search = Search(smooth_score)
+    best = search.best()
+    for name, (strength, snr) in WANTED.items():
+        found = best[name]
+        assert (found.strength, found.design_snr, found.demosaic) == (strength, snr, "guided")
+    # one field after the other: far fewer than the whole grid
+    assert len(search.tried) < math.prod(map(len, GRID.values())) / 2
+    again = len(search.tried)
+    search.best()
+    assert len(search.tried) == again
+
+
+@pytest.mark.parametrize("field", GRID)
+def test_every_value_of_the_grid_is_taken_by_the_isp(field):
+    for value in GRID[field]:
+        isp = MergeIsp(**Setting()._replace(**{field: value}).fields())
+        if field == "strength":
+            assert isp.denoise == ("nl_means" if value else "none")
+            assert isp.nl_means_strength == (value or 1.0)
+        else:
+            assert getattr(isp, field) == value
+
+
+def test_the_middle_of_a_shot_keeps_the_array_in_phase():
+    rows = xr.Dataset({"row": ("y", np.arange(270))})
+    middle = Shot(rows, rows, None).middle()
+    assert middle.captures.sizes["y"] == 135 and int(middle.captures.row[0]) == 64
+    assert middle.reference.row.equals(middle.captures.row)
+
+
+def compared(road, better):
+    scores = {"ssim": 0.5, "psnr_db": 20.0, "ciede2000": 10.0}
+    ours = {name: value + better for name, value in scores.items()}
+    return study.Compared(road, ours, {Setting(): scores}, scores)
+
+
+def test_a_row_is_the_paired_difference_over_roads():
+    rows = [compared("a", 1.0), compared("b", 2.0), compared("b", 2.0), compared("c", 3.0)]
+    costs = {NETWORK: Cost(2.0, 30.0), Setting(): Cost(1.0, 10.0)}
+    row = study.row_of(0.1, "psnr_db", rows, Setting(), costs)
+    assert row["roads"] == 3 and row["difference"] == pytest.approx(2.0)
+    assert row["low"] < 2.0 < row["high"]
+    assert row["network"] - row["classical"] == pytest.approx(row["difference"])
+    assert (row["network_cpu_s"], row["classical_mb"]) == (2.0, 10.0)
+    assert "nl_means_strength=1.0" in row["best_classical"]
+
+
+def test_the_grid_is_kept(tmp_path):
+    search = Search(smooth_score)
+    search.best()
+    path = tmp_path / "grid.csv"
+    study.write_grid(path, [Contest(None, 0.1)], [search])
+    with open(path, newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(search.tried)
+    best = max(rows, key=lambda row: float(row["ssim"]))
+    assert float(best["strength"]) == WANTED["ssim"][0] and best["lux"] == "0.1"
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(ConfigError, match="expected a folder for the tables"):
+        study.writable(str(tmp_path / "file" / "folder"))

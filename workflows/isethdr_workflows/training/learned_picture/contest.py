@@ -1,0 +1,111 @@
+"""Contest: shots of one camera at one illuminance, their scores, and the colour matrix alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from isethdr_isp.develop import solve_matrix
+from isethdr_isp.merge import charges
+from isethdr_isp.scene_light import illuminant
+from isethdr_isp.spectra import Illuminant
+
+from isethdr_core import generator
+from isethdr_core.display.display_view import display, white_cd_m2
+from isethdr_core.physics.photometry import luminance
+from isethdr_core.plugins.registry import build
+from isethdr_core.truth import make_picture, truth
+
+from ..picture.camera import TrainingCamera
+from ..picture.roads import Lit
+
+LEVEL_PERCENTILE = 95.0  # of the illuminance: what is above it does not count for the level
+BYTE = 255.0
+STEP_PX = 8  # a window of the rows begins at a multiple of it: arrays have periods of 2, 4 or 8
+
+
+class Shot(NamedTuple):
+    """Captures of a road, its true picture, and the light on the sensor plane."""
+
+    captures: Any
+    reference: Any
+    light: Any
+
+    def middle(self) -> Shot:
+        """Return the middle half of the rows: on a road, most of what is to be seen."""
+        rows = self.captures.sizes["y"]
+        first = rows // 4 // STEP_PX * STEP_PX
+        kept = slice(first, first + rows // 2)
+        return self._replace(
+            captures=self.captures.isel(y=kept), reference=self.reference.isel(y=kept)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """Developments of one camera at one illuminance, on the same shots.
+
+    Parameters
+    ----------
+    camera : of the shots.
+    lux : illuminance of the sensor plane; the brightest twentieth of it is clipped for this.
+    """
+
+    camera: TrainingCamera
+    lux: float
+
+    def shot(self, view: Lit, seed: int) -> Shot:
+        """Return a shot of a road at the illuminance."""
+        factor = np.float32(self.lux / illuminance(view.light))
+        light = view.light.copy(data=view.light.values * factor)
+        mixed = view.mixed.copy(data=view.mixed.values * factor)
+        captures = self.camera.sensor(light, generator(seed, scene="learned picture"))
+        return Shot(captures, truth(mixed, build("isp", "merge")(captures)), light)
+
+
+def illuminance(light: Any) -> float:
+    """Return the mean illuminance, lux, of a sensor plane without its brightest parts."""
+    lux = luminance(light.values.astype(float), light.wavelength.values)
+    return float(np.minimum(lux, np.percentile(lux, LEVEL_PERCENTILE)).mean())
+
+
+def scores_of(picture: Any, reference: Any) -> dict[str, float]:
+    """Return SSIM, PSNR of the displayed pictures in dB, and mean CIEDE2000.
+
+    PSNR is 20 log10(255 / rms) over all pixels and channels of the views that SSIM compares.
+    """
+    white = white_cd_m2(reference)
+    ours, meant = (display(p, white).astype(float) for p in (picture, reference))
+    rms = float(np.sqrt(np.mean((ours - meant) ** 2)))
+    return {
+        "ssim": build("metric", "ssim")(picture, reference)[0].value,
+        "psnr_db": 20 * np.log10(BYTE / rms) if rms > 0 else float("inf"),
+        "ciede2000": build("metric", "ciede2000")(picture, reference)[0].value,
+    }
+
+
+def matrix_alone(shot: Shot, balance: str) -> Any:
+    """Return the picture of electrons without noise, each pixel with every filter, through the
+    colour matrix: no step before the matrix can do better.
+    """
+    captures = shot.captures
+    light = shot.light
+    by: Illuminant = illuminant(captures, balance)
+    groups, _ = charges(captures, by)
+    response = groups[-1][0].response
+    wavelength_nm = captures.wavelength.values
+    matrix = solve_matrix(response, wavelength_nm, by, np.inf)
+    radiance = light.values / light.attrs["throughput_sr"]
+    planes = np.tensordot(matrix @ response, radiance, axes=1)
+    first = [(have - want) // 2 for have, want in zip(planes.shape[1:], captures.filter.shape)]
+    rows, columns = (
+        slice(start, start + size) for start, size in zip(first, captures.filter.shape)
+    )
+    xyz = np.moveaxis(planes[:, rows, columns], 0, -1)
+    attrs = {k: captures.attrs[k] for k in ("pitch_um", "focal_length_mm")}
+    valid = np.ones(xyz.shape[:2], bool)
+    variance = np.full(xyz.shape, np.nan)  # not known
+    x = captures.x.values
+    y = captures.y.values
+    return make_picture(xyz, variance, valid, x, y, variance_known=False, **attrs)

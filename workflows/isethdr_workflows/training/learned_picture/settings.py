@@ -1,0 +1,86 @@
+"""Classical settings, and the search for the best of them, score by score, on training roads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+PASSES = 2  # over all fields: a later field may change which value of an earlier one is best
+
+
+class Setting(NamedTuple):
+    """A classical development."""
+
+    demosaic: str = "learned"
+    strength: float = 1.0  # of nl_means; 0 does not denoise
+    design_snr: float = 5.0
+    balance: str = "automatic"
+
+    def fields(self) -> dict[str, Any]:
+        """Return the fields of `isp=merge`."""
+        denoise: dict[str, Any] = {"denoise": "none"}
+        if self.strength:
+            denoise = {"denoise": "nl_means", "nl_means_strength": self.strength}
+        return {
+            "demosaic": self.demosaic,
+            **denoise,
+            "design_snr": self.design_snr,
+            "balance": self.balance,
+        }
+
+    def __str__(self) -> str:
+        return " ".join(f"{key}={value}" for key, value in self.fields().items())
+
+
+GRID: dict[str, tuple[Any, ...]] = {
+    "strength": (0.0, 0.5, 0.7, 1.0, 1.4, 2.0),
+    "demosaic": ("bilinear", "guided", "learned"),
+    "design_snr": (1.0, 2.0, 5.0, 20.0, math.inf),
+    "balance": ("daylight", "automatic"),
+}
+SIGNS = {"ssim": 1.0, "psnr_db": 1.0, "ciede2000": -1.0}  # larger is better
+Scores = dict[str, float]
+
+
+class Search:
+    """The search for the settings with the best mean scores.
+
+    One field after the other takes its best value, for each score by itself.
+
+    Parameters
+    ----------
+    score : mean scores of a setting.
+    demosaics : methods for the filter array, the one to begin with last.
+    """
+
+    def __init__(
+        self,
+        score: Callable[[Setting], Scores],
+        demosaics: Sequence[str] = GRID["demosaic"],
+    ):
+        self.score = score
+        self.grid = {**GRID, "demosaic": tuple(demosaics)}
+        self.tried: dict[Setting, Scores] = {}
+
+    def best(self) -> dict[str, Setting]:
+        """Return the best setting for each score."""
+        return {name: self._best_of(name) for name in SIGNS}
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield every setting that was tried, with its scores."""
+        for setting, scores in self.tried.items():
+            yield {**setting._asdict(), **scores}
+
+    def _best_of(self, name: str) -> Setting:
+        found = Setting(self.grid["demosaic"][-1])
+        for _ in range(PASSES):
+            for field, values in self.grid.items():
+                choices = [found._replace(**{field: value}) for value in values]
+                found = max(choices, key=lambda one: SIGNS[name] * self._scores(one)[name])
+        return found
+
+    def _scores(self, setting: Setting) -> Scores:
+        if setting not in self.tried:
+            self.tried[setting] = self.score(setting)
+        return self.tried[setting]

@@ -1,0 +1,246 @@
+"""The study: paired differences of network and best classical picture, by road and illuminance."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.registry import build
+
+from ...accuracy.diagram import draw
+from ...dataset.study.intervals import mean_over_roads
+from ..picture.camera import TrainingCamera, camera_of
+from ..picture.roads import TRAIN, Road, lit, roads_of
+from .contest import Contest, Shot, matrix_alone, scores_of
+from .cost import NETWORK, Cost, cost_of, work_of
+from .settings import GRID, SIGNS, Scores, Search, Setting
+
+SEED = 1000  # of the noise of held-out shots
+TUNED_ON = 3  # training roads
+GRID_FILE = "classical_grid.csv"
+DIAGRAM_FILE = "work_precision.png"
+# of the diagram, beside the network and the best setting
+FEWER = {
+    "bilinear": Setting("bilinear", 0.0),
+    "guided": Setting("guided", 0.0),
+}
+DRAWN = "ciede2000"
+
+
+class Compared(NamedTuple):
+    """Scores of one held-out road at one illuminance."""
+
+    road: str
+    network: Scores
+    classical: dict[Setting, Scores]
+    matrix_alone: Scores
+
+
+def learned_picture(
+    *overrides: str,
+    model: str = "",
+    dataset: str = "streets",
+    part: str = "test",
+    lux: str = "0.01,0.1,1,10",
+    files: str = "",
+) -> list[dict]:
+    """Return network minus best classical development on held-out roads, with 95 % intervals.
+
+    Parameters
+    ----------
+    overrides : of the config: the sensor that the model is for, and the lens.
+    model : ONNX file of `isp=network`.
+    dataset : name of a dataset of the home, or the folder of one in another home.
+    part : of the dataset: test, or validation.
+    lux : mean illuminances of the sensor plane, parted by commas; what is above the 95th
+        percentile of a picture counts as that.
+    files : folder for `classical_grid.csv`, the scores of all classical settings that were tried on
+        three training roads, and `work_precision.png`, error against CPU seconds, which needs
+        Matplotlib; "" takes the model's own.
+
+    Returns
+    -------
+    rows with lux, score, network, classical, difference with low and high, roads, matrix_alone
+    (no noise, no mosaic: what the colour matrix leaves), CPU seconds and peak memory of one
+    picture, best_classical.
+    """
+    if not model:
+        raise ConfigError("learned_picture needs a model; type model=FILE.onnx")
+    camera = camera_of(overrides)
+    network = build("isp", "network", model=model)
+    network.check_shot(camera.sensor.shot_form())
+    folder = writable(files or str(Path(model).resolve().parent))
+    roads = roads_of(dataset)
+    held_out = roads.of(part)
+    if not held_out or part == TRAIN:
+        raise ConfigError(
+            f"the part {part!r} of {roads.name} has {len(held_out)} scenes that no training saw;"
+            " type for example part=test"
+        )
+    contests = [Contest(camera, level) for level in levels(lux)]
+    searches = tuned(contests, roads.of(TRAIN)[:TUNED_ON], overrides)
+    best = [search.best() for search in searches]  # from what was tried
+    found: list[list[Compared]] = [[] for _ in contests]
+    shots: list[Shot] = []
+    for road in held_out:
+        view = lit(road, camera, overrides)
+        shots = [contest.shot(view, SEED) for contest in contests]
+        jobs = [
+            (road, shot, network, {*of.values(), *FEWER.values()}) for shot, of in zip(shots, best)
+        ]
+        for rows, scores in zip(found, together(compared, jobs)):
+            rows.append(scores)
+    costs = costs_of(network, shots[-1], {s for of in best for s in of.values()})
+    write_grid(folder / GRID_FILE, contests, searches)
+    if find_spec("matplotlib") is not None:
+        works = [
+            work(contest.lux, rows, of[DRAWN], costs)
+            for contest, rows, of in zip(contests, found, best)
+        ]
+        draw(works, folder / DIAGRAM_FILE)
+    return [
+        row_of(contest.lux, score, rows, of[score], costs)
+        for contest, rows, of in zip(contests, found, best)
+        for score in SIGNS
+    ]
+
+
+def together(call: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
+    """Return the results of all jobs in order, by as many threads as there are processors."""
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as threads:
+        return list(threads.map(lambda job: call(*job), jobs))
+
+
+def tuned(
+    contests: Sequence[Contest], roads: Sequence[Road], overrides: Sequence[str]
+) -> list[Search]:
+    """Return a finished search for each illuminance, on the middle half of its shots' rows."""
+    camera = contests[0].camera
+    demosaics = demosaics_for(camera)
+    views = [lit(road, camera, overrides) for road in roads]
+
+    def searched(contest: Contest) -> Search:
+        shots = [contest.shot(view, seed).middle() for seed, view in enumerate(views)]
+        search = Search(lambda setting: mean_scores(shots, setting), demosaics)
+        search.best()
+        return search
+
+    return together(searched, [(contest,) for contest in contests])
+
+
+def demosaics_for(camera: TrainingCamera) -> list[str]:
+    """Return the methods of the grid that the filter array of a camera has."""
+    found = []
+    for method in GRID["demosaic"]:
+        try:
+            build("isp", "merge", demosaic=method).check_shot(camera.sensor.shot_form())
+        except ConfigError:
+            continue
+        found.append(method)
+    return found
+
+
+def mean_scores(shots: Sequence[Shot], setting: Setting) -> Scores:
+    """Return the mean scores of a setting."""
+    isp = build("isp", "merge", **setting.fields())
+    every = [scores_of(isp(shot.captures), shot.reference) for shot in shots]
+    return {name: float(np.mean([scores[name] for scores in every])) for name in SIGNS}
+
+
+def compared(road: Road, shot: Shot, network: Any, settings: set[Setting]) -> Compared:
+    """Return what network, classical settings and the matrix alone make of one shot."""
+    return Compared(
+        road.record.road,
+        scores_of(network(shot.captures), shot.reference),
+        {setting: mean_scores([shot], setting) for setting in settings},
+        scores_of(matrix_alone(shot, "automatic"), shot.reference),
+    )
+
+
+def costs_of(network: Any, shot: Shot, settings: set[Setting]) -> dict[Any, Cost]:
+    """Return the costs of the network and of classical settings, one after the other."""
+    every = {setting: build("isp", "merge", **setting.fields()) for setting in settings}
+    every |= {s: build("isp", "merge", **s.fields()) for s in FEWER.values()}
+    found: dict[Any, Cost] = {key: cost_of(isp, shot.captures) for key, isp in every.items()}
+    return found | {NETWORK: cost_of(network, shot.captures)}
+
+
+def writable(folder: str) -> Path:
+    """Return a folder, made where it is not there; ConfigError where it cannot be written."""
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        allowed = os.access(path, os.W_OK)
+    except OSError:
+        allowed = False
+    if not allowed:
+        raise ConfigError(
+            f"cannot write to {folder}; expected a folder for the tables of the study; type for"
+            " example files=runs"
+        )
+    return path
+
+
+def levels(text: str) -> list[float]:
+    """Return illuminances from a text, parted by commas."""
+    try:
+        found = [float(part) for part in text.split(",")]
+    except ValueError:
+        found = []
+    if not found or min(found) <= 0:
+        raise ConfigError(f"lux is {text!r}; expected numbers above 0; type for example lux=0.1,1")
+    return found
+
+
+def row_of(
+    lux: float, score: str, rows: Sequence[Compared], setting: Setting, costs: dict[Any, Cost]
+) -> dict[str, Any]:
+    """Return one row of the table."""
+    network = [row.network[score] for row in rows]
+    classical = [row.classical[setting][score] for row in rows]
+    differences = np.subtract(network, classical).tolist()
+    difference = mean_over_roads(differences, [row.road for row in rows])
+    return {
+        "lux": lux,
+        "score": score,
+        "network": float(np.mean(network)),
+        "classical": float(np.mean(classical)),
+        "difference": difference.value,
+        "low": difference.low,
+        "high": difference.high,
+        "roads": difference.roads,
+        "matrix_alone": float(np.mean([row.matrix_alone[score] for row in rows])),
+        "network_cpu_s": costs[NETWORK].cpu_s,
+        "classical_cpu_s": costs[setting].cpu_s,
+        "network_mb": costs[NETWORK].peak_mb,
+        "classical_mb": costs[setting].peak_mb,
+        "best_classical": str(setting),
+    }
+
+
+def work(lux: float, rows: Sequence[Compared], best: Setting, costs: dict[Any, Cost]) -> Any:
+    """Return the work-precision diagram of one illuminance."""
+    named = {**FEWER, "best classical": best}
+    points = [
+        (name, float(np.mean([row.classical[s][DRAWN] for row in rows])), costs[s])
+        for name, s in named.items()
+    ]
+    network = float(np.mean([row.network[DRAWN] for row in rows]))
+    return work_of(lux, "CIEDE2000", [*points, (NETWORK, network, costs[NETWORK])])
+
+
+def write_grid(path: Path, contests: Sequence[Contest], searches: Sequence[Search]) -> None:
+    """Write the scores of all settings that were tried on the training roads."""
+    rows = [{"lux": c.lux, **row} for c, search in zip(contests, searches) for row in search.rows()]
+    with open(path, "w", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
