@@ -16,7 +16,7 @@ from .timing import auto_exposure
 @dataclass(frozen=True)
 class StaggeredSensor(SingleSensor):
     """Take several exposures one after the other: T1 the longest, T2, ... (AR0132AT figures; the
-    scene does not move between them).
+    scene moves between them only with `motion.within_exposure`).
 
     Each exposure of a row starts when the previous one ends.
     """
