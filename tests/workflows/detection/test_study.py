@@ -45,6 +45,15 @@ def test_a_dataset_without_objects_is_refused():
         chosen(dataset(car), QUESTIONS["dark"])
 
 
+def test_daylight_questions_leave_tunnels_out():
+    car = {"instance": 1, "name": "car 1", "category": "car"}
+    made = dataset(car)
+    tunnel = replace(made.scenes[0], number=1, overrides=("scene.road=tunnel",))
+    both = replace(made, scenes={**made.scenes, 1: tunnel})
+    assert len(chosen(both, QUESTIONS[""])) == 2
+    assert [one.number for one in chosen(both, QUESTIONS["filters"])] == [0]
+
+
 def test_a_dataset_without_scenes_is_refused():
     empty = Generated(dataset().definition, {})
     with pytest.raises(ConfigError, match="has no scene yet.*isethdr dataset generate mine"):

@@ -24,6 +24,7 @@ class Question:
     kinds : classes of objects; empty: all.
     distances_m : of the objects, from and to.
     dipped : only scenes with dipped beams.
+    open_sky : no tunnels, which daylight does not reach.
     bare : each camera also with objects taken out by rendering the view again without them.
     noisier : each camera also with twice the variance of the renderer's noise.
     transfer : contrast transfer accuracy stands beside each object.
@@ -39,6 +40,7 @@ class Question:
     kinds: tuple[str, ...] = ()
     distances_m: tuple[float, float] = (0.0, float("inf"))
     dipped: bool = False
+    open_sky: bool = False
     bare: bool = False
     noisier: bool = False
     transfer: bool = False
@@ -72,6 +74,7 @@ QUESTIONS = {
         ),
         levels=(0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0),
         unit="sensor_lux",
+        open_sky=True,
         grey_field=True,
     ),
     "dark": Question(

@@ -130,6 +130,7 @@ def chosen(made: Generated, asked: Question) -> list[SceneRecord]:
         record
         for record in made.made
         if not (asked.dipped and "scene.headlamp_beam=driving" in record.overrides)
+        and not (asked.open_sky and "scene.road=tunnel" in record.overrides)
     ]
     kinds = asked.kinds or tuple(CLASSES)
     if not any(kind_of(entry) in kinds for record in records for entry in record.objects):
