@@ -8,6 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
+
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.pipeline.field_check import camera_field
@@ -22,7 +24,7 @@ from .placing.daytime import by_day
 from .placing.plan import Densities, Layout, plan
 from .road_surfaces import DEFAULT, RoadSurfaceName
 from .roads.kinds import BaseRoad, kind, names
-from .roads.opendrive.file_road import Choices, FileRoad, file_road
+from .roads.opendrive.file_road import Choices, FileRoad, Start, file_road
 from .scenario.start import ScenarioStart, scenario_start
 from .sky.choice import SkyName, check_sky, sky_of_scene
 from .street_models import (
@@ -37,7 +39,16 @@ from .things.packs.pack import pack_files, stock_of
 from .things.stock import Stock
 from .traffic.later_layout import Moment, moment
 from .traffic.simulation import Simulation
-from .traffic.sumo.choice import PLACER, check_traffic, rest_of, sumo_traffic
+from .traffic.sumo.choice import (
+    PLACER,
+    RoadOfTraffic,
+    check_traffic,
+    file_traffic,
+    from_files,
+    rest_of,
+    sumo_traffic,
+)
+from .traffic.sumo.own_files import files_of
 from .traffic.sumo.program import version
 from .traffic.sumo.traffic import SumoTraffic
 from .validation import check_order
@@ -104,8 +115,11 @@ class Street:
     camera_ahead_m: Shift = 0.0  # shift of the camera ahead of its mount
     camera_left_m: Shift = 0.0  # shift of the camera to the left of its mount
     # source of the traffic: `placer` draws it from the seed; `sumo` simulates the same density with
-    # SUMO (extra `traffic`; docs/how-to/sumo_traffic.md)
+    # SUMO (extra `traffic`); or a file of SUMO: path/to/rush.sumocfg, path/to/cars.rou.xml
+    # (docs/how-to/sumo_traffic.md)
     traffic: str = PLACER
+    # of a file of SUMO's: the vehicle that carries the camera; empty: the car nearest to the start
+    traffic_ego: str = ""
     traffic_start_s: TrafficSecond = 60.0  # second of SUMO's simulation at which `time_s` is 0
     vehicles_per_km: Vehicles = 15.0  # moving vehicles per km of each lane
     parked_share: Share = 0.5  # share of the parking bays that hold a vehicle
@@ -251,6 +265,8 @@ class Street:
         road: tuple[Path, ...] = (Path(self.road),) if self.from_file else ()
         if self.scenario:
             road = self._start.files
+        if from_files(self.traffic):
+            road = (*road, *files_of(Path(self.traffic)))
         return (*road, *(path for folder in self.assets for path in pack_files(folder)))
 
     def programs(self) -> dict[str, str]:
@@ -326,9 +342,26 @@ class Street:
     def _sumo(self) -> SumoTraffic | None:
         if self.traffic == PLACER:
             return None
-        return sumo_traffic(
-            self._road, self.stock(), self.seed, self._densities(), self.traffic_start_s
-        )
+        second_s = self.traffic_start_s
+        if from_files(self.traffic):
+            path = Path(self.traffic)
+            return file_traffic(
+                path, self.traffic_ego, second_s, self._below_traffic(), self.stock()
+            )
+        return sumo_traffic(self._road, self.stock(), self.seed, self._densities(), second_s)
+
+    def _below_traffic(self) -> RoadOfTraffic:
+        """Return the road on which the traffic of a file drives."""
+        if not self.from_file:
+            about = lambda start: (self._road, np.zeros(2))
+            return RoadOfTraffic(self._road.network, self._road, np.zeros(2), about)
+        found = self._file_road()
+
+        def about(start: Start) -> tuple[BaseRoad, np.ndarray]:
+            near = file_road(Path(self.road), self.seed, self._choices(), start)
+            return near.base, near.shift_m
+
+        return RoadOfTraffic(found.file.network, found.base, found.shift_m, about)
 
     @cached_property
     def _road(self) -> BaseRoad:

@@ -69,3 +69,20 @@ def import_osm_command(
     import_module(f"{ROADS}.opendrive.openstreetmap").convert(osm, out)
     for line in import_module(f"{__package__}.file_plan").report(out):
         typer.echo(line)
+
+
+@roads_command.command("net")
+def net_command(
+    road: str = typer.Argument(help="name of a kind of road, or OpenDRIVE file (.xodr)"),
+    file: Path = typer.Argument(help="net of SUMO to write (.net.xml)"),
+    seed: int = typer.Option(0, help="seed of a kind of road"),
+) -> None:
+    """Write the net of SUMO on which routes for a road are made (extra traffic)."""
+    path = Path(road)
+    if path.suffix == ".xodr":
+        network = import_module(f"{ROADS}.opendrive.file_road").content(path).network
+    else:
+        network = import_module(f"{ROADS}.kinds").kind(road, seed).network
+    traffic = import_module(f"{ROADS.rpartition('.')[0]}.traffic.sumo.net")
+    file.write_bytes(traffic.net_of(network).content)
+    typer.echo(str(file))

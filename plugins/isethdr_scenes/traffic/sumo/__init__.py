@@ -9,5 +9,6 @@
 | `trace`      | what SUMO reports of each vehicle: place, speed, signals              |
 | `overlaps`   | vehicles of a trace that touch others, and what all of them sweep     |
 | `traffic`    | traffic at a chosen second, and its layouts at later times            |
+| `own_files`  | a user's route files and configurations of SUMO                       |
 | `choice`     | the placer or SUMO, and what the placer adds to SUMO's traffic       |
 """

@@ -2,27 +2,53 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
 
 from isethdr_core.errors import ConfigError, did_you_mean
 
 from ...placing.plan import Densities
 from ...roads.kinds import BaseRoad
+from ...roads.network import Network
+from ...roads.opendrive.file_road import Start
+from ...roads.profile import Floats
 from ...things.stock import Stock
 from .demand import Wanted
-from .traffic import SumoTraffic, drawn_traffic
+from .lane_below import LanesBelow
+from .own_files import CONFIGURATION, ROUTES, bodies, check_own, file_journeys, nearest
+from .traffic import SumoTraffic, drawn_traffic, middle, shown
 
 PLACER = "placer"
 SUMO = "sumo"
 CHOICES = (PLACER, SUMO)
+REACH_M = 350.0  # vehicles that never come so near to the camera are left out
+
+
+@dataclass(frozen=True)
+class RoadOfTraffic:
+    """The road on which a file's traffic drives."""
+
+    network: Network  # as its file has it
+    base: BaseRoad  # about the place where the camera would start
+    shift_m: Floats  # (2,) from the file's coordinates to those of `base`
+    about: Callable[[Start], tuple[BaseRoad, Floats]]  # the road about another place, its shift
+
+
+def from_files(traffic: str) -> bool:
+    """Return whether a choice names a file."""
+    return traffic.endswith((CONFIGURATION, ROUTES))
 
 
 def check_traffic(traffic: str, scenario: str) -> None:
     """Raise ConfigError for a choice that is not there, and for SUMO beside a scenario."""
-    if traffic not in CHOICES:
+    if traffic not in CHOICES and not from_files(traffic):
         raise ConfigError(
             f"scene.traffic is {traffic!r}{did_you_mean(traffic, CHOICES)}; expected"
-            f" {' or '.join(CHOICES)}; type for example scene.traffic=sumo"
+            f" {', '.join(CHOICES)}, a configuration of SUMO (.sumocfg) or a route file (.rou.xml);"
+            " type for example scene.traffic=sumo"
         )
     if traffic != PLACER and scenario:
         raise ConfigError(
@@ -47,6 +73,42 @@ def sumo_traffic(
     """
     wanted = Wanted(densities.vehicles_per_km, densities.riders_per_km, second_s)
     return drawn_traffic(base, stock, seed, wanted)
+
+
+def file_traffic(
+    path: Path, ego: str, second_s: float, road: RoadOfTraffic, stock: Stock
+) -> SumoTraffic:
+    """Return the traffic of a file on a road.
+
+    Parameters
+    ----------
+    path : a configuration of SUMO, or a route file.
+    ego : the vehicle that carries the camera; empty: the car nearest to the start of the road.
+
+    Raises
+    ------
+    ConfigError : SUMO is not installed; nobody, or not the vehicle for the camera, at that second.
+    CatalogError : a file that is missing or no such file; traffic of another network.
+    """
+    seed = road.base.seed
+    found = file_journeys(path, road.network, second_s, seed)
+    things = bodies(path, found, stock, seed)
+    place = road.base.pose()[:2, 3] - road.shift_m
+    own = ego or nearest(found, things, place, second_s)
+    check_own(own, path, {name: found[name] for name in things}, second_s)
+    state = found[own].at(second_s)
+    at = np.array(middle(things[own], state))
+    lane = LanesBelow(road.network).at(at, state.heading_rad)
+    base = road.base
+    shift = road.shift_m
+    if lane is not None:
+        base, shift = road.about(Start(road.network.lane(lane.key), lane.s_m, lane.aside_m))
+    near = {
+        name: found[name].moved(shift)
+        for name in things
+        if np.linalg.norm(found[name].front_m - at, axis=1).min() < REACH_M
+    }
+    return shown(base, near, things, own, second_s)
 
 
 def rest_of(densities: Densities) -> Densities:

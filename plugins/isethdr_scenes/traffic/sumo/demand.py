@@ -26,6 +26,7 @@ NEAR_START_M = 60.0  # of a lane: where the camera's car would meet those that c
 CLEAR_S = 2.5  # before and after it
 MOST_EDGES = 60  # of a route
 LEAST_LANE_M = 15.0  # on which vehicles are placed at the start
+EVEN = 0.5  # of the mean gap between two that come: the least
 ROOM_M = 8.0  # of a vehicle that is placed at the start
 SHARES = (0.93, 1.0)  # of the limit that drivers take
 MODEL = "IDM"  # the car following model, as that of the seeded placer
@@ -136,13 +137,17 @@ class Maker:
             self._vehicle(stream, 0.0, f"{max(at, 1.0):.2f}")
 
     def _flow(self, stream: _Stream, wanted: Wanted) -> None:
-        """Let vehicles come at the start of a lane, at random about even gaps."""
+        """Let vehicles come at the start of a lane: at random, at least some seconds apart, so that
+        those who have to wait find gaps.
+        """
         if stream.per_m <= 0:
             return
         gap_s = 1 / (wanted.flow * stream.per_m * stream.speed_m_s)
-        until_s = wanted.second_s + AFTER_S
-        for k in range(int(until_s / gap_s) + 1):
-            self._vehicle(stream, (k + 0.5 + self._rng.uniform(-0.45, 0.45)) * gap_s, "base")
+        depart_s = -gap_s * self._rng.random()
+        while depart_s < wanted.second_s + AFTER_S:
+            depart_s += gap_s * (EVEN + (1 - EVEN) * self._rng.exponential())
+            if depart_s > 0:
+                self._vehicle(stream, depart_s, "base")
 
     def _vehicle(self, stream: _Stream, depart_s: float, at: str) -> None:
         route = self._route(stream.edge, stream.lane)
@@ -247,6 +252,9 @@ def vehicle_type(name: str, thing: Thing, speed_m_s: float, share: float) -> ET.
         "maxSpeed": f"{speed_m_s:.3f}",
         "speedFactor": f"{share:.4f}",
         "speedDev": "0",
+        # who waits takes gaps that others must slow down for a little
+        "jmTimegapMinor": "0.3",
+        "impatience": "0.5",
         "carFollowModel": MODEL,
     }
     for key, value in told.items():

@@ -20,19 +20,20 @@ from ...roads.road import Lane, Road
 from .program import call, version
 
 SIMULATED = ("driving", "biking")  # types of lanes; SUMO sees no others
-# what lanes are to SUMO: cars and motorcycles on driving lanes, bicycles on cycle lanes
+# what lanes are to SUMO: cars and motorcycles on driving lanes, bicycles on cycle lanes. Nobody may
+# use the others; without them the lanes beside them would move together
 TYPES = """<types>
 <type id="driving" priority="1" speed="13.89" width="3.65"
  allow="passenger truck trailer bus coach delivery taxi motorcycle moped emergency"/>
 <type id="biking" priority="-1" speed="5.56" width="1.50" allow="bicycle"/>
-<type id="none" priority="0" speed="1.39" width="1.0" disallow="all" discard="true"/>
+<type id="none" priority="0" speed="1.39" width="1.0" disallow="all"/>
 </types>"""
 TYPES_FILE = "types.typ.xml"
 OPTIONS = (
     "--offset.disable-normalization",
     "--opendrive.internal-shapes",
     "--opendrive.curve-resolution=1",
-    "--opendrive.min-width=1.4",
+    "--opendrive.min-width=0.3",
     "--opendrive.position-ids",
     "--output.original-names",
     "--no-turnarounds",

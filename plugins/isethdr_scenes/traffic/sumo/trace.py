@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntFlag
 from pathlib import Path
 from typing import NamedTuple
@@ -50,6 +50,28 @@ class Journey:
     def present(self, time_s: float) -> bool:
         """Return whether it is on the road at a second of the simulation."""
         return bool(self.time_s[0] - 1e-6 <= time_s <= self.time_s[-1] + 1e-6)
+
+    def moved(self, by_m: Floats) -> Journey:
+        """Return it shifted in plan by (2,) metres."""
+        return replace(self, front_m=self.front_m + by_m)
+
+    def between(self, step_s: float) -> Journey:
+        """Return it at least every `step_s` seconds, linear between SUMO's steps."""
+        if len(self.time_s) < 2 or np.diff(self.time_s).max() < 1.5 * step_s:
+            return self
+        count = int(np.ceil((self.time_s[-1] - self.time_s[0]) / step_s)) + 1
+        time_s = np.linspace(self.time_s[0], self.time_s[-1], count)
+        mix = lambda values: np.interp(time_s, self.time_s, values)
+        nearest = np.searchsorted(self.time_s, time_s - 1e-6).clip(0, len(self.time_s) - 1)
+        return replace(
+            self,
+            time_s=time_s,
+            front_m=np.column_stack([mix(self.front_m[:, 0]), mix(self.front_m[:, 1])]),
+            heading_rad=mix(self.heading_rad),
+            speed_m_s=mix(self.speed_m_s),
+            acceleration_m_s2=self.acceleration_m_s2[nearest],
+            signals=self.signals[nearest],
+        )
 
     def at(self, time_s: float) -> State:
         """Return its state at a second, places linear between SUMO's steps; before it came and

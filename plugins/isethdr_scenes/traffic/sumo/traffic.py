@@ -36,7 +36,7 @@ NAN = float("nan")  # a bound that is not known
 ROUTES = "traffic.rou.xml"
 TRACE = "trace.xml"
 RUNS = 4  # of SUMO, at most
-LEAST = 0.7  # vehicles on the road, relative to those that are asked for
+LEAST = 0.5  # vehicles on the road, relative to those that are asked for
 NEAR = 0.15  # of the number asked for, by which another one serves
 CHANGES = (0.5, 2.0)  # of the flow, from one run to the next
 DYNAMIC = ("brake", "indicator")  # beginnings of the names of lamps that SUMO switches
@@ -186,8 +186,7 @@ class SumoTraffic:
 
     def state_notes(self, vehicles_per_km: float) -> None:
         """State in the ledger what of the traffic is not shown, and how many were placed."""
-        told = self.shortages[0]
-        if told.placed < told.wanted:
+        for told in (one for one in self.shortages if one.placed < one.wanted):
             what = (
                 f"{told.placed} vehicles of {told.wanted} that {vehicles_per_km:g} per km asks for"
             )
@@ -307,22 +306,36 @@ def _run(net: SumoNet, demand: Demand, wanted: Wanted, seed: int) -> dict[str, J
 def _traffic(
     base: BaseRoad, journeys: dict[str, Journey], demand: Demand, wanted: Wanted
 ) -> SumoTraffic:
-    """Return the traffic of journeys, without vehicles that would touch others."""
+    """Return the traffic of a density."""
     things = {**demand.things, OWN: OWN_THING}
-    names = list(journeys)
-    parts = [journey_boxes(things[name], journeys[name]) for name in names]
-    owner = np.repeat(np.arange(len(names)), [len(part) for part in parts])
-    time_s = np.concatenate([journeys[name].time_s for name in names])
-    out = fewest(touching(np.concatenate(parts), time_s, owner), names.index(OWN))
-    left_out = {names[k] for k in out}
-    kept = {name: j for name, j in journeys.items() if name not in left_out}
-    motor = _motor(kept, things, wanted.second_s)
+    traffic = shown(base, journeys, things, OWN, wanted.second_s)
+    motor = _motor(traffic.journeys, things, wanted.second_s)
     shortage = Shortage("vehicles_per_km", "vehicles", demand.wanted, motor, wanted.vehicles_per_km)
     check_shortage(shortage, base.name, wanted.second_s)
-    traffic = SumoTraffic(
-        base, wanted.second_s, kept, things, OWN, (shortage,), tuple(sorted(left_out))
-    )
-    return replace(traffic, base=_start(base, traffic._foot(OWN, wanted.second_s)))
+    return replace(traffic, shortages=(shortage,))
+
+
+def shown(
+    base: BaseRoad,
+    journeys: Mapping[str, Journey],
+    things: Mapping[str, Thing],
+    own: str,
+    second_s: float,
+) -> SumoTraffic:
+    """Return the traffic of journeys without vehicles that would touch others, and the road with
+    the camera's car where its vehicle is at a second.
+    """
+    fine = {name: one.between(STEP_S) for name, one in journeys.items()}
+    names = list(fine)
+    parts = [journey_boxes(things[name], fine[name]) for name in names]
+    owner = np.repeat(np.arange(len(names)), [len(part) for part in parts])
+    # vehicles of one simulation step have the same time to the digit
+    time_s = np.concatenate([fine[name].time_s for name in names])
+    out = fewest(touching(np.concatenate(parts), time_s, owner), names.index(own))
+    left_out = tuple(sorted(names[k] for k in out))
+    kept = {name: j for name, j in fine.items() if name not in left_out}
+    traffic = SumoTraffic(base, second_s, kept, things, own, (), left_out)
+    return replace(traffic, base=_start(base, traffic._foot(own, second_s)))
 
 
 def check_shortage(told: Shortage, road: str, second_s: float) -> None:

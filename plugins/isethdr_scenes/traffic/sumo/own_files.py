@@ -1,0 +1,235 @@
+"""Traffic of a user's own: a route file on the net of the road, or a configuration of SUMO."""
+
+from __future__ import annotations
+
+import tempfile
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from zlib import crc32
+
+import numpy as np
+
+from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
+
+from ...roads.network import Network
+from ...roads.opendrive.elements import Node, opened
+from ...roads.profile import Floats
+from ...things.stock import Stock
+from ...things.thing import Thing
+from .demand import AFTER_S
+from .lane_below import LanesBelow
+from .net import NET, SumoNet, net_of
+from .net import read as read_net
+from .program import call, version
+from .trace import STEP_S, Journey, read
+
+CONFIGURATION = ".sumocfg"
+ROUTES = ".xml"  # a route file
+DRAWS = 8  # things of a group, of which the one nearest in size is taken
+ON_LANE_M = 2.5  # from a lane's middle, beyond which a vehicle is on another road's net
+LEAST_SHARE = 0.5  # of the vehicles that are on lanes of the road
+TRACE = "trace.xml"
+OPTIONS = (
+    "--fcd-output.signals",
+    "--fcd-output.acceleration",
+    "--precision=4",
+    "--no-step-log",
+    "--xml-validation=never",
+    "--random=false",
+)
+# groups of things by SUMO's vClass, and its usual length, width and height (m; its documentation,
+# Definition_of_Vehicles, Vehicle_Types, Routes: abstract vehicle classes)
+CLASSES: dict[str, tuple[str, tuple[float, float, float]]] = {
+    "passenger": ("car", (5.0, 1.8, 1.5)),
+    "private": ("car", (5.0, 1.8, 1.5)),
+    "taxi": ("car", (5.0, 1.8, 1.5)),
+    "evehicle": ("car", (5.0, 1.8, 1.5)),
+    "hov": ("car", (5.0, 1.8, 1.5)),
+    "vip": ("car", (5.0, 1.8, 1.5)),
+    "authority": ("car", (5.0, 1.8, 1.5)),
+    "army": ("car", (5.0, 1.8, 1.5)),
+    "ignoring": ("car", (5.0, 1.8, 1.5)),
+    "emergency": ("car", (6.5, 2.16, 2.86)),
+    "delivery": ("car", (6.5, 2.16, 2.86)),
+    "truck": ("truck", (7.1, 2.4, 2.4)),
+    "trailer": ("truck", (16.5, 2.55, 4.0)),
+    "bus": ("bus", (12.0, 2.5, 3.4)),
+    "coach": ("bus", (14.0, 2.6, 4.0)),
+    "motorcycle": ("motorcycle", (2.2, 0.9, 1.5)),
+    "moped": ("motorcycle", (2.1, 0.8, 1.7)),
+    "bicycle": ("bicycle", (1.6, 0.65, 1.7)),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class FileTraffic:
+    """What a file's traffic does from a second on, in coordinates of the road's file."""
+
+    journeys: Mapping[str, Journey]
+    things: Mapping[str, Thing]
+    own: str  # the vehicle that carries the camera
+
+
+def files_of(path: Path) -> tuple[Path, ...]:
+    """Return a file of traffic and those that it names."""
+    if path.suffix != CONFIGURATION or not path.is_file():
+        return (path,)
+    top = opened(path, "configuration", "a configuration of SUMO (.sumocfg)")
+    return (
+        path,
+        *(named for kind in ("net", "route", "additional") for named in _named(top, kind)),
+    )
+
+
+def _named(top: Node, kind: str) -> tuple[Path, ...]:
+    """Return the files of one kind that a configuration names."""
+    found = top.element.find(f".//{kind}-files")
+    if found is None:
+        found = top.element.find(f".//{kind}-file")
+    value = "" if found is None else found.get("value", found.get("v", ""))
+    return tuple(top.file.parent / name.strip() for name in value.split(",") if name.strip())
+
+
+def file_journeys(path: Path, network: Network, second_s: float, seed: int) -> dict[str, Journey]:
+    """Return the journeys of a file's vehicles from a second on.
+
+    Parameters
+    ----------
+    path : a configuration of SUMO, or a route file on the net that `isethdr roads net` writes.
+    network : the road, as its file has it.
+
+    Raises
+    ------
+    ConfigError : SUMO is not installed; nobody is on the road at that second.
+    CatalogError : a file is missing or no such file; routes of another network.
+    """
+    for file in files_of(path):
+        if not file.is_file():
+            raise CatalogError(f"{file} is missing; {path} needs it as traffic of SUMO")
+    stamps = tuple((str(file), file.stat().st_mtime_ns) for file in files_of(path))
+    net = None if path.suffix == CONFIGURATION else net_of(network)
+    found = _journeys(path, net, second_s, (seed, version(), *stamps))
+    if not any(one.present(second_s) for one in found.values()):
+        raise ConfigError(_nobody(path, net, second_s, seed))
+    below = LanesBelow(network)
+    here = [one.at(second_s) for one in found.values() if one.present(second_s)]
+    lanes = [below.at(state.front_m, state.heading_rad) for state in here]
+    on = sum(lane is not None and abs(lane.aside_m) < ON_LANE_M for lane in lanes)
+    if on < LEAST_SHARE * len(here):
+        raise CatalogError(
+            f"{path}: {len(here) - on} of {len(here)} vehicles are on no lane of the road at second"
+            f" {second_s:g}; expected traffic on the net of this road: `isethdr roads net ROAD"
+            " roads.net.xml` writes it"
+        )
+    return found
+
+
+@lru_cache(maxsize=4)
+def _journeys(
+    path: Path, net: SumoNet | None, second_s: float, _made_of: tuple[object, ...]
+) -> dict[str, Journey]:
+    seed = _made_of[0]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        trace = folder / TRACE
+        begin = max(second_s - 2 * STEP_S, 0.0)
+        told = [f"--fcd-output={trace}", f"--device.fcd.begin={begin:.1f}", *OPTIONS]
+        if net is None:
+            top = opened(path, "configuration", "a configuration of SUMO (.sumocfg)")
+            own_net = _named(top, "net")
+            if not own_net:
+                raise top.error("it names no net-file; expected one")
+            offset = read_net(own_net[0].read_bytes()).offset_m
+            end = top.element.find(".//end")
+            last = np.inf if end is None else float(end.get("value", end.get("v", "inf")))
+            source = [f"--configuration-file={path.resolve()}"]
+            until = min(last, second_s + AFTER_S)
+        else:
+            (folder / NET).write_bytes(net.content)
+            offset = net.offset_m
+            source = [f"--net-file={folder / NET}", f"--route-files={path.resolve()}"]
+            source += [f"--seed={int(str(seed)) % 2**31}", f"--step-length={STEP_S}", "--begin=0"]
+            until = second_s + AFTER_S
+        try:
+            call("sumo", [*source, f"--end={until:.1f}", *told], folder)
+        except CatalogError as error:
+            raise CatalogError(
+                f"{path}: {error}; expected routes on the net of this road: `isethdr roads net ROAD"
+                " roads.net.xml` writes it"
+            ) from None
+        return read(trace, offset) if trace.is_file() else {}
+
+
+def _nobody(path: Path, net: SumoNet | None, second_s: float, seed: int) -> str:
+    """Return the message for a second at which nobody is on the road."""
+    before = _journeys(path, net, max(second_s - AFTER_S, 0.0), (seed, "before"))
+    last = max((float(one.time_s[-1]) for one in before.values()), default=0.0)
+    if not last:
+        before = _journeys(path, net, 0.0, (seed, "first"))
+        last = max((float(one.time_s[-1]) for one in before.values()), default=0.0)
+    return (
+        f"scene.traffic_start_s is {second_s:g}, but no vehicle of {path} is on the road at that"
+        f" second; the last one before it was seen at second {last:g}; expected less; type for"
+        f" example scene.traffic_start_s={last / 2:g}"
+    )
+
+
+def bodies(
+    path: Path, journeys: Mapping[str, Journey], stock: Stock, seed: int
+) -> dict[str, Thing]:
+    """Return the thing of each vehicle: of its class's group, nearest to its type in size; those
+    whose class is no road vehicle are left out.
+    """
+    types = _types(files_of(path))
+    found = {}
+    for name, journey in journeys.items():
+        # types of distributions carry a suffix
+        told = types.get(journey.type, types.get(journey.type.partition("@")[0], {}))
+        group, size = CLASSES.get(told.get("vClass", "passenger"), ("", (0.0, 0.0, 0.0)))
+        if not group:
+            continue
+        named = ("length", "width", "height")
+        wanted = np.array([float(told.get(key, usual)) for key, usual in zip(named, size)])
+        rng = np.random.default_rng([seed, crc32(name.encode())])
+        drawn = [stock.draw(group, rng) for _ in range(DRAWS)]
+        # a longer body would come nearer to others than SUMO lets it
+        fitting = [one for one in drawn if one.size_m[0] < wanted[0] + 0.2] or drawn
+        off = [np.abs(np.array(one.size_m) - wanted).max() for one in fitting]
+        found[name] = fitting[int(np.argmin(off))]
+    return found
+
+
+def _types(files: Iterable[Path]) -> dict[str, dict[str, str]]:
+    """Return the attributes of all types of vehicles by name."""
+    found = {}
+    for file in files:
+        if file.name.endswith((CONFIGURATION, ".net.xml")):
+            continue
+        for node in ET.parse(file).iter("vType"):
+            found[node.get("id", "")] = dict(node.attrib)
+    return found
+
+
+def nearest(
+    journeys: Mapping[str, Journey], things: Mapping[str, Thing], place_m: Floats, second_s: float
+) -> str:
+    """Return the car that is nearest to a plan point (2,) at a second."""
+    here = [name for name in things if journeys[name].present(second_s)]
+    cars = [name for name in here if things[name].group == "car"] or here
+    away = lambda name: float(np.linalg.norm(journeys[name].at(second_s).front_m - place_m))
+    return min(cars, key=away, default="")
+
+
+def check_own(own: str, path: Path, journeys: Mapping[str, Journey], second_s: float) -> None:
+    """Raise ConfigError where the vehicle for the camera is not on the road at a second."""
+    here = [name for name, one in journeys.items() if one.present(second_s)]
+    if own in here:
+        return
+    raise ConfigError(
+        f"scene.traffic_ego is {own!r}, but {path} has no such vehicle on the road at second"
+        f" {second_s:g}{did_you_mean(own, here)}; there are {len(here)}, for example"
+        f" {', '.join(sorted(here)[:5])}; type for example scene.traffic_ego={sorted(here)[0]}"
+    )
