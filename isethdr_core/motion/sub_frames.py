@@ -2,7 +2,7 @@
 
 The first sub-frame is the scene itself, at the start of the shot; labels and reference picture are
 its own. Each further one is the scene of a later moment. It is rendered with fewer samples and a
-seed of its own: what stands still is the mean of all sub-frames, and as noisy as in one picture.
+seed of its own: what stands still is the mean of all sub-frames, whose noise is stated.
 """
 
 from __future__ import annotations
@@ -33,10 +33,11 @@ from .shot_time import ShotTime, shot_time
 from .visible_motion import displacement
 
 STILL = 0.1  # of `step_px`: a scene that moves less during a shot counts as still
+LEAST_SAMPLES = 2  # one sample knows no noise
 LARGEST_ERROR_ALLOWED = 0.999  # relative noise that a renderer accepts
 # effort fields of renderers, and their value for one of many sub-frames whose mean counts
 CHEAPER: dict[str, Callable[[float, int], float]] = {
-    "samples": lambda samples, steps: ceil(samples / steps),
+    "samples": lambda samples, steps: max(ceil(samples / steps), LEAST_SAMPLES),
     "error_allowed": lambda noise, steps: min(noise * sqrt(steps), LARGEST_ERROR_ALLOWED),
     "noise_share_allowed": lambda share, steps: share * sqrt(steps),
 }
