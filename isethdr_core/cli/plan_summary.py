@@ -9,7 +9,7 @@ from ..pipeline import runtime_estimate
 from ..pipeline.chain import chain, frame_of, plan
 from ..runs import radiance_cache, run
 from ..uncertainty.ledger import Ledger
-from .summary_tables import forecast_table, ledger_table
+from .summary_tables import forecast_table, print_statements
 from .terminal import console as open_console
 
 
@@ -57,4 +57,4 @@ def print_plan(overrides) -> None:
                 }
             )
         )
-    console.print(ledger_table(rows, details=True))
+    print_statements(rows)

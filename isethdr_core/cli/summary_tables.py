@@ -55,9 +55,25 @@ def remarks(result) -> list[str]:
     return [remark for remark in (frame, objects_remark(unlike)) if remark]
 
 
-def ledger_table(ledger, details: bool = False, expected: dict | None = None) -> Table:
-    """Return stage, seconds, `expected` seconds, peak memory and stated errors; with `details` also
-    every omission with its reason.
+def print_statements(ledger) -> None:
+    """Print every error and omission that the stages of a ledger state, one paragraph for each.
+
+    A table with columns for both would need a terminal of 200 columns.
+    """
+    for row in ledger:
+        for title, texts in (
+            ("errors stated", [error_text(error) for error in row.errors]),
+            ("left out", [omission_text(omission) for omission in row.left_out]),
+        ):
+            if texts:
+                print_text(f"{row.stage}: {title}")
+            for text in texts:
+                print_text(text, indent="  ", hanging="      ")
+
+
+def ledger_table(ledger, expected: dict | None = None) -> Table:
+    """Return stage, seconds, `expected` seconds, peak memory, the largest stated error and the
+    number of omissions; all metrics of one camera are one row.
     """
     table = Table(title="ledger", title_justify="left", box=None, padding=(0, 1, 0, 0))
     expected = together(expected or {})
@@ -71,20 +87,14 @@ def ledger_table(ledger, details: bool = False, expected: dict | None = None) ->
         ("left out", "left"),
     ):
         table.add_column(name, justify=side, overflow="fold")
-    for row in ledger if details else metrics_together(ledger):
-        errors = "\n".join(error_text(e) for e in row.errors) if details else worst_text(row.errors)
-        omissions = f"{len(row.left_out)} noted" if row.left_out else ""
-        if details:
-            omissions = "\n".join(
-                f"{o.what}: {o.why} (bound {o.bound:.3g} {o.unit})" for o in row.left_out
-            )
+    for row in metrics_together(ledger):
         table.add_row(
             row.stage,
             f"{row.seconds:.2f}{' kept' if row.reused else ''}",
             *([seconds_text(expected.get(row.stage))] if any_known else []),
             f"{row.peak_bytes / 1e6:.0f}",
-            errors,
-            omissions,
+            worst_text(row.errors),
+            f"{len(row.left_out)} noted" if row.left_out else "",
         )
     return table
 
@@ -171,8 +181,16 @@ def worst_text(notes) -> str:
 
 
 def error_text(note) -> str:
-    """Return one stated error as text: value, unit, quantity, and how it is known."""
-    return f"{note.label + ' ' if note.label else ''}{note.value:.3g} {note.unit} ({note.how})"
+    """Return one stated error as text: value, unit, how it is known, and its label."""
+    label = f": {note.label}" if note.label else ""
+    unit = "" if note.unit == "1" else f" {note.unit}"
+    return f"{note.value:.3g}{unit} ({note.how}){label}"
+
+
+def omission_text(omission) -> str:
+    """Return one omission as text: what, why, and the largest change that it can make."""
+    bound = f"{omission.bound:.3g} {omission.unit}".rstrip()
+    return f"{omission.what}: {omission.why} (bound {bound})"
 
 
 def score_table(result) -> Table:

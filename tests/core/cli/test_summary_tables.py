@@ -3,6 +3,7 @@
 from isethdr_core.cli.summary_tables import (
     ledger_table,
     metrics_together,
+    print_statements,
     score_text,
     worst_text,
 )
@@ -59,3 +60,24 @@ def test_a_ledger_fits_80_columns_and_loses_no_word(capsys):
     assert max(map(len, shown.splitlines())) <= 80
     places = [shown.count(word) for word in label.split()]
     assert min(places) >= len(stages)
+
+
+def test_statements_of_a_plan_fit_80_columns_in_a_pipe_and_lose_no_word(monkeypatch, capsys):
+    monkeypatch.delenv("COLUMNS", raising=False)
+    unit = "standard deviations of the sensor's noise"
+    stated = [said(0.000152, unit, "bound", label=f"share number {n}") for n in (1, 2)]
+    whole = row("plan", *stated)
+    why = "no metric reads them, and the lens has the same point spread everywhere in its field"
+    whole.left_out.append(LeftOut("labels depth, distance, category, normal", why, 3e-6, "labels"))
+    print_statements(Ledger([whole, Row("lens ideal")]))
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    # a paragraph for each: its first line has two spaces, the following ones more
+    paragraphs = "\n".join(lines).replace("\n      ", " ").splitlines()
+    assert paragraphs == [
+        "plan: errors stated",
+        f"  0.000152 {unit} (bound): share number 1",
+        f"  0.000152 {unit} (bound): share number 2",
+        "plan: left out",
+        f"  labels depth, distance, category, normal: {why} (bound 3e-06 labels)",
+    ]

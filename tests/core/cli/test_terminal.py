@@ -50,7 +50,7 @@ def a_result(text: str, folder: Path) -> SimpleNamespace:
 def test_a_run_is_printed_as_it_is_named(text, tmp_path, capsys):
     result = a_result(text, tmp_path)
     summary_tables.print_result(result)
-    console().print(summary_tables.ledger_table(result.ledger, details=True))
+    summary_tables.print_statements(result.ledger)
     console().print(summary_tables.forecast_table({text: 1.0}))
     show([{"name": text, text: 1.0}], text)
     shown = capsys.readouterr().out
