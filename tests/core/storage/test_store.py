@@ -106,12 +106,25 @@ def test_layout_is_one_shard_per_group_of_whole_chunks(tmp_path):
 
 
 def test_planes_without_bands_lie_in_few_even_chunks():
-    assert tiling({"capture": 3, "y": 1386, "x": 2079}) == ((1, 462, 693), (1, 1386, 2079))
-    # one that is not there, not 959
+    assert tiling({"capture": 3, "y": 1386, "x": 2080}) == ((1, 462, 696), (1, 1386, 2088))
+    # 15 that are not there, not 959
     assert tiling({"y": 1, "x": 961, "xyz_channel": 3}) == (
-        (1, 481, 1),
-        (1, 962, 3),
+        (1, 488, 1),
+        (1, 976, 3),
     )
+
+
+@pytest.mark.parametrize("rows", [1, 2, 27, 545])
+@pytest.mark.parametrize("columns", [1, 47, 776, 970, 961])
+@pytest.mark.parametrize("sizes", [{}, {"wavelength": 3}, {"capture": 2}])
+def test_a_chunk_has_values_whose_bits_blosc_shuffles(sizes, rows, columns):
+    """It shuffles eight values at a time, and no block of another number."""
+    chunk, shard = tiling({**sizes, "y": rows, "x": columns})
+    assert np.prod(chunk) % 8 == 0
+    chunks_across = shard[-1] // chunk[-1]
+    assert shard[-1] == chunks_across * chunk[-1] >= columns
+    if "wavelength" not in sizes:  # bands are not divided evenly
+        assert shard[-1] - columns <= 8 * chunks_across
 
 
 def test_a_store_is_never_written_twice(tmp_path):
