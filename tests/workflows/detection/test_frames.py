@@ -107,18 +107,38 @@ def test_without_the_object_in_place_the_ring_and_a_bare_view_agree_on_an_even_r
     assert np.linalg.norm(from_bare.difference) > 1
 
 
+def windows(picture, at, shape):
+    """Return windows (window, colour, y, x) of a picture, cut out one by one."""
+    height, width = shape.channels.shape
+    cut = [picture[:, y : y + height, x : x + width] for y, x in zip(*at, strict=True)]
+    return np.stack(cut)
+
+
 def test_windows_hold_no_road_user_and_are_the_same_for_all_cameras():
     one = frame(3)
     size = clutter.size_of(BOX)
     shape = clutter.shape_of(size, SHAPE[0], 3)
-    found = clutter.windows(one, size, shape, 30)
-    assert len(found) == 30
+    at = clutter.places(one, size, shape, 30)
+    assert len(at.top) == 30
     marked = Frame(3, "road 3", "night", (one.owners > 0)[None] * 1.0, one.owners, ())
-    at = clutter.windows(marked, size, shape, 30)  # another camera: the same places
+    same = clutter.places(marked, size, shape, 30)  # another camera: the same places
+    assert np.array_equal(at, same)
     top, left, height, width = shape.box
-    assert not at[:, 0, top : top + height, left : left + width].any()
+    held = windows(marked.colours, at, shape)[:, 0, top : top + height, left : left + width]
+    assert not held.any()
     full = Frame(3, "road 3", "night", one.colours, np.ones(SHAPE, np.int32), ())
-    assert len(clutter.windows(full, size, shape, 30)) == 0
+    assert len(clutter.places(full, size, shape, 30).top) == 0
+
+
+def test_outputs_read_in_strips_are_those_of_windows_cut_out_one_by_one():
+    one = frame(3)
+    size = clutter.size_of(BOX)
+    shape = clutter.shape_of(size, SHAPE[0], 3)
+    at = clutter.places(one, size, shape, 30)
+    assert len(np.unique(at.top)) > 1
+    each = shape.channels.of(windows(one.colours, at, shape))
+    # the same sums in another order: rounding of float64 alone
+    assert clutter.outputs_at(one.colours, at, shape.channels) == pytest.approx(each, rel=1e-10)
 
 
 def test_clutter_is_that_of_other_roads():

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
-from isethdr_optics.imaging.threads import cpus, executor
 
 from isethdr_core.cli.terminal import print_path
 from isethdr_core.errors import CatalogError, ConfigError
@@ -36,9 +35,8 @@ from .page import write_files
 from .questions import Question, question_of
 from .results import CurvePoint, Results
 from .tables import FEWEST_ROADS, Found, Needed, few_roads, lines, roads_needed
+from .threads import at_once
 
-One = TypeVar("One")
-Made = TypeVar("Made")
 RENDERED = ", rendered without"  # after the name of a camera
 NOISIER = ", twice the render noise"
 PRINTED = ("all", "class", "light")  # tables
@@ -209,14 +207,6 @@ class Form(NamedTuple):
     text: str
     frames: Sequence[Frame]
     without: Mapping[int, Frame] | None = None  # {scene: the same view rendered without objects}
-
-
-def at_once(function: Callable[[One], Made], items: Sequence[One]) -> list[Made]:
-    """Return `function` of each item, worked on by as many threads as there are processors: the
-    arrays of a frame are large, so most of the time no Python code runs.
-    """
-    with executor(cpus()) as pool:
-        return list(pool.map(function, items))
 
 
 def all_prepared(

@@ -49,9 +49,16 @@ class Channels:
         -------
         (..., colour * channel)
         """
-        planes = np.swapaxes(self.rows.T @ windows @ self.columns, -1, -2)
-        # planes: (..., colour, column's order, row's order)
-        chosen = planes[..., self.pairs[:, 1], self.pairs[:, 0]]
+        return self.chosen(self.rows.T @ windows @ self.columns)
+
+    def chosen(self, products: np.ndarray) -> np.ndarray:
+        """Return the outputs (..., colour * channel) that are channels.
+
+        Parameters
+        ----------
+        products : (..., colour, row's order, column's order), of all pairs of functions.
+        """
+        chosen = products[..., self.pairs[:, 0], self.pairs[:, 1]]
         # the length is spelt out because there may be no window at all
         return chosen.reshape(*chosen.shape[:-2], chosen.shape[-2] * chosen.shape[-1])
 

@@ -7,12 +7,14 @@ the same size shows the road at the same distance, because the camera stands at 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from ..frame import Frame, level_of
+from ..threads import at_once
 from .channels import REACH, Channels, channels
 
 STEP = 1.2  # between sizes of boxes
@@ -82,19 +84,25 @@ def shape_of(size: Size, rows: int, order: int) -> Shape:
     )
 
 
-def windows(frame: Frame, size: Size, shape: Shape, wanted: int) -> np.ndarray:
-    """Return windows (window, colour, y, x) of a frame without a road user in the box.
+class Places(NamedTuple):
+    """First rows and columns (window,) of windows in a picture."""
+
+    top: np.ndarray
+    left: np.ndarray
+
+
+def places(frame: Frame, size: Size, shape: Shape, wanted: int) -> Places:
+    """Return where windows of a frame lie that have no road user in the box.
 
     Parameters
     ----------
     wanted : number of windows; fewer where the frame has no room. Their places depend on the scene
         and the size alone, so all cameras and light levels get the same ones.
     """
-    picture = frame.joined(size.level)
     height, width = shape.channels.shape
-    rows, columns = picture.shape[1:]
+    rows, columns = frame.joined(size.level).shape[1:]
     if width > columns or height > rows:
-        return np.zeros((0, len(picture), height, width))
+        return Places(np.zeros(0, int), np.zeros(0, int))
     random = np.random.default_rng([frame.number, size.level, round(size.middle * 64)])
     left = random.integers(0, columns - width + 1, wanted * TRIES)
     jitter = np.round(random.uniform(-JITTER, JITTER, left.size) * size.height).astype(int)
@@ -106,9 +114,25 @@ def windows(frame: Frame, size: Size, shape: Shape, wanted: int) -> np.ndarray:
     x_end = np.minimum(x + shape.box[3], columns)
     taken = used[y_end, x_end] - used[y, x_end] - used[y_end, x] + used[y, x]
     free = np.flatnonzero(taken == 0)[:wanted]
-    down = top[free, None, None] + np.arange(height)[:, None]
-    across = left[free, None, None] + np.arange(width)
-    return np.moveaxis(picture[:, down, across], 0, 1)
+    return Places(top[free], left[free])
+
+
+def outputs_at(picture: np.ndarray, at: Places, channels: Channels) -> np.ndarray:
+    """Return the channel outputs (window, colour * channel) of windows of a picture.
+
+    The windows have few different first rows, so the rows' functions are applied to whole strips
+    of the picture, and only the columns' functions window by window.
+
+    Parameters
+    ----------
+    picture : (colour, y, x).
+    """
+    height, width = channels.shape
+    tops, which = np.unique(at.top, return_inverse=True)
+    strips = np.stack([channels.rows.T @ picture[:, top : top + height] for top in tops])
+    # strips: (first row, colour, row's order, x), and windows of them at every x
+    sliding = np.lib.stride_tricks.sliding_window_view(strips, width, axis=-1)
+    return channels.chosen(sliding[which, :, :, at.left] @ channels.columns)
 
 
 class Clutter:
@@ -133,7 +157,20 @@ class Clutter:
     def outputs(self, frame: Frame, size: Size) -> np.ndarray:
         """Return the channel outputs (window, channel) of a frame's windows of a size."""
         shape = self.shape(size)
-        return shape.channels.of(windows(frame, size, shape, self.wanted))
+        at = places(frame, size, shape, self.wanted)
+        picture = frame.joined(size.level)
+        if not len(at.top):
+            return np.zeros((0, len(picture) * len(shape.channels.pairs)))
+        return outputs_at(picture, at, shape.channels)
+
+    def prepare(self, sizes: Iterable[Size]) -> None:
+        """Read the windows of sizes, by as many threads as there are processors."""
+        missing = [size for size in dict.fromkeys(sizes) if size not in self._moments]
+        for level in {size.level for size in missing}:
+            for frame in self.frames:
+                frame.used(level)  # tables that threads would make twice
+                frame.joined(level)
+        self._moments.update(zip(missing, at_once(self._of_roads, missing), strict=True))
 
     def others(self, size: Size, road: str) -> Moments:
         """Return the sums over the windows of a size on all roads except `road`."""

@@ -105,6 +105,7 @@ def observed(
     for condition in dict.fromkeys(frame.condition for frame in frames):
         alike = [frame for frame in frames if frame.condition == condition]
         clutter = Clutter(alike, how.order, how.windows)
+        clutter.prepare(size_of(thing.box) for frame in alike for thing in frame.things)
         for frame in alike:
             for thing in frame.things:
                 limit = threshold(how.false_alarms, places[thing.kind])

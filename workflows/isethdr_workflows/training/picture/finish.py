@@ -14,7 +14,7 @@ from ..card import write_card
 from ..torch_library import hardware, torch
 from .export import export, stated_of
 from .held_out import calibrate, rows_of, worst_ratio
-from .loss import MEAN_WEIGHT, RELATIVE, VARIANCE_WEIGHT
+from .loss import BLOCK, MEAN_WEIGHT, RELATIVE, VARIANCE_WEIGHT
 from .networks.choice import multiple_px, reach_px
 from .networks.linear_start import LEVELS
 from .networks.picture_network import parameters
@@ -33,8 +33,8 @@ LEAST_RATIO = 0.8  # of stated to true variance
 LARGEST_RATIO = 1.25
 LOSSES = {
     "electrons": "squared error of X, Y, Z in electrons over (local mean of the raw + noise^2 + 1 +"
-    f" {RELATIVE:g} local mean^2), its logarithm picture by picture; {MEAN_WEIGHT:g} times the"
-    " squared relative error of each picture's mean",
+    f" {RELATIVE:g} local mean^2), the logarithm of its mean over blocks of {BLOCK} px;"
+    f" {MEAN_WEIGHT:g} times the squared relative error of each picture's mean",
     "view": "absolute error in the domain of a display: it makes pictures look better and MOVES"
     " MEAN LUMINANCE in the dark; electrons of such a network are not absolute",
 }

@@ -1,8 +1,9 @@
 """Loss: squared error in units of the samples' noise, so that electrons stay absolute.
 
 The weight follows the raw alone, never the truth: then the mean of all pictures that fit a raw is
-the best answer, and the mean luminance stays. The logarithm is taken picture by picture, or bright
-raws, which are wrong by many deviations of their little noise, would take all of the training.
+the best answer, and the mean luminance stays. The logarithm is taken block by block: edges, and the
+lamps beside them, are wrong by many deviations of their noise, and would otherwise take all of the
+training, while what is left of the noise on an even road would count for nothing.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from ..torch_library import functional, torch
 from .networks.picture_network import NEAR
 
 RELATIVE = 1e-3  # of the local mean's square: where there is little noise, signal counts
-LEAST_ERROR = 1e-3  # of a picture under the logarithm
+BLOCK = 8  # pixels, side of a block
+LEAST_ERROR = 1e-2  # of a block under the logarithm: a tenth of a standard deviation is enough
 MEAN_WEIGHT = 3.0  # of the error of a picture's mean
 VARIANCE_WEIGHT = 0.1  # of the stated variance's likelihood
 FREEDOM = 3.0  # degrees of freedom of Student's t
@@ -58,9 +60,22 @@ def variance_loss(squared: torch.Tensor, variance: torch.Tensor) -> torch.Tensor
 
 
 def noise_loss(error: torch.Tensor, batch: Batch) -> torch.Tensor:
-    """Return the mean over pictures of the logarithm of the weighted squared error."""
-    weighted = (weight(batch) * error**2).mean((1, 2, 3))
-    return torch.log(weighted + LEAST_ERROR).mean()
+    """Return the mean over blocks of the logarithm of the weighted squared error."""
+    weighted = (weight(batch) * error**2).mean(1, keepdim=True)
+    return torch.log(functional.avg_pool2d(weighted, BLOCK) + LEAST_ERROR).mean()
+
+
+def log_weight(weighted: torch.Tensor, pixels: int) -> torch.Tensor:
+    """Return the weight with which least squares count an error as `noise_loss` does.
+
+    Parameters
+    ----------
+    weighted : (N, plane, y, x) squared errors over the variance.
+    pixels : side of what one value stands for.
+    """
+    side = BLOCK // pixels // 2 * 2 + 1
+    near = functional.avg_pool2d(weighted, side, 1, side // 2, count_include_pad=False)
+    return 1 / (near.mean(1, keepdim=True) + LEAST_ERROR)
 
 
 def mean_loss(error: torch.Tensor, batch: Batch) -> torch.Tensor:

@@ -1,7 +1,8 @@
 """Rendered roads of a dataset as a sensor's photocurrent and XYZ, through the lens of the config.
 
 One pixel is one tile: the focal length is chosen for it, so that no detail is made up. The truth is
-the light behind the clean lens: a sharper one would be most wrong beside lamps.
+the light that reaches the sensor, flares included: a network sees too few pixels around one to tell
+a veil from a wall, and would guess.
 """
 
 from __future__ import annotations
@@ -44,7 +45,6 @@ class Lit(NamedTuple):
 
     mixed: Any  # mixed radiance
     light: Any  # irradiance on the sensor plane
-    clean: Any  # the same without flares
     scene: Any  # scene radiance with its labels
 
 
@@ -119,8 +119,7 @@ def lit(road: Road, camera: TrainingCamera, overrides: Sequence[str], variant: i
     lens = replace(lens, focal_length_mm=focal_mm, falloff="none")
     wanted = config.get("flare") or {} if variant % 2 else {}
     flares = tuple(build_from_config("flare", value) for value in wanted.values() if value)
-    clean = lens(mixed)
-    return Lit(mixed, lens(mixed, flares=flares) if flares else clean, clean, scene)
+    return Lit(mixed, lens(mixed, flares=flares) if flares else lens(mixed), scene)
 
 
 def relit_weights(scene: Any, rng: np.random.Generator) -> dict[str, float]:
@@ -140,7 +139,7 @@ def planes_of(view: Lit, camera: TrainingCamera) -> np.ndarray:
     wavelength_nm = view.light.wavelength.values
     weights = camera.plane_weights(wavelength_nm)[:-3]
     electrons = np.tensordot(weights, view.light.values, axes=1)
-    truth = np.tensordot(xyz_weights(wavelength_nm), view.clean.values, axes=1)
+    truth = np.tensordot(xyz_weights(wavelength_nm), view.light.values, axes=1)
     planes = cropped(np.concatenate([electrons, truth]), view.mixed)
     y = planes[-2]
     level = np.minimum(y, np.percentile(y, 95)).mean()

@@ -45,7 +45,7 @@ class Settings:
     picture_px: int = 192  # side of a dead leaves picture
     patch_px: int = 128
     batch: int = 4
-    rate: float = 2e-3  # largest learning rate
+    rate: float = 1e-3  # largest learning rate
     checks: int = 40  # of the held-out pictures, evenly over the training
     patience: int = 16  # checks without a better one, after which it stops
     precision: str = "auto"  # bfloat16 where a processor has matrices of it

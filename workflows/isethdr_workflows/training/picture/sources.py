@@ -28,7 +28,7 @@ from .sheets import Source
 
 HELD_OUT_PICTURES = 24  # dead leaves
 HELD_OUT_SEED = 1000  # beyond those of a training
-VERSION = 2  # of the pictures of roads
+VERSION = 3  # of the pictures of roads
 NOISE_OF = 3  # roads whose noise of rendering is looked at
 NO_ROADS = "rendered roads: no dataset was named"
 NO_DIRT = "dirt on the lens: it comes with rendered roads"
@@ -72,7 +72,7 @@ def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]
         f" {_counted(roads.of(TEST))} never used here; {share:.0%} of the sheets",
         "light_of_roads": f"{VARIANTS} variants of each: as drawn through a clean lens, and with"
         " light groups in other proportions through the flares of the config",
-        "truth_of_roads": "the light behind the clean lens. Its noise of rendering is"
+        "truth_of_roads": "the light that reaches the sensor. Its noise of rendering is"
         f" {noise:.2g} of the luminance of a tile (median over tiles of {len(noisy)} roads), that"
         f" of a sensor at {1 / noise**2:.0f} e; unbiased, so that it does not move a squared loss",
     }

@@ -10,7 +10,7 @@ from ...torch_library import nn
 from ..camera import TrainingCamera
 from .linear_start import NEAR, start_reach_px
 from .nafnet import GatedBlock
-from .picture_network import START, PictureNetwork
+from .picture_network import START, WINDOWS, PictureNetwork
 from .restormer import AttentionBlock
 from .u_shape import LEVELS, UShape, reach
 from .unet import REACH, PlainBlock
@@ -64,7 +64,8 @@ def reach_px(camera: TrainingCamera, name: str, size: str, start: str = "linear"
     shape = SHAPES[name, size]
     if math.isinf(shape.block_reach):
         return math.inf
-    cells = reach(shape.blocks, int(shape.block_reach)) + 1
+    # of the network, which reads means around each cell
+    cells = reach(shape.blocks, int(shape.block_reach)) + 1 + WINDOWS[-1] // 2
     if start == "linear":
         return cells * camera.period + start_reach_px(camera.planes, camera.period)
     return max(max(cells, START // 2 + 1) * camera.period, NEAR // 2)

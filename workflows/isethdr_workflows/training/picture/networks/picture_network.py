@@ -3,12 +3,14 @@
 Inputs and outputs are those of a model file of `isp=network` (docs/how-to/network_isp.md). Inside,
 samples are square roots: their noise is then nearly the same from one electron to the full well
 (Anscombe 1948), so one network serves all levels. The U-shaped network adds a correction to the
-root of a start: the best linear estimate, or a filter of the roots that is learned as well.
+root of a start: the best linear estimate, or a filter of the roots that is learned as well. Beside a
+free correction it says, for three sizes of window, how far each pixel moves towards the mean around
+it, in luminance and in colour: an even surface then needs a number, not a filter.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 
 from ...torch_library import functional, nn, torch
@@ -18,8 +20,10 @@ ANSCOMBE = 0.375  # electrons
 LEAST_ROOT = 0.05  # electrons under the root: its slope stays finite
 SCALE = 4.0  # roots / it: noise of about 1 / 8 at any level
 START = 5  # taps of the learned start, cells each way
+WINDOWS = (3, 9, 27)  # of the means around a pixel, cells
 LOG_LIMIT = 8.0  # of the variance's logarithm: keeps exp finite
 XYZ = 3
+LUMINANCE = slice(1, 2)  # Y of X, Y, Z
 
 
 class PictureNetwork(nn.Module):
@@ -52,7 +56,9 @@ class PictureNetwork(nn.Module):
         samples = planes * cell
         self.start = LinearStart(planes, period) if linear else learned_start(samples, cell)
         start_planes = XYZ * cell if linear else 0
-        self.body = make_body(3 * samples + channels * cell + start_planes, 2 * XYZ * cell)
+        seen = 3 * samples + channels * cell + start_planes + XYZ * len(WINDOWS)
+        self.outputs = [XYZ * cell, XYZ * cell, *[cell] * (2 * len(WINDOWS))]
+        self.body = make_body(seen, sum(self.outputs))
         nn.init.zeros_(self.body.tail.weight)
         nn.init.zeros_(self.body.tail.bias)
         # correction of the variance's logarithm, linear between levels: set after training
@@ -80,11 +86,12 @@ class PictureNetwork(nn.Module):
             seen.append(root)
         else:
             root = self.start(roots)
+        means = local_means(root.unflatten(1, (XYZ, -1)).mean(2))
         half = torch.autocast(raw.device.type, torch.bfloat16)
         with half if self.half_precision else nullcontext():
-            correction = self.body(torch.cat(seen, 1))
-        change, log_ratio = correction.float().chunk(2, 1)
-        root = root + change
+            answer = self.body(torch.cat([*seen, *means], 1))
+        change, log_ratio, *shares = answer.float().split(self.outputs, 1)
+        root = root + change + moved(root.unflatten(1, (XYZ, -1)), means, shares).flatten(1, 2)
         xyz = functional.pixel_shuffle(SCALE**2 * root * root.abs(), self.period)
         xyz = xyz - floor.mean(1, keepdim=True)
         return xyz, self._variance(functional.pixel_shuffle(log_ratio, self.period), raw, noise)
@@ -98,6 +105,36 @@ class PictureNetwork(nn.Module):
         level = torch.log(sample_variance(raw, noise))
         logs = torch.clamp(log_ratio, -LOG_LIMIT, LOG_LIMIT) + level
         return torch.exp(logs + interpolated(level, self.calibration_levels, self.calibration_logs))
+
+
+def local_means(planes: torch.Tensor) -> list[torch.Tensor]:
+    """Return the means of planes (N, plane, y, x) over each of `WINDOWS`."""
+    found = []
+    for size in WINDOWS:
+        rows = functional.avg_pool2d(planes, (size, 1), 1, (size // 2, 0), count_include_pad=False)
+        found.append(
+            functional.avg_pool2d(rows, (1, size), 1, (0, size // 2), count_include_pad=False)
+        )
+    return found
+
+
+def moved(
+    root: torch.Tensor, means: Sequence[torch.Tensor], shares: Sequence[torch.Tensor]
+) -> torch.Tensor:
+    """Return the change (N, 3, place, y, x) that moves pixels towards the means around them.
+
+    Parameters
+    ----------
+    root : (N, 3, place, y, x).
+    means : of each window, (N, 3, y, x).
+    shares : (N, place, y, x) of the way, for luminance and for colour of each window.
+    """
+    total = torch.zeros_like(root)
+    for mean, of_luminance, of_colour in zip(means, shares[::2], shares[1::2], strict=True):
+        way = mean[:, :, None] - root
+        luminance = way[:, LUMINANCE]
+        total = total + of_luminance[:, None] * luminance + of_colour[:, None] * (way - luminance)
+    return total
 
 
 def learned_start(samples: int, cell: int) -> nn.Conv2d:

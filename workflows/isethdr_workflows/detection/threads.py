@@ -1,0 +1,19 @@
+"""Threads for the frames and windows of many scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from isethdr_optics.imaging.threads import cpus, executor
+
+One = TypeVar("One")
+Made = TypeVar("Made")
+
+
+def at_once(function: Callable[[One], Made], items: Sequence[One]) -> list[Made]:
+    """Return `function` of each item, worked on by as many threads as there are processors: the
+    arrays of a frame are large, so most of the time no Python code runs.
+    """
+    with executor(cpus()) as pool:
+        return list(pool.map(function, items))
