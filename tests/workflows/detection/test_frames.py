@@ -17,6 +17,7 @@ from isethdr_workflows.detection.frame import (
 )
 from isethdr_workflows.detection.observer import clutter, counting, difference, observing
 from isethdr_workflows.detection.observer.hotelling import detectability
+from scipy.special import ndtr
 
 SHAPE = (40, 120)
 BOX = (16, 50, 10, 6)
@@ -38,8 +39,8 @@ def frame(number: int, contrast: float = 3.0, spread: float = 1.0) -> Frame:
     return Frame(number, f"road {number}", "night", colours, owners, (thing(),))
 
 
-def row_of(frame, thing, d, limit):
-    return observing.row(frame, thing, d, limit, observing.Beside("one", 1.0, math.nan))
+def row_of(frame, thing, answer):
+    return observing.row(frame, thing, answer, observing.Beside("one", 1.0, math.nan))
 
 
 def test_cells_keep_noise_of_1_and_join_to_noise_of_1():
@@ -154,7 +155,9 @@ def test_clutter_is_that_of_other_roads():
 
 def test_counted_hits_and_false_alarms_are_those_stated():
     """Normal clutter whose covariance is known: 4000 decisions of each kind agree with d' within
-    4 standard deviations of a binomial number, at 5 % of false alarms.
+    4 standard deviations of a binomial number, at 5 % of false alarms. Of the pairs, the share told
+    apart is Phi(d' / sqrt(2)), with a standard deviation of at most 1 / sqrt(4 * 4000) (Green and
+    Swets 1966).
     """
     random = np.random.default_rng(11)
     size = 8
@@ -170,6 +173,9 @@ def test_counted_hits_and_false_alarms_are_those_stated():
     assert 0.1 < stated < 0.95
     for count, share in ((done.hits, stated), (done.false_alarms, 0.05)):
         assert abs(count - 4000 * share) < 4 * math.sqrt(4000 * share * (1 - share))
+    assert abs(done.told_apart - ndtr(d / math.sqrt(2))) < 4 / math.sqrt(4 * 4000)
+    nothing = counting.counted(task, empty[:3], empty[:0], 0.05, random)
+    assert math.isnan(nothing.told_apart) and nothing.places == 0
 
 
 def test_on_drawn_roads_counting_agrees_with_the_observer():
@@ -184,6 +190,9 @@ def test_on_drawn_roads_counting_agrees_with_the_observer():
     stated = check.expected / check.trials
     assert 0.1 < stated < 0.95
     assert abs(check.hits / check.trials - stated) < 3 * 0.065
+    apart = np.array([row.told_apart for row in rows])
+    # as with hits, of at most 0.065; a share from 0 to 1 spreads less than a hit or a miss
+    assert abs(apart.mean() - ndtr(np.array([row.d for row in rows]) / 2**0.5).mean()) < 3 * 0.065
     # 60 roads x 24 windows, those of a road are alike: within 0.05 +- 0.03
     assert check.false_alarms / check.places == pytest.approx(0.05, abs=0.03)
 

@@ -135,6 +135,11 @@ def test_the_page_and_the_tables_name_everything():
     sheet = list(csv.reader(means_csv(cells, tables).splitlines()))
     assert len({len(line) for line in sheet}) == 1 and len(sheet) == 1 + 2 * len(tables)
     assert len(objects_csv(cells.rows).splitlines()) == 7
+    told = [replace(row, told_apart=0.5 + row.found / 2) for row in cells.rows]
+    counted = markdown(results(told), tables).partition("Counted:")[2]
+    # halves of the differences above: -0.1, 0.1, 0
+    assert "| all: all objects | 3 | 0.700 (" in counted and "| 0.000 (" in counted
+    assert "told apart: class,person,a,3" in means_csv(results(told), tables)
     two = results(rows([0.2, 0.6], [0.3, 0.5]))
     assert "2 roads give no interval" in page(two, lines(two.rows)).replace("\n", " ")
 
@@ -144,9 +149,12 @@ def test_a_curve_is_drawn_with_its_crossing():
     points = [CurvePoint(c, x, x / 2, 0.0, x, 3, 3) for c in "ab" for x in (0.1, 1.0)]
     both = crossing((0.1, 1.0), np.array([[0.2, 0.8]] * 3), ["1", "2", "3"], 0.5)
     cells = replace(results([]), asked=asked, curve=tuple(points), crossings={"a": both})
+    cells = replace(cells, counted_curve=tuple(replace(one, found=0.9) for one in points))
     assert "polyline" in page(cells, []) and "0.316 (0.316 to 0.316)" in page(cells, [])
     assert "| 0.1 | 3 | 0.050 (0.000 to 0.100) |" in markdown(cells, [])
     assert "crossing,level,a,,,0.3162" in means_csv(cells, [])
+    assert "| 0.1 | 3 | 0.900 (" in markdown(cells, []).partition("Counted:")[2]
+    assert "told apart,0.1,b,3,3,0.9" in means_csv(cells, [])
 
 
 def test_questions_are_told_apart():

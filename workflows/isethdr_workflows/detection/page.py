@@ -22,7 +22,7 @@ from .observer.channels import SCALE, count
 from .observer.observing import CHECKED, Check
 from .recall import FILE, recalls
 from .results import CurvePoint, Results
-from .tables import FEWEST_ROADS, Found, Line, compared_with, lines
+from .tables import FEWEST_ROADS, Found, Line, compared_with, counted, lines
 
 TEMPLATES = Path(__file__).parent / "templates"
 WIDTH = 640.0  # of a drawing
@@ -30,6 +30,9 @@ HEIGHT = 260.0
 MARGIN = 40.0
 # counted false alarms over stated ones from which the page warns of a clutter that was not learned
 TOO_MANY = 2.0
+
+
+COUNTED_TABLES = ("all", "class", "light")  # of which counting has tables of its own
 
 
 def write_files(results: Results) -> list[tuple[str, Path]]:
@@ -51,12 +54,9 @@ def write_files(results: Results) -> list[tuple[str, Path]]:
 
 def page(results: Results, tables: Sequence[Line]) -> str:
     """Return the page."""
-    groups: dict[str, list[Line]] = {}
-    for line in tables:
-        groups.setdefault(line.table, []).append(line)
     return _template().render(
         results=results,
-        groups=groups,
+        groups=grouped(tables),
         cameras=[(name, colour_of(k)) for k, name in enumerate(results.cameras)],
         channels=count(results.how.order),
         scale=SCALE,
@@ -66,13 +66,36 @@ def page(results: Results, tables: Sequence[Line]) -> str:
         scenes=len({row.scene for row in results.rows}),
         recalls=recalls(folder_of(results.dataset) / FILE, results.rows),
         too_many=any(too_many(check) for check in results.checks.values()),
+        counted_groups=grouped(counted_lines(results)),
         crossing_text=crossing_text,
         share_text=share_text,
         roads_text=roads_text,
         shown=shown,
         number=number,
+        found_text=found_text,
+        less_text=less_text,
         compared_with=compared_with,
     )
+
+
+def grouped(tables: Sequence[Line]) -> dict[str, list[Line]]:
+    """Return the rows of each table."""
+    groups: dict[str, list[Line]] = {}
+    for line in tables:
+        groups.setdefault(line.table, []).append(line)
+    return groups
+
+
+def counted_lines(results: Results) -> list[Line]:
+    """Return the rows of the tables of pairs told apart by counting; none where there are curves."""
+    if results.curve:
+        return []
+    return [line for line in lines(counted(results.rows)) if line.table in COUNTED_TABLES]
+
+
+def told_apart(results: Results) -> list[Line]:
+    """Return the rows of `counted_lines` under names of their own."""
+    return [line._replace(table=f"told apart: {line.table}") for line in counted_lines(results)]
 
 
 def share_text(mean: Mean) -> str:
@@ -151,23 +174,41 @@ def drawing(results: Results) -> dict[str, object]:
 
 def markdown(results: Results, tables: Sequence[Line]) -> str:
     """Return the main table as Markdown, and what counting says of it."""
-    return _main_table(results, tables) + "\n" + counted_text(results)
+    if results.curve:
+        main = _curve_table(results, results.curve, crossings=True)
+        beside = _curve_table(results, results.counted_curve, crossings=False)
+    else:
+        main = _lines_table(results, tables)
+        beside = _lines_table(results, counted_lines(results))
+    told = (
+        "Counted: the share of pairs, one window with the object and one without it on the same"
+        " road, of which the template, which knows other roads alone, gives the first the larger"
+        " answer; 0.5 is guessing.\n"
+    )
+    return "\n".join([_markdown(*main), counted_text(results), told, _markdown(*beside)])
 
 
 def counted_text(results: Results) -> str:
-    """Return one paragraph: roads, and false alarms counted beside those stated."""
-    shares = [
+    """Return one paragraph: roads, and false alarms and hits counted beside those stated."""
+    alarms = [
         f"{name} {number(one.false_alarms / one.places)}"
         for name, one in results.checks.items()
         if one.places
     ]
-    counted = f" False alarms counted where {CHECKED:g} are stated: {', '.join(shares)}."
-    return f"{results.roads} roads." + (counted if shares else "") + "\n"
+    hits = [
+        f"{name} {number(one.hits / one.trials)} where {number(one.expected / one.trials)}"
+        for name, one in results.checks.items()
+        if one.trials
+    ]
+    text = f"{results.roads} roads."
+    if alarms:
+        text += f" False alarms counted where {CHECKED:g} are stated: {', '.join(alarms)}."
+    if hits:
+        text += f" Hits at that threshold counted where the observer states: {', '.join(hits)}."
+    return text + "\n"
 
 
-def _main_table(results: Results, tables: Sequence[Line]) -> str:
-    if results.curve:
-        return _markdown(*_curve_table(results))
+def _lines_table(results: Results, tables: Sequence[Line]) -> tuple[list[str], list[list[str]]]:
     head = ["", "objects", *results.cameras]
     head += [f"{name} less {compared_with(name, results.cameras)}" for name in results.cameras[1:]]
     rows = [
@@ -180,34 +221,44 @@ def _main_table(results: Results, tables: Sequence[Line]) -> str:
         for line in tables
         if line.objects
     ]
-    return _markdown(head, rows)
+    return head, rows
 
 
-def _curve_table(results: Results) -> tuple[list[str], list[list[str]]]:
+def _curve_table(
+    results: Results, curve: Sequence[CurvePoint], crossings: bool
+) -> tuple[list[str], list[list[str]]]:
     unit = "lux on the object" if results.asked.unit == "object_lux" else "lux on the sensor"
     by_level: dict[float, list[CurvePoint]] = {}
-    for point in results.curve:
+    for point in curve:
         by_level.setdefault(point.level, []).append(point)
     rows = [
         [
             f"{level:g}",
             str(max(point.objects for point in points)),
-            *(share_text(Mean(p.found, p.low, p.high, p.objects, p.roads)) for p in points),
-            *(
-                share_text(
-                    Mean(p.difference, p.difference_low, p.difference_high, p.objects, p.roads)
-                )
-                for p in points[1:]
-            ),
+            *map(found_text, points),
+            *map(less_text, points[1:]),
         ]
         for level, points in by_level.items()
     ]
-    rows += [
-        [f"crossing, {name}", "", crossing_text(one)] + [""] * (2 * len(results.cameras) - 2)
-        for name, one in results.crossings.items()
-    ]
+    if crossings:
+        rows += [
+            [f"crossing, {name}", "", crossing_text(one)] + [""] * (2 * len(results.cameras) - 2)
+            for name, one in results.crossings.items()
+        ]
     less = [f"{name} less {results.cameras[0]}" for name in results.cameras[1:]]
     return [unit, "objects", *results.cameras, *less], rows
+
+
+def found_text(point: CurvePoint) -> str:
+    """Return the share of a point of a curve with its interval, for people."""
+    return share_text(Mean(point.found, point.low, point.high, point.objects, point.roads))
+
+
+def less_text(point: CurvePoint) -> str:
+    """Return the difference to the first camera with its interval; a dash for the first one."""
+    low = point.difference_low
+    high = point.difference_high
+    return share_text(Mean(point.difference, low, high, point.objects, point.roads))
 
 
 def _markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -222,15 +273,17 @@ def means_csv(results: Results, tables: Sequence[Line]) -> str:
     head += ["noise_only", "contrast_transfer", "median_d"]
     head += ["difference", "difference_low", "difference_high"]
     rows: list[list[object]] = []
-    for point in results.curve:
+    points = [("curve", one) for one in results.curve]
+    points += [("told apart", one) for one in results.counted_curve]
+    for table, point in points:
         rows.append(
-            ["curve", point.level, point.camera, point.objects, point.roads]
+            [table, point.level, point.camera, point.objects, point.roads]
             + [point.found, point.low, point.high, "", "", ""]
             + [point.difference, point.difference_low, point.difference_high]
         )
     for name, one in results.crossings.items():
         rows.append(["crossing", "level", name, "", "", one.level, one.low, one.high])
-    for line in tables:
+    for line in [*tables, *told_apart(results)]:
         for k, camera in enumerate(results.cameras):
             mean = line.means[k]
             own = [line.table, line.name, camera, line.objects, mean.roads]

@@ -14,7 +14,7 @@ from .tables import Found, Needed
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """Share of objects found by one camera at one level of light.
+    """Share of objects found, or of pairs told apart, by one camera at one level of light.
 
     Parameters
     ----------
@@ -48,6 +48,7 @@ class Results:
     needed: tuple[Needed, ...] = ()
     curve: tuple[CurvePoint, ...] = ()
     crossings: Mapping[str, Crossing] = field(default_factory=dict)
+    counted_curve: tuple[CurvePoint, ...] = ()  # of the share of pairs told apart by counting
     failed: tuple[tuple[int, str], ...] = ()
 
     @property

@@ -29,12 +29,11 @@ from .imaging import (
 )
 from .levels import LOST, at_levels, crossing
 from .observer.channels import count
-from .observer.hotelling import Detectability
-from .observer.observing import Beside, Check, Observer, observed, places_of, row
+from .observer.observing import Answer, Beside, Check, Observer, observed, places_of, row
 from .page import write_files
 from .questions import Question, question_of
 from .results import CurvePoint, Results
-from .tables import FEWEST_ROADS, Found, Needed, few_roads, lines, roads_needed
+from .tables import FEWEST_ROADS, Found, Needed, counted, few_roads, lines, roads_needed
 from .threads import at_once
 
 RENDERED = ", rendered without"  # after the name of a camera
@@ -237,11 +236,11 @@ class RowOf:
     level: float
     transfer: Mapping[int, Mapping[str, float]]  # {scene: {object: score}}
 
-    def __call__(self, frame: Frame, thing: Thing, d: Detectability, limit: float) -> Found:
-        """Return the row of an object; `limit` is the threshold of the decision."""
+    def __call__(self, frame: Frame, thing: Thing, answer: Answer) -> Found:
+        """Return the row of an object."""
         transfer = self.transfer.get(frame.number, {}).get(thing.name, math.nan)
         beside = Beside(self.camera, self.level, transfer)
-        return row(frame, thing, d, limit, beside)
+        return row(frame, thing, answer, beside)
 
 
 def transfer_of(views: Sequence[View], name: CameraName) -> dict[int, Mapping[str, float]]:
@@ -282,41 +281,59 @@ def _needed(rows: Sequence[Found]) -> list[Needed]:
     return roads_needed(persons) if persons else []
 
 
+class Cells(NamedTuple):
+    """Shares of the objects that all cameras have values of, at the levels of a question."""
+
+    values: dict[str, np.ndarray]  # (object, level) by camera
+    roads: list[str]  # of each object
+
+
 def with_curves(results: Results) -> Results:
     """Return results with the share found against the level of light, and the crossings."""
     asked = results.asked
+    cells = _cells(results, results.rows)
+    first = results.cameras[0]
+    crossings = {}
+    for camera, table in cells.values.items():
+        if asked.unit == "object_lux":
+            crossings[camera] = crossing(asked.levels, table, cells.roads, LOST)
+        elif camera != first:
+            crossings[f"{first} over {camera}"] = crossing(
+                asked.levels, cells.values[first] - table, cells.roads, 0.0
+            )
+    return replace(
+        results,
+        curve=tuple(_curve(results, cells)),
+        crossings=crossings,
+        counted_curve=tuple(_curve(results, _cells(results, counted(results.rows)))),
+    )
+
+
+def _cells(results: Results, rows: Sequence[Found]) -> Cells:
+    asked = results.asked
     objects: dict[tuple[int, int], dict[str, list[tuple[float, float]]]] = {}
     roads: dict[tuple[int, int], str] = {}
-    for one in results.rows:
+    for one in rows:
         level = one.illuminance_lx if asked.unit == "object_lux" else one.level
-        if math.isfinite(one.d) and level > 0:
+        if math.isfinite(one.found) and level > 0:
             key = one.scene, one.instance
             roads[key] = one.road
             objects.setdefault(key, {}).setdefault(one.camera, []).append((level, one.found))
     keys = [key for key, seen in objects.items() if len(seen) == len(results.cameras)]
-    road_of = [roads[key] for key in keys]
-    values = {
-        camera: np.array([at_levels(objects[key][camera], asked.levels) for key in keys]).reshape(
-            len(keys), len(asked.levels)
-        )
-        for camera in results.cameras
-    }
-    first = results.cameras[0]
-    crossings = {}
-    for camera, table in values.items():
-        if asked.unit == "object_lux":
-            crossings[camera] = crossing(asked.levels, table, road_of, LOST)
-        elif camera != first:
-            crossings[f"{first} over {camera}"] = crossing(
-                asked.levels, values[first] - table, road_of, 0.0
-            )
-    return replace(results, curve=tuple(_curve(results, values, road_of)), crossings=crossings)
+    return Cells(
+        {
+            camera: np.array(
+                [at_levels(objects[key][camera], asked.levels) for key in keys]
+            ).reshape(len(keys), len(asked.levels))
+            for camera in results.cameras
+        },
+        [roads[key] for key in keys],
+    )
 
 
-def _curve(
-    results: Results, values: Mapping[str, np.ndarray], roads: Sequence[str]
-) -> list[CurvePoint]:
+def _curve(results: Results, cells: Cells) -> list[CurvePoint]:
     points = []
+    values, roads = cells
     first = results.cameras[0]
     for camera, table in values.items():
         for k, level in enumerate(results.asked.levels):

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +43,7 @@ class Found:
     found: float  # probability at the false alarms of the study
     found_noise_only: float
     transfer: float  # contrast transfer accuracy; NaN where it was not asked for
+    told_apart: float = math.nan  # share of pairs of windows on the object's own road, counted
 
 
 class Line(NamedTuple):
@@ -78,6 +79,11 @@ def compared_with(camera: str, cameras: Sequence[str]) -> str:
     """
     own = camera.partition(", ")[0]
     return own if own != camera and own in cameras else cameras[0]
+
+
+def counted(rows: Sequence[Found]) -> list[Found]:
+    """Return rows whose share found is the share of pairs of windows told apart by counting."""
+    return [replace(row, found=row.told_apart) for row in rows]
 
 
 def lines(rows: Sequence[Found]) -> list[Line]:
@@ -137,7 +143,7 @@ def line(table: str, name: str, rows: Sequence[Found]) -> Line:
     return Line(
         table=table,
         name=name,
-        objects=len({(row.scene, row.instance) for row in rows if math.isfinite(row.d)}),
+        objects=len({(row.scene, row.instance) for row in rows if math.isfinite(row.found)}),
         means=tuple(means),
         differences=tuple(differences[1:]),
         noise_only=tuple(

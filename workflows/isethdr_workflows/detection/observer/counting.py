@@ -17,12 +17,18 @@ from .hotelling import found, template
 
 
 class Counted(NamedTuple):
-    """Decisions of one object's template, at a stated share of false alarms in a place."""
+    """Decisions of one object's template, at a stated share of false alarms in a place.
+
+    `told_apart` needs no threshold: the share of pairs, one window with the object and one without
+    it on the same road, of which the first has the larger answer (two-alternative forced choice,
+    Green and Swets 1966). 0.5 is guessing. NaN where the road has no window without an object.
+    """
 
     hits: int
     trials: int
     false_alarms: int
     places: int
+    told_apart: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +66,20 @@ def counted(
     limit = limit_of(weights, together, share)
     factor = np.linalg.cholesky(task.noise)
 
-    def passed(outputs: np.ndarray) -> int:
+    def answers(outputs: np.ndarray) -> np.ndarray:
         noisy = outputs + random.standard_normal(outputs.shape) @ factor.T
-        return int(np.sum((noisy - task.mean) @ weights > limit))
+        return (noisy - task.mean) @ weights
 
-    return Counted(passed(shown), len(shown), passed(empty), len(empty))
+    with_it = answers(shown)
+    without = answers(empty)
+    told_apart = float(np.mean(with_it[:, None] > without)) if len(without) else np.nan
+    return Counted(
+        int(np.sum(with_it > limit)),
+        len(shown),
+        int(np.sum(without > limit)),
+        len(empty),
+        told_apart,
+    )
 
 
 def limit_of(weights: np.ndarray, together: np.ndarray, share: float) -> float:

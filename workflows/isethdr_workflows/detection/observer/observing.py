@@ -86,7 +86,7 @@ def places_of(frames: Sequence[Frame]) -> dict[str, float]:
 def observed(
     frames: Sequence[Frame],
     how: Observer,
-    row_of: Callable[[Frame, Thing, Detectability, float], Found],
+    row_of: Callable[[Frame, Thing, Answer], Found],
     places: Mapping[str, float],
     bare: Mapping[int, Frame] | None = None,
 ) -> tuple[list[Found], Check]:
@@ -96,7 +96,7 @@ def observed(
     ----------
     frames : of one camera at one level of light, all roads.
     how : the observer looks.
-    row_of : function(frame, thing, detectability, threshold) -> its row.
+    row_of : function(frame, thing, answer) -> its row.
     places : of each class in a picture.
     bare : {scene: the same view rendered without objects}; None: objects are filled from the ring.
     """
@@ -112,12 +112,13 @@ def observed(
                 view = None if bare is None else bare.get(frame.number)
                 at = _looked_at(clutter, frame, thing, view)
                 if at is None:
-                    rows.append(row_of(frame, thing, NOTHING, limit))
+                    rows.append(row_of(frame, thing, Answer(NOTHING, limit, math.nan)))
                     continue
                 task, window, samples = at
                 d = detectability(task.difference, task.clutter, task.noise, samples, window.render)
-                rows.append(row_of(frame, thing, d, limit))
-                check += _checked(clutter, frame, thing, task, window, d)
+                decisions = _decided(clutter, frame, thing, task, window)
+                rows.append(row_of(frame, thing, Answer(d, limit, decisions.told_apart)))
+                check += _check_of(decisions, d)
     return rows, check
 
 
@@ -151,22 +152,34 @@ def _mean(moments: Moments) -> np.ndarray:
     return moments.total / moments.count
 
 
-def _checked(
-    clutter: Clutter, frame: Frame, thing: Thing, task: Task, window: Seen, d: Detectability
-) -> Check:
-    """Return decisions about one object on its own road, counted."""
+def _decided(clutter: Clutter, frame: Frame, thing: Thing, task: Task, window: Seen) -> Counted:
+    """Return counted decisions about one object on its own road."""
     empty = clutter.outputs(frame, size_of(thing.box))
     shown = np.repeat(window.outputs[None], DRAWS, 0)
     random = np.random.default_rng([frame.number, thing.instance])
-    decisions: Counted = counted(task, shown, empty, CHECKED, random)
+    return counted(task, shown, empty, CHECKED, random)
+
+
+def _check_of(decisions: Counted, d: Detectability) -> Check:
+    """Return decisions about one object beside what its detectability states."""
     return Check(
         decisions.hits,
         decisions.trials,
-        float(expected_share(np.array(d.d), CHECKED)) * DRAWS,
+        float(expected_share(np.array(d.d), CHECKED)) * decisions.trials,
         1,
         decisions.false_alarms,
         decisions.places,
     )
+
+
+class Answer(NamedTuple):
+    """What the observer says of one object: its detectability, the threshold of the decision, and
+    the share of pairs of windows that it tells apart.
+    """
+
+    d: Detectability
+    limit: float
+    told_apart: float
 
 
 class Beside(NamedTuple):
@@ -177,14 +190,9 @@ class Beside(NamedTuple):
     transfer: float
 
 
-def row(frame: Frame, thing: Thing, d: Detectability, limit: float, beside: Beside) -> Found:
-    """Return the row of an object.
-
-    Parameters
-    ----------
-    limit : threshold of the decision.
-    beside : what else the row says.
-    """
+def row(frame: Frame, thing: Thing, answer: Answer, beside: Beside) -> Found:
+    """Return the row of an object; `beside` is what else it says."""
+    d = answer.d
     return Found(
         scene=frame.number,
         road=frame.road,
@@ -200,7 +208,8 @@ def row(frame: Frame, thing: Thing, d: Detectability, limit: float, beside: Besi
         near_lamp=thing.near_lamp,
         d=d.d,
         noise_only=d.noise_only,
-        found=float(found(d.d, limit)),
-        found_noise_only=float(found(d.noise_only, limit)),
+        found=float(found(d.d, answer.limit)),
+        found_noise_only=float(found(d.noise_only, answer.limit)),
         transfer=beside.transfer,
+        told_apart=answer.told_apart,
     )
