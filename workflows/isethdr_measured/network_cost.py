@@ -6,17 +6,14 @@ picture means nothing, and no score is taken.
 
 from __future__ import annotations
 
-import pickle
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
 from importlib import import_module
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from isethdr_isp.network.contract import KEY, Contract
-from isethdr_workflows.accuracy.point import timed
+from isethdr_workflows.accuracy.isp_cost import costs_alone
 
 from isethdr_core import generator
 from isethdr_core.extras import needed
@@ -45,40 +42,28 @@ def network_cost(rows: int = 540, columns: int = 960, width: int = WIDTH) -> lis
     peak_mb (peak memory above that before the call, with all files open).
     """
     out = []
-    alone = ProcessPoolExecutor(1, get_context("spawn"), max_tasks_per_child=1)
-    with tempfile.TemporaryDirectory() as folder, alone as processes:
+    with tempfile.TemporaryDirectory() as folder:
         model = Path(folder) / "stand_in.onnx"
         parameters = write_stand_in(model, width)
-        shot = Path(folder) / "shot.pickle"
-        shot.write_bytes(pickle.dumps(_shot(rows, columns)))
-        cases: list[tuple[str, dict[str, Any]]] = [
+        isps: list[tuple[str, dict[str, Any]]] = [
             ("linear", {}),
             ("linear", {"demosaic": "learned"}),
             ("linear", {"demosaic": "learned", "denoise": "nl_means"}),
             *(("network", {"model": str(model), "tile_px": tile}) for tile in TILES_PX),
         ]
-        for name, fields in cases:
-            cpu_s, peak_mb = processes.submit(cost, name, fields, shot).result()
-            named = [f"{key}={value}" for key, value in fields.items() if key != "model"]
-            out.append(
-                {
-                    "isp": name,
-                    "setting": " ".join(named),
-                    "parameters": parameters if name == "network" else 0,
-                    "cpu_s_per_megapixel": cpu_s / (rows * columns / MEGA),
-                    "peak_mb": peak_mb,
-                }
-            )
+        costs = costs_alone(isps, _shot(rows, columns))
+    for (name, fields), cost in zip(isps, costs, strict=True):
+        named = [f"{key}={value}" for key, value in fields.items() if key != "model"]
+        out.append(
+            {
+                "isp": name,
+                "setting": " ".join(named),
+                "parameters": parameters if name == "network" else 0,
+                "cpu_s_per_megapixel": cost.cpu_s / (rows * columns / MEGA),
+                "peak_mb": cost.peak_mb,
+            }
+        )
     return out
-
-
-def cost(name: str, fields: dict[str, Any], shot: Path) -> tuple[float, float]:
-    """Return the CPU seconds of an isp on a pickled shot, and its peak memory in MB."""
-    captures = pickle.loads(shot.read_bytes())
-    isp = build("isp", name, **fields)
-    isp(captures.isel(y=slice(32), x=slice(32)))  # opens files and imports libraries
-    _, cpu_s, peak_mb = timed(lambda: isp(captures))
-    return cpu_s, peak_mb
 
 
 def _shot(rows: int, columns: int) -> Any:

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from isethdr_isp import MergeIsp
+from isethdr_workflows.accuracy.isp_cost import Cost
 from isethdr_workflows.training.learned_picture import study
 from isethdr_workflows.training.learned_picture.contest import Contest, Shot
-from isethdr_workflows.training.learned_picture.cost import NETWORK, Cost
+from isethdr_workflows.training.learned_picture.diagram import NETWORK
 from isethdr_workflows.training.learned_picture.settings import GRID, SIGNS, Search, Setting
 
 from isethdr_core.errors import ConfigError

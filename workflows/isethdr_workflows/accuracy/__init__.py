@@ -8,6 +8,7 @@ declare.
 | `differences`      | how far a setting is from the reference, in own units and in noise       |
 | `summary`          | one row for each knob, for a terminal                                    |
 | `point`            | one setting measured, and which settings no other beats                  |
+| `isp_cost`         | CPU seconds and memory of isps on one shot, each in a process of its own |
 | `diagram`          | work-precision diagrams: error against seconds                           |
 """
 

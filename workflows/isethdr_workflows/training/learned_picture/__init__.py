@@ -5,7 +5,7 @@
 |------------|------------------------------------------------------------------------------|
 | `contest`  | shots of one camera at one illuminance, their scores, the colour matrix alone |
 | `settings` | classical settings, and the search for the best of them on training roads    |
-| `cost`     | CPU seconds and memory of a development, and the work-precision diagram      |
+| `diagram`  | the work-precision diagram                                                   |
 | `study`    | the study: paired differences with intervals over roads                      |
 """
 

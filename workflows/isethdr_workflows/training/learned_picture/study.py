@@ -16,11 +16,12 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.registry import build
 
 from ...accuracy.diagram import draw
+from ...accuracy.isp_cost import Cost, costs_alone
 from ...dataset.study.intervals import mean_over_roads
 from ..picture.camera import TrainingCamera, camera_of
 from ..picture.roads import TRAIN, Road, lit, roads_of
 from .contest import Contest, Shot, matrix_alone, scores_of
-from .cost import NETWORK, Cost, cost_of, work_of
+from .diagram import NETWORK, work_of
 from .settings import GRID, SIGNS, Scores, Search, Setting
 
 SEED = 1000  # of the noise of held-out shots
@@ -98,7 +99,7 @@ def learned_picture(
         ]
         for rows, scores in zip(found, together(compared, jobs)):
             rows.append(scores)
-    costs = costs_of(network, shots[-1], {s for of in best for s in of.values()})
+    costs = costs_of(model, shots[-1], {s for of in best for s in of.values()})
     write_grid(folder / GRID_FILE, contests, searches)
     if find_spec("matplotlib") is not None:
         works = [
@@ -165,12 +166,12 @@ def compared(road: Road, shot: Shot, network: Any, settings: set[Setting]) -> Co
     )
 
 
-def costs_of(network: Any, shot: Shot, settings: set[Setting]) -> dict[Any, Cost]:
-    """Return the costs of the network and of classical settings, one after the other."""
-    every = {setting: build("isp", "merge", **setting.fields()) for setting in settings}
-    every |= {s: build("isp", "merge", **s.fields()) for s in FEWER.values()}
-    found: dict[Any, Cost] = {key: cost_of(isp, shot.captures) for key, isp in every.items()}
-    return found | {NETWORK: cost_of(network, shot.captures)}
+def costs_of(model: str, shot: Shot, settings: set[Setting]) -> dict[Any, Cost]:
+    """Return the costs of the network and of classical settings."""
+    every = list(settings | set(FEWER.values()))
+    isps = [("merge", setting.fields()) for setting in every]
+    costs = costs_alone([*isps, (NETWORK, {"model": model})], shot.captures)
+    return dict(zip([*every, NETWORK], costs, strict=True))
 
 
 def writable(folder: str) -> Path:
