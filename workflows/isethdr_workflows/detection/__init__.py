@@ -12,6 +12,7 @@
 | `stabilising` | the function of mean electrons whose noise is 1, from a camera's captures     |
 | `study`       | the study: all objects, all cameras, all light levels                         |
 | `tables`      | objects found by class, distance, size, illuminance, lamp; roads needed       |
+| `threads`     | threads for the frames and windows of many scenes                             |
 | `without`     | the same view rendered without people, riders and animals                     |
 | `observer/`   | the channelised Hotelling observer                                            |
 """

@@ -87,7 +87,7 @@ def grouped(tables: Sequence[Line]) -> dict[str, list[Line]]:
 
 
 def counted_lines(results: Results) -> list[Line]:
-    """Return the rows of the tables of pairs told apart by counting; none where there are curves."""
+    """Return the tables of pairs told apart by counting; none where there are curves."""
     if results.curve:
         return []
     return [line for line in lines(counted(results.rows)) if line.table in COUNTED_TABLES]

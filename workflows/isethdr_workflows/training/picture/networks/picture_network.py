@@ -3,9 +3,9 @@
 Inputs and outputs are those of a model file of `isp=network` (docs/how-to/network_isp.md). Inside,
 samples are square roots: their noise is then nearly the same from one electron to the full well
 (Anscombe 1948), so one network serves all levels. The U-shaped network adds a correction to the
-root of a start: the best linear estimate, or a filter of the roots that is learned as well. Beside a
-free correction it says, for three sizes of window, how far each pixel moves towards the mean around
-it, in luminance and in colour: an even surface then needs a number, not a filter.
+root of a start: the best linear estimate, or a filter of the roots that is learned as well. Beside
+a free correction it says, for three sizes of window, how far each pixel moves towards the mean
+around it, in luminance and in colour: an even surface then needs a number, not a filter.
 """
 
 from __future__ import annotations
