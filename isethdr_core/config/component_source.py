@@ -4,16 +4,16 @@ it is chosen.
 
 from __future__ import annotations
 
-from copy import deepcopy
 from functools import cache
 
 from hydra.core.object_type import ObjectType
 from hydra.plugins.config_source import ConfigResult, ConfigSource
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import OmegaConf
 
 from ..plugins import registry
 from ..plugins.component import KINDS
 from .composition import schema
+from .packed import Packed
 
 SCHEME = "isethdr-components"
 
@@ -33,7 +33,7 @@ class ComponentSource(ConfigSource):
     def load_config(self, config_path: str) -> ConfigResult:
         """Return the typed fields of one component, with their defaults."""
         return ConfigResult(
-            config=deepcopy(_node(*_parted(config_path))),
+            config=_packed(*_parted(config_path)).copy(),
             path=f"{SCHEME}://",
             provider="isethdr",
             header={"package": None},
@@ -63,6 +63,5 @@ def _parted(config_path: str) -> tuple[str, str]:
 
 
 @cache
-def _node(kind: str, name: str) -> DictConfig:
-    node: DictConfig = OmegaConf.structured(schema(registry.components()[kind, name]))
-    return node
+def _packed(kind: str, name: str) -> Packed:
+    return Packed(OmegaConf.structured(schema(registry.components()[kind, name])))

@@ -24,7 +24,9 @@ from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBase
 from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.component import KINDS, Component
 from ..plugins.registry import class_of, components, plugin_manager
-from .kept_choices import composed
+from .hydra_shortcuts import take_shortcuts
+from .kept_choices import CONFIG_MODULE, composed
+from .preset_source import PresetSource, served
 from .trust import check_overrides, own_folder
 
 if TYPE_CHECKING:
@@ -198,7 +200,9 @@ def register_with_hydra() -> None:
     from .component_source import ComponentSource
 
     Plugins.instance().register(ComponentSource)
+    Plugins.instance().register(PresetSource)
     Plugins.instance().register(_search_path_plugin())
+    take_shortcuts()
 
 
 def schema(comp: Component) -> type:
@@ -269,10 +273,13 @@ def _search_path_plugin() -> type:
         """Adds the folders with presets that plugins ship."""
 
         def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
+            # before Hydra's own sources of the same files, which parse them for each config
+            search_path.prepend(provider="isethdr", path=served(f"pkg://{CONFIG_MODULE}"))
+            search_path.prepend(provider="isethdr", path=served("pkg://hydra.conf"))
             for impl in plugin_manager().hook.isethdr_config_paths.get_hookimpls():
                 paths: Any = impl.function()
                 for path in paths:
-                    search_path.append(provider=impl.plugin_name, path=path)
+                    search_path.append(provider=impl.plugin_name, path=served(path))
             search_path.append(provider="isethdr", path=f"{SCHEME}://")
             if own_folder().is_dir():
                 search_path.append(provider="working folder", path=f"file://{own_folder()}")

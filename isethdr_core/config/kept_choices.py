@@ -7,12 +7,9 @@ the composed config. So the config of the choices is kept, and values are applie
 
 from __future__ import annotations
 
-import io
 import os
-import pickle
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import hydra
 from cachetools import LRUCache
@@ -24,6 +21,7 @@ from omegaconf import DictConfig, open_dict
 from ..plugins import registry
 from ..plugins.presets import preset_folders
 from .main_config import OF_HYDRA, settings
+from .packed import Packed
 from .trust import own_folder
 
 CONFIG_MODULE = "isethdr_core.config.conf"
@@ -36,37 +34,6 @@ class Composed:
 
     config: DictConfig
     choices: DictConfig
-
-
-class Packed:
-    """A config as bytes, from which copies are made in a fifth of the time of `deepcopy`.
-
-    The bytes stay in this process. Classes of fields are kept beside them, because those of
-    components are made at run time and have no name under which pickle would find them.
-    """
-
-    def __init__(self, config: DictConfig) -> None:
-        numbers: dict[type, int] = {}
-
-        class Pickler(pickle.Pickler):
-            def persistent_id(self, obj: Any) -> int | None:
-                return numbers.setdefault(obj, len(numbers)) if isinstance(obj, type) else None
-
-        buffer = io.BytesIO()
-        Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(config)
-        self._bytes = buffer.getvalue()
-        self._classes = list(numbers)
-
-    def copy(self) -> DictConfig:
-        """Return a new config."""
-        classes = self._classes
-
-        class Unpickler(pickle.Unpickler):
-            def persistent_load(self, number: Any) -> type:
-                return classes[number]
-
-        config: DictConfig = Unpickler(io.BytesIO(self._bytes)).load()
-        return config
 
 
 _kept: LRUCache[tuple[object, ...], tuple[Packed, DictConfig]] = LRUCache(MOST)
