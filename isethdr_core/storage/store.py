@@ -245,9 +245,14 @@ def holes(array: Any) -> str:
     """Return the position of a NaN, the value of a missing chunk, in a zarr array of floats; "" if
     there is none.
     """
-    for i in range(array.shape[0] if array.ndim else 0):  # one shard at a time bounds the memory
-        if np.isnan(array[i]).any():
-            return f"index {i} of {array.shape[0]}"
+    if not array.ndim:
+        return ""
+    step = (array.shards or array.chunks)[0]  # one shard at a time bounds the memory
+    for start in range(0, array.shape[0], step):
+        missing = np.isnan(array[start : start + step])
+        if missing.any():
+            first = start + int(np.argwhere(missing)[0, 0])
+            return f"index {first} of {array.shape[0]}"
     return ""
 
 

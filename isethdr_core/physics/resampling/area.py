@@ -175,8 +175,8 @@ def overlaps(
     tile = first[:, None] + np.arange(max(reach, 1))
     length = np.minimum(high[:, None], tile + 1) - np.maximum(low[:, None], tile)
     keep = (length > 0) & (tile < count)
-    row = np.broadcast_to(np.arange(len(low))[:, None], tile.shape)
-    return csr_array((length[keep] * pitch, (row[keep], tile[keep])), shape=(len(low), count))
+    ends = np.concatenate([[0], np.cumsum(keep.sum(axis=1))])
+    return csr_array((length[keep] * pitch, tile[keep], ends), shape=(len(low), count))
 
 
 def _snapped(border: np.ndarray) -> np.ndarray:

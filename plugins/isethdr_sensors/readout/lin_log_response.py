@@ -8,6 +8,8 @@ the electrons that arrived.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from isethdr_core.physics.detector.charge_dynamics import arrived_from_charge, flow, shares, slope
@@ -28,6 +30,7 @@ REACH = 10.0  # noise widths by which the table is extended while it is computed
 FINITE_E = 1e60  # end of the table while it is computed: its square is still finite
 
 
+@lru_cache(maxsize=8)  # each shot of a camera reads the same table, which takes 0.1 s
 def response(
     reading, exposure_s: float, soft, noise: bool = True
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -94,13 +97,16 @@ def response(
             charge_e, _ = flow(0.0, count / exposure_s, exposure_s, soft)
             return reading.black_dn + reading.gain_dn_per_e * charge_e
 
-        table = ReadBack(bent, electrons, width_dn, response_dn, reading.bits > 0)
-        variance = electrons + scatter_of_readings(table, slopes, scatter_e2, off_bend_e2)
-    return (
+        read_back = ReadBack(bent, electrons, width_dn, response_dn, reading.bits > 0)
+        variance = electrons + scatter_of_readings(read_back, slopes, scatter_e2, off_bend_e2)
+    table = (
         np.append(start, bent[inside]),
         np.append(line, electrons[inside]),
         np.append(np.full(2, read_var_e2), variance[inside]),
     )
+    for values in table:
+        values.flags.writeable = False
+    return table
 
 
 def without_bias(dn, mean_wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.ndarray]:
