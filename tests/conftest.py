@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -58,9 +59,21 @@ def pytest_collection_modifyitems(items):
 
 def pytest_collection_finish():
     """Leave what was collected out of all later searches for garbage: 6 % of the tests' time."""
+    draw_examples_whatever_is_imported()
     gc.enable()
     gc.collect()
     gc.freeze()
+
+
+def draw_examples_whatever_is_imported():
+    """Let hypothesis draw the same examples in each order of the tests.
+
+    It would try numbers that it finds in the source files of all modules imported so far, and reads
+    a thousand files for this: two CPU seconds in each process.
+    """
+    providers = sys.modules.get("hypothesis.internal.conjecture.providers")
+    if providers is not None:
+        providers._get_local_constants = lambda: providers._local_constants
 
 
 def pytest_unconfigure():

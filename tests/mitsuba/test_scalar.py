@@ -163,7 +163,6 @@ def test_a_wall_is_lit_by_the_candela(make, angle_deg):
     assert fast > 0 and slow == pytest.approx(fast, rel=0.02)
 
 
-@pytest.mark.slow
 def test_a_mirror_shows_the_lamp_itself(make):
     """No spot can be seen in a mirror; the lamp's own faces can."""
     lamp = make.lamp("drl", "headlights", 500.0, make.flat(1.0), (1, 0, 0), 40.0, 60.0, 0.02)
@@ -175,14 +174,14 @@ def test_a_mirror_shows_the_lamp_itself(make):
             ("mirror", "chart", (make.part(wall, "mirror"),), make.pose(4.0)),
             ("lamp", "car", (make.part(make.quad(0.5, 0.5), "black", lamp),), make.pose(-2.0)),
         ],
-        camera=make.camera((0, 0, 0), (1, 0, 0), 30.0, 1.0),
+        camera=make.camera((0, 0, 0), (1, 0, 0), 10.0, 1.0),
         materials=[make.material("mirror", "conductor", make.flat(0.8), 0.0)],
     )
     settings = {
         "width": 8,
         "height": 8,
         "margin": 0.0,
-        "samples": 4096,
+        "samples": 256,
         "max_depth": 3,
         "step_nm": 100.0,
     }
@@ -190,7 +189,8 @@ def test_a_mirror_shows_the_lamp_itself(make):
         MitsubaRenderer(**settings, variant=v)(scene).radiance.values for v in ("scalar", "auto")
     )
     assert fast.max() > 0
-    # the image covers 3.5 % of the field, so that 9000 of the paths meet it: 1 % each
+    # the image is 1 m wide at 10 m, a third of the field, so that 5400 of the paths meet it: 1.1 %
+    # each, and 1.6 % their difference
     assert slow.mean() == pytest.approx(fast.mean(), rel=0.05)
 
 

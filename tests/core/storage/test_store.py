@@ -176,6 +176,24 @@ def test_every_file_is_on_the_disk_before_the_store_has_its_name(tmp_path, monke
     assert len(files) > 3 and asked == {p.stat().st_ino for p in files}
 
 
+def test_a_writer_that_comes_second_returns_the_store_of_the_first(tmp_path, monkeypatch):
+    """The second writer begins and ends between the last byte and the rename of the first."""
+    to_disk = store._to_disk
+    done = []
+
+    def overtaken(path):
+        monkeypatch.setattr(store, "_to_disk", to_disk)
+        done.append(store.write_store(tmp_path, "a", {"": scene()}, {"writer": 2}))
+        to_disk(path)
+
+    monkeypatch.setattr(store, "_to_disk", overtaken)
+    done.append(store.write_store(tmp_path, "a", {"": scene()}, {"writer": 1}))
+    assert done == [tmp_path / "a.zarr"] * 2
+    assert [p.name for p in tmp_path.iterdir()] == ["a.zarr"]
+    assert store.read_attrs(tmp_path / "a.zarr")["writer"] == 2
+    assert store.open_store(tmp_path / "a.zarr").radiance.notnull().all()
+
+
 @pytest.mark.slow
 def test_of_two_writers_one_wins_and_both_return_its_store(tmp_path):
     children = [writer(tmp_path, 1), writer(tmp_path, 1)]

@@ -75,7 +75,7 @@ def sphere(n, inside_out):
     return v * 2, f[:, ::-1] if inside_out else f
 
 
-@pytest.mark.parametrize("distance_m", [10.0, 1e4])
+@pytest.mark.parametrize("distance_m", [10.0, 1e2, 1e3, 1e4])
 def test_intensity_in_candela_gives_inverse_square_irradiance(make, distance_m):
     """A facing white wall at distance d has luminance rho / pi * I / d^2, whatever the lamp's
     area.
