@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,6 +45,7 @@ LAMP_DEG = 3.0
 TRANSFER = "detection"  # key of the metric in the config
 OWN = ("report=false",)
 HALVES = "relative_halves"  # variable (y, x) of a prepared scene
+COMPOSING = Lock()  # Hydra has one state for the process
 
 
 class CameraName(NamedTuple):
@@ -124,8 +126,9 @@ def prepared(
     transfer : cameras whose contrast transfer accuracy is wanted too.
     bare : of the same view rendered without people, riders and animals.
     """
-    config = compose([*record.overrides, *OWN, *overrides])
-    built = chain(config)
+    with COMPOSING:
+        config = compose([*record.overrides, *OWN, *overrides])
+        built = chain(config)
     rows = Ledger()
     demand = plan(built, rows).with_labels("instance")
     path = without_people(record) if bare else record.stores[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -215,17 +216,22 @@ def all_prepared(
     bare: bool = False,
 ) -> tuple[list[Prepared], list[tuple[int, str]]]:
     """Return the scenes imaged by the lens, and those that failed with their reasons."""
-    ready = []
-    failed = []
-    for place, record in enumerate(records, 1):
+    done = itertools.count(1)
+
+    def one(record: SceneRecord) -> Prepared | tuple[int, str]:
+        made: Prepared | tuple[int, str]
         try:
-            ready.append(prepared(record, settings, transfer, bare))
+            made = prepared(record, settings, transfer, bare)
         except (CatalogError, ConfigError):
             raise
         except Exception as err:  # any component may fail on one scene; the others go on
-            failed.append((record.number, f"{type(err).__name__}: {err}".splitlines()[0]))
-        print(f"scene {record.number + 1}, {place} of {len(records)}", flush=True)
-    return ready, failed
+            made = record.number, f"{type(err).__name__}: {err}".splitlines()[0]
+        print(f"scene {record.number + 1}, {next(done)} of {len(records)}", flush=True)
+        return made
+
+    every = at_once(one, records)
+    ready = [made for made in every if isinstance(made, Prepared)]
+    return ready, [made for made in every if not isinstance(made, Prepared)]
 
 
 @dataclass(frozen=True)
