@@ -44,6 +44,7 @@ STUDIES = {
     "paper_fig3": "paper.fig3:paper_fig3",
     "paper_fig5": "paper.fig5:paper_fig5",
     "paper_fig8_9_classical": "paper.fig8_9:paper_fig8_9_classical",
+    "paper_fig8_9_networks": "paper.fig8_9_networks:paper_fig8_9_networks",
     "paper_fig6_7": "paper.fig6_7:paper_fig6_7",
     "ghosts_night": "ghosts_night:ghosts_night",
     "led_flicker": "sensors.led_flicker:led_flicker",

@@ -13,7 +13,13 @@ from isethdr_workflows.accuracy.isp_cost import Cost
 from isethdr_workflows.training.learned_picture import study
 from isethdr_workflows.training.learned_picture.contest import Contest, Shot
 from isethdr_workflows.training.learned_picture.diagram import NETWORK
-from isethdr_workflows.training.learned_picture.settings import GRID, SIGNS, Search, Setting
+from isethdr_workflows.training.learned_picture.settings import (
+    GRID,
+    SIGNS,
+    Search,
+    Setting,
+    best_in,
+)
 
 from isethdr_core.errors import ConfigError
 
@@ -87,6 +93,10 @@ def test_the_grid_is_kept(tmp_path):
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(search.tried)
+    # settings of equal scores may change places
+    read = best_in(path)[0.1]
+    for name, setting in search.best().items():
+        assert smooth_score(read[name])[name] == smooth_score(setting)[name]
     best = max(rows, key=lambda row: float(row["ssim"]))
     assert float(best["strength"]) == WANTED["ssim"][0] and best["lux"] == "0.1"
 

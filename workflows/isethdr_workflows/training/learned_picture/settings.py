@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from isethdr_core.errors import ConfigError
+
+GRID_FILE = "classical_grid.csv"  # scores of all settings that a search has tried
 PASSES = 2  # over all fields: a later field may change which value of an earlier one is best
 
 
@@ -84,3 +89,32 @@ class Search:
         if setting not in self.tried:
             self.tried[setting] = self.score(setting)
         return self.tried[setting]
+
+
+def best_in(path: Path) -> dict[float, dict[str, Setting]]:
+    """Return the best setting for each illuminance and score of a file that a search has written.
+
+    Raises
+    ------
+    ConfigError : there is no such file.
+    """
+    if not path.is_file():
+        raise ConfigError(
+            f"there is no {path}; expected the scores of classical settings; type isethdr study"
+            f" learned_picture model={path.parent / 'model.onnx'} and the sensor of the model"
+        )
+    tried: dict[float, dict[Setting, Scores]] = {}
+    with open(path, newline="") as file:
+        for row in csv.DictReader(file):
+            setting = Setting(
+                row["demosaic"], float(row["strength"]), float(row["design_snr"]), row["balance"]
+            )
+            scores = {name: float(row[name]) for name in SIGNS}
+            tried.setdefault(float(row["lux"]), {})[setting] = scores
+    return {
+        lux: {
+            name: max(of, key=lambda one, name=name, of=of: sign * of[one][name])
+            for name, sign in SIGNS.items()
+        }
+        for lux, of in tried.items()
+    }

@@ -22,11 +22,10 @@ from ..picture.camera import TrainingCamera, camera_of
 from ..picture.roads import TRAIN, Road, lit, roads_of
 from .contest import Contest, Shot, matrix_alone, scores_of
 from .diagram import NETWORK, work_of
-from .settings import GRID, SIGNS, Scores, Search, Setting
+from .settings import GRID, GRID_FILE, SIGNS, Scores, Search, Setting
 
 SEED = 1000  # of the noise of held-out shots
 TUNED_ON = 3  # training roads
-GRID_FILE = "classical_grid.csv"
 DIAGRAM_FILE = "work_precision.png"
 # of the diagram, beside the network and the best setting
 FEWER = {

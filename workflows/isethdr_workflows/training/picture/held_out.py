@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..torch_library import torch
+from ..torch_library import functional, torch
 from .loss import Batch, noise_loss
 from .networks.picture_network import PictureNetwork, sample_variance
 from .sheets import Sheets
@@ -35,10 +35,12 @@ class HeldOut:
     ----------
     levels : by illuminance, darkest first.
     masks : filters of a patch (1, channel, y, x).
+    period : of the filter array, pixels.
     """
 
     levels: tuple[Level, ...]
     masks: torch.Tensor
+    period: int
 
     def half(self, odd: bool) -> HeldOut:
         """Return every other patch: one half calibrates, the other one tells how well."""
@@ -93,7 +95,15 @@ def held_out(sheets: Sheets, brightest_lux: float, device: str) -> HeldOut:
         levels.append(Level(lux, Batch(*(torch.from_numpy(v).to(device) for v in patches))))
     side = sheets.patch_px
     masks = torch.from_numpy(sheets.camera.masks(side, side))[None].to(device)
-    return HeldOut(tuple(levels), masks)
+    return HeldOut(tuple(levels), masks, sheets.camera.period)
+
+
+def measured(patches: Batch, period: int) -> torch.Tensor:
+    """Return 1 where a picture of `isp=network` is valid (N, 1, y, x), else 0: no sample less than
+    one cell of the filter array away is clipped or broken.
+    """
+    broken = 1 - patches.valid.amax(1, keepdim=True)
+    return 1 - functional.max_pool2d(broken, 2 * period - 1, 1, period - 1)
 
 
 @torch.no_grad()
@@ -101,14 +111,16 @@ def loss_on(network: PictureNetwork, pictures: HeldOut) -> float:
     """Return the mean over some illuminances of the loss in units of noise, on some patches."""
     losses = []
     for _, patches, xyz, _ in pictures.thinned().answers(network):
-        measured = patches.valid.amax(1, keepdim=True)
-        losses.append(float(noise_loss((xyz - patches.truth) * measured, patches)))
+        whole = patches.valid.amax(1, keepdim=True)
+        losses.append(float(noise_loss((xyz - patches.truth) * whole, patches)))
     return float(np.mean(losses))
 
 
 @torch.no_grad()
 def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
     """Return one row for each illuminance.
+
+    Pixels beside a clipped sample do not count (`measured`): its electrons are not known.
 
     Returns
     -------
@@ -117,10 +129,10 @@ def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
     """
     rows = []
     for lux, patches, xyz, variance in pictures.answers(network):
-        measured = patches.valid.amax(1, keepdim=True)
-        true_y = float((patches.truth[:, 1:2] * measured).mean())
-        seen_y = float((xyz[:, 1:2] * measured).mean())
-        stated, true = normalised(patches, xyz, variance)
+        of = measured(patches, pictures.period)
+        true_y = float((patches.truth[:, 1:2] * of).sum() / of.sum())
+        seen_y = float((xyz[:, 1:2] * of).sum() / of.sum())
+        stated, true = normalised(patches, xyz, variance, of)
         rows.append(
             {
                 "lux": lux,
@@ -134,14 +146,13 @@ def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
 
 
 def normalised(
-    patches: Batch, xyz: torch.Tensor, variance: torch.Tensor
+    patches: Batch, xyz: torch.Tensor, variance: torch.Tensor, of: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
     """Return stated variance and squared error (N, 3, y, x), over the variance of a sample nearby:
-    bright pixels then do not hide the others.
+    bright pixels then do not hide the others. `of` is 1 for pixels that count.
     """
-    measured = patches.valid.amax(1, keepdim=True)
     unit = sample_variance(patches.raw, patches.noise)
-    return variance * measured / unit, (xyz - patches.truth) ** 2 * measured / unit
+    return variance * of / unit, (xyz - patches.truth) ** 2 * of / unit
 
 
 @torch.no_grad()
@@ -163,7 +174,8 @@ def calibrate(network: PictureNetwork, pictures: HeldOut) -> None:
         for _, patches, xyz, variance in pictures.answers(network):
             level = torch.log(sample_variance(patches.raw, patches.noise))
             which = np.searchsorted(edges[1:-1], level.cpu().numpy().ravel())
-            for k, values in enumerate(normalised(patches, xyz, variance)):
+            of = measured(patches, pictures.period)
+            for k, values in enumerate(normalised(patches, xyz, variance, of)):
                 weights = values.mean(1).double().cpu().numpy().ravel()
                 sums[k] += np.bincount(which, weights, BINS)
         change = np.log(np.maximum(sums[1], 1e-12) / np.maximum(sums[0], 1e-12))

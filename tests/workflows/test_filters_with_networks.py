@@ -1,0 +1,64 @@
+"""RGB against RGBW with networks: pairs of roads, crossings, refusals."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from isethdr_workflows.paper.fig8_9_networks import (
+    CLASSICAL,
+    NETWORK,
+    RGB,
+    RGBW,
+    Found,
+    paper_fig8_9_networks,
+    rows_of,
+)
+
+from isethdr_core.errors import ConfigError
+
+
+def found(filters, lux, road, better):
+    """Return scores that are `better` than those of every camera alike."""
+    network = {"ssim": 0.5 + better, "psnr_db": 20 + better, "ciede2000": 5 - better}
+    classical = {"ssim": 0.4, "psnr_db": 20.0, "ciede2000": 6.0}
+    return Found(filters, lux, road, network, classical)
+
+
+# RGBW is better by 0.1 at 0.1 lux and worse by 0.1 at 10 lux, by 0.02 more or less on each road
+ROADS = {"a": -0.02, "b": 0.0, "c": 0.02}
+SCORES = [
+    found(filters, lux, road, gain if filters == RGBW else 0.0)
+    for filters in (RGB, RGBW)
+    for road, own in ROADS.items()
+    for lux, gain in ((0.1, 0.1 + own), (10.0, -0.1 + own))
+]
+
+
+def row(lux, score, development):
+    of = (lux, score, development)
+    return next(
+        row for row in rows_of(SCORES) if (row["lux"], row["score"], row["development"]) == of
+    )
+
+
+@pytest.mark.parametrize(("score", "sign"), [("ssim", 1), ("psnr_db", 1), ("ciede2000", -1)])
+def test_differences_are_paired_by_road_and_cross_where_they_should(score, sign):
+    dark = row(0.1, score, NETWORK)
+    assert dark["roads"] == 3 and dark["difference"] == pytest.approx(sign * 0.1)
+    assert dark["difference"] == pytest.approx(dark["rgbw"] - dark["rgb"])
+    # Student: 4.303 times the standard deviation 0.02 over the root of 3
+    assert dark["high"] - dark["difference"] == pytest.approx(4.303 * 0.02 / 3**0.5, rel=1e-3)
+    # half way between 0.1 and 10 on a logarithm, for each score: RGB is better above
+    assert dark["crossing_lux"] == pytest.approx(1.0)
+    assert dark["crossing_low"] < 1.0 < dark["crossing_high"]
+
+
+def test_equal_cameras_have_no_crossing():
+    same = row(10.0, "ssim", CLASSICAL)
+    assert same["difference"] == 0 and math.isnan(same["crossing_lux"])
+
+
+def test_a_missing_model_is_refused_before_any_work():
+    with pytest.raises(ConfigError, match="expected two models and two sensors"):
+        paper_fig8_9_networks(rgb="a.onnx")
