@@ -31,6 +31,7 @@
 | `plugins/`     | components of plugins, their search, and the allowed values of their fields   |
 | `results/`     | stored runs opened by name, shown in notebooks, and drawn                     |
 | `runs/`        | one stored run, the stored radiance it reads, its noise, and its provenance   |
+| `sequence/`    | exposure that is carried from frame to frame                                  |
 | `storage/`     | zarr stores that are complete or absent, with checks against damage           |
 | `sweeps/`      | the results of the jobs of a sweep, and one table of their scores             |
 | `uncertainty/` | stated errors, their share of a budget, and their effect on pixels and scores |

@@ -23,12 +23,19 @@ from ..motion.settings import MotionSettings, motion_settings
 from ..motion.shot_time import shot_time
 from ..motion.visible_motion import LABELS as LABELS_OF_MOTION
 from ..plugins.component import Stage
-from ..plugins.protocols import DeclaresNoise, KnowsItsField, MovesInTime, NarrowsDemand
+from ..plugins.protocols import (
+    CarriesExposure,
+    DeclaresNoise,
+    KnowsItsField,
+    MovesInTime,
+    NarrowsDemand,
+)
 from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
 from ..runs.noise_realisations import over_draws, state_spread
 from ..runs.reuse import NOT_KEPT, Kept
 from ..runs.seeds import checked_seed, generator
+from ..sequence.exposure import Exposure, exposures_of
 from ..uncertainty import budget, propagation, score_errors, spending
 from ..uncertainty import ledger as book
 from ..uncertainty.changed_scenes import ScoredShot
@@ -72,6 +79,8 @@ class Chain:
     unreported: tuple[str, ...] = ()  # configured versions, if no report shows them
     shares: budget.Division | None = None  # of the error allowed; None: as the components declare
     motion: MotionSettings | None = None  # during a shot; None: nothing moves
+    # carried into this frame, by camera; None: the run is no frame of a sequence
+    exposures: Mapping[str, Exposure] | None = None
 
     def components(self) -> list:
         """Return every component, left to right."""
@@ -163,12 +172,14 @@ def chain(config) -> Chain:
         unreported=() if reported else tuple(versions),
         allowed=allowed,
         motion=motion_settings(config),
+        exposures=exposures_of(config, cameras),
     )
     check_fields(built.scene, built.lens, built.cameras.values())
     check_rendered(built.scene, built.renderer)
     early_checks.check_shots(tuple(built.cameras.values()), built.isp)
     early_checks.check_scene(built.scene, built.lighting, tuple(built.versions.values()))
     check_motion(built)
+    check_exposures(built)
     return spending.with_shares(built, lambda: relative_allowed(built))
 
 
@@ -179,6 +190,18 @@ def check_motion(chain: Chain) -> None:
     if chain.motion is not None and isinstance(chain.scene, MovesInTime):
         end_s = chain.scene.time_s + shot_time(chain.scene, chain.lens, chain.cameras).seconds
         replace(chain.scene, time_s=end_s)
+
+
+def check_exposures(chain: Chain) -> None:
+    """Raise ConfigError if an exposure is carried for a camera whose exposure is not automatic."""
+    for name in chain.exposures or ():
+        sensor = chain.cameras[name]
+        if not (isinstance(sensor, CarriesExposure) and sensor.longest_exposure_s):
+            raise ConfigError(
+                f"exposures names the camera {name!r}, whose exposure is not automatic; expected a"
+                " sensor with an exposure rule; type for example sensor.exposure_rule=centre, or"
+                " exposures=null"
+            )
 
 
 TABLES = {"sensor": "cameras", "lighting": "versions", "flare": "flare", "metric": "metric"}

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ..pipeline.memory import Frame, Need
     from ..runs.sample_accumulation import Known
     from ..runs.seeds import Generator
+    from ..sequence.exposure import Exposure, SettledExposure
     from ..uncertainty.error_terms import ErrorMaps, ErrorTerm
     from ..uncertainty.ledger import LeftOut
     from .accuracy_knobs import AccuracyKnob, ErrorShare
@@ -789,6 +790,29 @@ class TimesItsShot(Protocol):
 
 
 @runtime_checkable
+class CarriesExposure(Protocol):
+    """A sensor whose automatic exposure may follow the light late, in a sequence of frames."""
+
+    @property
+    def longest_exposure_s(self) -> float | None:
+        """Longest automatic exposure, s; None where the exposure is fixed."""
+        ...
+
+    def settled_exposure(self, light: xr.DataArray, /) -> SettledExposure:
+        """Return the exposure that the sensor chooses for this light by itself, and its limits.
+
+        Parameters
+        ----------
+        light : as for the call of a sensor.
+        """
+        ...
+
+    def at_exposure(self, exposure: Exposure, /) -> Sensor:
+        """Return the sensor that takes its shots at this exposure and gain, whatever the light."""
+        ...
+
+
+@runtime_checkable
 class CountsPixels(Protocol):
     """A sensor that knows the memory of its captures and of the pictures made from them."""
 
@@ -898,6 +922,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         ChecksImageSize,
         ChecksFocalLength,
         TimesItsShot,
+        CarriesExposure,
         CountsPixels,
         ListsCaptures,
     ),

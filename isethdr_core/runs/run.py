@@ -42,6 +42,8 @@ from ..plugins.component import Stage
 from ..plugins.registry import plugin_manager
 from ..results.html import html_of
 from ..results.plot import plotted
+from ..sequence.exposure import without_exposures
+from ..sequence.frame_exposures import at_carried_exposures
 from ..storage import store
 from ..storage.object_home.calls import follow_home, prepare_writing, publish_store
 from ..uncertainty.ledger import Ledger
@@ -236,7 +238,8 @@ def whole(config: Mapping[str, Any] | DictConfig) -> dict[str, Any]:
         OmegaConf.to_container(config, resolve=True) if OmegaConf.is_config(config) else config
     )
     assert isinstance(settings, Mapping)
-    return without_motion({str(k): v for k, v in settings.items() if k not in BESIDE})
+    named = without_motion({str(k): v for k, v in settings.items() if k not in BESIDE})
+    return without_exposures(named)
 
 
 def _compute(
@@ -288,6 +291,7 @@ def _compute(
         config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name
     )
     shot = Shot(light, mixed, scene, random, imaged, reuse, names, start)
+    chain, exposures = at_carried_exposures(chain, rows, light)
     cameras = {name: through_camera(chain, rows, name, shot) for name in chain.cameras}
     for row in rows:
         row.light_parts.clear()  # as large as the light, and not needed any more
@@ -295,6 +299,8 @@ def _compute(
     record = _record(config, settings, key, outcome) | {"expected_s": expected, IMAGING: own_s}
     if moving is not None:
         record["motion"] = moving.record
+    if exposures:
+        record["exposures"] = exposures
     return store.write_store(
         store.home() / "runs",
         key,

@@ -239,6 +239,23 @@ class ImagingSensor:
             return auto_exposure.exposed(self, light, generator)
         return self.take(light, generator)
 
+    def automatic(self, light):
+        """Return the exposure that the sensor chooses for this light."""
+        return auto_exposure.one_for_all(self, light)
+
+    @property
+    def longest_exposure_s(self) -> float | None:
+        """Longest automatic exposure; None where it is fixed."""
+        return None if self.exposure_rule == "fixed" else self.exposure_max_s
+
+    def settled_exposure(self, light):
+        """Return the exposure that the sensor chooses for this light, and its limits."""
+        return auto_exposure.settled_exposure(self, light)
+
+    def at_exposure(self, exposure) -> Self:
+        """Return this sensor with an exposure that was chosen for earlier light."""
+        return auto_exposure.at_exposure(self, exposure)
+
     def take(self, light, generator):
         """Return captures of one shot at `exposure_s`."""
         return take_shot(self.model(), light, generator)

@@ -28,11 +28,11 @@ class StaggeredSensor(SingleSensor):
     # pixel, those between at equal ratios
     exposure_each: bool = False
 
-    def __call__(self, light, generator):
-        """Return captures of one shot, at exposures solved for this light unless they are fixed."""
-        if self.exposure_each and self.exposure_rule != "fixed":
-            return auto_exposure.exposed_each(self, light, generator)
-        return super().__call__(light, generator)
+    def automatic(self, light):
+        """Return the exposures that the sensor chooses for this light."""
+        if self.exposure_each:
+            return auto_exposure.one_by_one(self, light)
+        return super().automatic(light)
 
     def model(self) -> SensorModel:
         """Return the photodiodes and readings of the sensor."""

@@ -17,6 +17,7 @@
 | `isp/`          | training of the learned demosaic                                            |
 | `paper/`        | the figures of the ISETHDR paper, computed again                            |
 | `questions/`    | studies over a dataset that answer one question, with intervals             |
+| `sequences/`    | frames with automatic exposure that settles, `isethdr sequence`             |
 | `sensors/`      | studies of sensors over many decades of light and against published figures |
 | `training/`     | networks trained on data of our own, `isethdr train`                        |
 """
@@ -71,6 +72,8 @@ def isethdr_config_paths():
 @hookimpl
 def isethdr_commands(app):
     from .export.command import HELP, export
+    from .sequences.command import HELP as SEQUENCE
+    from .sequences.command import sequence
     from .study_command import study
 
     app.command("study")(study)
@@ -79,4 +82,7 @@ def isethdr_commands(app):
     app.add_typer(train, name="train")
     app.command("export", help=HELP, short_help="Write stored runs as files of other programs.")(
         export
+    )
+    app.command("sequence", help=SEQUENCE, short_help="Run the frames of a scene that moves.")(
+        sequence
     )

@@ -20,11 +20,19 @@ from isethdr_core import ledger
 from isethdr_core.data.derived_once import once
 from isethdr_core.data.temporal_modulation import time_mean
 from isethdr_core.errors import ConfigError, did_you_mean
+from isethdr_core.sequence.exposure import Exposure, ExposureLimits, SettledExposure
 
 from .exposure_limits import exposure_limits, whole_periods_s
 from .metering import RULES, Metering, meter
 
 LOG_TOLERANCE = 1e-12  # of the natural logarithm of the exposure
+
+
+class Automatic(NamedTuple):
+    """The exposure that a sensor chooses for a shot."""
+
+    exposure: Exposure
+    iterations: int  # of Brent's method
 
 
 class Solved(NamedTuple):
@@ -60,21 +68,48 @@ def check(sensor) -> None:
 
 
 def exposed(sensor, light, generator):
-    """Return the captures of `sensor` at the exposure and gain solved for this light.
+    """Return the captures of `sensor` at the exposure and gain that it chooses for this light.
 
     The attribute `exposure_iterations` is the number of steps, and `analog_gain_factor` the factor
     by which the analog gain was raised.
     """
-    solution = settle(sensor, light)
-    fixed = sensor.with_gain(solution.gain) if solution.gain > 1 else sensor
-    out = replace(fixed, exposure_rule="fixed", exposure_s=solution.exposure_s)(light, generator)
-    out.attrs["exposure_iterations"] = solution.iterations
-    out.attrs["analog_gain_factor"] = solution.gain
+    chosen = sensor.automatic(light)
+    out = at_exposure(sensor, chosen.exposure)(light, generator)
+    out.attrs["exposure_iterations"] = chosen.iterations
+    out.attrs["analog_gain_factor"] = chosen.exposure.gain
     return out
 
 
-def exposed_each(sensor, light, generator):
-    """Return the captures of a staggered sensor with automatic exposures.
+def at_exposure(sensor, exposure: Exposure):
+    """Return `sensor` with this exposure and gain, fixed."""
+    fixed = sensor.with_gain(exposure.gain) if exposure.gain > 1 else sensor
+    ratios = {"exposure_ratios": exposure.ratios} if exposure.ratios else {}
+    return replace(fixed, exposure_rule="fixed", exposure_s=exposure.exposure_s, **ratios)
+
+
+def settled_exposure(sensor, light) -> SettledExposure:
+    """Return the exposure and gain that `sensor` chooses for this light, and their limits."""
+    limits = exposure_limits(sensor, 1e-3 * light.attrs["focal_length_mm"])
+    hertz = sensor.exposure_flicker_hz
+    return SettledExposure(
+        sensor.automatic(light).exposure,
+        ExposureLimits(
+            limits.shortest_s,
+            limits.longest_s,
+            sensor.auto_gain_max,
+            1 / hertz if hertz else 0.0,
+        ),
+    )
+
+
+def one_for_all(sensor, light) -> Automatic:
+    """Return the exposure solved by the rule of `sensor`; captures keep their ratios."""
+    solution = settle(sensor, light)
+    return Automatic(Exposure(solution.exposure_s, solution.gain), solution.iterations)
+
+
+def one_by_one(sensor, light) -> Automatic:
+    """Return the exposures of a staggered sensor, solved one by one.
 
     The rule determines the first exposure, the brightest pixel, lamps included, the last one. The
     others lie between at equal ratios. If the brightest pixel is not saturated in the first
@@ -83,7 +118,6 @@ def exposed_each(sensor, light, generator):
     Parameters
     ----------
     sensor : a staggered sensor. `light` : irradiance or photocurrent on the sensor plane.
-    generator : key of the random numbers.
     """
     first = settle(replace(sensor, exposure_each=False), light)
     last_s, more = solve(
@@ -98,17 +132,14 @@ def exposed_each(sensor, light, generator):
         ),
         light,
     )
-    fixed = sensor.with_gain(first.gain) if first.gain > 1 else sensor
-    fixed = replace(fixed, exposure_rule="fixed", exposure_s=first.exposure_s)
     last_s /= first.gain  # the full scale is that much smaller
     count = len(sensor.exposure_ratios)
+    ratios = sensor.exposure_ratios
     if count > 1 and last_s < first.exposure_s:
         shares = np.geomspace(1.0, last_s / first.exposure_s, count)
-        fixed = replace(fixed, exposure_ratios=tuple(float(r) for r in shares))
-    out = fixed(light, generator)
-    out.attrs["exposure_iterations"] = first.iterations + more
-    out.attrs["analog_gain_factor"] = first.gain
-    return out
+        ratios = tuple(float(r) for r in shares)
+    exposure = Exposure(first.exposure_s, first.gain, tuple(ratios))
+    return Automatic(exposure, first.iterations + more)
 
 
 def solve(sensor, light) -> tuple[float, int]:

@@ -1,0 +1,11 @@
+"""Sequence: frames one after the other, and the exposure that is carried from frame to frame.
+
+A frame is a run. What a camera carries into it is stated in its config (`exposures`), so a frame
+can be computed again by itself.
+
+| module             | content                                                                     |
+|--------------------|-----------------------------------------------------------------------------|
+| `exposure`         | exposure, gain and their limits; the table `exposures` of a config, checked |
+| `exposure_control` | automatic exposure that settles over the frames                             |
+| `frame_exposures`  | the cameras of a frame at their carried exposures, and what they meter      |
+"""
