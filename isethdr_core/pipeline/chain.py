@@ -193,8 +193,10 @@ def check_motion(chain: Chain) -> None:
 
 
 def check_exposures(chain: Chain) -> None:
-    """Raise ConfigError if an exposure is carried for a camera whose exposure is not automatic."""
-    for name in chain.exposures or ():
+    """Raise ConfigError if an exposure is carried for a camera whose exposure is not automatic, or
+    that cannot take it.
+    """
+    for name, exposure in (chain.exposures or {}).items():
         sensor = chain.cameras[name]
         if not (isinstance(sensor, CarriesExposure) and sensor.longest_exposure_s):
             raise ConfigError(
@@ -202,6 +204,7 @@ def check_exposures(chain: Chain) -> None:
                 " sensor with an exposure rule; type for example sensor.exposure_rule=centre, or"
                 " exposures=null"
             )
+        sensor.at_exposure(exposure)
 
 
 TABLES = {"sensor": "cameras", "lighting": "versions", "flare": "flare", "metric": "metric"}

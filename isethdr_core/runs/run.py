@@ -39,6 +39,7 @@ from ..pipeline.imaging_plan import labelled
 from ..pipeline.runtime_estimate import IMAGING, expected_s, imaging_s
 from ..pipeline.shot import LightNames, Shot
 from ..plugins.component import Stage
+from ..plugins.protocols import MovesInTime
 from ..plugins.registry import plugin_manager
 from ..results.html import html_of
 from ..results.plot import plotted
@@ -286,10 +287,7 @@ def _compute(
     light = stage(
         rows, "lens", config.lens.name, chain.lens, imaged.light, Kept(reuse, names.light)
     )
-    # the recipe, not the store: which groups were rendered when must not change the noise
-    random = generator(
-        config.seed, config.device, ids[0].split("-")[0] if ids else config.scene.name
-    )
+    random = generator(config.seed, config.device, shot_name(config.scene.name, chain.scene, ids))
     shot = Shot(light, mixed, scene, random, imaged, reuse, names, start)
     chain, exposures = at_carried_exposures(chain, rows, light)
     cameras = {name: through_camera(chain, rows, name, shot) for name in chain.cameras}
@@ -307,6 +305,22 @@ def _compute(
         _groups(cameras, {SHOWN: start, **versions_mixed} if chain.reported else {}),
         record,
     )
+
+
+def shot_name(name: str, scene: object, ids: list[str]) -> str:
+    """Return the name of a shot, the key of its random numbers: frames of a sequence have different
+    noise, also of a scene that stands still.
+
+    Parameters
+    ----------
+    name, scene : the scene component of the run.
+    ids : stores of the scene radiance; empty for radiance that the scene itself makes.
+    """
+    if ids:  # the recipe, not the store: which groups were rendered when must not change the noise
+        return ids[0].split("-")[0]
+    if isinstance(scene, MovesInTime) and scene.time_s:
+        return f"{name} at {scene.time_s!r} s"
+    return name
 
 
 @dataclass(frozen=True)

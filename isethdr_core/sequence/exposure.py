@@ -30,6 +30,11 @@ class Exposure:
                     f"an exposure holds {value!r}; expected numbers above 0; type for example"
                     f" {EXAMPLE}"
                 )
+        if self.gain < 1:
+            raise ConfigError(
+                f"an exposure has the gain {self.gain!r}; expected 1 or more, a factor on the"
+                f" configured gain; type for example {EXAMPLE}"
+            )
 
     @property
     def product_s(self) -> float:

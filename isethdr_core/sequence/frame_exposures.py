@@ -1,4 +1,4 @@
-"""Frame exposures: the cameras of a frame at their carried exposures, and what each of them meters."""
+"""Frame exposures: the cameras of a frame at carried exposures, and what each of them meters."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..plugins.protocols import CarriesExposure
 from ..uncertainty import ledger
+from ..uncertainty.error_terms import Quantity
 from ..uncertainty.ledger import Ledger
 from .exposure import Exposure, ExposureLimits, SettledExposure
 
@@ -52,6 +53,7 @@ def at_carried_exposures(chain: Chain, rows: Ledger, light: Any) -> FrameExposur
                 "measured",
                 f"exposure of {name} against the one that it settles to, {stops:+.3g} stops",
                 key=name,
+                acts_on=Quantity.TARGET,
             )
             record[name] = {"exposure": asdict(exposure), **asdict_settled(settled)}
     return FrameExposures(replace(chain, cameras=cameras), record)

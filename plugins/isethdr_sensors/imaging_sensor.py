@@ -9,6 +9,7 @@ from typing import Literal, Self
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ShotForm
 from isethdr_core.plugins.ranges import Percent, check_ranges
+from isethdr_core.sequence.exposure import Exposure as FrameExposure
 
 from .limits import (
     Bits,
@@ -252,8 +253,19 @@ class ImagingSensor:
         """Return the exposure that the sensor chooses for this light, and its limits."""
         return auto_exposure.settled_exposure(self, light)
 
-    def at_exposure(self, exposure) -> Self:
-        """Return this sensor with an exposure that was chosen for earlier light."""
+    def at_exposure(self, exposure: FrameExposure) -> Self:
+        """Return this sensor with an exposure that was chosen for earlier light.
+
+        Raises
+        ------
+        ConfigError : ratios of captures, which only sensors with several exposures have.
+        """
+        if exposure.ratios:
+            raise ConfigError(
+                f"an exposure of {type(self).__name__} has the ratios {exposure.ratios}; expected"
+                " none, because only sensors with several exposures vary them; type for example"
+                " ratios: []"
+            )
         return auto_exposure.at_exposure(self, exposure)
 
     def take(self, light, generator):

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Self
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.sequence.exposure import Exposure
 
 from .limits import Ratio
 from .sensor_model import SensorModel
@@ -33,6 +35,23 @@ class StaggeredSensor(SingleSensor):
         if self.exposure_each:
             return auto_exposure.one_by_one(self, light)
         return super().automatic(light)
+
+    def at_exposure(self, exposure: Exposure) -> Self:
+        """Return this sensor with exposures that were chosen for earlier light.
+
+        Raises
+        ------
+        ConfigError : another number of ratios than that of its exposures.
+        """
+        ratios = exposure.ratios or self.exposure_ratios
+        if len(ratios) != len(self.exposure_ratios):
+            raise ConfigError(
+                f"an exposure of {type(self).__name__} has the ratios {ratios}; expected"
+                f" {len(self.exposure_ratios)} of them, or none; type for example"
+                f" ratios: {list(self.exposure_ratios)}"
+            )
+        single = super().at_exposure(replace(exposure, ratios=()))
+        return replace(single, exposure_ratios=ratios)
 
     def model(self) -> SensorModel:
         """Return the photodiodes and readings of the sensor."""

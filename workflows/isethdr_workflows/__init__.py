@@ -28,6 +28,8 @@ from isethdr_core.hookspecs import hookimpl
 
 from .dataset.command import app as dataset
 from .experiments.command import app as experiments
+from .sequences.command import HELP as SEQUENCE
+from .sequences.command import sequence
 from .training.command import app as train
 
 # {name: "module:function" in this package}; a function takes its settings by name and returns rows,
@@ -72,8 +74,6 @@ def isethdr_config_paths():
 @hookimpl
 def isethdr_commands(app):
     from .export.command import HELP, export
-    from .sequences.command import HELP as SEQUENCE
-    from .sequences.command import sequence
     from .study_command import study
 
     app.command("study")(study)

@@ -74,17 +74,16 @@ def exposed(sensor, light, generator):
     by which the analog gain was raised.
     """
     chosen = sensor.automatic(light)
-    out = at_exposure(sensor, chosen.exposure)(light, generator)
+    out = sensor.at_exposure(chosen.exposure)(light, generator)
     out.attrs["exposure_iterations"] = chosen.iterations
     out.attrs["analog_gain_factor"] = chosen.exposure.gain
     return out
 
 
 def at_exposure(sensor, exposure: Exposure):
-    """Return `sensor` with this exposure and gain, fixed."""
+    """Return `sensor` with this exposure and gain, fixed. Its captures keep their ratios."""
     fixed = sensor.with_gain(exposure.gain) if exposure.gain > 1 else sensor
-    ratios = {"exposure_ratios": exposure.ratios} if exposure.ratios else {}
-    return replace(fixed, exposure_rule="fixed", exposure_s=exposure.exposure_s, **ratios)
+    return replace(fixed, exposure_rule="fixed", exposure_s=exposure.exposure_s)
 
 
 def settled_exposure(sensor, light) -> SettledExposure:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import isethdr_core as hdr
+from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.protocols import CarriesExposure
 from isethdr_core.sequence.exposure import Exposure
 
@@ -48,6 +49,13 @@ def test_a_carried_exposure_ignores_the_light(name, make_light):
     ]
     np.testing.assert_array_equal(*exposures)
     assert exposures[0].max() == 0.002
+
+
+def test_ratios_that_a_sensor_has_no_exposures_for_are_refused():
+    with pytest.raises(ConfigError, match=r"BayerSensor has the ratios .* type for example"):
+        camera("bayer").at_exposure(Exposure(0.002, 1.0, (1.0, 0.1)))
+    with pytest.raises(ConfigError, match="expected 3 of them, or none"):
+        camera("staggered").at_exposure(Exposure(0.002, 1.0, (1.0, 0.1)))
 
 
 def test_only_automatic_exposure_is_carried():

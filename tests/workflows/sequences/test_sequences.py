@@ -1,6 +1,7 @@
 """Sequences end to end: the exposures of frames follow what the frames before them have metered."""
 
 import csv
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -54,6 +55,10 @@ def exposures(made) -> np.ndarray:
     return np.array([row["exposure_s"] * row["gain"] for row in rows_of(made)])
 
 
+def settled_s(frame) -> float:
+    return frame.exposures["bayer"]["settled"]["exposure_s"]
+
+
 def settled(made) -> np.ndarray:
     return np.array([row["settled_exposure_s"] * row["settled_gain"] for row in rows_of(made)])
 
@@ -85,6 +90,20 @@ def test_frames_follow_the_metered_light(capsys):
 
 
 @pytest.mark.slow
+def test_a_frame_is_the_single_shot_at_its_time_and_exposure_bit_for_bit():
+    moving = (*SCENE, "scene.speed_tiles_per_s=120")
+    frame = make(Request(moving, 3, 20.0, CONTROL)).frames[-1]
+    chosen = frame.exposures["bayer"]["exposure"]
+    assert chosen["gain"] == 1.0 and chosen["exposure_s"] != settled_s(frame)
+    fixed = ("sensor.exposure_rule=fixed", f"sensor.exposure_s={chosen['exposure_s']!r}")
+    at = (f"scene.time_s={frame.time_s!r}", "scene.frames_per_s=20")
+    single = hdr.run(hdr.compose((*moving, *fixed, *at)))
+    for group, name in (("captures/bayer", "raw"), ("picture/bayer", "xyz")):
+        one, other = (run.open(group)[name].values for run in (frame.result, single))
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.slow
 def test_exposures_do_not_depend_on_the_seed_of_the_noise():
     moving = (*SCENE, "scene.speed_tiles_per_s=120")
     runs = [make(Request((*moving, f"seed={seed}"), 3, 20.0, CONTROL)) for seed in (0, 5)]
@@ -94,13 +113,15 @@ def test_exposures_do_not_depend_on_the_seed_of_the_noise():
 
 
 @pytest.mark.slow
-def test_a_scene_that_stands_still_keeps_the_exposure_of_a_single_shot():
+def test_a_scene_that_stands_still_keeps_the_exposure_of_a_single_shot_with_other_noise():
     still = (*SCENE, "scene.speed_tiles_per_s=0")
     made = make(Request(still, 3, 20.0, CONTROL))
     single = hdr.run(hdr.compose(still))
     for frame in made.frames:
         taken = frame.result.open("captures/bayer").exposure_s.values
         np.testing.assert_array_equal(taken, single.open("captures/bayer").exposure_s.values)
+    raw = [frame.result.open("captures/bayer").raw.values for frame in made.frames]
+    assert all((one != other).any() for one, other in pairwise(raw))
 
 
 @pytest.mark.parametrize(
