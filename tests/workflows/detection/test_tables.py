@@ -15,6 +15,7 @@ from isethdr_workflows.detection.page import (
     markdown,
     means_csv,
     objects_csv,
+    overstated,
     page,
     roads_text,
     share_text,
@@ -189,6 +190,8 @@ def test_shares_are_shown_in_thousandths_and_roads_in_whole_numbers():
 def test_a_page_warns_where_far_more_places_pass_than_the_threshold_is_for():
     assert too_many(Check(places=100, false_alarms=25))
     assert not too_many(Check(places=100, false_alarms=9))
+    assert overstated(Check(hits=80, trials=100, expected=86.0))
+    assert not overstated(Check(hits=80, trials=100, expected=84.0))
 
 
 def test_a_second_form_of_a_camera_is_compared_with_the_camera_itself():

@@ -29,7 +29,8 @@ WIDTH = 640.0  # of a drawing
 HEIGHT = 260.0
 MARGIN = 40.0
 # counted false alarms over stated ones from which the page warns of a clutter that was not learned
-TOO_MANY = 2.0
+TOO_MANY = 2.0  # false alarms counted over those stated
+OVERSTATED = 0.05  # share of objects
 
 
 COUNTED_TABLES = ("all", "class", "light")  # of which counting has tables of its own
@@ -66,6 +67,7 @@ def page(results: Results, tables: Sequence[Line]) -> str:
         scenes=len({row.scene for row in results.rows}),
         recalls=recalls(folder_of(results.dataset) / FILE, results.rows),
         too_many=any(too_many(check) for check in results.checks.values()),
+        overstated=any(overstated(check) for check in results.checks.values()),
         counted_groups=grouped(counted_lines(results)),
         crossing_text=crossing_text,
         share_text=share_text,
@@ -124,6 +126,11 @@ def roads_text(roads: float) -> str:
 def too_many(check: Check) -> bool:
     """Return whether far more places pass than the threshold was chosen for."""
     return check.false_alarms > TOO_MANY * CHECKED * check.places
+
+
+def overstated(check: Check) -> bool:
+    """Return whether far fewer objects are found by counting than the observer states."""
+    return check.expected - check.hits > OVERSTATED * check.trials
 
 
 def number(value: float) -> str:
