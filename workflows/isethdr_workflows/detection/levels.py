@@ -15,6 +15,7 @@ from .tables import FEWEST_ROADS
 
 RESAMPLES = 1000
 LOST = 0.5  # share of objects found at which they count as lost
+LOST_APART = 0.75  # share of pairs told apart, of which guessing has a half
 
 
 class Crossing(NamedTuple):

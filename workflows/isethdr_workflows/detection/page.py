@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
 from functools import cache
 from pathlib import Path
@@ -182,8 +182,8 @@ def drawing(results: Results) -> dict[str, object]:
 def markdown(results: Results, tables: Sequence[Line]) -> str:
     """Return the main table as Markdown, and what counting says of it."""
     if results.curve:
-        main = _curve_table(results, results.curve, crossings=True)
-        beside = _curve_table(results, results.counted_curve, crossings=False)
+        main = _curve_table(results, results.curve, results.crossings)
+        beside = _curve_table(results, results.counted_curve, results.counted_crossings)
     else:
         main = _lines_table(results, tables)
         beside = _lines_table(results, counted_lines(results))
@@ -232,7 +232,7 @@ def _lines_table(results: Results, tables: Sequence[Line]) -> tuple[list[str], l
 
 
 def _curve_table(
-    results: Results, curve: Sequence[CurvePoint], crossings: bool
+    results: Results, curve: Sequence[CurvePoint], crossings: Mapping[str, Crossing]
 ) -> tuple[list[str], list[list[str]]]:
     unit = "lux on the object" if results.asked.unit == "object_lux" else "lux on the sensor"
     by_level: dict[float, list[CurvePoint]] = {}
@@ -247,11 +247,10 @@ def _curve_table(
         ]
         for level, points in by_level.items()
     ]
-    if crossings:
-        rows += [
-            [f"crossing, {name}", "", crossing_text(one)] + [""] * (2 * len(results.cameras) - 2)
-            for name, one in results.crossings.items()
-        ]
+    rows += [
+        [f"crossing, {name}", "", crossing_text(one)] + [""] * (2 * len(results.cameras) - 2)
+        for name, one in crossings.items()
+    ]
     less = [f"{name} less {results.cameras[0]}" for name in results.cameras[1:]]
     return [unit, "objects", *results.cameras, *less], rows
 
@@ -288,8 +287,10 @@ def means_csv(results: Results, tables: Sequence[Line]) -> str:
             + [point.found, point.low, point.high, "", "", ""]
             + [point.difference, point.difference_low, point.difference_high]
         )
-    for name, one in results.crossings.items():
-        rows.append(["crossing", "level", name, "", "", one.level, one.low, one.high])
+    crossings = [("crossing", *item) for item in results.crossings.items()]
+    crossings += [("crossing, told apart", *item) for item in results.counted_crossings.items()]
+    for table, name, one in crossings:
+        rows.append([table, "level", name, "", "", one.level, one.low, one.high])
     for line in [*tables, *told_apart(results)]:
         for k, camera in enumerate(results.cameras):
             mean = line.means[k]

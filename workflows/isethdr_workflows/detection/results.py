@@ -49,6 +49,7 @@ class Results:
     curve: tuple[CurvePoint, ...] = ()
     crossings: Mapping[str, Crossing] = field(default_factory=dict)
     counted_curve: tuple[CurvePoint, ...] = ()  # of the share of pairs told apart by counting
+    counted_crossings: Mapping[str, Crossing] = field(default_factory=dict)
     failed: tuple[tuple[int, str], ...] = ()
 
     @property

@@ -28,7 +28,7 @@ from .imaging import (
     prepared,
     view,
 )
-from .levels import LOST, at_levels, crossing
+from .levels import LOST, LOST_APART, Crossing, at_levels, crossing
 from .observer.channels import count
 from .observer.observing import Answer, Beside, Check, Observer, observed, places_of, row
 from .page import write_files
@@ -296,23 +296,32 @@ class Cells(NamedTuple):
 
 def with_curves(results: Results) -> Results:
     """Return results with the share found against the level of light, and the crossings."""
-    asked = results.asked
-    cells = _cells(results, results.rows)
-    first = results.cameras[0]
-    crossings = {}
-    for camera, table in cells.values.items():
-        if asked.unit == "object_lux":
-            crossings[camera] = crossing(asked.levels, table, cells.roads, LOST)
-        elif camera != first:
-            crossings[f"{first} over {camera}"] = crossing(
-                asked.levels, cells.values[first] - table, cells.roads, 0.0
-            )
+    stated = _cells(results, results.rows)
+    told_apart = _cells(results, counted(results.rows))
     return replace(
         results,
-        curve=tuple(_curve(results, cells)),
-        crossings=crossings,
-        counted_curve=tuple(_curve(results, _cells(results, counted(results.rows)))),
+        curve=tuple(_curve(results, stated)),
+        crossings=_crossings(results, stated, LOST),
+        counted_curve=tuple(_curve(results, told_apart)),
+        counted_crossings=_crossings(results, told_apart, LOST_APART),
     )
+
+
+def _crossings(results: Results, cells: Cells, lost: float) -> dict[str, Crossing]:
+    """Return where each camera loses half, or the first camera passes another one."""
+    asked = results.asked
+    if asked.unit == "object_lux":
+        return {
+            camera: crossing(asked.levels, table, cells.roads, lost)
+            for camera, table in cells.values.items()
+        }
+    first = results.cameras[0]
+    return {
+        f"{first} over {camera}": crossing(
+            asked.levels, cells.values[first] - cells.values[camera], cells.roads, 0.0
+        )
+        for camera in results.cameras[1:]
+    }
 
 
 def _cells(results: Results, rows: Sequence[Found]) -> Cells:
