@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ STEP = 1.2  # between sizes of boxes
 ROW_STEP = 0.25  # of a box's height: between rows of boxes
 LEAST_CELLS = 3.0  # a box counts as this large at least
 TRIES = 6  # places tried for each window wanted
+KEPT_SHAPES = 4096  # windows of a picture of one size
 JITTER = 0.1  # of a box's height: windows lie this much higher or lower
 
 
@@ -63,8 +65,9 @@ def size_of(box: tuple[int, int, int, int]) -> Size:
     return Size(level, float(height), float(width), float(middle))
 
 
+@lru_cache(maxsize=KEPT_SHAPES)
 def shape_of(size: Size, rows: int, order: int) -> Shape:
-    """Return the window of a size in a frame.
+    """Return the window of a size in a frame; cameras and levels of light share it.
 
     Parameters
     ----------

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from ..frame import Frame, Thing
 from ..tables import Found
+from ..threads import at_once
 from .channels import count
 from .clutter import Clutter, Moments, covariance, size_of
 from .counting import Counted, Task, counted, expected_share
@@ -102,23 +104,31 @@ def observed(
     """
     rows = []
     check = Check()
+
+    def answered(clutter: Clutter, frame: Frame) -> tuple[list[Found], Check]:
+        mine = []
+        counted_here = Check()
+        view = None if bare is None else bare.get(frame.number)
+        for thing in frame.things:
+            limit = threshold(how.false_alarms, places[thing.kind])
+            at = _looked_at(clutter, frame, thing, view)
+            if at is None:
+                mine.append(row_of(frame, thing, Answer(NOTHING, limit, math.nan)))
+                continue
+            task, window, samples = at
+            d = detectability(task.difference, task.clutter, task.noise, samples, window.render)
+            decisions = _decided(clutter, frame, thing, task, window)
+            mine.append(row_of(frame, thing, Answer(d, limit, decisions.told_apart)))
+            counted_here += _check_of(decisions, d)
+        return mine, counted_here
+
     for condition in dict.fromkeys(frame.condition for frame in frames):
         alike = [frame for frame in frames if frame.condition == condition]
         clutter = Clutter(alike, how.order, how.windows)
         clutter.prepare(size_of(thing.box) for frame in alike for thing in frame.things)
-        for frame in alike:
-            for thing in frame.things:
-                limit = threshold(how.false_alarms, places[thing.kind])
-                view = None if bare is None else bare.get(frame.number)
-                at = _looked_at(clutter, frame, thing, view)
-                if at is None:
-                    rows.append(row_of(frame, thing, Answer(NOTHING, limit, math.nan)))
-                    continue
-                task, window, samples = at
-                d = detectability(task.difference, task.clutter, task.noise, samples, window.render)
-                decisions = _decided(clutter, frame, thing, task, window)
-                rows.append(row_of(frame, thing, Answer(d, limit, decisions.told_apart)))
-                check += _check_of(decisions, d)
+        for mine, counted_here in at_once(partial(answered, clutter), alike):
+            rows += mine
+            check += counted_here
     return rows, check
 
 
