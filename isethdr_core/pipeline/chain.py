@@ -445,6 +445,7 @@ def stage(rows: Ledger, kind: str, name: str, component, call, kept: Kept = NOT_
             kept.reuse.keep(kept.name, at_work.result, at_work.row, cpu_s)
         else:
             at_work.row.seconds = earlier.row.seconds
+            at_work.row.cpu_s = earlier.row.cpu_s
             at_work.row.reused = True
             at_work.row.peak_bytes = earlier.row.peak_bytes
     except BaseException as err:

@@ -1,9 +1,13 @@
 """Run time estimate: the time of each stage, from the ledgers of stored runs.
 
-The estimate is the time of the same stage in the stored run of the most similar size, times the
-ratio of the sizes. A stage without a stored run gets no estimate. A lens may estimate its own time
-(`EstimatesImaging`): this estimate is corrected by the ratio of measured to estimated time in
-stored runs. A renderer may estimate a scene without a stored rendering (`EstimatesRendering`).
+The estimate is the time of the same stage in the most similar stored run, times the ratio of the
+sizes. Up to the lens the size is the number of tiles, from the sensor on the memory of its pixels.
+The time of a stored stage is at most its CPU time: the rest was waiting for other programs. A stage
+without a stored run gets no estimate.
+
+A lens may estimate its own time (`EstimatesImaging`): this estimate is corrected by the ratio of
+measured to estimated time in stored runs. A renderer may estimate a scene without a stored
+rendering (`EstimatesRendering`).
 """
 
 from __future__ import annotations
@@ -16,19 +20,39 @@ from typing import Any
 from ..errors import CatalogError
 from ..identity.earlier_names import same_class
 from ..plugins.protocols import (
+    CountsPixels,
     EstimatesImaging,
     EstimatesRendering,
     EstimatesSamples,
+    KnowsImageSize,
+    KnowsItsField,
     MeetsNoiseLimit,
+    MovesInTime,
 )
 from ..storage import store
 from .imaging_plan import plans_imaging
 from .memory import Frame
 
 NEWEST = 32  # number of stored runs, and of stored scenes, that are read: each takes a millisecond
-RENDERING = ("scene", "renderer", "store")  # stages that a run lacks where its radiance is stored
+RENDERING = ("scene", "renderer")  # stages that a run lacks where its radiance is stored
 IMAGING = "imaging_s"  # attribute of a run: the time that its lens estimated
-IN_BANDS = ("renderer", "lighting", "lens")  # stages whose work grows with the number of bands
+PIXELS = "pixel_bytes"  # attribute of a run: {camera: memory of its pixels}
+# stages whose work grows with the number of bands
+IN_BANDS = ("renderer", "store", "radiance", "lighting", "motion", "lens")
+# stages whose work grows with the pixels of a camera, the last word of their title
+OF_CAMERA = ("sensor", "isp", "truth", "metric", "draws", "scores", "picture")
+# settings on which the time of a stage depends most, besides those of its camera
+SETTINGS = {
+    "scene": ("scene",),
+    "motion": ("renderer", "motion"),
+    "lens": ("lens", "flare"),
+    "isp": ("isp",),
+    "metric": ("metric",),
+    "draws": ("isp", "metric"),
+    "scores": ("isp", "metric"),
+}
+# a stored stage with other settings is as unlike as one of this many times the size
+OTHER_SETTINGS = 4.0
 
 
 def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict[str, float]:
@@ -42,14 +66,19 @@ def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict
         without a renderer.
     frame : frame of the light in the run; None if it is not known.
     """
-    nearest: dict[str, tuple[float, float]] = {}  # stage: (distance in size, seconds)
+    nearest: dict[str, tuple[float, float]] = {}  # stage: (distance, seconds)
+    now = {"config": config, PIXELS: pixel_bytes(chain)}
     runs = _newest("runs")
     for attributes in runs:
         if attributes["config"].get("leave_out", True) == chain.leave_out:
             for row in attributes["ledger"]:
                 kind = row["stage"].split()[0]
                 if kind not in RENDERING or (kind == "scene" and chain.renderer is None):
-                    _nearer(nearest, row, size(config, kind) / size(attributes["config"], kind))
+                    ratio = work_ratio(now, attributes, row["stage"])
+                    same = _settings(config, row["stage"]) == _settings(
+                        attributes["config"], row["stage"]
+                    )
+                    _nearer(nearest, row, ratio, 1.0 if same else OTHER_SETTINGS)
     for attributes in _newest("scenes") if missing is not None else ():
         if same_class(attributes["scene"], chain.scene):
             for row in attributes["ledger"]:
@@ -75,6 +104,20 @@ def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict
         stage: seconds
         for stage, (_, seconds) in nearest.items()
         if stage in stages(chain, config, missing)
+    }
+
+
+def pixel_bytes(chain) -> dict[str, float]:
+    """Return {camera: memory of its pixels, bytes}, to which the time of its stages is
+    proportional; cameras that do not state it are left out.
+    """
+    if not (isinstance(chain.scene, KnowsItsField) and isinstance(chain.lens, KnowsImageSize)):
+        return {}
+    size_m = chain.lens.image_size_m(*chain.scene.camera_field())
+    return {
+        name: sensor.pixel_need(*size_m).size_bytes
+        for name, sensor in chain.cameras.items()
+        if isinstance(sensor, CountsPixels)
     }
 
 
@@ -110,10 +153,10 @@ def _correction(runs, stage: str, expected: float) -> float:
             if stored_estimate and row["stage"] == stage and not row.get("reused"):
                 _nearer(
                     nearest,
-                    {**row, "seconds": row["seconds"] / expected},
+                    row,
                     expected / stored_estimate,
                 )
-    return nearest.get(stage, (0.0, 1.0))[1]
+    return nearest[stage][1] / expected if stage in nearest else 1.0
 
 
 def stages(chain, config: dict, missing) -> list[str]:
@@ -123,22 +166,62 @@ def stages(chain, config: dict, missing) -> list[str]:
         if missing is not None or chain.renderer is None
         else []
     )
-    rendered += [f"renderer {config['renderer']['name']}"] if missing is not None else []
-    light = ["lighting " + name for name in (config["lighting"]["name"], *chain.versions)] + [
-        f"lens {config['lens']['name']}"
-    ]
+    rendered += (
+        [f"renderer {config['renderer']['name']}", "store scene"] if missing is not None else []
+    )
+    rendered += ["radiance"] * (chain.renderer is not None)
+    light = ["lighting " + name for name in (config["lighting"]["name"], *chain.versions)]
+    light += ["motion"] * (chain.motion is not None and isinstance(chain.scene, MovesInTime))
+    light.append(f"lens {config['lens']['name']}")
+    repeated = chain.draws > 1 and bool(chain.metrics)
     cameras = [
         [f"sensor {c}", f"isp {c}", f"truth {c}", *(f"metric {m} {c}" for m in chain.metrics)]
-        + [f"draws {c}"] * bool(chain.draws > 1 and chain.metrics)
+        + [f"draws {c}"] * repeated
+        # the noise of a rendering changes scores; a chart has none
+        + [f"scores {c}"] * (repeated and chain.renderer is not None)
         + [f"picture {c}"]
         for c in chain.cameras
     ]
     return ["plan", *rendered, *light, *(stage for camera in cameras for stage in camera)]
 
 
+def work_ratio(now: dict, stored: dict, stage: str) -> float:
+    """Return the work of a stage in a run to come, relative to that in a stored run.
+
+    Parameters
+    ----------
+    now, stored : {"config": plain data, PIXELS: {camera: bytes}}; earlier versions stored no
+        pixels.
+    """
+    kind = stage.split()[0]
+    camera = stage.rpartition(" ")[2]
+    settings = now["config"], stored["config"]
+    if kind not in OF_CAMERA:
+        return size(settings[0], kind) / size(settings[1], kind)
+    both_bytes = [run.get(PIXELS, {}).get(camera) for run in (now, stored)]
+    if all(map(_positive, both_bytes)):
+        ratio = both_bytes[0] / both_bytes[1]
+    else:
+        ratio = size(settings[0], kind) / size(settings[1], kind)
+    if kind == "draws":  # the first one is the picture itself
+        more_draws = [max(config.get("draws", 2) - 1, 1) for config in settings]
+        ratio *= more_draws[0] / more_draws[1]
+    return ratio
+
+
+def _settings(config: dict, stage: str) -> list[Any]:
+    """Return the settings on which the time of a stage depends most."""
+    kind = stage.split()[0]
+    settings = [config.get(part) for part in SETTINGS.get(kind, ())]
+    if kind in OF_CAMERA:
+        cameras = config.get("cameras") or {}
+        settings.append(cameras.get(stage.rpartition(" ")[2], config.get("sensor")))
+    return settings
+
+
 def size(config: dict, kind: str) -> float:
-    """Return the quantity that the work of a stage is proportional to: tiles, or tiles
-    times bands.
+    """Return the quantity that the work of a stage up to the lens is proportional to: tiles, or
+    tiles times bands.
     """
     source = config.get("renderer") or config["scene"]
     return _tiles(source) * (_bands(source) if kind in IN_BANDS else 1)
@@ -204,10 +287,23 @@ def _expected_paths(renderer, paths: float, noise: float | None) -> float:
     return paths
 
 
-def _nearer(nearest, row, ratio: float) -> None:
-    distance = abs(math.log(ratio))
+def _nearer(nearest, row, ratio: float, unlike: float = 1.0) -> None:
+    """Take the estimate from a row of a ledger if it is more like than those before.
+
+    Parameters
+    ----------
+    nearest : {stage: (distance, seconds)}, changed in place.
+    ratio : work relative to the row's. `unlike` : a ratio that adds to the distance.
+    """
+    distance = abs(math.log(ratio)) + math.log(unlike)
     if row["stage"] not in nearest or distance < nearest[row["stage"]][0]:
-        nearest[row["stage"]] = distance, ratio * row["seconds"]
+        nearest[row["stage"]] = distance, ratio * _busy_s(row)
+
+
+def _busy_s(row) -> float:
+    """Return the seconds of a stage without its waiting for other programs."""
+    cpu_s = row.get("cpu_s")  # earlier versions stored none
+    return row["seconds"] if cpu_s is None else min(row["seconds"], cpu_s)
 
 
 def _newest(kind: str) -> list[dict]:

@@ -36,7 +36,7 @@ from ..pipeline.chain import (
     through_camera,
 )
 from ..pipeline.imaging_plan import labelled
-from ..pipeline.runtime_estimate import IMAGING, expected_s, imaging_s
+from ..pipeline.runtime_estimate import IMAGING, PIXELS, expected_s, imaging_s, pixel_bytes
 from ..pipeline.shot import LightNames, Shot
 from ..plugins.component import Stage
 from ..plugins.protocols import MovesInTime
@@ -294,7 +294,8 @@ def _compute(
     for row in rows:
         row.light_parts.clear()  # as large as the light, and not needed any more
     outcome = _Outcome(chain, scene, ids, start, list(versions_mixed), cameras, rows)
-    record = _record(config, settings, key, outcome) | {"expected_s": expected, IMAGING: own_s}
+    estimates = {"expected_s": expected, IMAGING: own_s, PIXELS: pixel_bytes(chain)}
+    record = _record(config, settings, key, outcome) | estimates
     if moving is not None:
         record["motion"] = moving.record
     if exposures:

@@ -9,6 +9,7 @@ which reports by itself.
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -52,13 +53,15 @@ class Row:
     """
 
     stage: str
-    seconds: float = 0.0
+    seconds: float = 0.0  # from its start to its end, however busy the machine was
     peak_bytes: int = 0
     errors: list[ErrorTerm] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
     # of this run; never stored
     light_parts: dict[str, LightPart] = field(default_factory=dict, compare=False, repr=False)
     reused: bool = False
+    # of all processors, with the programs that it started; None in the records of earlier versions
+    cpu_s: float | None = None
 
     @property
     def error(self) -> float | None:
@@ -99,6 +102,7 @@ class Ledger(list[Row]):
                 [_term(e, r["stage"]) for e in r["errors"]],
                 [LeftOut(**o) for o in r["left_out"]],
                 reused=r.get("reused", False),
+                cpu_s=r.get("cpu_s"),
             )
             for r in records
         )
@@ -106,8 +110,8 @@ class Ledger(list[Row]):
 
 def _record(row: Row) -> dict[str, Any]:
     notes = {name: [asdict(note) for note in getattr(row, name)] for name in ("errors", "left_out")}
-    work = {"seconds": row.seconds, "peak_bytes": row.peak_bytes, "reused": row.reused}
-    return {"stage": row.stage, **work, **notes}
+    work = {"seconds": row.seconds, "cpu_s": row.cpu_s, "peak_bytes": row.peak_bytes}
+    return {"stage": row.stage, **work, "reused": row.reused, **notes}
 
 
 def _term(stored: dict[str, Any], stage: str) -> ErrorTerm:
@@ -347,13 +351,21 @@ def stage(ledger: Ledger, name: str) -> Iterator[Row]:
     token = _row.set(row)
     watch = _PeakWatch()
     start = time.perf_counter()
+    start_cpu_s = _cpu_s()
     try:
         yield row
     finally:
         row.seconds = time.perf_counter() - start
+        row.cpu_s = _cpu_s() - start_cpu_s
         row.peak_bytes = watch.stop()
         _row.reset(token)
         ledger.append(row)
+
+
+def _cpu_s() -> float:
+    """Return the CPU seconds of this process and of the programs that it started and that ended."""
+    times = os.times()
+    return time.process_time() + times.children_user + times.children_system
 
 
 class _PeakWatch:

@@ -31,24 +31,56 @@ def test_nothing_is_expected_where_nothing_is_stored():
     assert forecast(FAST) == {}
 
 
-def test_seconds_of_stored_runs_grow_with_the_tiles():
+def test_seconds_of_stored_runs_grow_with_tiles_or_pixels():
     result = run(compose(FAST))
-    real = {row.stage: row.seconds for row in result.ledger}
+    busy = {row.stage: min(row.seconds, row.cpu_s) for row in result.ledger}
     assert result.attributes["expected_s"] == {}
     same = forecast([*FAST, "seed=1"])
     four = forecast([*FAST, "scene.width=48", "scene.height=32"])
-    assert same == pytest.approx({stage: real[stage] for stage in same})
-    assert {
-        "scene uniform",
-        "lens ideal",
-        "sensor ideal",
-        "isp ideal",
-        "draws ideal",
-        "metric mean ideal",
-    } <= same.keys()
-    assert all(four[stage] == pytest.approx(4 * same[stage]) for stage in same)
+    assert same == pytest.approx({stage: busy[stage] for stage in same})
+    of_light = {"plan", "scene uniform", "lighting ideal", "lens ideal"}
+    of_camera = {"sensor ideal", "isp ideal", "draws ideal", "metric mean ideal", "picture ideal"}
+    assert of_light | of_camera <= same.keys()
+    assert all(four[stage] == pytest.approx(4 * same[stage]) for stage in of_light)
+    # as many pixels as before fill the same field
+    assert all(four[stage] == pytest.approx(same[stage]) for stage in of_camera)
     again = run(compose([*FAST, "seed=1"]))
     assert again.attributes["expected_s"] == pytest.approx(same)
+
+
+def stored_run(config, rows, **more):
+    return {"config": config, "ledger": rows, **more}
+
+
+def test_waiting_for_other_programs_is_not_forecast(monkeypatch):
+    config = plain(compose(FAST))
+    rows = [
+        {"stage": "isp ideal", "seconds": 9.0, "cpu_s": 2.0},
+        {"stage": "lens ideal", "seconds": 3.0, "cpu_s": 5.0},  # two threads
+        {"stage": "plan", "seconds": 1.0},  # of an earlier version
+    ]
+    monkeypatch.setattr(runtime_estimate, "_newest", lambda kind: [stored_run(config, rows)])
+    assert forecast(FAST) == {"isp ideal": 2.0, "lens ideal": 3.0, "plan": 1.0}
+
+
+def test_a_stored_stage_with_the_same_settings_is_preferred(monkeypatch):
+    same = plain(compose(FAST))
+    other = {**same, "isp": {"name": "merge", "demosaic": "menon"}}
+    runs = [
+        stored_run(other, [{"stage": "isp ideal", "seconds": 50.0}]),
+        stored_run(same, [{"stage": "isp ideal", "seconds": 2.0}], pixel_bytes={"ideal": 1e3}),
+    ]
+    monkeypatch.setattr(runtime_estimate, "_newest", lambda kind: runs)
+    monkeypatch.setattr(runtime_estimate, "pixel_bytes", lambda chain: {"ideal": 2e3})
+    # of half the size, nearer than one of the same size with other settings
+    assert forecast(FAST) == {"isp ideal": 4.0}
+
+
+def test_draws_take_as_long_as_there_are_more_of_them(monkeypatch):
+    config = plain(compose(FAST))  # 2 draws: one beyond the picture itself
+    rows = [{"stage": "draws ideal", "seconds": 2.0}, {"stage": "isp ideal", "seconds": 1.0}]
+    monkeypatch.setattr(runtime_estimate, "_newest", lambda kind: [stored_run(config, rows)])
+    assert forecast([*FAST, "draws=8"]) == {"draws ideal": 14.0, "isp ideal": 1.0}
 
 
 class Tells:
