@@ -5,12 +5,13 @@ reasons.
 from __future__ import annotations
 
 from ..config.composition import compose
-from ..pipeline import runtime_estimate
+from ..pipeline import memory_estimate, runtime_estimate
 from ..pipeline.chain import chain, frame_of, plan
 from ..runs import radiance_cache, run
 from ..uncertainty.ledger import Ledger
-from .summary_tables import forecast_table, print_statements
+from .summary_tables import forecast_table, memory_text, print_statements
 from .terminal import console as open_console
+from .terminal import print_text
 
 
 def print_plan(overrides) -> None:
@@ -46,9 +47,11 @@ def print_plan(overrides) -> None:
         )
     if not stored:
         plain_config = run.plain(config)
-        expected = runtime_estimate.expected_s(
-            planned_chain, plain_config, missing, frame_of(planned_chain, demand)
-        )
+        frame = frame_of(planned_chain, demand)
+        expected = runtime_estimate.expected_s(planned_chain, plain_config, missing, frame)
+        peak = memory_estimate.expected_memory(planned_chain, plain_config, missing, frame)
+        if peak is not None:
+            print_text(memory_text(peak), hanging=14 * " ")
         console.print(
             forecast_table(
                 {

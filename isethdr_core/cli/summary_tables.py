@@ -162,6 +162,23 @@ def forecast_table(expected: dict) -> Table:
     return table
 
 
+def memory_text(peak) -> str:
+    """Return the expected peak memory of a run, with its parts from the largest on.
+
+    Parameters
+    ----------
+    peak : `memory_estimate.Expected`.
+    """
+    parts = sorted(peak.parts.items(), key=lambda part: -part[1])
+    listed = ", ".join(f"{what} {size / 1e6:.0f}" for what, size in parts if size >= 1e6)
+    more = peak.more_bytes / 1e6
+    stored = f"; a similar run took {abs(more):.0f} {'more' if more > 0 else 'less'}"
+    return (
+        f"memory        {peak.total_bytes / 1e6:.0f} MB expected at the peak: {listed}"
+        f"{stored if abs(more) >= 1 else ''}"
+    )
+
+
 def worst_text(notes) -> str:
     """Return the largest error that is comparable with the first one, and how many more there
     are.

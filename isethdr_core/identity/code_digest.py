@@ -53,6 +53,7 @@ WITHOUT_RESULT = (
     "isethdr_core.conformance",
     "isethdr_core.errors",
     "isethdr_core.identity",
+    "isethdr_core.pipeline.memory_estimate",
     "isethdr_core.pipeline.runtime_estimate",
     "isethdr_core.plugins.hookspecs",
     "isethdr_core.results",

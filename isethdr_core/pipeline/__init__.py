@@ -9,6 +9,7 @@
 | `field_check`      | whether the camera's field covers every sensor                    |
 | `imaging_plan`     | how a lens computes the light of one field, decided once          |
 | `memory`           | memory of a run; refused if the machine has less                  |
+| `memory_estimate`  | peak memory of a run, as stated and as stored runs took           |
 | `noise_limit`      | noise of the light that stays below the noise of the cameras      |
 | `overscan`         | whether tiles beyond the camera's field are needed                |
 | `runtime_estimate` | run time of each stage, from stored runs                          |

@@ -141,8 +141,8 @@ def _light_needs(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: F
     """Return the memory of a frame's light, and of the arrays that the lens holds in addition."""
     bands = len(frame.wavelength_nm)
     tiles = f"{frame.rows} x {frame.columns} tiles"
-    cubes = _cube_bytes(frame)
-    lens_bytes = _held_bytes(lens, flares, frame)
+    cubes = cube_bytes(frame)
+    lens_bytes = held_bytes(lens, flares, frame)
     exceeds = cubes + sum(lens_bytes.values()) > machine_bytes()
     advice = _smaller(source, lens, flares, frame) if exceeds else ""
     return [
@@ -154,12 +154,12 @@ def _light_needs(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: F
     ]
 
 
-def _cube_bytes(frame: Frame) -> float:
+def cube_bytes(frame: Frame) -> float:
     """Return the bytes of the spectral cubes of a frame that are held at a time."""
     return float(CUBES * FLOAT32_BYTES * len(frame.wavelength_nm) * frame.rows * frame.columns)
 
 
-def _held_bytes(lens: Any, flares: Sequence[Any], frame: Frame) -> Mapping[str, float]:
+def held_bytes(lens: Any, flares: Sequence[Any], frame: Frame) -> Mapping[str, float]:
     """Return {description: bytes} of the arrays that a lens holds in addition to the light; empty
     if it states none.
     """
@@ -193,8 +193,8 @@ def _smaller(source: CountsTiles, lens: Any, flares: Sequence[Any], frame: Frame
             columns=columns,
             pitch=(frame.pitch[0] / scale, frame.pitch[1] / scale),
         )
-        lens_bytes = _held_bytes(lens, flares, smaller)
-        if _cube_bytes(smaller) + sum(lens_bytes.values()) <= most:
+        lens_bytes = held_bytes(lens, flares, smaller)
+        if cube_bytes(smaller) + sum(lens_bytes.values()) <= most:
             break
     rows, columns = (math.floor(n * scale) for n in nominal)
     return (

@@ -68,7 +68,7 @@ def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict
     """
     nearest: dict[str, tuple[float, float]] = {}  # stage: (distance, seconds)
     now = {"config": config, PIXELS: pixel_bytes(chain)}
-    runs = _newest("runs")
+    runs = newest("runs")
     for attributes in runs:
         if attributes["config"].get("leave_out", True) == chain.leave_out:
             for row in attributes["ledger"]:
@@ -79,7 +79,7 @@ def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict
                         attributes["config"], row["stage"]
                     )
                     _nearer(nearest, row, ratio, 1.0 if same else OTHER_SETTINGS)
-    for attributes in _newest("scenes") if missing is not None else ():
+    for attributes in newest("scenes") if missing is not None else ():
         if same_class(attributes["scene"], chain.scene):
             for row in attributes["ledger"]:
                 kind = row["stage"].split()[0]
@@ -306,7 +306,7 @@ def _busy_s(row) -> float:
     return row["seconds"] if cpu_s is None else min(row["seconds"], cpu_s)
 
 
-def _newest(kind: str) -> list[dict]:
+def newest(kind: str) -> list[dict]:
     """Return the root attributes of the newest complete stores of a folder."""
     attributes = []
     for path in sorted((store.home() / kind).glob("*.zarr"), key=_age)[:NEWEST]:

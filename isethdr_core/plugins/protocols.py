@@ -463,6 +463,20 @@ class EstimatesRendering(Protocol):
 
 
 @runtime_checkable
+class CountsRenderMemory(Protocol):
+    """A renderer that knows about how much memory it takes."""
+
+    def memory_bytes(self, frame: Frame, /) -> float:
+        """Return the bytes that rendering a frame takes, the scene included.
+
+        Parameters
+        ----------
+        frame : tiles and bands that will be rendered.
+        """
+        ...
+
+
+@runtime_checkable
 class EstimatesSamples(Protocol):
     """A renderer that can estimate its number of samples."""
 
@@ -899,6 +913,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         MeetsNoiseLimit,
         EstimatesSamples,
         EstimatesRendering,
+        CountsRenderMemory,
     ),
     "lighting": (LooksWithinField, ChecksGroups),
     "lens": (

@@ -36,6 +36,7 @@ from ..pipeline.chain import (
     through_camera,
 )
 from ..pipeline.imaging_plan import labelled
+from ..pipeline.memory_estimate import STATED, stated_parts
 from ..pipeline.runtime_estimate import IMAGING, PIXELS, expected_s, imaging_s, pixel_bytes
 from ..pipeline.shot import LightNames, Shot
 from ..plugins.component import Stage
@@ -250,7 +251,9 @@ def _compute(
     rows = Ledger()
     demand = plan(chain, rows)
     frame = frame_of(chain, demand)
-    expected = expected_s(chain, settings, held_and_missing(chain, demand)[1], frame)
+    missing = held_and_missing(chain, demand)[1]
+    expected = expected_s(chain, settings, missing, frame)
+    stated = stated_parts(chain, frame, missing is not None)
     own_s = imaging_s(chain, frame)  # an estimate, before this run adds kernels
     scene, ids = scene_radiance(chain, demand, rows, config)
     radiance = of_radiance(chain.scene, ids, demand) if reuse.is_on else None
@@ -294,7 +297,12 @@ def _compute(
     for row in rows:
         row.light_parts.clear()  # as large as the light, and not needed any more
     outcome = _Outcome(chain, scene, ids, start, list(versions_mixed), cameras, rows)
-    estimates = {"expected_s": expected, IMAGING: own_s, PIXELS: pixel_bytes(chain)}
+    estimates = {
+        "expected_s": expected,
+        IMAGING: own_s,
+        PIXELS: pixel_bytes(chain),
+        STATED: stated and sum(stated.values()),
+    }
     record = _record(config, settings, key, outcome) | estimates
     if moving is not None:
         record["motion"] = moving.record

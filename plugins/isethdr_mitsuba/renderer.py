@@ -39,6 +39,11 @@ SCALAR = "scalar_spectral"
 PILOT_US = 150.0
 NEED_US = 480.0
 WORLD_S = 25.0
+# memory beside the pictures: 0.16 to 0.9 GB in ledgers of streets and night drives, 18 x 32 tiles
+# of 4 bands to 108 x 192 tiles of 31 bands
+RENDERING_BYTES = 5e8
+FLOAT32_BYTES = 4
+FEW_GROUPS = 4  # light groups of the bundled scenes
 # of one group and four bands, measured on two cores; it only tells the user what to expect
 SCALAR_S_PER_PATH = {"tangent": 2e-6, "equidistant": 1e-5}
 
@@ -184,6 +189,13 @@ class MitsubaRenderer:
             return None
         us = PILOT_US + NEED_US * (NOISE_SHARE / share) ** 2
         return WORLD_S + 1e-6 * us * frame.rows * frame.columns / (os.cpu_count() or 1)
+
+    def memory_bytes(self, frame: Frame) -> float:
+        """Return about how many bytes a rendering takes: meshes, compiled code and passes, and the
+        light of a few groups.
+        """
+        values = len(frame.wavelength_nm) * frame.rows * frame.columns
+        return RENDERING_BYTES + FEW_GROUPS * FLOAT32_BYTES * values
 
     def limit_share(self) -> float | None:
         """Return the share of the cameras' noise that the noise of the light may be; None where

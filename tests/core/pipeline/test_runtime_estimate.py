@@ -14,6 +14,7 @@ from isethdr_core.demand import Demand
 from isethdr_core.pipeline import runtime_estimate
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.pipeline.memory import Frame
+from isethdr_core.pipeline.memory_estimate import PROGRAM_BYTES, STATED
 from isethdr_core.pipeline.runtime_estimate import IMAGING, _rendering, expected_s, size, stages
 from isethdr_core.runs.run import plain
 
@@ -35,6 +36,7 @@ def test_seconds_of_stored_runs_grow_with_tiles_or_pixels():
     result = run(compose(FAST))
     busy = {row.stage: min(row.seconds, row.cpu_s) for row in result.ledger}
     assert result.attributes["expected_s"] == {}
+    assert result.attributes[STATED] > PROGRAM_BYTES
     same = forecast([*FAST, "seed=1"])
     four = forecast([*FAST, "scene.width=48", "scene.height=32"])
     assert same == pytest.approx({stage: busy[stage] for stage in same})
@@ -59,7 +61,7 @@ def test_waiting_for_other_programs_is_not_forecast(monkeypatch):
         {"stage": "lens ideal", "seconds": 3.0, "cpu_s": 5.0},  # two threads
         {"stage": "plan", "seconds": 1.0},  # of an earlier version
     ]
-    monkeypatch.setattr(runtime_estimate, "_newest", lambda kind: [stored_run(config, rows)])
+    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(config, rows)])
     assert forecast(FAST) == {"isp ideal": 2.0, "lens ideal": 3.0, "plan": 1.0}
 
 
@@ -70,7 +72,7 @@ def test_a_stored_stage_with_the_same_settings_is_preferred(monkeypatch):
         stored_run(other, [{"stage": "isp ideal", "seconds": 50.0}]),
         stored_run(same, [{"stage": "isp ideal", "seconds": 2.0}], pixel_bytes={"ideal": 1e3}),
     ]
-    monkeypatch.setattr(runtime_estimate, "_newest", lambda kind: runs)
+    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: runs)
     monkeypatch.setattr(runtime_estimate, "pixel_bytes", lambda chain: {"ideal": 2e3})
     # of half the size, nearer than one of the same size with other settings
     assert forecast(FAST) == {"isp ideal": 4.0}
@@ -79,7 +81,7 @@ def test_a_stored_stage_with_the_same_settings_is_preferred(monkeypatch):
 def test_draws_take_as_long_as_there_are_more_of_them(monkeypatch):
     config = plain(compose(FAST))  # 2 draws: one beyond the picture itself
     rows = [{"stage": "draws ideal", "seconds": 2.0}, {"stage": "isp ideal", "seconds": 1.0}]
-    monkeypatch.setattr(runtime_estimate, "_newest", lambda kind: [stored_run(config, rows)])
+    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(config, rows)])
     assert forecast([*FAST, "draws=8"]) == {"draws ideal": 14.0, "isp ideal": 1.0}
 
 
@@ -103,7 +105,7 @@ def test_a_lens_that_can_tell_is_believed_and_corrected_by_what_runs_took(monkey
 
     def lens_s(lens, *rows):
         stored = [{"config": config, "ledger": [row], IMAGING: then} for row, then in rows]
-        monkeypatch.setattr(runtime_estimate, "_newest", lambda kind: stored)
+        monkeypatch.setattr(runtime_estimate, "newest", lambda kind: stored)
         known = expected_s(replace(parts, lens=lens), config, None, frame)
         return known.get("lens ideal")
 
@@ -209,7 +211,7 @@ def test_a_renderer_guesses_where_nothing_is_stored_of_the_scene(monkeypatch):
     parts = replace(parts, renderer=Guesses())
     config["renderer"] = {"name": "guesses"}
     frame = Frame(100, 200, (1e-3, 1e-3), (500.0, 600.0), True)
-    monkeypatch.setattr(runtime_estimate, "_newest", lambda kind: [])
+    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [])
     seconds = lambda demand: expected_s(parts, config, demand, frame).get("renderer guesses")
     assert seconds(Demand()) == 400.0 and seconds(Demand(groups=("sky",))) == 100.0
     assert seconds(None) is None  # all is stored
