@@ -12,7 +12,9 @@ import pytest
 
 from isethdr_core.component import KINDS
 from isethdr_core.conformance.inputs import THROUGHPUT_SR
+from isethdr_core.conformance.lens import _check_psf
 from isethdr_core.errors import ConfigError, IsetHdrError, UnitError
+from isethdr_core.plugins.protocols import HasPointSpread
 from isethdr_core.plugins.registry import build, components
 from isethdr_core.testing import check
 from isethdr_core.uncertainty import ledger
@@ -514,3 +516,38 @@ def test_every_kind_has_a_check():
     with pytest.raises(ConfigError, match="no field 'exposure'; did you mean 'exposure_s'"):
         check("sensor", "ideal", exposure=1.0)
     assert build("sensor", "ideal") == build("sensor", "ideal")
+
+
+@dataclass(frozen=True)
+class Spreads:
+    """A lens whose point spread function has this value at the axis, and one beside it."""
+
+    axis: float
+    beside: float = 0.0
+    extra: int = 0  # samples more than asked for
+
+    def psf(self, wavelength_nm, pitch_um, size):
+        values = np.zeros((len(wavelength_nm), size + self.extra, size))
+        values[:, size // 2, size // 2] = self.axis
+        values[:, size // 2, 0] = self.beside
+        return values
+
+
+@pytest.mark.parametrize(
+    ("lens", "promise"),
+    [
+        (Spreads(0.5, 0.6), "sums to at most 1"),
+        (Spreads(1.0, -0.1), "no negative energy"),
+        (Spreads(1.0, extra=1), "shape"),
+    ],
+)
+def test_a_point_spread_function_with_a_fault(lens, promise):
+    assert isinstance(lens, HasPointSpread)
+    with pytest.raises(AssertionError, match=promise):
+        _check_psf("lens 'faulty'", lens)
+
+
+def test_a_point_spread_function_is_asked_of_lenses_that_have_one():
+    _check_psf("lens 'toy'", Spreads(0.9, 0.1))
+    assert isinstance(build("lens", "diffraction_limited"), HasPointSpread)
+    assert not isinstance(build("scene", "uniform"), HasPointSpread)
