@@ -52,7 +52,7 @@ from ..uncertainty.ledger import Ledger
 from .labels import SETTINGS, Labels, add_labels, labels_of, read_labels
 from .processor import kernels
 from .provenance import described, fingerprint, input_digests, libraries, versions
-from .radiance_cache import held_and_missing, scene_radiance
+from .radiance_cache import held_and_missing, recipe_hash, scene_radiance
 from .result_names import of_light, of_mixed, of_motion, of_radiance
 from .reuse import Kept, Reuse, cache_bytes
 from .run_warnings import warnings_of
@@ -290,7 +290,7 @@ def _compute(
     light = stage(
         rows, "lens", config.lens.name, chain.lens, imaged.light, Kept(reuse, names.light)
     )
-    random = generator(config.seed, config.device, shot_name(config.scene.name, chain.scene, ids))
+    random = generator(config.seed, config.device, shot_name(config.scene.name, chain, ids))
     shot = Shot(light, mixed, scene, random, imaged, reuse, names, start)
     chain, exposures = at_carried_exposures(chain, rows, light)
     cameras = {name: through_camera(chain, rows, name, shot) for name in chain.cameras}
@@ -316,17 +316,18 @@ def _compute(
     )
 
 
-def shot_name(name: str, scene: object, ids: list[str]) -> str:
+def shot_name(name: str, chain: Chain, ids: list[str]) -> str:
     """Return the name of a shot, the key of its random numbers: frames of a sequence have different
     noise, also of a scene that stands still.
 
     Parameters
     ----------
-    name, scene : the scene component of the run.
+    name : of the scene component. `chain` : of the run.
     ids : stores of the scene radiance; empty for radiance that the scene itself makes.
     """
-    if ids:  # the recipe, not the store: which groups were rendered when must not change the noise
-        return ids[0].split("-")[0]
+    if ids:  # the recipe, not the store: neither which groups were rendered when, nor another frame
+        return recipe_hash(chain)  # with the same light, must change the noise
+    scene = chain.scene
     if isinstance(scene, MovesInTime) and scene.time_s:
         return f"{name} at {scene.time_s!r} s"
     return name
