@@ -5,6 +5,7 @@ reasons.
 from __future__ import annotations
 
 from ..config.composition import compose
+from ..motion.run_time import sub_frame_work
 from ..pipeline import memory_estimate, runtime_estimate
 from ..pipeline.chain import chain, frame_of, plan
 from ..runs import radiance_cache, run
@@ -48,7 +49,10 @@ def print_plan(overrides) -> None:
     if not stored:
         plain_config = run.plain(config)
         frame = frame_of(planned_chain, demand)
-        expected = runtime_estimate.expected_s(planned_chain, plain_config, missing, frame)
+        moving = sub_frame_work(planned_chain, demand, runtime_estimate.newest("runs"))
+        expected = runtime_estimate.expected_s(planned_chain, plain_config, missing, frame, moving)
+        if moving is not None:
+            console.print(f"sub-frames    {moving.count or 'not known before a first run'}")
         peak = memory_estimate.expected_memory(planned_chain, plain_config, missing, frame)
         if peak is not None:
             print_text(memory_text(peak), hanging=14 * " ")

@@ -12,4 +12,5 @@ move has no sub-frames, and its run is that of a still scene, bit for bit.
 | `visible_motion` | by how far each tile moves during the shot, from labels and poses             |
 | `moments`        | the windows of time of the sub-frames, as modulations of their light          |
 | `sub_frames`     | the light of all sub-frames of one shot, rendered, mixed, and stated          |
+| `run_time`       | how many sub-frames a run will have, and which of them are to be rendered     |
 """

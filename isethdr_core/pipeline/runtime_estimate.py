@@ -7,15 +7,16 @@ without a stored run gets no estimate.
 
 A lens may estimate its own time (`EstimatesImaging`): this estimate is corrected by the ratio of
 measured to estimated time in stored runs. A renderer may estimate a scene without a stored
-rendering (`EstimatesRendering`).
+rendering (`EstimatesRendering`). Sub-frames of a shot that moves are made and imaged one by one.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import CatalogError
 from ..identity.earlier_names import same_class
@@ -33,10 +34,15 @@ from ..storage import store
 from .imaging_plan import plans_imaging
 from .memory import Frame
 
+if TYPE_CHECKING:
+    from ..motion.run_time import SubFrameWork
+
 NEWEST = 32  # number of stored runs, and of stored scenes, that are read: each takes a millisecond
 RENDERING = ("scene", "renderer")  # stages that a run lacks where its radiance is stored
 IMAGING = "imaging_s"  # attribute of a run: the time that its lens estimated
 PIXELS = "pixel_bytes"  # attribute of a run: {camera: memory of its pixels}
+PARTS = "sub_frames"  # of a run to come: their number
+MOTION = "motion"  # the stage that makes sub-frames, and the record of a run that has some
 # stages whose work grows with the number of bands
 IN_BANDS = ("renderer", "store", "radiance", "lighting", "motion", "lens")
 # stages whose work grows with the pixels of a camera, the last word of their title
@@ -55,7 +61,13 @@ SETTINGS = {
 OTHER_SETTINGS = 4.0
 
 
-def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict[str, float]:
+def expected_s(
+    chain,
+    config: dict,
+    missing,
+    frame: Frame | None = None,
+    moving: SubFrameWork | None = None,
+) -> dict[str, float]:
     """Return {stage: seconds} for the stages with a stored run or an estimate of the lens.
 
     Parameters
@@ -65,9 +77,10 @@ def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict
     missing : the demand for radiance that has to be rendered; None if all is stored, or known
         without a renderer.
     frame : frame of the light in the run; None if it is not known.
+    moving : sub-frames of the shot; None if nothing moves.
     """
     nearest: dict[str, tuple[float, float]] = {}  # stage: (distance, seconds)
-    now = {"config": config, PIXELS: pixel_bytes(chain)}
+    now = {"config": config, PIXELS: pixel_bytes(chain), PARTS: moving and moving.count}
     runs = newest("runs")
     for attributes in runs:
         if attributes["config"].get("leave_out", True) == chain.leave_out:
@@ -99,12 +112,44 @@ def expected_s(chain, config: dict, missing, frame: Frame | None = None) -> dict
     imaging = imaging_s(chain, frame)
     if imaging is not None:
         stage = f"lens {config['lens']['name']}"
-        nearest[stage] = 0.0, imaging * _correction(runs, stage, imaging)
+        nearest[stage] = 0.0, imaging * _correction(runs, stage, imaging) * _parts(now)
+    if moving is not None:
+        seconds = _sub_frames_s(moving, config, frame, nearest)
+        if seconds is not None:
+            nearest[MOTION] = 0.0, seconds
     return {
         stage: seconds
         for stage, (_, seconds) in nearest.items()
         if stage in stages(chain, config, missing)
     }
+
+
+def _sub_frames_s(
+    moving: SubFrameWork, config: dict, frame: Frame | None, nearest: Mapping[str, Any]
+) -> float | None:
+    """Return the seconds that the sub-frames after the start of a shot take to make; None where
+    they are not known.
+    """
+    if moving.count is None:
+        return None
+    if config.get("renderer") is None:  # a scene that knows its own radiance
+        made = nearest.get(f"scene {config['scene']['name']}")
+        return made and made[1] * (moving.count - 1)
+    if not moving.to_render:
+        return 0.0
+    first, missing = moving.to_render[0]  # all are alike
+    each = expected_s(first, config, missing, frame)
+    names = [f"{kind} {config[kind]['name']}" for kind in RENDERING]
+    if any(name not in each for name in names):
+        return None
+    return len(moving.to_render) * sum(each[name] for name in names)
+
+
+def _parts(run: Mapping[str, Any]) -> int:
+    """Return the number of sub-frames that a run has, or will have as far as is known."""
+    if MOTION in run:
+        return len(run[MOTION]["moments_s"])
+    return run.get(PARTS) or 1
 
 
 def pixel_bytes(chain) -> dict[str, float]:
@@ -154,7 +199,7 @@ def _correction(runs, stage: str, expected: float) -> float:
                 _nearer(
                     nearest,
                     row,
-                    expected / stored_estimate,
+                    expected / stored_estimate / _parts(attributes),
                 )
     return nearest[stage][1] / expected if stage in nearest else 1.0
 
@@ -171,7 +216,7 @@ def stages(chain, config: dict, missing) -> list[str]:
     )
     rendered += ["radiance"] * (chain.renderer is not None)
     light = ["lighting " + name for name in (config["lighting"]["name"], *chain.versions)]
-    light += ["motion"] * (chain.motion is not None and isinstance(chain.scene, MovesInTime))
+    light += [MOTION] * (chain.motion is not None and isinstance(chain.scene, MovesInTime))
     light.append(f"lens {config['lens']['name']}")
     repeated = chain.draws > 1 and bool(chain.metrics)
     cameras = [
@@ -197,7 +242,8 @@ def work_ratio(now: dict, stored: dict, stage: str) -> float:
     camera = stage.rpartition(" ")[2]
     settings = now["config"], stored["config"]
     if kind not in OF_CAMERA:
-        return size(settings[0], kind) / size(settings[1], kind)
+        parts = _parts(now) / _parts(stored) if kind == "lens" else 1.0
+        return parts * size(settings[0], kind) / size(settings[1], kind)
     both_bytes = [run.get(PIXELS, {}).get(camera) for run in (now, stored)]
     if all(map(_positive, both_bytes)):
         ratio = both_bytes[0] / both_bytes[1]

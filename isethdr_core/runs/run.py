@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 from ..data.quantities import tristimulus
 from ..errors import CatalogError
 from ..identity.earlier_names import run_names
+from ..motion.run_time import sub_frame_work
 from ..motion.settings import without_motion
 from ..motion.sub_frames import Still, in_motion
 from ..pipeline.chain import (
@@ -37,7 +38,14 @@ from ..pipeline.chain import (
 )
 from ..pipeline.imaging_plan import labelled
 from ..pipeline.memory_estimate import STATED, stated_parts
-from ..pipeline.runtime_estimate import IMAGING, PIXELS, expected_s, imaging_s, pixel_bytes
+from ..pipeline.runtime_estimate import (
+    IMAGING,
+    PIXELS,
+    expected_s,
+    imaging_s,
+    newest,
+    pixel_bytes,
+)
 from ..pipeline.shot import LightNames, Shot
 from ..plugins.component import Stage
 from ..plugins.protocols import MovesInTime
@@ -252,7 +260,8 @@ def _compute(
     demand = plan(chain, rows)
     frame = frame_of(chain, demand)
     missing = held_and_missing(chain, demand)[1]
-    expected = expected_s(chain, settings, missing, frame)
+    moving_work = sub_frame_work(chain, demand, newest("runs")) if chain.motion else None
+    expected = expected_s(chain, settings, missing, frame, moving_work)
     stated = stated_parts(chain, frame, missing is not None)
     own_s = imaging_s(chain, frame)  # an estimate, before this run adds kernels
     scene, ids = scene_radiance(chain, demand, rows, config)

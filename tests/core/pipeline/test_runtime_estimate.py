@@ -11,11 +11,14 @@ import pytest
 from isethdr_core import compose, run
 from isethdr_core.cli.summary_tables import forecast_table, ledger_table, together
 from isethdr_core.demand import Demand
+from isethdr_core.motion.run_time import sub_frame_work
+from isethdr_core.motion.shot_time import shot_time
 from isethdr_core.pipeline import runtime_estimate
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.pipeline.memory import Frame
 from isethdr_core.pipeline.memory_estimate import PROGRAM_BYTES, STATED
 from isethdr_core.pipeline.runtime_estimate import IMAGING, _rendering, expected_s, size, stages
+from isethdr_core.runs.provenance import described
 from isethdr_core.runs.run import plain
 
 from .test_chain import SMALL
@@ -119,6 +122,49 @@ def test_a_lens_that_can_tell_is_believed_and_corrected_by_what_runs_took(monkey
     # a lens that cannot tell, or does not plan its light, takes what stored runs took
     assert lens_s(Tells(False), (took(5.0), None)) == 5.0
     assert expected_s(replace(parts, lens=Tells()), config, None) == {"lens ideal": 5.0}
+
+
+MOVING = [
+    "scene=moving_target",
+    "~renderer",
+    "lighting=ideal",
+    "lens=ideal",
+    "~flare.dirt",
+    "sensor=bayer",
+    "sensor.pitch_um=30",
+    "isp=merge",
+    "report=false",
+    "motion.within_exposure=true",
+]
+
+
+def test_sub_frames_are_made_imaged_and_sensed_one_by_one(monkeypatch):
+    config = plain(compose([*MOVING, "motion.sub_frames=5"]))
+    parts = chain(compose([*MOVING, "motion.sub_frames=5"]))
+    took = {"scene moving_target": 2.0, "motion": 50.0, "lens ideal": 3.0, "isp bayer": 1.0}
+    rows = [{"stage": stage, "seconds": seconds} for stage, seconds in took.items()]
+    record = {"moments_s": [0.0, 0.1, 0.2], "motion_px": 2.0, "shot_s": 0.2}
+    stored = {"config": config, "ledger": rows, "scene": described(parts.scene), "motion": record}
+    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored])
+    moving = sub_frame_work(parts, Demand(), [stored])
+    known = expected_s(parts, config, None, None, moving)
+    assert moving.count == 5 and not moving.to_render
+    assert known["motion"] == 4 * 2.0  # all but the start
+    assert known["lens ideal"] == pytest.approx(3.0 * 5 / 3)
+    assert known["isp bayer"] == 1.0
+    assert "motion" in stages(parts, config, None)
+
+
+def test_the_number_of_sub_frames_follows_from_a_stored_run_or_is_not_known():
+    parts = chain(compose([*MOVING, "motion.step_px=0.5"]))
+    shot_s = shot_time(parts.scene, parts.lens, parts.cameras).seconds
+    record = {"moments_s": [0.0, 0.1], "motion_px": 2.0, "shot_s": shot_s / 3}
+    stored = {"scene": described(parts.scene), "motion": record}
+    # 6 pixels in three times the time, in steps of half a pixel
+    assert sub_frame_work(parts, Demand(), [{"scene": {}}, stored]).count == 13
+    assert sub_frame_work(parts, Demand(), []).count is None
+    still = chain(compose([*MOVING, "motion.within_exposure=false"]))
+    assert sub_frame_work(still, Demand(), [stored]) is None
 
 
 def test_all_stages_of_a_run_are_forecast_and_in_its_order():

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 
 from isethdr_core.cli.summary_tables import forecast_table, seconds_text
 from isethdr_core.cli.terminal import console
+from isethdr_core.motion.run_time import sub_frame_work
 from isethdr_core.pipeline.chain import chain, frame_of, plan
-from isethdr_core.pipeline.runtime_estimate import expected_s, stages
+from isethdr_core.pipeline.runtime_estimate import expected_s, newest, stages
 from isethdr_core.runs.radiance_cache import held_and_missing
 from isethdr_core.runs.run import plain
 from isethdr_core.uncertainty.ledger import Ledger
@@ -44,13 +45,16 @@ def forecast(request: Request) -> Forecast:
     """
     sequence = planned(request)
     found = Forecast()
+    runs = newest("runs")
     for number in range(request.frames):
         config = sequence.frame(number, {})
         settings = plain(config)
         frame_chain = chain(config)
         demand = plan(frame_chain, Ledger())
         missing = held_and_missing(frame_chain, demand)[1]
-        expected = expected_s(frame_chain, settings, missing, frame_of(frame_chain, demand))
+        moving = sub_frame_work(frame_chain, demand, runs)
+        frame = frame_of(frame_chain, demand)
+        expected = expected_s(frame_chain, settings, missing, frame, moving)
         found.frames += 1
         found.rendered += missing is not None
         for stage in stages(frame_chain, settings, missing):
