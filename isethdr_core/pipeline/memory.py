@@ -44,6 +44,8 @@ class Frame:
     wavelength_nm: tuple[float, ...]  # band centres
     # whether sensors state their noise, so that a lens may leave out light below it
     sensed: bool
+    # whether there may be lamps, much brighter than all else: in scenes that are rendered
+    lamps: bool = False
 
 
 class Need(NamedTuple):
@@ -95,7 +97,11 @@ def frame_of(
     width, height, _ = scene.camera_field()
     rows, columns = source.tile_counts(margin=False)
     return Frame(
-        *source.tile_counts(margin), (height / rows, width / columns), tuple(wavelength_nm), sensed
+        *source.tile_counts(margin),
+        (height / rows, width / columns),
+        tuple(wavelength_nm),
+        sensed,
+        lamps=source is not scene,
     )
 
 

@@ -1,7 +1,8 @@
 """Imaging seconds: the expected run time of a lens for a frame, before there is any light.
 
 It is the sum of measured costs: kernels that are not kept, their transforms, convolutions, ghosts
-of a typical night. A wider exact core beside lamps depends on the light and is not included.
+of a typical night, and finer lattices beside lamps. A wider exact core beside lamps depends on the
+light and is not included.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from ..psf import kernels
 # (docs/measured/lens_kernels.md)
 CONVOLVED_S = 0.06
 TRANSFORMED_S = 0.075
+# times that kernels from lattices are made beside lamps, ever finer (`spread_errors`)
+LATTICES_BESIDE_LAMPS = 3.0
 
 
 def expected_s(lens, flares, frame: Frame) -> float | None:
@@ -37,7 +40,14 @@ def expected_s(lens, flares, frame: Frame) -> float | None:
     shorter = wing_truncation.WORTH if frame.sensed else 0.0
     if not kernels.at_hand(axis_lens, flares, wave, pitch_um, reach, shorter):
         seconds += TRANSFORMED_S * values
-        seconds += kernels.expected_s(axis_lens, flares, wave, pitch_um, reach)
+        made_s = kernels.expected_s(axis_lens, flares, wave, pitch_um, reach)
+        if (
+            frame.lamps
+            and frame.sensed
+            and not kernels.from_patterns(axis_lens, flares, wave, pitch_um, reach)
+        ):
+            made_s *= LATTICES_BESIDE_LAMPS
+        seconds += made_s
     corner = np.hypot(*(n / 2 * p for n, p in zip((frame.rows, frame.columns), frame.pitch)))
     for flare in flares:
         if isinstance(flare, GhostFlare):

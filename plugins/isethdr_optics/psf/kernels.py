@@ -293,6 +293,15 @@ def _lattices_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     return total
 
 
+def from_patterns(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
+    """Return whether kernels come from one pattern or a few; others come from lattices or exact
+    cores alone. Arguments as `kernels`.
+    """
+    wavelength_nm = np.asarray(wavelength_nm, float)
+    given = lens, flares, wavelength_nm, pitch_um, reach
+    return _frame(*given) is not None or _phase_frame(*given) is not None
+
+
 def from_one_pattern(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
     """Return whether one pattern gives the kernels of all bands; arguments as `kernels`."""
     return _frame(lens, flares, np.asarray(wavelength_nm, float), pitch_um, reach) is not None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from isethdr_optics import (
@@ -52,6 +54,18 @@ def test_kernels_on_disk_are_at_hand(isethdr_home):
     ones = np.ones((1, 1), np.float32)
     kernel_store.save(name, (1, 1, 1), "<f4", [ones], lambda: np.ones((1, 1)))
     assert lens.expected_s(frame(), DIRT) < 0.1 * anew
+
+
+def test_lattices_are_made_again_beside_lamps(isethdr_home):
+    """Kernels from one pattern get a wider exact core there, which is not part of the estimate."""
+    kernels._cache.clear()
+    lens = DiffractionLimitedLens()
+    for flares, most in (((GRAINS,), 3.0), (DIRT, 1.0)):
+        dark = lens.expected_s(frame(), flares)
+        bright = lens.expected_s(replace(frame(), lamps=True), flares)
+        assert max(1.0, 0.8 * most) * dark <= bright <= most * dark
+        unsensed = replace(frame(), lamps=True, sensed=False)
+        assert lens.expected_s(unsensed, flares) == pytest.approx(dark)
 
 
 def test_a_lens_without_blur_cannot_tell():
