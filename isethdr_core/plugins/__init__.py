@@ -13,4 +13,5 @@
 | `protocols` | what each kind is called with, and the abilities that it may offer             |
 | `ranges`    | which values a component's field may hold, declared where the field is defined |
 | `registry`  | collect plugins with pluggy and look components up by `kind/name`              |
+| `yaml_text` | YAML of installed packages, read quickly                                       |
 """

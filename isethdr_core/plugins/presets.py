@@ -17,6 +17,7 @@ import yaml
 
 from .ranges import on_command_line
 from .registry import plugin_manager
+from .yaml_text import read_yaml
 
 EXPERIMENT = "experiment"  # the group of presets of whole runs
 
@@ -84,7 +85,7 @@ def preset_folders() -> Iterator[Path]:
 def _read(group: str, path: Path) -> Preset:
     text = path.read_text(encoding="utf-8")
     try:
-        content = yaml.safe_load(text)
+        content = read_yaml(text)
     except yaml.YAMLError:  # Hydra reports the mistake when the preset is chosen
         content = None
     values = content if isinstance(content, Mapping) else {}

@@ -14,9 +14,9 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
-import yaml
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.yaml_text import read_yaml
 
 from .lane_path import LaneKey, LanePath
 from .layouts.corridor import Layout, corridor
@@ -72,7 +72,7 @@ class BaseRoad:
 def table() -> dict[str, dict[str, Any]]:
     """Return the ranges of all kinds by name."""
     text = files(__package__).joinpath("kinds.yaml").read_text()
-    kinds: dict[str, dict[str, Any]] = yaml.safe_load(text)
+    kinds: dict[str, dict[str, Any]] = read_yaml(text)
     return kinds
 
 

@@ -12,13 +12,16 @@ from typing import Any
 from zlib import crc32
 
 import numpy as np
-import yaml
+
+from isethdr_core.plugins.yaml_text import read_yaml
 
 
 @cache
 def read(name: str) -> dict[str, Any]:
     """Return a file of the folder `data`; nobody may change it."""
-    return yaml.safe_load(files(__package__).joinpath("data", name).read_text(encoding="utf-8"))
+    text = files(__package__).joinpath("data", name).read_text(encoding="utf-8")
+    told: dict[str, Any] = read_yaml(text)
+    return told
 
 
 def generator(family: str, variant: int) -> np.random.Generator:
