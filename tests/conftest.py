@@ -52,6 +52,7 @@ def pytest_collection():
 
 def pytest_collection_modifyitems(items):
     """Put the tests of the longest files first; the order within a file stays."""
+    draw_examples_whatever_is_imported()
     here = Path(__file__).parent
     place = {here / name: k for k, name in enumerate(LONGEST_FIRST)}
     items.sort(key=lambda item: place.get(item.path, len(place)))
@@ -59,7 +60,6 @@ def pytest_collection_modifyitems(items):
 
 def pytest_collection_finish():
     """Leave what was collected out of all later searches for garbage: 6 % of the tests' time."""
-    draw_examples_whatever_is_imported()
     gc.enable()
     gc.collect()
     gc.freeze()
@@ -102,10 +102,12 @@ def isethdr_home(tmp_path, monkeypatch):
     return home
 
 
-@pytest.fixture(autouse=True)
-def no_page(monkeypatch):
+@pytest.fixture(scope="session", autouse=True)
+def no_page():
     """Leave out the report of a run, whose plots take a second; tests of the catalog have them."""
-    monkeypatch.setattr("isethdr_catalog.report.write_report", lambda result: None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("isethdr_catalog.report.write_report", lambda result: None)
+        yield
 
 
 @pytest.fixture

@@ -1,8 +1,14 @@
 """Fixtures of the catalog's tests: here reports are made."""
 
 import pytest
+from isethdr_catalog import report
+
+write_report = report.write_report
 
 
-@pytest.fixture(autouse=True)
-def no_page():
-    """Take the place of the fixture that leaves reports out."""
+@pytest.fixture(scope="package", autouse=True)
+def with_pages():
+    """Undo the fixture that leaves reports out."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report, "write_report", write_report)
+        yield
