@@ -28,7 +28,7 @@ from isethdr_core.physics.photometry import luminance
 from isethdr_core.runs.rendering import render
 from isethdr_core.storage.join import join_scenes
 
-FRAMES = 8
+FRAMES = 4
 FRAMES_PER_SECOND = 10
 START_S = 9.0  # the car of this seed stands from 8.2 s on
 EMPTY = [

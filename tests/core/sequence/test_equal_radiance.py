@@ -83,6 +83,7 @@ def test_of_a_frame_with_another_lamp_only_its_group_is_rendered():
     assert len(Counting.calls) == 2
 
 
+@pytest.mark.slow
 def test_a_frame_in_which_something_moves_is_rendered_anew():
     frame(Waiting(2.5))
     light, *_ = frame(Waiting(3.0))
@@ -97,6 +98,7 @@ def test_labels_that_differ_come_with_the_light_of_one_group():
     assert levels(light) == {"sky": 1.0, "steady": 51.0, "blinker": 61.0}
 
 
+@pytest.mark.slow
 def test_less_effort_or_another_renderer_does_not_serve():
     frame(Waiting(0.1))
     frame(Waiting(0.2), samples=8)
@@ -106,6 +108,7 @@ def test_less_effort_or_another_renderer_does_not_serve():
     assert len(Counting.calls) == 3
 
 
+@pytest.mark.slow
 def test_a_store_that_has_been_removed_is_rendered_anew(tmp_path):
     _, [name], _ = frame(Waiting(0.25))
     frame(Waiting(0.75))

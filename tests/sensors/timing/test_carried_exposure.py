@@ -8,7 +8,14 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.protocols import CarriesExposure
 from isethdr_core.sequence.exposure import Exposure
 
-SENSORS = ["bayer", "dual_gain", "split_pixel", "staggered", "lofic", "lin_log", "interleaved"]
+SENSORS = [
+    "bayer",
+    "staggered",
+    *(
+        pytest.param(name, marks=pytest.mark.slow)
+        for name in ("dual_gain", "split_pixel", "lofic", "lin_log", "interleaved")
+    ),
+]
 
 
 def camera(name, **fields):

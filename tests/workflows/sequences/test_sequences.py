@@ -63,6 +63,7 @@ def settled(made) -> np.ndarray:
     return np.array([row["settled_exposure_s"] * row["settled_gain"] for row in rows_of(made)])
 
 
+@pytest.mark.slow
 def test_frames_follow_the_metered_light(capsys):
     moving = (*SCENE, "scene.speed_tiles_per_s=120")
     made = make(Request(moving, 3, 20.0, CONTROL))
