@@ -61,7 +61,7 @@ def frame(home: Path, time_s: float, overrides: list[str]) -> Frame:
     settings = [f"scene.time_s={time_s!r}", f"scene.frames_per_s={FRAMES_PER_SECOND}", *overrides]
     config = hdr.compose([*SCENE, *settings])
     start = time.process_time()
-    paths = render(config).paths
+    paths = render(config).stores
     seconds = time.process_time() - start
     return Frame(join_scenes([hdr.open_scene(path) for path in paths]).load(), seconds, paths)
 

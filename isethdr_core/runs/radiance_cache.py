@@ -27,12 +27,10 @@ from ..pipeline.demand import Demand
 from ..pipeline.early_checks import check_contents, check_lightings
 from ..plugins.protocols import AccumulatesSamples, MeetsNoiseLimit, NamesItsEffort
 from ..sequence.equal_radiance import (
-    content_record,
-    equal_part,
-    equal_stores,
+    content_name,
     find_equal,
-    is_partial,
     note,
+    noted,
 )
 from ..storage import store
 from ..storage.encoding import bits_for, rounding
@@ -124,28 +122,15 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise:
             for path in folder.glob(f"{recipe}-*.zarr"):
                 # a damaged one is named now, not when the new one cannot take its place
                 store.read_attrs(path)
-            content = (
-                content_record(description, chain.renderer, effort(chain)) if missing else None
-            )
+            content = content_name(description, chain.renderer, effort(chain)) if missing else None
             if missing and content:
-                # radiance by the cameras' noise depends on all light groups together
-                by_group = limit_share(chain, demand) is None
-                if found := find_equal(folder, content, by_group):
-                    note(folder, recipe, found)
-                    serving, missing = held_and_missing(chain, demand, groups_alone=True)
-                    earlier_ids = [s["id"] for s in serving]
-                    if not missing and all(map(is_partial, serving)):
-                        # equal light with other labels: they come with the light of one group
-                        one_group = description.light_groups()[:1]
-                        margin = serving[0].get("margin", True)
-                        missing = replace(demand, groups=one_group, margin=margin)
+                note(folder, recipe, find_equal(folder, content))
+                serving, missing = held_and_missing(chain, demand)
+                earlier_ids = [s["id"] for s in serving]
             if missing:
                 so_far = known_of(chain, serving, missing, description.light_groups())
                 request = _Request(description, missing, so_far, by_noise, content)
-                rendered = _render(chain, request, recipe, rows, config)
-                # the first store gives grid, labels and objects
-                first = 0 if serving and is_partial(serving[0]) else len(serving)
-                serving.insert(first, rendered)
+                serving.append(_render(chain, request, recipe, rows, config))
     return stage(
         rows, "radiance", "", None, lambda: opened(folder, serving, demand, rows, earlier_ids)
     ), [s["id"] for s in serving]
@@ -173,29 +158,30 @@ def effort_spent(chain: Chain) -> dict:
     return {f: getattr(chain.renderer, f) for f in effort(chain)}
 
 
-def held_and_missing(
-    chain: Chain, demand: Demand, groups_alone: bool = False
-) -> tuple[list[dict], Demand | None]:
+def held_and_missing(chain: Chain, demand: Demand) -> tuple[list[dict], Demand | None]:
     """Return the attributes of the stores that serve `demand`, and the demand for the missing part;
     None if nothing is missing.
 
-    `groups_alone` : whether light groups of another scene serve where none of the scene's own
-    stores gives labels.
+    Stores of another recipe with equal content serve where they hold everything.
     """
     if chain.renderer is None:
         return [], None
     folder = store.home() / "scenes"
     recipe = recipe_hash(chain)
-    candidates = [
-        s
-        for s in stored(folder, recipe) + equal_stores(folder, recipe)
-        if serves(s, demand, {} if goes_on(chain) else effort_spent(chain))
-    ]
+    own = _held(chain, demand, stored(folder, recipe))
+    if own[1] is None:
+        return own
+    equal = (_held(chain, demand, stored(folder, other)) for other in noted(folder, recipe))
+    return next((held for held in equal if held[1] is None), own)
+
+
+def _held(chain: Chain, demand: Demand, stores: list[dict]) -> tuple[list[dict], Demand | None]:
+    """Return those of the stores of one recipe that serve a demand, and what is missing."""
+    asked = {} if goes_on(chain) else effort_spent(chain)
+    candidates = [s for s in stores if serves(s, demand, asked)]
     # all stores on one grid: radiance with overscan also serves runs without it
     wide = demand.margin or any(s.get("margin", True) for s in candidates)
     serving = [s for s in candidates if s.get("margin", True) == wide]
-    if all(map(is_partial, serving)) and not groups_alone:
-        serving = []
     on_grid = replace(demand, margin=wide)
     return serving, what_is_missing(serving, on_grid, goes_on(chain), limit_share(chain, demand))
 
@@ -242,7 +228,7 @@ def opened(folder, stores: list[dict], demand: Demand, rows: Ledger, earlier_ids
 
     `earlier_ids` : names of the stores that an earlier run rendered.
     """
-    scenes = [equal_part(store.open_store(folder / f"{s['id']}.zarr"), s) for s in stores]
+    scenes = [store.open_store(folder / f"{s['id']}.zarr") for s in stores]
     kept_bits = [s["radiance"].attrs.get("keepbits") for s in scenes]
     largest = max(map(rounding, kept_bits))
     record(rounding_term(largest))
@@ -253,7 +239,6 @@ def opened(folder, stores: list[dict], demand: Demand, rows: Ledger, earlier_ids
         for row in Ledger.from_records(s["ledger"])
         if row.kind == "renderer"
         for term in row.errors
-        if not is_partial(s) or term.part in s["groups"]
     ]
     all_groups = join_scenes(scenes, demand.groups)
     pooled = "paths" in all_groups.attrs  # then their noise together is stated
@@ -387,12 +372,12 @@ class _Request(NamedTuple):
     # by light group; None: the renderer cannot continue from stored paths
     known: dict[str, Known] | None
     by_noise: bool = False  # store each tile with the bits that its noise leaves meaning
-    content: dict | None = None  # by which frames that show the same are recognised
+    content: str | None = None  # name by which frames that show the same are recognised
 
 
 def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) -> dict:
     """Render the missing radiance, store it, and return the root attributes of the new store."""
-    description, demand, so_far, by_noise, content_of_scene = request
+    description, demand, so_far, by_noise, _ = request
     arguments = (description, demand) if so_far is None else (description, demand, so_far)
     radiance = stage(
         rows, "renderer", config.renderer.name, chain.renderer, lambda: chain.renderer(*arguments)
@@ -431,7 +416,7 @@ def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) 
         "limit_share": radiance.attrs.get("limit_share"),
         "versions": versions() | libraries(chain.scene, chain.renderer),
         "inputs": input_digests(chain.scene),
-        "content": content_of_scene,
+        "content": request.content,
         "code": fingerprint(chain.scene, chain.renderer),
         "kernels": kernels(chain.scene, chain.renderer),
         "ledger": rows.as_records(),

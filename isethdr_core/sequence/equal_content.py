@@ -1,6 +1,6 @@
-"""Equal content: digests of a scene description by which light that does not change is recognised.
+"""Equal content: the digest of a scene description, by which equal light is recognised.
 
-Nothing moves while a car waits, and the frames of that time show the same light. The digests cover
+Nothing moves while a car waits, and the frames of that time show the same light. The digest covers
 everything that a renderer is given: equal digests give equal radiance from the same renderer.
 Objects without parts are not seen, so their poses do not count.
 """
@@ -10,38 +10,25 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..data.scene_description import Model, SceneDescription
+from ..data.scene_description import SceneDescription
 
 DIGEST_BYTES = 16
 
 
-class Content(NamedTuple):
-    """Digests of a scene description."""
-
-    whole: str  # of everything, labels included
-    groups: dict[str, str]  # by light group: of all surfaces, and of the lamps of that group
-
-
-def content_of(description: SceneDescription) -> Content | None:
-    """Return the digests of a description; None if a plugin's part of it is no plain data.
-
-    Notes
-    -----
-    A lamp of another group counts as the surface that it is built from. A part with normals counts
-    by whether it is a lamp, because renderers do not smooth lamps.
-    """
+def content_of(description: SceneDescription) -> str | None:
+    """Return the digest of a description; None if a plugin's part of it is no plain data."""
     try:
-        return _Digests(description).content()
+        return _Digest(description).whole()
     except TypeError:
         return None
 
 
-class _Digests:
-    """Digests of one description. Arrays that parts share are read once."""
+class _Digest:
+    """The digest of one description. Arrays that parts share are read once."""
 
     def __init__(self, description: SceneDescription) -> None:
         self.description = description
@@ -52,44 +39,26 @@ class _Digests:
             if description.models[placed.model].parts
         ]
 
-    def content(self) -> Content:
-        """Return the digests."""
+    def whole(self) -> str:
+        """Return the digest of everything that radiance and labels follow from."""
         scene = self.description
         models = {placed.model: model for _, placed, model in self.seen}
-        names = {name: k for k, name in enumerate(models)}
-        surfaces = self.digest(
-            scene.camera,
-            scene.fog,
-            scene.sky,
-            scene.materials,
-            [(number, names[placed.model], placed.pose) for number, placed, _ in self.seen],
-            [(names[name], self.surfaces(model)) for name, model in models.items()],
+        names = {name: k for k, name in enumerate(models)}  # numbered in their order
+        made = hashlib.blake2b(digest_size=DIGEST_BYTES)
+        self.feed(
+            made,
+            (
+                scene.name,
+                scene.camera,
+                scene.fog,
+                scene.sky,
+                scene.materials,
+                [(n, names[p.model], p.pose, p.name, p.category) for n, p, _ in self.seen],
+                [model.parts for model in models.values()],
+                self.next_frame(),
+            ),
         )
-        groups = {
-            group: self.digest(surfaces, group, self.lamps(group)) for group in scene.light_groups()
-        }
-        named = [(placed.name, placed.category) for _, placed, _ in self.seen]
-        parts = [(names[name], [part.name for part in m.parts]) for name, m in models.items()]
-        return Content(
-            self.digest(surfaces, groups, named, parts, scene.name, self.next_frame()), groups
-        )
-
-    def surfaces(self, model: Model) -> list[Any]:
-        """Return the parts of a model, without what they emit."""
-        return [
-            (p.vertices, p.faces, p.normals, p.material, p.normals is not None and bool(p.lamp))
-            for p in model.parts
-        ]
-
-    def lamps(self, group: str) -> list[Any]:
-        """Return the lamps of a light group, by object and part."""
-        mine = lambda part: part.lamp is not None and part.lamp.group == group
-        return [
-            (number, k, part.lamp)
-            for number, _, model in self.seen
-            for k, part in enumerate(model.parts)
-            if mine(part)
-        ]
+        return made.hexdigest()
 
     def next_frame(self) -> Any:
         """Return where all that is seen will be in the next frame."""
@@ -98,12 +67,6 @@ class _Digests:
             return None
         poses = [following.poses[number - 1] for number, _, _ in self.seen]
         return following.after_s, following.camera, poses
-
-    def digest(self, *values: Any) -> str:
-        """Return the digest of plain data, arrays and dataclasses."""
-        made = hashlib.blake2b(digest_size=DIGEST_BYTES)
-        self.feed(made, values)
-        return made.hexdigest()
 
     def feed(self, made: Any, value: Any) -> None:
         """Add a value to a digest, so that no two different values add the same bytes."""
