@@ -144,7 +144,7 @@ def panel(ax, work: Work, wide: bool):
         ax.axhline(work.allowed, ls="--", color="#2e8b57", lw=1, label="allowed")
     lines = textwrap.wrap(work.error_of, 60 if wide else 34)
     ax.set(xscale="log", yscale="log", xlabel="CPU seconds", ylabel="\n".join(lines))
-    right = f"(reference right to {work.reference_error:.1g})" if work.reference_error >= 0 else ""
+    right = f"(reference right to {work.reference_error:.1g})" if work.reference_error > 0 else ""
     ax.set_title(
         f"{work.stage}{' ' if wide or len(work.stage + right) < 48 else chr(10)}{right}".strip()
     )

@@ -103,6 +103,20 @@ STEPS = (
     network("typical_bayer"),
     network("typical_rgbw"),
     Step(
+        "filters_networks",
+        "figures 8 and 9 of the paper with the two networks, on roads they have not seen",
+        (
+            f"study paper_fig8_9_networks dataset={DATASET}"
+            " rgb={home}/training/pictures/network_bayer/model.onnx"
+            " rgbw={home}/training/pictures/network_rgbw/model.onnx"
+            f" picture={{home}}/{FOLDER}/fig8_9.jpg --csv {{home}}/{FOLDER}/filters_networks.csv",
+        ),
+        (f"{FOLDER}/filters_networks.csv", f"{FOLDER}/fig8_9.jpg"),
+        3.0,
+        "not measured",
+        ("torch", "train"),
+    ),
+    Step(
         "detection",
         "which objects each camera could find",
         (f"study detection dataset={DATASET}",),
