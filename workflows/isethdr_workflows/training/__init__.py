@@ -7,6 +7,7 @@
 | `command`          | the command line                                                   |
 | `curves`           | losses against steps, as CSV and as a drawing                      |
 | `files`            | files written as a whole or not at all                             |
+| `onnx_notes`       | what an exporter notes of the machine is removed from model files  |
 | `state`            | all that is needed to go on after a kill                           |
 | `torch_library`    | PyTorch, imported in this place alone                              |
 | `learned_picture/` | learned against classical pictures of held-out roads, a study      |

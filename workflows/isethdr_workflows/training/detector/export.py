@@ -27,6 +27,7 @@ from ...detectors.objects import TruthObject
 from ...detectors.tables import ALL, NAMES, Answers, Compared
 from ..card import write_card
 from ..files import write_file
+from ..onnx_notes import remove_notes
 from ..torch_library import hardware, onnx, torch
 from .network import Boxes, DetectorNetwork, parameters_of
 from .pictures import LabelledPicture
@@ -91,6 +92,7 @@ def write_onnx(network: DetectorNetwork, path: Path) -> None:
             dynamic_shapes=(sizes,),
         )
         model = onnx.load(file)
+    remove_notes(model)
     for name, before in levels.items():
         logging.getLogger(name).setLevel(before)
     write_file(path, [model.SerializeToString()])

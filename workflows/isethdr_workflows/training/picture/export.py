@@ -19,6 +19,7 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.onnx_session import open_session
 
 from ..files import write_file
+from ..onnx_notes import remove_notes
 from ..torch_library import onnx, torch
 from .camera import TrainingCamera
 from .leaves import WAVELENGTH_NM
@@ -71,6 +72,7 @@ def export(
             dynamic_shapes=(sizes, sizes, sizes, sizes),
         )
         model = onnx.load(file)
+    remove_notes(model)
     entry = model.metadata_props.add()
     entry.key = KEY
     entry.value = Contract.from_json(json.dumps(dict(stated)), str(path)).to_json()
