@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -92,7 +92,7 @@ class Search:
 
 
 def best_in(path: Path) -> dict[float, dict[str, Setting]]:
-    """Return the best setting for each illuminance and score of a file that a search has written.
+    """Return the settings that a search has chosen, from the file that it has written.
 
     Raises
     ------
@@ -111,10 +111,10 @@ def best_in(path: Path) -> dict[float, dict[str, Setting]]:
             )
             scores = {name: float(row[name]) for name in SIGNS}
             tried.setdefault(float(row["lux"]), {})[setting] = scores
-    return {
-        lux: {
-            name: max(of, key=lambda one, name=name, of=of: sign * of[one][name])
-            for name, sign in SIGNS.items()
-        }
-        for lux, of in tried.items()
-    }
+    return {lux: _search_again(scores).best() for lux, scores in tried.items()}
+
+
+def _search_again(tried: Mapping[Setting, Scores]) -> Search:
+    """Return the search whose scores these are: it asks for the same settings again."""
+    methods = {setting.demosaic for setting in tried}
+    return Search(tried.__getitem__, [name for name in GRID["demosaic"] if name in methods])
