@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import os
 from pathlib import Path
 
@@ -35,6 +36,8 @@ def page() -> str:
         "|---|---|---|---|---|",
     ]
     for step in STEPS:
+        if step.makes[0].endswith(PAGE):
+            continue  # this page
         record = read(step)
         commands = "; ".join(f"`isethdr {command}`" for command in step.commands)
         if record is None or not is_finished(step):
@@ -59,9 +62,10 @@ def table_of(text: str) -> str:
 
 def _shown(cell: str) -> str:
     try:
-        return f"{float(cell):.{DIGITS}g}"
+        value = float(cell)
     except ValueError:
         return cell
+    return f"{value:.{DIGITS}g}" if math.isfinite(value) else "–"
 
 
 def _lower(text: str) -> str:

@@ -112,8 +112,8 @@ STEPS = (
             f" picture={{home}}/{FOLDER}/fig8_9.jpg --csv {{home}}/{FOLDER}/filters_networks.csv",
         ),
         (f"{FOLDER}/filters_networks.csv", f"{FOLDER}/fig8_9.jpg"),
-        3.0,
-        "not measured",
+        5.0,
+        "measured beside tests",
         ("torch", "train"),
     ),
     Step(
