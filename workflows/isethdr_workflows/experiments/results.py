@@ -6,6 +6,8 @@ import csv
 import io
 import math
 import os
+import textwrap
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from isethdr_core.errors import CatalogError
@@ -20,6 +22,7 @@ from .steps import STEPS
 PAGE = "results.md"
 TABLES = (".md", ".csv")  # endings of what a step makes and the page takes in
 DIGITS = 3
+WIDTH = 100  # columns of text
 
 
 def page() -> str:
@@ -28,7 +31,8 @@ def page() -> str:
     lines = [
         "# Results of the experiments",
         "",
-        "Made by `isethdr experiments run`. Intervals are 95 % over roads.",
+        "No single command makes this page: `isethdr experiments run` makes the tables in steps,",
+        "and `isethdr experiments results` puts them together. Intervals are 95 % over roads.",
         "",
         f"{os.cpu_count()} processors; {used}.",
         "",
@@ -50,8 +54,9 @@ def page() -> str:
             if path.endswith(TABLES) and not path.endswith(PAGE) and is_finished(step):
                 text = (home() / path).read_text(encoding="utf-8").strip()
                 text = table_of(text) if path.endswith(".csv") else _lower(text)
-                lines += ["", f"## {step.name}: {step.about}", "", text]
-    return "\n".join(lines) + "\n"
+                about = f"{step.about[0].upper()}{step.about[1:]}."
+                lines += ["", f"## {step.name}", "", about, "", *text.splitlines()]
+    return "\n".join(_narrow(lines)) + "\n"
 
 
 def table_of(text: str) -> str:
@@ -66,6 +71,12 @@ def _shown(cell: str) -> str:
     except ValueError:
         return cell
     return f"{value:.{DIGITS}g}" if math.isfinite(value) else "–"
+
+
+def _narrow(lines: Iterable[str]) -> Iterator[str]:
+    """Yield lines of at most 100 columns; rows of tables stay whole."""
+    for line in lines:
+        yield from [line] if line.startswith("|") else textwrap.wrap(line, WIDTH) or [""]
 
 
 def _lower(text: str) -> str:
