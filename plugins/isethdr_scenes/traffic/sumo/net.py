@@ -53,6 +53,7 @@ class SumoLane(NamedTuple):
     speed_m_s: float  # limit
     shape_m: Floats  # (n, 2) plan points of its middle
     ways: tuple[str, ...]  # edges into which it leads
+    closed: bool = False  # to all: the road has such a lane elsewhere, or it is no lane for driving
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +148,7 @@ def _lanes(edge: ET.Element, ways: dict[tuple[str, int], list[str]]) -> Iterable
             float(node.get("speed", "13.89")),
             np.array(shape, float),
             tuple(ways.get((edge.get("id", ""), index), ())),
+            node.get("disallow") == "all",
         )
 
 
@@ -159,6 +161,8 @@ def lane_types(net: SumoNet, network: Network) -> dict[tuple[str, int], str]:
             road_id, _, number = lane.original.split()[0].rpartition("_")
             road = network.road(names[int(road_id)])
             kinds = [x.type for s in road.sections for x in s.lanes if x.number == int(number)]
+            if lane.closed:  # as beside a ramp, or at road works: on a part of the road only
+                kinds = [x for x in kinds if x != "driving"] or ["none"]
             found[edge.name, lane.index] = "driving" if "driving" in kinds else kinds[0]
     return found
 
