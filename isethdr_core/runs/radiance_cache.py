@@ -124,7 +124,7 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise:
                 store.read_attrs(path)
             content = content_name(description, chain.renderer, effort(chain)) if missing else None
             if missing and content:
-                note(folder, recipe, find_equal(folder, content))
+                note(folder, recipe, [n for n in find_equal(folder, content) if n != recipe])
                 serving, missing = held_and_missing(chain, demand)
                 earlier_ids = [s["id"] for s in serving]
             if missing:

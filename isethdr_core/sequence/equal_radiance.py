@@ -62,7 +62,10 @@ def find_equal(folder: Path, content: str) -> list[str]:
 
 
 def note(folder: Path, recipe: str, equal: Sequence[str]) -> None:
-    """Note the recipes whose radiance is that of `recipe`."""
+    """Note the recipes whose radiance is that of `recipe`; without any, there is no note."""
+    if not equal:
+        _file(folder, recipe).unlink(missing_ok=True)
+        return
     write_text(_file(folder, recipe), json.dumps([*equal]))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
+from functools import partial
 from math import log2
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -42,7 +43,7 @@ def at_carried_exposures(chain: Chain, rows: Ledger, light: Any) -> FrameExposur
         for name, sensor in chain.cameras.items():
             if not (isinstance(sensor, CarriesExposure) and sensor.longest_exposure_s):
                 continue
-            settled = ledger.collected(lambda s=sensor: s.settled_exposure(light)).result
+            settled = ledger.collected(partial(sensor.settled_exposure, light)).result
             exposure = chain.exposures.get(name, settled.exposure)
             if name in chain.exposures:
                 cameras[name] = sensor.at_exposure(exposure)

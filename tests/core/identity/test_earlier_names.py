@@ -173,6 +173,7 @@ def old_stores(config, table, isethdr_home, home_of_now, monkeypatch):
     name = old_run(config)
     described = {"scene": {"class": OLD_CLASS["scene/world"], "size_m": 1.0}}
     described |= {"renderer": {"class": OLD_CLASS["renderer/flat"], "samples": 4}}
+    del scene.attrs["content"]  # which stores of that time did not have
     attributes = {k: v for k, v in scene.attrs.items() if k not in ("format", "complete", "code")}
     old = attributes | described | {"recipe": recipe}
     store.write_store(isethdr_home / "scenes", f"{recipe}-01234567", {"": scene}, old, None)

@@ -76,6 +76,7 @@ def test_a_method_as_the_protocol_says_is_an_ability(kind, protocol, name):
         for n in abilities.methods(protocol)
         if n not in (abilities.CALL, name)
     }
+    members |= dict.fromkeys(abilities.fields(protocol))
     offered = component(kind, **members, **called(protocol), **{name: right(protocol, name)})
     abilities.check(kind, "toy", offered)
     assert isinstance(offered(), protocol)
