@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import itertools
 import os
 import sys
 from pathlib import Path
@@ -92,10 +93,22 @@ def power_stays_on():
         yield
 
 
+@pytest.fixture(scope="session")
+def unmade_folders(tmp_path_factory):
+    """Return names of folders that are new and not made yet, one for each test that asks."""
+    parent = tmp_path_factory.getbasetemp() / "homes"
+    return (parent / str(number) for number in itertools.count())
+
+
 @pytest.fixture(autouse=True)
-def isethdr_home(tmp_path, monkeypatch):
-    """Send every store that a test makes to the test's own folder, and return it."""
-    home = tmp_path / "isethdr_home"
+def isethdr_home(request, unmade_folders, monkeypatch):
+    """Send every store that a test makes to the test's own folder, and return it.
+
+    It is made by the first store. A folder for each of the tests that make none would take a
+    millisecond, and another one to remove it.
+    """
+    own = "tmp_path" in request.fixturenames
+    home = (request.getfixturevalue("tmp_path") if own else next(unmade_folders)) / "isethdr_home"
     monkeypatch.setenv("ISETHDR_HOME", str(home))
     monkeypatch.setenv("ISETHDR_CACHE", str(home / "cache"))
     monkeypatch.delenv("ISETHDR_PLUGINS", raising=False)

@@ -114,7 +114,8 @@ def refresh(folder: str | os.PathLike[str]) -> Refreshed:
     CatalogError : the index cannot be written.
     """
     folder = Path(folder)
-    return _refresh(folder, stamps(folder))
+    with index_file.connected() as base:
+        return _refresh(_changes(base, folder, stamps(folder)))
 
 
 def attach(
@@ -147,7 +148,7 @@ def attach(
     current = stamps(folder)
     skipped: dict[str, str] = {}
     with suppress(CatalogError):  # a home that cannot be written is queried all the same
-        skipped = _refresh(folder, current).skipped
+        skipped = _refresh(_changes(base, folder, current, alias)).skipped
     index = _stamp(folder / INDEX)
     wanted = {p: s for p, s in current.items() if str(folder / p) not in skipped}
     if index_file.attach(base, folder / INDEX, alias):
@@ -158,7 +159,7 @@ def attach(
         index_file.detach(base, alias)
     with tempfile.TemporaryDirectory(prefix="isethdr-index-") as scratch:
         copy = Path(scratch) / INDEX
-        changes = _changes(folder, current)
+        changes = _changes(base, folder, current, alias)
         _write(changes, copy, changes.reading)
         index_file.attach(base, copy, alias)  # stays open after its name is gone
     return None
@@ -192,22 +193,32 @@ class _Changes:
     reading: _Reading  # of the stores that it lacks
 
 
-def _changes(folder: Path, current: dict[str, str]) -> _Changes:
+def _changes(
+    base: duckdb.DuckDBPyConnection,
+    folder: Path,
+    current: dict[str, str],
+    alias: str = index_file.ALIAS,
+) -> _Changes:
+    """Return what the index of a home lacks.
+
+    `base` : reads the index file, and lets go of it again. It is that of a query, because a
+    database of its own would take 30 ms.
+    """
     index = folder / INDEX
     known = {}
     records_in_file = 0
-    with index_file.connected() as base:
-        if index_file.attach(base, index):
-            known = index_file.known(base)
-            records_in_file = index_file.count(base)
+    if index_file.attach(base, index, alias):
+        known = index_file.known(base, alias)
+        records_in_file = index_file.count(base, alias)
+        index_file.detach(base, alias)
     stale = [path for path, stamp in known.items() if current.get(path) != stamp]
     missing = {path: stamp for path, stamp in current.items() if known.get(path) != stamp}
     return _Changes(index, records_in_file, stale, _Reading(folder, missing))
 
 
-def _refresh(folder: Path, current: dict[str, str]) -> Refreshed:
-    changes = _changes(folder, current)
+def _refresh(changes: _Changes) -> Refreshed:
     index = changes.index
+    folder = index.parent
     reading = changes.reading
     arriving = iter(reading)
     count = changes.records

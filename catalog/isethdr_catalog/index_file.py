@@ -130,9 +130,9 @@ def known(base: duckdb.DuckDBPyConnection, alias: str = ALIAS) -> dict[str, str]
     return dict(base.execute(f"SELECT path, stamp FROM {alias}.store").fetchall())
 
 
-def count(base: duckdb.DuckDBPyConnection) -> int:
+def count(base: duckdb.DuckDBPyConnection, alias: str = ALIAS) -> int:
     """Return the number of records in the attached file."""
-    found = base.execute(f"SELECT count(*) FROM {ALIAS}.shots").fetchone()
+    found = base.execute(f"SELECT count(*) FROM {alias}.shots").fetchone()
     return int(found[0]) if found else 0
 
 

@@ -21,6 +21,7 @@ from .table import MeasuredTable
 AROUND = 16  # places on a ring of the field; one where the point spreads are round
 ROUND = 1e-6  # share of the light by which a round point spread may change when turned
 FINER = 4  # samples per tile at least: coarser ones are divided
+AT_ONCE = 100_000  # parts of samples whose light is shared among tiles in one sum
 
 
 class Share(NamedTuple):
@@ -98,13 +99,15 @@ def kernel(psf: np.ndarray, pitch_um: float, tile_um: tuple[float, float], azimu
     half = [int(np.ceil(reach / tile)) + 1 for tile in tile_um]
     shape = (2 * half[0] + 1, 2 * half[1] + 1)
     out = np.zeros(shape[0] * shape[1])
+    # many offsets at once: each sum passes over all tiles of the kernel, however few it changes
+    pieces = -(-parts * len(values) // AT_ONCE)
     for dy in offsets:
-        for dx in offsets:
+        for dx in np.array_split(offsets[:, None], min(parts, max(1, pieces))):
             # y down: a turn from +x towards up lowers y
             x = cosine * (x0 + dx) + sine * (y0 + dy)
             y = -sine * (x0 + dx) + cosine * (y0 + dy)
             for index, share in _corners(y / tile_um[0] + half[0], x / tile_um[1] + half[1], shape):
-                out += np.bincount(index, values * share, len(out))
+                out += np.bincount(index.ravel(), (values * share).ravel(), len(out))
     return out.reshape(shape)
 
 
