@@ -27,6 +27,7 @@
 | scenario | who stands where at the start of an OpenSCENARIO file |
 | sky | day, twilight and night by direction, with sun and moon |
 | charts | test charts whose radiance is known |
+| stored | radiance of the home folder by the name of its store |
 | iset_exr | scenes of the published ISETHDR deposit |
 | pictures | pictures and spectral cubes of one's own, from files and arrays |
 | iset_import | all scenes of a tree of the deposit, into the home folder |
@@ -54,6 +55,7 @@ COMPONENTS = [
     Component("scene", "luminance_ramp", "isethdr_scenes.charts.luminance_ramp:LuminanceRamp"),
     Component("scene", "file", "isethdr_scenes.pictures.picture_file:PictureFile"),
     Component("scene", "array", "isethdr_scenes.pictures.picture_file:PictureFile"),
+    Component("scene", "stored", "isethdr_scenes.stored:Stored"),
     Component("scene", "iset_exr", "isethdr_scenes.iset_exr:IsetExr"),
 ]
 __getattr__ = class_getter(__name__, COMPONENTS)

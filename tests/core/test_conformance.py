@@ -33,6 +33,10 @@ NEEDS = {("renderer", "mitsuba"): "mitsuba"}
 NOT_HERE = {
     ("scene", "iset_exr"): "reads a folder of EXR files, of which none is part of this project",
     ("scene", "file"): "reads a user's file; tests/scenes/test_picture_file.py checks it with one",
+    (
+        "scene",
+        "stored",
+    ): "reads the home folder; tests/scenes/test_stored.py checks it with a store",
     ("scene", "array"): "the same class as scene file",
     ("isp", "network"): "reads a user's model; tests/isp/network checks it with one",
 }

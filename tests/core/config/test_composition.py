@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 from hydra.core.object_type import ObjectType
 
-from isethdr_core import compose
+from isethdr_core import build, compose
 from isethdr_core.component import KINDS
 from isethdr_core.config.component_source import SCHEME, ComponentSource
 from isethdr_core.config.composition import register_with_hydra
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.plugins.registry import components, plugin_manager
+from isethdr_core.store import write_store
 
 
 def presets():
@@ -80,11 +81,15 @@ def turns():
 
 
 @pytest.mark.parametrize("overrides", turns(), ids=" ".join)
-def test_every_preset_composes_and_builds(overrides, tmp_path):
+def test_every_preset_composes_and_builds(overrides, tmp_path, isethdr_home):
     if overrides == ["experiment=own_picture"]:  # its file is the user's
         np.save(tmp_path / "own.npy", np.ones((9, 16)))
         overrides = [*overrides, f"scene.path={tmp_path / 'own.npy'}", "scene.unit=cd/m2"]
         overrides += ["scene.horizontal_field_deg=40"]
+    if overrides == ["experiment=stored_scene"]:  # of any store
+        light = build("scene", "uniform")()
+        write_store(isethdr_home / "scenes", "abc0-1", {"": light}, {"recipe": "abc0"})
+        overrides = [*overrides, "scene.store=abc0", "lighting=ideal", "~versions"]
     chain(compose(overrides))
 
 

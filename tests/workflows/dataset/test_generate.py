@@ -23,6 +23,8 @@ from isethdr_workflows.dataset.verify import verify
 
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError, ConfigError
+from isethdr_core.runs import radiance_cache
+from isethdr_core.runs.run import run
 from isethdr_core.storage import store
 
 from ..command import here, isethdr, leftovers, start, wait_for
@@ -249,6 +251,22 @@ def test_cameras_are_compared_over_the_scenes(recipe, capsys, monkeypatch, iseth
     assert f"{len(dataset.made)} of {len(dataset.made)} scenes were imaged" in page
     assert "No object: person, bicycle" in page and "<script" not in page
     assert (folder / "objects.csv").read_text().count(",car,") == len(dataset.made)
+
+
+def test_a_study_reads_the_radiance_of_the_records_whatever_the_code(
+    recipe, monkeypatch, isethdr_home
+):
+    """The scene's code is another one: by its recipe the radiance would not be found again."""
+    [record] = generate(Request("tiny", count=1, seed=1, recipe=recipe), silent).made
+    monkeypatch.setattr(radiance_cache, "fingerprint", lambda *parts: {"scene/small_world": "new"})
+    RENDERED.clear()
+    assert run(plain(cameras.settings_of(record, ["draws=1"]))).attributes["scene_ids"] == []
+    assert not RENDERED
+    rendered = [*record.overrides, *cameras.OWN, "scene.fails=false"]
+    assert cameras.settings_of(record, ["scene.fails=false"]) == rendered
+    (isethdr_home / "scenes" / f"{record.stores[0]}.zarr").rename(isethdr_home / "gone")
+    run(plain(cameras.settings_of(record, ["draws=1"])))
+    assert len(RENDERED) == 1
 
 
 @pytest.mark.slow

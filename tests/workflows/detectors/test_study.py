@@ -14,6 +14,7 @@ from isethdr_workflows.dataset.study.cameras import Imaged, Shot
 from isethdr_workflows.detectors import bootstrap, objects, study
 from isethdr_workflows.detectors.objects import nearest_lamp_deg, truth_objects
 from isethdr_workflows.detectors.study import detector_scores
+from omegaconf import OmegaConf
 
 from isethdr_core.data.reference_picture import make_picture
 from isethdr_core.errors import CatalogError, ConfigError
@@ -70,6 +71,7 @@ def panel_picture(cells, red: float, instances=()) -> xr.Dataset:
     return picture
 
 
+STRICT = {"struct": True}  # as the main config, which has no key `sensor`
 RECORDS = {}
 SHOTS = []
 
@@ -125,7 +127,7 @@ class World:
 
     def compose(self, overrides):
         """Return a config with the two cameras and a third one."""
-        return type("Config", (), {"sensor": None, "cameras": {"red": 1, "dark": 1, "third": 1}})
+        return OmegaConf.create({"cameras": {"red": 1, "dark": 1, "third": 1}}, flags=STRICT)
 
 
 @pytest.fixture

@@ -105,7 +105,7 @@ def chosen_cameras(
             f" dataset generate {dataset.definition.name}"
         )
     config = compose(settings_of(dataset.made[0], overrides))
-    table = [config.sensor.name] if config.sensor else list(config.cameras)
+    table = [config.sensor.name] if config.get("sensor") else list(config.cameras)
     names = [name for name in cameras.split(",") if name] or table
     for name in names:
         if name not in table:

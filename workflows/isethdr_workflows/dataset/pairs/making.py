@@ -9,6 +9,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from isethdr_scenes.stored import Stored
 from omegaconf import DictConfig
 
 from isethdr_core.config.composition import compose
@@ -28,7 +29,7 @@ from .exposures import exposed, varies
 from .files import cannot_write, write_scene
 from .reference import LABELS, reference
 from .request import PairRequest
-from .sources import Source, StoredRadiance, families, sources
+from .sources import Source, families, sources
 from .terms import Member, check_added, members
 
 DEFINITION = "pairs.json"
@@ -135,7 +136,7 @@ def built_for(source: Source) -> tuple[DictConfig, Chain]:
     """Return config and chain of a scene; its radiance is read, never rendered."""
     config = compose(list(source.overrides))
     built = chain(config)
-    known = replace(built, scene=StoredRadiance(source.store), renderer=None, versions={})
+    known = replace(built, scene=Stored(source.store), renderer=None, versions={})
     return config, known
 
 

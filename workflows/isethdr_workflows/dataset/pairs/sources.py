@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 from isethdr_core.errors import CatalogError, ConfigError
-from isethdr_core.storage import store
 from isethdr_core.storage.home_folder import home
 
 from ..generate import generated
 from ..record import DEFINITION, folder_of, read_dataset
 from .request import PairRequest
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -26,34 +21,6 @@ class Source:
     road: str
     overrides: tuple[str, ...]  # of its run
     store: str  # name in `scenes/` of the home
-
-
-@dataclass(frozen=True)
-class StoredRadiance:
-    """A scene whose radiance is stored."""
-
-    store: str
-
-    def __call__(self) -> xr.Dataset:
-        """Return radiance and labels; parts are read when they are used."""
-        return store.open_scene(self.store)
-
-    def bands_nm(self) -> list[float]:
-        """Return the centres of the stored bands, nm."""
-        return [float(w) for w in self().wavelength.values]
-
-    def light_groups(self) -> tuple[str, ...]:
-        """Return the stored light groups."""
-        return tuple(map(str, self().light_group.values))
-
-    def camera_field(self) -> tuple[float, float, str]:
-        """Return (width, height, projection) of the camera's field."""
-        attributes: dict[Any, Any] = self().attrs
-        return (
-            float(attributes["field_width"]),
-            float(attributes["field_height"]),
-            str(attributes.get("projection", "tangent")),
-        )
 
 
 def sources(request: PairRequest) -> list[Source]:

@@ -11,6 +11,7 @@ from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.runs.run import Result, run
+from isethdr_core.storage.home_folder import home
 
 from ..generate import Generated, time_text
 from ..record import SceneRecord
@@ -85,8 +86,35 @@ def imaged(dataset: Generated, overrides: Sequence[str], tell: Callable[[str], N
 
 
 def settings_of(record: SceneRecord, overrides: Sequence[str]) -> list[str]:
-    """Return the overrides of the run of a scene."""
-    return [*record.overrides, *OWN, *overrides]
+    """Return the overrides of the run of a scene.
+
+    The run reads the radiance that the scene's record names: it is the same with every version of
+    the code. The run is that of the scene's own settings, which renders what is not stored, where
+    this radiance is gone, or where an override may choose another scene or renderer.
+
+    Parameters
+    ----------
+    record : of the scene.
+    overrides : of all runs, after those of the scene.
+    """
+    changed = {_node(text) for text in overrides} & {"scene", "renderer", "experiment"}
+    own = {text: _node(text) for text in record.overrides}
+    if changed or "experiment" in own.values() or not is_stored(record):
+        return [*record.overrides, *OWN, *overrides]
+    others = [text for text, node in own.items() if node not in ("scene", "renderer")]
+    stored = ("scene=stored", f"scene.store={record.stores[0]}", "~renderer")
+    return [*others, *stored, *OWN, *overrides]
+
+
+def is_stored(record: SceneRecord) -> bool:
+    """Return whether the radiance that a record names is in the home folder."""
+    folder = home() / "scenes"
+    return bool(record.stores) and all((folder / f"{n}.zarr").exists() for n in record.stores)
+
+
+def _node(override: str) -> str:
+    """Return the top node of the config that an override changes."""
+    return override.lstrip("+~").partition("=")[0].partition(".")[0].partition("@")[0]
 
 
 def shot_of(record: SceneRecord, result: Result) -> Shot:

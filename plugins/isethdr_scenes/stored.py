@@ -1,0 +1,89 @@
+"""The scene `stored`: radiance of the home folder by its name, whatever has made it.
+
+Radiance is found again by its recipe as long as the code of its scene and its renderer stays the
+same. With another version of that code the recipe has another name, and would be rendered again.
+This scene names the store itself, so nothing is rendered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from isethdr_core import ledger
+from isethdr_core.errors import ConfigError
+from isethdr_core.store import ROOT_FILE, home, open_scene
+from isethdr_core.uncertainty.ledger import Ledger
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Stored:
+    """Scene radiance of the home folder: a rendered scene of any version, or an imported one."""
+
+    store: str = ""  # name of the store, of its recipe, or the beginning of either
+
+    def __call__(self) -> xr.Dataset:
+        """Return radiance and labels; parts are read when they are used.
+
+        The errors that the renderer stated are stated again.
+
+        Raises
+        ------
+        ConfigError : no store is named.
+        CatalogError : there is none of this name, or several.
+        """
+        scene = self._opened()
+        rows = Ledger.from_records(_attributes(scene).get("ledger", ()))
+        for row in rows:
+            if row.kind == "renderer":
+                ledger.record(*row.errors)
+        return scene
+
+    def input_files(self) -> Iterator[Path]:
+        """Return the records of the stores: they name what has made the light."""
+        folder = home() / "scenes"
+        recipe = str(_attributes(self._opened())["recipe"])
+        return folder.glob(f"{recipe}-*.zarr/{ROOT_FILE}")
+
+    def check_files(self) -> None:
+        """Check that there is a store of this name.
+
+        Raises
+        ------
+        ConfigError, CatalogError : as the call.
+        """
+        self._opened()
+
+    def light_groups(self) -> tuple[str, ...]:
+        """Return the stored light groups."""
+        return tuple(map(str, self._opened().light_group.values))
+
+    def bands_nm(self) -> tuple[float, ...]:
+        """Return the centres of the stored bands, nm."""
+        return tuple(float(w) for w in self._opened().wavelength.values)
+
+    def camera_field(self) -> tuple[float, float, str]:
+        """Return (width, height, projection) of the camera's field."""
+        attributes = _attributes(self._opened())
+        return (
+            float(attributes["field_width"]),
+            float(attributes["field_height"]),
+            str(attributes.get("projection", "tangent")),
+        )
+
+    def _opened(self) -> xr.Dataset:
+        if not self.store:
+            raise ConfigError(
+                "no store is named; type for example scene.store=8f35a2693af19087; `isethdr catalog"
+                " find kind=scene` lists them"
+            )
+        return open_scene(self.store)
+
+
+def _attributes(scene: xr.Dataset) -> dict[Any, Any]:
+    return scene.attrs
