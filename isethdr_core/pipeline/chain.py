@@ -113,8 +113,15 @@ class Camera:
     scores_of: dict[str, list[Score]] = field(default_factory=dict)  # of the first shot, by metric
 
 
-def chain(config) -> Chain:
+def chain(config, rendered: bool = False) -> Chain:
     """Build all components of a composed config.
+
+    Parameters
+    ----------
+    config : composed.
+    rendered : whether the radiance of the scene is stored already. Lightings are then checked by
+        the groups of that radiance, when they mix it: to know the groups beforehand, a street is
+        laid out, which takes seconds.
 
     Raises
     ------
@@ -177,7 +184,8 @@ def chain(config) -> Chain:
     check_fields(built.scene, built.lens, built.cameras.values())
     check_rendered(built.scene, built.renderer)
     early_checks.check_shots(tuple(built.cameras.values()), built.isp)
-    early_checks.check_scene(built.scene, built.lighting, tuple(built.versions.values()))
+    if not rendered:
+        early_checks.check_scene(built.scene, built.lighting, tuple(built.versions.values()))
     check_motion(built)
     check_exposures(built)
     return spending.with_shares(built, lambda: relative_allowed(built))

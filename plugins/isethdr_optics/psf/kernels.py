@@ -63,6 +63,8 @@ LATTICE_SAMPLE_S = 1.5e-7
 SHARED_SAMPLE_S = 2.5e-8  # of the lattices of a pupil without phase, beside its chords
 READ_S = 1.2e-8
 WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
+# of kernels from one pattern, which are many while somebody tries lenses
+PATTERN_WORTH_KEEPING_S = 5.0
 
 
 class Wide(NamedTuple):
@@ -171,6 +173,7 @@ class Kernels:
 
 _cache: OrderedDict[tuple, Kernels] = OrderedDict()
 _lock = Lock()
+_making: dict[tuple, Lock] = {}  # by key: a thread that asks for the same kernels waits for them
 
 
 def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
@@ -188,11 +191,28 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
     wavelength_nm = np.asarray(wavelength_nm, float)
     key = _key(lens, flares, wavelength_nm, pitch_um, reach, make)
     with _lock:
+        making = _making.setdefault(key, Lock())
+    with making:
+        return _read_or_made(key, _Asked(lens, flares, wavelength_nm, pitch_um, reach), make)
+
+
+def _read_or_made(key: tuple, asked: _Asked, make) -> Kernels:
+    """Return kernels from this process or from the disk, else make and keep them.
+
+    Parameters
+    ----------
+    key : of the kernels in this process. `asked` : the kernels. `make` : as of `kernels`.
+    """
+    with _lock:
         if key in _cache:
             _cache.move_to_end(key)
             return _cache[key]
+    lens, flares, wavelength_nm, pitch_um, reach = (
+        getattr(asked, field) for field in ("lens", "flares", "wavelength_nm", "pitch_um", "reach")
+    )
     name = _name(lens, flares, wavelength_nm, pitch_um, reach, make)
-    stored = _stored(name)
+    frame = None if make else _frame(lens, flares, wavelength_nm, pitch_um, reach)
+    stored = _stored(name) if frame is None else _stored_halves(name, lens, flares, frame)
     if stored is None:
         memory.check_kernels(
             held_bytes(lens, flares, wavelength_nm, pitch_um, reach), len(wavelength_nm), reach
@@ -200,29 +220,26 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
         band_phase.check(lens, flares, wavelength_nm)
         start = perf_counter()
         stored = (
-            make(lens, flares, wavelength_nm, pitch_um, reach)
-            if make
-            else _kernels_of(_Asked(lens, flares, wavelength_nm, pitch_um, reach), name)
+            make(lens, flares, wavelength_nm, pitch_um, reach) if make else _kernels_of(asked, name)
         )
-        if name and (make or perf_counter() - start > WORTH_KEEPING_S):
-            facts = [
-                stored.outside,
-                stored.transmitted,
-                np.full(len(stored.bands), stored.wrap),
-                stored.core,
-                *stored.speckle.T,
-                *stored.deviation.T,
-            ]
-            kernel_store.save(
-                name,
-                (len(stored.bands), *stored.bands[0].shape),
-                "<f4",
-                stored.bands,
-                lambda: np.stack(facts),
-            )
+        worth_s = WORTH_KEEPING_S if frame is None else PATTERN_WORTH_KEEPING_S
+        if name and (make or perf_counter() - start > worth_s):
+            _store(name, stored)
             kernel_store.remove_parts(name)
-            stored = _stored(name) or stored  # mapped, no longer this process's own
+            if frame is None:
+                stored = _stored(name) or stored  # mapped, no longer this process's own
     return _in_cache(key, replace(stored, key=key))
+
+
+def _store(name: str, made: Kernels) -> None:
+    """Keep kernels on disk; of mirrored ones a half."""
+    arrays = [band.half if isinstance(band, Mirrored) else band for band in made.bands]
+    count = len(arrays)
+    facts = [made.outside, made.transmitted, np.full(count, made.wrap), made.core]
+    facts += [*made.speckle.T, *made.deviation.T]
+    if made.wide is not None:
+        facts += [np.full(count, value) for value in made.wide.deviation]
+    kernel_store.save(name, (count, *arrays[0].shape), "<f4", arrays, lambda: np.stack(facts))
 
 
 def at_hand(lens, flares, wavelength_nm, pitch_um, reach, shorter: float = 0.0) -> bool:
@@ -322,9 +339,6 @@ def _name(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> str | None
     """Return the name of kernels on disk; None if they are not kept there."""
     if not all(map(_described, (lens, *flares))):
         return None
-    # Kernels from one pattern are computed faster than read from disk: they are not stored
-    if not make and from_one_pattern(lens, flares, wavelength_nm, pitch_um, reach):
-        return None
     return kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__)
 
 
@@ -366,9 +380,25 @@ def with_core(computed: Kernels, tiles: int, fine_rings: bool = False) -> Kernel
     """
     key = (*computed.key, tiles, fine_rings)
     with _lock:
-        if key in _cache:
-            _cache.move_to_end(key)
-            return _cache[key]
+        making = _making.setdefault(key, Lock())
+    with making:
+        with _lock:
+            if key in _cache:
+                _cache.move_to_end(key)
+                return _cache[key]
+        name = _name(*computed.keep, *computed.key[2:5]) if computed.key else None
+        name = name and f"{name}-core-{tiles}{'-fine' * fine_rings}"
+        found = _stored_halves(name, *computed.keep, computed.scaled, tiles)
+        if found is None:
+            start = perf_counter()
+            found = _with_core(computed, tiles, fine_rings)
+            if name and perf_counter() - start > PATTERN_WORTH_KEEPING_S:
+                _store(name, found)
+        return _in_cache(key, replace(found, key=key))
+
+
+def _with_core(computed: Kernels, tiles: int, fine_rings: bool) -> Kernels:
+    """Return kernels as `with_core`, made anew."""
     lens, flares = computed.keep
     with executor(min(cpus(), MOST_THREADS)) as pool:
         core = scaled_pattern.wider_core(lens, flares, computed.scaled, tiles, pool.map)
@@ -382,7 +412,7 @@ def with_core(computed: Kernels, tiles: int, fine_rings: bool = False) -> Kernel
         "speckle": np.where(inside, core.relative, rings.pop("speckle")),
         "wide": Wide(tiles, core.deviation),
     }
-    return _in_cache(key, replace(computed, **rings, **changed, key=key))
+    return replace(computed, **rings, **changed)
 
 
 def _inserted(computed: Kernels, core: scaled_pattern.Core) -> dict:
@@ -416,15 +446,43 @@ def _fine_rings(computed: Kernels, core: scaled_pattern.Core, apply) -> dict:
     }
 
 
-def _stored(name):
+def _stored(name: str | None, tiles: int | None = None) -> Kernels | None:
+    """Return stored kernels; None where they are not stored.
+
+    Parameters
+    ----------
+    tiles : of a wider core that they have; None: they have none.
+    """
     arrays = kernel_store.load(name) if name else None
     if arrays is None:
         return None
     (outside, transmitted, wrap, core, *errors), bands = arrays
-    speckle, deviation = np.split(np.stack(errors, axis=1), 2, axis=1)
+    parts = np.split(np.stack(errors, axis=1), 2 if tiles is None else 3, axis=1)
+    wide = None if tiles is None else Wide(tiles, parts[2][0])
     return Kernels(
-        list(bands), outside, speckle, transmitted, float(wrap[0]), deviation, core, name=name
+        list(bands),
+        outside,
+        parts[0],
+        transmitted,
+        float(wrap[0]),
+        parts[1],
+        core,
+        name=name,
+        wide=wide,
     )
+
+
+def _stored_halves(
+    name: str | None, lens, flares, frame: scaled_pattern.Frame, tiles: int | None = None
+) -> Kernels | None:
+    """Return stored kernels from one pattern; None where they are not stored. `tiles` : as
+    `_stored`.
+    """
+    stored = _stored(name, tiles)
+    if stored is None:
+        return None
+    bands = [Mirrored(np.array(half)) for half in stored.bands]
+    return replace(stored, bands=bands, keep=(lens, flares), name=None, scaled=frame)
 
 
 def _mirrored(kernel) -> bool:

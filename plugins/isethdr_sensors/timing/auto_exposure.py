@@ -174,11 +174,33 @@ def settle(sensor, light) -> Solved:
 
 
 def _settled(sensor, light) -> Solved:
-    if sensor.combine_bits:  # each reading is metered by itself
-        sensor = replace(sensor, combine_bits=0, companding=())
-    limits = exposure_limits(sensor, 1e-3 * light.attrs["focal_length_mm"])
-    scale_e = np.reshape(sensor.full_scale_e(), (-1, 1, 1))
+    sensor = metered(sensor)
     electrons_per_s = sensor.expected(time_mean(light)).values / sensor.exposure_s
+    return settled_at(sensor, electrons_per_s, 1e-3 * light.attrs["focal_length_mm"])
+
+
+def metered(sensor):
+    """Return the sensor as it is metered: each reading by itself."""
+    if sensor.combine_bits:
+        return replace(sensor, combine_bits=0, companding=())
+    return sensor
+
+
+def settled_at(sensor, electrons_per_s: np.ndarray, focal_length_m: float) -> Solved:
+    """Return the exposure and the gain solved for mean electrons; nothing goes to the ledger.
+
+    Parameters
+    ----------
+    sensor : as `metered` returns it.
+    electrons_per_s : (capture, y, x) mean over time, dark charge included.
+    focal_length_m : of the lens, for the limits.
+
+    Raises
+    ------
+    ConfigError : limits that no exposure meets through that lens.
+    """
+    limits = exposure_limits(sensor, focal_length_m)
+    scale_e = np.reshape(sensor.full_scale_e(), (-1, 1, 1))
     how = Metering(sensor.exposure_rule, sensor.exposure_percentile, sensor.exposure_lamp_ratio)
     target = sensor.exposure_target
     level = meter(how, electrons_per_s / scale_e)

@@ -150,8 +150,31 @@ def test_phase_uneven_light_and_wide_tiles_go_another_way():
     assert serves(LENS, DIRT, 60.0) and not serves(LENS, DIRT, 120.0)
 
 
-def test_nothing_is_kept_on_disk(isethdr_home, monkeypatch):
+def test_kernels_that_took_long_come_back_from_the_disk_bit_for_bit(isethdr_home, monkeypatch):
+    asked = LENS, DIRT, BANDS, (4.3, 4.3), (64, 110)
+    monkeypatch.setattr(kernels, "PATTERN_WORTH_KEEPING_S", 0.0)
+    kernels._cache.clear()
+    usual = kernels.kernels(*asked)
+    tiles = kernels.wider_cores(usual)[0].tiles
+    wide = kernels.with_core(usual, tiles)
+    kernels._cache.clear()
+    monkeypatch.setattr(kernels, "_kernels_of", None)  # making them again would fail
+    monkeypatch.setattr(kernels, "_with_core", None)
+    usual_read = kernels.kernels(*asked)
+    for read, made in ((usual_read, usual), (kernels.with_core(usual_read, tiles), wide)):
+        assert read is not made and read.key == made.key
+        for one, other in zip(read.bands, made.bands, strict=True):
+            assert np.array_equal(one.half, other.half) and one.half.dtype == other.half.dtype
+        for name in ("outside", "speckle", "transmitted", "deviation", "core", "wrap"):
+            np.testing.assert_array_equal(getattr(read, name), getattr(made, name))
+        assert repr(read.scaled) == repr(made.scaled) and read.keep == made.keep
+        assert repr(read.wide) == repr(made.wide)
+        assert kernels.wider_cores(read) == kernels.wider_cores(made)
+
+
+def test_what_is_made_fast_is_not_kept_on_disk(isethdr_home, monkeypatch):
     monkeypatch.setattr(kernels, "WORTH_KEEPING_S", 0.0)
+    monkeypatch.setattr(kernels, "PATTERN_WORTH_KEEPING_S", np.inf)
     monkeypatch.setattr(kernel_store, "save", None)  # calling it would fail
     kernels._cache.clear()
     made = kernels.kernels(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110))

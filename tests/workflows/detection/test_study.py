@@ -11,7 +11,8 @@ import pytest
 import xarray as xr
 from isethdr_workflows.dataset.generate import Generated, Request, generate
 from isethdr_workflows.dataset.record import Definition, SceneRecord, folder_of
-from isethdr_workflows.detection.imaging import camera_names, even, overrides_of
+from isethdr_workflows.detection.exposing import even
+from isethdr_workflows.detection.imaging import camera_names, overrides_of
 from isethdr_workflows.detection.questions import QUESTIONS
 from isethdr_workflows.detection.study import chosen, detection
 from isethdr_workflows.study_command import run_study

@@ -132,9 +132,9 @@ def look(record: SceneRecord, view: Callable[[object], np.ndarray]) -> Look:
     view : function from xyz (y, x, 3) in cd/m2 to displayed values (y, x, 3), uint8.
     """
     scene = inside(store.open_scene(record.stores[0]))
-    mixed = chain(compose(record.overrides)).lighting(scene)
+    mixed = chain(compose(record.overrides), rendered=True).lighting(scene)
     own = tristimulus(mixed)
-    day = tristimulus(chain(compose([*record.overrides, *DAY])).lighting(scene))
+    day = tristimulus(chain(compose([*record.overrides, *DAY]), rendered=True).lighting(scene))
     histograms = {}
     for group in scene.light_group.values:
         luminance = display_view.luminance(tristimulus(scene.radiance.sel(light_group=group)))

@@ -2,6 +2,7 @@
 
 | module        | what                                                                          |
 |---------------|-------------------------------------------------------------------------------|
+| `exposing`    | the exposure that a camera chooses for a scene at any level of light          |
 | `frame`       | one scene as one camera shows it: stabilised colours, objects                 |
 | `imaging`     | scenes of a dataset through the cameras: light, exposures, frames             |
 | `levels`      | curves against the level of light, and where they cross                       |

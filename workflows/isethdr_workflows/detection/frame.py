@@ -24,6 +24,9 @@ CLASSES = {
 }
 ROAD_USERS = tuple(name for names in CLASSES.values() for name in names)
 OTHER_USERS = ("bicycle", "motorcycle")
+Part = tuple[slice, slice]  # rows and columns of joined cells
+EVERYWHERE: Part = (slice(None), slice(None))
+Boxes = dict[int, tuple[int, int, int, int]]  # {number: (top, left, height, width)}
 RIDER = "rider of "  # before the name of a bicycle: how its rider is called
 
 
@@ -70,6 +73,7 @@ class Frame:
     render: np.ndarray | None = None
     _joined: dict[int, np.ndarray] = field(default_factory=dict)
     _sums: dict[int, np.ndarray] = field(default_factory=dict)
+    _renders: dict[int, np.ndarray] = field(default_factory=dict)
 
     def joined(self, level: int) -> np.ndarray:
         """Return the colours in cells of 2^level x 2^level cells, noise 1."""
@@ -81,17 +85,29 @@ class Frame:
         """Return `render` in joined cells."""
         if self.render is None:
             return None
-        joined = self.render
-        for _ in range(level):
-            joined = pairs(joined)
-        return joined
+        if level not in self._renders:
+            joined = self.render
+            for _ in range(level):
+                joined = pairs(joined)
+            self._renders[level] = joined
+        return self._renders[level]
 
-    def mask(self, level: int, instance: int = 0) -> np.ndarray:
-        """Return the joined cells (y, x) that hold a road user, or the object `instance`."""
-        own = self.owners == instance if instance else self.owners > 0
+    def mask(self, level: int, instance: int = 0, part: Part = EVERYWHERE) -> np.ndarray:
+        """Return the joined cells (y, x) that hold a road user, or the object `instance`.
+
+        Parameters
+        ----------
+        part : rows and columns of joined cells that are wanted.
+        """
+        scale = 2**level
+        rows, columns = (
+            slice(cut.start and cut.start * scale, cut.stop and cut.stop * scale) for cut in part
+        )
+        owners = self.owners[rows, columns]
+        own = owners == instance if instance else owners > 0
         for _ in range(level):
-            rows, columns = (size // 2 * 2 for size in own.shape)
-            even = own[:rows, :columns]
+            height, width = (size // 2 * 2 for size in own.shape)
+            even = own[:height, :width]
             own = even[::2, ::2] | even[1::2, ::2] | even[::2, 1::2] | even[1::2, 1::2]
         return own
 
@@ -118,6 +134,7 @@ def noisier(frame: Frame) -> Frame:
         render=frame.render * np.float32(np.sqrt(2)),
         _joined={},
         _sums={},
+        _renders={},
     )
 
 
@@ -177,7 +194,7 @@ def kind_of(row: Mapping[str, Any]) -> str:
     return next((kind for kind, of in CLASSES.items() if row["category"] in of), "")
 
 
-def boxes(owners: np.ndarray) -> dict[int, tuple[int, int, int, int]]:
+def boxes(owners: np.ndarray) -> Boxes:
     """Return {number: (top, left, height, width)} of the visible part of each road user."""
     numbers, rank = np.unique(owners.ravel(), return_inverse=True)
     found = find_objects(rank.reshape(owners.shape) + 1)

@@ -15,18 +15,19 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from isethdr_isp.demosaic.interpolation import array_period
-from isethdr_sensors.imaging_sensor import ImagingSensor
-from isethdr_sensors.timing.auto_exposure import settle
+from isethdr_isp.development_fields import Development
+from isethdr_metrics.detection.contrast_detection import ContrastDetection
 
 from isethdr_core import generator
 from isethdr_core.config.composition import compose
+from isethdr_core.data.derived_once import values_only
 from isethdr_core.data.quantities import tristimulus
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.pipeline.chain import Chain, chain, imaging, plan, stage
 from isethdr_core.pipeline.imaging_plan import labelled
 from isethdr_core.pipeline.shot import CameraShot, LightNames, Shot, developed
 from isethdr_core.plugins.presets import presets
-from isethdr_core.runs.result_names import of_light, of_mixed, of_radiance
+from isethdr_core.runs.result_names import named, of_light, of_mixed, of_radiance
 from isethdr_core.runs.reuse import Kept, Reuse, cache_bytes
 from isethdr_core.storage import store
 from isethdr_core.truth import labels_on, truth
@@ -35,11 +36,11 @@ from isethdr_core.uncertainty.render_noise import relative_halves
 
 from ..dataset.record import SceneRecord
 from ..dataset.summary import illuminance
-from .frame import Frame, Thing, boxes, cells, kind_of, owners_of
+from .exposing import Exposing, exposing, in_darkness
+from .frame import Boxes, Frame, Thing, boxes, cells, kind_of, owners_of
 from .stabilising import Stabiliser, readings
 from .without import without_people
 
-SIDE = 8  # pixels of the crop that states a camera's exposure
 LAMP_CD_M2 = 1000.0  # a lamp that shines into the camera
 LAMP_DEG = 3.0
 TRANSFER = "detection"  # key of the metric in the config
@@ -69,6 +70,17 @@ class Prepared:
     weights: Mapping[str, float]  # of the light groups
     near_lamp: frozenset[int]  # instances with a lamp within 3 degrees
     transfer: dict[str, dict[str, float]] = field(default_factory=dict)  # {camera: {object: score}}
+    _labels: dict[tuple[Any, ...], xr.Dataset] = field(default_factory=dict)
+
+    def labels(self, picture: xr.Dataset) -> xr.Dataset:
+        """Return the labels on the pixels of `picture`, made once for cameras of the same pixels;
+        they are not to be changed.
+        """
+        pixels = picture.attrs.get("pitch_um")
+        key = picture.y.values.tobytes(), picture.x.values.tobytes(), str(pixels)
+        if key not in self._labels:
+            self._labels[key] = labels_on(self.scene, picture)
+        return self._labels[key]
 
 
 def camera_names(text: str) -> list[CameraName]:
@@ -128,7 +140,7 @@ def prepared(
     """
     with COMPOSING:
         config = compose([*record.overrides, *OWN, *overrides])
-        built = chain(config)
+        built = chain(config, rendered=True)
     rows = Ledger()
     demand = plan(built, rows).with_labels("instance")
     path = without_people(record) if bare else record.stores[0]
@@ -216,15 +228,40 @@ def transfer_accuracy(built: Chain, rows: Ledger, name: str, shot: Shot) -> dict
     metric = built.metrics.get(TRANSFER)
     if metric is None:
         return {}
-    camera = CameraShot(shot, built.cameras[name], built.isp)
+    isp = built.isp
+    if isinstance(metric, ContrastDetection) and isinstance(isp, Development):
+        isp = replace(isp, denoise="none")  # the metric reads the picture before denoising
+    camera = CameraShot(shot, built.cameras[name], isp)
 
     def scores() -> list[Any]:
         captures = camera.sensor(shot.light, shot.generator)
-        picture = developed(built.isp, captures)
-        return metric(picture, truth(shot.mixed, picture), labels_on(shot.scene, picture))
+        picture = developed(isp, captures)
+        labels = asked_labels(shot.scene, picture)
+        with values_only():
+            return metric(picture, truth(shot.mixed, picture), labels)
 
-    found = stage(rows, "metric", TRANSFER, metric, scores, camera.kept_scores(metric))
+    # other scores than those of a run, which are of all objects and have intervals
+    of_run = camera.kept_scores(metric)
+    kept = Kept(shot.reuse, of_run.name and named("of the five classes", of_run.name))
+    found = stage(rows, "metric", TRANSFER, metric, scores, kept)
     return {score.object: float(score.value) for score in found if score.object}
+
+
+def asked_labels(scene: xr.Dataset, picture: xr.Dataset) -> xr.Dataset:
+    """Return the labels on the pixels of `picture`, of the objects of the five classes alone: their
+    scores do not depend on other objects.
+    """
+    entries = scene.attrs.get("objects", [])
+    # objects of one name are numbered by a metric in their order, so all of a name stay
+    names = {str(entry["name"]) for entry in entries if kind_of(entry)}
+    asked = [entry for entry in entries if str(entry["name"]) in names]
+    numbers = [int(entry["instance"]) for entry in asked]
+    instance = scene["instance"]
+    known = xr.Dataset(
+        {"instance": instance.where(instance.isin(numbers), 0).astype(instance.dtype)},
+        attrs={**scene.attrs, "objects": asked},
+    )
+    return labels_on(known, picture)
 
 
 @dataclass(eq=False)
@@ -239,14 +276,15 @@ class View:
     owners: np.ndarray  # (y, x) of pixels
     objects: list[dict[str, Any]]
     halves: np.ndarray | None  # (y, x) of pixels, relative; None where the scene states none
-    metered: xr.DataArray  # light for which the camera chooses its exposure
+    exposing: Exposing  # chooses the exposure
+    _boxes: dict[int, Boxes] = field(default_factory=dict)  # by rows of pixels in a cell
 
     def frame(self, factor: float) -> Frame:
         """Return what the camera shows with all light times `factor`, at the exposure that it then
         chooses.
         """
         ready = self.prepared
-        few = exposed(self.sensor, scaled(self.metered, factor))
+        few = self.exposing.captures(factor)
         stated = readings(few, self.captures)
         names = [str(name) for name in few["capture"].values]
         used = [k for k, name in enumerate(names) if not self.captures or name in self.captures]
@@ -283,7 +321,9 @@ class View:
         )
 
     def _things(self, owners: np.ndarray, factor: float, pixels: int) -> list[Thing]:
-        found = boxes(owners)
+        if pixels not in self._boxes:  # the same at all levels
+            self._boxes[pixels] = boxes(owners)
+        found = self._boxes[pixels]
         ready = self.prepared
         things = []
         for row in self.objects:
@@ -314,46 +354,22 @@ def view(ready: Prepared, camera: CameraName, metered: xr.DataArray | None = Non
     metered : light for which it chooses its exposure; None: that of the scene.
     """
     sensor = ready.built.cameras[camera.sensor]
-    mean = sensor.expected(ready.light)
-    dark = sensor.expected(scaled(ready.light, 0.0)).values
-    few = exposed(sensor, ready.light)
+    exposure = exposing(sensor, ready.light if metered is None else metered)
+    few = exposure.captures()
     readings(few, camera.captures)
+    mean = sensor.expected(ready.light)
+    dark = in_darkness(sensor, ready.light)
     picture = xr.Dataset(coords={"y": mean.y.values, "x": mean.x.values}, attrs=few.attrs)
-    labels = labels_on(ready.scene, picture)
+    labels = ready.labels(picture)
     objects = labels.attrs["objects"]
     return View(
         prepared=ready,
         sensor=sensor,
         captures=camera.captures,
-        light_e=(mean.values - dark).clip(0).astype(np.float32),
-        dark_e=dark.reshape(len(dark), -1)[:, 0],
+        light_e=(mean.values - dark[:, None, None]).clip(0).astype(np.float32),
+        dark_e=dark,
         owners=owners_of(labels["instance"].values, objects),
         objects=objects,
         halves=labels[HALVES].values if HALVES in labels else None,
-        metered=ready.light if metered is None else metered,
+        exposing=exposure,
     )
-
-
-def scaled(light: xr.DataArray, factor: float) -> xr.DataArray:
-    """Return light multiplied by a factor; coordinates and attributes stay."""
-    return light.copy(data=light.values * np.float32(factor))
-
-
-def even(light: xr.DataArray) -> xr.DataArray:
-    """Return an even field with the mean of light; coordinates and attributes stay."""
-    mean = light.mean(["y", "x"]).broadcast_like(light).transpose(*light.dims)
-    return light.copy(data=mean.values)
-
-
-def exposed(sensor: Any, light: xr.DataArray) -> xr.Dataset:
-    """Return captures of a few pixels at the exposure that a sensor chooses for the whole light:
-    they state exposure, gain and noise.
-    """
-    if not isinstance(sensor, ImagingSensor):
-        return sensor(light, generator())
-    fixed = sensor
-    if sensor.exposure_rule != "fixed":
-        solution = settle(sensor, light)
-        fixed = sensor.with_gain(solution.gain) if solution.gain > 1 else sensor
-        fixed = replace(fixed, exposure_rule="fixed", exposure_s=solution.exposure_s)
-    return replace(fixed, rows=SIDE, columns=SIDE)(light, generator())

@@ -17,13 +17,13 @@ from isethdr_core.storage.object_home.calls import kept_here
 from ..dataset.generate import Generated, generated
 from ..dataset.record import SceneRecord, read_dataset
 from ..dataset.study.intervals import mean_over_roads
+from .exposing import even
 from .frame import CLASSES, Frame, Thing, kind_of, noisier
 from .imaging import (
     CameraName,
     Prepared,
     View,
     camera_names,
-    even,
     overrides_of,
     prepared,
     view,

@@ -135,7 +135,7 @@ def begun(request: PairRequest, folder: Path) -> None:
 def built_for(source: Source) -> tuple[DictConfig, Chain]:
     """Return config and chain of a scene; its radiance is read, never rendered."""
     config = compose(list(source.overrides))
-    built = chain(config)
+    built = chain(config, rendered=True)
     known = replace(built, scene=Stored(source.store), renderer=None, versions={})
     return config, known
 

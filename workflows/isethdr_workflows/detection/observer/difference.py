@@ -7,12 +7,13 @@ shadow. The honest form takes the cells of the same view rendered without the ob
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from ..frame import Frame, Thing
+from ..frame import Frame, Part, Thing
 from .clutter import Shape, Size
 
 RING = 0.2  # width / square root of the object's area, as of the metric `object_contrast`
@@ -39,27 +40,44 @@ def seen(frame: Frame, thing: Thing, size: Size, shape: Shape, bare: Frame | Non
     The renderer's noise of the ring's mean is left out, for it is small. A view rendered again has
     as much noise as the first one, so its variance counts twice.
     """
-    picture = frame.joined(size.level)
-    own = frame.mask(size.level, thing.instance)
+    whole = frame.joined(size.level)
+    part = around(frame, thing, size.level)
+    picture = whole[:, *part]
+    own = frame.mask(size.level, thing.instance, part)
     grown = binary_dilation(own)  # the border cells that its light blurs into
     if bare is not None:
-        change = np.where(grown, picture - bare.joined(size.level), 0.0)
+        change = np.where(grown, picture - bare.joined(size.level)[:, *part], 0.0)
     else:
-        filled = ring_filled(picture, grown, frame.mask(size.level))
+        filled = ring_filled(picture, grown, frame.mask(size.level, 0, part))
         if filled is None:
             return None
         change = np.where(grown, picture - filled, 0.0)
     left = round((thing.box[1] + thing.box[3] / 2) / 2**size.level - shape.channels.shape[1] / 2)
-    inside = np.ones((1, *picture.shape[1:]))
-    added = window_at(change, shape, left) * window_at(inside, shape, left, "constant")
+    added = part_of_window(change, part, shape, left)
     noise = frame.render_joined(size.level)
     render = None
     if noise is not None:
-        of_object = window_at(np.where(grown, noise, 0.0), shape, left, "constant")
+        of_object = part_of_window(np.where(grown, noise[:, *part], 0.0), part, shape, left)
         render = shape.channels.of(of_object) * (np.sqrt(2) if bare is not None else 1.0)
-    return Seen(
-        shape.channels.of(window_at(picture, shape, left)), shape.channels.of(added), render
-    )
+    return Seen(shape.channels.of(window_at(whole, shape, left)), shape.channels.of(added), render)
+
+
+def around(frame: Frame, thing: Thing, level: int) -> Part:
+    """Return the rows and columns of joined cells that hold an object with its border cells and the
+    ring around it.
+    """
+    high, wide = (-(-side // 2**level) + 1 for side in thing.box[2:])
+    # of the largest area that the box and the border cells can have
+    width = max(2, round(RING * math.sqrt((high + 2) * (wide + 2))))
+    margin = width + 3
+    ends = []
+    for first, side, cells in zip(
+        thing.box[:2], thing.box[2:], frame.joined(level).shape[1:], strict=True
+    ):
+        start = max(first // 2**level - margin, 0)
+        stop = min((first + side - 1) // 2**level + 1 + margin, cells)
+        ends.append(slice(start, stop))
+    return ends[0], ends[1]
 
 
 def ring_filled(picture: np.ndarray, own: np.ndarray, users: np.ndarray) -> np.ndarray | None:
@@ -93,18 +111,31 @@ def ring_filled(picture: np.ndarray, own: np.ndarray, users: np.ndarray) -> np.n
     return filled
 
 
-def window_at(layer: np.ndarray, shape: Shape, left: int, beyond: str = "edge") -> np.ndarray:
-    """Return the window (colour, y, x) of a layer whose first column is `left`.
-
-    Parameters
-    ----------
-    beyond : cells outside the layer: edge repeats its border, constant is 0.
+def window_at(layer: np.ndarray, shape: Shape, left: int) -> np.ndarray:
+    """Return the window (colour, y, x) of a layer whose first column is `left`; cells outside the
+    layer repeat its border.
     """
     height, width = shape.channels.shape
     rows = shape.top + np.arange(height)[:, None]
     columns = left + np.arange(width)
-    values = layer[:, np.clip(rows, 0, layer.shape[1] - 1), np.clip(columns, 0, layer.shape[2] - 1)]
-    if beyond == "edge":
-        return values
-    within = (rows >= 0) & (rows < layer.shape[1]) & (columns >= 0) & (columns < layer.shape[2])
-    return np.where(within, values, 0.0)
+    return layer[:, np.clip(rows, 0, layer.shape[1] - 1), np.clip(columns, 0, layer.shape[2] - 1)]
+
+
+def part_of_window(values: np.ndarray, part: Part, shape: Shape, left: int) -> np.ndarray:
+    """Return the window (colour, y, x), whose first column is `left`, of a layer that is 0 but for
+    a part.
+
+    Parameters
+    ----------
+    values : (colour, y, x) of the part. `part` : its rows and columns.
+    """
+    window = np.zeros((len(values), *shape.channels.shape))
+    of_window = []
+    of_part = []
+    for first, size, cut in zip((shape.top, left), shape.channels.shape, part, strict=True):
+        start = max(first, cut.start)
+        stop = max(min(first + size, cut.stop), start)
+        of_window.append(slice(start - first, stop - first))
+        of_part.append(slice(start - cut.start, stop - cut.start))
+    window[:, *of_window] = values[:, *of_part]
+    return window

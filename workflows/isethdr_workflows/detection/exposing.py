@@ -1,0 +1,111 @@
+"""The exposure that a camera chooses for a scene at any level of light.
+
+Mean electrons follow the light in proportion, so the light is imaged on the pixels once, and every
+level is metered by a factor. Exposure, gain and noise are stated by captures of a few pixels.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from isethdr_sensors.imaging_sensor import ImagingSensor
+from isethdr_sensors.timing import auto_exposure
+
+from isethdr_core import generator
+from isethdr_core.data.temporal_modulation import time_mean
+
+SIDE = 8  # pixels of the crop that states a camera's exposure
+
+
+@dataclass(eq=False)
+class Exposing:
+    """A camera before one light, which may be scaled."""
+
+    sensor: Any
+    light: xr.DataArray
+    at_one: xr.Dataset  # captures of a few pixels of the light as it is
+    light_e_per_s: np.ndarray | None = None  # (capture, y, x), made when another level is asked for
+
+    def captures(self, factor: float = 1.0) -> xr.Dataset:
+        """Return captures of a few pixels at the exposure that the camera chooses for the light
+        times `factor`; what lies in the pixels is the light as it is.
+        """
+        if factor == 1:
+            return self.at_one
+        sensor = self.sensor
+        if not isinstance(sensor, ImagingSensor):
+            return sensor(scaled(self.light, factor), generator())
+        if sensor.exposure_rule == "fixed":
+            return self.at_one
+        metered = auto_exposure.metered(sensor)
+        dark_e_per_s = in_darkness(metered, self.light)[:, None, None] / metered.exposure_s
+        if self.light_e_per_s is None:
+            mean_e = metered.expected(time_mean(self.light)).values
+            self.light_e_per_s = mean_e / metered.exposure_s - dark_e_per_s
+        electrons_per_s = factor * self.light_e_per_s + dark_e_per_s
+        focal_length_m = 1e-3 * self.light.attrs["focal_length_mm"]
+        solved = auto_exposure.settled_at(metered, electrons_per_s, focal_length_m)
+        return few(sensor, self.light, solved)
+
+
+def exposing(sensor: Any, light: xr.DataArray) -> Exposing:
+    """Return a camera before the light for which it chooses its exposure."""
+    if not isinstance(sensor, ImagingSensor):
+        return Exposing(sensor, light, sensor(light, generator()))
+    solved = None
+    if sensor.exposure_rule != "fixed":
+        solved = auto_exposure.settle(sensor, light)
+    return Exposing(sensor, light, few(sensor, light, solved))
+
+
+def few(sensor: ImagingSensor, light: xr.DataArray, solved: Any = None) -> xr.Dataset:
+    """Return captures of a few pixels in the middle: they state exposure, gain and noise.
+
+    Parameters
+    ----------
+    solved : exposure and gain, as `auto_exposure.settle` returns them; None: those of the sensor.
+    """
+    fixed = sensor
+    if solved is not None:
+        fixed = sensor.with_gain(solved.gain) if solved.gain > 1 else sensor
+        fixed = replace(fixed, exposure_rule="fixed", exposure_s=solved.exposure_s)
+    return replace(fixed, rows=SIDE, columns=SIDE)(middle(light, sensor.pitch_um), generator())
+
+
+def middle(light: xr.DataArray, pitch_um: float) -> xr.DataArray:
+    """Return the tiles of light under the few pixels and two more around them, all bands."""
+    cut = {}
+    for dim in ("y", "x"):
+        places_m = light[dim].values
+        reach_m = SIDE / 2 * 1e-6 * pitch_um + 2.5 * (places_m[1] - places_m[0])
+        inside = np.flatnonzero(np.abs(places_m) <= reach_m)
+        cut[dim] = slice(int(inside[0]), int(inside[-1]) + 1)
+    return light.isel(cut)
+
+
+def in_darkness(sensor: Any, light: xr.DataArray) -> np.ndarray:
+    """Return the mean electrons (capture,) of a pixel without light: the dark charge, which all
+    pixels share.
+
+    Parameters
+    ----------
+    light : for its grid.
+    """
+    if isinstance(sensor, ImagingSensor):
+        sensor = replace(sensor, rows=SIDE, columns=SIDE)
+        light = middle(light, sensor.pitch_um)
+    return sensor.expected(scaled(light, 0.0)).values[:, 0, 0]
+
+
+def scaled(light: xr.DataArray, factor: float) -> xr.DataArray:
+    """Return light multiplied by a factor; coordinates and attributes stay."""
+    return light.copy(data=light.values * np.float32(factor))
+
+
+def even(light: xr.DataArray) -> xr.DataArray:
+    """Return an even field with the mean of light; coordinates and attributes stay."""
+    mean = light.mean(["y", "x"]).broadcast_like(light).transpose(*light.dims)
+    return light.copy(data=mean.values)
