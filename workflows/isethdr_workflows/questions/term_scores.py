@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from isethdr_sensors.imaging_sensor import ImagingSensor
 
+from isethdr_core.data.derived_once import shared, values_only
 from isethdr_core.data.reference_picture import labels_on, truth
 from isethdr_core.data.scores import Score
 from isethdr_core.errors import ConfigError
@@ -121,41 +122,59 @@ def of_camera(seen: Imaged, sensor: Any, keys: Sequence[Generator]) -> Values:
             " the field noise; type for example cameras=bayer"
         )
     silent = replace(fixed, noise=False)
-    found: Values = {}
-    for subset in SUBSETS:
+
+    def pictured(subset: frozenset[str]) -> list[Any]:
         light = seen.light[key_of(subset - {"noise"})]
-        noisy = "noise" in subset
-        pictures = [
-            collected(
-                lambda one=key, light=light, noisy=noisy: developed(
-                    seen.chain.isp, (fixed if noisy else silent)(light, one)
-                )
-            ).result
-            for key in (keys if noisy else keys[:1])
+        taken = fixed if "noise" in subset else silent
+        return [
+            collected(lambda one=key: developed(seen.chain.isp, taken(light, one))).result
+            for key in (keys if "noise" in subset else keys[:1])
         ]
-        scored = [scores_of(seen, picture, noisy) for picture in pictures]
-        found[key_of(subset)] = {
-            name: float(np.mean([one[name] for one in scored])) for name in SCORES
-        }
+
+    first = pictured(SUBSETS[0])
+    compared = compared_with(seen, first[0])  # all pictures have the same pixels
+    found: Values = {}
+    with shared(compared.reference, compared.labels), values_only():
+        for subset in SUBSETS:
+            pictures = pictured(subset) if subset else first
+            scored = [scores_of(seen, one, "noise" in subset, compared) for one in pictures]
+            found[key_of(subset)] = {
+                name: float(np.mean([one[name] for one in scored])) for name in SCORES
+            }
     return found
 
 
-def scores_of(seen: Imaged, picture: Any, noisy: bool) -> dict[str, float]:
+class Compared(NamedTuple):
+    """What pictures of one camera are compared with."""
+
+    reference: Any  # reference picture
+    labels: Any
+    things: frozenset[str]  # names of objects that count
+
+
+def compared_with(seen: Imaged, picture: Any) -> Compared:
+    """Return reference picture and labels on the pixels of a picture."""
+    reference = collected(lambda: truth(seen.mixed, picture)).result
+    labels = labels_on(seen.scene, picture)
+    things = (name_of(r) for r in labels.attrs["objects"] if is_thing(r["category"]))
+    return Compared(reference, labels, frozenset(things))
+
+
+def scores_of(seen: Imaged, picture: Any, noisy: bool, compared: Compared) -> dict[str, float]:
     """Return the scores of a picture; NaN where it has none."""
     if not noisy:
         names = [name for name in picture.data_vars if "variance" in str(name)]
         picture = picture.assign({name: picture[name] * NOISELESS for name in names})
 
     def scored() -> list[Score]:
-        reference = truth(seen.mixed, picture)
-        labels = labels_on(seen.scene, picture)
-        things.update(name_of(r) for r in labels.attrs["objects"] if is_thing(r["category"]))
         metrics = seen.chain.metrics.values()
+        reference = compared.reference
+        labels = compared.labels
         return [score for metric in metrics for score in metric(picture, reference, labels)]
 
-    things: set[str] = set()
     scores = collected(scored).result
     frame = {score.metric: score.value for score in scores if not score.object}
+    things = compared.things
     objects = [score.value for score in scores if score.metric == DETECTION and _is(score, things)]
     values = {name: float(frame.get(name, math.nan)) for name in SCORES}
     values["detection of objects"] = float(np.mean(objects)) if objects else math.nan
@@ -164,6 +183,6 @@ def scores_of(seen: Imaged, picture: Any, noisy: bool) -> dict[str, float]:
     return values
 
 
-def _is(score: Score, things: set[str]) -> bool:
+def _is(score: Score, things: frozenset[str]) -> bool:
     """Return whether a score is that of a thing; metrics number things of equal names."""
     return score.object in things or score.object.rpartition(" ")[0] in things
