@@ -204,16 +204,18 @@ def damaged_scenes(valid: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
     yield "no variable radiance", valid.drop_vars("radiance")
 
 
-def some(kind: str, *preferred: str) -> Any:
+def some(kind: str, *preferred: str, **fields: Any) -> Any:
     """Return an installed component of `kind`, the first available of `preferred`, for tests of
     another kind.
+
+    `fields` : of the preferred ones; another component is built as it comes.
     """
     components_of_kind: dict[str, Component] = {
         n: c for (k, n), c in components().items() if k == kind
     }
     for name in (*preferred, *sorted(components_of_kind)):
         if name in components_of_kind:
-            return build(kind, name)
+            return build(kind, name, **(fields if name in preferred else {}))
     raise PluginError(
         f"no {kind} is installed, and one is needed to check this component; install isethdr's own"
         " plugins"

@@ -41,6 +41,18 @@ def person(distance_m):
 
 @pytest.fixture
 def folder(tmp_path):
+    """Return a home of this test's own."""
+    return filled(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def same_folder(tmp_path_factory):
+    """Return a home for tests that only read."""
+    return filled(tmp_path_factory.mktemp("home"))
+
+
+def filled(tmp_path):
+    """Put three scenes and three runs of two cameras into a home."""
     put(
         tmp_path,
         "near",
@@ -84,20 +96,24 @@ def ids(rows):
     return [row["id"] for row in rows]
 
 
-def test_night_scenes_with_a_pedestrian_within_30_m(folder):
-    rows = find(folder, kind="scene", lighting="night", person__distance_m__le=30)
+def test_night_scenes_with_a_pedestrian_within_30_m(same_folder):
+    rows = find(same_folder, kind="scene", lighting="night", person__distance_m__le=30)
     assert ids(rows) == ["near"] and rows[0]["person.distance_m"] == 12.0  # the nearer of two
 
 
-def test_runs_of_one_sensor_ordered_by_a_score(folder):
-    assert ids(find(folder, kind="run", sensor="rgbw", order_by="ssim")) == ["run0", "run2", "run1"]
-    assert ids(find(folder, kind="run", sensor="rgbw", order_by="-ssim")) == [
+def test_runs_of_one_sensor_ordered_by_a_score(same_folder):
+    assert ids(find(same_folder, kind="run", sensor="rgbw", order_by="ssim")) == [
+        "run0",
+        "run2",
+        "run1",
+    ]
+    assert ids(find(same_folder, kind="run", sensor="rgbw", order_by="-ssim")) == [
         "run1",
         "run2",
         "run0",
     ]
     # NaN last
-    assert ids(find(folder, kind="run", sensor="bayer", order_by="-ssim")) == [
+    assert ids(find(same_folder, kind="run", sensor="bayer", order_by="-ssim")) == [
         "run0",
         "run1",
         "run2",
@@ -174,32 +190,32 @@ def test_scores_stand_beside_their_share_of_valid_pixels(folder, monkeypatch, ca
         ({"created__ge": "2026-01-03"}, {"run2"}),
     ],
 )
-def test_operators(folder, conditions, expected):
-    assert set(ids(find(folder, **conditions))) == expected
+def test_operators(same_folder, conditions, expected):
+    assert set(ids(find(same_folder, **conditions))) == expected
 
 
-def test_an_unknown_property_names_the_nearest(folder):
+def test_an_unknown_property_names_the_nearest(same_folder):
     with pytest.raises(CatalogError, match="did you mean 'lighting'"):
-        find(folder, lightning="night")
+        find(same_folder, lightning="night")
 
 
-def test_a_value_is_data_and_never_sql(folder):
-    assert find(folder, kind="x' OR 1=1 --") == []
+def test_a_value_is_data_and_never_sql(same_folder):
+    assert find(same_folder, kind="x' OR 1=1 --") == []
 
 
-def test_sql_views(folder):
-    assert sql(folder, "SELECT camera, max(value) FROM scores WHERE sensor='rgbw' GROUP BY 1")[
+def test_sql_views(same_folder):
+    assert sql(same_folder, "SELECT camera, max(value) FROM scores WHERE sensor='rgbw' GROUP BY 1")[
         1
     ] == [("rgbw", 0.9)]
-    assert sql(folder, "SELECT count(*), min(distance_m) FROM objects WHERE category='person'")[
-        1
-    ] == [(3, 12.0)]
-    assert sql(folder, "SELECT kind, count(*) FROM stores GROUP BY 1 ORDER BY 1")[1] == [
+    assert sql(
+        same_folder, "SELECT count(*), min(distance_m) FROM objects WHERE category='person'"
+    )[1] == [(3, 12.0)]
+    assert sql(same_folder, "SELECT kind, count(*) FROM stores GROUP BY 1 ORDER BY 1")[1] == [
         ("run", 3),
         ("scene", 3),
     ]
     with pytest.raises(CatalogError, match="views: stores"):
-        sql(folder, "SELECT nonsense FROM nowhere")
+        sql(same_folder, "SELECT nonsense FROM nowhere")
 
 
 def test_damaged_and_incomplete_stores_are_named_and_skipped(folder):

@@ -271,26 +271,29 @@ def test_a_folder_that_changed_a_moment_ago_is_compared_again(tmp_path):
     assert index.state(tmp_path) is None
 
 
-@pytest.mark.parametrize(
-    "values, answers",
-    [
-        # a column that becomes text
-        ((1, 2.5, "auto"), [("", "auto", {2}), ("", 1, {0}), ("__ge", 2, {1})]),
-        ((1, [1, 2], "1"), [("", 1, {0, 1, 2})]),  # a list holds the value
-        ((True, False, "true"), [("", True, {0, 2})]),
-        ((1e-5, 10**17, -3), [("", 1e-5, {0}), ("__in", [10**17, -3], {1, 2})]),
-        ((0.1, "[half a list", "x"), [("__ne", "x", {0, 1})]),
-        (("it's", 'a "b"', "x"), [("", "it's", {0})]),
-    ],
-)
-def test_properties_of_several_types_are_found(tmp_path, values, answers):
-    for k, value in enumerate(values):
-        put(tmp_path, f"r{k}", config={"gain": value, "Gain": k, "": k, "odd \"n'ame": k})
+# values of a property in three stores, and (operator, asked, numbers of the stores it finds)
+OF_SEVERAL_TYPES = {
+    # a column that becomes text
+    "gain": ((1, 2.5, "auto"), [("", "auto", {2}), ("", 1, {0}), ("__ge", 2, {1})]),
+    "in_list": ((1, [1, 2], "1"), [("", 1, {0, 1, 2})]),  # a list holds the value
+    "on": ((True, False, "true"), [("", True, {0, 2})]),
+    "far": ((1e-5, 10**17, -3), [("", 1e-5, {0}), ("__in", [10**17, -3], {1, 2})]),
+    "half": ((0.1, "[half a list", "x"), [("__ne", "x", {0, 1})]),
+    "quoted": (("it's", 'a "b"', "x"), [("", "it's", {0})]),
+}
+
+
+def test_properties_of_several_types_are_found(tmp_path):
+    """Types change from refresh to refresh."""
+    for k in range(3):
+        config = {name: values[k] for name, (values, _) in OF_SEVERAL_TYPES.items()}
+        put(tmp_path, f"r{k}", config={**config, "Gain": k, "": k, "odd \"n'ame": k})
         refresh(tmp_path)
-    for operator, asked, expected in answers:
-        found = find(tmp_path, **{f"config.gain{operator}": asked})
-        assert {row["id"] for row in found} == {f"r{k}" for k in expected}
-        assert all(row["config.gain"] == values[int(row["id"][1:])] for row in found)
+    for name, (values, answers) in OF_SEVERAL_TYPES.items():
+        for operator, asked, expected in answers:
+            found = find(tmp_path, **{f"config.{name}{operator}": asked})
+            assert {row["id"] for row in found} == {f"r{k}" for k in expected}, name
+            assert all(row[f"config.{name}"] == values[int(row["id"][1:])] for row in found)
     rows = find(tmp_path, order_by="config.Gain")
     assert [row["config.Gain"] for row in rows] == [0, 1, 2]
     assert len(find(tmp_path, **{"config.odd \"n'ame__ge": 1})) == 2

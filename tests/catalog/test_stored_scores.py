@@ -18,6 +18,9 @@ SMALL = [
     "scene.width=64",
     "scene.height=36",
     "scene.horizontal_field_deg=16",  # a small field is a small sensor
+    "~cameras.split_pixel",
+    "~metric.detection",
+    "~metric.contrast",
     "draws=1",
     "report=false",
 ]

@@ -24,6 +24,7 @@ SMALL = [
     "lens=ideal",
     "~flare.dirt",
     "isp=linear",
+    "draws=1",
     "+metric@metric.mean=ideal",
     *(
         f"~metric.{name}"

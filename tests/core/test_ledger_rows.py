@@ -31,6 +31,7 @@ CHART = [
     "sensor=bayer",
     "sensor.rows=64",
     "sensor.columns=96",
+    "draws=2",
 ]
 USED = {
     "pixel_shares",
@@ -117,6 +118,7 @@ def test_every_row_of_a_rendered_run_states_an_error_and_a_later_run_restates_th
             "sensor=bayer",
             "sensor.rows=16",
             "sensor.columns=24",
+            "draws=1",
             "~metric.contrast",
             "~metric.detection",
         ]

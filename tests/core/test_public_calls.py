@@ -38,6 +38,7 @@ def test_a_run_from_python_has_the_ledger_of_the_command_line(monkeypatch, tmp_p
                 "scene.width=48",
                 "scene.height=27",
                 "scene.horizontal_field_deg=8",  # a small field is a small sensor
+                "draws=1",
             ]
         )
     )

@@ -10,11 +10,21 @@ from isethdr_core.quantities import IRRADIANCE, centres, plane
 W = np.arange(400.0, 701.0, 10.0)
 
 
-@pytest.mark.parametrize("exposure", ["fixed", "centre", "histogram", "highlights"])
-@pytest.mark.parametrize(
-    "name", ["bayer", "split_pixel", "dual_gain", "staggered", "lofic", "lin_log"]
-)
+def pairs_with_slow_ones():
+    """Return each sensor with each exposure rule. All sensors share the code of the rules, so those
+    with `fixed` and those of `bayer` are quick tests, the others slow.
+    """
+    sensors = ("bayer", "split_pixel", "dual_gain", "staggered", "lofic", "lin_log")
+    rules = ("fixed", "centre", "histogram", "highlights")
+    return [
+        pytest.param(s, r, marks=[pytest.mark.slow] * (s != "bayer" and r != "fixed"))
+        for s in sensors
+        for r in rules
+    ]
+
+
 @pytest.mark.parametrize("level", [0.0, 1e18])
+@pytest.mark.parametrize(("name", "exposure"), pairs_with_slow_ones())
 def test_dark_and_full_pictures_are_finite(name, level, exposure):
     place = centres(24, 24 * 6e-6)
     values = np.broadcast_to(level * white("daylight", W)[:, None, None], (len(W), 24, 24)).copy()

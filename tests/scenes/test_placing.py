@@ -83,7 +83,10 @@ def check(layout: Layout, view, in_space: bool = True) -> None:
     check_eye(layout, view)
 
 
-@pytest.mark.parametrize("seed", range(20))
+# each quick kind once; further layouts of the same kinds are among the slow tests
+@pytest.mark.parametrize(
+    "seed", [pytest.param(k, marks=[pytest.mark.slow] * (k >= len(QUICK))) for k in range(20)]
+)
 def test_layouts_keep_all_rules(seed):
     check(*laid_out(QUICK[seed % len(QUICK)], seed, DENSITIES), seed % 5 == 0)
 

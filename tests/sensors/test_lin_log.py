@@ -71,7 +71,18 @@ def test_the_table_reads_six_decades_back_within_its_codes():
 
 
 @pytest.mark.parametrize(
-    "mean", [5000.0, 17000.0, 20500.0, 21000.0, 21300.0, 22000.0, 1e5, 1e7, 2e10]
+    "mean",
+    [
+        5000.0,
+        pytest.param(17000.0, marks=pytest.mark.slow),
+        20500.0,
+        pytest.param(21000.0, marks=pytest.mark.slow),
+        pytest.param(21300.0, marks=pytest.mark.slow),
+        22000.0,
+        pytest.param(1e5, marks=pytest.mark.slow),
+        1e7,
+        pytest.param(2e10, marks=pytest.mark.slow),
+    ],
 )
 def test_the_table_reads_noisy_pixels_back_without_bias(mean):
     sensor = LinLogSensor(prnu=0.0, dark_spread=0.0, dark_e_per_s=0.0, column_e=0.0)

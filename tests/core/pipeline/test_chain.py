@@ -26,6 +26,7 @@ SMALL = [
     "lens=ideal",
     "~flare.dirt",
     "isp=linear",
+    "draws=1",
     "+metric@metric.mean=ideal",
     *(
         f"~metric.{name}"

@@ -138,6 +138,7 @@ def test_means_and_medians_of_many_pixels_have_no_bias(tmp_path):
         assert found == pytest.approx(exact, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_run_of_a_small_chart_takes_less_than_two_megabytes(tmp_path, monkeypatch):
     """A picture of 436 x 776 pixels, its truth, captures, scores and record."""
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))

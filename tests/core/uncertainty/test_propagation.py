@@ -83,11 +83,11 @@ def test_variance_of_a_mean_as_a_repeat_finds_it(pitch_um):
     rng = np.random.default_rng(3)
     sd = rng.uniform(0, 1, TILES)
     found = np.var(
-        [mean_over_pixels(sd * rng.standard_normal(TILES), mixed, captures) for _ in range(1000)],
+        [mean_over_pixels(sd * rng.standard_normal(TILES), mixed, captures) for _ in range(400)],
         axis=0,
     )
-    # a variance of 1000 draws is known to 4.5 %: five of these
-    np.testing.assert_allclose(found, pixel_variance(sd**2, mixed, captures), rtol=0.23)
+    # a variance of 400 draws is known to 7.1 %: five of these
+    np.testing.assert_allclose(found, pixel_variance(sd**2, mixed, captures), rtol=0.36)
 
 
 def test_bounds_add_up_and_statistics_add_up_in_squares():

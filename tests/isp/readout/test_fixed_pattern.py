@@ -125,7 +125,11 @@ def ensemble(name, electrons, devices, pixels, **isp):
 
 
 @pytest.mark.parametrize(
-    "name, electrons", [("split_pixel", 20000.0), ("lofic_miyauchi2019", 110000.0)]
+    "name, electrons",
+    [
+        ("split_pixel", 20000.0),
+        pytest.param("lofic_miyauchi2019", 110000.0, marks=pytest.mark.slow),
+    ],
 )
 def test_the_stated_variance_is_that_of_an_unknown_device(name, electrons):
     """Without the fixed pattern 0.67 and 0.27 of it were stated."""

@@ -59,7 +59,16 @@ def test_a_ramp_over_the_whole_range_comes_back(varies, cfa):
     assert np.abs(error).max() < 4.5 and abs(error.mean()) < 3 / np.sqrt(224 / 3)
 
 
-@pytest.mark.parametrize("level", [2.0, 300.0, 1450.0, 1560.0, 20000.0])
+@pytest.mark.parametrize(
+    "level",
+    [
+        pytest.param(2.0, marks=pytest.mark.slow),
+        300.0,
+        1450.0,
+        pytest.param(1560.0, marks=pytest.mark.slow),
+        20000.0,
+    ],
+)
 def test_no_bias_and_right_variance_below_in_and_beyond_the_transition(level):
     picture = MergeIsp()(shot(np.full((224, 224), level), seed=int(level), cfa="RGrg/GBgb"))
     y, reported = (picture[name].values[6:-6, 6:-6, 1] for name in ("xyz", "variance"))

@@ -35,7 +35,8 @@ def stated(lens, half, flares=DIRT, waves=BANDS):
         pytest.param(
             place("double_gauss", 3.2, 10.0, focal_length_mm=6.0), 3.0, 12, marks=pytest.mark.slow
         ),
-        (place("cooke_triplet", 5.6, 18.0), 2.0, 12),  # light uneven over its stop
+        # light uneven over its stop
+        pytest.param(place("cooke_triplet", 5.6, 18.0), 2.0, 12, marks=pytest.mark.slow),
         (place("singlet", 8.0, 10.0), 40.0, 3),  # tiles far wider than the point spread
     ],
 )

@@ -32,7 +32,9 @@ def corner_deg(horizontal_deg, aspect, projection="tangent"):
     return float(np.degrees(np.arctan(half) if projection == "tangent" else half))
 
 
-@pytest.mark.parametrize("projection", ["tangent", "equidistant"])
+@pytest.mark.parametrize(
+    "projection", ["tangent", pytest.param("equidistant", marks=pytest.mark.slow)]
+)
 def test_a_field_whose_corners_stay_dark_is_refused_and_the_one_proposed_is_not(projection):
     """A double Gauss, made for 14 degrees, lets nothing through beyond 25."""
     lens = PrescribedLens()

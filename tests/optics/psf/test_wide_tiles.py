@@ -74,7 +74,9 @@ def test_a_long_lens_over_few_tiles_takes_the_memory_that_is_forecast():
     assert peak < 1.6 * held(12.0) < 1.2e9
 
 
-@pytest.mark.parametrize("kind", ["diffraction_limited", "wavefront"])
+@pytest.mark.parametrize(
+    "kind", ["diffraction_limited", pytest.param("wavefront", marks=pytest.mark.slow)]
+)
 def test_dirt_of_a_large_pupil_is_refused_before_anything_is_rendered(kind, monkeypatch):
     # a tenth of the real limit, which takes seconds
     monkeypatch.setattr("isethdr_core.physics.optics.pupil.MOST_TERMS", 2000)
