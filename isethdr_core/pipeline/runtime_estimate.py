@@ -2,8 +2,9 @@
 
 The estimate is the time of the same stage in the most similar stored run, times the ratio of the
 sizes. Up to the lens the size is the number of tiles, from the sensor on the memory of its pixels.
-The time of a stored stage is at most its CPU time: the rest was waiting for other programs. A stage
-without a stored run gets no estimate.
+The time of a stored stage is at most its CPU time: the rest was waiting for other programs. Records
+of earlier versions hold no CPU time; they are used only for stages that have no other record. A
+stage without a stored run gets no estimate.
 
 A lens may estimate its own time (`EstimatesImaging`): this estimate is corrected by the ratio of
 measured to estimated time in stored runs. A renderer may estimate a scene without a stored
@@ -57,6 +58,8 @@ SETTINGS = {
     "draws": ("isp", "metric"),
     "scores": ("isp", "metric"),
 }
+# {stage: ((whether its record lacks CPU time, distance), seconds)}
+Nearest = dict[str, tuple[tuple[bool, float], float]]
 # a stored stage with other settings is as unlike as one of this many times the size
 OTHER_SETTINGS = 4.0
 
@@ -79,7 +82,7 @@ def expected_s(
     frame : frame of the light in the run; None if it is not known.
     moving : sub-frames of the shot; None if nothing moves.
     """
-    nearest: dict[str, tuple[float, float]] = {}  # stage: (distance, seconds)
+    nearest: Nearest = {}
     now = {"config": config, PIXELS: pixel_bytes(chain), PARTS: moving and moving.count}
     runs = newest("runs")
     for attributes in runs:
@@ -108,15 +111,15 @@ def expected_s(
     if missing is not None and frame is not None and rendering not in nearest:
         seconds = rendering_s(chain, frame, missing)
         if seconds is not None:
-            nearest[rendering] = math.inf, seconds
+            nearest[rendering] = (True, math.inf), seconds
     imaging = imaging_s(chain, frame)
     if imaging is not None:
         stage = f"lens {config['lens']['name']}"
-        nearest[stage] = 0.0, imaging * _correction(runs, stage, imaging) * _parts(now)
+        nearest[stage] = (False, 0.0), imaging * _correction(runs, stage, imaging) * _parts(now)
     if moving is not None:
         seconds = _sub_frames_s(moving, config, frame, nearest)
         if seconds is not None:
-            nearest[MOTION] = 0.0, seconds
+            nearest[MOTION] = (False, 0.0), seconds
     return {
         stage: seconds
         for stage, (_, seconds) in nearest.items()
@@ -191,7 +194,7 @@ def _correction(runs, stage: str, expected: float) -> float:
     """Return the ratio of measured to estimated time in the stored run with the most similar
     estimate; 1 without a stored run.
     """
-    nearest: dict[str, tuple[float, float]] = {}
+    nearest: Nearest = {}
     for attributes in runs:
         stored_estimate = attributes.get(IMAGING)
         for row in attributes["ledger"]:
@@ -333,17 +336,18 @@ def _expected_paths(renderer, paths: float, noise: float | None) -> float:
     return paths
 
 
-def _nearer(nearest, row, ratio: float, unlike: float = 1.0) -> None:
-    """Take the estimate from a row of a ledger if it is more like than those before.
+def _nearer(nearest: Nearest, row, ratio: float, unlike: float = 1.0) -> None:
+    """Take the estimate from a row of a ledger if it is more like than those before. A row with
+    CPU time is always more like than one without: what that one took may be mostly waiting.
 
     Parameters
     ----------
-    nearest : {stage: (distance, seconds)}, changed in place.
+    nearest : changed in place.
     ratio : work relative to the row's. `unlike` : a ratio that adds to the distance.
     """
-    distance = abs(math.log(ratio)) + math.log(unlike)
-    if row["stage"] not in nearest or distance < nearest[row["stage"]][0]:
-        nearest[row["stage"]] = distance, ratio * _busy_s(row)
+    unlikeness = row.get("cpu_s") is None, abs(math.log(ratio)) + math.log(unlike)
+    if row["stage"] not in nearest or unlikeness < nearest[row["stage"]][0]:
+        nearest[row["stage"]] = unlikeness, ratio * _busy_s(row)
 
 
 def _busy_s(row) -> float:

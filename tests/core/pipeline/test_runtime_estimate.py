@@ -81,6 +81,20 @@ def test_a_stored_stage_with_the_same_settings_is_preferred(monkeypatch):
     assert forecast(FAST) == {"isp ideal": 4.0}
 
 
+def test_records_without_cpu_time_are_used_for_stages_that_have_no_other(monkeypatch):
+    same = plain(compose(FAST))
+    other = {**same, "isp": {"name": "merge"}, "scene": {**same["scene"], "width": 240}}
+    with_cpu = [{"stage": stage, "seconds": 9.0, "cpu_s": 2.0} for stage in ("isp ideal", "plan")]
+    without = [{"stage": s, "seconds": 100.0} for s in ("isp ideal", "plan", "lighting ideal")]
+    for runs in ([(other, with_cpu), (same, without)], [(same, without), (other, with_cpu)]):
+        stored = [stored_run(config, rows) for config, rows in runs]
+        monkeypatch.setattr(runtime_estimate, "newest", lambda kind, stored=stored: stored)
+        # ten times as many tiles were stored; nearest by size and settings is what lacks CPU time
+        assert forecast(FAST) == pytest.approx(
+            {"isp ideal": 0.2, "plan": 0.2, "lighting ideal": 100.0}
+        )
+
+
 def test_draws_take_as_long_as_there_are_more_of_them(monkeypatch):
     config = plain(compose(FAST))  # 2 draws: one beyond the picture itself
     rows = [{"stage": "draws ideal", "seconds": 2.0}, {"stage": "isp ideal", "seconds": 1.0}]
