@@ -76,8 +76,19 @@ def test_a_uniform_sky_is_uniform_at_every_angle(make):
     np.testing.assert_allclose(ds.radiance.values, 2e-3, rtol=1e-5)
 
 
-@pytest.mark.parametrize("angle_deg", [60.0, 80.0, 88.0, 94.0])
-@pytest.mark.parametrize("turn_deg", [0.0, 160.0])
+@pytest.mark.parametrize(
+    ("angle_deg", "turn_deg"),
+    [
+        (60.0, 0.0),
+        (80.0, 160.0),
+        (88.0, 0.0),
+        (94.0, 160.0),
+        pytest.param(60.0, 160.0, marks=pytest.mark.slow),
+        pytest.param(80.0, 0.0, marks=pytest.mark.slow),
+        pytest.param(88.0, 160.0, marks=pytest.mark.slow),
+        pytest.param(94.0, 0.0, marks=pytest.mark.slow),
+    ],
+)
 def test_a_lamp_is_imaged_at_its_angle_with_its_flux(make, angle_deg, turn_deg):
     direction = towards(angle_deg, turn_deg)
     ds = MitsubaRenderer(width=96, height=54, **QUICK, max_depth=1)(

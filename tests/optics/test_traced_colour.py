@@ -139,7 +139,12 @@ def centroids_um(plane, values):
 
 
 @pytest.mark.parametrize(
-    ("name", "f_number"), [("double_gauss", 4.0), ("cooke_triplet", 5.6), ("singlet", 8.0)]
+    ("name", "f_number"),
+    [
+        ("double_gauss", 4.0),
+        ("cooke_triplet", 5.6),
+        pytest.param("singlet", 8.0, marks=pytest.mark.slow),
+    ],
 )
 def test_blue_and_red_images_at_70_percent_of_the_field_lie_where_their_rays_do(name, f_number):
     bands = (450.0, 587.56, 650.0)

@@ -67,7 +67,7 @@ def test_what_is_out_of_reach_changes_nothing(operator):
 
 @BOTH
 def test_flat_fields_rise_with_the_light_and_white_is_white(operator):
-    levels = np.geomspace(1e-4, 100, 121)
+    levels = np.geomspace(1e-4, 100, 41)
     shown = np.array([OPERATORS[operator](np.full((20, 20), v)) for v in levels])
     assert np.ptp(shown, axis=(1, 2)).max() < 1e-9
     assert np.all(np.diff(shown[:, 0, 0]) > -1e-9) and shown[-1, 0, 0] > 0.9

@@ -53,7 +53,7 @@ def test_sums_are_restored_whatever_rounding_did():
 
 
 @pytest.mark.parametrize("cell", load())
-@pytest.mark.parametrize("level", [2.0, 300.0])
+@pytest.mark.parametrize("level", [2.0, pytest.param(300.0, marks=pytest.mark.slow)])
 def test_the_mean_is_that_of_the_field_and_the_noise_below_that_of_a_sample(cell, level):
     rng = np.random.default_rng(3)
     channels = channels_of(cell)

@@ -39,7 +39,7 @@ def ring(lens, flares, wave, width=10.0):
     )
 
 
-@pytest.mark.parametrize("wave", [440.0, 475.0])
+@pytest.mark.parametrize("wave", [440.0, pytest.param(475.0, marks=pytest.mark.slow)])
 def test_between_knots_kernels_are_those_of_lattices_of_their_own(monkeypatch, wave):
     straight = interpolation_wavelengths.error(plan(LENS, wave=wave), wave, 10.0)
     kernel, wrong = ring(LENS, (DIRT,), wave)

@@ -106,7 +106,9 @@ def test_a_scene_that_fails_is_recorded_and_the_others_go_on(recipe):
     assert [(p.number, "failed" in p.what) for p in problems] == [(n, True) for n in failing]
 
 
-@pytest.mark.parametrize("part", ["scenes", "datasets/tiny/scenes"])
+@pytest.mark.parametrize(
+    "part", ["scenes", pytest.param("datasets/tiny/scenes", marks=pytest.mark.slow)]
+)
 def test_a_disk_that_fills_up_stops_it_and_spoils_nothing(recipe, monkeypatch, isethdr_home, part):
     """The disk of a folder takes what one scene needs, and half of the next one."""
     before = generate(Request("tiny", count=3, seed=1, recipe=recipe, sample=1), silent)
