@@ -6,6 +6,7 @@ import gc
 import itertools
 import os
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -71,9 +72,35 @@ LONGEST_FIRST = (
 )
 
 
-def pytest_collection():
+def pytest_collection(session):
     """Count no objects while five thousand tests are collected, of which none is garbage."""
     gc.disable()
+    send_what_is_shown(session.config)
+
+
+def send_what_is_shown(config):
+    """Let a process that shares the tests send one message a test instead of five: setups and
+    teardowns that passed, begins and ends are not shown. These messages take 2 ms of both sides.
+    """
+    if config.getoption("durations") is not None:
+        return
+    hooks = config.hook
+    for begins_or_ends in (hooks.pytest_runtest_logstart, hooks.pytest_runtest_logfinish):
+        for one in filter(of_a_process, begins_or_ends.get_hookimpls()):
+            one.function = lambda nodeid, location: None
+    for one in filter(of_a_process, hooks.pytest_runtest_logreport.get_hookimpls()):
+        one.function = partial(send_report, one.function)
+
+
+def of_a_process(hook) -> bool:
+    """Return whether a hook sends messages from a process that shares the tests."""
+    return type(hook.plugin).__name__ == "WorkerInteractor"
+
+
+def send_report(send, report):
+    """Send the report of a test, or of a setup or teardown that did not pass."""
+    if report.when == "call" or not report.passed:
+        send(report)
 
 
 def pytest_collection_modifyitems(items):
