@@ -50,6 +50,7 @@ ENOUGH = 32768  # smallest regular sample of the pixels of a capture
 # relative tolerance of a figure: a figure with more errors is never smaller than one with fewer,
 # except by this
 CLOSE = 1e-9
+SMALL = 1e-30  # of the largest error: below it no limit is told from 0
 SHARE = 0.99  # of the pixels, within the figure that is stated for a picture
 
 
@@ -413,11 +414,13 @@ def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> fl
 
     step = max(1, bound.size // MOST_PIXELS) | 1  # odd: every colour of a filter array is sampled
     bound, deviation = (np.ravel(a)[::step].astype(float) for a in (bound, deviation))
-    scale = np.sqrt(2) * np.maximum(deviation, np.finfo(float).tiny)
+    normal = deviation > 0
+    scale = np.sqrt(2) * np.where(normal, deviation, 1.0)
 
     def missing(limit: float) -> float:
-        with np.errstate(over="ignore"):  # far above a bound without deviation: erf(inf) is 1
-            below = np.where(limit >= bound, erf(np.maximum(limit - bound, 0.0) / scale), 0.0)
+        with np.errstate(over="ignore"):  # far above a bound of little deviation: erf(inf) is 1
+            within_deviation = erf(np.maximum(limit - bound, 0.0) / scale)
+        below = np.where(limit >= bound, np.where(normal, within_deviation, 1.0), 0.0)
         return target - float(below.mean())
 
     # just below `share`: the root is then the smallest limit with that share
@@ -425,8 +428,10 @@ def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> fl
     highest = float((bound + 10 * deviation).max())
     if not np.isfinite(highest) or missing(highest) > 0:
         return highest  # an error is infinite, or most errors are bounds of this value
-    # bounds without deviation make steps, at which the method needs more evaluations than usual
-    xtol = np.finfo(float).tiny
+    if missing(0.0) <= 0:
+        return 0.0  # so many errors are exactly 0
+    # bounds without deviation make steps, at which the method halves the interval each time
+    xtol = SMALL * highest
     return float(brentq(missing, 0.0, highest, xtol=xtol, rtol=CLOSE, maxiter=1000))
 
 

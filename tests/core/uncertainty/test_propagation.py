@@ -147,6 +147,10 @@ def test_a_share_of_all_errors_is_within():
     assert propagation.within(np.full(9, 0.3), np.zeros(9)) == pytest.approx(0.3, rel=2e-4)
     # of a normal deviate
     assert propagation.within(np.zeros(9), np.ones(9)) == pytest.approx(2.5758, rel=2e-4)
+    # 99.5 % of the errors are 0, or all but 0, and the others 30 or 300 decades larger
+    for small in (0.0, 1e-300, 1e-31):
+        few = np.where(np.arange(1000) < 995, small, 0.2)
+        assert propagation.within(few, np.zeros(1000)) <= 1e-30
     assert propagation.within(np.array([0.1, np.inf]), np.ones(2)) == np.inf
     assert propagation.within(np.zeros(3), np.array([1.0, 1.0, np.inf])) == np.inf
 

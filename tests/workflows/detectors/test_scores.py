@@ -285,6 +285,14 @@ def test_one_road_gives_no_interval():
     assert found.value == 0.5 and math.isnan(found.low)
 
 
+def test_the_interval_of_a_share_ends_at_0_and_1_and_that_of_a_difference_does_not():
+    """Two roads: widened by the root of two, the interval would end at -0.41 and 1.41 of 0.5."""
+    drawn = np.array([0.5, 0.0, 1.0, 0.5] * 10)
+    share = bootstrap.estimate(drawn, 2, bootstrap.SHARE)
+    assert (share.low, share.high) == (0.0, 1.0)
+    assert bootstrap.estimate(drawn, 2).low < -0.2
+
+
 def test_roads_to_tell_follow_the_formula():
     """An error of 0.1 from 40 roads tells 0.2 with 40 (2.8 / 2)^2 roads."""
     assert bootstrap.roads_to_tell(0.1, 40, 0.2) == math.ceil(40 * (2.801585 / 2) ** 2)

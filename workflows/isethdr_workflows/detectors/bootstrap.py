@@ -11,6 +11,8 @@ import numpy as np
 DRAWS = 1000
 LEVEL = 0.95
 SEED = 20
+ANY = (-math.inf, math.inf)  # of a difference
+SHARE = (0.0, 1.0)  # of a score
 # standard errors between two values that 80 % of studies tell apart at a level of 5 %, two-sided:
 # the normal quantiles of 0.975 and 0.8
 TOLD = 1.959964 + 0.841621
@@ -61,7 +63,7 @@ def picked_detectors(detectors: int, draws: int, seed: int) -> np.ndarray:
     return np.random.default_rng(seed).integers(0, detectors, (1 + draws, detectors))
 
 
-def estimate(values: np.ndarray, roads: int) -> Estimate:
+def estimate(values: np.ndarray, roads: int, limits: tuple[float, float] = ANY) -> Estimate:
     """Return the score and its interval: the percentiles 2.5 and 97.5 of the draws.
 
     The deviations of the draws are widened by sqrt(R / (R - 1)): a draw of R roads varies as the
@@ -71,6 +73,7 @@ def estimate(values: np.ndarray, roads: int) -> Estimate:
     ----------
     values : (1 + draws,), the first one is the data itself. Draws without any object are NaN.
     roads : R, from which was drawn.
+    limits : values that the score can have; the wider interval is cut there.
     """
     value = float(values[0])
     drawn = values[1:][np.isfinite(values[1:])]
@@ -78,7 +81,7 @@ def estimate(values: np.ndarray, roads: int) -> Estimate:
         return Estimate(value, math.nan, math.nan, math.nan)
     wider = math.sqrt(roads / (roads - 1))
     ends = np.percentile(drawn, [50 - 50 * LEVEL, 50 + 50 * LEVEL])
-    low, high = (float(value + wider * (end - value)) for end in ends)
+    low, high = (float(np.clip(value + wider * (end - value), *limits)) for end in ends)
     return Estimate(value, low, high, float(wider * drawn.std(ddof=1)))
 
 

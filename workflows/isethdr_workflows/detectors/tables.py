@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import bootstrap
-from .bootstrap import Estimate, estimate, roads_to_tell
+from .bootstrap import SHARE, Estimate, estimate, roads_to_tell
 from .classes import CLASSES
 from .groups import EVERYTHING, Group, groups
 from .matching import Matches, Picture, matches_of
@@ -148,7 +148,7 @@ def _of_score(
             continue
         base = {"table": group.table, "row": group.row, "class": name, "score": score}
         counts = {"objects": objects, "roads": len(compared.road_names)}
-        of_camera = estimate(drawn, len(compared.road_names))
+        of_camera = estimate(drawn, len(compared.road_names), SHARE)
         rows.append({**base, "camera": camera, **_numbers(of_camera), **counts})
         if camera != first:
             difference = estimate(drawn - values[first], len(compared.road_names))

@@ -60,8 +60,13 @@ def page() -> str:
 
 
 def table_of(text: str) -> str:
-    """Return the rows of a CSV file as a table in Markdown, numbers with three digits."""
+    """Return the rows of a CSV file as a table in Markdown, numbers with three digits.
+
+    Of a file of several tables, named in its column `table`, only `all` is shown.
+    """
     head, *rows = csv.reader(io.StringIO(text))
+    if "table" in head:
+        rows = [row for row in rows if row[head.index("table")] == "all"]
     return markdown(head, [[_shown(cell) for cell in row] for row in rows]).strip()
 
 

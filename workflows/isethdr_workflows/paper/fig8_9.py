@@ -146,7 +146,9 @@ def at_noise(isp, sensor, scene: LitScene, lux: float):
     _, picture, _, _ = seen_by(sensor, isp, *scene.at_level(lux))
     y = picture["xyz"].values[..., 1]
     variance = picture["variance"].values[..., 1]
-    return replace(isp, design_snr=float(np.clip(np.median(y / np.sqrt(variance)), *DESIGN_SNR)))
+    known = variance > 0  # of saturated pixels it is not known
+    snr = np.median(y[known] / np.sqrt(variance[known]))
+    return replace(isp, design_snr=float(np.clip(snr, *DESIGN_SNR)))
 
 
 def scored(metric, sensor, isp, scene: LitScene, lux: float, draws: int) -> tuple[float, float]:

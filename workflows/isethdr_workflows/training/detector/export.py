@@ -17,7 +17,7 @@ from isethdr_core.onnx_session import open_session
 from isethdr_core.runs.provenance import versions
 from isethdr_core.storage.atomic_write import write_text
 
-from ...detectors.bootstrap import estimate
+from ...detectors.bootstrap import SHARE, estimate
 from ...detectors.classes import CLASSES
 from ...detectors.description import DetectorForm, InputForm, OutputForm, written
 from ...detectors.detector import Detector, open_detector
@@ -185,7 +185,7 @@ def held_out_rows(detector: Detector, pictures: Sequence[LabelledPicture]) -> li
     for name in (ALL, *CLASSES):
         row: dict[str, Any] = {"class": name, "objects": compared.objects("all", name, EVERYTHING)}
         for score in NAMES:
-            found = estimate(drawn[name][score], len(compared.road_names))
+            found = estimate(drawn[name][score], len(compared.road_names), SHARE)
             row[score] = f"{found.value:.3f} ({found.low:.3f} to {found.high:.3f})"
         rows.append(row)
     return rows
