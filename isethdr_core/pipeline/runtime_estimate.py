@@ -309,9 +309,10 @@ def _rendering(renderer, settings: dict, missing, attributes) -> float:
         for group, paths in stored_paths.items()
     }
     typical = sum(expected_paths.values()) / len(expected_paths)  # of a group that this store lacks
+    taken_over = attributes.get("groups_from", {})  # groups that another rendering took time for
     return (
         sum(expected_paths.get(g, typical) for g in groups)
-        / sum(stored_paths.values())
+        / sum(paths for group, paths in stored_paths.items() if group not in taken_over)
         * bands
         * _tiles(settings)
         / _tiles(attributes["renderer"])

@@ -16,7 +16,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..data.scene_description import SceneDescription
 from ..errors import CatalogError, ConfigError
@@ -26,12 +26,28 @@ from ..pipeline.chain import Chain, stage
 from ..pipeline.demand import Demand
 from ..pipeline.early_checks import check_contents, check_lightings
 from ..plugins.protocols import AccumulatesSamples, MeetsNoiseLimit, NamesItsEffort
+from ..sequence.equal_content import Contents, contents_of
+from ..sequence.equal_groups import (
+    SOURCES,
+    LimitBeside,
+    Taken,
+    TooNoisy,
+    Wanted,
+    find_groups,
+    groups_of,
+    taken_over,
+)
+from ..sequence.equal_groups import opened as opened_groups
 from ..sequence.equal_radiance import (
-    content_name,
+    CONTENT,
+    GROUP_CONTENTS,
+    ContentNames,
+    content_names,
     find_equal,
     note,
     noted,
 )
+from ..sequence.frame_seed import MARK, has_frame_seed, with_frame_seed
 from ..storage import store
 from ..storage.encoding import bits_for, rounding
 from ..storage.join import join_scenes
@@ -61,7 +77,11 @@ def recipe_hash(chain: Chain) -> str:
     }
     # files that a scene is made of; without any, the name is that of earlier versions
     inputs = input_digests(chain.scene)
-    name = store.content_hash(content | ({"inputs": inputs} if inputs else {}))
+    if inputs:
+        content["inputs"] = inputs
+    if has_frame_seed(chain.renderer, chain.exposures):  # never stored under an earlier name
+        return store.content_hash(content | MARK)
+    name = store.content_hash(content)
     folder = store.home() / "scenes"
     if _is_stored(folder, name) or not _is_stored(folder, "*"):
         return name
@@ -122,18 +142,51 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise:
             for path in folder.glob(f"{recipe}-*.zarr"):
                 # a damaged one is named now, not when the new one cannot take its place
                 store.read_attrs(path)
-            content = content_name(description, chain.renderer, effort(chain)) if missing else None
+            contents = contents_of(description) if missing else None
+            renderer = _renderer_of(chain, contents, recipe)
+            content = contents and content_names(contents, renderer, effort(chain))
             if missing and content:
-                note(folder, recipe, [n for n in find_equal(folder, content) if n != recipe])
+                note(folder, recipe, [n for n in find_equal(folder, content.whole) if n != recipe])
                 serving, missing = held_and_missing(chain, demand)
                 earlier_ids = [s["id"] for s in serving]
             if missing:
                 so_far = known_of(chain, serving, missing, description.light_groups())
-                request = _Request(description, missing, so_far, by_noise, content)
+                request = _Request(description, missing, renderer, so_far, by_noise, content)
+                if not (serving or by_noise):
+                    request = request._replace(taken=_equal_groups(chain, request, folder))
                 serving.append(_render(chain, request, recipe, rows, config))
     return stage(
         rows, "radiance", "", None, lambda: opened(folder, serving, demand, rows, earlier_ids)
     ), [s["id"] for s in serving]
+
+
+def _renderer_of(chain: Chain, contents: Contents | None, recipe: str) -> Any:
+    """Return the renderer as it renders: in a sequence with the seed of the frame.
+
+    `contents` : of the scene; None if they cannot be told.
+    """
+    if not has_frame_seed(chain.renderer, chain.exposures):
+        return chain.renderer
+    return with_frame_seed(chain.renderer, contents.surfaces if contents else recipe)
+
+
+def _equal_groups(chain: Chain, request: _Request, folder: Path) -> list[Taken]:
+    """Return the light groups of a request whose light is that of stores of other frames; none
+    outside sequences, where light by need would depend on what is stored.
+    """
+    demand = request.demand
+    content = request.content
+    if content is None or chain.exposures is None:
+        return []
+    asked = demand.groups or request.description.light_groups()
+    contents = {g: name for g, name in content.groups.items() if g in asked}
+
+    def precise(attributes: dict, group: str) -> bool:
+        alone = replace(demand, groups=(group,), labels=frozenset())
+        return _held(chain, alone, [attributes])[1] is None
+
+    wanted = Wanted(contents, demand, bits_for(stored_error(demand)))
+    return find_groups(folder, wanted, precise)
 
 
 @contextmanager
@@ -369,22 +422,73 @@ class _Request(NamedTuple):
 
     description: SceneDescription
     demand: Demand  # groups and bands that are missing
+    renderer: Any  # with its seed
     # by light group; None: the renderer cannot continue from stored paths
     known: dict[str, Known] | None
     by_noise: bool = False  # store each tile with the bits that its noise leaves meaning
-    content: str | None = None  # name by which frames that show the same are recognised
+    content: ContentNames | None = None  # by which frames that show the same are recognised
+    taken: list[Taken] = []  # light groups of other frames, which are not rendered
+
+    def of_rest(self, share: float | None, folder: Path) -> _Request:
+        """Return the request for the groups that are not taken over.
+
+        Parameters
+        ----------
+        share : of the cameras' noise at which the renderer stops; None: another setting decides.
+        folder : of scene stores.
+        """
+        taken = groups_of(self.taken)
+        asked = self.demand.groups or self.description.light_groups()
+        rest = tuple(group for group in asked if group not in taken)
+        demand = replace(self.demand, groups=rest)
+        if share is not None and demand.noise_limit is not None:
+            others = opened_groups(folder, self.taken)
+            demand = replace(demand, noise_limit=LimitBeside(demand.noise_limit, others, share))
+        known_rest = self.known and {group: self.known[group] for group in rest}
+        return self._replace(demand=demand, known=known_rest)
+
+    def render(self):
+        """Return what the renderer makes of the request."""
+        if self.known is None:
+            return self.renderer(self.description, self.demand)
+        return self.renderer(self.description, self.demand, self.known)
+
+
+def _radiance(chain: Chain, request: _Request, folder: Path):
+    """Return the radiance of a request: rendered, or taken over from other frames."""
+    if not request.taken:
+        return request.render()
+    try:
+        scene = request.of_rest(limit_share(chain, request.demand), folder).render()
+    except TooNoisy:
+        left_out(
+            f"light groups {', '.join(groups_of(request.taken))} of other frames",
+            "not taken over: they are too noisy for the light of this frame",
+            0.0,
+            "relative",
+            key="equal groups",
+        )
+        return request.render()
+    return taken_over(folder, scene, request.taken, request.description.light_groups())
 
 
 def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) -> dict:
     """Render the missing radiance, store it, and return the root attributes of the new store."""
-    description, demand, so_far, by_noise, _ = request
-    arguments = (description, demand) if so_far is None else (description, demand, so_far)
+    description = request.description
+    demand = request.demand
+    so_far = request.known
+    folder = store.home() / "scenes"
     radiance = stage(
-        rows, "renderer", config.renderer.name, chain.renderer, lambda: chain.renderer(*arguments)
+        rows,
+        "renderer",
+        config.renderer.name,
+        request.renderer,
+        lambda: _radiance(chain, request, folder),
     )
     effort_asked = effort_spent(chain)
     groups = [str(g) for g in radiance.light_group.values]
     groups_asked = demand.groups if demand.groups is not None else description.light_groups()
+    named = request.content.groups if request.content else {}
     content = [
         sorted(groups),
         sorted(groups_asked),
@@ -394,6 +498,9 @@ def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) 
         effort_asked,
         so_far,
     ]
+    sources = radiance.attrs.get(SOURCES, {})
+    if sources:
+        content.append(sources)
     name = f"{recipe}-{store.content_hash(content)[:8]}"
     attributes = {
         "kind": "scene",
@@ -408,7 +515,7 @@ def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) 
         "labels": [v for v in radiance.data_vars if v != "radiance"],
         "effort": effort_asked,
         "scene": described(chain.scene),
-        "renderer": described(chain.renderer),
+        "renderer": described(request.renderer),
         "objects": radiance.attrs.get("objects", []),
         "lamps": radiance.attrs.get("lamps", []),
         "noise": radiance.attrs.get("noise", {}),
@@ -416,20 +523,22 @@ def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) 
         "limit_share": radiance.attrs.get("limit_share"),
         "versions": versions() | libraries(chain.scene, chain.renderer),
         "inputs": input_digests(chain.scene),
-        "content": request.content,
+        CONTENT: request.content and request.content.whole,
+        GROUP_CONTENTS: {g: n for g, n in named.items() if g in groups},
+        SOURCES: sources,
         "code": fingerprint(chain.scene, chain.renderer),
         "kernels": kernels(chain.scene, chain.renderer),
         "ledger": rows.as_records(),
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
     }
     bits = bits_for(stored_error(demand))
-    if by_noise:
+    if request.by_noise:
         radiance = rounded_by_noise(radiance, bits)
     stage(
         rows,
         "store",
         "scene",
         None,
-        lambda: store.write_store(store.home() / "scenes", name, {"": radiance}, attributes, bits),
+        lambda: store.write_store(folder, name, {"": radiance}, attributes, bits),
     )
     return {**attributes, "id": name}

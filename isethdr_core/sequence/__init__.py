@@ -8,6 +8,8 @@ can be computed again by itself.
 | `exposure`         | exposure, gain and their limits; the table `exposures` of a config, checked |
 | `exposure_control` | automatic exposure that settles over the frames                             |
 | `frame_exposures`  | the cameras of a frame at their carried exposures, and what they meter      |
-| `equal_content`    | digest of a scene description, by which equal light is recognised           |
+| `equal_content`    | digests of a scene description, by which equal light is recognised          |
+| `equal_groups`     | light groups of another frame that are taken over: their light is the same  |
 | `equal_radiance`   | stored radiance of another scene that shows the same light                  |
+| `frame_seed`       | the renderer's random numbers of one frame of a sequence                    |
 """

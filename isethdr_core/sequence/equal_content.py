@@ -1,7 +1,9 @@
-"""Equal content: the digest of a scene description, by which equal light is recognised.
+"""Equal content: digests of a scene description, by which equal light is recognised.
 
-Nothing moves while a car waits, and the frames of that time show the same light. The digest covers
-everything that a renderer is given: equal digests give equal radiance from the same renderer.
+Nothing moves while a car waits, and the frames of that time show the same light. The digest of the
+whole covers everything that a renderer is given: equal digests give equal radiance from the same
+renderer. Where only a lamp has changed, the light of the other groups is the same: the digest of a
+group covers all surfaces, camera and sky, and the lamps of that group alone.
 Objects without parts are not seen, so their poses do not count.
 """
 
@@ -10,17 +12,42 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..data.scene_description import SceneDescription
+from ..data.scene_description import Model, Part, SceneDescription
 
 DIGEST_BYTES = 16
+FLAT = 1e-6  # 1 - cosine from a vertex normal to that of its face: less is rounding
+
+
+class Contents(NamedTuple):
+    """Digests of a scene description."""
+
+    whole: str  # of everything, labels and the next frame included
+    surfaces: str  # of everything that is lit: without lamps, and without the next frame
+    groups: dict[str, str]  # by light group: of `surfaces` and the lamps of that group
+
+
+def contents_of(description: SceneDescription) -> Contents | None:
+    """Return the digests of a description; None if a plugin's part of it is no plain data.
+
+    Notes
+    -----
+    A lamp of another group is the surface that it is built from. Renderers give lamps flat faces.
+    A part with smooth normals therefore counts as another surface while it is a lamp.
+    """
+    try:
+        return _Digest(description).contents()
+    except TypeError:
+        return None
 
 
 def content_of(description: SceneDescription) -> str | None:
-    """Return the digest of a description; None if a plugin's part of it is no plain data."""
+    """Return the digest of the whole description; None if a plugin's part of it is no plain
+    data.
+    """
     try:
         return _Digest(description).whole()
     except TypeError:
@@ -28,11 +55,12 @@ def content_of(description: SceneDescription) -> str | None:
 
 
 class _Digest:
-    """The digest of one description. Arrays that parts share are read once."""
+    """The digests of one description. Arrays that parts share are read once."""
 
     def __init__(self, description: SceneDescription) -> None:
         self.description = description
         self.arrays: dict[int, bytes] = {}
+        self.models: dict[int, str] = {}  # digests of their surfaces
         self.seen = [
             (number, placed, description.models[placed.model])
             for number, placed in enumerate(description.objects, 1)
@@ -44,9 +72,7 @@ class _Digest:
         scene = self.description
         models = {placed.model: model for _, placed, model in self.seen}
         names = {name: k for k, name in enumerate(models)}  # numbered in their order
-        made = hashlib.blake2b(digest_size=DIGEST_BYTES)
-        self.feed(
-            made,
+        return self.digest(
             (
                 scene.name,
                 scene.camera,
@@ -56,8 +82,43 @@ class _Digest:
                 [(n, names[p.model], p.pose, p.name, p.category) for n, p, _ in self.seen],
                 [model.parts for model in models.values()],
                 self.next_frame(),
-            ),
+            )
         )
+
+    def contents(self) -> Contents:
+        """Return all digests."""
+        scene = self.description
+        placed = [
+            (n, p.name, p.category, p.pose, self.surfaces(model)) for n, p, model in self.seen
+        ]
+        surfaces = self.digest((scene.camera, scene.fog, scene.sky, scene.materials, placed))
+        groups = {
+            group: self.digest((surfaces, group, self.lamps(group)))
+            for group in scene.light_groups()
+        }
+        return Contents(self.whole(), surfaces, groups)
+
+    def surfaces(self, model: Model) -> str:
+        """Return the digest of the parts of a model, without what they emit."""
+        if id(model) not in self.models:
+            self.models[id(model)] = self.digest(
+                [(p.vertices, p.faces, p.normals, p.material, _flattened(p)) for p in model.parts]
+            )
+        return self.models[id(model)]
+
+    def lamps(self, group: str) -> list[Any]:
+        """Return the lamps of a light group, by object and part."""
+        return [
+            (number, k, part.lamp)
+            for number, _, model in self.seen
+            for k, part in enumerate(model.parts)
+            if part.lamp is not None and part.lamp.group == group
+        ]
+
+    def digest(self, value: Any) -> str:
+        """Return the digest of plain data, arrays and dataclasses."""
+        made = hashlib.blake2b(digest_size=DIGEST_BYTES)
+        self.feed(made, value)
         return made.hexdigest()
 
     def next_frame(self) -> Any:
@@ -97,3 +158,14 @@ class _Digest:
             made.update(whole.data)
             self.arrays[id(array)] = made.digest()
         return self.arrays[id(array)]
+
+
+def _flattened(part: Part) -> bool:
+    """Return whether a part has smooth normals that it loses because it is a lamp."""
+    if part.lamp is None or part.normals is None:
+        return False
+    corners = np.asarray(part.vertices, float)[part.faces]
+    face = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), np.finfo(float).tiny)
+    cosine = np.einsum("fkc,fc->fk", np.asarray(part.normals, float)[part.faces], face)
+    return bool((1 - cosine > FLAT).any())

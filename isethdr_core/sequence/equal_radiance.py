@@ -10,39 +10,59 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from ..data.scene_description import SceneDescription
 from ..errors import CatalogError
 from ..runs.provenance import described, fingerprint, input_digests, libraries
 from ..storage import store
 from ..storage.atomic_write import write_text
-from .equal_content import content_of
+from .equal_content import Contents
 
 NEWEST = 64  # stores that are looked at: each takes a millisecond
+CONTENT = "content"  # keys of the attributes of a store
+GROUP_CONTENTS = "group_contents"
 
 
-def content_name(description: SceneDescription, renderer: Any, effort: Sequence[str]) -> str | None:
-    """Return the name of everything that the radiance of a description follows from; None if it
-    cannot be told.
+class ContentNames(NamedTuple):
+    """Names of everything that radiance follows from: equal names, equal light."""
+
+    whole: str
+    groups: dict[str, str]  # by light group
+
+
+def content_names(contents: Contents, renderer: Any, effort: Sequence[str]) -> ContentNames:
+    """Return the names of the radiance that a renderer makes of a description.
 
     Parameters
     ----------
-    renderer : the component. `effort` : its fields that buy accuracy only.
+    contents : of the description. `renderer` : as it renders, with its seed.
+    effort : fields of the renderer that buy accuracy only.
     """
-    content = content_of(description)
-    if content is None:
-        return None
     made_by = {
         "fields": described(renderer, without=effort),
         "code": fingerprint(renderer),
         "versions": libraries(renderer),
         "inputs": input_digests(renderer),
     }
-    return store.content_hash({"content": content, "renderer": made_by})
+
+    def name(content: str) -> str:
+        return store.content_hash({"content": content, "renderer": made_by})
+
+    groups = {group: name(content) for group, content in contents.groups.items()}
+    return ContentNames(name(contents.whole), groups)
+
+
+def newest(folder: Path) -> Iterator[dict[str, Any]]:
+    """Yield the attributes of the newest stores, with their name as `id`."""
+    for path in sorted(folder.glob("*.zarr"), key=_age)[:NEWEST]:
+        attributes: dict[str, Any] = {}
+        with suppress(CatalogError):
+            attributes = store.read_attrs(path)
+        if attributes:
+            yield {**attributes, "id": path.stem}
 
 
 def find_equal(folder: Path, content: str) -> list[str]:
@@ -52,13 +72,8 @@ def find_equal(folder: Path, content: str) -> list[str]:
     ----------
     folder : of scene stores. `content` : of `content_name`.
     """
-    found: dict[str, None] = {}
-    for path in sorted(folder.glob("*.zarr"), key=_age)[:NEWEST]:
-        with suppress(CatalogError):
-            attributes: Mapping[str, Any] = store.read_attrs(path)
-            if attributes.get("content") == content:
-                found[str(attributes["recipe"])] = None
-    return list(found)
+    equal = (s for s in newest(folder) if s.get(CONTENT) == content)
+    return list(dict.fromkeys(str(attributes["recipe"]) for attributes in equal))
 
 
 def note(folder: Path, recipe: str, equal: Sequence[str]) -> None:

@@ -23,6 +23,7 @@ SQUARE = np.array([[0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1]], float)
 FACES = np.array([[0, 2, 1], [0, 3, 2]])
 MATERIALS = {"matt": Material("matt")}
 WAITS_S = 2.0
+AXIS = (-1.0, 0.0, 0.0)  # along which the square's faces look
 
 
 def shifted(x_m: float, y_m: float = 0.0, z_m: float = 1.0) -> np.ndarray:
@@ -49,10 +50,11 @@ class Waiting:
 
     def __call__(self) -> SceneDescription:
         after_s = 1 / (self.frames_per_s or 1)
-        blinks = Lamp("indicator", "blinker", 40.0 + 20.0 * (int(self.time_s) % 2), flat(1.0))
+        candela = 40.0 + 20.0 * (int(self.time_s) % 2)
+        blinks = Lamp("indicator", "blinker", candela, flat(1.0), AXIS)
         models = {
             "box": square("box"),
-            "steady": square("steady", Lamp("street", "steady", 50.0, flat(1.0))),
+            "steady": square("steady", Lamp("street", "steady", 50.0, flat(1.0), AXIS)),
             "blinker": square("blinker", blinks),
             "hidden": Model("hidden", ()),
         }

@@ -1,0 +1,48 @@
+"""Frame seed: the renderer's random numbers of one frame of a sequence.
+
+With one seed for all frames, the render noise would be a pattern that stands still in front of a
+scene that moves. The seed of a frame therefore follows from the renderer's own seed, which is that
+of the sequence, and from everything in the frame that is lit: surfaces, camera and sky. Any motion
+gives another seed. Where nothing moves, frames keep their seed, with two consequences. Frames with
+equal light stay equal, so that they are rendered once. Where only a lamp changes, the light of the
+other groups is that of a new rendering, bit for bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+from ..storage.store import content_hash
+
+SEED = "seed"  # the field of a renderer
+MARK = {"seed": "of the frame"}  # in the name of radiance whose seed follows from the frame
+
+
+def has_frame_seed(renderer: Any, exposures: Mapping[str, Any] | None) -> bool:
+    """Return whether the renderer's random numbers follow from the frame: a renderer with a seed,
+    in a sequence.
+
+    Parameters
+    ----------
+    exposures : carried into the frame; None: the run is no frame of a sequence.
+    """
+    if exposures is None or not is_dataclass(renderer):
+        return False
+    return any(field.name == SEED for field in fields(renderer))
+
+
+def frame_seed(seed: int, lit: str) -> int:
+    """Return the seed of a frame, from 0 to 2^63 - 1.
+
+    Parameters
+    ----------
+    seed : of the sequence. `lit` : digest of everything in the frame that is lit.
+    """
+    return int(content_hash({"seed": seed, "lit": lit}), 16) >> 1
+
+
+def with_frame_seed(renderer: Any, lit: str) -> Any:
+    """Return the renderer with the seed of a frame; `lit` as of `frame_seed`."""
+    return replace(renderer, seed=frame_seed(renderer.seed, lit))
