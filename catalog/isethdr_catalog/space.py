@@ -17,6 +17,7 @@ from pathlib import Path
 from isethdr_core.errors import MOST_LISTED, CatalogError, did_you_mean
 from isethdr_core.runs.labels import SUFFIX as LABELS
 from isethdr_core.runs.reuse import FOLDER as INTERMEDIATE
+from isethdr_core.sequence.equal_radiance import remove_stale_notes
 from isethdr_core.storage.atomic_write import remove_leftovers, temporary_path
 from isethdr_core.storage.object_home.address import MARK
 from isethdr_core.storage.object_home.calls import (
@@ -190,7 +191,8 @@ def release_copies(copies: list[Removable]) -> int:
 
 
 def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:
-    """Remove what `removable` has listed, and temporary files of killed writers.
+    """Remove what `removable` has listed, temporary files of killed writers, and notes of equal
+    light whose store is gone.
 
     Returns
     -------
@@ -203,6 +205,7 @@ def collect(folder: str | os.PathLike[str], items: list[Removable]) -> int:
     for item in items:
         _remove(item.path)
         free += item.size
+    remove_stale_notes(root / "scenes")
     return free
 
 

@@ -26,7 +26,7 @@ from ..pipeline.chain import Chain, stage
 from ..pipeline.demand import Demand
 from ..pipeline.early_checks import check_contents, check_lightings
 from ..plugins.protocols import AccumulatesSamples, MeetsNoiseLimit, NamesItsEffort
-from ..sequence.equal_content import Contents, contents_of
+from ..sequence.equal_content import contents_of
 from ..sequence.equal_groups import (
     SOURCES,
     LimitBeside,
@@ -142,9 +142,9 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise:
             for path in folder.glob(f"{recipe}-*.zarr"):
                 # a damaged one is named now, not when the new one cannot take its place
                 store.read_attrs(path)
-            contents = contents_of(description) if missing else None
-            renderer = _renderer_of(chain, contents, recipe)
-            content = contents and content_names(contents, renderer, effort(chain))
+            content = None
+            if missing:
+                renderer, content = rendering_of(chain, description, recipe)
             if missing and content:
                 note(folder, recipe, [n for n in find_equal(folder, content.whole) if n != recipe])
                 serving, missing = held_and_missing(chain, demand)
@@ -160,14 +160,33 @@ def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise:
     ), [s["id"] for s in serving]
 
 
-def _renderer_of(chain: Chain, contents: Contents | None, recipe: str) -> Any:
-    """Return the renderer as it renders: in a sequence with the seed of the frame.
+class Rendering(NamedTuple):
+    """A renderer and what it is given."""
 
-    `contents` : of the scene; None if they cannot be told.
+    renderer: Any  # as it renders: in a sequence with the seed of the frame
+    content: ContentNames | None  # None if a plugin's part of the description is no plain data
+
+
+def rendering_of(chain: Chain, description: SceneDescription, recipe: str) -> Rendering:
+    """Return the rendering of a description, by whose names equal light is recognised.
+
+    `recipe` : name of the radiance.
     """
-    if not has_frame_seed(chain.renderer, chain.exposures):
-        return chain.renderer
-    return with_frame_seed(chain.renderer, contents.surfaces if contents else recipe)
+    contents = contents_of(description)
+    renderer = chain.renderer
+    if has_frame_seed(renderer, chain.exposures):
+        renderer = with_frame_seed(renderer, contents.surfaces if contents else recipe)
+    content = contents and content_names(contents, renderer, effort(chain))
+    return Rendering(renderer, content)
+
+
+def is_equal_stored(chain: Chain, demand: Demand, content: ContentNames) -> bool:
+    """Return whether radiance of the same content is stored, of another recipe or of this one, and
+    serves `demand`.
+    """
+    folder = store.home() / "scenes"
+    recipes = find_equal(folder, content.whole)
+    return any(_held(chain, demand, stored(folder, recipe))[1] is None for recipe in recipes)
 
 
 def _equal_groups(chain: Chain, request: _Request, folder: Path) -> list[Taken]:

@@ -22,6 +22,7 @@ from ..storage.atomic_write import write_text
 from .equal_content import Contents
 
 NEWEST = 64  # stores that are looked at: each takes a millisecond
+NOTE = ".equal.json"  # end of the name of a note
 CONTENT = "content"  # keys of the attributes of a store
 GROUP_CONTENTS = "group_contents"
 
@@ -92,8 +93,24 @@ def noted(folder: Path, recipe: str) -> list[str]:
         return []
 
 
+def remove_stale_notes(folder: Path) -> int:
+    """Remove the notes that name no recipe with a store any more, and return their number.
+
+    Parameters
+    ----------
+    folder : of scene stores.
+    """
+    removed = 0
+    for path in folder.glob(f".*{NOTE}"):
+        recipe = path.name.removeprefix(".").removesuffix(NOTE)
+        if not any(any(folder.glob(f"{name}-*.zarr")) for name in noted(folder, recipe)):
+            path.unlink(missing_ok=True)
+            removed += 1
+    return removed
+
+
 def _file(folder: Path, recipe: str) -> Path:
-    return folder / f".{recipe}.equal.json"
+    return folder / f".{recipe}{NOTE}"
 
 
 def _age(path: Path) -> float:

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from isethdr_core.sequence.equal_radiance import note, noted, remove_stale_notes
+
 from .counting import LABELLED, Counting, frame, levels
 from .waiting import Waiting
 
@@ -66,3 +68,13 @@ def test_a_store_that_has_been_removed_is_rendered_anew(tmp_path):
     (tmp_path / "scenes" / f"{name}.zarr").rename(tmp_path / "gone.zarr")
     frame(Waiting(0.75))
     assert len(Counting.calls) == 2
+
+
+def test_a_note_goes_with_the_last_store_that_it_names(tmp_path):
+    for name in ("one", "two"):
+        (tmp_path / f"{name}-1.zarr").mkdir()
+    note(tmp_path, "mine", ["one", "two"])
+    (tmp_path / "one-1.zarr").rmdir()
+    assert remove_stale_notes(tmp_path) == 0 and noted(tmp_path, "mine") == ["one", "two"]
+    (tmp_path / "two-1.zarr").rmdir()
+    assert remove_stale_notes(tmp_path) == 1 and not list(tmp_path.iterdir())

@@ -1,20 +1,35 @@
-"""Forecast: run time of all frames of a sequence, from stored runs, before any work."""
+"""Forecast: run time of all frames of a sequence, from stored runs, before any work.
+
+Frames that show the same light are found by the scene's description, which is built for this as
+long as that is cheap. The rest of the frames count as frames to render.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import time
+from dataclasses import dataclass, field, replace
 
 from isethdr_core.cli.summary_tables import forecast_table, seconds_text
 from isethdr_core.cli.terminal import console
+from isethdr_core.data.scene_description import SceneDescription
 from isethdr_core.motion.run_time import sub_frame_work
-from isethdr_core.pipeline.chain import chain, frame_of, plan
+from isethdr_core.pipeline.chain import Chain, chain, frame_of, plan
+from isethdr_core.pipeline.demand import Demand
 from isethdr_core.pipeline.runtime_estimate import expected_s, newest, stages
-from isethdr_core.runs.radiance_cache import held_and_missing
+from isethdr_core.runs.radiance_cache import (
+    held_and_missing,
+    is_equal_stored,
+    recipe_hash,
+    rendering_of,
+)
 from isethdr_core.runs.run import plain
+from isethdr_core.uncertainty import ledger
 from isethdr_core.uncertainty.ledger import Ledger
 
 from .frames import planned
 from .request import Request
+
+LOOK_S = 20.0  # CPU s that building scenes may take in a forecast
 
 
 @dataclass
@@ -22,7 +37,10 @@ class Forecast:
     """What the frames of a sequence take."""
 
     frames: int = 0
-    rendered: int = 0  # frames whose radiance is not stored
+    rendered: int = 0  # frames whose light is neither stored nor that of an earlier frame
+    equal: int = 0  # frames with the light of an earlier frame, or of another stored scene
+    partly: int = 0  # of those to render, frames of which some light groups are known
+    unseen: int = 0  # frames that were not compared, because that would take too long
     seconds: dict[str, float | None] = field(default_factory=dict)  # by stage; None: not known
 
     @property
@@ -36,8 +54,50 @@ class Forecast:
         return [stage for stage, seconds in self.seconds.items() if seconds is None]
 
 
-def forecast(request: Request) -> Forecast:
+@dataclass
+class EqualFrames:
+    """Finds frames whose light is that of earlier ones, as long as that is cheap."""
+
+    most_s: float = LOOK_S  # CPU s
+    whole: set[str] = field(default_factory=set)  # names of the light of the frames so far
+    groups: set[str] = field(default_factory=set)  # of their light groups
+    spent_s: float = 0.0
+
+    def missing(self, frame: Chain, demand: Demand, missing: Demand) -> Demand | None:
+        """Return what of a frame is left to render; None if it shows the light of another one.
+
+        Parameters
+        ----------
+        frame : components. `demand` : on its scene. `missing` : what of it is not stored.
+
+        Raises
+        ------
+        TimeoutError : the scenes so far have taken longer than `most_s`.
+        """
+        if self.spent_s > self.most_s:
+            raise TimeoutError
+        start = time.process_time()
+        description = ledger.collected(frame.scene).result
+        content = None
+        if isinstance(description, SceneDescription):
+            content = rendering_of(frame, description, recipe_hash(frame)).content
+        self.spent_s += time.process_time() - start
+        if content is None:
+            return missing
+        if content.whole in self.whole or is_equal_stored(frame, demand, content):
+            return None
+        asked = missing.groups or tuple(content.groups)
+        new = tuple(g for g in asked if content.groups[g] not in self.groups)
+        self.whole.add(content.whole)
+        self.groups.update(content.groups.values())
+        # labels come with the light of one group
+        return missing if new == asked else replace(missing, groups=new or asked[:1])
+
+
+def forecast(request: Request, most_s: float = LOOK_S) -> Forecast:
     """Return what a sequence takes. A stage that is not known for one frame is not known.
+
+    `most_s` : CPU s for building scenes, to find frames that are equal.
 
     Raises
     ------
@@ -45,6 +105,7 @@ def forecast(request: Request) -> Forecast:
     """
     sequence = planned(request)
     found = Forecast()
+    equal = EqualFrames(most_s)
     runs = newest("runs")
     for number in range(request.frames):
         config = sequence.frame(number, {})
@@ -52,6 +113,15 @@ def forecast(request: Request) -> Forecast:
         frame_chain = chain(config)
         demand = plan(frame_chain, Ledger())
         missing = held_and_missing(frame_chain, demand)[1]
+        if missing is not None:
+            try:
+                rest = equal.missing(frame_chain, demand, missing)
+            except TimeoutError:
+                found.unseen += 1
+            else:
+                found.equal += rest is None
+                found.partly += rest not in (None, missing)
+                missing = rest
         moving = sub_frame_work(frame_chain, demand, runs)
         frame = frame_of(frame_chain, demand)
         expected = expected_s(frame_chain, settings, missing, frame, moving)
@@ -69,6 +139,12 @@ def print_forecast(request: Request) -> None:
     found = forecast(request)
     console().print(forecast_table(found.seconds))
     total = f"{found.frames} frames, {found.rendered} of them to render"
+    if found.partly:
+        total += f" ({found.partly} in part)"
+    if found.equal:
+        total += f", {found.equal} equal to another one"
+    if found.unseen:
+        total += f"; {found.unseen} were not compared, which takes too long"
     if found.known_s:
         total += f": about {seconds_text(found.known_s)} s in all"
     if found.unknown:
