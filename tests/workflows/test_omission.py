@@ -65,12 +65,16 @@ def test_every_chart_agrees_with_the_run_that_computes_everything(name):
 def test_every_rendered_case_agrees_on_few_paths(name):
     """Fewer groups, bands and tiles are the same bits of light, and as finely stored; through
     lenses without blur the same readings.
+
+    The number of paths is fixed: by need, paths that one group does not need go to the others.
     """
     few = Case(
         (
             *(o for o in CASES[name].overrides if o not in TILES),
             "renderer.width=64",
             "renderer.height=36",
+            "renderer.noise_share_allowed=null",
+            "renderer.samples=8",
         ),
         rendered=True,
     )
