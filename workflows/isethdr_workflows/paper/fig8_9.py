@@ -142,12 +142,14 @@ def colour_chart() -> LitScene:
 def at_noise(isp, sensor, scene: LitScene, lux: float):
     """Return the isp with its colour matrix solved for the noise at `lux`: clear pixels only help
     where noise counts beside colour.
+
+    The noise is that of a bilinear picture: a learned demosaic states none.
     """
-    _, picture, _, _ = seen_by(sensor, isp, *scene.at_level(lux))
+    bilinear = replace(isp, demosaic=DEMOSAICS[0])
+    _, picture, _, _ = seen_by(sensor, bilinear, *scene.at_level(lux))
     y = picture["xyz"].values[..., 1]
     variance = picture["variance"].values[..., 1]
-    known = variance > 0  # of saturated pixels it is not known
-    snr = np.median(y[known] / np.sqrt(variance[known]))
+    snr = np.median(y / np.sqrt(variance))
     return replace(isp, design_snr=float(np.clip(snr, *DESIGN_SNR)))
 
 
