@@ -28,6 +28,14 @@ def check_electrons(
 
     The light is uniform over the field and increases towards red, so that every filter collects a
     different signal.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    sensor : sensor under test.
+    light : (wavelength, y, x) irradiance on the sensor plane, W m-2 nm-1; its largest value sets
+        the level.
+    captures : captures of the sensor, with the numbers that they state.
     """
     for name in OF_LIGHT:
         promise = f"captures carry {name!r} of the light unchanged"
@@ -133,6 +141,9 @@ def check_scatter(
 
     Parameters
     ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    sensor : sensor under test.
+    light : (wavelength, y, x) irradiance of dim light on the sensor plane, W m-2 nm-1.
     read_back : function(captures) -> (capture, y, x) electrons, dark charge included.
     """
     for name, factor in (("darkness", 0.0), ("dim light", 1.0)):

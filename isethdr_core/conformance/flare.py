@@ -127,6 +127,12 @@ def check_added(subject: str, flare: AddsLight) -> None:
 def check_in_lens(subject: str, flare: Flare, adds: bool) -> None:
     """Check a lens with this flare: valid, repeatable, and without more light than the open lens
     unless it adds light.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    flare : flare under test.
+    adds : whether the flare adds light; the energy is then not compared.
     """
     lens = _lens()
     dirty = repeatable(subject, lambda m: lens(m, flares=(flare,)), field)

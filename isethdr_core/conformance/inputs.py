@@ -44,8 +44,15 @@ def scene(
     groups: Sequence[str] = GROUPS,
     level: float = 0.01,
 ) -> xr.Dataset:
-    """Return scene radiance with labels of two objects; `level` is its largest value, W m-2 sr-1
-    nm-1; `pitch` in tangents.
+    """Return scene radiance with labels of two objects.
+
+    Parameters
+    ----------
+    height, width : tiles along y and x.
+    bands : number of wavelengths.
+    pitch : side of a tile, tangents of the field angle.
+    groups : names of the light groups.
+    level : largest radiance, W m-2 sr-1 nm-1.
     """
     cube = level * pattern((len(groups), bands, height, width))
     instance = np.zeros((height, width), np.uint32)
@@ -100,8 +107,15 @@ def mixed(
     bands: int = 5,
     pitch: float = 0.01,
 ) -> xr.DataArray:
-    """Return mixed radiance; `values` broadcast to (bands, height, width), by default a pattern up
-    to 0.01 W m-2 sr-1 nm-1.
+    """Return mixed radiance of a pattern, or of the given values.
+
+    Parameters
+    ----------
+    values : array that broadcasts to (bands, height, width), W m-2 sr-1 nm-1; None: a pattern up to
+        0.01.
+    height, width : tiles along y and x.
+    bands : number of wavelengths.
+    pitch : side of a tile, tangents of the field angle.
     """
     shape = (bands, height, width)
     values = 0.01 * pattern(shape) if values is None else np.broadcast_to(values, shape)
@@ -120,8 +134,14 @@ def mixed(
 def irradiance(
     values: npt.ArrayLike, height: int, width: int, pitch_m: float, bands: int = 31
 ) -> xr.DataArray:
-    """Return irradiance on the sensor plane of an f/2.8 lens of 4 mm; `values` broadcast to (bands,
-    height, width), W m-2 nm-1.
+    """Return irradiance on the sensor plane of an f/2.8 lens of 4 mm.
+
+    Parameters
+    ----------
+    values : array that broadcasts to (bands, height, width), W m-2 nm-1.
+    height, width : tiles along y and x.
+    pitch_m : side of a tile on the sensor plane, m.
+    bands : number of wavelengths.
     """
     values = np.array(np.broadcast_to(values, (bands, height, width)), np.float32)
     return plane(

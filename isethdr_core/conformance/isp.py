@@ -70,12 +70,18 @@ def captures(
     exposure_s: float = 0.01,
     spectrum: npt.ArrayLike | None = None,
 ) -> xr.Dataset:
-    """Return noise-free captures of a field of `level` cd/m2; `spectrum` (31,) of its light, any
-    scale, by default equal energy.
+    """Return noise-free captures of a uniform field.
 
-    `mosaic`: one capture under a 2 x 2 array of three filters. `full`: three captures, each of one
-    filter at every pixel. The filters see in proportion to the colour matching functions, so colour
-    can be read back exactly.
+    The filters respond in proportion to the colour matching functions, so that colour can be read
+    back exactly.
+
+    Parameters
+    ----------
+    layout : `mosaic`: one capture under a 2 x 2 array of three filters. `full`: three captures,
+        each of one filter at every pixel.
+    level : luminance of the field, cd/m2.
+    exposure_s : exposure time, s.
+    spectrum : (31,) spectrum of the light, any scale; None: equal energy.
     """
     nm = bands_nm(31)
     height = 16

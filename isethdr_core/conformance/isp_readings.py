@@ -29,12 +29,14 @@ class MakesCaptures(Protocol):
 
 
 def check_readings(subject: str, isp: Isp, grey: xr.Dataset, luminance_cd_m2: np.ndarray) -> None:
-    """Check that captures of the same light in other numbers give the same luminance:
-    `luminance_cd_m2` (y, x) of `grey`.
+    """Check that captures of the same light in other numbers give the same luminance.
 
     Parameters
     ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    isp : isp under test.
     grey : captures whose `raw` is at most half of their top code.
+    luminance_cd_m2 : (y, x) luminance that the isp computes from `grey`, cd/m2.
     """
     raw = grey["raw"].values.astype(float)
     black = float(grey["black_dn"][0])
@@ -74,6 +76,12 @@ def check_readings(subject: str, isp: Isp, grey: xr.Dataset, luminance_cd_m2: np
 def check_place(subject: str, isp: Isp, grey: xr.Dataset) -> None:
     """Check that light in one quarter of the captures is in the same quarter of the picture, not
     mirrored, turned or shifted.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    isp : isp under test.
+    grey : captures of a uniform field.
     """
     black = float(grey["black_dn"][0])
     x = grey["x"].values
@@ -96,8 +104,15 @@ def check_place(subject: str, isp: Isp, grey: xr.Dataset) -> None:
 
 
 def check_colour(subject: str, isp: Isp, layout: str, make: MakesCaptures) -> None:
-    """Check X and Z of reddish and of bluish light. `make(layout, spectrum=...)` returns captures
-    through filters with the responses of X, Y and Z.
+    """Check X and Z of reddish and of bluish light.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    isp : isp under test.
+    layout : layout of the captures, `mosaic` or `full`.
+    make : function(layout, spectrum=...) that returns captures through filters with the responses
+        of X, Y and Z.
     """
     nm = bands_nm(31)
     for name, slope in (("reddish", 0.8), ("bluish", -0.8)):
@@ -118,6 +133,12 @@ def check_colour(subject: str, isp: Isp, layout: str, make: MakesCaptures) -> No
 def check_variance(subject: str, isp: Isp, grey: xr.Dataset) -> None:
     """Check the stated variance against that of pictures of some shots, each with noise of its
     own.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    isp : isp under test.
+    grey : noise-free captures of a uniform field.
     """
     random = np.random.default_rng(20261)
     gain = float(grey["gain_dn_per_e"][0])

@@ -47,6 +47,13 @@ def sealed(data: Data, *names: str) -> Data:
 def same_from_store(subject: str, call: Callable[[Data], object], data: Data, want: object) -> None:
     """Raise AssertionError if `call(data)` differs from `want` in a bit when `data` is read lazily
     from a store.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    call : function of the component under test.
+    data : input of `call`, in memory.
+    want : result of `call` for the data in memory.
     """
     promise = "data opened from a store gives the same bits as data in memory"
     with TemporaryDirectory() as folder:

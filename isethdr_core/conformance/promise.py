@@ -31,7 +31,15 @@ EXPECTATION = re.compile("expected|needs|lack|one of")  # a message has at least
 
 
 def holds(subject: str, promise: str, condition: object, detail: str = "") -> None:
-    """Raise AssertionError naming the component and the promise unless `condition` is true."""
+    """Raise AssertionError naming the component and the promise unless `condition` is true.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    promise : the promise, as a statement of the component.
+    condition : whether the promise is kept; its truth value counts.
+    detail : found and expected values; empty: none.
+    """
     if not condition:
         raise AssertionError(
             f"{subject} breaks the promise '{promise}'" + (f": {detail}" if detail else "")
@@ -52,7 +60,14 @@ def keeps(subject: str, promise: str) -> Iterator[None]:
 
 
 def same(subject: str, promise: str, first: object, second: object) -> None:
-    """Raise AssertionError unless two results hold the same bits (NaN equals NaN)."""
+    """Raise AssertionError unless two results hold the same bits (NaN equals NaN).
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    promise : the promise, as a statement of the component.
+    first, second : results: a DataArray, Dataset, array or list of scores.
+    """
     a = arrays(first)
     b = arrays(second)
     holds(subject, promise, a.keys() == b.keys(), f"got {sorted(a)} and {sorted(b)}")
@@ -80,6 +95,15 @@ def close(
 ) -> None:
     """Raise AssertionError unless |value - want| <= relative |want| + absolute everywhere. The
     message holds the worst position.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    promise : the promise, as a statement of the component.
+    values : values found, any shape and unit.
+    want : expected values; they broadcast with `values`.
+    relative : error allowed, as a fraction of |want|.
+    absolute : error allowed in addition, unit of the values.
     """
     values, want = np.broadcast_arrays(np.asarray(values, float), np.asarray(want, float))
     excess = np.abs(values - want) - relative * np.abs(want) - absolute
@@ -101,6 +125,12 @@ def close(
 def refuses(subject: str, fault: str, call: Callable[[], object]) -> None:
     """Raise AssertionError unless `call()` raises an error of isethdr_core.errors whose message
     states the expected value.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    fault : the bad input, in words.
+    call : function that passes the bad input to the component.
     """
     promise = f"refuses {fault} with an error of isethdr_core.errors"
     try:
@@ -137,6 +167,12 @@ def repeatable(
 ) -> Result:
     """Return `call(input)` after checking that it leaves its input alone and depends on its values
     only.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    call : function of the component under test.
+    make_input : function that makes the same input each time, in new arrays.
     """
     original = make_input()
     untouched = make_input()
@@ -158,6 +194,13 @@ def alike(subject: str, promise: str, values: object, want: object) -> None:
 
     The tolerance is 1e-5 of the largest value, for sums in float32. Whole numbers may differ by 1,
     if such a sum decides a count.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    promise : the promise, as a statement of the component.
+    values : result found: a DataArray, Dataset, array or list of scores.
+    want : expected result, of the same form.
     """
     a = arrays(values)
     b = arrays(want)
@@ -196,6 +239,14 @@ def check_component(
 ) -> None:
     """Check the promises of every component: documented, typed, comparable, storable, and correct
     demands.
+
+    Parameters
+    ----------
+    subject : name of the component in messages, for example "lens 'wavefront'".
+    kind : kind of the component, for example `lens`.
+    name : registered name of the component.
+    component : component under test, built from `fields`.
+    fields : fields that the author passes, by name.
     """
     docstring = type(component).__doc__ or ""
     holds(

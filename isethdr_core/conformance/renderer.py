@@ -67,6 +67,13 @@ def world(
 ) -> SceneDescription:
     """Return a flat road, a Lambertian panel lamp that faces the camera on its axis, and a uniform
     sky.
+
+    Parameters
+    ----------
+    road : whether there is a road, 100 m x 100 m, of 30 % reflectance.
+    lamp : whether there is a lamp.
+    sky : whether there is a sky.
+    intensity_cd : luminous intensity of the lamp along its axis, cd.
     """
     corners = np.array([[0.0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1]])
     faces = np.array([[0, 1, 2], [0, 2, 3]])

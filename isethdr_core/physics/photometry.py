@@ -47,16 +47,26 @@ def xyz_weights(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 
 
 def luminance(radiance: npt.ArrayLike, wavelength_nm: npt.ArrayLike, axis: int = 0) -> np.ndarray:
-    """Return cd/m2 from spectral radiance in W m-2 sr-1 nm-1 with bands along `axis` (lux from
-    irradiance).
+    """Return luminance in cd/m2 from spectral radiance; illuminance in lux from spectral irradiance.
+
+    Parameters
+    ----------
+    radiance : array of any shape with bands along `axis`, W m-2 sr-1 nm-1; W m-2 nm-1 for lux.
+    wavelength_nm : (band,) band centres, nm.
+    axis : axis of `radiance` with the bands.
     """
     w = xyz_weights(wavelength_nm)[1]
     return np.tensordot(w, np.asarray(radiance), axes=(0, axis))
 
 
 def xyz(radiance: npt.ArrayLike, wavelength_nm: npt.ArrayLike, axis: int = 0) -> np.ndarray:
-    """Return X, Y, Z stacked on the last axis from spectral radiance with bands along `axis`; Y in
-    cd/m2.
+    """Return X, Y, Z stacked on the last axis; Y in cd/m2.
+
+    Parameters
+    ----------
+    radiance : spectral radiance, any shape with bands along `axis`, W m-2 sr-1 nm-1.
+    wavelength_nm : (band,) band centres, nm.
+    axis : axis of `radiance` with the bands.
     """
     out = np.tensordot(xyz_weights(wavelength_nm), np.asarray(radiance), axes=(1, axis))
     return np.moveaxis(out, 0, -1)

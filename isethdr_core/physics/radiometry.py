@@ -16,8 +16,13 @@ def photon_energy_j(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 def photons_from_energy(
     energy: float | np.ndarray, wavelength_nm: npt.ArrayLike, axis: int = 0
 ) -> np.ndarray:
-    """Return photons per second from W, or from W per any unit, with the same unit. Wavelengths in
-    nm run along `axis`.
+    """Return photons per second from W, or from W per any unit, with the same unit.
+
+    Parameters
+    ----------
+    energy : power, any shape with bands along `axis`, W or W per any unit.
+    wavelength_nm : (band,) band centres, nm.
+    axis : axis of `energy` with the bands.
     """
     return energy / _along(photon_energy_j(wavelength_nm), np.ndim(energy), axis)
 
@@ -25,8 +30,13 @@ def photons_from_energy(
 def energy_from_photons(
     photons: float | np.ndarray, wavelength_nm: npt.ArrayLike, axis: int = 0
 ) -> np.ndarray:
-    """Return W from photons per second, or per any unit, with the same unit. Wavelengths in nm run
-    along `axis`.
+    """Return W from photons per second, or per any unit, with the same unit.
+
+    Parameters
+    ----------
+    photons : photon rate, any shape with bands along `axis`, photons/s or photons/s per any unit.
+    wavelength_nm : (band,) band centres, nm.
+    axis : axis of `photons` with the bands.
     """
     return photons * _along(photon_energy_j(wavelength_nm), np.ndim(photons), axis)
 
@@ -76,8 +86,12 @@ def irradiance_factor_aplanatic(f_number: float, magnification: float = 0.0) -> 
 
 
 def cos4_falloff(x_m: npt.ArrayLike, y_m: npt.ArrayLike, focal_length_m: float) -> np.ndarray:
-    """Return relative illumination cos^4 of the field angle at sensor positions (broadcast), 1 on
-    the axis.
+    """Return relative illumination cos^4 of the field angle, 1 on the axis.
+
+    Parameters
+    ----------
+    x_m, y_m : sensor positions from the axis, m; any shapes that broadcast.
+    focal_length_m : focal length, m.
     """
     return (1.0 + (np.square(x_m) + np.square(y_m)) / focal_length_m**2) ** -2.0
 

@@ -16,8 +16,14 @@ FLOOR = 1e-14  # of the largest eigenvalue: directions in which no spectrum at h
 
 
 def shot_noise_moments(spectra, counts, weight=1.0) -> np.ndarray:
-    """Return the (band, band) second moments of spectra (sample, band), each over its `counts`:
-    bright ones weigh as their noise allows.
+    """Return the (band, band) second moments of spectra, each divided by its signal: bright spectra
+    weigh as their shot noise allows.
+
+    Parameters
+    ----------
+    spectra : (sample, band) array of spectra, any unit.
+    counts : (sample,) signal of each spectrum, any unit; samples of 0 are left out.
+    weight : factor of the result, no unit.
     """
     lit = counts > 0
     return weight * ((spectra[lit] / counts[lit, None]).T @ spectra[lit])

@@ -129,7 +129,16 @@ def convolve(image: Any, psf: Any, error_allowed: float = 0.0) -> Any:
 
 
 def convolve_with_bound(image: Any, psf: Any, error_allowed: float = 0.0) -> tuple[Any, Bound]:
-    """Return the convolution and a bound on its actual error; arguments as `convolve`."""
+    """Return the convolution and a bound on its actual error.
+
+    Parameters
+    ----------
+    image : (y, x) array, finite, any unit; light outside it is zero.
+    psf : (ky, kx) array, its centre at index (ky // 2, kx // 2), or a `Kernel` prepared for the
+        image's shape.
+    error_allowed : largest relative error of any output pixel, as in `convolve`; 0: exact
+        computation.
+    """
     xp = namespace(image)
     image = xp.asarray(image)
     kernel = psf if isinstance(psf, Kernel) else prepare(psf, image.shape)

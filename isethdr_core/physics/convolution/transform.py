@@ -37,6 +37,9 @@ def spectrum(psf, size, peak: float, mirrored: bool):
     Parameters
     ----------
     psf : (ky, kx) array, its centre at (ky // 2, kx // 2), not larger than `size`.
+    size : (sy, sx) of the transform, pixels.
+    peak : largest value of `psf`, by which it is divided.
+    mirrored : whether `psf` equals its mirror image about the centre; its spectrum is then real.
     """
     xp = namespace(psf)
     ky, kx = psf.shape
@@ -75,6 +78,12 @@ def mirrored_spectrum(half, size, peak: float) -> np.ndarray:
 
     Along x rows of negative y have conjugate transforms, so that transforms along y of a Hermitian
     half give the real result.
+
+    Parameters
+    ----------
+    half : (cy + 1, kx) rows y = 0 .. cy of the kernel, the row of its centre first.
+    size : (sy, sx) of the transform, pixels.
+    peak : largest value of the kernel, by which it is divided.
     """
     rows, kx = half.shape
     sy, sx = size
@@ -102,10 +111,14 @@ def whole_spectrum(blocks, size):
 
 
 def rows_of(ny: int, size, like, single=False):
-    """Return an empty array of the library of `like` for the transforms along x of one plane:
-    (block of columns, y, column).
+    """Return an empty array for the transforms along x of one plane: (block of columns, y, column).
 
-    Its precision, `single` or double, is that of the whole computation.
+    Parameters
+    ----------
+    ny : rows of the image.
+    size : (sy, sx) of the transform, pixels.
+    like : an array of the library and the device to use.
+    single : whether the whole computation is in single precision (complex64), not double.
     """
     xp = namespace(like)
     return xp.empty(
@@ -182,8 +195,16 @@ def columns(halves, multiply, size, apply=map) -> None:
 
 
 def back(half, write, size, nx: int, apply=map) -> list:
-    """Transform the rows of one plane back. write(rows, values) takes each block (rows, nx). Return
-    its results, block by block.
+    """Transform the rows of one plane back, and return the results of `write`, block by block.
+
+    Parameters
+    ----------
+    half : (block of columns, y, column) transforms along x, of `rows_of`.
+    write : function(rows, values) that takes each block of rows: a slice, and values (rows, nx).
+    size : (sy, sx) of the transform, pixels.
+    nx : columns of the image.
+    apply : function that calls another one for every block: `map`, or the `map` of a pool of
+        threads.
     """
     xp = namespace(half)
     count, ny, _ = half.shape
@@ -243,6 +264,12 @@ def times(spectrum):
 def convolved(image, spectrum, size):
     """Return the convolution of a NumPy image (y, x) with a kernel's spectrum, and the root of the
     sum of the image's squares.
+
+    Parameters
+    ----------
+    image : (y, x) NumPy array, any unit.
+    spectrum : transform of the kernel in blocks of columns, as `spectrum` returns.
+    size : (sy, sx) of the transform, pixels.
     """
 
     def read(rows, values):

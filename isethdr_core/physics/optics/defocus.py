@@ -35,8 +35,16 @@ def blur_diameter_m(
 
 
 def hyperfocal_m(focal_length_m: float, f_number: float, blur_m: float) -> float:
-    """Return the nearest focus distance at which infinity is blurred by at most `blur_m`; then all
-    points from half of it on are: f^2 / (N c) + f (Kingslake 1992, chapter 5).
+    """Return the nearest focus distance at which infinity is blurred by at most `blur_m`, m.
+
+    All points from half of this distance on are then blurred by at most `blur_m`: f^2 / (N c) + f
+    (Kingslake 1992, chapter 5).
+
+    Parameters
+    ----------
+    focal_length_m : focal length f, m.
+    f_number : focal length / diameter of the entrance pupil, N.
+    blur_m : largest diameter of the blur on the sensor, c, m.
     """
     return focal_length_m**2 / (f_number * blur_m) + focal_length_m
 

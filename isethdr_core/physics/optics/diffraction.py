@@ -105,6 +105,12 @@ def energy_of(amplitude: npt.ArrayLike, pupil_pitch_mm: float, cell_means: bool 
     the pupil, because the square of a mean is less than the mean of squares: about 0.6 / samples
     across is missing. The missing energy is proportional to the cell. It is found from the same sum
     over cells twice as wide, and added.
+
+    Parameters
+    ----------
+    amplitude : (y, x) amplitude transmission, real or complex, on square cells.
+    pupil_pitch_mm : side of a cell of the pupil, mm.
+    cell_means : whether `amplitude` holds means over cells (antialiased) and not samples.
     """
     amplitude = np.asarray(amplitude)
     fine = _squares(amplitude)
@@ -139,6 +145,13 @@ def phase(
 ) -> np.ndarray:
     """Return exp(2 pi i OPD / wavelength); refuse a jump of half a wavelength or more between
     neighbours inside the pupil.
+
+    Parameters
+    ----------
+    opd_um : (y, x) optical path difference, um.
+    wavelength_nm : wavelength, nm.
+    amplitude : (y, x) amplitude transmission; jumps are checked only where it is above 0. None:
+        everywhere.
     """
     opd_um = np.asarray(opd_um)
     inside = np.ones(opd_um.shape, bool) if amplitude is None else np.abs(amplitude) > 0
@@ -169,12 +182,21 @@ def sampled_psf(  # noqa: PLR0913 - plugins call it with these arguments
     energy_mm2: float,
     cell_means: bool = False,
 ) -> np.ndarray:
-    """Return intensity times sample area at a (y, x) grid of `count` samples `pitch_um` apart, the
-    axis at count // 2.
+    """Return intensity times sample area at a (y, x) grid of samples, the axis at count // 2.
 
-    Arguments as `psf_from_pupil`, with pairs (y, x) for pitches and counts and a complex `pupil`. A
-    chirp-z transform (Bluestein 1970; Jurling 2018, Appl. Opt. 57, 8655) along each axis: no
+    A chirp-z transform (Bluestein 1970; Jurling 2018, Appl. Opt. 57, 8655) along each axis: no
     interpolation, any pitch.
+
+    Parameters
+    ----------
+    pupil : (y, x) complex amplitude in the pupil, its phase included.
+    wavelength_nm : wavelength, nm.
+    pupil_pitch_mm : (y, x) pupil sampling, mm.
+    distance_mm : distance from the pupil to the image, mm.
+    count : (y, x) samples of the image.
+    pitch_um : (y, x) distance between image samples, um.
+    energy_mm2 : energy of the pupil, the integral of |amplitude|^2, mm2.
+    cell_means : whether `pupil` holds means over cells (antialiased) and not samples.
     """
     field = np.asarray(pupil)
     loss: list[np.ndarray] = []
@@ -240,8 +262,7 @@ def integrated_psf(  # noqa: PLR0913 - plugins call it with these arguments
     cell_means: bool = False,
     boxes: int = 1,
 ) -> np.ndarray:
-    """Return the fraction of the energy on each rectangle of `pitch_um`; arguments as
-    `sampled_psf`.
+    """Return the fraction of the energy on each rectangle of an image grid, the axis at count // 2.
 
     The function is sampled finer than half of wavelength * f-number, where samples carry all of it,
     and its spectrum multiplied by the sinc of the rectangle: exact, where sums of samples converge
@@ -249,6 +270,14 @@ def integrated_psf(  # noqa: PLR0913 - plugins call it with these arguments
 
     Parameters
     ----------
+    pupil : (y, x) complex amplitude in the pupil, its phase included.
+    wavelength_nm : wavelength, nm.
+    pupil_pitch_mm : (y, x) pupil sampling, mm.
+    distance_mm : distance from the pupil to the image, mm.
+    count : (y, x) rectangles of the image.
+    pitch_um : (y, x) sides of a rectangle, um.
+    energy_mm2 : energy of the pupil, the integral of |amplitude|^2, mm2.
+    cell_means : whether `pupil` holds means over cells (antialiased) and not samples.
     boxes : 1: light of a point, integrated over a rectangle. 2: light of a uniform rectangle of the
         same size, integrated over one.
     """
@@ -293,6 +322,16 @@ def integrated_airy(
 
     Intensity pi (R / (wavelength distance))^2 (2 J1(v) / v)^2 at v = 2 pi R r / (wavelength
     distance) (Airy 1835; Goodman 2005, eq. 4-31).
+
+    Parameters
+    ----------
+    radius_mm : radius R of the stop, mm.
+    wavelength_nm : wavelength, nm.
+    distance_mm : distance from the stop to the image, mm.
+    count : (y, x) rectangles of the image, the axis at count // 2.
+    pitch_um : (y, x) sides of a rectangle, um.
+    boxes : 1: light of a point, integrated over a rectangle. 2: light of a uniform rectangle of the
+        same size, integrated over one.
     """
     per_um = 2 * np.pi * radius_mm / (wavelength_nm * 1e-3 * distance_mm)
     wide, fine = _fine_grid(count, pitch_um, [np.pi / per_um] * 2)
@@ -343,8 +382,13 @@ def _not_negative(out: np.ndarray, pitch_um: Pair) -> np.ndarray:
 def diffraction_mtf(
     frequency_per_um: npt.ArrayLike, wavelength_nm: float, f_number: float
 ) -> np.ndarray:
-    """Return the modulation transfer of a perfect round pupil (Goodman 2005, eq. 6-31); frequency
-    in cycles per micrometre.
+    """Return the modulation transfer of a perfect round pupil (Goodman 2005, eq. 6-31).
+
+    Parameters
+    ----------
+    frequency_per_um : spatial frequency on the image, cycles per um, any shape.
+    wavelength_nm : wavelength, nm.
+    f_number : focal length / diameter of the pupil.
     """
     v = np.minimum(np.abs(frequency_per_um) * wavelength_nm * 1e-3 * f_number, 1.0)
     return 2 / np.pi * (np.arccos(v) - v * np.sqrt(1 - v * v))

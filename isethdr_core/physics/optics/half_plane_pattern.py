@@ -78,8 +78,14 @@ class HalfLattice:
 def half_lattice(
     extent_um, step_um: float, period: float = PERIOD, strips: float = STRIPS
 ) -> HalfLattice:
-    """Return a lattice that reaches (y, x) `extent_um` from the axis; the field repeats after
-    `period` reaches. `strips` : of a cell, as `HalfLattice`.
+    """Return a lattice that reaches the given distances from the axis.
+
+    Parameters
+    ----------
+    extent_um : (y, x) distance from the axis to the border, um.
+    step_um : distance between samples, um.
+    period : distance after which the field repeats, in reaches.
+    strips : strips per row of cells, as in `HalfLattice`.
     """
     samples_to_border = tuple(int(np.ceil(e / step_um)) + 1 for e in extent_um)
     beside = BESIDE * max(samples_to_border)
@@ -100,6 +106,9 @@ def half_pattern(
 
     Parameters
     ----------
+    pupil : pupil without phase, mm.
+    wavelength_nm : wavelength, nm.
+    lattice : points of the half plane and the period of the field.
     apply : how to call a function for every block of rows or columns: `map`, or the `map` of a pool
         of threads.
 
@@ -214,10 +223,17 @@ class Chords(NamedTuple):
 def chord_blocks(
     pupil: RealPupil, cell_mm: float, rows: int, strips: int, most: int
 ) -> Iterator[Chords]:
-    """Yield chords at Gauss's two places in every strip, about `most` at a time, from the top of
-    the pupil down; `rows` of cells lie evenly about the axis, of `strips` strips each.
+    """Yield chords at Gauss's two places in every strip, from the top of the pupil down.
 
     A large pupil with much dirt has a hundred million chords.
+
+    Parameters
+    ----------
+    pupil : pupil without phase, mm.
+    cell_mm : height of a row of cells, mm.
+    rows : rows of cells, evenly about the axis.
+    strips : strips per row of cells.
+    most : approximate number of chords per block.
     """
     top = -rows / 2 * cell_mm
     height = cell_mm / strips

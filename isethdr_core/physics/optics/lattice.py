@@ -69,6 +69,7 @@ def fold_shapes(
     radius : half width of the pupil, mm.
     step, period, offset : (y, x) cell size in mm, cells, and the point between image samples, -1 to
         1.
+    chords_per_cell : chords per row of cells.
 
     Returns
     -------
@@ -254,7 +255,14 @@ def lattice_psf(folded, samples: ImageSamples, reach, energy_mm2, response) -> n
 
 
 def lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um) -> tuple[float, float]:
-    """Return the (y, x) pupil pitch whose field repeats after `period` samples: wavelength *
-    distance / (period * pitch).
+    """Return the (y, x) pupil pitch whose field repeats after one period: wavelength * distance /
+    (period * pitch), mm.
+
+    Parameters
+    ----------
+    wavelength_nm : wavelength, nm.
+    period : (y, x) period of the field, image samples.
+    distance_mm : distance from the pupil to the image, mm.
+    pitch_um : (y, x) distance between image samples, um.
     """
     return tuple(wavelength_nm * 1e-3 * distance_mm / (n * p) for n, p in zip(period, pitch_um))

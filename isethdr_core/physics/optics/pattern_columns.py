@@ -62,6 +62,8 @@ def columns_with_phase(
 
     Parameters
     ----------
+    pupil : the pupil without its phase, mm.
+    place : columns of tiles and their band.
     turns : phase at places of the pupil, as `whole_plane_pattern.Turns`.
     cleared : of the field's period along either axis, um at least: it keeps the cells of the pupil
         so small that its phase is all but straight over them.

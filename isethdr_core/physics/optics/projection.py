@@ -14,13 +14,27 @@ PROJECTIONS = ("tangent", "equidistant")
 
 
 def angle_rad(x, y, projection: str = "tangent"):
-    """Return the angle off the axis at field coordinates (broadcast), radians."""
+    """Return the angle off the axis at field coordinates (broadcast), radians.
+
+    Parameters
+    ----------
+    x, y : field coordinates: tangents, or radians for an equidistant projection; any shapes that
+        broadcast.
+    projection : `tangent` or `equidistant`.
+    """
     radius = np.hypot(x, y)
     return radius if _equidistant(projection) else np.arctan(radius)
 
 
 def direction(x, y, projection: str = "tangent") -> np.ndarray:
-    """Return unit vectors (3, ...), right, down and forward, of field coordinates (broadcast)."""
+    """Return unit vectors (3, ...), right, down and forward, of field coordinates (broadcast).
+
+    Parameters
+    ----------
+    x, y : field coordinates: tangents, or radians for an equidistant projection; x right, y down;
+        any shapes that broadcast.
+    projection : `tangent` or `equidistant`.
+    """
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
     if _equidistant(projection):
         theta = np.hypot(x, y)
@@ -33,6 +47,12 @@ def direction(x, y, projection: str = "tangent") -> np.ndarray:
 def solid_angle_per_area(x, y, projection: str = "tangent"):
     """Return d(solid angle) / (dx dy), sr: cos^3 theta for tangents, sin(theta) / theta for
     angles.
+
+    Parameters
+    ----------
+    x, y : field coordinates: tangents, or radians for an equidistant projection; any shapes that
+        broadcast.
+    projection : `tangent` or `equidistant`.
     """
     if _equidistant(projection):
         return np.sinc(np.hypot(x, y) / np.pi)
@@ -45,6 +65,12 @@ def cos4(x, y, projection: str = "tangent"):
 
     The cosine of the pupil times the solid angle of a tile: cos^4 theta for tangents, cos(theta)
     sin(theta) / theta for angles; below 0 beyond 90 degrees, where a flat pupil sees nothing.
+
+    Parameters
+    ----------
+    x, y : field coordinates: tangents, or radians for an equidistant projection; any shapes that
+        broadcast.
+    projection : `tangent` or `equidistant`.
     """
     if _equidistant(projection):
         return np.cos(np.hypot(x, y)) * solid_angle_per_area(x, y, projection)
@@ -52,8 +78,14 @@ def cos4(x, y, projection: str = "tangent"):
 
 
 def depth_m(distance_m, x, y, projection: str = "tangent"):
-    """Return depth along the axis, m, of points at `distance_m` along their rays; below 0 behind
-    the camera.
+    """Return depth along the axis, m; below 0 behind the camera.
+
+    Parameters
+    ----------
+    distance_m : distance along the ray, m; infinite for the sky.
+    x, y : field coordinates of the rays: tangents, or radians for an equidistant projection; any
+        shapes that broadcast.
+    projection : `tangent` or `equidistant`.
     """
     cosine = np.cos(angle_rad(x, y, projection))
     distance_m, cosine = np.broadcast_arrays(np.asarray(distance_m, float), cosine)

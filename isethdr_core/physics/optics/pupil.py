@@ -180,16 +180,27 @@ class Convex:
 
 
 def disc(x: float, y: float, radius: float) -> Convex:
-    """Return a disc."""
+    """Return a disc.
+
+    Parameters
+    ----------
+    x, y : centre, mm.
+    radius : radius, mm.
+    """
     return Convex(discs=((x, y, radius),), low=y - radius, high=y + radius)
 
 
 def blades(radius: float, count: int, rotation_deg: float = 0.0, rounding: float = 0.0) -> Convex:
-    """Return an iris whose corners lie on a circle of `radius`; fewer than three blades make the
-    full circle.
+    """Return an iris whose corners lie on a circle.
 
-    Each blade's edge is an arc between two corners, of curvature `rounding` / `radius`: 0 is a
-    straight edge, 1 the circle itself.
+    Each blade's edge is an arc between two corners, of curvature `rounding` / `radius`.
+
+    Parameters
+    ----------
+    radius : radius of the circle through the corners, mm.
+    count : number of blades; fewer than three make the full circle.
+    rotation_deg : angle by which the iris is turned, degrees.
+    rounding : 0: straight edges. 1: the circle itself.
     """
     if not 0.0 <= rounding <= 1.0:
         raise ValueError(f"rounding {rounding!r}; expected 0 (straight blades) to 1 (a circle)")
@@ -209,7 +220,14 @@ def blades(radius: float, count: int, rotation_deg: float = 0.0, rounding: float
 
 
 def strip(x: float, y: float, length: float, width: float, angle_rad: float) -> Convex:
-    """Return a rectangle centred on (x, y), its length along `angle_rad`."""
+    """Return a rectangle centred on (x, y), its length along `angle_rad`.
+
+    Parameters
+    ----------
+    x, y : centre, mm.
+    length, width : sides of the rectangle, mm.
+    angle_rad : direction of the length, from x towards y, radians.
+    """
     angle = angle_rad + np.pi / 2 * np.arange(4)
     reach = np.array([length, width, length, width]) / 2
     planes = tuple(
@@ -361,6 +379,12 @@ def weighted(overlapping, losses) -> list[tuple[Convex, float]]:
 def energy(aperture: Convex, losses, strips: int = 4000) -> float:
     """Return the integral of the squared amplitude, mm2: squares of products are products of
     squares, so areas suffice.
+
+    Parameters
+    ----------
+    aperture : the open pupil, mm.
+    losses : list of (shape, loss) of the dirt; loss is 1 - amplitude transmission.
+    strips : level lines per shape over which chords are integrated.
     """
     # heights by cosine: exact for discs, whose chords end in a root
     total = 0.0
@@ -381,8 +405,13 @@ def energy(aperture: Convex, losses, strips: int = 4000) -> float:
 
 
 def transmission(aperture: Convex, losses, x, y) -> np.ndarray:
-    """Return the amplitude transmission at points (x, y), broadcast: 0 outside, the product of (1 -
-    loss) inside.
+    """Return the amplitude transmission at points: 0 outside, the product of (1 - loss) inside.
+
+    Parameters
+    ----------
+    aperture : the open pupil, mm.
+    losses : list of (shape, loss) of the dirt; loss is 1 - amplitude transmission.
+    x, y : points of the pupil plane, mm; any shapes that broadcast.
     """
     a = aperture.contains(x, y).astype(float)
     for shape, loss in losses:

@@ -113,7 +113,16 @@ class Work(NamedTuple):
 
 
 def work(sector: Sector, ring: Ring, rays_per_tile: float, places: int) -> Work:
-    """Return the work of a ring; arguments as `band_means`, samples of the sector are not read."""
+    """Return the work that `band_means` does for a ring.
+
+    Parameters
+    ----------
+    sector : sector of the ring; its samples are not read.
+    ring : tiles to compute.
+    rays_per_tile : rays per tile at the outermost tiles of the ring.
+    places : points along the major axis that stand for the triangle which two tiles make of a
+        point.
+    """
     rays = _rays(sector, ring, rays_per_tile)
     column = np.arange(ring.low + 1, ring.high + 1)
     most = np.minimum(column - ring.less, ring.minor)
@@ -346,6 +355,7 @@ def sectors(
 
     Parameters
     ----------
+    pattern : the `HalfPattern` of the half plane x >= 0.
     pitch_um : (y, x) of tiles. `edges_nm` : (band, 2).
     sharpened, share : as `Sector`.
     other : density of the half plane x <= 0, turned by 180 degrees about the axis; None: the same,

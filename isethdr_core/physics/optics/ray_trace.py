@@ -24,10 +24,15 @@ class Rays:
 
 
 def refract(direction, normals, n_from, n_to):
-    """Return refracted unit directions (3, ...), NaN beyond the critical angle; `normals` on either
-    side.
+    """Return refracted unit directions (3, ...), NaN beyond the critical angle.
 
     Snell's law as vectors: n' d' = n d + (n' cos' - n cos) N, with N along the light.
+
+    Parameters
+    ----------
+    direction : (3, ...) unit directions of the light.
+    normals : (3, ...) unit normals of the surface, on either side.
+    n_from, n_to : refractive index before and behind the surface.
     """
     cosine = np.sum(direction * normals, axis=0)
     side = np.sign(cosine)
@@ -128,7 +133,14 @@ def follow(
 
 
 def collimated(x_mm, y_mm, z_mm: float, tangent_x, tangent_y) -> Start:
-    """Return the start of parallel light that crosses the plane z at (x, y) with these tangents."""
+    """Return the start of parallel light that crosses a plane.
+
+    Parameters
+    ----------
+    x_mm, y_mm : points at which the rays cross the plane, mm; any shapes that broadcast.
+    z_mm : position of the plane along the axis, mm.
+    tangent_x, tangent_y : tangents of the rays' direction, dx/dz and dy/dz.
+    """
     x, y, tx, ty = np.broadcast_arrays(
         *(np.asarray(v, float) for v in (x_mm, y_mm, tangent_x, tangent_y))
     )

@@ -63,13 +63,30 @@ def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
 
 
 def reflect_unpolarised(n_in, n_out, layers, cos_in, wavelength_nm):
-    """Return (R, T) of unpolarised light; arguments as `reflect`."""
+    """Return reflectance and transmittance (R, T) of a stack for unpolarised light.
+
+    Parameters
+    ----------
+    n_in, n_out : refractive index of the medium of incidence (real), and of the medium behind the
+        stack.
+    layers : [(index, thickness_nm), ...] from the side of incidence; empty for a bare surface.
+    cos_in : cosine of the angle of incidence, 0 to 1.
+    wavelength_nm : wavelength in vacuum, nm.
+    """
     r_s, r_p, t_s, t_p = reflect(n_in, n_out, layers, cos_in, wavelength_nm)
     return (r_s + r_p) / 2, (t_s + t_p) / 2
 
 
 def quarter_wave_nm(index, wavelength_nm: float, quarters: float = 1.0):
-    """Return the thickness of a layer `quarters` quarter waves thick at normal incidence, nm."""
+    """Return the thickness of a layer with an optical thickness of some quarter waves, at normal
+    incidence, nm.
+
+    Parameters
+    ----------
+    index : refractive index of the layer; only the real part counts.
+    wavelength_nm : wavelength in vacuum, nm.
+    quarters : optical thickness, quarter waves.
+    """
     return quarters * wavelength_nm / (4 * np.real(index))
 
 

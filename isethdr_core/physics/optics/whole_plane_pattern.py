@@ -60,13 +60,26 @@ class WholePattern(NamedTuple):
 
 
 def fits(pupil: RealPupil, wavelength_nm: float, lattice: HalfLattice) -> bool:
-    """Return whether all of a pupil lies within one period of cells, as `drawn_pupil` asks."""
+    """Return whether all of a pupil lies within one period of cells, as `drawn_pupil` asks.
+
+    Parameters
+    ----------
+    pupil : the pupil without its phase, mm.
+    wavelength_nm : wavelength, nm.
+    lattice : points of the image and the period of the field.
+    """
     cells = _cell_mm(pupil, wavelength_nm, lattice)
     return all(_count(pupil, c) <= p for c, p in zip(cells, lattice.period))
 
 
 def drawn_pupil(pupil: RealPupil, wavelength_nm: float, lattice: HalfLattice) -> DrawnPupil:
     """Return a pupil drawn for a lattice at the scale of one wavelength.
+
+    Parameters
+    ----------
+    pupil : the pupil without its phase, mm.
+    wavelength_nm : wavelength, nm.
+    lattice : points of the image and the period of the field.
 
     Raises
     ------
@@ -86,6 +99,8 @@ def whole_pattern(drawn: DrawnPupil, turns: Turns, apply: Callable = map) -> Who
 
     Parameters
     ----------
+    drawn : the pupil without its phase, drawn for a lattice.
+    turns : phase at places of the pupil.
     apply : `map`, or the `map` of a pool of threads.
     """
     far_y, far_x = drawn.lattice.samples_to_border
@@ -102,7 +117,10 @@ def densities(
 
     Parameters
     ----------
+    drawn : the pupil without its phase, drawn for a lattice.
+    turns : phase at places of the pupil.
     columns : of the image, in steps from the axis.
+    apply : `map`, or the `map` of a pool of threads.
 
     Notes
     -----

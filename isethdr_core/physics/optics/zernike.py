@@ -73,7 +73,13 @@ class Terms(NamedTuple):
 
 
 def zernike(j: int, x, y) -> np.ndarray:
-    """Return Z_j at points of the pupil plane, `x` and `y` in pupil radii (broadcast)."""
+    """Return Z_j at points of the pupil plane.
+
+    Parameters
+    ----------
+    j : OSA/ANSI index, from 0.
+    x, y : positions in pupil radii; any shapes that broadcast.
+    """
     return wavefront_at({j: 1.0}, x, y)
 
 
@@ -146,8 +152,12 @@ def _by_frequency(zernike_um) -> dict[int, Terms]:
 
 
 def zernike_basis(terms, x, y) -> np.ndarray:
-    """Return the values (point, term) of several terms at points of the pupil plane, one dimension,
-    in pupil radii.
+    """Return the values (point, term) of several terms at points of the pupil plane.
+
+    Parameters
+    ----------
+    terms : OSA/ANSI indices of the terms.
+    x, y : (point,) positions in pupil radii.
     """
     terms = tuple(int(j) for j in terms)
     degree = max(order(j)[0] for j in terms)

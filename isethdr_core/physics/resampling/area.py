@@ -52,8 +52,15 @@ def integrate_tiles(  # noqa: PLR0913 - plugins call it with these arguments
     width_out: float,
     height_out: float,
 ) -> np.ndarray:
-    """Return the integral of constant tiles over each output rectangle; arguments as
-    `resample_mean`.
+    """Return the integral of constant tiles over each output rectangle.
+
+    Parameters
+    ----------
+    values : (..., y, x) array, any unit; each value is constant over its tile.
+    x_in, y_in : (x,) and (y,) evenly spaced tile centres, increasing, any unit of length.
+    x_out, y_out : (x_out,) and (y_out,) centres of the output rectangles, same unit, any order;
+        they may overlap.
+    width_out, height_out : full size of an output rectangle, same unit.
 
     Returns
     -------
