@@ -351,6 +351,7 @@ def imaging_outline(chain: Chain, demand: Demand, offered_nm) -> ImagingOutline:
 
     Parameters
     ----------
+    chain : components of the run.
     demand : demand of the sensors, narrowed by flares and lens.
     offered_nm : all bands of the light; None if they are not known in advance.
     """
@@ -434,6 +435,16 @@ def stage(rows: Ledger, kind: str, name: str, component, call, kept: Kept = NOT_
 
     `kept` : where a result of an earlier run may be, which takes the place of the call, and its row
         that of this one.
+
+    Parameters
+    ----------
+    rows : ledger that gets the row of the stage.
+    kind : kind of the component, for example `lens`.
+    name : name of the stage after its kind; it may be empty.
+    component : component that the hooks receive; None if the stage has none.
+    call : function without arguments that computes the result.
+    kept : where a result of an earlier run may be. It takes the place of the call, and its row
+        replaces the row of this stage.
     """
     hook = plugin_manager().hook
     at_work = Stage(kind, name, component)
@@ -466,8 +477,15 @@ def stage(rows: Ledger, kind: str, name: str, component, call, kept: Kept = NOT_
 
 
 def imaging_plan(chain: Chain, mixed, demand: Demand) -> ImagingPlan:
-    """Return the plan by which the lens computes light on the sensor plane; without a plan of its
-    own, or if nothing may be left out, a trivial plan.
+    """Return the plan by which the lens computes light on the sensor plane.
+
+    The plan is trivial if the lens has none of its own, or if nothing may be left out.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    mixed : ([component,] wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1.
+    demand : demand of the sensors for light on the sensor plane.
     """
     flares = tuple(chain.flares.values())
     if not chain.leave_out:
@@ -480,18 +498,38 @@ def imaging_plan(chain: Chain, mixed, demand: Demand) -> ImagingPlan:
 
 
 def imaging(chain: Chain, mixed, demand: Demand) -> Imaging:
-    """Return the imaging of mixed radiance. Its plan is made once, on first use."""
+    """Return the imaging of mixed radiance. Its plan is made once, on first use.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    mixed : ([component,] wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1.
+    demand : demand of the sensors for light on the sensor plane.
+    """
     return Imaging(mixed, lambda: imaging_plan(chain, mixed, demand))
 
 
 def on_sensor(chain: Chain, mixed, demand: Demand):
-    """Return the light on the sensor plane, without its plan."""
+    """Return the light on the sensor plane, without its plan.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    mixed : ([component,] wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1.
+    demand : demand of the sensors for light on the sensor plane.
+    """
     return imaging(chain, mixed, demand).light()
 
 
 def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
-    """Return the results of the camera `name` for the light of `shot`, with its scores against the
-    truth.
+    """Return the results of one camera, with its scores against the truth.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    rows : ledger that gets the rows of the camera's stages.
+    name : name of the camera in the config.
+    shot : light on the sensor plane, its reference, and the noise key of the shot.
     """
     sensor = chain.cameras[name]
     light = shot.light
@@ -564,6 +602,9 @@ def renderer_errors(
 
     Parameters
     ----------
+    chain : components of the run.
+    rows : ledger that gets the row of the errors.
+    name : name of the camera in the config.
     camera : results of the camera, with the scores of its picture.
     camera_shot : computes pictures of changed light.
 
@@ -615,6 +656,14 @@ def state_picture(
 ) -> None:
     """Add the row that states the error of the picture, in units of the sensor's noise, and the
     time spent.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    rows : ledger that gets the row of the picture.
+    name : name of the camera in the config.
+    camera : captures and picture of the camera.
+    camera_shot : the shot as this camera exposes it.
     """
     shot = camera_shot.shot
     with book.stage(rows, f"picture {name}"):

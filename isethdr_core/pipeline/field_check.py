@@ -41,6 +41,12 @@ PARAXIAL_FIELD = 1e-6  # tangent of a field so narrow that no lens distorts it
 def check_fields(scene, lens, sensors) -> None:
     """Raise ConfigError if a sensor is larger than the image of the camera's field, or its settings
     do not fit the lens. Nothing is checked if the field is not known in advance.
+
+    Parameters
+    ----------
+    scene : scene of the run.
+    lens : lens of the run.
+    sensors : sensors of all cameras.
     """
     if not (isinstance(scene, KnowsItsField) and isinstance(lens, KnowsImageSize)):
         return

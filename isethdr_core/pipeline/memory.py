@@ -71,6 +71,10 @@ def check_run(
     Parameters
     ----------
     source : the source of the radiance: the renderer, or the scene itself.
+    scene : scene of the run.
+    lens : lens of the run.
+    flares : flare models of the run.
+    sensors : sensors of all cameras.
     frame : the tiles and bands that are needed; None if they are not known in advance.
 
     Raises
@@ -89,7 +93,16 @@ def check_run(
 def frame_of(
     source: Any, scene: Any, wavelength_nm: Sequence[float] | None, margin: bool, sensed: bool
 ) -> Frame | None:
-    """Return the frame that a renderer or scene will make; None if it does not state one."""
+    """Return the frame that a renderer or scene will make; None if it does not state one.
+
+    Parameters
+    ----------
+    source : the source of the radiance: the renderer, or the scene itself.
+    scene : scene of the run.
+    wavelength_nm : (band,) band centres that are needed, nm; None if they are not known.
+    margin : whether tiles beyond the camera's field are counted.
+    sensed : whether sensors state their noise, so that a lens may leave out light below it.
+    """
     if wavelength_nm is None or not (
         isinstance(source, CountsTiles) and isinstance(scene, KnowsItsField)
     ):
@@ -168,6 +181,12 @@ def cube_bytes(frame: Frame) -> float:
 def held_bytes(lens: Any, flares: Sequence[Any], frame: Frame) -> Mapping[str, float]:
     """Return {description: bytes} of the arrays that a lens holds in addition to the light; empty
     if it states none.
+
+    Parameters
+    ----------
+    lens : lens of the run.
+    flares : flare models of the run.
+    frame : tiles and bands of the light.
     """
     if isinstance(lens, CountsMemory):
         return lens.held_bytes(frame, flares)

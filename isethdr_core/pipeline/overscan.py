@@ -20,8 +20,15 @@ from .imaging_plan import ImagingOutline
 def left_out_where_unseen(
     demand: Demand, renderer: Any, outline: ImagingOutline, lightings: Sequence[Any]
 ) -> Demand:
-    """Return the demand without the renderer's margin where no light of it can reach the camera's
-    field.
+    """Return the demand without the renderer's margin, if no light of the margin can reach the
+    camera's field.
+
+    Parameters
+    ----------
+    demand : demand for the scene radiance.
+    renderer : renderer of the run; None if the scene provides its own radiance.
+    outline : outline of the lens's plan.
+    lightings : lightings of all versions.
     """
     if not (
         isinstance(renderer, RendersMargin)

@@ -183,6 +183,8 @@ def rendering_s(chain, frame: Frame, missing) -> float | None:
 
     Parameters
     ----------
+    chain : components of the run.
+    frame : tiles and bands to render.
     missing : the demand for what has to be rendered.
     """
     if not isinstance(chain.renderer, EstimatesRendering):
@@ -208,7 +210,14 @@ def _correction(runs, stage: str, expected: float) -> float:
 
 
 def stages(chain, config: dict, missing) -> list[str]:
-    """Return the names of the stages that a run will have, in their order."""
+    """Return the names of the stages that a run will have, in their order.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    config : composed config of the run, as plain data.
+    missing : demand for the radiance that has to be rendered; None if all is stored.
+    """
     rendered = (
         [f"scene {config['scene']['name']}"]
         if missing is not None or chain.renderer is None

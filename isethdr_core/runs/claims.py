@@ -66,13 +66,16 @@ def claimed(
     """Hold the claim `name` in `folder` while the block runs. Wait first if another process holds
     it.
 
+    Parameters
+    ----------
+    folder : folder of the stores.
+    name : name of the claim.
+    tell : called with one line of text whenever this process begins to wait for another one.
+    rhythm : intervals of the heartbeat and of the checks, s.
+
     Yields
     ------
     bool : whether this process had to wait.
-
-    Parameters
-    ----------
-    tell : called with one line of text whenever this process begins to wait for another one.
 
     Raises
     ------

@@ -102,9 +102,17 @@ def effort(chain: Chain) -> tuple[str, ...]:
 
 def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise: bool = False):
     """Return (scene radiance, store ids). Stored radiance is read; missing radiance is rendered and
-    stored, with as many bits as its noise leaves meaning if `by_noise`.
+    stored.
 
     A scene that provides its own radiance (a chart, a file) needs no renderer and is not stored.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    demand : light groups, bands and labels that the run needs.
+    rows : ledger that gets the rows of the stages.
+    config : composed config of the run.
+    by_noise : whether radiance is stored with as many bits as its noise leaves meaning.
     """
     if chain.renderer is None:
         return (
@@ -170,7 +178,11 @@ class Rendering(NamedTuple):
 def rendering_of(chain: Chain, description: SceneDescription, recipe: str) -> Rendering:
     """Return the rendering of a description, by whose names equal light is recognised.
 
-    `recipe` : name of the radiance.
+    Parameters
+    ----------
+    chain : components of the run.
+    description : description of the scene.
+    recipe : name of the radiance, by `recipe_hash`.
     """
     contents = contents_of(description)
     renderer = chain.renderer
@@ -181,8 +193,13 @@ def rendering_of(chain: Chain, description: SceneDescription, recipe: str) -> Re
 
 
 def is_equal_stored(chain: Chain, demand: Demand, content: ContentNames) -> bool:
-    """Return whether radiance of the same content is stored, of another recipe or of this one, and
-    serves `demand`.
+    """Return whether stored radiance of the same content, of any recipe, serves the demand.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    demand : light groups, bands and labels that the run needs.
+    content : names of the content of the scene's description.
     """
     folder = store.home() / "scenes"
     recipes = find_equal(folder, content.whole)
@@ -275,6 +292,13 @@ def limit_share(chain: Chain, demand: Demand) -> float | None:
 def known_of(chain: Chain, stores: list[dict], missing: Demand, groups) -> dict[str, Known] | None:
     """Return the stored paths of each light group at the missing bands; None if the renderer cannot
     continue from them.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    stores : attributes of the stores that hold radiance of the recipe.
+    missing : demand for the radiance that has to be rendered.
+    groups : light groups of the scene, for a demand that names none.
     """
     if goes_on(chain) is None:
         return None
@@ -295,10 +319,16 @@ def rendered_now(scene):
 
 
 def opened(folder, stores: list[dict], demand: Demand, rows: Ledger, earlier_ids=()):
-    """Return the radiance of all `stores` as one lazy Dataset. Restate the errors of those that an
+    """Return the radiance of all stores as one lazy Dataset. Restate the errors of those that an
     earlier run rendered.
 
-    `earlier_ids` : names of the stores that an earlier run rendered.
+    Parameters
+    ----------
+    folder : folder of the stores.
+    stores : attributes of the stores to join.
+    demand : light groups, bands and labels that the run needs.
+    rows : ledger of the run, with the errors already stated.
+    earlier_ids : names of the stores that an earlier run rendered.
     """
     scenes = [store.open_store(folder / f"{s['id']}.zarr") for s in stores]
     kept_bits = [s["radiance"].attrs.get("keepbits") for s in scenes]
@@ -430,6 +460,12 @@ def stored(folder, recipe: str) -> list[dict]:
 def serves(attributes: dict, demand: Demand, effort_asked: dict) -> bool:
     """Return whether a store has the requested labels, and was made with at least the requested
     effort.
+
+    Parameters
+    ----------
+    attributes : attributes of the store.
+    demand : demand whose labels the store must hold.
+    effort_asked : {field of the renderer that buys accuracy: value requested}.
     """
     return set(demand.labels) <= set(attributes["labels"]) and all(
         attributes["effort"].get(key, 0) >= value for key, value in effort_asked.items()

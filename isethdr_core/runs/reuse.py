@@ -127,9 +127,16 @@ class Reuse:
         return self.cache.get(name) if self.cache is not None and name is not None else None
 
     def keep(self, name: str | None, result: Any, row: Row, cpu_s: float) -> None:
-        """Keep what a stage has returned and stated, which took `cpu_s`.
+        """Keep the result and the statements of a stage.
 
-        What the stage states of itself is kept without the stage's name, which users choose.
+        Statements of the stage about itself are kept without its name, which users choose.
+
+        Parameters
+        ----------
+        name : name of the result, the hash of its inputs; None: it is not kept.
+        result : result of the stage.
+        row : row of the stage in the ledger.
+        cpu_s : CPU time of the stage, s.
         """
         if self.cache is None or name is None:
             return

@@ -169,8 +169,14 @@ def run(config: DictConfig) -> Result:
 
 
 def announced(result: Result, chain: Chain, labels: Labels) -> Result:
-    """Label a finished run and tell the plugins of it, also of one that was stored before: a report
-    that is missing is then made.
+    """Label a finished run and tell the plugins of it. A run that was stored before is announced too:
+    a missing report is then made.
+
+    Parameters
+    ----------
+    result : finished run.
+    chain : components of the run.
+    labels : tags and sweep of the run; none leave the stored labels as they are.
     """
     if labels != Labels():
         add_labels(result.path, labels)

@@ -72,6 +72,12 @@ def sentence(warning: dict) -> str:
 def saturated_share_outside_lamps(picture, truth, labels) -> float:
     """Return the share of pixels outside lamps that are saturated in every capture; 0 if all are
     lamps.
+
+    Parameters
+    ----------
+    picture : picture of the camera, (y, x, xyz_channel).
+    truth : reference picture on the same grid.
+    labels : labels on the same grid.
     """
     from ..data.saturation import saturated
 

@@ -59,8 +59,13 @@ def pooled_noise(paths, noises) -> float | None:
 
 
 def holds(attributes: dict, group: str, band) -> bool:
-    """Return whether a store holds one light group, or records it as dark, at a band in nm or at
-    `ALL_BANDS`.
+    """Return whether a store holds one light group at a band, or records the group as dark.
+
+    Parameters
+    ----------
+    attributes : attributes of the store.
+    group : name of the light group.
+    band : band centre, nm; None for all bands of the renderer.
     """
     all_bands = attributes.get("bands_asked") is None
     return group in (*attributes["groups"], *attributes["absent_groups"]) and (

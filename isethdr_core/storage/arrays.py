@@ -64,8 +64,13 @@ def write_group(root: Path, key: str, attributes: dict) -> dict[str, FileRecord]
 
 
 def write_dataset(root: Path, key: str, ds) -> dict[str, FileRecord]:
-    """Write a Dataset, in memory and with attributes of JSON types, as the group `key` of the store
-    `root`.
+    """Write a Dataset as a group of a store.
+
+    Parameters
+    ----------
+    root : folder of the store.
+    key : path of the group below the store; empty for the root.
+    ds : Dataset in memory, with attributes of JSON types.
 
     Returns
     -------

@@ -196,7 +196,14 @@ def in_group(manifest: Manifest, group: str) -> list[str]:
 
 
 def check_metadata(root: Path, manifest: Manifest, group: str) -> None:
-    """Raise CatalogError if the metadata of a group or of its arrays differ from the manifest."""
+    """Raise CatalogError if the metadata of a group or of its arrays differ from the manifest.
+
+    Parameters
+    ----------
+    root : folder of the store.
+    manifest : manifest of the store.
+    group : path of the group below the store; empty for the root.
+    """
     for key in in_group(manifest, group):
         try:
             content = (root / key).read_bytes()
@@ -231,8 +238,14 @@ def stored_files(root: Path) -> Iterable[str]:
 
 
 def check_whole(root: Path, key: str, record: FileRecord, content) -> None:
-    """Raise CatalogError if `content`, a buffer, differs from the content that was written to the
-    file `key`.
+    """Raise CatalogError if a file differs from what was written.
+
+    Parameters
+    ----------
+    root : folder of the store.
+    key : path of the file below the store.
+    record : entry of the file in the manifest.
+    content : the whole file, as a buffer of bytes.
     """
     view = memoryview(content)
     if len(view) != record.size:
@@ -248,6 +261,9 @@ def check_parts(root: Path, key: str, record: FileRecord, start: int, content) -
 
     Parameters
     ----------
+    root : folder of the store.
+    key : path of the file below the store.
+    record : entry of the file in the manifest.
     start : first byte of `content` in the file.
     content : a buffer that holds a whole number of parts.
 
@@ -277,7 +293,14 @@ def check_parts(root: Path, key: str, record: FileRecord, start: int, content) -
 
 
 def damaged(root: Path, key: str, problem: str) -> CatalogError:
-    """Return the error that names a damaged file of a store."""
+    """Return the error that names a damaged file of a store.
+
+    Parameters
+    ----------
+    root : folder of the store.
+    key : path of the damaged file below the store.
+    problem : the damage, as the rest of a sentence after the path.
+    """
     return CatalogError(f"the store {root} is damaged: {key} {problem}; {ADVICE}")
 
 

@@ -113,7 +113,14 @@ class ManifestStore(CheckedReads, LocalStore):
         prototype: BufferPrototype | None = None,
         byte_range: ByteRequest | None = None,
     ) -> Buffer | None:
-        """Return the same as `get`, without an event loop."""
+        """Return the same as `get`, without an event loop.
+
+        Parameters
+        ----------
+        key : path of the file below the store.
+        prototype : kind of buffer to return; None: the default of zarr.
+        byte_range : bytes to read; None: the whole file.
+        """
         if key not in self.manifest.files:
             return None
         content = super().get_sync(key, prototype=prototype, byte_range=byte_range)
@@ -127,7 +134,15 @@ class ManifestStore(CheckedReads, LocalStore):
         prototype: BufferPrototype,
         **_,
     ) -> Sequence[tuple[int, Buffer | None]]:
-        """Return the same as `get_ranges`, without an event loop."""
+        """Return the same as `get_ranges`, without an event loop.
+
+        Parameters
+        ----------
+        key : path of the file below the store.
+        byte_ranges : bytes to read in each request; None: the whole file.
+        prototype : kind of buffer to return.
+        _ : further options of zarr, which do not change the result.
+        """
         return [
             (index, self.get_sync(key, prototype=prototype, byte_range=byte_range))
             for index, byte_range in enumerate(byte_ranges)

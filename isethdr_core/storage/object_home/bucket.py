@@ -109,7 +109,14 @@ class Bucket:
         return self._conditional(key, content, "create")
 
     def replace(self, key: str, content: bytes, etag: str) -> bool:
-        """Write an object if it still has the tag `etag`; return whether it was written."""
+        """Write an object if it still has its tag; return whether it was written.
+
+        Parameters
+        ----------
+        key : name of the object in the bucket.
+        content : bytes to write.
+        etag : tag of the content that was read.
+        """
         return self._conditional(key, content, {"e_tag": etag})
 
     def listing(self, prefix: str) -> list[Entry]:

@@ -98,13 +98,27 @@ def problems_in_bucket(path: Path, manifest: Manifest) -> list[str] | None:
 
 
 def check_files_in_bucket(path: Path, manifest: Manifest, address: Address) -> None:
-    """Raise CatalogError unless every file of a stub is in the bucket with its size."""
+    """Raise CatalogError unless every file of a stub is in the bucket with its size.
+
+    Parameters
+    ----------
+    path : folder of the stub.
+    manifest : manifest of the store.
+    address : bucket and prefix of the object home.
+    """
     _operations().check_published(path, manifest, address)
 
 
 def source_in_bucket(path: Path, manifest: Manifest, address: Address, group: str) -> Any:
     """Return the source from which zarr reads the files of a stub, each compared with the
     manifest.
+
+    Parameters
+    ----------
+    path : folder of the stub.
+    manifest : manifest of the store.
+    address : bucket and prefix of the object home.
+    group : path of the group to read; empty for the root.
 
     Raises
     ------

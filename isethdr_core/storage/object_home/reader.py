@@ -69,6 +69,13 @@ class PublishedStore(CheckedReads, ObjectStore[Any]):
 def published_store(root: Path, manifest: Manifest, address: Address, group: str) -> PublishedStore:
     """Return a published store for reading a group, whose metadata are compared with the manifest.
 
+    Parameters
+    ----------
+    root : local folder of the store.
+    manifest : manifest of the store.
+    address : bucket and prefix of the object home.
+    group : path of the group to read; empty for the root.
+
     Raises
     ------
     CatalogError : the metadata are damaged, the store is not in the catalog, or a request fails.
@@ -85,7 +92,14 @@ def published_store(root: Path, manifest: Manifest, address: Address, group: str
 
 
 def check_published(root: Path, manifest: Manifest, address: Address) -> None:
-    """Raise CatalogError unless every file is in the bucket with its size; one listing request."""
+    """Raise CatalogError unless every file is in the bucket with its size; one listing request.
+
+    Parameters
+    ----------
+    root : local folder of the store.
+    manifest : manifest of the store.
+    address : bucket and prefix of the object home.
+    """
     if problem := next(iter(_problems_of_sizes(root, manifest, address)), None):
         raise damaged(root, *problem)
 
@@ -106,6 +120,12 @@ def release_copy(root: Path, address: Address) -> None:
 def published_problems(root: Path, manifest: Manifest, address: Address) -> list[str] | None:
     """Read every file of a published store and return its problems, one line per file; None where
     it is not published.
+
+    Parameters
+    ----------
+    root : local folder of the store.
+    manifest : manifest of the store.
+    address : bucket and prefix of the object home.
     """
     bucket = bucket_of(address)
     known = published(root)

@@ -23,6 +23,7 @@ def merge_labels(path: Path, address: Address, merged: Callable[[str], str]) -> 
     Parameters
     ----------
     path : file of the labels in the scratch folder.
+    address : bucket and prefix of the object home.
     merged : function(stored text, "" for none) -> text to store. It is called again if another
         writer was faster.
 
