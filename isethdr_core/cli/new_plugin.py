@@ -140,7 +140,14 @@ def make_plugin(kind: str, name: str, into: Path) -> Path:
 
 
 def print_new_plugin(kind: str, name: str, into: Path) -> None:
-    """Make a package, and print what to type next."""
+    """Make a package, and print what to type next.
+
+    Parameters
+    ----------
+    kind : kind of the component, for example `sensor`.
+    name : name of the component, for example `acme_mono`.
+    into : folder that holds the new package's folder.
+    """
     folder = make_plugin(kind, name, into)
     print(f"{folder}")
     for path in sorted(file.relative_to(folder) for file in folder.rglob("*") if file.is_file()):

@@ -77,6 +77,12 @@ class ChunkLauncher(Launcher):
     ) -> None:
         """Keep what the jobs need.
 
+        Parameters
+        ----------
+        hydra_context : Hydra's config loader and callbacks.
+        task_function : function that computes one job from its config.
+        config : composed config of the sweep.
+
         Raises
         ------
         ConfigError : a setting is out of its range, or submitit is not installed.

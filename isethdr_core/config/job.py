@@ -25,6 +25,7 @@ def run_in_sweep(config: DictConfig, folder: Path, number: int, overrides: tuple
 
     Parameters
     ----------
+    config : composed config of the job.
     folder : of the sweep.
     number : of the job, from 0.
     overrides : of the job, as typed.

@@ -143,6 +143,13 @@ def relative_illumination(attrs, x, y) -> np.ndarray:
 
     The falloff of the field angle that lands there, times field area per sensor area; a table
     already holds both.
+
+    Parameters
+    ----------
+    attrs : attributes of irradiance, captures or a picture: `distortion`, `projection`, `falloff`
+        and, for the falloff `table`, `falloff_table`.
+    x, y : positions on the sensor in focal lengths, x right, y down, 0 on the axis; any shapes that
+        broadcast.
     """
     projection = attrs.get("projection", "tangent")
     lens = distortion_map(attrs.get("distortion"), projection)
@@ -273,6 +280,12 @@ def _widened(lens, x_in, y_in, x_out, y_out):
 def box_on_sensor(lens, left, top, right, bottom) -> tuple[float, float, float, float]:
     """Return (left, top, right, bottom) in focal lengths of the smallest box around the image of a
     rectangle of the field.
+
+    Parameters
+    ----------
+    lens : distortion map from field coordinates to the sensor, as `distortion_map` returns.
+    left, top, right, bottom : borders of the rectangle in field coordinates: tangents of the field
+        angle, or radians for an equidistant projection; x right, y down.
     """
     side = np.linspace(0, 1, EDGE_POINTS)
     u = (

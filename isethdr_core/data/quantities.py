@@ -126,6 +126,15 @@ def plane(
 ) -> xr.DataArray:
     """Return a (wavelength, y, x) DataArray of mixed radiance or irradiance with its units and
     attributes.
+
+    Parameters
+    ----------
+    values : (wavelength, y, x) array in `units`.
+    wavelength_nm : (wavelength,) band centres, nm.
+    x, y : (x,) and (y,) tile centres: field coordinates for mixed radiance, m for irradiance; x
+        right, y down.
+    units : unit of the values, `RADIANCE` or `IRRADIANCE`.
+    attrs : further attributes of the array, by name.
     """
     out = xr.DataArray(
         values,
@@ -148,8 +157,16 @@ def photocurrent(
 ) -> xr.DataArray:
     """Return a (channel, y, x) DataArray of photocurrent on the sensor plane.
 
-    `efficiency` (channel, wavelength), electrons per photon, and the bands `wavelength_nm` identify
-    the sensor that it was computed for.
+    The efficiency and the bands identify the sensor that it was computed for.
+
+    Parameters
+    ----------
+    values : (channel, y, x) array, electrons m-2 s-1.
+    channels : names of the channels, in the order of `values`.
+    x, y : (x,) and (y,) tile centres on the sensor plane, m; x right, y down.
+    wavelength_nm : (wavelength,) band centres of the light, nm.
+    efficiency : (channel, wavelength) quantum efficiency, electrons per photon.
+    attrs : further attributes of the array, by name.
     """
     return xr.DataArray(
         values,

@@ -479,7 +479,14 @@ class CodeReader:
         )
 
     def resolve(self, module: str, spec: Spec, attributes: tuple[str, ...]) -> Target:
-        """Return the target of an import in `module`, with the attributes read from it."""
+        """Return the target of an import.
+
+        Parameters
+        ----------
+        module : dotted name of the module with the import.
+        spec : the import: its module, its name, and its level if it is relative.
+        attributes : attributes that are read from the imported name, in order.
+        """
         path = [*filter(None, spec.module.split("."))]
         if spec.level:
             importer = module.split(".")

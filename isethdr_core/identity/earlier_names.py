@@ -95,6 +95,7 @@ def run_names(
     Parameters
     ----------
     config : the composed config as plain data. `inputs` : digests of input files, by path.
+    components : all components of the run.
     """
     for edition in editions():
         try:

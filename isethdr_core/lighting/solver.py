@@ -12,7 +12,14 @@ _LARGEST_STEP = 200  # doublings in a bracket search: 60 decades, more than any 
 
 
 def statistic(luminance, name: str, percentile: float = 50.0) -> float:
-    """Return `max`, `mean` or `percentile` of a luminance map, in its unit."""
+    """Return a statistic of a luminance map, in its unit.
+
+    Parameters
+    ----------
+    luminance : luminance map, any shape, cd/m2.
+    name : `max`, `mean` or `percentile`.
+    percentile : percent of the tiles at or below the result; for `percentile` only.
+    """
     if name == "max":
         return float(luminance.max())
     if name == "mean":
@@ -28,6 +35,11 @@ def percentile_of(luminance, percentile: float) -> float:
 def dynamic_range(luminance, low_percentile: float, high_percentile: float) -> float:
     """Return the ratio of two percentiles of a luminance map; infinite over black, NaN where all is
     black.
+
+    Parameters
+    ----------
+    luminance : luminance map, any shape, cd/m2.
+    low_percentile, high_percentile : percentiles whose ratio is returned, percent.
     """
     low, high = np.percentile(luminance, [low_percentile, high_percentile], method="hazen")
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -78,11 +90,19 @@ def weight_for_percentile(other_light, ambient, percentile: float, target_value:
 def weight_for_dynamic_range(
     other_light, ambient, target_ratio: float, low_percentile: float, high_percentile: float
 ) -> float:
-    """Return w >= 0 so that the ratio of two percentiles of rest + w * ambient is `target_ratio`.
+    """Return w >= 0 so that two percentiles of other_light + w * ambient have the ratio
+    `target_ratio`.
 
     More ambient light lifts the dark tiles first: as w falls from 'ambient alone' the ratio grows,
-    until the rest alone is left. The search goes down by decades and takes the first crossing, the
-    one with most ambient light; where there is none it returns the w whose ratio comes nearest.
+    until the other light alone is left. The search goes down by decades and takes the first crossing,
+    the one with most ambient light. If there is none, it returns the w whose ratio comes nearest.
+
+    Parameters
+    ----------
+    other_light : luminance map of all other light groups at their weights, any shape, cd/m2.
+    ambient : luminance map of the ambient light at weight 1, same shape, cd/m2.
+    target_ratio : ratio of the two percentiles to reach.
+    low_percentile, high_percentile : percentiles of the luminance, percent.
     """
 
     def ratio(w):

@@ -74,7 +74,14 @@ def uniform(seed: int, name: str) -> float:
 
 
 def check_mapping(where: str, entry: Any, example: str) -> None:
-    """Raise ConfigError unless the entry of a table in the config is a mapping."""
+    """Raise ConfigError unless the entry of a table in the config is a mapping.
+
+    Parameters
+    ----------
+    where : key of the entry in the config.
+    entry : value of the entry.
+    example : a valid mapping, for the message.
+    """
     if not isinstance(entry, Mapping):
         raise ConfigError(
             f"{where} is {entry!r}; expected a mapping; type for example '+{where}={example}'"

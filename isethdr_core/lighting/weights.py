@@ -92,6 +92,12 @@ def without_dark_groups(demand: Demand, weights, others: float) -> Demand:
 
     If neither the demand nor the weights list all groups, the groups of the scene are unknown, and
     nothing is dropped.
+
+    Parameters
+    ----------
+    demand : demand for the scene radiance.
+    weights : {light group: weight}.
+    others : weight of every group that `weights` does not name.
     """
     if demand.groups is None and others != 0:
         return demand

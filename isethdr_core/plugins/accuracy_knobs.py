@@ -152,7 +152,10 @@ def check_knobs(subject: str, kind: str, declared: object, defaults: Mapping[str
 
     Parameters
     ----------
-    subject, kind : of the component. `defaults` : {field: its default}.
+    subject : name of the component in error messages.
+    kind : kind of the component, for example `lens`.
+    declared : the declared `accuracy_knobs`, a sequence of `AccuracyKnob` in a valid component.
+    defaults : {field: its default} of the component.
 
     Raises
     ------
@@ -206,6 +209,12 @@ def _check_knob(subject: str, kind: str, knob: AccuracyKnob, defaults: Mapping[s
 
 def check_shares(subject: str, kind: str, declared: object) -> None:
     """Refuse shares that the budget could not divide.
+
+    Parameters
+    ----------
+    subject : name of the component in error messages.
+    kind : kind of the component; only a lens may declare shares.
+    declared : the declared `error_shares`, a sequence of `ErrorShare` in a valid component.
 
     Raises
     ------

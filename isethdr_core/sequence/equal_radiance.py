@@ -78,7 +78,14 @@ def find_equal(folder: Path, content: str) -> list[str]:
 
 
 def note(folder: Path, recipe: str, equal: Sequence[str]) -> None:
-    """Note the recipes whose radiance is that of `recipe`; without any, there is no note."""
+    """Note the recipes of equal radiance; if there is none, remove the note.
+
+    Parameters
+    ----------
+    folder : folder of scene stores.
+    recipe : name of the radiance.
+    equal : names of other radiance with the same light.
+    """
     if not equal:
         _file(folder, recipe).unlink(missing_ok=True)
         return
