@@ -9,6 +9,7 @@ leaves nothing out.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,6 +25,7 @@ from ..plugins.protocols import (
     OutlinesImaging,
     PlansImaging,
     StatesErrors,
+    StatesSpreadErrors,
 )
 from ..uncertainty import ledger
 from ..uncertainty.earlier_terms import maps_of
@@ -64,8 +66,9 @@ class ImagingOutline:
 def plans_imaging(lens: Any) -> TypeGuard[PlansImaging]:
     """Return whether a lens plans the light that it makes.
 
-    A subclass that overrides the computation of light (`__call__`, `photocurrent` or
-    `spread_errors`), but not `plan`, inherits a plan that describes different light.
+    A subclass that overrides the computation of light (`__call__`, `photocurrent`, `light_errors`
+    or its earlier name `spread_errors`), but not `plan`, inherits a plan that describes different
+    light.
     """
     return isinstance(lens, PlansImaging) and _tells_of_its_own_light(lens, "plan")
 
@@ -79,7 +82,7 @@ def _tells_of_its_own_light(lens: Any, method: str) -> bool:
     def defined(name: str) -> int:
         return next((k for k, base in enumerate(classes) if name in vars(base)), len(classes))
 
-    makes_light = ("__call__", "photocurrent", "spread_errors")
+    makes_light = ("__call__", "photocurrent", "light_errors", "spread_errors")
     return defined(method) <= min(map(defined, makes_light))
 
 
@@ -108,18 +111,27 @@ class TrivialPlan:
         """Return the errors of the light that the lens states; None if it states none, and if it
         inherits a statement about other light (`plans_imaging`).
         """
-        if not isinstance(self.lens, StatesErrors):
-            return None
-        if not _tells_of_its_own_light(self.lens, "spread_errors"):
-            return None
-        return maps_of(self.lens.spread_errors(mixed, self.flares, weights, self.response))
+        lens = self.lens
+        if isinstance(lens, StatesErrors) and _tells_of_its_own_light(lens, "light_errors"):
+            return maps_of(lens.light_errors(mixed, self.flares, weights, self.response))
+        if isinstance(lens, StatesSpreadErrors) and _tells_of_its_own_light(lens, "spread_errors"):
+            message = f"{type(lens).__name__}.spread_errors is now called light_errors; rename it"
+            warnings.warn(message, DeprecationWarning, stacklevel=2)
+            return maps_of(lens.spread_errors(mixed, self.flares, weights, self.response))
+        return None
 
 
 def outlined(
     lens: Any, flares: Sequence[Any], ahead: FieldAhead, budget: LightBudget
 ) -> ImagingOutline:
-    """Return the outline of a lens's plan; an outline that needs everything if the lens
-    has none.
+    """Return the outline of a lens's plan; if the lens has none, an outline that needs everything.
+
+    Parameters
+    ----------
+    lens : lens of the run.
+    flares : flare models of the run.
+    ahead : size and bands of the field, as far as they are known.
+    budget : light that is needed, and the error allowed.
     """
     if plans_imaging(lens) and isinstance(lens, OutlinesImaging):
         return lens.outline(flares, ahead, budget)

@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import Any
 
 # of hooks and Protocols; raised when something is added that a plugin may rely on
-PLUGIN_API = 3
+PLUGIN_API = 4
 KINDS = ("scene", "renderer", "lighting", "lens", "flare", "sensor", "isp", "metric")
 KEYED = ("flare", "metric")  # kinds with several members in a run, under names that users choose
 

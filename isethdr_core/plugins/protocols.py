@@ -692,7 +692,7 @@ class MakesPhotocurrent(Protocol):
 class StatesErrors(Protocol):
     """A lens that knows the errors of its light, tile by tile."""
 
-    def spread_errors(
+    def light_errors(
         self,
         mixed: xr.DataArray,
         flares: Sequence[Flare],
@@ -712,6 +712,22 @@ class StatesErrors(Protocol):
         Standard deviation and bound, each (channel, y, x), in the unit of irradiance times
         `weights`; None if they are not known. A tuple is accepted until version 1.0.
         """
+        ...
+
+
+@runtime_checkable
+class StatesSpreadErrors(Protocol):
+    """Earlier form of `StatesErrors`, under another name; accepted until version 1.0."""
+
+    def spread_errors(
+        self,
+        mixed: xr.DataArray,
+        flares: Sequence[Flare],
+        weights: Numbers,
+        response: Response | None,
+        /,
+    ) -> ErrorMaps | tuple[Numbers, Numbers] | None:
+        """Return the errors of the light, tile by tile; parameters as `StatesErrors`."""
         ...
 
 
@@ -899,7 +915,8 @@ OF_ANY_KIND: tuple[type, ...] = (
     DeclaresAccuracy,
     DividesErrorAllowed,  # refused where the kind is no lens
 )
-EARLIER: tuple[type, ...] = (CountsKernels,)  # forms of earlier versions, until version 1.0
+# forms of earlier versions, until version 1.0
+EARLIER: tuple[type, ...] = (CountsKernels, StatesSpreadErrors)
 OPTIONAL: dict[str, tuple[type, ...]] = {
     "scene": (KnowsItsBands, CountsTiles, KnowsItsField, ListsGroups, ChecksFiles, MovesInTime),
     "renderer": (
@@ -927,6 +944,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         OutlinesImaging,
         MakesPhotocurrent,
         StatesErrors,
+        StatesSpreadErrors,
         HasPointSpread,
     ),
     "flare": FLARES,

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from math import inf
@@ -194,7 +195,7 @@ class IdealLens:
 
         return expected_s(self, _sequence(flares), frame)
 
-    def spread_errors(self, mixed, flares, weights, response=None):
+    def light_errors(self, mixed, flares, weights, response=None):
         """Return the errors of the light of `mixed` due to the kernels' errors.
 
         Parameters
@@ -210,6 +211,17 @@ class IdealLens:
         """
         plan = self.plan(flares, mixed, response)
         return plan.light_errors(mixed, weights)
+
+    def spread_errors(self, mixed, flares, weights, response=None):
+        """Return `light_errors` under its earlier name, with a warning; accepted until version 1.0.
+
+        Parameters
+        ----------
+        mixed, flares, weights, response : as of `light_errors`.
+        """
+        message = "spread_errors of a lens is now called light_errors"
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return self.light_errors(mixed, flares, weights, response)
 
     def narrow(self, demand: Demand) -> Demand:
         """Return the demand with the depth of every tile, where the blur depends on it."""

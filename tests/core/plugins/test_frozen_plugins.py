@@ -12,7 +12,7 @@ import pytest
 from ..command_line import isethdr
 
 FROZEN = Path(__file__).parents[2] / "frozen_plugins"
-PLUGINS = ("acme_camera", "acme_scores_with_fields", "acme_statements")
+PLUGINS = ("acme_camera", "acme_scores_with_fields", "acme_spread_errors", "acme_statements")
 CHECKSUMS = {
     "acme_camera/__init__.py": "c9d8233611ad3bae",
     "acme_camera/conf/__init__.py": "e3b0c44298fc1c14",
@@ -22,11 +22,15 @@ CHECKSUMS = {
     "acme_camera/sensor.py": "5bbd6ca4e54a6967",
     "acme_scores.py": "243743c21bc9faf5",
     "acme_scores_with_fields.py": "8646912d05ba5c84",
+    "acme_spread_errors.py": "d0ed725f582b0ea8",
     "acme_statements.py": "c88620ab27da2d98",
 }
 CODE = """
 import json
+import warnings
+import numpy as np
 import isethdr_core as hdr
+from isethdr_core.pipeline.imaging_plan import TrivialPlan
 from isethdr_core.testing import check
 
 check("metric", "darkest")
@@ -46,7 +50,17 @@ counting = hdr.build("sensor", "acme_counting")
 key = hdr.generator(seed=7, device="A", scene="s")
 raw = float(counting(light, key).raw.sum())
 mean = float(counting.expected(light).sum())
-print(json.dumps({"scores": scores, "raw": raw, "mean": mean} | found))
+errors = {}
+for name in ("acme_measuring", "acme_doubting"):
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        lens = hdr.build("lens", name)
+        maps = TrivialPlan(lens).light_errors(mixed, np.ones((1, mixed.sizes["wavelength"])))
+    share = [float((values / lens(mixed).values.sum(0)).mean()) for values in maps[:2]]
+    values = [float(values.mean()) for values in maps[:2]]
+    old = [str(w.message) for w in warned if w.category is DeprecationWarning]
+    errors[name] = {"share": share, "values": values, "warned": old}
+print(json.dumps({"scores": scores, "raw": raw, "mean": mean, "errors": errors} | found))
 """
 
 
@@ -110,5 +124,10 @@ def test_they_keep_every_promise_and_give_the_numbers_of_before(site):
     assert found["raw"] == pytest.approx(334098.04090031446, rel=1e-12)
     assert found["mean"] == pytest.approx(334100.22806224664, rel=1e-12)
     assert {0.01, 0.02, 0.03, 0.1} <= set(found["lens"])
+    assert found["errors"]["acme_measuring"]["share"] == pytest.approx([1e-3, 1e-2], rel=1e-6)
+    # the ideal lens has no errors: only what the subclass adds is left
+    assert found["errors"]["acme_doubting"]["values"] == [1.0, 1.0]
+    for errors in found["errors"].values():
+        assert any("is now called light_errors" in line for line in errors["warned"])
     # 1e-2: a hundredth of the stated error may change
     assert max(found["picture"]) == pytest.approx(0.1283781065556878, rel=1e-2)

@@ -55,7 +55,7 @@ def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields,
     lens = WavefrontLens(focal_length_mm=6.0, **fields)
     mixed = street()
     with exact_core.kept_cores():
-        deviation, bound, *_ = lens.spread_errors(mixed, DIRT, np.eye(2))
+        deviation, bound, *_ = lens.light_errors(mixed, DIRT, np.eye(2))
         light, finer = (
             one(mixed, DIRT).values
             for one in (lens, replace(lens, speckle_error=lens.speckle_error / 3))
@@ -82,7 +82,7 @@ def test_a_lamp_off_the_axis_differs_from_its_own_kernel_as_stated(monkeypatch):
     y = float(mixed.y[8])
     mixed.values[...] = 0.0  # no light around it, whose places differ too
     mixed.values[:, 8, 13] = 1.0
-    deviation, bound, *_ = lens.spread_errors(mixed, DIRT, np.eye(2))
+    deviation, bound, *_ = lens.light_errors(mixed, DIRT, np.eye(2))
     own = node_lens(lens, lens.wavefront_at(np.arctan(np.hypot(x, y))), float(np.arctan2(-y, x)))
     wrong = np.abs(lens(mixed, DIRT).values - own(mixed, DIRT).values)
     # beyond every core

@@ -105,7 +105,7 @@ def test_blocks_state_what_tiles_do(monkeypatch):
 def test_kernels_that_are_exact_leave_no_error():
     lens, mixed = street(shape=(8, 10), pitch_um=2.0)  # within the exact core
     for one, flares in ((lens, DIRT), (IdealLens(focal_length_mm=6.0), ())):
-        deviation, bound, *_ = one.spread_errors(mixed, flares, np.ones((3, 2)))
+        deviation, bound, *_ = one.light_errors(mixed, flares, np.ones((3, 2)))
         assert deviation.shape == (3, 8, 10) and not deviation.any() and not bound.any()
 
 

@@ -184,7 +184,7 @@ def test_errors_of_kernels_are_of_the_tiles_that_light_has_and_hold():
     found = []
     for response in (ASKED, EVERYWHERE):
         light, left, _ = asked(mixed, response)
-        deviation, bound, *_ = LENS.spread_errors(mixed, (), weights, response)
+        deviation, bound, *_ = LENS.light_errors(mixed, (), weights, response)
         assert deviation.shape[1:] == bound.shape[1:] == light.shape[1:]
         inside = (slice(None), *(MIDDLE if response is EVERYWHERE else ()))
         found.append(

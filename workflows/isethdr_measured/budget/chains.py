@@ -173,7 +173,7 @@ def exact(chain: Chain, scene) -> list:
     shots = propagation.electrons(
         propagation.Exposure(captures, light, mixed, scene),
         0.0,
-        lambda mean, weights: lens.spread_errors(mean, flares, weights),
+        lambda mean, weights: lens.light_errors(mean, flares, weights),
     )
     own_error = max(
         float(np.quantile((s.maps.deviation / s.sigma)[s.unsaturated], propagation.SHARE))
