@@ -14,7 +14,7 @@ from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
 from isethdr_core.physics.optics import paraxial
 from isethdr_core.storage.atomic_write import write_text
 
-from ..prescription.figures import spot_radius_mm
+from ..prescription.figures import spot
 from ..prescription.prescription import Prescription, parse
 from . import code_v, glasses, pbrt, zemax
 from .lens_data import LensData, Problems, Row
@@ -25,7 +25,6 @@ READERS: dict[str, Reader] = {".zmx": zemax.read, ".seq": code_v.read, ".dat": p
 LOWEST = 3
 HIGHEST = 30
 CLEARANCE = 1.01  # times a semi-diameter that the program computed: rounding then cuts no ray
-SPOT_RAYS = 401  # across 1.5 pupils: the rms spot is right to 3e-4
 FIELDS = (0.0, 0.7, 1.0)  # of the half field, at which spots are given
 
 
@@ -35,14 +34,15 @@ class Figures:
 
     Parameters
     ----------
-    spots : ((field angle deg, rms spot radius um), ...), from the centroid, on the sensor.
+    spots : ((field angle deg, rms spot radius um, its centroid mm from the axis), ...), on the
+        sensor; the radius is that about the centroid.
     """
 
     focal_length_mm: float
     back_focus_mm: float
     f_number: float
     reference_nm: float
-    spots: tuple[tuple[float, float], ...]
+    spots: tuple[tuple[float, float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -100,14 +100,11 @@ def figures(lens: Prescription) -> Figures:
     """Return the figures of a lens."""
     optics = lens.surfaces[:-1]
     indices = lens.indices(lens.reference_nm)
-    spots = [
-        (
-            part * lens.half_field_deg,
-            1e3
-            * spot_radius_mm(lens, np.tan(np.radians(part * lens.half_field_deg)), grid=SPOT_RAYS),
-        )
-        for part in FIELDS
-    ]
+    spots = []
+    for part in FIELDS:
+        angle_deg = part * lens.half_field_deg
+        found = spot(lens, float(np.tan(np.radians(angle_deg))))
+        spots.append((angle_deg, 1e3 * found.radius_mm, found.centroid_mm))
     pupil = paraxial.entrance_pupil(optics, indices)[1]
     focal = paraxial.focal_length_mm(optics, indices)
     back = paraxial.back_focus_mm(optics, indices)
@@ -127,8 +124,11 @@ def run(file: str, glass: Sequence[str], out: str) -> None:
     print(f"effective focal length  {values.focal_length_mm:.5g} mm at {values.reference_nm:g} nm")
     print(f"back focus              {values.back_focus_mm:.5g} mm")
     print(f"f-number                {values.f_number:.4g}")
-    for angle, spot in values.spots:
-        print(f"rms spot radius         {spot:.4g} um at {angle:.3g} degrees")
+    for angle_deg, radius_um, centroid_mm in values.spots:
+        print(
+            f"rms spot radius         {radius_um:.4g} um at {angle_deg:.3g} degrees,"
+            f" {abs(centroid_mm):.4f} mm from the axis"
+        )
     for note in lens.notes:
         print(f"note: {note}")
     print("prescription:")

@@ -20,7 +20,7 @@ from ..imaging.accuracy_shares import PLACES_KNOB, SPECKLE_KNOB
 from ..prescription.amplitude import amplitude
 from ..prescription.exit_pupil import exit_pupil
 from ..prescription.field import check, state
-from ..prescription.figures import chief_mm, distortion, pupil_area_mm2, seen_sr, spot_radius_mm
+from ..prescription.figures import chief_mm, distortion, pupil_area_mm2, seen_sr, spot
 from ..prescription.prescription import load
 from ..prescription.rims import rims
 from ..prescription.wavefront import zernike_um
@@ -314,11 +314,11 @@ class PrescribedLens(FieldLens):
             what = "distortion of the prescription"
             notes.append(LeftOut(what, "the lens keeps the grid", bent, "of the position"))
         if not self.field_varies:
-            spot = max(spot_radius_mm(real, t) for t in (0.0, 0.7 * edge, edge))
+            widest_mm = max(spot(real, t).radius_mm for t in (0.0, 0.7 * edge, edge))
             aberrations = LeftOut(
                 "geometric aberrations of the prescription",
                 "its blur is diffraction alone",
-                float(spot) * 1e-3,
+                widest_mm * 1e-3,
                 "m (rms radius)",
             )
             return [*notes, aberrations]

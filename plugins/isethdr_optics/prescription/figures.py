@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from isethdr_core.physics.optics.ray_trace import Start, collimated, follow, seq
 
 AIM_MM = 1e-12  # of the stop's radius: how well chief rays are aimed
 GRID = 160  # rays across the front, for areas
+SPOT_GRID = 200  # rays across a beam: rms spots are right to 5e-4
+REACH = 1.5  # radii of the entrance pupil around its middle, in which rays count as the beam's
+SEARCH_GRID = 40  # rays across it that find the beam
 
 
 def chief_mm(lens, tangent, wavelength_nm: float) -> np.ndarray:
@@ -105,22 +109,54 @@ def working_f_number(lens, wavelength_nm: float | None = None) -> float:
     return float(1 / (2 * np.abs(rays.direction[0, 0])))
 
 
-def spot_radius_mm(
-    lens, tangent: float, wavelength_nm: float | None = None, grid: int = 40
-) -> float:
-    """Return the rms distance of rays of one field tangent from their centroid on the sensor, mm; 0
-    where none gets through.
+class Spot(NamedTuple):
+    """The rays of one field point on the sensor; 0 and NaN where none gets through."""
+
+    radius_mm: float  # rms distance of the rays from their centroid
+    centroid_mm: float  # distance of the centroid from the axis, towards the field point's image
+
+
+def spot(lens, tangent: float) -> Spot:
+    """Return the spot of a field point at the reference wavelength: parallel light that fills the
+    entrance beam evenly.
+
+    Parameters
+    ----------
+    lens : `Prescription`.
+    tangent : of the angle between the field point and the axis.
+
+    Notes
+    -----
+    A first, coarse grid finds the beam: off the axis it wanders and is cut by rims. Cells that the
+    border of the beam crosses count by the part inside, as in `pupil_area_mm2`.
     """
-    wave = wavelength_nm or lens.reference_nm
-    indices = lens.indices(wave)
+    indices = lens.indices(lens.reference_nm)
     front = lens.surfaces[0].z_mm
     pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
-    across = np.linspace(-1.5, 1.5, grid) * pupil_radius
-    x, y = np.meshgrid(across, across)
-    start = collimated(x + (front - pupil_z) * tangent, y, front, tangent, 0.0)
-    rays = follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start)
-    spot = rays.position_mm[:2, rays.margin > 0]
-    return float(np.sqrt(np.sum(np.var(spot, axis=1)))) if spot.size else 0.0
+
+    def traced(low, high, count):
+        """Return cell centres along x and y (count), and rays (y, x) between two corners."""
+        x, y = ((np.arange(count) + 0.5) / count * (b - a) + a for a, b in zip(low, high))
+        start = collimated(*np.meshgrid(x, y), front, tangent, 0.0)
+        return x, y, follow(lens.surfaces, indices, sequential(len(lens.surfaces)), start)
+
+    middle = np.array([(front - pupil_z) * tangent, 0.0])
+    half = REACH * pupil_radius
+    x, y, rays = traced(middle - half, middle + half, SEARCH_GRID)
+    through = rays.margin > 0
+    if not through.any():
+        return Spot(0.0, float("nan"))
+    cell = 2 * half / SEARCH_GRID
+    spans = [at[through.any(axis)] for axis, at in ((0, x), (1, y))]
+    low, high = (np.array([f(span) for span in spans]) for f in (np.min, np.max))
+    _, _, rays = traced(low - cell, high + cell, SPOT_GRID)
+    weight = _inside(rays.margin)
+    used = (weight > 0) & np.isfinite(rays.position_mm).all(axis=0)
+    weight = weight[used] / weight[used].sum()
+    position = rays.position_mm[:2, used]
+    centroid = position @ weight
+    away = position - centroid[:, None]
+    return Spot(float(np.sqrt(np.sum(away**2 @ weight))), float(centroid[0]))
 
 
 def pupil_area_mm2(
@@ -136,7 +172,7 @@ def pupil_area_mm2(
     tangent = np.atleast_1d(np.asarray(tangent, float))
     indices = lens.indices(wave)
     pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
-    half = 1.5 * pupil_radius
+    half = REACH * pupil_radius
     front = lens.surfaces[0].z_mm
     cells = (np.arange(grid) + 0.5) / grid * 2 - 1
     x, y = np.meshgrid(cells * half, cells * half)
@@ -176,7 +212,7 @@ def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> f
     indices = lens.indices(wavelength_nm)[-2::-1]
     pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)
     z = max(optics[0].z_mm, 1e-3 * pupil_radius)
-    half = 1.5 * pupil_radius * abs(z / pupil_z)
+    half = REACH * pupil_radius * abs(z / pupil_z)
     cells = ((np.arange(grid) + 0.5) / grid * 2 - 1) * half
     # from the place on the sensor, towards the exit pupil
     x, y = np.meshgrid(cells - height_mm * z / pupil_z, cells)

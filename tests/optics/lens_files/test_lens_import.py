@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from isethdr_optics.lens_files.importing import figures, imported, run
 from isethdr_optics.prescription import prescription
-from isethdr_optics.prescription.figures import spot_radius_mm
+from isethdr_optics.prescription.figures import spot
 
 import isethdr_core as hdr
 from isethdr_core.errors import CatalogError, ConfigError, IsetHdrError
@@ -210,7 +210,7 @@ def test_an_odd_asphere_bends_rays_as_snells_law_says(tmp_path):
         1e3 * np.sqrt(np.mean(y**2 * 2 * rho)), rel=WITHIN
     )
     bigger = lens.scaled(2 * lens.focal_length_mm())
-    assert spot_radius_mm(bigger, 0.0) == pytest.approx(2 * spot_radius_mm(lens, 0.0), rel=1e-9)
+    assert spot(bigger, 0.0).radius_mm == pytest.approx(2 * spot(lens, 0.0).radius_mm, rel=1e-9)
 
 
 CATALOGUE = """! a comment
