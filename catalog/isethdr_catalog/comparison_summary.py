@@ -17,8 +17,13 @@ MOST_SETTINGS = 15  # lines; the page has all
 
 
 def print_comparison(homes: Sequence[StoredHome], a: str, b: str) -> None:
-    """Print the settings and scores of two runs that differ, and write and name the page, in the
-    first home.
+    """Print the settings and scores of two runs that differ. Write the page of the comparison into the
+    first home, and print its path.
+
+    Parameters
+    ----------
+    homes : homes in which the runs are looked for.
+    a, b : the first digits of two runs, or their names.
 
     Raises
     ------

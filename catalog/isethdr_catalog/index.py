@@ -128,6 +128,12 @@ def attach(
     Where it cannot be written, or was replaced meanwhile by a process that knew fewer stores, a
     temporary copy takes its place.
 
+    Parameters
+    ----------
+    base : DuckDB connection.
+    folder : home folder, with `scenes/` and `runs/`.
+    alias : name of the attached database in SQL.
+
     Returns
     -------
     The state of the home for which the attached file holds, as long as `state` returns the same;

@@ -100,7 +100,14 @@ def connected() -> Iterator[duckdb.DuckDBPyConnection]:
 
 
 def attach(base: duckdb.DuckDBPyConnection, path: Path, alias: str = ALIAS) -> bool:
-    """Attach an index file for reading; False where it is missing, damaged or of another layout."""
+    """Attach an index file for reading; False where it is missing, damaged or of another layout.
+
+    Parameters
+    ----------
+    base : DuckDB connection.
+    path : index file.
+    alias : name of the attached database in SQL.
+    """
     with needed("the index of the catalog", extra="catalog"):
         import duckdb
 

@@ -78,6 +78,7 @@ def find(
     ----------
     homes : the home folder, with `scenes/` and `runs/`, or several homes.
     order_by : a property; a leading `-` puts the largest first. Rows without it come last.
+    limit : largest number of rows.
     conditions : property=value, or property__operator=value. A list property equals a value that it
         holds.
 

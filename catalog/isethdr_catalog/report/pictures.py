@@ -91,7 +91,15 @@ def compression(scene, white_cd_m2: float) -> float:
 def shown(
     picture, white_cd_m2: float, caption: str, compressed: float = display_view.COMPRESSION
 ) -> Figure:
-    """Return the display view of a picture or of xyz, with the luminance that is shown as white."""
+    """Return the display view of a picture or of xyz, with the luminance that is shown as white.
+
+    Parameters
+    ----------
+    picture : picture, or (y, x, 3) array of xyz, Y in cd/m2.
+    white_cd_m2 : luminance that is shown as white, cd/m2.
+    caption : title of the figure.
+    compressed : compression of highlights by the tone curve, as in `display_view.display`.
+    """
     rgb = display_view.display(picture, white_cd_m2, compressed, natural_colour=True)
     return Figure(caption, f"white = {white_cd_m2:.3g} cd/m²", embedded(rgb))
 
@@ -118,6 +126,12 @@ def power(exponent: float) -> tuple[str, int | None]:
 def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict]:
     """Return the labelled objects with a box, largest first, without those that span the whole
     picture.
+
+    Parameters
+    ----------
+    objects : objects of the labels; boxes are [x, y, width, height] in pixels of `instance`.
+    instance : (y, x) instance numbers, for the size of the picture.
+    count : largest number of objects.
     """
     area = np.prod(instance.shape)
     ground = {
@@ -143,6 +157,14 @@ def labelled(xyz, white_cd_m2: float, compressed: float, labels, objects: list[d
     """Return a view with each object's pixels tinted, and its box and name drawn over it.
 
     `objects` hold boxes [x, y, width, height] in the pixels of `labels`.
+
+    Parameters
+    ----------
+    xyz : picture, or (y, x, 3) array of xyz, Y in cd/m2.
+    white_cd_m2 : luminance that is shown as white, cd/m2.
+    compressed : compression of highlights by the tone curve, as in `display_view.display`.
+    labels : labels on the grid of the picture, with `instance` (y, x).
+    objects : objects of the labels; boxes are [x, y, width, height] in pixels of `labels`.
     """
     rgb = display_view.display(xyz, white_cd_m2, compressed, natural_colour=True).astype(float)
     instance = labels["instance"].values.astype(np.int64)

@@ -128,10 +128,17 @@ def seconds(rows) -> Markup:
 def snr_curve(
     picture, truth, bins_per_decade: int = 6, least: int = 20
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (cd/m2, dB): true luminance over the sd that the picture itself states, for the median
-    pixel of each bin.
+    """Return (cd/m2, dB): true luminance over the standard deviation that the picture itself states, for
+    the median pixel of each bin.
 
     Bins are of true luminance: binned by the noisy estimate, dark bins would hold mostly noise.
+
+    Parameters
+    ----------
+    picture : picture with its variance, (y, x, xyz_channel).
+    truth : reference picture on the same grid.
+    bins_per_decade : bins per decade of luminance.
+    least : smallest number of pixels in a bin; other bins are left out.
     """
     stated_variance = total_variance(before_denoising(picture))
     y = truth["xyz"].values[..., 1]

@@ -30,7 +30,14 @@ Cell = str | list[Part]
 
 
 def table(header: list[str], rows: list[list[Cell]], numeric: tuple[int, ...] = ()) -> Markup:
-    """Return an HTML table of escaped cells; columns in `numeric` are right-aligned."""
+    """Return an HTML table of escaped cells.
+
+    Parameters
+    ----------
+    header : titles of the columns.
+    rows : cells of each row, in the order of the columns.
+    numeric : numbers of the columns that are right-aligned, from 0.
+    """
     return filled("tables.html", header=header, rows=rows, numeric=numeric)
 
 
