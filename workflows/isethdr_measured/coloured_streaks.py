@@ -63,6 +63,15 @@ def coloured_streaks(picture: str = "", tiles: int = 200, error: float = 0.03) -
 def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
     """Return {octave of radius: (error of one wavelength, error of the band's kernel, error it
     states)}.
+
+    Parameters
+    ----------
+    usual : lens with the accuracy of ordinary runs.
+    fine : the same lens with finer sampling, the reference.
+    flare : dirt on the lens.
+    wave : middle of the band, nm.
+    step : distance of the bands, nm.
+    tiles : tiles from the lamp to the border of the kernel.
     """
     pitch = (PITCH_UM, PITCH_UM)
     reach = (tiles, tiles)
@@ -89,6 +98,13 @@ def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
 def write_picture(path: str, lens, flare, tiles: int) -> None:
     """Write both point spreads, each light divided by the mean of its radius, so that all radii
     show.
+
+    Parameters
+    ----------
+    path : file of the picture.
+    lens : lens.
+    flare : dirt on the lens.
+    tiles : tiles from the lamp to the border of the kernel.
     """
     from PIL import Image
 

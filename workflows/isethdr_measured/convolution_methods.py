@@ -61,7 +61,13 @@ def convolution_methods(rows: int = 270, columns: int = 480) -> list[dict]:
 
 
 def frame(rows: int, columns: int, ratio: float):
-    """Return a background from 0.5 to 1.5 with `LAMPS` pixels of `ratio`."""
+    """Return a background from 0.5 to 1.5 with `LAMPS` bright pixels.
+
+    Parameters
+    ----------
+    rows, columns : size of the image, pixels.
+    ratio : value of the bright pixels, over that of the background.
+    """
     rng = np.random.default_rng(1)
     image = rng.uniform(0.5, 1.5, (rows, columns))
     image[rng.integers(0, rows, LAMPS), rng.integers(0, columns, LAMPS)] = ratio
@@ -89,7 +95,14 @@ def product(image, prepared):
 
 
 def transform(image, prepared, dtype):
-    """Return the plain transform in one precision."""
+    """Return the plain transform in one precision.
+
+    Parameters
+    ----------
+    image : (y, x) array.
+    prepared : size of the transform, and the kernel's spectrum by dtype.
+    dtype : precision of the transform, float32 or float64.
+    """
     spectrum = sf.rfft2(image.astype(dtype), prepared["size"])
     spectrum *= prepared[dtype]
     return sf.irfft2(spectrum, prepared["size"])[: image.shape[0], : image.shape[1]]
@@ -129,7 +142,14 @@ METHODS = {
 
 
 def direct(image, psf, result):
-    """Return sampled pixels, the darkest of `result` among them, and their long double sums."""
+    """Return sampled pixels, the darkest of `result` among them, and their long double sums.
+
+    Parameters
+    ----------
+    image : (y, x) array.
+    psf : kernel of (2 ny - 1, 2 nx - 1) pixels, its centre in the middle.
+    result : (y, x) convolution under test; its darkest pixel is sampled too.
+    """
     ny, nx = image.shape
     rng = np.random.default_rng(2)
     darkest = np.unravel_index(int(np.argmin(result)), result.shape)

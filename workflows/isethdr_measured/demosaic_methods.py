@@ -62,8 +62,13 @@ def demosaic_methods(rows: int = 120, columns: int = 160, luminances: str = "100
 
 
 def radiance(chart: str, level: float, rows: int, columns: int):
-    """Return mixed radiance of a chart with a white of `level` cd/m2; stripes are a sine that grows
-    finer to the right.
+    """Return mixed radiance of a chart. Stripes are a sine that grows finer to the right.
+
+    Parameters
+    ----------
+    chart : name of the chart, a key of `CHARTS`.
+    level : luminance of white, cd/m2.
+    rows, columns : size of the sensor, pixels.
     """
     size = {"width": (columns + 8) * TILES, "height": (rows + 8) * TILES, "luminance_cd_m2": level}
     scene = build("scene", "uniform" if chart == "stripes" else chart, **size, **CHARTS[chart])()
@@ -78,7 +83,14 @@ def radiance(chart: str, level: float, rows: int, columns: int):
 
 
 def scored(mixed, shot, method: str) -> dict:
-    """Return PSNR and CIEDE2000 of one shot."""
+    """Return PSNR and CIEDE2000 of one shot.
+
+    Parameters
+    ----------
+    mixed : mixed radiance of the chart.
+    shot : captures of the chart.
+    method : demosaic method of the isp.
+    """
     picture = build("isp", "linear", demosaic=method)(shot)
     true = truth(mixed, picture)
     white = white_cd_m2(true)

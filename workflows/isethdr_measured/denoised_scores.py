@@ -60,12 +60,26 @@ def denoised_scores(
 
 
 def scores_of_frame(metric: Any, picture: xr.Dataset, reference: xr.Dataset) -> list[Score]:
-    """Return the scores of the whole frame, not those of objects."""
+    """Return the scores of the whole frame, not those of objects.
+
+    Parameters
+    ----------
+    metric : metric component.
+    picture : picture of a camera.
+    reference : reference picture on the same grid, with its labels.
+    """
     return [score for score in metric(picture, reference, reference) if not score.object]
 
 
 def edges(config: Any, camera: str, shots: int) -> list[dict[str, Any]]:
-    """Return the rows of a slanted edge: the mean MTF50 of some shots, for each contrast."""
+    """Return the rows of a slanted edge: the mean MTF50 of some shots, for each contrast.
+
+    Parameters
+    ----------
+    config : composed config of the main job.
+    camera : name of the camera in the config.
+    shots : shots with other noise, over which the MTF50 is averaged.
+    """
     lens, isp = (build_from_config(kind, config[kind]) for kind in ("lens", "isp"))
     sensor = build_from_config("sensor", config.cameras[camera])
     metric = build("metric", EDGE_NAME)

@@ -32,6 +32,9 @@ def volpath_pictures(
 
     Parameters
     ----------
+    scene : scene with fog.
+    view : view of the camera.
+    group : light group.
     max_depth : segments of a path, scattering in fog and on surfaces alike; -1: all.
     top_m : height of the upper end of the fog, above which the sky begins.
     """

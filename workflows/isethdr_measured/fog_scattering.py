@@ -90,7 +90,16 @@ def _rows(visibility_m: float, light: str, samples: int, ours: int) -> list[dict
 def rendered(
     scene: SceneDescription, group: str, max_depth: int, samples: int, seed: int = 0
 ) -> Plane:
-    """Return this renderer's radiance (y, x) at 550 nm."""
+    """Return this renderer's radiance (y, x) at 550 nm.
+
+    Parameters
+    ----------
+    scene : scene with fog.
+    group : light group.
+    max_depth : segments of a path; -1: all.
+    samples : paths per tile.
+    seed : seed of the paths.
+    """
     renderer = MitsubaRenderer(
         width=COLUMNS,
         height=ROWS,

@@ -70,8 +70,13 @@ class JobPaths:
         return self.demand.noise_limit(cube.dataset(whole))
 
     def of_tiles(self, seed: int, tiles: npt.NDArray[np.int64], paths: int) -> Array:
-        """Return radiance (group, band, tile) of sorted `tiles` after `paths` paths through each,
-        in whole launches, without `layer`.
+        """Return radiance (group, band, tile) after a number of paths in whole launches, without `layer`.
+
+        Parameters
+        ----------
+        seed : seed of the paths.
+        tiles : (tile,) numbers of the tiles, sorted.
+        paths : paths through each tile.
         """
         bands = len(self.paths.wavelength_nm)
         light = np.zeros((len(self.groups), bands, len(tiles)))

@@ -118,10 +118,16 @@ def hard_switch(groups, per_light):
 
 
 def shot(model, level_e: float, draws: int, rng):
-    """Return (groups, per_light, controls) of `draws` pixels whose large photodiode collects
-    `level_e` electrons of light.
+    """Return (groups, per_light, controls) of many pixels under the same light.
 
     Controls (draw, control) are the parts of the noise whose mean is known to be 0.
+
+    Parameters
+    ----------
+    model : split-pixel sensor: photodiodes, readings and exposure.
+    level_e : electrons of light that the large photodiode collects.
+    draws : number of pixels.
+    rng : random generator of the noise.
     """
     count = {}
     charge = {}
@@ -162,6 +168,12 @@ def shot(model, level_e: float, draws: int, rng):
 def judged(merged, controls, level_e: float) -> dict:
     """Return signal to noise, bias with its standard error, and reported over true variance of one
     merged level.
+
+    Parameters
+    ----------
+    merged : merged signal of the pixels, electrons.
+    controls : (draw, control) parts of the noise whose mean is 0, electrons.
+    level_e : true signal, electrons.
     """
     x = merged.signal_e[0]
     scale = np.sqrt((controls**2).mean(0))

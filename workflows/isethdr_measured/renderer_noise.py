@@ -84,11 +84,19 @@ def renderer_light(
     width: int = 48,
     overrides: str = "",
 ) -> list[dict[str, Any]]:
-    """Return a row for each light group: its light where paths follow need, over that of even
-    passes of `samples` paths per tile (`judges` of them, with other random numbers).
+    """Return a row for each light group: its light where paths follow need, over that of even passes.
 
     Tiles are weighted by the inverse variance that one more rendering states, so that a few glints
     do not decide. Weights do not depend on the light that they weigh.
+
+    Parameters
+    ----------
+    scene : name of the scene, a key of `SCENES`.
+    renderings : renderings that follow need, with other random numbers.
+    judges : renderings of even passes, with other random numbers.
+    samples : paths per tile of an even pass.
+    width : tiles along x; along y there are width * 9 / 16.
+    overrides : further overrides of the config, separated by spaces.
     """
     job = _job(scene, width, overrides)
     share = float(job.renderer.limit_share())
@@ -123,7 +131,14 @@ def _job(scene: str, width: int, overrides: str) -> JobPaths:
 
 
 def by_need(job: JobPaths, seed: int, share: float) -> Rendering:
-    """Return a rendering that follows paths until the noise is `share` of the cameras'."""
+    """Return a rendering that follows paths until the noise is `share` of the cameras'.
+
+    Parameters
+    ----------
+    job : the scene of a job.
+    seed : seed of the paths.
+    share : noise at which the renderer stops, over that of the cameras.
+    """
     start = time.process_time()
     rounds = Rounds(job.paths, job.instance, seed, 0, job.renderer.most_samples)
     render_by_need(rounds, job.limit, share)
@@ -145,7 +160,14 @@ def by_need(job: JobPaths, seed: int, share: float) -> Rendering:
 
 
 def evenly(job: JobPaths, seed: int, samples: int) -> Array:
-    """Return luminance (group, tile) at weight 1 after `samples` paths through each tile."""
+    """Return luminance (group, tile) at weight 1 after the same number of paths through each tile.
+
+    Parameters
+    ----------
+    job : the scene of a job.
+    seed : seed of the paths.
+    samples : paths per tile.
+    """
     every = np.arange(job.instance.size)
     return job.luminance(job.of_tiles(1000 * seed, every, samples))
 

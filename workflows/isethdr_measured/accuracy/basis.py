@@ -43,8 +43,15 @@ def measured() -> list[Work]:
 
 
 def against_bands(stage: str, lens, flares, shape) -> Work:
-    """Return the diagram of a lens with flares: functionals for the noise allowed, and the
-    computation band by band. Kernels are computed before.
+    """Return the diagram of a lens with flares: functionals for the noise allowed, and the computation
+    band by band. Kernels are computed before.
+
+    Parameters
+    ----------
+    stage : title of the diagram.
+    lens : lens under test.
+    flares : flare models in the lens.
+    shape : (rows, columns) tiles of the scene.
     """
     mixed = night(shape)
     response = build("sensor", "bayer", pitch_um=3.0).narrow(Demand()).response
@@ -111,8 +118,15 @@ def counting(response):
 
 
 def direct(mixed, lens, flares, response):
-    """Return rows and columns of some tiles, and their electrons (channel, tile): every tile and
-    band summed in long double.
+    """Return rows and columns of some tiles, and their electrons (channel, tile). Every tile and band is
+    summed in long double.
+
+    Parameters
+    ----------
+    mixed : (wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1.
+    lens : lens under test.
+    flares : flare models in the lens.
+    response : response of the sensor to light.
     """
     field = field_optics(lens, mixed, flares)
     rng = np.random.default_rng(1)
@@ -133,7 +147,16 @@ def direct(mixed, lens, flares, response):
 
 
 def worst(light, rows, columns, truth, noise, response) -> float:
-    """Return the largest error over the noise, at tiles below full scale."""
+    """Return the largest error over the noise, at tiles below full scale.
+
+    Parameters
+    ----------
+    light : ([channel or wavelength], y, x) photocurrent or irradiance on the sensor plane.
+    rows, columns : (tile,) positions of the tiles that are compared.
+    truth : (channel, tile) electrons of the reference.
+    noise : (channel, tile) standard deviation of the sensor's noise, electrons.
+    response : response of the sensor to light.
+    """
     at = light.values[:, rows, columns].astype(float)
     if "channel" in light.dims:
         electrons = at * response.area_exposure_m2_s

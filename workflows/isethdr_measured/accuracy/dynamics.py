@@ -99,8 +99,14 @@ def charge_e(level_e_per_s: float, well) -> float:
 
 
 def runge_kutta_steps(light, times, well):
-    """Classical Runge-Kutta of order 4: explicit, so it must follow the fastest overflow step by
-    step.
+    """Return the charge after all steps, in electrons, by the classical Runge-Kutta method of order 4.
+    It is explicit, so it must follow the fastest overflow step by step.
+
+    Parameters
+    ----------
+    light : (pixel,) photocurrent, electrons/s.
+    times : times of the steps, the first and the last included, s.
+    well : full well with its overflow.
     """
     charge = np.zeros(light.size)
     for start, end in pairwise(times):

@@ -109,7 +109,14 @@ def anew(lens, mixed) -> np.ndarray:
 
 
 def nearest(field_point, step: float, x, y) -> np.ndarray:
-    """Return 1 at tiles (y, x) whose nearest point of the polar grid is `field_point`, else 0."""
+    """Return 1 at tiles (y, x) whose nearest point of the polar grid is `field_point`, else 0.
+
+    Parameters
+    ----------
+    field_point : point of the polar grid.
+    step : distance of the rings of the grid, tangents of the field angle.
+    x, y : (x,) and (y,) tile centres, tangents of the field angle.
+    """
     u = np.asarray(x, float)[None, :]
     v = np.asarray(y, float)[:, None]
     ring = np.rint(np.hypot(u, v) / step) == round(field_point.radius / step)

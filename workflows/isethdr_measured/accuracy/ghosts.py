@@ -99,7 +99,14 @@ def largest(mixed) -> float:
 
 
 def anew(flare, lens, mixed):
-    """Return the ghosts' irradiance (y, x) with no ray known before."""
+    """Return the ghosts' irradiance (y, x) with no ray known before.
+
+    Parameters
+    ----------
+    flare : ghosts of a prescription.
+    lens : lens with the prescription.
+    mixed : (wavelength, y, x) mixed radiance with one lamp, W m-2 sr-1 nm-1.
+    """
     ghost_flare._beams.clear()
     ghost_flare._ranked.cache_clear()
     return flare.irradiance(lens, mixed).values[0]
@@ -114,6 +121,12 @@ def blocks(light):
 def by_chance(flare, lens, mixed):
     """Return the power of the lamp's image, and of its ghosts per block with the standard error, W
     nm-1.
+
+    Parameters
+    ----------
+    flare : ghosts of a prescription.
+    lens : lens with the prescription.
+    mixed : mixed radiance with one lamp; only its tile centres are used.
     """
     x = float(mixed.x[COLUMN])
     y = float(mixed.y[TILES // 2])
@@ -134,6 +147,13 @@ def by_chance(flare, lens, mixed):
 def discs(flare, lens, mixed, image_w: float):
     """Return irradiance (y, x) of ghosts as uniform discs, with position and size from first-order
     optics (Lee and Eisemann 2013).
+
+    Parameters
+    ----------
+    flare : ghosts of a prescription.
+    lens : lens with the prescription.
+    mixed : mixed radiance with one lamp, W m-2 sr-1 nm-1.
+    image_w : power of the lamp's image, W nm-1.
     """
     ghost_flare._ranked.cache_clear()
     traced, _ = flare.pairs(lens, [BAND_NM], largest(mixed))

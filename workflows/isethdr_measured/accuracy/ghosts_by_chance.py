@@ -33,6 +33,7 @@ def flux_by_chance(lens, tangent: float, wavelength_nm: float, edges_mm, photons
     lens : `isethdr_optics.prescription.prescription.Prescription` of uncoated spheres; its last
         surface is the sensor, which does not reflect.
     tangent : of the lamp's field angle, along x.
+    wavelength_nm : wavelength of the light, nm.
     edges_mm : borders of the blocks on the sensor that light is summed in, the same along x and y.
     photons : how many, and their seed.
 
@@ -61,6 +62,12 @@ def flux_by_chance(lens, tangent: float, wavelength_nm: float, edges_mm, photons
 def scattered(count: int, radius: float, seed):
     """Return (x, y) of points over a disc, evenly scattered (Sobol 1967, scrambled by chance: each
     seed is an independent estimate).
+
+    Parameters
+    ----------
+    count : number of points; a power of 2 is scattered most evenly.
+    radius : radius of the disc, any unit of length.
+    seed : seed of the scrambling, an integer or a tuple of integers.
     """
     first, second = qmc.Sobol(2, rng=np.random.default_rng(seed)).random(count).T
     return (
@@ -71,6 +78,14 @@ def scattered(count: int, radius: float, seed):
 def landed(lens, n, start, tangent: float, front: int, back: int):
     """Return (x, y) mm on the sensor and the weight of photons reflected at `back`, then at
     `front`; blocked ones are left out.
+
+    Parameters
+    ----------
+    lens : prescription of uncoated spheres; its last surface is the sensor.
+    n : refractive index before each surface, and behind the last.
+    start : (2, photon) x and y at the vertex plane of the first surface, mm.
+    tangent : tangent of the field angle of the light, along x.
+    front, back : numbers of the two surfaces that reflect, from 0; the light meets `back` first.
     """
     surfaces = lens.surfaces
     last = len(lens.surfaces) - 1
@@ -118,7 +133,14 @@ def landed(lens, n, start, tangent: float, front: int, back: int):
 
 
 def met(surface, at, direction):
-    """Return where rays meet a sphere or plane, and its normals; NaN where they miss."""
+    """Return where rays meet a sphere or plane, and its normals; NaN where they miss.
+
+    Parameters
+    ----------
+    surface : sphere or plane, with its vertex and its curvature.
+    at : (ray, 3) points on the rays, mm.
+    direction : (ray, 3) unit directions of the rays.
+    """
     if surface.curvature_per_mm == 0:
         step = (surface.z_mm - at[:, 2]) / direction[:, 2]
         return at + step[:, None] * direction, np.broadcast_to([0.0, 0.0, 1.0], at.shape)
@@ -137,6 +159,11 @@ def met(surface, at, direction):
 def fresnel(cosine, n_from: float, n_to: float):
     """Return the reflectance of unpolarised light, and the cosine behind the surface, 0 where all
     is reflected.
+
+    Parameters
+    ----------
+    cosine : (ray,) cosine of the angle of incidence, 0 to 1.
+    n_from, n_to : refractive index before and behind the surface.
     """
     first = np.arccos(np.minimum(cosine, 1 - 1e-14))  # straight on, sines are 0 / 0
     sine = n_from / n_to * np.sin(first)

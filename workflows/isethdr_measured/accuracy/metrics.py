@@ -85,5 +85,13 @@ def shooter():
 
 
 def scores(metrics, picture, true, labels) -> dict:
-    """Return {metric: its score of the whole picture}."""
+    """Return {metric: its score of the whole picture}.
+
+    Parameters
+    ----------
+    metrics : {name: metric}.
+    picture : picture of a camera.
+    true : reference picture on the same grid.
+    labels : labels on the same grid.
+    """
     return {name: metric(picture, true, labels)[0].value for name, metric in metrics.items()}

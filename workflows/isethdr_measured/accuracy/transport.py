@@ -101,6 +101,14 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     lamp, which needs no paths, is more than 1 % of the light, or, with the label distance, tiles
     that show the sky. The first call of each kind compiles kernels, so seconds are those of the
     cheapest of `repeat`.
+
+    Parameters
+    ----------
+    render : renderer.
+    scene : description of the scene.
+    runs : changed fields of the renderer, one mapping for each result.
+    labels : labels that the rendering holds.
+    repeat : number of repetitions; the cheapest counts.
     """
     plain = frame.estimate
     path_results = []
@@ -158,8 +166,14 @@ def luminance_of(scene) -> dict:
 
 
 def median_error(values, truth, of=True) -> float:
-    """Return the relative error below which half of the light lies, over tiles `of` (y, x) above 1
-    % of the mean; the renderer's own unit.
+    """Return the relative error below which half of the light lies. Tiles below 1 % of the mean are left
+    out.
+
+    Parameters
+    ----------
+    values : (y, x) light under test, any unit.
+    truth : (y, x) light of the reference, same unit.
+    of : (y, x) bool, tiles that are compared; True: all.
     """
     bright = (truth > 0.01 * truth.mean(where=of)) & of
     if not bright.any():

@@ -67,7 +67,16 @@ def parts_of(camera: str, lens) -> Chain:
 
 
 def planned(chain: Chain, scene, fraction: float, folder, truth: list) -> Done:
-    """Return the result of a run on stored radiance for this fraction of the noise allowed."""
+    """Return the result of a run on stored radiance for this fraction of the noise allowed.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    scene : scene radiance.
+    fraction : error allowed, in standard deviations of the sensor's noise.
+    folder : folder for the stored radiance.
+    truth : the reference, as `exact` returns it.
+    """
     (sensor,) = chain.cameras.values()
     demand = budget.budgeted(
         narrowed(sensor, Demand(wavelength_nm=tuple(scene.wavelength.values.tolist()))),
@@ -88,7 +97,16 @@ def planned(chain: Chain, scene, fraction: float, folder, truth: list) -> Done:
 
 
 def by_hand(chain: Chain, scene, setting: Setting, folder, truth: list) -> Done:
-    """Return the result of settings by hand, which do not depend on the light."""
+    """Return the result of settings by hand, which do not depend on the light.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    scene : scene radiance.
+    setting : choices of the person.
+    folder : folder for the stored radiance.
+    truth : the reference, as `exact` returns it.
+    """
     (sensor,) = chain.cameras.values()
     lens = replace(chain.lens, speckle_error=setting.kernel_error)
     flares = tuple(chain.flares.values())

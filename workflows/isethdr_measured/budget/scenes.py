@@ -16,8 +16,13 @@ CAMERAS = {"tunnel": "split_pixel", "street": "rgbw", "noon": "bayer"}
 
 
 def scene(name: str, width: int, focal_length_mm: float):
-    """Return scene radiance of two light groups, `width` x width * 9 / 16 tiles in the camera's
-    field.
+    """Return scene radiance of two light groups.
+
+    Parameters
+    ----------
+    name : `tunnel`, `street` or `noon`.
+    width : tiles along x in the camera's field; along y there are width * 9 / 16.
+    focal_length_mm : focal length, which sets the field of a tile, mm.
     """
     field = [n * TILE_UM * 1e-3 / focal_length_mm for n in (width, width * 9 // 16)]
     nx, ny = (2 * round(n * MARGIN / 2) for n in (width, width * 9 // 16))

@@ -32,6 +32,12 @@ NOISE_SD = "standard deviations of the sensor's noise"
 def compared(name: str, case, turns: int | None = None) -> dict:
     """Return the row of one case. Both runs alternate, and the least work of each counts, because
     the load of the machine adds to it.
+
+    Parameters
+    ----------
+    name : name of the case.
+    case : overrides of the configuration, and whether it is rendered.
+    turns : number of runs of each kind; None: as `TURNS` has it.
     """
     config = compose(list(case.overrides))
     whole = compose([*case.overrides, "leave_out=false"])

@@ -91,7 +91,14 @@ def cases() -> Iterator[tuple]:
 
 
 def built(kind: str, name: str, fields: dict):
-    """Build a component."""
+    """Return a component, built from the given fields.
+
+    Parameters
+    ----------
+    kind : kind of the component, for example `lens`.
+    name : registered name of the component.
+    fields : fields by name.
+    """
     return build(kind, name, **fields)
 
 
@@ -139,7 +146,14 @@ def cells() -> np.ndarray:
 
 
 def deposit(depth=None, twice: bool = False, dangling: bool = False):
-    """Write a scene of the ISETHDR deposit with one thing wrong, and read it."""
+    """Write a scene of the ISETHDR deposit with one thing wrong, and read it.
+
+    Parameters
+    ----------
+    depth : (y, x) depth map to write, m; None: none.
+    twice : whether one wavelength is stored twice.
+    dangling : whether a light group is a link to a missing file.
+    """
     import OpenEXR
 
     light = np.ones(SHAPE, np.float32)

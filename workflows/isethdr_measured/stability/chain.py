@@ -84,6 +84,12 @@ def ramp(decades: float) -> Measured:
 def uniform(level: float, bands: int = 31, shape=(24, 48)) -> Measured:
     """A uniform field stays uniform, at its level up to one known factor for the colour of the
     light.
+
+    Parameters
+    ----------
+    level : luminance of the field, cd/m2.
+    bands : number of wavelengths.
+    shape : (rows, columns) of the chart.
     """
     mixed, picture = _through(_chart("uniform", shape, bands, luminance_cd_m2=level))
     factor = _balance_factor(mixed.wavelength.values)

@@ -28,7 +28,14 @@ def cases():
 
 
 def lamps(level: float, count: int, shape=(32, 40)) -> np.ndarray:
-    """Return surroundings of about 1 and `count` tiles of `level`."""
+    """Return surroundings of about 1 with some bright tiles.
+
+    Parameters
+    ----------
+    level : value of the bright tiles.
+    count : number of bright tiles.
+    shape : (rows, columns) of the picture.
+    """
     picture = patchy(shape)
     picture.flat[np.random.default_rng(2).choice(picture.size, count, replace=False)] = level
     return picture

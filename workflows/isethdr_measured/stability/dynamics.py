@@ -49,6 +49,12 @@ def _flow(knee, thermal, rate):
 def charge(knee: float, thermal: float, rate: float) -> Measured:
     """Compare the charge left; relative to the larger of the charge and the thermal charge, in
     which the well counts.
+
+    Parameters
+    ----------
+    knee : charge at which the overflow sets in, electrons.
+    thermal : charge over which the overflow rises by a factor of e, electrons.
+    rate : overflow at the knee, electrons/s.
     """
     charge_e, _ = _flow(knee, thermal, rate)
     truth = [[exact(float(i), t, knee, thermal, rate)[0] for t in TIMES] for i in CURRENTS]
@@ -56,7 +62,14 @@ def charge(knee: float, thermal: float, rate: float) -> Measured:
 
 
 def spill(knee: float, thermal: float, rate: float) -> Measured:
-    """Compare the charge lost; relative to itself, where the arrived charge resolves it."""
+    """Compare the charge lost; relative to itself, where the arrived charge resolves it.
+
+    Parameters
+    ----------
+    knee : charge at which the overflow sets in, electrons.
+    thermal : charge over which the overflow rises by a factor of e, electrons.
+    rate : overflow at the knee, electrons/s.
+    """
     _, spilled_e = _flow(knee, thermal, rate)
     truth = [[exact(float(i), t, knee, thermal, rate)[1] for t in TIMES] for i in CURRENTS]
     worst = 0.0
@@ -85,6 +98,14 @@ def exact(
 ) -> tuple[Decimal, Decimal]:
     """Return (charge, spilled) from u' = b - a u solved for constant light, u = exp(-(Q - knee) /
     thermal).
+
+    Parameters
+    ----------
+    current : photocurrent, electrons/s.
+    time : exposure time, s.
+    knee : charge at which the overflow sets in, electrons.
+    thermal : charge over which the overflow rises by a factor of e, electrons.
+    rate : overflow at the knee, electrons/s.
     """
     with localcontext() as context:
         context.prec = 80

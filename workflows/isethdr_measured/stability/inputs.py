@@ -12,7 +12,14 @@ THROUGHPUT_SR = np.pi / 65  # of a lens at f/4
 
 
 def mixed(cube, wavelength_nm=BANDS, pitch: float = 1e-3):
-    """Return mixed radiance of a (wavelength, y, x) cube on tiles of `pitch` tangents."""
+    """Return mixed radiance of a cube.
+
+    Parameters
+    ----------
+    cube : (wavelength, y, x) radiance, W m-2 sr-1 nm-1.
+    wavelength_nm : (wavelength,) band centres, nm.
+    pitch : side of a tile, tangents of the field angle.
+    """
     _, ny, nx = cube.shape
     return plane(
         cube,
@@ -29,7 +36,14 @@ def mixed(cube, wavelength_nm=BANDS, pitch: float = 1e-3):
 
 
 def irradiance(cube, wavelength_nm=BANDS, tile_um: float = PITCH_UM):
-    """Return irradiance of a (wavelength, y, x) cube on tiles of `tile_um`."""
+    """Return irradiance of a cube.
+
+    Parameters
+    ----------
+    cube : (wavelength, y, x) irradiance, W m-2 nm-1.
+    wavelength_nm : (wavelength,) band centres, nm.
+    tile_um : side of a tile on the sensor plane, um.
+    """
     _, ny, nx = cube.shape
     p = tile_um * 1e-6
     return plane(
@@ -50,7 +64,14 @@ def irradiance(cube, wavelength_nm=BANDS, tile_um: float = PITCH_UM):
 
 
 def scene(maps: dict, wavelength_nm=BANDS, pitch: float = 1e-3):
-    """Return scene radiance whose groups are (y, x) maps of flat spectra."""
+    """Return scene radiance with flat spectra.
+
+    Parameters
+    ----------
+    maps : {light group: (y, x) radiance, W m-2 sr-1 nm-1}.
+    wavelength_nm : (wavelength,) band centres, nm.
+    pitch : side of a tile, tangents of the field angle.
+    """
     stack = np.stack(
         [np.broadcast_to(m, (len(wavelength_nm), *np.shape(m))) for m in maps.values()]
     )

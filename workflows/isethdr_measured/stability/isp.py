@@ -80,6 +80,14 @@ def _off(picture, level: float = LEVEL) -> float:
 def equal_filters(name: str, spread: float, blind: bool = False, sensor: str = "bayer") -> Measured:
     """A grey in the light of balance is reproduced exactly with any filters, by construction of the
     matrix.
+
+    Parameters
+    ----------
+    name : name of the isp.
+    spread : relative difference of the red and blue filter from the green one, at the ends of the
+        spectrum.
+    blind : whether the first filter collects nothing.
+    sensor : name of the sensor.
     """
     shot = _shot(sensor, exposure_s=1e-3).copy(deep=True)
     green = shot.quantum_efficiency.values[:, 1].copy()
@@ -127,7 +135,14 @@ def blinded(name: str) -> Measured:
 
 
 def one_filter(name: str, rows: int, columns: int, cfa: str = "W") -> Measured:
-    """A single pixel, or a single row, is processed correctly."""
+    """A single pixel, or a single row, is processed correctly.
+
+    Parameters
+    ----------
+    name : name of the isp.
+    rows, columns : size of the sensor, pixels.
+    cfa : filter of all pixels.
+    """
     return Measured(
         _off(_picture(name, _shot("single", (rows, columns), cfa=cfa, exposure_s=1e-3))),
         FLOAT32,

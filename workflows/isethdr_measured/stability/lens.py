@@ -240,6 +240,13 @@ def energy(
 ) -> Measured:
     """The light of one tile arrives, except for the light that diffraction spreads beyond the frame
     of `count` x `count` tiles.
+
+    Parameters
+    ----------
+    f_number : f-number of the lens.
+    count : tiles along x and y.
+    tile_um : side of a tile on the sensor plane, um.
+    focal_length_mm : focal length, mm.
     """
     cube = np.zeros((1, count, count), np.float32)
     cube[0, count // 2, count // 2] = 1.0

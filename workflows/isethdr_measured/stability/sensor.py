@@ -125,7 +125,13 @@ def speck() -> Measured:
 
 
 def frame(rows: int, columns: int, pitch_um: float = PITCH_UM) -> Measured:
-    """Few pixels collect as many electrons each as many do."""
+    """Few pixels collect as many electrons each as many do.
+
+    Parameters
+    ----------
+    rows, columns : size of the sensor, pixels.
+    pitch_um : side of a pixel, um.
+    """
     light = irradiance(np.full((1, 2 * rows, 2 * columns), 1e-3), GREEN, PITCH_UM / 2)
     shot = _build(
         "single",
