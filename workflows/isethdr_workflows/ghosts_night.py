@@ -88,6 +88,13 @@ def study(mixed, picture: str = "") -> list[dict]:
 def figures(clean, added, traced, left_out) -> dict:
     """Return the figures of one coating from the image's irradiance, that of its ghosts, and the
     pairs of surfaces.
+
+    Parameters
+    ----------
+    clean : (wavelength, y, x) irradiance of the image, W m-2 nm-1.
+    added : (wavelength, y, x) irradiance of the ghosts, W m-2 nm-1.
+    traced : pairs of surfaces that are traced, the strongest first.
+    left_out : pairs of surfaces that are left out.
     """
     total = clean.values.sum(axis=0)
     row, column = np.unravel_index(int(total.argmax()), total.shape)
@@ -109,8 +116,13 @@ def figures(clean, added, traced, left_out) -> dict:
 
 
 def luminance_seen(light, lens, white_cd_m2: float):
-    """Return sRGB bytes of irradiance, as the radiance of a scene that would make it, at a stated
-    white.
+    """Return sRGB bytes of irradiance, shown as the radiance of a scene that would make it.
+
+    Parameters
+    ----------
+    light : (wavelength, y, x) irradiance on the sensor plane, W m-2 nm-1.
+    lens : lens, for its throughput.
+    white_cd_m2 : luminance that is shown as white, cd/m2.
     """
     scene = light.copy(data=light.values / lens.throughput_sr())
     return display(tristimulus(scene), white_cd_m2)

@@ -126,8 +126,10 @@ def run_study(name: str, settings: list[str], studies: Studies = OF_USERS) -> li
 
     Parameters
     ----------
+    name : name of the study.
     settings : key=value, converted to the number that the function's parameter names. A function
         with `*overrides` gets all others as they are: they compose a config.
+    studies : studies to choose from.
 
     Raises
     ------
@@ -162,6 +164,12 @@ def run_study(name: str, settings: list[str], studies: Studies = OF_USERS) -> li
 def keep(name: str, settings: list[str], rows: list[dict]):
     """Return the path of the store that keeps the rows for the catalog: `isethdr catalog find
     kind=study name=accuracy`.
+
+    Parameters
+    ----------
+    name : name of the study.
+    settings : settings as typed, key=value.
+    rows : rows of the study, {column: value}.
     """
     import xarray as xr
 

@@ -120,6 +120,13 @@ def configured_knobs(config: Any, chain: Chain) -> list[ConfiguredKnob]:
 def chosen(configured: Sequence[ConfiguredKnob], name: str, values: str) -> list[ConfiguredKnob]:
     """Return the knob that a user names, with the user's values; without a name, all knobs.
 
+    Parameters
+    ----------
+    configured : all knobs of the configuration.
+    name : name of the knob, as typed; empty: all knobs.
+    values : values of the knob, as typed: separated by commas, from the cheapest to the finest;
+        empty: the declared ones.
+
     Raises
     ------
     ConfigError : no such knob, or values without a knob.
@@ -150,6 +157,12 @@ def chosen(configured: Sequence[ConfiguredKnob], name: str, values: str) -> list
 
 def setting(config: Any, configured: ConfiguredKnob, changes: dict[str, Any]) -> Setting:
     """Return the configuration with changed values, its components built and checked.
+
+    Parameters
+    ----------
+    config : composed config.
+    configured : the knob, for messages.
+    changes : {path in the config: value}.
 
     Raises
     ------

@@ -107,7 +107,14 @@ def save(fig, path) -> None:
 
 
 def panel(ax, work: Work, wide: bool):
-    """Draw one diagram; return its [(text, x, y)] still to be placed, and its dots [(x, y)]."""
+    """Draw one diagram; return its [(text, x, y)] still to be placed, and its dots [(x, y)].
+
+    Parameters
+    ----------
+    ax : axes of Matplotlib.
+    work : settings of one stage, with their errors and CPU seconds.
+    wide : whether the panel takes the whole width of the figure.
+    """
     visible = sorted((p for p in work.points if p.error >= 0), key=lambda p: p.cpu_s)
     fails = work.fails_at
     some = [p.error for p in visible if 0 < p.error < fails] or [1e-16]
@@ -168,6 +175,11 @@ def panel(ax, work: Work, wide: bool):
 def limits(ax, x, y) -> None:
     """Set the axes around the points: at least most of a decade, with room for their texts, and
     with numbers where they fit.
+
+    Parameters
+    ----------
+    ax : axes of Matplotlib, both logarithmic.
+    x, y : values of all points along both axes, above 0.
     """
     with needed("a diagram", extra="report"):
         from matplotlib.ticker import FuncFormatter, LogLocator
@@ -191,6 +203,13 @@ def limits(ax, x, y) -> None:
 def label(fig, ax, texts, dots) -> None:
     """Write a text beside each dot, where it covers neither a dot nor another text. Dots at the
     same position share one text.
+
+    Parameters
+    ----------
+    fig : figure of Matplotlib.
+    ax : axes of the dots.
+    texts : [(text, x, y)] of the dots.
+    dots : [(x, y)] in data coordinates.
     """
     render = fig.canvas.get_renderer()
     pixels = ax.transData.transform(dots)

@@ -75,10 +75,15 @@ def timed(call, repeat: int = 2):
 def refuse_what_does_not_fit(
     title: str, count: int, needed_bytes, free_bytes: int | None = None
 ) -> None:
-    """Raise ConfigError where a reference needs more memory than is free: with its size, and the
+    """Raise ConfigError if a reference needs more memory than is free. The message has its size and the
     largest count that fits.
 
-    `needed_bytes` : function(count), rising.
+    Parameters
+    ----------
+    title : name of the counted things, for the message.
+    count : size of the reference, as typed.
+    needed_bytes : function(count) -> bytes, rising.
+    free_bytes : free memory, bytes; None: that of the machine.
     """
     free = free_memory() if free_bytes is None else free_bytes
     if count < 1:

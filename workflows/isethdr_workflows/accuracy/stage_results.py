@@ -129,7 +129,10 @@ def measured(
 
     Parameters
     ----------
-    earlier, first, last, exact : as `all_stages`.
+    configuration : configuration to measure.
+    earlier : results of the stages before `first`.
+    first, last : numbers of the first and of the last stage that is measured.
+    exact : whether the lens leaves nothing out, and computes irradiance band by band.
     """
     # a second rendering reads the first
     once = first == 0 and configuration.parts.renderer is not None

@@ -66,6 +66,8 @@ def few(sensor: ImagingSensor, light: xr.DataArray, solved: Any = None) -> xr.Da
 
     Parameters
     ----------
+    sensor : sensor of the camera.
+    light : light on the sensor plane.
     solved : exposure and gain, as `auto_exposure.settle` returns them; None: those of the sensor.
     """
     fixed = sensor

@@ -93,10 +93,12 @@ class Frame:
         return self._renders[level]
 
     def mask(self, level: int, instance: int = 0, part: Part = EVERYWHERE) -> np.ndarray:
-        """Return the joined cells (y, x) that hold a road user, or the object `instance`.
+        """Return the joined cells (y, x) that hold a road user.
 
         Parameters
         ----------
+        level : level of joined cells: 2^level x 2^level cells each.
+        instance : number of the object; 0: all road users.
         part : rows and columns of joined cells that are wanted.
         """
         scale = 2**level

@@ -223,7 +223,10 @@ def transfer_accuracy(built: Chain, rows: Ledger, name: str, shot: Shot) -> dict
 
     Parameters
     ----------
-    name : of the camera. `shot` : the light on it.
+    built : components of the run.
+    rows : ledger that gets the row of the metric.
+    name : name of the camera.
+    shot : light on the sensor plane.
     """
     metric = built.metrics.get(TRANSFER)
     if metric is None:
@@ -351,6 +354,8 @@ def view(ready: Prepared, camera: CameraName, metered: xr.DataArray | None = Non
 
     Parameters
     ----------
+    ready : scene, imaged by the lens.
+    camera : camera and the captures that are used.
     metered : light for which it chooses its exposure; None: that of the scene.
     """
     sensor = ready.built.cameras[camera.sensor]

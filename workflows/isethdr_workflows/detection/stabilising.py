@@ -98,6 +98,7 @@ def information(captures: Readings, channel: int, light_e: np.ndarray) -> np.nda
 
     Parameters
     ----------
+    captures : captures that the observer uses.
     channel : of the filter array.
     light_e : any shape, electrons of the most sensitive capture, without dark charge.
     """

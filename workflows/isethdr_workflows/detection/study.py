@@ -101,7 +101,18 @@ def _added(name: CameraName, asked: Question) -> bool:
 
 
 def checked(false_alarms: float, order: int, windows: int) -> Observer:
-    """Return how the observer looks; ConfigError for numbers out of range."""
+    """Return the settings of the observer.
+
+    Parameters
+    ----------
+    false_alarms : false alarms in a picture, above 0, at most 100.
+    order : highest order of the channels, 0 to 8.
+    windows : windows without objects of each scene and size, 2 to 10000.
+
+    Raises
+    ------
+    ConfigError : a number is out of its range.
+    """
     if not (0 < false_alarms <= 100 and 0 <= order <= 8 and 2 <= windows <= 10_000):
         raise ConfigError(
             f"false_alarms is {false_alarms:g}, order {order} and windows {windows}; expected false"
@@ -215,7 +226,15 @@ def all_prepared(
     transfer: Sequence[str],
     bare: bool = False,
 ) -> tuple[list[Prepared], list[tuple[int, str]]]:
-    """Return the scenes imaged by the lens, and those that failed with their reasons."""
+    """Return the scenes imaged by the lens, and those that failed with their reasons.
+
+    Parameters
+    ----------
+    records : scenes of the dataset.
+    settings : overrides of all scenes.
+    transfer : cameras whose contrast transfer accuracy is computed too.
+    bare : whether the views are rendered without people, riders and animals.
+    """
     done = itertools.count(1)
 
     def one(record: SceneRecord) -> Prepared | tuple[int, str]:
@@ -243,7 +262,14 @@ class RowOf:
     transfer: Mapping[int, Mapping[str, float]]  # {scene: {object: score}}
 
     def __call__(self, frame: Frame, thing: Thing, answer: Answer) -> Found:
-        """Return the row of an object."""
+        """Return the row of an object.
+
+        Parameters
+        ----------
+        frame : scene through a camera.
+        thing : object in the frame.
+        answer : detectability and decision of the observer.
+        """
         transfer = self.transfer.get(frame.number, {}).get(thing.name, math.nan)
         beside = Beside(self.camera, self.level, transfer)
         return row(frame, thing, answer, beside)
@@ -267,7 +293,14 @@ def levels_of(asked: Question) -> tuple[float, ...]:
 
 
 def factor_of(one: View, asked: Question, level: float) -> float:
-    """Return the factor on the light of a scene."""
+    """Return the factor on the light of a scene.
+
+    Parameters
+    ----------
+    one : scene through a camera.
+    asked : question of the study, with the unit of its levels.
+    level : level of light: lux on the sensor, or a factor.
+    """
     return level / one.prepared.mean_lux if asked.unit == "sensor_lux" else level
 
 

@@ -126,7 +126,14 @@ def _class(value: float, limits: Sequence[float], unit: str) -> str:
 
 
 def line(table: str, name: str, rows: Sequence[Found]) -> Line:
-    """Return one row of a table from the objects that belong to it."""
+    """Return one row of a table from the objects that belong to it.
+
+    Parameters
+    ----------
+    table : title of the table.
+    name : title of the row.
+    rows : objects of the row, from all cameras.
+    """
     cameras = cameras_of(rows)
     by_camera = {
         camera: {(row.scene, row.instance): row for row in rows if row.camera == camera}
@@ -170,6 +177,12 @@ def of(
 ) -> Mean:
     """Return the mean of a value over objects, with its interval over roads; none of fewer than
     three roads.
+
+    Parameters
+    ----------
+    rows : objects.
+    value : function(object) -> the value to average.
+    limits : smallest and largest possible mean, at which the interval ends.
     """
     return few_roads(
         mean_over_roads([value(row) for row in rows], [row.road for row in rows], limits)

@@ -59,7 +59,14 @@ def over_detectors(values: np.ndarray, picked: np.ndarray | None) -> np.ndarray:
 
 
 def picked_detectors(detectors: int, draws: int, seed: int) -> np.ndarray:
-    """Return places of drawn detectors (1 + draws, detectors)."""
+    """Return numbers of drawn detectors (1 + draws, detectors).
+
+    Parameters
+    ----------
+    detectors : number of detectors.
+    draws : number of draws.
+    seed : seed of the draws.
+    """
     return np.random.default_rng(seed).integers(0, detectors, (1 + draws, detectors))
 
 

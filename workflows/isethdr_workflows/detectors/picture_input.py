@@ -77,7 +77,13 @@ class Fit:
 
 
 def fit_of(width: int, height: int, form: InputForm) -> Fit:
-    """Return where a picture of `width` x `height` pixels lies within the input."""
+    """Return where a picture lies within the input of a network.
+
+    Parameters
+    ----------
+    width, height : size of the picture, pixels.
+    form : picture that the network reads.
+    """
     if form.size_px is None:
         up = form.multiple_px
         return Fit((-(-width // up) * up, -(-height // up) * up), (1.0, 1.0), (0, 0))

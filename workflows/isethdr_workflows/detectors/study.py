@@ -123,6 +123,12 @@ def open_detectors(detector: str, camera: str) -> list[Detector]:
 def scored_scenes(dataset: Generated, part: str, detectors: Sequence[Detector]) -> Generated:
     """Return the dataset with the scenes of a part, without roads that a detector was trained on.
 
+    Parameters
+    ----------
+    dataset : generated dataset.
+    part : name of a part, for example `test`; empty: all scenes.
+    detectors : detectors of all cameras.
+
     Raises
     ------
     ConfigError : there is no such part, or no scene or no object is left.
@@ -177,7 +183,15 @@ def detected(shot: Shot, detectors: dict[str, list[Detector]]) -> dict[str, list
 def compared_of(
     answers: dict[str, list[Answers]], opened: dict[str, list[Detector]], detector: str
 ) -> Compared:
-    """Return the answers, with the classes that every detector knows."""
+    """Return the answers, with the classes that every detector knows.
+
+    Parameters
+    ----------
+    answers : {camera: pictures with the answers of each detector}.
+    opened : {camera: its detectors}.
+    detector : file of the detectors' description, as typed; with `{camera}` in it, each camera has
+        its own.
+    """
     lacking = {name for of in opened.values() for one in of for name in one.form.lacks}
     classes = [name for name in CLASSES if name not in lacking]
     return Compared(answers, classes, trained_apart=CAMERA in detector)
@@ -186,7 +200,15 @@ def compared_of(
 def written(
     dataset: str, compared: Compared, false_alarms: float, tell: float
 ) -> list[dict[str, Any]]:
-    """Write the tables into the folder of the dataset, and return the rows of the scores."""
+    """Write the tables into the folder of the dataset, and return the rows of the scores.
+
+    Parameters
+    ----------
+    dataset : name of the dataset.
+    compared : answers of all cameras and detectors.
+    false_alarms : false alarms per picture at which objects count as found.
+    tell : difference of two scores for which the number of roads is computed.
+    """
     rows = rows_of(compared, tell)
     objects = [
         row

@@ -93,7 +93,14 @@ class Compared:
         return bootstrap.picked_detectors(detectors, len(self.weights) - 1, seed)
 
     def objects(self, camera: str, name: str, group: Group) -> int:
-        """Return how many objects of a class (or of all) are counted in a group."""
+        """Return how many objects of a class (or of all) are counted in a group.
+
+        Parameters
+        ----------
+        camera : name of the camera.
+        name : class of the objects; `ALL` for all classes.
+        group : objects with something in common.
+        """
         return sum(
             one.counted and group.member(one) and one.class_name in (name, *self._all_of(name))
             for picture in self.answers[camera][0].pictures

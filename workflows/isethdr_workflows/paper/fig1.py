@@ -91,7 +91,15 @@ def in_field(radiance) -> tuple[slice, slice]:
 
 
 def write(path: str, radiance, groups: dict, mixed: dict) -> None:
-    """Write the light groups in false colours, and below them night, day, objects and distances."""
+    """Write the light groups in false colours, and below them night, day, objects and distances.
+
+    Parameters
+    ----------
+    path : file of the figure.
+    radiance : scene radiance with its labels.
+    groups : {light group: (y, x) luminance, cd/m2}.
+    mixed : {title: mixed radiance}, night and day.
+    """
     inside = in_field(radiance)
     top = []
     names = []

@@ -52,7 +52,14 @@ def paper_fig3(picture: str = "", scene: str = "night_drive") -> list[dict]:
 
 
 def write(path: str, light: dict, row: int) -> None:
-    """Write the views in false colour on one scale, with the line, and its profile."""
+    """Write the views in false colour on one scale, with the line, and its profile.
+
+    Parameters
+    ----------
+    path : file of the figure.
+    light : {title: (y, x) illuminance on the sensor, lux}.
+    row : row of the profile, tiles.
+    """
     low = min(float(np.percentile(v, 1)) for v in light.values())
     high = max(float(v.max()) for v in light.values())
     views = {name: false_colour(lux, low, high)[0] for name, lux in light.items()}

@@ -81,8 +81,14 @@ def paper_fig5(
 
 
 def people(picture, true, labels, detection) -> dict:
-    """Return signal to noise and contrast detection of the people in a picture; NaN where there are
-    none.
+    """Return signal to noise and contrast detection of the people in a picture; NaN if there are none.
+
+    Parameters
+    ----------
+    picture : picture of the camera, (y, x, xyz_channel).
+    true : reference picture on the same grid.
+    labels : labels on the same grid.
+    detection : the metric `contrast_detection`.
     """
     scores = [
         s

@@ -92,8 +92,15 @@ def shown_luminance(picture, true) -> dict:
 
 
 def write(path: str, pictures: dict, true, white: float, row: int) -> None:
-    """Write the captures and their combination at one white, and the luminance along `row`, where
-    most of the large photodiode is full.
+    """Write the captures and their combination at one white, and the luminance along a row.
+
+    Parameters
+    ----------
+    path : file of the figure.
+    pictures : {title: picture of a capture, or of all of them}.
+    true : reference picture, without flare.
+    white : luminance that is shown as white, cd/m2.
+    row : row of the profile, in which most of the large photodiode is full.
     """
     views = [shown(p, white) for p in pictures.values()]
 

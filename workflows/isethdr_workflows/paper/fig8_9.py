@@ -140,10 +140,17 @@ def colour_chart() -> LitScene:
 
 
 def at_noise(isp, sensor, scene: LitScene, lux: float):
-    """Return the isp with its colour matrix solved for the noise at `lux`: clear pixels only help
-    where noise counts beside colour.
+    """Return the isp with its colour matrix solved for the noise at one illuminance: clear pixels only
+    help where noise counts beside colour.
 
     The noise is that of a bilinear picture: a learned demosaic states none.
+
+    Parameters
+    ----------
+    isp : isp of the figure.
+    sensor : sensor of the camera.
+    scene : scene and its light on the sensor plane.
+    lux : illuminance of the scene, lux.
     """
     bilinear = replace(isp, demosaic=DEMOSAICS[0])
     _, picture, _, _ = seen_by(sensor, bilinear, *scene.at_level(lux))
@@ -154,7 +161,17 @@ def at_noise(isp, sensor, scene: LitScene, lux: float):
 
 
 def scored(metric, sensor, isp, scene: LitScene, lux: float, draws: int) -> tuple[float, float]:
-    """Return the mean of a score over shots and its standard error."""
+    """Return the mean of a score over shots and its standard error.
+
+    Parameters
+    ----------
+    metric : metric component.
+    sensor : sensor of the camera.
+    isp : isp of the figure.
+    scene : scene and its light on the sensor plane.
+    lux : illuminance of the scene, lux.
+    draws : number of shots with other noise.
+    """
     values = []
     for seed in range(draws):
         _, picture, true, labels = seen_by(sensor, isp, *scene.at_level(lux), seed)
@@ -165,7 +182,15 @@ def scored(metric, sensor, isp, scene: LitScene, lux: float, draws: int) -> tupl
 
 
 def displayed(sensor, isp, scene: LitScene, lux: float):
-    """Return the displayed picture of one shot; the white is the truth's."""
+    """Return the displayed picture of one shot; its white is that of the reference picture.
+
+    Parameters
+    ----------
+    sensor : sensor of the camera.
+    isp : isp of the figure.
+    scene : scene and its light on the sensor plane.
+    lux : illuminance of the scene, lux.
+    """
     _, picture, true, _ = seen_by(sensor, isp, *scene.at_level(lux))
     return shown(picture, white_cd_m2(true))
 

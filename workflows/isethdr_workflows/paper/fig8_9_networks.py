@@ -113,7 +113,18 @@ def paper_fig8_9_networks(
 
 
 def filters_of(rgb: str, rgbw: str, sensors: str, overrides: Sequence[str]) -> dict[str, Filters]:
-    """Return both cameras; ConfigError where a model, its table or a sensor is missing."""
+    """Return the cameras with RGB and with RGBW filters, by name.
+
+    Parameters
+    ----------
+    rgb, rgbw : files of the two networks.
+    sensors : names of the two sensors, RGB first, separated by a comma.
+    overrides : overrides of the config, as typed.
+
+    Raises
+    ------
+    ConfigError : a model, its table or a sensor is missing.
+    """
     names = sensors.split(",")
     if not (rgb and rgbw and len(names) == 2):
         raise ConfigError(
@@ -138,7 +149,16 @@ def filters_of(rgb: str, rgbw: str, sensors: str, overrides: Sequence[str]) -> d
 
 
 def found_of(name: str, filters: Filters, road: Road, lux: float, shot: Shot) -> Found:
-    """Return the scores of one shot: the network's, and each score of its best setting."""
+    """Return the scores of one shot: the network's, and each score of its best setting.
+
+    Parameters
+    ----------
+    name : name of the filters, RGB or RGBW.
+    filters : camera with its network and classical settings.
+    road : stored scene.
+    lux : illuminance on the sensor, lux.
+    shot : captures of the road and its true picture.
+    """
     classical = {
         score: scores_of(build("isp", "merge", **best.fields())(shot.captures), shot.reference)
         for score, best in filters.best[lux].items()

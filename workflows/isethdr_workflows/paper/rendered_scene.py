@@ -28,23 +28,45 @@ def rendered(*overrides):
 
 
 def through(built, scene, lighting, **lens):
-    """Return (mixed radiance, irradiance) of a scene under `lighting`, through the chain's lens
-    with its flares; `lens` changes fields.
+    """Return (mixed radiance, irradiance) of a scene through the chain's lens with its flares.
+
+    Parameters
+    ----------
+    built : components of the run.
+    scene : scene radiance.
+    lighting : lighting component.
+    lens : changed fields of the lens, by name.
     """
     mixed = lighting(scene)
     return mixed, replace(built.lens, **lens)(mixed, flares=tuple(built.flares.values()))
 
 
 def seen_by(sensor, isp, mixed, light, scene, seed: int = 0):
-    """Return (captures, picture, truth, labels) of one shot."""
+    """Return (captures, picture, truth, labels) of one shot.
+
+    Parameters
+    ----------
+    sensor : sensor of the camera.
+    isp : isp of the camera.
+    mixed : mixed radiance.
+    light : irradiance on the sensor plane.
+    scene : scene radiance with its labels.
+    seed : seed of the noise.
+    """
     shot = sensor(light, generator(seed=seed))
     picture = isp(shot)
     return shot, picture, truth(mixed, picture), labels_on(scene, picture)
 
 
 def write_sheet(path: str, rows: list[list], names: list[list[str]], plot=None) -> None:
-    """Write rows of pictures (y, x, 3 bytes) with their names, and below them the drawing of
-    `plot(axes)`.
+    """Write rows of pictures with their names, and a drawing below them.
+
+    Parameters
+    ----------
+    path : file of the sheet.
+    rows : rows of pictures, each (y, x, 3) bytes.
+    names : titles of the pictures, row by row.
+    plot : function(axes) that draws below the pictures; None: no drawing.
     """
     with needed("a drawing", extra="report"):
         import matplotlib

@@ -79,7 +79,15 @@ def dirt(
 def asked_of(
     dataset: str, cameras: str, scenes: int, shots: int, overrides: Sequence[str]
 ) -> Asked:
-    """Return what a study asks, after every kind of scene has been tried.
+    """Return what a study asks, after the chain of every kind of scene has been checked.
+
+    Parameters
+    ----------
+    dataset : name of the dataset.
+    cameras : names of sensors, separated by commas.
+    scenes : number of scenes; 0: all.
+    shots : shots of each scene with other noise.
+    overrides : overrides of the config, as typed.
 
     Raises
     ------

@@ -161,7 +161,15 @@ def compared_with(seen: Imaged, picture: Any) -> Compared:
 
 
 def scores_of(seen: Imaged, picture: Any, noisy: bool, compared: Compared) -> dict[str, float]:
-    """Return the scores of a picture; NaN where it has none."""
+    """Return the scores of a picture; NaN where it has none.
+
+    Parameters
+    ----------
+    seen : scene as the lens images it, with the components of the run.
+    picture : picture of a camera.
+    noisy : whether the picture has noise; without, scores that need noise are NaN.
+    compared : reference picture, labels, and names of the objects that count.
+    """
     if not noisy:
         names = [name for name in picture.data_vars if "variance" in str(name)]
         picture = picture.assign({name: picture[name] * NOISELESS for name in names})

@@ -12,7 +12,14 @@ from isethdr_core.storage.atomic_write import write_text
 
 
 def write_card(folder: Path, title: str, sections: Mapping[str, Any]) -> list[Path]:
-    """Write `card.yaml` and `card.md` into a folder, and return their paths."""
+    """Write `card.yaml` and `card.md` into a folder, and return their paths.
+
+    Parameters
+    ----------
+    folder : folder of the trained file.
+    title : title of the card.
+    sections : {heading: text, list of texts, list of rows, or table of names and values}.
+    """
     written = {
         folder / "card.yaml": card_yaml(title, sections),
         folder / "card.md": card_markdown(title, sections),

@@ -34,7 +34,14 @@ def write_curves(folder: Path, history: Sequence[dict[str, Any]], titles: dict[s
 
 
 def draw(path: Path, history: Sequence[dict[str, Any]], titles: dict[str, str]) -> None:
-    """Draw numbers against the step, one panel for each."""
+    """Draw numbers against the step, one panel for each.
+
+    Parameters
+    ----------
+    path : file of the drawing, PNG.
+    history : rows of numbers, each with its `step`.
+    titles : {name of a number: title of its panel}.
+    """
     figure_class = import_module("matplotlib.figure").Figure  # takes long to import
     figure = figure_class(figsize=(7, 2.4 * len(titles)), layout="constrained")
     panels = figure.subplots(len(titles), 1, sharex=True, squeeze=False)[:, 0]

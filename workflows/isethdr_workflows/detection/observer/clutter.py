@@ -99,6 +99,9 @@ def places(frame: Frame, size: Size, shape: Shape, wanted: int) -> Places:
 
     Parameters
     ----------
+    frame : scene through a camera.
+    size : size of the box.
+    shape : window of this size.
     wanted : number of windows; fewer where the frame has no room. Their places depend on the scene
         and the size alone, so all cameras and light levels get the same ones.
     """
@@ -129,6 +132,8 @@ def outputs_at(picture: np.ndarray, at: Places, channels: Channels) -> np.ndarra
     Parameters
     ----------
     picture : (colour, y, x).
+    at : first rows and columns of the windows.
+    channels : channels on a window.
     """
     height, width = channels.shape
     tops, which = np.unique(at.top, return_inverse=True)

@@ -56,6 +56,7 @@ def counted(
 
     Parameters
     ----------
+    task : what the observer knows of the object: difference, clutter and noise.
     shown : (window, channel) mean outputs with the object.
     empty : (window, channel) mean outputs without an object.
     share : of the places without an object that the threshold lets pass, if clutter is normal.
@@ -83,7 +84,14 @@ def counted(
 
 
 def limit_of(weights: np.ndarray, together: np.ndarray, share: float) -> float:
-    """Return the limit of the template's answer that `share` of normal answers exceed."""
+    """Return the limit of the template's answer that a share of normal answers exceeds.
+
+    Parameters
+    ----------
+    weights : (channel,) template.
+    together : (channel, channel) covariance of clutter and noise.
+    share : share of the answers without an object that exceed the limit.
+    """
     return float(_quantile(share) * np.sqrt(weights @ together @ weights))
 
 

@@ -33,6 +33,10 @@ def seen(frame: Frame, thing: Thing, size: Size, shape: Shape, bare: Frame | Non
 
     Parameters
     ----------
+    frame : scene through a camera.
+    thing : object in the frame.
+    size : size of its box, as windows share it.
+    shape : window of this size.
     bare : the same view rendered without objects; None: the ring fills.
 
     Notes
@@ -65,6 +69,12 @@ def seen(frame: Frame, thing: Thing, size: Size, shape: Shape, bare: Frame | Non
 def around(frame: Frame, thing: Thing, level: int) -> Part:
     """Return the rows and columns of joined cells that hold an object with its border cells and the
     ring around it.
+
+    Parameters
+    ----------
+    frame : scene through a camera.
+    thing : object in the frame.
+    level : level of joined cells: 2^level x 2^level cells each.
     """
     high, wide = (-(-side // 2**level) + 1 for side in thing.box[2:])
     # of the largest area that the box and the border cells can have
@@ -112,8 +122,13 @@ def ring_filled(picture: np.ndarray, own: np.ndarray, users: np.ndarray) -> np.n
 
 
 def window_at(layer: np.ndarray, shape: Shape, left: int) -> np.ndarray:
-    """Return the window (colour, y, x) of a layer whose first column is `left`; cells outside the
-    layer repeat its border.
+    """Return a window (colour, y, x) of a layer. Cells outside the layer repeat its border.
+
+    Parameters
+    ----------
+    layer : (colour, y, x) joined cells.
+    shape : window: its size and its first row.
+    left : first column of the window.
     """
     height, width = shape.channels.shape
     rows = shape.top + np.arange(height)[:, None]
@@ -122,12 +137,14 @@ def window_at(layer: np.ndarray, shape: Shape, left: int) -> np.ndarray:
 
 
 def part_of_window(values: np.ndarray, part: Part, shape: Shape, left: int) -> np.ndarray:
-    """Return the window (colour, y, x), whose first column is `left`, of a layer that is 0 but for
-    a part.
+    """Return a window (colour, y, x) of a layer that is 0 except for a part.
 
     Parameters
     ----------
-    values : (colour, y, x) of the part. `part` : its rows and columns.
+    values : (colour, y, x) joined cells of the part.
+    part : rows and columns of the part in the layer.
+    shape : window: its size and its first row.
+    left : first column of the window.
     """
     window = np.zeros((len(values), *shape.channels.shape))
     of_window = []

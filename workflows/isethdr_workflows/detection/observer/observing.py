@@ -201,7 +201,15 @@ class Beside(NamedTuple):
 
 
 def row(frame: Frame, thing: Thing, answer: Answer, beside: Beside) -> Found:
-    """Return the row of an object; `beside` is what else it says."""
+    """Return the row of an object.
+
+    Parameters
+    ----------
+    frame : scene through a camera.
+    thing : object in the frame.
+    answer : detectability and decision of the observer.
+    beside : camera, level of light and contrast transfer accuracy.
+    """
     d = answer.d
     return Found(
         scene=frame.number,

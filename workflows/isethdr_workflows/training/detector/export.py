@@ -132,7 +132,15 @@ def form_of(run: Trained) -> DetectorForm:
 def card_of(
     run: Trained, detector: Detector, network: DetectorNetwork, recipe: str
 ) -> dict[str, Any]:
-    """Return the sections of the model card."""
+    """Return the sections of the model card.
+
+    Parameters
+    ----------
+    run : finished training.
+    detector : exported detector, for its scores on held-out roads.
+    network : network of the detector.
+    recipe : text of the recipe; its hash is stated.
+    """
     progress = run.progress
     return {
         "about": (

@@ -28,6 +28,12 @@ def loss_of(
 def focal(logits: torch.Tensor, heat: torch.Tensor, asked: torch.Tensor) -> torch.Tensor:
     """Return the focal loss of centres (Law and Deng 2018, equation 1, exponents 2 and 4), over
     the number of objects.
+
+    Parameters
+    ----------
+    logits : (n, classes, y, x) answers of the network.
+    heat : (n, classes, y, x) map of centres: 1 at a centre, falling to 0 around it.
+    asked : weight of each point, 0 or 1; it broadcasts to `logits`.
     """
     centre = heat == 1
     yes = functional.logsigmoid(logits)

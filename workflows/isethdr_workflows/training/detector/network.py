@@ -39,7 +39,13 @@ class Block(nn.Module):
 
 
 def level(before: int, after: int, depth: int) -> nn.Sequential:
-    """Return one level, which halves the picture."""
+    """Return one level, which halves the picture.
+
+    Parameters
+    ----------
+    before, after : channels before and behind the level.
+    depth : number of blocks.
+    """
     down = nn.Conv2d(before, after, 3, 2, 1, bias=False)
     blocks = [Block(after) for _ in range(depth)]
     return nn.Sequential(down, nn.GroupNorm(GROUPS, after), nn.ReLU(), *blocks)
@@ -75,7 +81,14 @@ class DetectorNetwork(nn.Module):
 
 
 def head(channels: int, outputs: int, bias: float) -> nn.Sequential:
-    """Return two convolutions whose result begins at `bias`."""
+    """Return two convolutions whose result begins at a given value.
+
+    Parameters
+    ----------
+    channels : channels of the input.
+    outputs : channels of the result.
+    bias : value of the result before training.
+    """
     last = nn.Conv2d(channels, outputs, 3, padding=1)
     nn.init.normal_(last.weight, std=0.01)
     nn.init.constant_(last.bias, bias)

@@ -140,6 +140,13 @@ def runs_of(
     """Return the runs of a scene: each lighting with each realisation of the noise.
 
     A lighting that a scene cannot have, for its light groups, is left out.
+
+    Parameters
+    ----------
+    record : scene of the dataset.
+    settings : lightings and number of noise realisations.
+    overrides : overrides of the config, as typed.
+    tell : called with one line of text for each lighting that is left out.
     """
     results = []
     for lighting in settings.lightings.split(","):
@@ -159,7 +166,15 @@ def runs_of(
 
 
 def labelled_picture(result: Result, camera: str, width: int, road: str) -> LabelledPicture:
-    """Return the picture of a camera as `isethdr export --to png` shows it, shrunk to a width."""
+    """Return the picture of a camera as `isethdr export --to png` shows it, shrunk to a width.
+
+    Parameters
+    ----------
+    result : run of the scene.
+    camera : name of the camera.
+    width : width of the picture, pixels.
+    road : name of the scene's road.
+    """
     truths = [result.open(f"truth/{name}") for name in result.cameras]
     view = View.of(max(truths, key=lambda truth: truth.sizes["y"] * truth.sizes["x"]))
     rgb = displayed(result.open(f"picture/{camera}").load(), view, "png")

@@ -81,6 +81,12 @@ class Trained:
 def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], None]) -> Trained:
     """Return a detector trained on a dataset, to its length or until held-out roads stop improving.
 
+    Parameters
+    ----------
+    settings : settings of the training.
+    overrides : overrides of the config, as typed.
+    tell : called with each line of text about the progress.
+
     Raises
     ------
     ConfigError : a mistake in a setting or an override, or another training has the name.

@@ -15,6 +15,7 @@ def work_of(lux: float, score: str, points: Sequence[tuple[str, float, Cost]]) -
 
     Parameters
     ----------
+    lux : illuminance on the sensor, lux.
     score : what the errors are of.
     points : setting, its mean error over held-out roads, and its cost.
     """

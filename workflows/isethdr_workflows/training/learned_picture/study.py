@@ -122,7 +122,14 @@ def together(call: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
 def tuned(
     contests: Sequence[Contest], roads: Sequence[Road], overrides: Sequence[str]
 ) -> list[Search]:
-    """Return a finished search for each illuminance, on the middle half of its shots' rows."""
+    """Return a finished search for each illuminance, on the middle half of its shots' rows.
+
+    Parameters
+    ----------
+    contests : one contest of developments for each illuminance.
+    roads : training roads.
+    overrides : overrides of the config, as typed.
+    """
     camera = contests[0].camera
     demosaics = demosaics_for(camera)
     views = [lit(road, camera, overrides) for road in roads]
@@ -156,7 +163,15 @@ def mean_scores(shots: Sequence[Shot], setting: Setting) -> Scores:
 
 
 def compared(road: Road, shot: Shot, network: Any, settings: set[Setting]) -> Compared:
-    """Return what network, classical settings and the matrix alone make of one shot."""
+    """Return the scores of network, classical settings and the colour matrix alone for one shot.
+
+    Parameters
+    ----------
+    road : stored scene.
+    shot : captures of the road and its true picture.
+    network : isp that runs the network.
+    settings : classical settings.
+    """
     return Compared(
         road.record.road,
         scores_of(network(shot.captures), shot.reference),
@@ -166,7 +181,14 @@ def compared(road: Road, shot: Shot, network: Any, settings: set[Setting]) -> Co
 
 
 def costs_of(model: str, shot: Shot, settings: set[Setting]) -> dict[Any, Cost]:
-    """Return the costs of the network and of classical settings."""
+    """Return the costs of the network and of classical settings.
+
+    Parameters
+    ----------
+    model : file of the network.
+    shot : captures that are developed.
+    settings : classical settings.
+    """
     every = list(settings | set(FEWER.values()))
     isps = [("merge", setting.fields()) for setting in every]
     costs = costs_alone([*isps, (NETWORK, {"model": model})], shot.captures)
@@ -203,7 +225,16 @@ def levels(text: str) -> list[float]:
 def row_of(
     lux: float, score: str, rows: Sequence[Compared], setting: Setting, costs: dict[Any, Cost]
 ) -> dict[str, Any]:
-    """Return one row of the table."""
+    """Return one row of the table.
+
+    Parameters
+    ----------
+    lux : illuminance on the sensor, lux.
+    score : name of the score.
+    rows : scores of the held-out roads at this illuminance.
+    setting : best classical setting for the score.
+    costs : CPU seconds and memory of the network and of the settings.
+    """
     network = [row.network[score] for row in rows]
     classical = [row.classical[setting][score] for row in rows]
     differences = np.subtract(network, classical).tolist()
@@ -227,7 +258,15 @@ def row_of(
 
 
 def work(lux: float, rows: Sequence[Compared], best: Setting, costs: dict[Any, Cost]) -> Any:
-    """Return the work-precision diagram of one illuminance."""
+    """Return the work-precision diagram of one illuminance.
+
+    Parameters
+    ----------
+    lux : illuminance on the sensor, lux.
+    rows : scores of the held-out roads at this illuminance.
+    best : best classical setting.
+    costs : CPU seconds and memory of the network and of the settings.
+    """
     named = {**FEWER, "best classical": best}
     points = [
         (name, float(np.mean([row.classical[s][DRAWN] for row in rows])), costs[s])
@@ -238,7 +277,14 @@ def work(lux: float, rows: Sequence[Compared], best: Setting, costs: dict[Any, C
 
 
 def write_grid(path: Path, contests: Sequence[Contest], searches: Sequence[Search]) -> None:
-    """Write the scores of all settings that were tried on the training roads."""
+    """Write the scores of all settings that were tried on the training roads.
+
+    Parameters
+    ----------
+    path : file of the table, CSV.
+    contests : one contest of developments for each illuminance.
+    searches : search of each contest, in the same order.
+    """
     rows = [{"lux": c.lux, **row} for c, search in zip(contests, searches) for row in search.rows()]
     with open(path, "w", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")

@@ -70,6 +70,7 @@ def crop(pictures: Sequence[np.ndarray], side: int, rng: np.random.Generator):
     ----------
     pictures : each (plane, y, x), at least `side` in both directions.
     side : pixels.
+    rng : random generator of position and mirroring.
     """
     planes = pictures[int(rng.integers(len(pictures)))]
     y, x = (int(rng.integers(n - side + 1)) for n in planes.shape[1:])

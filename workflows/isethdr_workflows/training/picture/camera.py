@@ -184,6 +184,12 @@ def camera_of(overrides: Sequence[str], captures: str = "merged") -> TrainingCam
 def response_of(sensor: Any, name: str, wavelength_nm: Sequence[float]) -> Any:
     """Return the response to light that a sensor puts into a demand.
 
+    Parameters
+    ----------
+    sensor : sensor component.
+    name : name of the sensor, for messages.
+    wavelength_nm : (band,) band centres of the light, nm.
+
     Raises
     ------
     ConfigError : it has no noise, and so asks for none.

@@ -104,7 +104,14 @@ def quiet() -> Iterator[None]:
 
 
 def example(camera: TrainingCamera, rows: int, columns: int, seed: int) -> tuple[Any, ...]:
-    """Return inputs of a size: levels of four decades, some saturated."""
+    """Return random inputs of a network: levels of four decades, some saturated.
+
+    Parameters
+    ----------
+    camera : camera of the network.
+    rows, columns : size of the inputs, pixels.
+    seed : seed of the values.
+    """
     rng = np.random.default_rng(seed)
     shape = 1, camera.planes, rows, columns
     raw = np.exp(rng.uniform(np.log(0.3), np.log(3000.0), shape)) + rng.normal(0, 1, shape)
@@ -118,6 +125,12 @@ def example(camera: TrainingCamera, rows: int, columns: int, seed: int) -> tuple
 def difference(network: PictureNetwork, path: Path, inputs: Sequence[Any]) -> float:
     """Return the largest difference of a file from its network, over each output's largest
     value.
+
+    Parameters
+    ----------
+    network : network in PyTorch.
+    path : ONNX file of the network.
+    inputs : inputs of the network, in the order of `INPUTS`.
     """
     session = open_session(path, feature="isethdr train picture")
     theirs = session.run({k: v.numpy() for k, v in zip(INPUTS, inputs, strict=True)})
@@ -129,7 +142,15 @@ def difference(network: PictureNetwork, path: Path, inputs: Sequence[Any]) -> fl
 
 
 def stated_of(camera: TrainingCamera, multiple_px: int, reach_px: float) -> dict[str, Any]:
-    """Return what a file states of its camera: docs/how-to/network_isp.md."""
+    """Return what a file states of its camera: docs/how-to/network_isp.md.
+
+    Parameters
+    ----------
+    camera : camera of the network.
+    multiple_px : rows and columns of an input are multiples of this number.
+    reach_px : distance over which an output depends on samples, pixels; infinite: the whole
+        picture.
+    """
     response = camera.response(WAVELENGTH_NM)
     efficiency = response.efficiency(np.asarray(WAVELENGTH_NM))
     curves = {

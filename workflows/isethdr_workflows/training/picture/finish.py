@@ -58,7 +58,14 @@ class Finished(NamedTuple):
 
 
 def finished(run: Trained, recipe: str, tell: Callable[[str], None]) -> Finished:
-    """Write the model file and its card."""
+    """Write the model file and its card.
+
+    Parameters
+    ----------
+    run : finished training.
+    recipe : text of the recipe, JSON.
+    tell : called with each line of text about the file.
+    """
     network, weights = final_network(run)
     first, *others = (pictures.half(odd=False) for pictures in run.pictures.values())
     calibrate(network, first.with_others(others))
@@ -102,7 +109,15 @@ def sections_of(
     weights: str,
     tables: dict[str, list[dict[str, Any]]],
 ) -> dict[str, Any]:
-    """Return the sections of the card, but for the file's own."""
+    """Return the sections of the card, but for the file's own.
+
+    Parameters
+    ----------
+    run : finished training.
+    recipe : recipe of the training.
+    weights : description of the weights that were kept.
+    tables : {source of pictures: rows of held-out scores, by illuminance}.
+    """
     settings = run.settings
     progress = run.progress
     camera = run.camera

@@ -88,7 +88,14 @@ def halves(patches: Batch) -> list[Batch]:
 
 
 def held_out(sheets: Sheets, brightest_lux: float, device: str) -> HeldOut:
-    """Return one sheet for each illuminance that the camera measures."""
+    """Return one sheet for each illuminance that the camera measures.
+
+    Parameters
+    ----------
+    sheets : sheets of the held-out pictures.
+    brightest_lux : largest illuminance that the camera measures, lux.
+    device : device of PyTorch.
+    """
     levels = []
     for number, lux in enumerate(v for v in LUX if v <= brightest_lux):
         patches = replace(sheets, lux=(lux, lux)).sheet(number)
@@ -148,8 +155,15 @@ def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
 def normalised(
     patches: Batch, xyz: torch.Tensor, variance: torch.Tensor, of: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return stated variance and squared error (N, 3, y, x), over the variance of a sample nearby:
-    bright pixels then do not hide the others. `of` is 1 for pixels that count.
+    """Return stated variance and squared error (N, 3, y, x) over the variance of a sample nearby. Bright
+    pixels then do not hide the others.
+
+    Parameters
+    ----------
+    patches : samples and truth.
+    xyz : (N, 3, y, x) picture of the network, electrons of the unit channel.
+    variance : (N, 3, y, x) its stated variance, square of the same unit.
+    of : (N, 1, y, x) 1 for pixels that count, else 0.
     """
     unit = sample_variance(patches.raw, patches.noise)
     return variance * of / unit, (xyz - patches.truth) ** 2 * of / unit

@@ -28,6 +28,12 @@ def leaves(camera: TrainingCamera, recipe: LeavesRecipe, number: int) -> np.ndar
     mean illuminance of 1 lux.
 
     Surfaces are smooth reflectances in one of four lights, most of them pale.
+
+    Parameters
+    ----------
+    camera : camera whose filters the light passes.
+    recipe : size and seed of the pictures.
+    number : number of the picture, from 0.
     """
     rng = np.random.default_rng([recipe.seed, number])
     source = light(LIGHTS[rng.integers(len(LIGHTS))], WAVELENGTH_NM)

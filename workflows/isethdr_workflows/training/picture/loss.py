@@ -40,6 +40,7 @@ def loss_of(kind: str, xyz: torch.Tensor, variance: torch.Tensor, batch: Batch) 
     kind : "electrons", or "view", the absolute error as a display shows it, which moves the mean
         luminance in the dark.
     xyz, variance : of the network.
+    batch : samples and truth of the step.
     """
     measured = batch.valid.amax(1, keepdim=True)
     error = (xyz - batch.truth) * measured
@@ -95,7 +96,14 @@ def weight(batch: Batch) -> torch.Tensor:
 
 
 def view_loss(xyz: torch.Tensor, batch: Batch, measured: torch.Tensor) -> torch.Tensor:
-    """Return the mean absolute error of what a display shows, with the truth's white."""
+    """Return the mean absolute error of what a display shows, with the truth's white.
+
+    Parameters
+    ----------
+    xyz : (N, 3, y, x) picture of the network, electrons of the unit channel.
+    batch : samples and truth of the step.
+    measured : (N, 1, y, x) 1 where a sample was measured, else 0.
+    """
     white = torch.quantile(batch.truth[:, 1].flatten(1), 0.99, dim=1)[:, None, None, None] + 1
     return ((shown(xyz / white) - shown(batch.truth / white)) * measured).abs().mean()
 

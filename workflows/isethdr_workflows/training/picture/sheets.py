@@ -98,7 +98,15 @@ def drawn_factor(rng: np.random.Generator) -> np.float32:
 
 
 def patches_of(samples: Samples, xyz_lux: np.ndarray, side: int, order: np.ndarray) -> Patches:
-    """Return the patches of one shot, in this order."""
+    """Return the patches of one shot, in this order.
+
+    Parameters
+    ----------
+    samples : captures of one shot.
+    xyz_lux : (3, y, x) X, Y, Z on the sensor plane, lux.
+    side : side of a patch, pixels.
+    order : numbers of the patches, in the order of the result.
+    """
     truth = (xyz_lux * samples.unit_e_per_lux).astype(np.float32)
     planes = (samples.raw, samples.noise, samples.valid, truth)
     return Patches(*(parted(values, side)[order] for values in planes))

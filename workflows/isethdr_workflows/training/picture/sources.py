@@ -46,6 +46,12 @@ class Data(NamedTuple):
 def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]) -> Data:
     """Return the pictures of a training; they are made where they are missing.
 
+    Parameters
+    ----------
+    settings : settings of the training.
+    camera : camera of the training.
+    overrides : overrides of the config, as typed.
+
     Raises
     ------
     ConfigError : a dataset has too few roads to train on, or none that is held out.
@@ -82,7 +88,15 @@ def data_of(settings: Settings, camera: TrainingCamera, overrides: Sequence[str]
 def roads_source(
     roads: Sequence[Road], camera: TrainingCamera, overrides: Sequence[str], share: float
 ) -> Source:
-    """Return roads through the lens of a config and the filters of a camera."""
+    """Return roads through the lens of a config and the filters of a camera.
+
+    Parameters
+    ----------
+    roads : stored scenes.
+    camera : camera whose filters the light passes.
+    overrides : overrides of the config, as typed.
+    share : share of the sheets that show roads.
+    """
     wavelength_nm = tuple(map(float, open_scene(roads[0].path).wavelength.values))
     weights = camera.plane_weights(wavelength_nm)
     stores = [road.path.stem for road in roads]
@@ -108,7 +122,14 @@ def _rounded(weights: np.ndarray) -> list[list[str]]:
 
 
 def leaves_source(camera: TrainingCamera, recipe: LeavesRecipe, share: float) -> Source:
-    """Return dead leaves through a camera's filters."""
+    """Return dead leaves through a camera's filters.
+
+    Parameters
+    ----------
+    camera : camera whose filters the light passes.
+    recipe : number, size and seed of the pictures.
+    share : share of the sheets that show dead leaves.
+    """
     weights = camera.plane_weights(WAVELENGTH_NM)
     pictures = bank(
         "leaves",

@@ -60,7 +60,16 @@ def multiple_px(camera: TrainingCamera) -> int:
 
 
 def reach_px(camera: TrainingCamera, name: str, size: str, start: str = "linear") -> float:
-    """Return how far away an output can depend on samples; inf: on the whole picture."""
+    """Return the distance over which an output can depend on samples, pixels; infinite: the whole
+    picture.
+
+    Parameters
+    ----------
+    camera : camera of the network.
+    name : name of the network.
+    size : size of the network.
+    start : `linear` or `learned`, the estimate that the network corrects.
+    """
     shape = SHAPES[name, size]
     if math.isinf(shape.block_reach):
         return math.inf

@@ -42,7 +42,14 @@ class LinearStart(nn.Module):
         self.register_buffer("levels", torch.tensor(LEVELS))
 
     def forward(self, raw: torch.Tensor, noise: torch.Tensor, valid: torch.Tensor) -> torch.Tensor:
-        """Return X, Y, Z of every pixel of the cells, electrons of the unit channel."""
+        """Return X, Y, Z of every pixel of the cells, electrons of the unit channel.
+
+        Parameters
+        ----------
+        raw : (N, plane, y, x) samples, electrons of light.
+        noise : (N, plane, y, x) noise besides shot noise, electrons rms.
+        valid : (N, plane, y, x) 1 where the sample was measured, else 0.
+        """
         if self.planes > 1:
             raw, noise = merged(raw, noise, valid)
         packed = functional.pixel_unshuffle(raw, self.period)
@@ -69,7 +76,15 @@ def start_reach_px(planes: int, period: int) -> int:
 def shares(
     raw: torch.Tensor, noise: torch.Tensor, levels: torch.Tensor, period: int
 ) -> torch.Tensor:
-    """Return how near a cell is to each level: linear between two of them, 1 in sum."""
+    """Return how near a cell is to each level: linear between two of them, 1 in sum.
+
+    Parameters
+    ----------
+    raw : (N, 1, y, x) samples, electrons of light.
+    noise : (N, 1, y, x) noise besides shot noise, electrons rms.
+    levels : (level,) logarithms of signal^2 over variance, evenly spaced.
+    period : side of a cell of the filter array, pixels.
+    """
     signal = local_mean(raw)
     ratio = torch.log((signal**2 + LEAST_SIGNAL_E2) / (signal + noise**2 + 1))
     ratio = functional.avg_pool2d(ratio, period)
@@ -81,8 +96,14 @@ def shares(
 def merged(
     raw: torch.Tensor, noise: torch.Tensor, valid: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return one plane of several captures, by the inverse of their variance, and its noise beside
-    that of light.
+    """Return one plane of several captures, weighted by the inverse of their variance, and its noise
+    besides shot noise.
+
+    Parameters
+    ----------
+    raw : (N, plane, y, x) samples, electrons of light.
+    noise : (N, plane, y, x) noise besides shot noise, electrons rms.
+    valid : (N, plane, y, x) 1 where the sample was measured, else 0.
     """
     signal = local_mean(raw)
     weights = (valid + 1e-6) / (signal + noise**2 + 1)

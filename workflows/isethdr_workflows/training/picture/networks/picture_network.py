@@ -68,7 +68,15 @@ class PictureNetwork(nn.Module):
     def forward(
         self, raw: torch.Tensor, noise: torch.Tensor, masks: torch.Tensor, valid: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return XYZ in electrons of the unit channel, and its variance."""
+        """Return XYZ in electrons of the unit channel, and its variance.
+
+        Parameters
+        ----------
+        raw : (N, plane, y, x) samples, electrons of light.
+        noise : (N, plane, y, x) noise besides shot noise, electrons rms.
+        masks : (1, channel, y, x) 1 where a pixel has the filter, else 0.
+        valid : (N, plane, y, x) 1 where the sample was measured, else 0.
+        """
         floor = ANSCOMBE + noise * noise
         packed_floor = functional.pixel_unshuffle(floor, self.period)
         roots = functional.pixel_unshuffle(raw, self.period) + packed_floor
@@ -154,7 +162,14 @@ def sample_variance(raw: torch.Tensor, noise: torch.Tensor) -> torch.Tensor:
 
 
 def interpolated(x: torch.Tensor, places: torch.Tensor, values: torch.Tensor) -> torch.Tensor:
-    """Return a function that is linear between `places` and constant beyond them."""
+    """Return the values of a function that is linear between its nodes and constant beyond them.
+
+    Parameters
+    ----------
+    x : positions, any shape.
+    places : (node,) positions of the nodes, increasing.
+    values : (node,) values at the nodes.
+    """
     steps = torch.clamp((x[..., None] - places[:-1]) / (places[1:] - places[:-1]), min=0.0, max=1.0)
     return values[0] + (steps * (values[1:] - values[:-1])).sum(-1)
 
