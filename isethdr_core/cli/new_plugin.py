@@ -104,9 +104,15 @@ class NewPlugin:
 
 
 def make_plugin(kind: str, name: str, into: Path) -> Path:
-    """Write a package with the component `kind/name` into a new folder of `into`; return it.
+    """Write a package with one component into a new folder, and return the folder.
 
     The folder appears as a whole or not at all.
+
+    Parameters
+    ----------
+    kind : kind of the component, for example `sensor`.
+    name : name of the component, a lower-case identifier.
+    into : folder that holds the new package's folder.
 
     Raises
     ------

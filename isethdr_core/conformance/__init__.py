@@ -35,7 +35,13 @@ from ..plugins.registry import build
 
 
 def check(kind: str, name: str, /, **fields: Any) -> None:
-    """Check that the component `kind/name`, built with `fields`, keeps every promise of its kind.
+    """Check that a component keeps every promise of its kind.
+
+    Parameters
+    ----------
+    kind : kind of the component, for example `lens`.
+    name : registered name of the component.
+    fields : fields with which the component is built, by name.
 
     Raises
     ------

@@ -71,6 +71,8 @@ def radiance_names(scene: object, renderer: object, effort: Sequence[str]) -> It
 
     Parameters
     ----------
+    scene : scene component.
+    renderer : renderer component.
     effort : fields of the renderer that buy accuracy only, and so are no part of the name.
     """
     for edition in editions():

@@ -47,10 +47,16 @@ def dynamic_range(luminance, low_percentile: float, high_percentile: float) -> f
 
 
 def weight_for_mean(other_light, ambient, mean: float) -> float:
-    """Return w >= 0 so that mean(other_light + w * ambient) = `mean`.
+    """Return w >= 0 so that other_light + w * ambient has the mean `mean`.
 
-    0 if the mean of the other light alone exceeds it, 1 without ambient light. The arguments are
-    maps and a mean in one unit.
+    The result is 0 if the mean of the other light alone exceeds `mean`, and 1 without ambient
+    light.
+
+    Parameters
+    ----------
+    other_light : luminance map of all other light groups at their weights, any shape, cd/m2.
+    ambient : luminance map of the ambient light at weight 1, same shape, cd/m2.
+    mean : mean luminance to reach, cd/m2.
     """
     mean_ambient = ambient.mean()
     return max(0.0, float((mean - other_light.mean()) / mean_ambient)) if mean_ambient > 0 else 1.0
@@ -94,8 +100,9 @@ def weight_for_dynamic_range(
     `target_ratio`.
 
     More ambient light lifts the dark tiles first: as w falls from 'ambient alone' the ratio grows,
-    until the other light alone is left. The search goes down by decades and takes the first crossing,
-    the one with most ambient light. If there is none, it returns the w whose ratio comes nearest.
+    until the other light alone is left. The search goes down by decades and takes the first
+    crossing, the one with most ambient light. If there is none, it returns the w whose ratio comes
+    nearest.
 
     Parameters
     ----------

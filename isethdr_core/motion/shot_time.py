@@ -19,6 +19,12 @@ class ShotTime(NamedTuple):
 def shot_time(scene: Any, lens: Any, cameras: dict[str, Any]) -> ShotTime:
     """Return the longest shot of all cameras and their finest pixels.
 
+    Parameters
+    ----------
+    scene : scene of the run.
+    lens : lens of the run.
+    cameras : {name of a camera: its sensor}.
+
     Raises
     ------
     ConfigError : scene, lens or a sensor does not state what this follows from.

@@ -143,8 +143,14 @@ def largest_motion(scene: Any, still: xr.Dataset, shot_s: float) -> float:
 
 
 def cheaper(renderer: Any, number: int, steps: int) -> Any:
-    """Return the renderer for sub-frame `number`, of whose light the mean over `steps` counts: with
-    less effort, and with random numbers of its own.
+    """Return the renderer of one sub-frame: with less effort, because the mean over all sub-frames
+    counts, and with random numbers of its own.
+
+    Parameters
+    ----------
+    renderer : renderer of the run; None if the scene provides its own radiance.
+    number : number of the sub-frame, from 0; it is added to the renderer's seed.
+    steps : number of sub-frames.
     """
     if renderer is None:
         return None

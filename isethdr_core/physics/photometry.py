@@ -47,7 +47,8 @@ def xyz_weights(wavelength_nm: npt.ArrayLike) -> np.ndarray:
 
 
 def luminance(radiance: npt.ArrayLike, wavelength_nm: npt.ArrayLike, axis: int = 0) -> np.ndarray:
-    """Return luminance in cd/m2 from spectral radiance; illuminance in lux from spectral irradiance.
+    """Return luminance in cd/m2 from spectral radiance; illuminance in lux from spectral
+    irradiance.
 
     Parameters
     ----------

@@ -36,6 +36,7 @@ def check_scene(scene: Any, lighting: Any, versions: Sequence[Any]) -> None:
 
     Parameters
     ----------
+    scene : scene of the run.
     lighting, versions : the lighting of the run, and further lightings that only the report shows.
 
     Raises
@@ -49,10 +50,16 @@ def check_scene(scene: Any, lighting: Any, versions: Sequence[Any]) -> None:
 
 
 def check_lightings(groups: Sequence[str], lighting: Any, versions: Sequence[Any]) -> None:
-    """Raise ConfigError if a lighting names a light group that is not among `groups`.
+    """Raise ConfigError if a lighting names a light group that the scene lacks.
 
-    A scene with a single group is shown only under the lighting of the run, so its `versions` are
-    not checked.
+    A scene with a single group is shown only under the lighting of the run, so further lightings
+    are not checked.
+
+    Parameters
+    ----------
+    groups : light groups of the scene.
+    lighting : lighting of the run.
+    versions : further lightings that only the report shows.
     """
     for light in (lighting, *(versions if len(groups) > 1 else ())):
         if isinstance(light, ChecksGroups):

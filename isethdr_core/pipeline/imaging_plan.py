@@ -144,8 +144,14 @@ def outlined(
 
 
 def labelled(lens: Any, mixed: xr.DataArray, scene: xr.Dataset) -> xr.DataArray:
-    """Return mixed radiance with the labels of its tiles that a lens asks for, as coordinates
-    (y, x); labels that the scene has none of are missing.
+    """Return mixed radiance with the labels that a lens asks for, as coordinates (y, x). Labels
+    that the scene lacks are left out.
+
+    Parameters
+    ----------
+    lens : lens of the run.
+    mixed : ([component,] wavelength, y, x) mixed radiance, W m-2 sr-1 nm-1.
+    scene : scene radiance with its labels, on the same tiles.
     """
     if not isinstance(lens, NarrowsDemand):
         return mixed

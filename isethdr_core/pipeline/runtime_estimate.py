@@ -249,6 +249,7 @@ def work_ratio(now: dict, stored: dict, stage: str) -> float:
     ----------
     now, stored : {"config": plain data, PIXELS: {camera: bytes}}; earlier versions stored no
         pixels.
+    stage : name of the stage: its kind, and the name of the component or camera.
     """
     kind = stage.split()[0]
     camera = stage.rpartition(" ")[2]

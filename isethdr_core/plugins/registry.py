@@ -127,7 +127,13 @@ def components() -> dict[tuple[str, str], Component]:
 
 
 def build(kind: str, name: str, /, **fields: Any) -> Any:
-    """Make the component registered under `kind/name` with the given fields, checked and converted.
+    """Return a component, its fields checked and converted.
+
+    Parameters
+    ----------
+    kind : kind of the component, for example `lens`.
+    name : registered name of the component.
+    fields : fields of the component, by name; others keep their defaults.
 
     Raises
     ------

@@ -169,8 +169,8 @@ def run(config: DictConfig) -> Result:
 
 
 def announced(result: Result, chain: Chain, labels: Labels) -> Result:
-    """Label a finished run and tell the plugins of it. A run that was stored before is announced too:
-    a missing report is then made.
+    """Label a finished run and tell the plugins of it. A run that was stored before is announced
+    too: a missing report is then made.
 
     Parameters
     ----------

@@ -39,7 +39,13 @@ class Generator:
 
 
 def generator(seed: int = 0, device: str = "A", scene: str = "") -> Generator:
-    """Return the key of all random numbers of one shot of `scene` by `device`.
+    """Return the key of all random numbers of one shot of a scene by a device.
+
+    Parameters
+    ----------
+    seed : seed of the shot, 0 to 2^63 - 1.
+    device : name of the device; it alone decides fixed-pattern noise.
+    scene : name of the scene.
 
     Raises
     ------

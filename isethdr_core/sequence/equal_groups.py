@@ -146,7 +146,10 @@ def taken_over(
 
     Parameters
     ----------
-    folder : of scene stores. `scene` : as rendered. `order` : of the light groups.
+    folder : folder of scene stores.
+    scene : scene radiance as rendered, without the groups that are taken over.
+    taken : light groups of other stores.
+    order : light groups of the result, in their order.
     """
     whole = beside(scene, opened(folder, taken), order)
     for key in ("noise", "path_span"):

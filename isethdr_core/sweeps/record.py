@@ -119,10 +119,13 @@ def read_jobs(folder: Path) -> list[Job]:
 
 
 def seconds_left(sweep: Sweep, jobs: Sequence[Job], now: float) -> float | None:
-    """Return how long the jobs still take that are not done; None before the first computed one.
+    """Return the time that the remaining jobs of a sweep need, s; None before the first computed
+    one.
 
     Parameters
     ----------
+    sweep : sweep, with its start and its number of jobs.
+    jobs : finished jobs.
     now : seconds since 1970.
 
     Notes

@@ -91,6 +91,7 @@ def band_means(
     ----------
     sectors : of patterns whose weighted sum is that of a band; they differ in samples and `share`
         only.
+    ring : tiles to compute.
     rays_per_tile : at the ring's outermost tiles; it has more farther in.
     places : along the major axis, that stand for the triangle which two tiles make of a point.
     write : takes blocks of results.

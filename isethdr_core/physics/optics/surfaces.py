@@ -58,6 +58,7 @@ def intersect(surface: Surface, position, direction):
 
     Parameters
     ----------
+    surface : conic surface with aspheric terms, about the axis.
     position, direction : x, y, z stacked first, (3, ...); direction has length 1 and a z part that
         is not 0.
 

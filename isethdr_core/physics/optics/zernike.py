@@ -119,8 +119,13 @@ def wavefront_at(zernike_um, x, y) -> np.ndarray:
 
 
 def jacobi(count: int, a: int, b: int, t):
-    """Yield the Jacobi polynomials P_0 to P_(count - 1) of parameters (a, b) at `t`, by DLMF 18.9.2
-    (Szego 1975, eq. 4.5.1).
+    """Yield Jacobi polynomials from degree 0 on, by DLMF 18.9.2 (Szego 1975, eq. 4.5.1).
+
+    Parameters
+    ----------
+    count : number of polynomials; the last has the degree count - 1.
+    a, b : parameters of the polynomials.
+    t : arguments, any shape; the polynomials are orthogonal from -1 to 1.
     """
     before = np.zeros(np.shape(t))
     now = np.ones(np.shape(t))
