@@ -17,8 +17,8 @@ MOST_SETTINGS = 15  # lines; the page has all
 
 
 def print_comparison(homes: Sequence[StoredHome], a: str, b: str) -> None:
-    """Print the settings and scores of two runs that differ. Write the page of the comparison into the
-    first home, and print its path.
+    """Print the settings and scores of two runs that differ. Write the page of the comparison into
+    the first home, and print its path.
 
     Parameters
     ----------

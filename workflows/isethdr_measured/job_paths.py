@@ -70,7 +70,8 @@ class JobPaths:
         return self.demand.noise_limit(cube.dataset(whole))
 
     def of_tiles(self, seed: int, tiles: npt.NDArray[np.int64], paths: int) -> Array:
-        """Return radiance (group, band, tile) after a number of paths in whole launches, without `layer`.
+        """Return radiance (group, band, tile) after a number of paths in whole launches, without
+        `layer`.
 
         Parameters
         ----------

@@ -84,7 +84,8 @@ def renderer_light(
     width: int = 48,
     overrides: str = "",
 ) -> list[dict[str, Any]]:
-    """Return a row for each light group: its light where paths follow need, over that of even passes.
+    """Return a row for each light group: its light where paths follow need, over that of even
+    passes.
 
     Tiles are weighted by the inverse variance that one more rendering states, so that a few glints
     do not decide. Weights do not depend on the light that they weigh.

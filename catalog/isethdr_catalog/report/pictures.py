@@ -156,8 +156,6 @@ def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict
 def labelled(xyz, white_cd_m2: float, compressed: float, labels, objects: list[dict]) -> Figure:
     """Return a view with each object's pixels tinted, and its box and name drawn over it.
 
-    `objects` hold boxes [x, y, width, height] in the pixels of `labels`.
-
     Parameters
     ----------
     xyz : picture, or (y, x, 3) array of xyz, Y in cd/m2.

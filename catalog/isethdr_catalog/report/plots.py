@@ -128,8 +128,8 @@ def seconds(rows) -> Markup:
 def snr_curve(
     picture, truth, bins_per_decade: int = 6, least: int = 20
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return (cd/m2, dB): true luminance over the standard deviation that the picture itself states, for
-    the median pixel of each bin.
+    """Return (cd/m2, dB): true luminance over the standard deviation that the picture itself
+    states, for the median pixel of each bin.
 
     Bins are of true luminance: binned by the noisy estimate, dark bins would hold mostly noise.
 

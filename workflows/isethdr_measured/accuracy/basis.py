@@ -43,8 +43,8 @@ def measured() -> list[Work]:
 
 
 def against_bands(stage: str, lens, flares, shape) -> Work:
-    """Return the diagram of a lens with flares: functionals for the noise allowed, and the computation
-    band by band. Kernels are computed before.
+    """Return the diagram of a lens with flares: functionals for the noise allowed, and the
+    computation band by band. Kernels are computed before.
 
     Parameters
     ----------
@@ -118,8 +118,8 @@ def counting(response):
 
 
 def direct(mixed, lens, flares, response):
-    """Return rows and columns of some tiles, and their electrons (channel, tile). Every tile and band is
-    summed in long double.
+    """Return rows and columns of some tiles, and their electrons (channel, tile). Every tile and
+    band is summed in long double.
 
     Parameters
     ----------

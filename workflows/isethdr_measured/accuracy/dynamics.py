@@ -99,8 +99,8 @@ def charge_e(level_e_per_s: float, well) -> float:
 
 
 def runge_kutta_steps(light, times, well):
-    """Return the charge after all steps, in electrons, by the classical Runge-Kutta method of order 4.
-    It is explicit, so it must follow the fastest overflow step by step.
+    """Return the charge after all steps, in electrons, by the classical Runge-Kutta method of order
+    4. It is explicit, so it must follow the fastest overflow step by step.
 
     Parameters
     ----------

@@ -138,7 +138,14 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
 
 
 def with_paths(scene, paths, lamps):
-    """Return scene radiance with that of other paths, and where its lamps and the sky are seen."""
+    """Return scene radiance with that of other paths, and where its lamps and the sky are seen.
+
+    Parameters
+    ----------
+    scene : scene radiance of one rendering.
+    paths : estimate of the light that needs paths, (light_group, wavelength, y, x).
+    lamps : light of directly visible lamps, on the same grid.
+    """
     light = paths.radiance + lamps
     lamp = lamps.sum(axis=1)
     source_seen = lamp > 0.01 * light.sum(axis=1)
@@ -166,8 +173,8 @@ def luminance_of(scene) -> dict:
 
 
 def median_error(values, truth, of=True) -> float:
-    """Return the relative error below which half of the light lies. Tiles below 1 % of the mean are left
-    out.
+    """Return the relative error below which half of the light lies. Tiles below 1 % of the mean are
+    left out.
 
     Parameters
     ----------

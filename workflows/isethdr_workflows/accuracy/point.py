@@ -75,8 +75,8 @@ def timed(call, repeat: int = 2):
 def refuse_what_does_not_fit(
     title: str, count: int, needed_bytes, free_bytes: int | None = None
 ) -> None:
-    """Raise ConfigError if a reference needs more memory than is free. The message has its size and the
-    largest count that fits.
+    """Raise ConfigError if a reference needs more memory than is free. The message has its size and
+    the largest count that fits.
 
     Parameters
     ----------

@@ -95,6 +95,12 @@ def estimate(values: np.ndarray, roads: int, limits: tuple[float, float] = ANY) 
 def roads_to_tell(error: float, roads: int, difference: float) -> float:
     """Return how many roads tell a difference of two scores with a power of 80 %.
 
+    Parameters
+    ----------
+    error : standard error of the difference, unit of the scores.
+    roads : number of roads from which the error was found.
+    difference : difference of two scores to tell, same unit.
+
     Notes
     -----
     A standard error falls with the square root of the number of roads. With the error e from R

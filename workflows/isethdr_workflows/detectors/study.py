@@ -95,6 +95,12 @@ def chosen_cameras(
 ) -> tuple[list[str], list[str]]:
     """Return the names of the cameras, and the overrides that leave out the others.
 
+    Parameters
+    ----------
+    dataset : generated dataset.
+    overrides : overrides of the config, as typed.
+    cameras : names of cameras, separated by commas; empty: all of the config.
+
     Raises
     ------
     ConfigError : the dataset has no scene, or a camera is not in the config.

@@ -81,7 +81,8 @@ def paper_fig5(
 
 
 def people(picture, true, labels, detection) -> dict:
-    """Return signal to noise and contrast detection of the people in a picture; NaN if there are none.
+    """Return signal to noise and contrast detection of the people in a picture; NaN if there are
+    none.
 
     Parameters
     ----------

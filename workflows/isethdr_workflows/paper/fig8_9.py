@@ -140,8 +140,8 @@ def colour_chart() -> LitScene:
 
 
 def at_noise(isp, sensor, scene: LitScene, lux: float):
-    """Return the isp with its colour matrix solved for the noise at one illuminance: clear pixels only
-    help where noise counts beside colour.
+    """Return the isp with its colour matrix solved for the noise at one illuminance: clear pixels
+    only help where noise counts beside colour.
 
     The noise is that of a bilinear picture: a learned demosaic states none.
 

@@ -155,8 +155,8 @@ def rows_of(network: PictureNetwork, pictures: HeldOut) -> list[dict[str, Any]]:
 def normalised(
     patches: Batch, xyz: torch.Tensor, variance: torch.Tensor, of: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return stated variance and squared error (N, 3, y, x) over the variance of a sample nearby. Bright
-    pixels then do not hide the others.
+    """Return stated variance and squared error (N, 3, y, x) over the variance of a sample nearby.
+    Bright pixels then do not hide the others.
 
     Parameters
     ----------

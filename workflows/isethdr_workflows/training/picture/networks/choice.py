@@ -42,6 +42,7 @@ def network_of(
 
     Parameters
     ----------
+    camera : camera of the network: its filters and captures.
     name, size : of `SHAPES`.
     start : "linear", which is to be fitted, or "learned".
     """

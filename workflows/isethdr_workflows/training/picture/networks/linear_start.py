@@ -96,8 +96,8 @@ def shares(
 def merged(
     raw: torch.Tensor, noise: torch.Tensor, valid: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return one plane of several captures, weighted by the inverse of their variance, and its noise
-    besides shot noise.
+    """Return one plane of several captures, weighted by the inverse of their variance, and its
+    noise besides shot noise.
 
     Parameters
     ----------
