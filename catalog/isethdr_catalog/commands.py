@@ -18,6 +18,8 @@ from isethdr_core.storage.home_folder import existing_home as home
 from isethdr_core.storage.home_folder import existing_homes as homes
 from isethdr_core.storage.object_home.calls import interrupted_uploads, kept_here, remove_uploads
 
+# columns of results with keys, names and paths, which are typed again
+TYPED = ("id", "name", "path", "derived_from", "home", "store")
 UPLOADS_OLDER_H = 24.0  # no upload of one file takes as long
 
 catalog = typer.Typer(
@@ -50,8 +52,10 @@ def find(
     limit = _count(pairs.pop("limit", limit))
     rows = _query().find(places, order_by=order_by or None, limit=limit, **pairs)
     paths = list(dict.fromkeys(str(_query().path_of(row, places)) for row in rows))
-    rows = [{name: cell for name, cell in row.items() if name != "path"} for row in rows]
-    print_table(list(rows[0]) if rows else ["nothing found"], [list(r.values()) for r in rows])
+    left_out = {"path"} | ({"kind"} & pairs.keys())  # a condition says what all rows hold
+    rows = [{name: cell for name, cell in row.items() if name not in left_out} for row in rows]
+    heads = list(rows[0]) if rows else ["nothing found"]
+    print_table(heads, [list(row.values()) for row in rows], whole=TYPED)
     if remark := _remark_on_shares(rows):
         print(remark)
     if paths:
@@ -77,7 +81,8 @@ def _remark_on_shares(rows: list[dict]) -> str:
 )
 def sql(text: str) -> None:
     """Print the result of one DuckDB query."""
-    print_table(*_query().sql(homes(), text))
+    columns, rows = _query().sql(homes(), text)
+    print_table(columns, rows, whole=TYPED)
 
 
 @catalog.command(
@@ -154,7 +159,7 @@ def verify() -> None:
 
     reports = check(home())
     rows = [[r.path.name, r.arrays, r.state] for r in reports]
-    print_table(["store", "arrays", "state"], rows)
+    print_table(["store", "arrays", "state"], rows, whole=TYPED)
     damaged = [str(r.path) for r in reports if r.problems]
     if damaged:
         print("\n".join(["damaged:", *damaged]))
@@ -206,7 +211,7 @@ def du(stores: bool = typer.Option(False, help="list every store, the largest fi
         sizes = {path: space.size_of(path) for path in space.stores(folder)}
         largest = sorted(sizes, key=lambda path: -sizes[path])
         cells = [[p.parent.name, p.stem, _megabytes(sizes[p])] for p in largest]
-        print_table(["part", "store", "MB"], cells)
+        print_table(["part", "store", "MB"], cells, whole=TYPED)
 
 
 @catalog.command(
@@ -262,7 +267,14 @@ def rm(
     yes: bool = typer.Option(False, "--yes", "-y", help="do not ask"),
     force: bool = typer.Option(False, help="also radiance that runs have read"),
 ) -> None:
-    """Print what was removed; exit code 1 where the answer was no."""
+    """Print what was removed; exit code 1 where the answer was no.
+
+    Parameters
+    ----------
+    name : name of the store, or its first digits.
+    yes : whether to remove without asking.
+    force : whether to remove radiance that runs have read.
+    """
     from . import space
 
     folder = home()

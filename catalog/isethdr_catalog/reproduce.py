@@ -17,12 +17,13 @@ import numpy as np
 from omegaconf import OmegaConf
 
 from isethdr_core.cli.terminal import print_table, print_text
+from isethdr_core.errors import MOST_LISTED
 from isethdr_core.runs.run import Result, run
 from isethdr_core.storage.home_folder import HOME
-from isethdr_core.sweeps.score_order import differ
+from isethdr_core.sweeps.score_order import differ, half_width_of_difference
 from isethdr_core.sweeps.table import Scored
 
-from .compare import VERDICT, Setting, stored_run, versions_that_differ
+from .compare import Setting, stored_run, versions_that_differ
 from .query import Homes
 
 MOST_NUMBERS = 30  # lines that are printed
@@ -43,7 +44,18 @@ class Difference:
     number: str  # camera and score, or camera and statistic of the picture
     stored: float
     again: float
-    beyond: bool | None  # whether by more than both intervals; None where one is not known
+    half_width: float  # of the 95 % interval of the difference; NaN where one is not known
+    beyond: bool | None  # whether by more than that; None where it is not known
+
+    @property
+    def change(self) -> float:
+        """What the number is now, less what is stored."""
+        return self.again - self.stored
+
+    @property
+    def share(self) -> float:
+        """The change relative to the half width of its interval: above 1 it is beyond."""
+        return abs(self.change) / self.half_width if self.half_width else math.inf
 
 
 @dataclass(frozen=True)
@@ -86,7 +98,13 @@ def reproduce(homes: Homes, name: str) -> Reproduction:
     missing = Scored(math.nan, math.nan, math.nan)
     pairs = [(n, before.get(n, missing), after.get(n, missing)) for n in names]
     differences = [
-        Difference(number, one.value, other.value, differ(one, other))
+        Difference(
+            number,
+            one.value,
+            other.value,
+            half_width_of_difference(one, other),
+            differ(one, other),
+        )
         for number, one, other in pairs
         if not _same(one.value, other.value)
     ]
@@ -94,7 +112,13 @@ def reproduce(homes: Homes, name: str) -> Reproduction:
 
 
 def print_reproduction(found: Reproduction) -> None:
-    """Print the versions that differ, then the numbers that differ, then the sum of both."""
+    """Print the versions that differ, the numbers that differ, and which of these do by more than
+    their intervals.
+
+    Parameters
+    ----------
+    found : a stored run and what became of it now.
+    """
     print("versions and code that differ: stored | now" if found.versions else "the same versions")
     for version in found.versions:
         print_text(f"{version.name}: {version.a} | {version.b}", "  ", "      ")
@@ -102,16 +126,28 @@ def print_reproduction(found: Reproduction) -> None:
     shown = sorted(found.differences, key=lambda d: d.beyond is False)[:MOST_NUMBERS]
     if shown:
         print_table(
-            ["number", "stored", "now", "beyond intervals"],
-            [[d.number, f"{d.stored:.6g}", f"{d.again:.6g}", VERDICT[d.beyond]] for d in shown],
+            ["number", "stored", "now", "difference", "relative to interval"],
+            [
+                [d.number, f"{d.stored:.6g}", f"{d.again:.6g}", f"{d.change:.2g}", _share_text(d)]
+                for d in shown
+            ],
         )
     if len(found.differences) > len(shown):
         print(f"and {len(found.differences) - len(shown)} more")
+    for title, verdict in (("beyond their intervals", True), ("without an interval", None)):
+        names = [d.number for d in found.differences if d.beyond is verdict]
+        if names:
+            more = f"; and {len(names) - MOST_LISTED} more" * (len(names) > MOST_LISTED)
+            print_text(f"{title}: {'; '.join(names[:MOST_LISTED])}{more}", hanging="    ")
     beyond = sum(d.beyond is not False for d in found.differences)
     print(
         f"{len(found.differences)} of {found.compared} numbers differ,"
         f" {beyond} of them beyond their intervals or without one"
     )
+
+
+def _share_text(difference: Difference) -> str:
+    return "" if math.isnan(difference.share) else f"{difference.share:.2g}"
 
 
 def _same(one: float, other: float) -> bool:

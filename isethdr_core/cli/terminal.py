@@ -7,17 +7,29 @@ and
 
 from __future__ import annotations
 
+import math
 import shutil
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
+from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING
+from unicodedata import east_asian_width
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 WIDEST_TEXT = 100  # columns of running text
 WIDTH_OF_FILES = 200  # columns of tables that go to a file or a pipe: results are never cut
+DIGITS = 5  # significant ones of a number with a fraction
+LARGEST_WHOLE = 1e15  # numbers below this one without a fraction are shown completely
+LINED = 3  # columns that each cell of a table with lines needs beside its text
+UNLINED = 2
+NARROWEST_TEXT = 16  # columns of a cell that is broken between words
+MOST_LINES = 6  # of such a cell
+INDENT = "    "
+UNBROKEN = "\0"  # stands for a space at which no line ends
+BETWEEN = f"{UNBROKEN}| "
 
 
 def console(stderr: bool = False) -> Console:
@@ -41,16 +53,20 @@ def print_text(text: str, indent: str = "", hanging: str | None = None) -> None:
     text : one paragraph.
     indent, hanging : what precedes the first line, and the others (None: as the first).
     """
-    following = indent if hanging is None else hanging
-    lines = textwrap.wrap(
+    lines = _wrapped(text, indent, indent if hanging is None else hanging)
+    print("\n".join(lines) if lines else indent.rstrip())
+
+
+def _wrapped(text: str, indent: str, hanging: str) -> list[str]:
+    """Return the lines of a paragraph, broken at spaces only."""
+    return textwrap.wrap(
         text,
         text_width(),
         initial_indent=indent,
-        subsequent_indent=following,
+        subsequent_indent=hanging,
         break_long_words=False,
         break_on_hyphens=False,
     )
-    print("\n".join(lines) if lines else indent.rstrip())
 
 
 def text_width() -> int:
@@ -76,19 +92,102 @@ def print_path(label: str, path: Path | str) -> None:
 
 
 def print_table(
-    columns: Iterable[object], rows: Iterable[Sequence[object]], title: str = ""
+    columns: Iterable[object],
+    rows: Iterable[Sequence[object]],
+    title: str = "",
+    whole: Collection[str] = (),
 ) -> None:
-    """Print rows under the names of their columns; None is an empty cell.
+    """Print rows under the names of their columns. Nothing is cut where the terminal is narrow.
+
+    Cells with spaces are broken between words. Where this does not suffice, each row is a
+    paragraph: its first cell on a line, and indented below it the names and values of the others.
 
     Parameters
     ----------
-    columns, rows : the names, and a cell for each of them in every row.
+    columns, rows : the names, and a cell for each of them in every row; None is an empty cell.
+        Floating-point numbers are shown with five significant digits, whole ones completely.
     title : above a table with lines; without a title there are no lines.
+    whole : names of the columns whose cells are typed again, such as keys and paths; each of these
+        cells stands on one line.
     """
-    from rich.table import Table
-
     names = [str(column) for column in columns]
-    table = Table(*names, title=title) if title else Table(*names, box=None)
-    for row in rows:
-        table.add_row(*("" if cell is None else str(cell) for cell in row))
+    cells = [[_cell_text(cell) for cell in row] for row in rows]
+    if title:
+        print_text(title)
+    lines_between = 1 + LINED * len(names) if title else UNLINED * len(names)
+    widths = _fitting_widths(names, cells, console().width - lines_between, whole)
+    if widths is None:
+        for row in cells:
+            _print_paragraph(list(zip(names, row, strict=True)), whole)
+        return
+    from rich.table import Column, Table
+
+    heads = [
+        Column(name, width=width, overflow="fold")
+        for name, width in zip(names, widths, strict=True)
+    ]
+    table = Table(*heads) if title else Table(*heads, box=None)
+    for row in cells:
+        table.add_row(*row)
     console().print(table)
+
+
+def _cell_text(cell: object) -> str:
+    """Return a cell as it is shown: short numbers, and all else unchanged."""
+    if cell is None:
+        return ""
+    if isinstance(cell, Real) and not isinstance(cell, Integral):
+        number = float(cell)
+        is_whole = number.is_integer() and abs(number) < LARGEST_WHOLE
+        return f"{number:.0f}" if is_whole else f"{number:.{DIGITS}g}"
+    return str(cell)
+
+
+def _fitting_widths(
+    names: Sequence[str], rows: Sequence[Sequence[str]], free: int, whole: Collection[str]
+) -> list[int] | None:
+    """Return the width of each column of a table, in all at most `free`; None where its cells do
+    not fit, or would be higher than `MOST_LINES`.
+    """
+    widths = []
+    smallest = []
+    for number, name in enumerate(names):
+        column = [name, *(row[number] for row in rows)]
+        widest = max(_width(line) for cell in column for line in cell.split("\n"))
+        words = max((_width(word) for cell in column for word in cell.split()), default=0)
+        breakable = max(words, NARROWEST_TEXT, math.ceil(widest / MOST_LINES))
+        widths.append(widest)
+        smallest.append(widest if name in whole else min(widest, breakable))
+    if sum(smallest) > free:
+        return None
+    while sum(widths) > free:
+        above = [w if w > least else 0 for w, least in zip(widths, smallest, strict=True)]
+        widths[above.index(max(above))] -= 1
+    return widths
+
+
+def _print_paragraph(cells: Sequence[tuple[str, str]], whole: Collection[str]) -> None:
+    """Print the cells of a row, each with its name; the first one has a line of its own.
+
+    Parameters
+    ----------
+    cells : name and text of each cell.
+    whole : the names of the cells that stand on one line.
+    """
+    pieces = []
+    for name, cell in cells:
+        kept = cell.replace(" ", UNBROKEN) if name in whole else cell
+        piece = f"{name}: {kept}"
+        fits = _width(INDENT + piece + BETWEEN) <= text_width()
+        if cell:
+            pieces.append(piece.replace(" ", UNBROKEN) if fits else piece)
+    for line in [
+        *_wrapped(pieces[0] if pieces else "", "", INDENT),
+        *_wrapped(BETWEEN.join(pieces[1:]), INDENT, INDENT),
+    ]:
+        print(line.replace(UNBROKEN, " "))
+
+
+def _width(line: str) -> int:
+    """Return the columns of a line: two for each wide character of East Asian scripts."""
+    return len(line) + sum(east_asian_width(character) in "WF" for character in line)

@@ -67,19 +67,34 @@ class Interval(Protocol):
         """The upper end."""
 
 
+def half_width_of_difference(first: Interval, second: Interval) -> float:
+    """Return the half width of the 95 % interval of a difference, in the unit of both values; NaN
+    where an interval is not known.
+
+    Parameters
+    ----------
+    first, second : two independent values of one unit.
+
+    Notes
+    -----
+    sqrt(h1^2 + h2^2) for the half widths h1 and h2 of the values. Runs of one rendering share its
+    noise, which is then counted twice.
+    """
+    return math.hypot((first.high - first.low) / 2, (second.high - second.low) / 2)
+
+
 def differ(first: Interval, second: Interval) -> bool | None:
     """Return whether two scores differ by more than their intervals; None if an interval is not
     known and the values are not equal.
 
-    Notes
-    -----
-    The 95 % interval of the difference of two independent values has the half width sqrt(h1^2 +
-    h2^2). Runs of one rendering share its noise, which is then counted twice: such runs may differ
-    although this function returns False.
+    Parameters
+    ----------
+    first, second : two independent values of one unit. Runs of one rendering share its noise: such
+        runs may differ although this function returns False.
     """
     if first.value == second.value:
         return False
-    half_widths = math.hypot((first.high - first.low) / 2, (second.high - second.low) / 2)
-    if math.isnan(half_widths) or math.isnan(first.value - second.value):
+    half_width = half_width_of_difference(first, second)
+    if math.isnan(half_width) or math.isnan(first.value - second.value):
         return None
-    return abs(first.value - second.value) > half_widths
+    return abs(first.value - second.value) > half_width

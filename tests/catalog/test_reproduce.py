@@ -69,5 +69,6 @@ def test_other_seeds_and_versions_are_named(stored, tmp_path, capsys):
     assert found.outcome is Outcome.BEYOND, "the largest value of a picture has no interval"
     print_reproduction(found)
     shown = capsys.readouterr().out
-    assert shown.index("numpy: 0.1") < shown.index("beyond intervals")
+    assert shown.index("numpy: 0.1") < shown.index("relative to interval")
+    assert "without an interval: bayer " in shown
     shutil.rmtree(other)
