@@ -34,6 +34,12 @@ class CheckedReads(ABC):
     ) -> Buffer | None:
         """Return the bytes of a file, or of a range of it; None if the manifest has no
         such file.
+
+        Parameters
+        ----------
+        key : path of the file below the store.
+        prototype : kind of buffer to return; None: the default of zarr.
+        byte_range : bytes to read; None: the whole file.
         """
         if key not in self.manifest.files:
             return None
@@ -47,8 +53,16 @@ class CheckedReads(ABC):
         prototype: BufferPrototype,
         **_,
     ) -> AsyncIterator[Sequence[tuple[int, Buffer | None]]]:
-        """Yield ranges of a file one by one; zarr's own would wrap our error in an exception
-        group.
+        """Yield ranges of a file one by one.
+
+        The method of zarr would wrap our error in an exception group.
+
+        Parameters
+        ----------
+        key : path of the file below the store.
+        byte_ranges : bytes to read in each request; None: the whole file.
+        prototype : kind of buffer to return.
+        _ : further options of zarr, which do not change the result.
         """
         for index, byte_range in enumerate(byte_ranges):
             yield [(index, await self.get(key, prototype, byte_range))]
