@@ -289,6 +289,12 @@ def test_negative_values_are_set_to_zero_on_request_and_counted(tmp_path):
         PictureFile(path, "cd/m2", negative_to_zero=True).check_files()
 
 
+def test_an_array_without_its_file_is_told_what_makes_one(isethdr_home):
+    asked = ["scene=array", "experiment=own_picture", "lens=ideal", "~flare.dirt", "sensor=bayer"]
+    with pytest.raises(ConfigError, match=r"scene=file scene\.path=.*array_scene\(values\)"):
+        hdr.run(hdr.compose(asked))
+
+
 def test_an_array_of_python_runs_through_a_camera_in_one_line(tmp_path, monkeypatch):
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
     image = np.linspace(1, 400, 18 * 32 * 3).reshape(18, 32, 3)
