@@ -1,9 +1,10 @@
 """`isethdr new-plugin KIND NAME`: a package with a component of any kind, tests and documentation.
 
-The files are Jinja2 templates in `plugin_template/`: those at its top belong to every package, the
-folder of each kind holds the component, its preset, its tests and its text. Jinja2 renders the
-reports already, so that making a package needs no further library. A tool such as copier would
-also update packages made earlier; a plugin needs no update, because the contracts stay.
+The files are Jinja2 templates in `plugin_template/`. Templates at the top of this folder belong to
+every package. The folder of each kind holds the component, its preset, its tests and its text.
+Jinja2 renders the reports already, so that making a package needs no further library. A tool such
+as copier would also update packages made earlier; a plugin needs no update, because the contracts
+stay.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 WIDEST_TEXT = 100  # columns of running text
 WIDTH_OF_FILES = 200  # columns of tables that go to a file or a pipe: results are never cut
-DIGITS = 5  # significant ones of a number with a fraction
-LARGEST_WHOLE = 1e15  # numbers below this one without a fraction are shown completely
+DIGITS = 5  # significant digits of a number with a fraction
+LARGEST_WHOLE = 1e15  # whole numbers below this one are shown completely
 LINED = 3  # columns that each cell of a table with lines needs beside its text
 UNLINED = 2
 NARROWEST_TEXT = 16  # columns of a cell that is broken between words

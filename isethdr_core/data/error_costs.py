@@ -35,11 +35,10 @@ class Cost:
 # CPU seconds of rounding stored radiance, for a million values; measured, see
 # docs/explanation/budget.md.
 STORE_COST = Cost(0.007)
-# The share of that rounding in what a config allows, where the light has the costs of the bundled
-# lenses. Light of which no component declares any cost is left the rest.
+# Share of this rounding in the error that a config allows, for light with the costs of the bundled
+# lenses. Light without a declared cost gets the rest.
 STORE = 0.10925760665975137
-# Shares are found for this fraction of the noise: what little they change with it is worth no
-# seconds.
+# Shares are computed for this fraction of the noise. They hardly depend on it.
 USUAL = 0.1
 
 

@@ -96,8 +96,8 @@ def tone(relative, compression: float = COMPRESSION) -> np.ndarray:
 
 
 def saturation(relative, compression: float = COMPRESSION) -> np.ndarray:
-    """Return the share of its colour that a tone keeps under `tone`, 0..1, so that a compressed
-    picture looks as colourful as the light.
+    """Return the share of colour to keep at each tone, 0..1. A picture compressed by `tone` then
+    looks as colourful as the light.
 
     Mantiuk, Tomaszewska and Heidrich 2009, "Color correction for tone mapping", equations 3 and 4
     with the constants of the formula that keeps luminance: s = (1 + k1) c^k2 / (1 + k1 c^k2), where

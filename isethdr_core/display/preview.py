@@ -17,12 +17,12 @@ from ..errors import UnitError
 from ..physics.photometry import xyz
 
 REACH = 5  # tiles to each side that are searched for similar ones
-PATCH = 3  # tiles, side of the surroundings that are compared
+PATCH = 3  # side of the surroundings that are compared, tiles
 # length of the difference of two unit normals at which a weight has fallen to 1 / e: 6 degrees
 NORMAL = 0.1
-DISTANCE = 0.1  # relative difference of two distances at which it has
-# of the noise's variance: enough to count as infinitely far, and still to be averaged over
-# surroundings
+DISTANCE = 0.1  # relative difference of two distances at which a weight has fallen to 1 / e
+# difference in units of the noise's variance that excludes a tile; finite, because differences are
+# averaged over surroundings
 FAR = 1e6
 
 

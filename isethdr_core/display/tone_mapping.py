@@ -27,7 +27,7 @@ FAINT = 1e-12  # weight of a sample that no exposure shows well
 # local Laplacian
 SIGMA = np.log(2.5)  # natural logarithm: contrasts up to this are detail and stay
 BETA = 0.4  # larger ones shrink to this power: two decades below white to 0.16 of white
-# of white: beyond these all is one tone
+# luminance / white: darker and brighter samples are shown as these
 DARKEST = 1e-5
 BRIGHTEST = 1e3
 

@@ -73,8 +73,8 @@ WITHOUT_RESULT = (
     "isethdr_core.storage.store",
     "isethdr_core.sweeps",
 )
-ROUNDS = 3  # a module's references are told apart by what they lead to, so many imports deep
-PRESETS = "conf"  # folders with presets: what was chosen of them is in the config
+ROUNDS = 3  # depth of imports down to which the targets of references are compared
+PRESETS = "conf"  # folders with presets; the config holds the chosen values
 COMPILED = tuple(importlib.machinery.EXTENSION_SUFFIXES)
 NO_DATA = (".py", ".pyc", ".pyi", ".typed", *COMPILED)
 # libraries whose import name is not the name they are installed by

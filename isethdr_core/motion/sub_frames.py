@@ -32,10 +32,10 @@ from .moments import SubFrame, sub_frames, within
 from .shot_time import ShotTime, shot_time
 from .visible_motion import displacement
 
-STILL = 0.1  # of `step_px`: a scene that moves less during a shot counts as still
-LEAST_SAMPLES = 2  # one sample knows no noise
+STILL = 0.1  # share of `step_px`; a scene that moves less during a shot counts as still
+LEAST_SAMPLES = 2  # from one sample the renderer cannot estimate its noise
 LARGEST_ERROR_ALLOWED = 0.999  # relative noise that a renderer accepts
-# effort fields of renderers, and their value for one of many sub-frames whose mean counts
+# effort fields of renderers, and their value for one of several sub-frames that are averaged
 CHEAPER: dict[str, Callable[[float, int], float]] = {
     "samples": lambda samples, steps: max(ceil(samples / steps), LEAST_SAMPLES),
     "error_allowed": lambda noise, steps: min(noise * sqrt(steps), LARGEST_ERROR_ALLOWED),

@@ -26,8 +26,8 @@ from ..plugins.protocols import (
 )
 
 FLOAT32_BYTES = 4
-STEP = 0.9  # from one size of frame that is tried to the next
-CUBES = 2  # spectral cubes that are held at a time: scene radiance, and the light made of it
+STEP = 0.9  # ratio of one size of frame that is tried to the size before
+CUBES = 2  # spectral cubes in memory at a time: scene radiance, and the light from it
 CONTROL_GROUPS = (
     Path("/sys/fs/cgroup/memory.max"),
     Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"),

@@ -26,12 +26,12 @@ from .demand import NoiseLimit
 if TYPE_CHECKING:
     import xarray as xr
 
-REACH = 1  # radius, in tiles, of the mean that replaces light which is still noisy
-# share of a capture's saturated pixels that had less light than it is taken to end
+REACH = 1  # noisy light is replaced by the mean over tiles up to this distance
+# a capture is taken to saturate at the light that this share of its saturated pixels stay below
 SATURATED = 0.05
-CHANGED = 0.2  # relative change of light that an automatic exposure is tried with
-# relative limit for an outside sensor whose captures do not tell its noise: what renderers go by
-# without cameras
+CHANGED = 0.2  # relative change of light with which an automatic exposure is tested
+# relative limit for a sensor whose captures do not state its noise: that of renderers without
+# cameras
 UNKNOWN = 0.1
 
 

@@ -42,8 +42,8 @@ NEWEST = 32  # number of stored runs, and of stored scenes, that are read: each 
 RENDERING = ("scene", "renderer")  # stages that a run lacks where its radiance is stored
 IMAGING = "imaging_s"  # attribute of a run: the time that its lens estimated
 PIXELS = "pixel_bytes"  # attribute of a run: {camera: memory of its pixels}
-PARTS = "sub_frames"  # of a run to come: their number
-MOTION = "motion"  # the stage that makes sub-frames, and the record of a run that has some
+PARTS = "sub_frames"  # key for the number of sub-frames of a run to come
+MOTION = "motion"  # name of the stage that makes sub-frames, and of its record in a run
 # stages whose work grows with the number of bands
 IN_BANDS = ("renderer", "store", "radiance", "lighting", "motion", "lens")
 # stages whose work grows with the pixels of a camera, the last word of their title

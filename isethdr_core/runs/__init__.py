@@ -9,12 +9,12 @@
 | `parent_watch`        | workers of a sweep end with the process that started them            |
 | `processor`           | which processor computed a result, and which library kernels it used |
 | `provenance`          | code of the components, library versions, input files                |
-| `radiance_cache`      | stored scene radiance: what is missing is rendered                   |
+| `radiance_cache`      | stored scene radiance; missing radiance is rendered                  |
 | `rendering`           | radiance and labels of a scene rendered whole, without cameras       |
-| `result_names`        | what intermediate results are called, by what made them              |
-| `reuse`               | intermediate results of earlier runs, and what their stages stated   |
+| `result_names`        | names of intermediate results, from components and inputs            |
+| `reuse`               | intermediate results of earlier runs, with their stated errors       |
 | `run`                 | one stored run, named by the hash of what made it                    |
-| `run_warnings`        | exposures that make the scores of a run say little                   |
+| `run_warnings`        | exposures at which the scores of a run are of little use             |
 | `sample_accumulation` | several stored renderings of the same light as one                   |
-| `seeds`               | random numbers keyed by what they are for                            |
+| `seeds`               | random numbers keyed by shot, device and purpose                     |
 """

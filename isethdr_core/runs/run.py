@@ -203,8 +203,8 @@ def check_writable(folder: Path) -> None:
 def run_key(config: Mapping[str, Any] | DictConfig, chain: Chain) -> str:
     """Return the hash of all that can change the result.
 
-    That is the resolved config (or its `plain` data), the code of the components and of the core,
-    the versions of the libraries that they import, and the input files.
+    The hash covers the resolved config (or its `plain` data), the code of the components and of the
+    core, the versions of the libraries that they import, and the input files.
     """
     components = chain.components()
     return store.content_hash(

@@ -1,7 +1,7 @@
 """Sequence: frames one after the other, and the exposure that is carried from frame to frame.
 
-A frame is a run. What a camera carries into it is stated in its config (`exposures`), so a frame
-can be computed again by itself.
+A frame is a run. Its config states the exposure that each camera carries into it (`exposures`), so
+a frame can be computed again by itself.
 
 | module             | content                                                                     |
 |--------------------|-----------------------------------------------------------------------------|

@@ -1,9 +1,9 @@
 """Equal groups: light groups of another frame that are taken over, because their light is the same.
 
-A car waits, and its indicator blinks. Then only the light group of the indicator is rendered. The
-light of each other group is that of a stored frame with the same surfaces, camera and sky, and the
-same lamps of that group. It is copied, with all that is stated of it, so that the new store holds
-everything, and stays whole when the other one is removed.
+Example: a car waits, and its indicator blinks. Only the light group of the indicator is rendered.
+The light of each other group is copied from a stored frame with the same surfaces, camera and sky,
+and with the same lamps in this group. Its stated errors are copied too. The new store therefore
+holds everything, and stays complete when the other store is removed.
 """
 
 from __future__ import annotations

@@ -24,9 +24,10 @@ class ExposureControl:
 
     Notes
     -----
-    With x the logarithm of exposure time x gain, and x* that to which frame n - d would settle by
-    itself, x[n] = x[n - 1] + s (x*[n - d] - x[n - 1]): after a step of the light, (1 - s)^k of it
-    remains k frames after the first reaction. Before frame 0 the light was that of frame 0.
+    x[n] = x[n - 1] + s (x*[n - d] - x[n - 1]). Here x is the logarithm of exposure time x gain, and
+    x*[n - d] the x to which the light of frame n - d would settle. After a step of the light, (1 -
+    s)^k of the step remains k frames after the first reaction. The light before frame 0 is taken to
+    be that of frame 0.
 
     References
     ----------

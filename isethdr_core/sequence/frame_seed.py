@@ -1,11 +1,11 @@
 """Frame seed: the renderer's random numbers of one frame of a sequence.
 
 With one seed for all frames, the render noise would be a pattern that stands still in front of a
-scene that moves. The seed of a frame therefore follows from the renderer's own seed, which is that
-of the sequence, and from everything in the frame that is lit: surfaces, camera and sky. Any motion
-gives another seed. Where nothing moves, frames keep their seed, with two consequences. Frames with
-equal light stay equal, so that they are rendered once. Where only a lamp changes, the light of the
-other groups is that of a new rendering, bit for bit.
+scene that moves. The seed of a frame therefore follows from the seed of the sequence, which is the
+renderer's own, and from surfaces, camera and sky of the frame. Any motion gives another seed. If
+nothing moves, frames keep their seed. This has two consequences. Frames with equal light stay
+equal, so that they are rendered once. If only a lamp changes, the light of the other groups is that
+of a new rendering, bit for bit.
 """
 
 from __future__ import annotations

@@ -25,8 +25,8 @@ from .exact_encoding import NotExact, Types
 
 SUFFIX = ".result"
 FORMAT = b"isethdr result 1"  # start of every file; the number rises when the encoding changes
-BEGINS = 64  # bytes before the encoded value: the format, then the name
-DIGEST = 32  # bytes of a SHA-256, the last of every file
+BEGINS = 64  # bytes before the encoded value, for the format and the name
+DIGEST = 32  # bytes at the end of every file, a SHA-256
 BLOCK = 4096  # bytes that a small file takes on disk
 # share of the bound that may be written before the folder is measured again
 BETWEEN_LOOKS = 0.02

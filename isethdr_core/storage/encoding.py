@@ -1,9 +1,9 @@
 """How arrays lie on disk: chunks, shards, codecs and rounding, decided in this one place.
 
 Measured on a night scene of 1080 x 1920 x 31 bands x 4 groups: rounding to 10 mantissa bits makes
-the cube 2.9 times smaller than raw float32, where lossless codecs reach 1.3 at any level; every
-further bit takes 6 % more; one shard per light group keeps a scene at a handful of files, and 8
-bands x 135 x 240 tiles inside it serve spectra, bands and tiles alike.
+the cube 2.9 times smaller than raw float32. Lossless codecs reach 1.3 at any level. Every further
+bit takes 6 % more. One shard per light group keeps a scene at a handful of files. Chunks of 8 bands
+x 135 x 240 tiles inside a shard serve reads of spectra, bands and tiles alike.
 
 Pictures are float32 with as many mantissa bits as their own noise leaves meaning
 (`picture_rounding`). X, Y and Z lie in chunks of their own: a chunk of like numbers is a tenth
@@ -43,9 +43,9 @@ ONE_SHARD_EACH = (
     "component",
     "capture",
 )
-ONE_CHUNK_EACH = ("xyz_channel",)  # unlike numbers side by side do not compress
-# blosc shuffles the bits of a block only if its number of values is a multiple of this; it copies
-# other blocks as they are, and rounded pictures then take 1.5 times the disk
+ONE_CHUNK_EACH = ("xyz_channel",)  # a chunk of like numbers compresses better
+# blosc shuffles the bits of a block only if its number of values is a multiple of this number.
+# Other blocks are copied as they are: rounded pictures then take 1.5 times the disk
 SHUFFLED_TOGETHER = 8
 
 

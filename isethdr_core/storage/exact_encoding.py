@@ -17,11 +17,11 @@ import numpy as np
 import xarray as xr
 from xarray.core.indexes import PandasIndex
 
-ALIGNED = 64  # bytes: where each array begins
-HEAD = 8  # bytes: length of the JSON text that follows
-NUMBERS = "biufcSU"  # kinds of arrays that are their bytes
-MOST_GAPS = 2  # times the values of an array: memory that it may take with its gaps
-TAG = "is"  # of a JSON object: the type that it stands for
+ALIGNED = 64  # bytes; each array begins at a multiple of them
+HEAD = 8  # bytes that state the length of the JSON text behind them
+NUMBERS = "biufcSU"  # kinds of arrays whose bytes are the values
+MOST_GAPS = 2  # largest memory of an array with gaps, over the memory of its values
+TAG = "is"  # key of a JSON object for the type that it encodes
 
 
 class NotExact(Exception):

@@ -15,12 +15,13 @@ SHARE_OF_SIGMA = 1 / 20  # largest rounding error of a value, in its standard de
 # largest rounding error of a denoised value, in standard deviations before denoising: denoised
 # values are means of about a hundred values
 DENOISED_SHARE = SHARE_OF_SIGMA / 10
-EXACT_BITS = 16  # mantissa bits of a value without variance: relative error 2^-17
+# mantissa bits that are kept
+EXACT_BITS = 16  # of a value without variance: relative error 2^-17
 LUMINANCE_BITS = 7  # of the variance of Y, which every score reads: relative error 2^-8
 COLOUR_BITS = 2  # of the variances of X and Z: relative error 2^-3
-FIXED_PATTERN_BITS = 6  # of the total variance, of which the fixed pattern is a part: 2^-7 of it
-# grids of Y that are shifted against each other from row to row: more serve medians, but take more
-# disk where neighbouring pixels have grids of unlike spacing
+FIXED_PATTERN_BITS = 6  # of the fixed pattern's variance: an error of 2^-7 of the total variance
+# number of grids for Y; rows take them in turn. More grids make medians more accurate, but take
+# more disk if neighbouring pixels have grids of different spacing
 ROW_SHIFTS = {"xyz": 8, "variance": 64, FIXED_PATTERN: 1}
 TINY = np.finfo(np.float64).tiny
 EXPONENT = np.int64(0x7FF0_0000_0000_0000)  # bits of a float64: alone they are a power of two

@@ -28,15 +28,15 @@ class Quantity(StrEnum):
     SCORE = "score"
     # An error of these changes no electron, picture or score that follows from it alone.
     RAW = "raw"  # digital numbers: what a sensor reads out
-    ATTRIBUTES = "attributes"  # what attributes of the data say; the data itself is right
+    ATTRIBUTES = "attributes"  # statements in attributes of the data; the data itself is right
     TARGET = "target"  # a limit that was requested from a solver or a run; not an error of a result
-    OTHER = "other"  # within the stage; `part` says what
+    OTHER = "other"  # a quantity within the stage, which `part` names
     POINT_SPREAD = OTHER  # earlier name, accepted until version 1.0
 
 
 LIGHT = (Quantity.RADIANCE, Quantity.IRRADIANCE, Quantity.PHOTOCURRENT, Quantity.ELECTRONS)
 
-# what a stage of each kind returns: `ledger.error` without a quantity speaks of that
+# quantity that a stage of each kind returns; `ledger.error` uses it if no quantity is given
 RETURNED = {
     "plan": Quantity.TARGET,
     "scene": Quantity.RADIANCE,
@@ -144,9 +144,9 @@ class Reading(StrEnum):
     """How the electrons of a declared part of the light follow from what its maker declares."""
 
     LIGHT = "light"  # the part itself, on the sensor plane: its mean over each pixel
-    DEVIATION = "deviation"  # standard deviation within each tile: what borders of pixels divide
-    IMAGE = "image"  # no light is handed over: all that comes from the tiles a pixel looks at
-    REST = "rest"  # no light is handed over: all light but that
+    DEVIATION = "deviation"  # standard deviation within each tile, where pixel borders cut tiles
+    IMAGE = "image"  # no light is handed over: the light of the tiles that a pixel looks at
+    REST = "rest"  # no light is handed over: all light except `IMAGE`
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,13 +44,13 @@ RENDERER = "renderer"
 AFTER_RENDERER = "all after the renderer"
 SENSOR = "sensor"
 WHOLE = "all stages"
-TWO_SIDED = 2.5758  # standard deviations that 99 % of normal deviates stay within, both signs
+TWO_SIDED = 2.5758  # 99 % of normal deviates are within this number of standard deviations
 MOST_PIXELS = 65536  # largest regular sample of pixels
 ENOUGH = 32768  # smallest regular sample of the pixels of a capture
 # relative tolerance of a figure: a figure with more errors is never smaller than one with fewer,
 # except by this
 CLOSE = 1e-9
-SMALL = 1e-30  # of the largest error: below it no limit is told from 0
+SMALL = 1e-30  # share of the largest error; smaller limits count as 0
 SHARE = 0.99  # of the pixels, within the figure that is stated for a picture
 
 

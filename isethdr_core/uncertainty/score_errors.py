@@ -308,9 +308,9 @@ def _of_blocks(changes: np.ndarray) -> Movement:
 
     Notes
     -----
-    What a score is linear in adds up over the blocks, each with one sign in half of the pictures.
-    So it cancels in the mean, which is the shift, and its mean square about the mean is the
-    variance of one lot.
+    The linear part of a change is a sum over the blocks. Each block has either sign in half of the
+    pictures. The linear part therefore cancels in the mean, which is the shift. Its mean square
+    about the mean is the variance of one lot.
     """
     freedom = len(changes) - 1
     scatter = float(changes.std())

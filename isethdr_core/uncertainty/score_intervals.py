@@ -31,10 +31,10 @@ class RendererError(NamedTuple):
     score.
     """
 
-    standard_error: float  # of one rendering, apart from what all renderings are off by
+    standard_error: float  # of one rendering, without the error that all renderings share
     degrees_of_freedom: float  # of `standard_error`
-    more_noise: float = 0.0  # mean change of the score where the scene has more renderer noise
-    less_noise: float = 0.0  # change of the score where renderer noise is smoothed away
+    more_noise: float = 0.0  # mean change of the score if the scene has more renderer noise
+    less_noise: float = 0.0  # change of the score if renderer noise is smoothed away
 
 
 NOT_MEASURED = RendererError(math.nan, math.nan)

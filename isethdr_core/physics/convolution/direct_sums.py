@@ -11,9 +11,10 @@ from . import transform
 
 # of a pixel: rounding of a direct float64 sum of positive terms, 8e6 of them pairwise or in rows
 SUMMED = 1e-12
-FEW_PRODUCTS = 1e8  # of direct summation, about what it costs to look for a better way
-MOST_SCATTERED = 5e9  # of spreading bright pixels one by one, some seconds
-# of direct summation, about a minute; beyond it the bound of `convolve` is absolute
+# products of direct summation that cost as much as the search for a better way
+FEW_PRODUCTS = 1e8
+MOST_SCATTERED = 5e9  # products for bright pixels that are spread one by one: some seconds
+# products of direct summation, about a minute; with more, the bound of `convolve` is absolute
 MOST_PRODUCTS = 4e10
 
 

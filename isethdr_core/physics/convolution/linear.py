@@ -39,9 +39,9 @@ class Kernel:
     `prepare`).
     """
 
-    psf: Any  # (ky, kx), cut to what an image of `shape` can use, its centre at (ky // 2, kx // 2)
+    psf: Any  # (ky, kx), cut to the part that images of `shape` use; centre at (ky // 2, kx // 2)
     shape: tuple[int, int]  # (y, x) of the images
-    size: tuple[int, int]  # of the transform: only cropped pixels wrap
+    size: tuple[int, int]  # of the transform; only pixels that are cropped wrap around
     spectrum: Any  # of psf / peak, as `transform.spectrum` makes it; may be a mapped file
     peak: float  # largest magnitude of psf
     norm: float  # root of the sum of squares of psf / peak

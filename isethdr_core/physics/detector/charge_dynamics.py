@@ -15,7 +15,7 @@ it is linear, u' = b - a u, so that for any light whose arrived electrons A(t) a
 J is a time: the memory of the pixel. It is T in darkness and thermal / current in a full well.
 Under constant light it is elementary; under any other light it is the integral of a smooth function
 between 0 and 1. `settle` computes charges from A(T) and J without overflow of numbers. Constant
-light needs no Lambert W function; with a linear leak it would give the steady state.
+light needs no Lambert W function. With a linear leak, the steady state would need that function.
 """
 
 from __future__ import annotations

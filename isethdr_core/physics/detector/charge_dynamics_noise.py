@@ -10,8 +10,9 @@ along the exact mean Q(t). Under constant light the integral is elementary. With
 `charge_dynamics.shares`, N the electrons that arrive, k = P + R h the effective share of them that
 stays, and rho = thermal R (1 - R h), an interval of light adds
 
-    variance of the charge N k^2 + rho, of the spilled charge N (1 - k)^2 + rho, covariance N k (1 -
-    k) - rho,
+    variance of the charge          N k^2 + rho
+    variance of the spilled charge  N (1 - k)^2 + rho
+    covariance                      N k (1 - k) - rho
 
 and passes on the deviation of the first charge: P of it as charge and R as spill. In other words:
 for a given number of arrived electrons, the charge is `flow` of that number, and rho is the thermal

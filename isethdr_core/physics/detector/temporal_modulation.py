@@ -20,7 +20,7 @@ class Modulation(NamedTuple):
     """
 
     frequency_hz: float = 0.0
-    duty: float = 1.0  # share of the period in which it is on; then it is 1 / duty of its mean
+    duty: float = 1.0  # share of the period in which the light is on, at mean / duty
     depth: float = 0.0  # amplitude of a sinusoidal ripple / mean
     phase: float = 0.0  # periods, at time 0; a pulse starts, and a ripple peaks, at phase 0
 

@@ -17,7 +17,8 @@ from .half_plane_pattern import STRIPS, HalfPattern, half_lattice
 from .tile_weights import STEP, SUPPORT, TileWeights, tile_weights
 
 BLOCK = 16  # tiles along an axis: narrow enough to skip the zeros, wide enough for a fast product
-PERIOD = 4.0  # of the field, in reaches: light from beyond it stays below 1e-3 of the border's
+# period of the field, in reaches: light from beyond it stays below 1e-3 of the light at the border
+PERIOD = 4.0
 
 
 def exact_lattice(pitch_um, reach, blur_um: float, strips: float = STRIPS):

@@ -22,14 +22,14 @@ from ..convolution import fourier
 from .lattice import ORDER, lattice_pitch_mm, spline_response, spline_taps
 from .pupil import GAUSS, chord_ends, strip_blocks
 
-PERIOD = 2.4  # of the field, in reaches; two reaches are the image itself
-# of the longer reach, that the period leaves beside the image at least: there light is hardly
+PERIOD = 2.4  # period of the field, in reaches; two reaches are the image itself
+# least distance from the image to its repetition, over the longer reach: light there is hardly
 # fainter
 BESIDE = 0.75
-# of a cell, with two chords each, beside one for every time that the image is as wide as it is high
+# strips per row of cells, with two chords each; a wide image adds its width / height
 STRIPS = 1.2
 BLOCK = 64  # rows or columns of a transform at a time
-CHORDS = 3 << 20  # of a pupil at a time: they take some 250 bytes each while they are drawn
+CHORDS = 3 << 20  # chords drawn at a time: each takes some 250 bytes meanwhile
 
 
 @dataclass(frozen=True, eq=False)

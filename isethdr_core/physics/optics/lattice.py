@@ -19,9 +19,9 @@ import scipy.fft as sf
 
 from .pupil import chord_ends, strip_blocks
 
-CHORDS = 1 << 18  # of a pupil at a time: they take some 700 bytes each while they are folded
+CHORDS = 1 << 18  # chords folded at a time: each takes some 700 bytes meanwhile
 CHORDS_PER_CELL = 8  # rows of chords in a cell of a folded pupil
-ORDER = 7  # of the B-spline weights: the number of boxes that are convolved with each other
+ORDER = 7  # order of the B-spline weights: the number of boxes convolved with each other
 
 
 def spline_taps(place, degree: int) -> list[np.ndarray]:

@@ -21,13 +21,14 @@ from .half_plane_pattern import Chords, RealPupil, chord_blocks, half_lattice
 from .lattice import ORDER, spline_response, spline_taps
 from .whole_plane_pattern import Turns, densities, drawn_pupil
 
-STEP = 0.42  # of wavelength x f-number; 0.5 holds all of the pattern
-PERIOD = 3.0  # of the field along y, in reaches
-STRIPS = 1.5  # of a row of cells
-BLOCK = 32  # columns at a time
-CHORDS = 1 << 20  # of the pupil at a time: they take some 80 bytes each
+# distance of samples / (wavelength x f-number); at 0.5 samples carry all of the pattern
+STEP = 0.42
+PERIOD = 3.0  # period of the field along y, in reaches
+STRIPS = 1.5  # strips per row of cells
+BLOCK = 32  # columns computed at a time
+CHORDS = 1 << 20  # chords computed at a time: each takes some 80 bytes
 TOGETHER = 2048  # chords in one block, which fits the processor's cache
-# tiles that the outermost tile moves from one wavelength of a band to the next, at most
+# largest movement of the outermost tile from one wavelength of a band to the next, tiles
 MOVES = 1.2
 
 

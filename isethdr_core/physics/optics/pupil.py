@@ -15,10 +15,9 @@ from math import prod
 
 import numpy as np
 
-MOST_TERMS = 20000  # of `opening`, which takes seconds for them
+MOST_TERMS = 20000  # terms of `opening`; to compute them takes seconds
 GAUSS = (0.5 - 1 / 12**0.5, 0.5 + 1 / 12**0.5)  # places of the two-point rule, of equal weights
-# level lines across a shape from which its sides, and the height of its image under a linear map,
-# are bounded
+# level lines across a shape; they bound its sides, and the height of its image under a linear map
 LEVELS = 512
 
 # ((xx, xy), (yx, yy)) of a linear map of the pupil plane

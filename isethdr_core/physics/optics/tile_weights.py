@@ -3,10 +3,10 @@ samples.
 
 An intensity has no spatial frequency above 1 / (wavelength x f-number). With samples of a third of
 wavelength x f-number, its spectrum ends at a third of a cycle per sample, and the next copy of the
-spectrum begins at two thirds. The transfer function of the weights may have any values between. A
-sinc that falls to 0 within `SUPPORT` samples (a Kaiser window) passes the spectrum and suppresses
-the copy to 1e-6. Weights with a finite support are needed for accuracy too: the light on the axis
-is a million times brighter, and must not leak into other tiles.
+spectrum begins at two thirds. Between both, the transfer function of the weights may have any
+values. A sinc that falls to 0 within `SUPPORT` samples (a Kaiser window) passes the spectrum and
+suppresses the copy to 1e-6. A finite support is needed for accuracy too: the light on the axis is a
+million times brighter, and must not leak into other tiles.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy.fft as sf
 
-STEP = 1 / 3  # of wavelength x f-number, between samples
-SUPPORT = 12  # samples, reach of the weights beyond a tile and its neighbour
-SHAPE = 12.0  # of the Kaiser window: 1e-6 outside of the band
+STEP = 1 / 3  # distance of samples / (wavelength x f-number)
+SUPPORT = 12  # samples by which the weights reach beyond a tile and its neighbour
+SHAPE = 12.0  # shape parameter of the Kaiser window: 1e-6 outside of the band
 TABLE = 128  # entries per sample in the table, which is interpolated linearly
 
 

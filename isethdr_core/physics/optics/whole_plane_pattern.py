@@ -30,13 +30,14 @@ from .lattice import ORDER, lattice_pitch_mm, spline_response
 # 1.36, with coma and defocus of 0.14 to 2.8 rad over the range of wavenumbers
 FOLLOWED = 1.4
 
-PERIOD = 3.0  # of the field, in reaches
+PERIOD = 3.0  # period of the field, in reaches
 # differences over 2, 4 and 6 cells that give the first moment of a B-spline of order 7, times -1:
 # 7 / (2 pi) (1 / u - pi cot(pi u)) of u cycles per cell, by least squares up to 1 / `PERIOD`; the
 # error is at most 0.06, of values up to 1.3
 MOMENT = (0.53853, -0.18845, 0.0531)
 SPARE = 3  # cells beside those that are lit
-MOST_TURNS = 1 / 64  # of phase from cell to cell: leaves 2 % of light at the border at most
+# largest change of phase from cell to cell, turns: at most 2 % of the light at the border is wrong
+MOST_TURNS = 1 / 64
 
 # (x_mm, y_mm), evenly spaced -> wavelengths of optical path, (y, x) float
 Turns = Callable[[np.ndarray, np.ndarray], np.ndarray]

@@ -4,12 +4,12 @@
 |---------------|---------------------------------------------------------------------------|
 | `address`     | addresses of object homes, and the scratch folder of each                 |
 | `bucket`      | requests to the object store; each failure is one clear error             |
-| `calls`       | what the rest of the storage calls: nothing happens for a plain folder    |
-| `operations`  | all that `calls` asks for; importing it loads obstore                     |
+| `calls`       | calls from the rest of the storage; they do nothing for a plain folder    |
+| `operations`  | functions behind `calls`; importing this module loads obstore             |
 | `publication` | stores uploaded, and made visible by one conditional write                |
 | `scratch`     | the scratch folder follows the catalog of the bucket                      |
 | `reader`      | groups of a published store, read from the bucket and checked             |
-| `space`       | what a home takes in its bucket, and the remains of interrupted uploads   |
+| `space`       | space of a home in its bucket, and the remains of interrupted uploads     |
 | `shared_labels` | labels of runs, merged by compare-and-swap                              |
 
 Objects below the prefix of a home:

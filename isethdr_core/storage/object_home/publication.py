@@ -187,8 +187,8 @@ def forget(path: Path) -> None:
 
 
 def record_path(path: Path, etag: str) -> Path:
-    """Return the file that says that a store is published; its name holds the version of the
-    object in the catalog, so that one listing of a folder tells which are known.
+    """Return the file that records that a store is published. Its name holds the version of the
+    object in the catalog. One listing of the folder therefore tells which versions are known.
     """
     version = hashlib.sha256(etag.encode()).hexdigest()[:16]
     return path.parent.parent / PUBLISHED / path.parent.name / f"{path.stem}.{version}.json"
