@@ -43,7 +43,7 @@ class OnnxSession:
 
     Parameters
     ----------
-    path : of the file, for messages.
+    path : path of the file, for messages.
     session : `onnxruntime.InferenceSession`.
     """
 
@@ -104,9 +104,9 @@ def open_session(path: str | PathLike[str], feature: str, threads: int = 1) -> O
 
     Parameters
     ----------
-    path : of the file.
+    path : path of the file.
     feature : what needs the network, as the subject of messages: "isp=network".
-    threads : of onnxruntime. One, as for linear algebra: processes share the cores.
+    threads : threads of onnxruntime. One, as for linear algebra: processes share the cores.
 
     Raises
     ------

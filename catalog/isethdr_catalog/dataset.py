@@ -63,7 +63,8 @@ class PictureDataset:
         pickled: a function of a module.
     cache : folder in which arrays are kept as .npy after their first use, and mapped into memory
         from then on: an item of which a part is used reads that part. None keeps none.
-    conditions : of a query, `property=value` or `property__operator=value`, as `isethdr.find`.
+    conditions : conditions of a query, `property=value` or `property__operator=value`, as in
+        `isethdr.find`.
 
     Raises
     ------

@@ -50,7 +50,8 @@ def show(name: str, home: Home = ()) -> dict[str, Any]:
     Parameters
     ----------
     name : the first digits of a store, or the name of a run.
-    home : as of `find`.
+    home : a home or several: folders, and addresses such as s3://bucket/lab. Without any, the home
+        folder is that of the variable ISETHDR_HOME.
 
     Raises
     ------
@@ -65,7 +66,8 @@ def compare(a: str, b: str, home: Home = ()) -> Comparison:
     Parameters
     ----------
     a, b : the first digits of two runs, or their names; they may be in different homes.
-    home : as of `find`.
+    home : a home or several: folders, and addresses such as s3://bucket/lab. Without any, the home
+        folder is that of the variable ISETHDR_HOME.
 
     Raises
     ------

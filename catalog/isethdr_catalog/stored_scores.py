@@ -20,7 +20,7 @@ def scores_of(path: Path | str, metric: Metric) -> list[dict[str, Any]]:
 
     Parameters
     ----------
-    path : of the run's store.
+    path : path of the run's store.
     metric : any metric; the run need not have asked for it.
 
     Returns

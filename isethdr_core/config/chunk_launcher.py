@@ -172,7 +172,7 @@ def executor(settings: ChunkSettings, folder: Path) -> Any:
 
     Parameters
     ----------
-    folder : of its files, on a disk that all processes see.
+    folder : folder of the sweep's files, on a disk that all processes see.
     """
     made = import_module(LIBRARY).AutoExecutor(folder=folder, cluster=settings.engine)
     made.update_parameters(

@@ -26,9 +26,9 @@ def run_in_sweep(config: DictConfig, folder: Path, number: int, overrides: tuple
     Parameters
     ----------
     config : composed config of the job.
-    folder : of the sweep.
-    number : of the job, from 0.
-    overrides : of the job, as typed.
+    folder : folder of the sweep.
+    number : number of the job, from 0.
+    overrides : overrides of the job, as typed.
     """
     started = time.monotonic()
     with hidden():

@@ -45,7 +45,7 @@ def composed(overrides: Sequence[Override], config_name: str) -> Composed:
     Parameters
     ----------
     overrides : parsed, in the order in which they were typed.
-    config_name : of the main config.
+    config_name : name of the main config.
 
     Raises
     ------

@@ -32,8 +32,8 @@ def served(path: str) -> str:
 
     Parameters
     ----------
-    path : as plugins give it, for example `pkg://acme_camera.conf`. It is returned unchanged if it
-        is no package, or a package without a folder, as in a zip file.
+    path : path as plugins give it, for example `pkg://acme_camera.conf`. It is returned unchanged
+        if it is no package, or a package without a folder, as in a zip file.
     """
     package = path.removeprefix(PACKAGE)
     return f"{SCHEME}://{package}" if path.startswith(PACKAGE) and _folder(package) else path

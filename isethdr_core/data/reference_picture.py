@@ -48,7 +48,8 @@ def make_picture(
     x_m, y_m : pixel centres on the sensor plane, m.
     fixed_pattern_variance : same shape, (cd/m2)^2, from device to device of one model; None where
         it is not known.
-    attrs : at least focal_length_mm and pitch_um, which tie pixels to field angles.
+    attrs : attributes of the picture; at least focal_length_mm and pitch_um, which tie pixels to
+        field angles.
     """
     for name in ("focal_length_mm", "pitch_um"):
         if name not in attrs:
@@ -266,7 +267,7 @@ def _motion_px(
     ----------
     x, y : field coordinates from which it starts, each (y, x), or of the columns and of the rows.
     lens : distortion map, or None.
-    pixels : in a focal length.
+    pixels : pixels per focal length.
     """
     if lens is None:
         return (motion * pixels).assign_attrs(motion.attrs, units="px")

@@ -32,7 +32,8 @@ def stacked(
 
     Parameters
     ----------
-    names : of the components. `modulations` : a `Modulation` each.
+    names : names of the components.
+    modulations : one `Modulation` for each component.
     planes : iterable of as many DataArrays.
     """
     out: np.ndarray | None = None

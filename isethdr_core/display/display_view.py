@@ -279,7 +279,7 @@ def write_png(
     ----------
     picture : picture Dataset or xyz (y, x, 3), cd/m2.
     path : file to write.
-    shown_white_cd_m2 : for "srgb", the luminance shown as white; None takes the picture's own
+    shown_white_cd_m2 : luminance shown as white, cd/m2, for "srgb"; None takes the picture's own
         `white_cd_m2`.
     transfer : "srgb": `display` in 16 bit. "pq": absolute luminance up to 10 000 cd/m2 (SMPTE ST
         2084), primaries of sRGB; brighter values and colours outside the gamut are clipped.

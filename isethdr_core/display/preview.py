@@ -93,7 +93,7 @@ def averaged(xyz, noise, similarity) -> np.ndarray:
     Parameters
     ----------
     xyz, noise : values and standard errors (3, y, x), cd/m2.
-    similarity : as `guides` returns.
+    similarity : weights of similar tiles, as `guides` returns them.
 
     Notes
     -----

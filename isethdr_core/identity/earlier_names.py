@@ -96,7 +96,8 @@ def run_names(
 
     Parameters
     ----------
-    config : the composed config as plain data. `inputs` : digests of input files, by path.
+    config : composed config as plain data.
+    inputs : digests of input files, by path.
     components : all components of the run.
     """
     for edition in editions():

@@ -71,8 +71,9 @@ def weight_for_percentile(other_light, ambient, percentile: float, target_value:
 
     Parameters
     ----------
-    other_light, ambient : maps of one shape and unit. `percentile` : 0 to 100.
-    target_value : in the unit of the maps.
+    other_light, ambient : luminance maps of one shape, any unit.
+    percentile : percent, 0 to 100.
+    target_value : percentile to reach, in the unit of the maps.
     """
 
     def miss(w):

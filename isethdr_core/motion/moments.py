@@ -56,9 +56,9 @@ def within(window: Window, shot_s: float, modulation: Modulation) -> list[TimedL
 
     Parameters
     ----------
-    window : of the sub-frame.
+    window : window of the sub-frame, as a modulation.
     shot_s : duration of the shot.
-    modulation : of the lamp over all time; constant light is the window itself.
+    modulation : modulation of the lamp over all time; constant light is the window itself.
     """
     if constant(modulation):
         return [_pulse(window, shot_s, 1.0)]

@@ -36,7 +36,8 @@ def sub_frame_work(
 
     Parameters
     ----------
-    chain, demand : of the run.
+    chain : components of the run.
+    demand : demand for the scene radiance.
     runs : root attributes of stored runs, the newest first.
     """
     settings = chain.motion

@@ -82,7 +82,9 @@ def in_motion(chain: Chain, demand: Demand, rows: Ledger, config: Any, still: St
 
     Parameters
     ----------
-    chain : of the run. `demand` : on the scene. `rows` : ledger of the run.
+    chain : components of the run.
+    demand : demand for the scene radiance.
+    rows : ledger of the run.
     config : composed config.
     still : light at the start of the shot.
 
@@ -171,7 +173,10 @@ def _moments(
 
     Parameters
     ----------
-    chain, demand, config, still : as of `in_motion`.
+    chain : components of the run.
+    demand : demand for the scene radiance.
+    config : composed config.
+    still : light at the start of the shot.
     shot : the sub-frames.
     """
     first, *later = shot

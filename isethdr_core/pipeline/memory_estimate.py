@@ -38,7 +38,7 @@ def stated_parts(chain, frame: memory.Frame | None, rendered: bool) -> dict[str,
     Parameters
     ----------
     chain : the chain.
-    frame : of the light.
+    frame : tiles and bands of the light; None if they are not known.
     rendered : whether the run renders, rather than reads stored radiance.
     """
     if frame is None:
@@ -59,7 +59,10 @@ def expected_memory(chain, config: dict, missing, frame: memory.Frame | None) ->
 
     Parameters
     ----------
-    chain, config, missing, frame : as of `runtime_estimate.expected_s`.
+    chain : components of the run.
+    config : plain data from which the chain was built.
+    missing : demand for radiance that has to be rendered; None if all is stored.
+    frame : tiles and bands of the light; None if they are not known.
     """
     parts = stated_parts(chain, frame, missing is not None)
     if parts is None:

@@ -354,7 +354,8 @@ def _nearer(nearest: Nearest, row, ratio: float, unlike: float = 1.0) -> None:
     Parameters
     ----------
     nearest : changed in place.
-    ratio : work relative to the row's. `unlike` : a ratio that adds to the distance.
+    ratio : work relative to that of the row.
+    unlike : ratio of settings, which adds to the distance.
     """
     unlikeness = row.get("cpu_s") is None, abs(math.log(ratio)) + math.log(unlike)
     if row["stage"] not in nearest or unlikeness < nearest[row["stage"]][0]:

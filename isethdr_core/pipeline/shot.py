@@ -137,7 +137,8 @@ class CameraShot:
         Parameters
         ----------
         draw : number of the realisation, from 1.
-        metrics : of the run. `scored` : function(metric, picture) -> scores of that picture.
+        metrics : metrics of the run.
+        scored : function(metric, picture) -> scores of that picture.
         """
         reuse = self.shot.reuse
         shot = self.shot

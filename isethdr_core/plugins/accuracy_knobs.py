@@ -37,7 +37,7 @@ class Spaced:
     Parameters
     ----------
     cheapest, finest : the first and the last value, both above 0.
-    count : of values, at least 2.
+    count : number of values, at least 2.
 
     Raises
     ------

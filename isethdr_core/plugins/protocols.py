@@ -138,7 +138,7 @@ class Sensor(Protocol):
 
         Parameters
         ----------
-        light : as for the call.
+        light : light on the sensor plane, as for the call.
         """
 
 
@@ -151,7 +151,7 @@ class Isp(Protocol):
 
         Parameters
         ----------
-        captures : of one shot, `raw (capture, y, x)` in DN.
+        captures : captures of one shot, `raw (capture, y, x)` in DN.
 
         Returns
         -------
@@ -186,7 +186,7 @@ class TransmitsPupil(Protocol):
         Parameters
         ----------
         x_mm, y_mm : places in the pupil, mm, 0 on the axis, arrays of one shape.
-        wavelength_nm : of the light, nm.
+        wavelength_nm : wavelength of the light, nm.
 
         Returns
         -------
@@ -205,7 +205,7 @@ class ScattersLight(Protocol):
 
         Parameters
         ----------
-        wavelength_nm : of the light, nm.
+        wavelength_nm : wavelength of the light, nm.
         angle_rad : between the scattered ray and the straight one, rad.
 
         Returns
@@ -223,7 +223,8 @@ class AddsLight(Protocol):
 
         Parameters
         ----------
-        lens : that images the scene. `mixed` : as its call takes it.
+        lens : lens that images the scene.
+        mixed : mixed radiance, as for the call of the lens.
 
         Returns
         -------
@@ -367,7 +368,7 @@ class ChecksCameraField(Protocol):
 
         Parameters
         ----------
-        width, height : of the field, in the unit of x and y.
+        width, height : size of the field, in the unit of x and y.
         projection : "tangent" or "equidistant".
         """
 
@@ -415,7 +416,8 @@ class AccumulatesSamples(Protocol):
 
         Parameters
         ----------
-        description, demand : as of `Renderer`.
+        description : description of the scene.
+        demand : groups, bands and labels that are needed.
         known : {light group: `isethdr_core.runs.sample_accumulation.Known`}, the stored samples of
             each requested light group.
         """
@@ -485,7 +487,8 @@ class EstimatesSamples(Protocol):
 
         Parameters
         ----------
-        paths : samples per tile of an earlier rendering. `noise` : their relative noise.
+        paths : samples per tile of an earlier rendering.
+        noise : relative noise of these samples.
         """
         ...
 
@@ -520,7 +523,7 @@ class KnowsImageSize(Protocol):
 
         Parameters
         ----------
-        width, height : of the field, in the unit of the projection: tangents, or radians.
+        width, height : size of the field, in the unit of the projection: tangents, or radians.
         projection : "tangent" or "equidistant".
         """
         ...
@@ -535,7 +538,8 @@ class StatesFieldBorder(Protocol):
 
         Parameters
         ----------
-        width, height, projection : as of `KnowsImageSize.image_size_m`.
+        width, height : size of the field, in the unit of the projection: tangents, or radians.
+        projection : "tangent" or "equidistant".
         """
 
 
@@ -639,7 +643,7 @@ class PlansImaging(Protocol):
 
         Parameters
         ----------
-        flares : as for the call of a lens.
+        flares : flare models in the lens.
         field : mixed radiance `([component,] wavelength, y, x)`.
         response : response of all sensors; None if one of them needs light wavelength by
             wavelength.
@@ -661,7 +665,9 @@ class OutlinesImaging(Protocol):
 
         Parameters
         ----------
-        flares, budget : as of `PlansImaging.plan`; `sensed_nm` is None if it is not known.
+        flares : flare models in the lens.
+        budget : the part of the light that is needed, and the error allowed; its `sensed_nm` is
+            None if it is not known.
         ahead : the known properties of the field.
         """
         ...
@@ -678,8 +684,9 @@ class MakesPhotocurrent(Protocol):
 
         Parameters
         ----------
-        mixed, flares : as for the call of a lens.
-        response : of all sensors; its `noise_fraction_allowed` is the error allowed.
+        mixed : mixed radiance `([component,] wavelength, y, x)`.
+        flares : flare models in the lens.
+        response : response of all sensors; its `noise_fraction_allowed` is the error allowed.
 
         Returns
         -------
@@ -704,7 +711,9 @@ class StatesErrors(Protocol):
 
         Parameters
         ----------
-        mixed, flares, response : as in the request for the light; response None for irradiance.
+        mixed : mixed radiance `([component,] wavelength, y, x)`.
+        flares : flare models in the lens.
+        response : response of all sensors; None for irradiance.
         weights : (channel, band), weights of the irradiance of each band.
 
         Returns
@@ -814,7 +823,7 @@ class TimesItsShot(Protocol):
 
         Parameters
         ----------
-        width_m, height_m : of the image, m.
+        width_m, height_m : size of the image, m.
         """
         ...
 
@@ -833,7 +842,7 @@ class CarriesExposure(Protocol):
 
         Parameters
         ----------
-        light : as for the call of a sensor.
+        light : light on the sensor plane, as for the call of a sensor.
         """
         ...
 

@@ -403,7 +403,7 @@ def what_is_missing(
     Parameters
     ----------
     stores : root attributes of the stores.
-    demand : of the run.
+    demand : demand of the run for scene radiance.
     enough : function(paths, noise) -> whether stored paths of a group suffice; None: they always
         do.
     share : share of the cameras' noise at which the renderer stops; None: another setting decides.
@@ -489,8 +489,9 @@ class _Request(NamedTuple):
 
         Parameters
         ----------
-        share : of the cameras' noise at which the renderer stops; None: another setting decides.
-        folder : of scene stores.
+        share : noise at which the renderer stops, over that of the cameras; None: another setting
+            decides.
+        folder : folder of scene stores.
         """
         taken = groups_of(self.taken)
         asked = self.demand.groups or self.description.light_groups()

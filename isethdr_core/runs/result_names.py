@@ -29,7 +29,8 @@ def named(result: str, *made_of: Any) -> str | None:
 
     Parameters
     ----------
-    result : kind of the result. `made_of` : names and plain data.
+    result : kind of the result.
+    made_of : names and plain data from which the result follows.
     """
     if any(part is None for part in made_of):
         return None
@@ -58,7 +59,7 @@ def of_radiance(scene: object, store_ids: list[str], demand: Demand) -> str | No
     scene : the scene component.
     store_ids : names of the stores that hold the radiance; empty for radiance that the scene itself
         makes.
-    demand : of the run.
+    demand : demand of the run for scene radiance.
     """
     demanded = [demand.groups, demand.wavelength_nm, demand.labels, demand.margin]
     return named("radiance", store_ids or record(scene), demanded)
@@ -87,7 +88,7 @@ def of_light(name: str | None, chain: Any, demand: Demand, mixed: Any) -> str | 
     ----------
     name : name of the mixed radiance.
     chain : the chain. Only the demands of its sensors count.
-    demand : of the run.
+    demand : demand of the run for light.
     mixed : mixed radiance, for its bands.
     """
     if name is None:

@@ -102,7 +102,7 @@ class Reuse:
 
         Parameters
         ----------
-        names : of the results; None has no name.
+        names : names of the results; None for a result without a name.
         compute : function(places in `names`) -> the results of these places. It states nothing.
         """
         results: list[Any] = [None] * len(names)

@@ -337,7 +337,8 @@ def shot_name(name: str, chain: Chain, ids: list[str]) -> str:
 
     Parameters
     ----------
-    name : of the scene component. `chain` : of the run.
+    name : name of the scene component.
+    chain : components of the run.
     ids : stores of the scene radiance; empty for radiance that the scene itself makes.
     """
     if ids:  # the recipe, not the store: neither which groups were rendered when, nor another frame

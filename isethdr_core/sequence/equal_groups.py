@@ -55,7 +55,7 @@ class Wanted:
     Attributes
     ----------
     contents : name of the content of each group, in the order of the description.
-    demand : for what is missing.
+    demand : demand for the missing radiance.
     keepbits : mantissa bits of stored radiance.
     """
 
@@ -81,7 +81,7 @@ def find_groups(
 
     Parameters
     ----------
-    folder : of scene stores.
+    folder : folder of scene stores.
     wanted : what the frame needs.
     precise : function(attributes of a store, group) -> whether its light is precise enough.
     """
@@ -193,7 +193,7 @@ class LimitBeside:
     ----------
     limit : function(scene radiance of all groups) -> `NoiseLimit`.
     others : the radiance that is taken over.
-    share : of the cameras' noise that the noise of the light may be.
+    share : noise of the light that is allowed, over that of the cameras.
     """
 
     limit: Callable[[xr.Dataset], NoiseLimit]

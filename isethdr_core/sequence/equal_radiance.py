@@ -39,7 +39,8 @@ def content_names(contents: Contents, renderer: Any, effort: Sequence[str]) -> C
 
     Parameters
     ----------
-    contents : of the description. `renderer` : as it renders, with its seed.
+    contents : digests of the scene's description.
+    renderer : renderer as it renders, with its seed.
     effort : fields of the renderer that buy accuracy only.
     """
     made_by = {
@@ -71,7 +72,8 @@ def find_equal(folder: Path, content: str) -> list[str]:
 
     Parameters
     ----------
-    folder : of scene stores. `content` : of `content_name`.
+    folder : folder of scene stores.
+    content : name of the content, as in `ContentNames`.
     """
     equal = (s for s in newest(folder) if s.get(CONTENT) == content)
     return list(dict.fromkeys(str(attributes["recipe"]) for attributes in equal))
@@ -105,7 +107,7 @@ def remove_stale_notes(folder: Path) -> int:
 
     Parameters
     ----------
-    folder : of scene stores.
+    folder : folder of scene stores.
     """
     removed = 0
     for path in folder.glob(f".*{NOTE}"):

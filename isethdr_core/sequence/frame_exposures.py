@@ -32,7 +32,8 @@ def at_carried_exposures(chain: Chain, rows: Ledger, light: Any) -> FrameExposur
 
     Parameters
     ----------
-    chain : of the run. `rows` : ledger of the run.
+    chain : components of the run.
+    rows : ledger of the run.
     light : on the sensor plane.
     """
     if chain.exposures is None:

@@ -38,7 +38,8 @@ def frame_seed(seed: int, lit: str) -> int:
 
     Parameters
     ----------
-    seed : of the sequence. `lit` : digest of everything in the frame that is lit.
+    seed : seed of the sequence.
+    lit : digest of everything in the frame that is lit.
     """
     return int(content_hash({"seed": seed, "lit": lit}), 16) >> 1
 

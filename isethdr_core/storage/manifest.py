@@ -84,7 +84,7 @@ def file_record(buffers: list[bytes], sharded: bool = False) -> FileRecord:
 
     Parameters
     ----------
-    buffers : in the order of the file. Of a shard: data, CRC-32C, data, CRC-32C, ...
+    buffers : bytes in the order of the file. Of a shard: data, CRC-32C, data, CRC-32C, ...
     """
     digest = hashlib.sha256()
     for buffer in buffers:

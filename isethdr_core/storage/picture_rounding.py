@@ -66,7 +66,7 @@ def _rounded(variables: dict, before_denoising=None) -> dict:
 
     Parameters
     ----------
-    variables : of the picture, by name.
+    variables : variables of the picture, by name.
     before_denoising : the variance before denoising, of the same shape; None where there is none.
     """
     if "xyz" not in variables or variables["xyz"].dims[-1:] != ("xyz_channel",):

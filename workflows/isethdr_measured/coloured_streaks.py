@@ -29,7 +29,7 @@ def coloured_streaks(picture: str = "", tiles: int = 200, error: float = 0.03) -
     ----------
     picture : file for both point spreads in colour, one wavelength per band on the left; empty
         writes none.
-    tiles : from the lamp to the picture's border.
+    tiles : tiles from the lamp to the picture's border.
     error : relative, allowed per tile.
 
     Returns

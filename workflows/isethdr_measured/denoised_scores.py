@@ -30,7 +30,7 @@ def denoised_scores(
     Parameters
     ----------
     width, height : tiles of the main job's rendering.
-    shots : of each edge, whose MTF50 is averaged.
+    shots : number of shots of each edge, whose MTF50 is averaged.
     overrides : further settings of the main job, parted by spaces.
 
     Returns

@@ -39,11 +39,11 @@ class JobPaths:
 
     Attributes
     ----------
-    renderer : its settings.
+    renderer : renderer with its settings.
     paths : the integrator, `isethdr_mitsuba.paths.integrator.Paths`.
     layer : (group, band, tile) light of lamps seen directly, without noise.
     instance : (row, column) object of each tile.
-    cpu_s : of the scene and its tables.
+    cpu_s : CPU time of the scene and its tables, s.
     """
 
     renderer: Any

@@ -40,7 +40,7 @@ def merge_rules(draws: int = 100000, seed: int = 1, levels: str = "") -> list[di
     Parameters
     ----------
     draws : pixels per level.
-    seed : of the random numbers.
+    seed : seed of the random numbers.
     levels : electrons of the large photodiode, parted by commas; empty takes eight decades up to
         the last end, and all ends of captures.
 

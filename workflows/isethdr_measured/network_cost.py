@@ -33,7 +33,7 @@ def network_cost(rows: int = 540, columns: int = 960, width: int = WIDTH) -> lis
 
     Parameters
     ----------
-    rows, columns : of the picture, pixels.
+    rows, columns : size of the picture, pixels.
     width : channels of the network's first level.
 
     Returns

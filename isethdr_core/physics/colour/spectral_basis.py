@@ -51,7 +51,8 @@ def directions(weights, moments, kernel_spread) -> np.ndarray:
     Parameters
     ----------
     weights : (channel, band) response.
-    moments : (band, band) second moments of the spectra; `kernel_spread` : of the kernels.
+    moments : (band, band) second moments of the spectra.
+    kernel_spread : (band, band) second moments of the kernels.
     """
     value, vector = np.linalg.eigh(moments)
     root = (vector * np.sqrt(np.maximum(value, FLOOR * value[-1]))) @ vector.T

@@ -27,7 +27,8 @@ def mend(out, image, kernel, error: float, allowed: float):
     out, image : (y, x) float64 in units of the image's scale and the kernel's peak, not negative;
         of any array library.
     kernel : `convolution.Kernel`.
-    error : bound on the error of any pixel of `out`; `allowed` : relative to the pixel.
+    error : bound on the error of any pixel of `out`.
+    allowed : error allowed, relative to the pixel.
     """
     out, image, psf, spectrum = (on_host(a) for a in (out, image, kernel.psf, kernel.spectrum))
     doubtful = out * allowed < error

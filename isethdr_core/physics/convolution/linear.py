@@ -162,7 +162,9 @@ def convolve_into(  # noqa: PLR0913 - plugins call it with these arguments
     ----------
     out : (y, x) float32 or float64 array. The transforms of its rows are the only other arrays of
         this size.
-    image, kernel, error_allowed : as `convolve`.
+    image : (y, x) array, finite.
+    kernel : kernel prepared for the image's shape.
+    error_allowed : largest relative error of any output pixel; 0: exact computation.
     factor : None, or a (y, x) array, 0 or more, by which the image is multiplied.
     gain : factor of the result.
     apply : function that calls another one for every block of rows or columns: `map`, or the `map`

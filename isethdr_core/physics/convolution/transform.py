@@ -176,7 +176,8 @@ def columns(halves, multiply, size, apply=map) -> None:
     multiply : function(block, planes) -> transforms of the outputs, at most as many as `planes`.
         `block` is the number of a block of columns; `planes` are its transforms, a list of arrays
         (sy, columns) that the function may overwrite.
-    size : (sy, sx) of the padded image. `apply` : `map`, or the `map` of a pool of threads.
+    size : (sy, sx) of the padded image.
+    apply : `map`, or the `map` of a pool of threads.
     """
     count, ny, _ = halves[0].shape
     local = threading.local()

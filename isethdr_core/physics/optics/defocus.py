@@ -20,7 +20,8 @@ def blur_diameter_m(
 
     Parameters
     ----------
-    focal_length_m : f. `f_number` : f over the diameter of the entrance pupil.
+    focal_length_m : focal length f, m.
+    f_number : f over the diameter of the entrance pupil.
     focus_m : distance that is in focus, above f; may be infinite.
     depth_m : distances of the points, an array; may be infinite.
 
@@ -58,7 +59,7 @@ def disc_on_tiles(diameter: float) -> npt.NDArray[np.float64]:
 
     Parameters
     ----------
-    diameter : of the disc, tiles.
+    diameter : diameter of the disc, tiles.
 
     Returns
     -------

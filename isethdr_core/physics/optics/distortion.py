@@ -305,7 +305,7 @@ def _rising_root(function, slope, target, low, high, start):
 
     Parameters
     ----------
-    function, slope : of an array of arguments.
+    function, slope : the function and its derivative, each of an array of arguments.
     wanted, low, high, start : arrays of one shape; the roots lie from `low` to `high`.
     """
     at = start

@@ -28,7 +28,7 @@ def exact_lattice(pitch_um, reach, blur_um: float, strips: float = STRIPS):
     ----------
     pitch_um, reach : (y, x) of a tile, um, and tiles from the axis to the border.
     blur_um : wavelength x f-number at the pattern's wavelength, um.
-    strips : of a cell of the pupil, as `half_plane_pattern.HalfLattice`.
+    strips : strips per row of cells of the pupil, as in `half_plane_pattern.HalfLattice`.
     """
     step = STEP * blur_um
     extent = [(r + 1.5) * p + (SUPPORT + 2) * step for r, p in zip(reach, pitch_um)]

@@ -174,8 +174,10 @@ def draw(pupil: RealPupil, cell_mm, period, strips: float = STRIPS) -> np.ndarra
 
     Parameters
     ----------
-    pupil : shapes and their weights. `cell_mm` : side of a cell.
-    period : cells of the result along y and x. `strips` : rows of chords per cell.
+    pupil : shapes and their weights.
+    cell_mm : (y, x) sides of a cell, mm.
+    period : cells of the result along y and x.
+    strips : rows of chords per row of cells.
 
     Notes
     -----

@@ -141,7 +141,8 @@ def fold_cells(blocks, shape, period, offsets) -> list[np.ndarray]:
     blocks : yields (first row, first column, complex (y, x) means over half cells) of disjoint
         parts of the pupil.
     shape : (y, x) of the whole grid of half cells, even, centred on the axis.
-    period, offsets : as `fold_shapes`; several (y, x) offsets.
+    period : (y, x) period of the result, cells.
+    offsets : several (y, x) offsets, each the point between image samples, -1 to 1.
 
     Returns
     -------

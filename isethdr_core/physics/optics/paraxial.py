@@ -17,7 +17,10 @@ def matrices(surfaces, indices, path, start_mm: float) -> list[np.ndarray]:
 
     Parameters
     ----------
-    surfaces, indices, path : as `ray_trace.follow`, indices as numbers.
+    surfaces : surfaces in the order of z.
+    indices : refractive index before the first surface, between surfaces, and behind the last;
+        numbers.
+    path : [(surface, whether it reflects), ...].
     start_mm : z of the plane in front where height and angle are given.
     """
     total = np.eye(2)

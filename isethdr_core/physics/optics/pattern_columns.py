@@ -66,8 +66,8 @@ def columns_with_phase(
     pupil : the pupil without its phase, mm.
     place : columns of tiles and their band.
     turns : phase at places of the pupil, as `whole_plane_pattern.Turns`.
-    cleared : of the field's period along either axis, um at least: it keeps the cells of the pupil
-        so small that its phase is all but straight over them.
+    cleared : least period of the field along either axis, um. The cells of the pupil then are so
+        small that its phase is nearly straight over them.
     apply : `map`, or the `map` of a pool of threads.
     """
     grid = _grid(pupil, place)

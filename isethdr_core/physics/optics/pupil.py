@@ -268,9 +268,9 @@ def dirt(radius: float, dust: Dust, scratches: Scratches, seed: int) -> list[tup
 
     Parameters
     ----------
-    radius : of the pupil, mm.
+    radius : radius of the pupil, mm.
     dust, scratches : their statistics.
-    seed : of the random numbers.
+    seed : seed of the random numbers.
 
     Returns
     -------
@@ -424,7 +424,10 @@ def strip_blocks(terms, y0: float, step: float, count: int, most: float) -> list
 
     Parameters
     ----------
-    terms : (shape, weight). `y0`, `step`, `count` : strips, as `chord_ends` has them.
+    terms : list of (shape, weight).
+    y0 : lower border of the first strip, in the unit of the shapes.
+    step : height of a strip, same unit.
+    count : number of strips.
     most : chords of a block, one per shape and strip.
     """
     bounds = np.array([(shape.low, shape.high) for shape, _ in terms]) - y0
@@ -446,8 +449,10 @@ def chord_ends(
 
     Parameters
     ----------
-    terms : (shape, weight). `y0` : lower border of the first strip. `step` : height of a strip, in
-        the unit of the shapes. `count` : number of strips.
+    terms : list of (shape, weight).
+    y0 : lower border of the first strip, in the unit of the shapes.
+    step : height of a strip, same unit.
+    count : number of strips.
     places : positions of chords within a strip, and their weights. If a shape fills only a part of
         the strip's height, the chords lie in that part, and their weights sum to its share:
         horizontal edges are exact.

@@ -89,10 +89,10 @@ def band_means(
 
     Parameters
     ----------
-    sectors : of patterns whose weighted sum is that of a band; they differ in samples and `share`
-        only.
+    sectors : sectors of patterns whose weighted sum is the pattern of a band; they differ in
+        samples and `share` only.
     ring : tiles to compute.
-    rays_per_tile : at the ring's outermost tiles; it has more farther in.
+    rays_per_tile : rays per tile at the outermost tiles of the ring; there are more farther in.
     places : along the major axis, that stand for the triangle which two tiles make of a point.
     write : takes blocks of results.
     apply : how to call a function for every block: `map`, or the `map` of a pool of threads.
@@ -357,8 +357,11 @@ def sectors(
     Parameters
     ----------
     pattern : the `HalfPattern` of the half plane x >= 0.
-    pitch_um : (y, x) of tiles. `edges_nm` : (band, 2).
-    sharpened, share : as `Sector`.
+    pitch_um : (y, x) sides of a tile, um.
+    edges_nm : (band, 2) borders of the bands, nm.
+    sharpened : whether the samples are sharpened for the interpolation between them, as in
+        `Sector`.
+    share : (band,) weight of the pattern in each band; None: 1.
     other : density of the half plane x <= 0, turned by 180 degrees about the axis; None: the same,
         as that of a pupil without phase is.
     """

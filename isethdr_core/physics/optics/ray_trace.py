@@ -79,11 +79,11 @@ def follow(
 
     Parameters
     ----------
-    surfaces : in the order of z.
+    surfaces : surfaces in the order of z.
     indices : one more than surfaces: the refractive index before the first, between, and behind the
         last; numbers or arrays that broadcast with the rays.
     path : [(surface, whether it reflects), ...].
-    start : of the rays; light starts towards larger z.
+    start : positions and directions of the rays; light starts towards larger z.
     power : function (surface, reflects, forward, cosine) that returns the fraction of power that
         goes on; None: 1.
     keep_hits : keep (x, y) of every step.

@@ -19,7 +19,7 @@ def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
         stack.
     layers : [(index, thickness_nm), ...] from the side of incidence; empty for a bare surface.
     cos_in : cosine of the angle of incidence, 0 to 1.
-    wavelength_nm : in vacuum. All arguments broadcast.
+    wavelength_nm : wavelength in vacuum, nm. All arguments broadcast.
 
     Returns
     -------

@@ -36,7 +36,7 @@ def tile_weights(at, width: float) -> TileWeights:
     Parameters
     ----------
     at : centres of the receiving tiles, in samples from the axis.
-    width : of a tile, in samples. Both tiles are boxes, so the weights' transform is sinc^2 of
+    width : width of a tile, samples. Both tiles are boxes, so the weights' transform is sinc^2 of
         frequency x width.
 
     Returns

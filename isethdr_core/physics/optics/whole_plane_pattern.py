@@ -120,7 +120,7 @@ def densities(
     ----------
     drawn : the pupil without its phase, drawn for a lattice.
     turns : phase at places of the pupil.
-    columns : of the image, in steps from the axis.
+    columns : columns of the image, in steps from the axis.
     apply : `map`, or the `map` of a pool of threads.
 
     Notes

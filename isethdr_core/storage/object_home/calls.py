@@ -33,7 +33,7 @@ def prepare_writing(folder: Path) -> None:
 
     Parameters
     ----------
-    folder : of a home, or the folder of one part of it.
+    folder : folder of a home, or of one part of it.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def kept_here(label: str, path: Path) -> str:
 
     Parameters
     ----------
-    path : of the page, at most three folders below the home.
+    path : path of the page, at most three folders below the home.
     """
     for folder in list(path.parents)[:3]:
         address = address_of(folder)

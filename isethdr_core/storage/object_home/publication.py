@@ -143,7 +143,7 @@ def remember(path: Path, entry: Content) -> None:
 
     Parameters
     ----------
-    path : of the store in the scratch folder.
+    path : path of the store in the scratch folder.
     entry : the object of the catalog.
     """
     found = Published.decoded(entry.content, path.stem)

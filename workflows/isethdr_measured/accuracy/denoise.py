@@ -53,8 +53,8 @@ def points(plain, clean, peers) -> list[Point]:
     Parameters
     ----------
     plain : [(paths per tile, error, CPU s, peak MB)] without denoising.
-    clean : the same with denoising.
-    peers : the same with denoising by the common rule.
+    clean : [(paths per tile, error, CPU s, peak MB)] with denoising.
+    peers : [(paths per tile, error, CPU s, peak MB)] with denoising by the common rule.
     """
     points_all = [
         Point(setting(n), *costs, "" if n else "default", f"{n or ''}") for n, *costs in plain

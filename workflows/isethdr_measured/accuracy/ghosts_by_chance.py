@@ -32,7 +32,7 @@ def flux_by_chance(lens, tangent: float, wavelength_nm: float, edges_mm, photons
     ----------
     lens : `isethdr_optics.prescription.prescription.Prescription` of uncoated spheres; its last
         surface is the sensor, which does not reflect.
-    tangent : of the lamp's field angle, along x.
+    tangent : tangent of the lamp's field angle, along x.
     wavelength_nm : wavelength of the light, nm.
     edges_mm : borders of the blocks on the sensor that light is summed in, the same along x and y.
     photons : how many, and their seed.

@@ -110,9 +110,9 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
     ----------
     overrides : compose the configuration, as those of `isethdr run`: scene=... lens=...
     knob : one knob alone, for example lens.speckle_error; empty takes all.
-    values : of that knob, from the cheapest to the finest, for example 0.1,0.03; empty takes those
-        that the component declares.
-    folder : for accuracy.csv and accuracy.png; empty makes one in the home folder.
+    values : values of that knob, from the cheapest to the finest, for example 0.1,0.03; empty takes
+        those that the component declares.
+    folder : folder for accuracy.csv and accuracy.png; empty makes one in the home folder.
 
     Returns
     -------

@@ -13,7 +13,7 @@ def by_knob(rows: list[dict]) -> list[dict]:
 
     Parameters
     ----------
-    rows : of the study, as `isethdr_workflows.accuracy.accuracy` returns them.
+    rows : rows of the study, as `isethdr_workflows.accuracy.accuracy` returns them.
     """
     summary = []
     for knob, group in groupby(rows, key=lambda row: row["knob"]):

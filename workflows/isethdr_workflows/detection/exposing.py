@@ -94,7 +94,7 @@ def in_darkness(sensor: Any, light: xr.DataArray) -> np.ndarray:
 
     Parameters
     ----------
-    light : for its grid.
+    light : light on the sensor plane, for its grid.
     """
     if isinstance(sensor, ImagingSensor):
         sensor = replace(sensor, rows=SIDE, columns=SIDE)

@@ -37,7 +37,7 @@ class Thing:
     Parameters
     ----------
     box : (top, left, height, width) of its visible part, in cells.
-    height_px : of its visible part, pixels.
+    height_px : height of its visible part, pixels.
     illuminance_lx : vertical, towards the camera; NaN where it is not known.
     near_lamp : whether a lamp shines within 3 degrees of its middle.
     """

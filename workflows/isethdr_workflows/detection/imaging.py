@@ -133,10 +133,10 @@ def prepared(
 
     Parameters
     ----------
-    record : of the scene; its radiance is stored.
-    overrides : of all scenes, after its own.
+    record : record of the scene; its radiance is stored.
+    overrides : overrides of all scenes, after those of the scene itself.
     transfer : cameras whose contrast transfer accuracy is wanted too.
-    bare : of the same view rendered without people, riders and animals.
+    bare : whether the same view is rendered without people, riders and animals.
     """
     with COMPOSING:
         config = compose([*record.overrides, *OWN, *overrides])

@@ -23,7 +23,7 @@ class Crossing(NamedTuple):
 
     Parameters
     ----------
-    share : of the bootstrap samples that cross within the levels.
+    share : share of the bootstrap samples that cross within the levels.
     """
 
     level: float
@@ -41,8 +41,8 @@ def crossing(
     ----------
     levels : increasing, above 0.
     values : (object, level), NaN where it is not known.
-    roads : of each object.
-    limit : that the mean crosses.
+    roads : road of each object.
+    limit : value that the mean crosses.
 
     Notes
     -----
@@ -98,7 +98,7 @@ def at_levels(known: Sequence[tuple[float, float]], levels: Sequence[float]) -> 
     Parameters
     ----------
     known : (level, value), any order, levels above 0.
-    levels : at which the value is wanted.
+    levels : levels at which the value is wanted.
     """
     points = sorted(known)
     logs = np.log([level for level, _ in points])

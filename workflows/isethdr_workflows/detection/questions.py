@@ -17,12 +17,12 @@ class Question:
     Parameters
     ----------
     about : one sentence, the title of its page.
-    cameras : that are compared; the first is what the others are compared with.
-    overrides : of all scenes.
-    levels : of the light; empty: as the scenes are lit.
-    unit : of the levels: lux on the sensor, lux on the object, or a factor.
+    cameras : cameras that are compared; the others are compared with the first.
+    overrides : overrides of all scenes.
+    levels : levels of the light; empty: as the scenes are lit.
+    unit : unit of the levels: lux on the sensor, lux on the object, or a factor.
     kinds : classes of objects; empty: all.
-    distances_m : of the objects, from and to.
+    distances_m : smallest and largest distance of the objects, m.
     dipped : only scenes with dipped beams.
     open_sky : no tunnels, which daylight does not reach.
     bare : each camera also with objects taken out by rendering the view again without them.

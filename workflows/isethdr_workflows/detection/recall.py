@@ -47,7 +47,8 @@ def recalls(path: Path, rows: Sequence[Found]) -> list[Recall]:
 
     Parameters
     ----------
-    path : of the rows of the detectors. `rows` : of the observer.
+    path : file with the rows of the detectors.
+    rows : rows of the observer.
     """
     if not path.is_file():
         return []

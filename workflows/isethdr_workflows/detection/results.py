@@ -18,7 +18,8 @@ class CurvePoint:
 
     Parameters
     ----------
-    difference : to the first camera, of the same objects, and its interval; NaN for the first one.
+    difference : difference from the first camera, of the same objects, and its interval; NaN for
+        the first one.
     """
 
     camera: str

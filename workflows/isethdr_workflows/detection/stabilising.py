@@ -53,7 +53,7 @@ def readings(captures: xr.Dataset, only: tuple[str, ...] = ()) -> Readings:
 
     Parameters
     ----------
-    captures : of a sensor.
+    captures : captures of a sensor.
     only : names of the captures that are used; none: all.
 
     Raises
@@ -99,7 +99,7 @@ def information(captures: Readings, channel: int, light_e: np.ndarray) -> np.nda
     Parameters
     ----------
     captures : captures that the observer uses.
-    channel : of the filter array.
+    channel : number of the channel of the filter array.
     light_e : any shape, electrons of the most sensitive capture, without dark charge.
     """
     reference = captures.reference()[channel]
@@ -127,7 +127,7 @@ class Stabiliser:
 
         Parameters
         ----------
-        captures : of the camera at its exposure.
+        captures : captures of the camera at its exposure.
         most_e : largest mean electrons that will be asked for.
         """
         decades = np.log10(max(most_e, 1.0) / LEAST_E)

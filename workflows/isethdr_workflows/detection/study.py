@@ -56,12 +56,12 @@ def detection(
 
     Parameters
     ----------
-    overrides : of all scenes: lens, lighting, fields of cameras.
+    overrides : overrides of all scenes: lens, lighting, fields of cameras.
     dataset : name of a generated dataset.
     cameras : names, separated by commas: of the config, or presets of sensors; `name:LPLG+SPLG`
         uses some of a camera's captures. The first one is what others are compared with.
     question : captures, filters, dark or removal: presets of cameras, overrides and light levels.
-    false_alarms : in a picture.
+    false_alarms : false alarms in a picture.
     order : largest total order of the Hermite-Gauss channels.
     windows : without objects, of each scene and size of object.
 
@@ -161,9 +161,11 @@ def studied(
 
     Parameters
     ----------
-    records : of the scenes; their radiance is stored.
-    names : of the cameras. `settings` : overrides of all scenes.
-    asked : the question. `how` : the observer looks.
+    records : records of the scenes; their radiance is stored.
+    names : cameras, as typed.
+    settings : overrides of all scenes.
+    asked : question of the study.
+    how : settings of the observer.
     """
     transfer = list(dict.fromkeys(name.sensor for name in names)) if asked.transfer else []
     ready, failed = all_prepared(records, settings, transfer)

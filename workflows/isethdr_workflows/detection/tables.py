@@ -220,7 +220,7 @@ def roads_needed(rows: Sequence[Found], told: float = PAPER[1] - PAPER[0]) -> li
 
     Parameters
     ----------
-    rows : of the objects in question, all cameras.
+    rows : rows of the objects in question, all cameras.
     told : difference in the share of objects found.
     """
     factor = norm.ppf(0.5 + LEVEL / 2) + norm.ppf(POWER)

@@ -28,7 +28,7 @@ def without_people(record: SceneRecord) -> Path:
 
     Parameters
     ----------
-    record : of the scene.
+    record : record of the scene.
 
     Raises
     ------

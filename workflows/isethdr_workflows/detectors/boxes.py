@@ -67,7 +67,7 @@ def suppressed(found: Detections, overlap: float, most: int) -> Detections:
 
     Parameters
     ----------
-    found : of one picture.
+    found : detections of one picture.
     overlap : greatest intersection over union of two detections of a class; 1 keeps all.
     most : largest number that stays.
     """

@@ -27,7 +27,7 @@ def class_of(row: Mapping[str, Any]) -> str:
 
     Parameters
     ----------
-    row : of the table of objects: category and name.
+    row : row of the table of objects: category and name.
     """
     if row["category"] == "person" and str(row.get("name", "")).startswith(RIDER):
         return "rider"

@@ -38,7 +38,7 @@ class Detector:
 
         Parameters
         ----------
-        picture : of a run: xyz in cd/m2, valid.
+        picture : picture of a run: xyz in cd/m2, valid.
         view : white and curve of the run.
         """
         return self.in_displayed(displayed(picture, view, self.form.input.tone))
@@ -90,7 +90,7 @@ def open_detector(path: Path) -> Detector:
 
     Parameters
     ----------
-    path : of its description, a YAML file.
+    path : path of the detector's description, a YAML file.
 
     Raises
     ------

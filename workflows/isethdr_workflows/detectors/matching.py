@@ -36,7 +36,7 @@ class Matches:
 
     Parameters
     ----------
-    class_name : of all of them.
+    class_name : class of all detections.
     scores : (n,) of the detections.
     pictures : (n,) place of the picture of each detection.
     matched : (thresholds, n) place of the object in the picture, -1 for none.
@@ -56,7 +56,7 @@ def matches_of(pictures: Sequence[Picture]) -> dict[str, Matches]:
 
     Parameters
     ----------
-    pictures : of one camera and one detector.
+    pictures : pictures of one camera and one detector.
 
     Raises
     ------

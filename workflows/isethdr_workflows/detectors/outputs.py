@@ -39,10 +39,10 @@ class Reader:
 
     Parameters
     ----------
-    title : of the network, for messages.
+    title : title of the network, for messages.
     form : what the network says.
-    names : of its outputs, in the order of the form.
-    numbers : of its classes that count.
+    names : names of its outputs, in the order of the form.
+    numbers : numbers of its classes that count.
     """
 
     title: str
@@ -59,7 +59,7 @@ class Reader:
         ----------
         outputs : {name: array}
         size_px : width and height of the input.
-        least_score : of a box.
+        least_score : smallest score of a box.
 
         Raises
         ------

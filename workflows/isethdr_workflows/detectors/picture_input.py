@@ -110,7 +110,7 @@ def network_input(rgb: np.ndarray, fit: Fit, form: InputForm) -> np.ndarray:
     Parameters
     ----------
     rgb : (y, x, 3), 0 to 1.
-    fit : of the picture.
+    fit : position and scale of the picture in the input.
     form : order of axes and channels, scaling.
     """
     height, width = rgb.shape[:2]

@@ -60,8 +60,8 @@ def scores_of(
 
     Parameters
     ----------
-    matches : of the class.
-    pictures : to which its numbers refer.
+    matches : detections of the class.
+    pictures : pictures to which the numbers of `matches` refer.
     weights : (draws, roads) how often each road is drawn.
     roads : (pictures,) place of the road of each picture.
     member : whether an object belongs to the group.

@@ -29,8 +29,8 @@ def object_rows(answers: Answers, detector: int, false_alarms: float) -> list[di
 
     Parameters
     ----------
-    answers : of one camera with one detector.
-    detector : its number.
+    answers : answers of one camera with one detector.
+    detector : number of the detector.
     false_alarms : allowed ones of a class in a picture, on average.
     """
     scores: dict[tuple[int, int], float] = {}
@@ -60,7 +60,7 @@ def threshold(matches: Matches, pictures: int, false_alarms: float) -> float:
 
     Parameters
     ----------
-    matches : of one class.
+    matches : detections of one class.
     pictures : their number.
     false_alarms : allowed ones in a picture, on average.
     """

@@ -45,15 +45,15 @@ def detector_scores(
 
     Parameters
     ----------
-    overrides : of all runs: lenses, lightings, other cameras.
+    overrides : overrides of all runs: lenses, lightings, other cameras.
     detector : description of a detector, a YAML file. Several, parted by commas, are the same
         detector trained again from other seeds. `{camera}` in a path stands for each camera:
         detectors that were trained per camera.
-    dataset : its name.
+    dataset : name of the dataset.
     cameras : names, parted by commas; without it, all of the config. The first one is what the
         others are compared with.
-    part : of the dataset: train, validation or test; without it, all scenes. Roads that a detector
-        was trained on are always left out.
+    part : part of the dataset: train, validation or test; without it, all scenes. Roads that a
+        detector was trained on are always left out.
     false_alarms : allowed ones of a class in a picture, where an object counts as found.
     tell : difference of two scores for which the number of roads is computed.
 

@@ -40,7 +40,7 @@ class Compared:
     Parameters
     ----------
     answers : {camera: one entry for each detector}
-    classes : that are scored.
+    classes : classes that are scored.
     trained_apart : whether each camera has detectors of its own, which then are drawn apart.
     """
 

@@ -75,8 +75,8 @@ def beam_cd(angle_deg, half_angle_deg: float):
 
     Parameters
     ----------
-    angle_deg : from the normal.
-    half_angle_deg : of the beam; 90 is Lambertian.
+    angle_deg : angle from the normal, degrees.
+    half_angle_deg : half angle of the beam, degrees; 90 is Lambertian.
     """
     angle = np.radians(np.asarray(angle_deg, float))
     c = np.radians(half_angle_deg)
@@ -117,7 +117,7 @@ def illuminance(intensity_cd, x, y):
     Parameters
     ----------
     intensity_cd : function of the angle from the axis, degrees.
-    x, y : of the road, m.
+    x, y : positions on the road, m.
     """
     tilt = np.radians(DOWN_DEG)
     distance = np.sqrt(x**2 + y**2 + HEIGHT_M**2)

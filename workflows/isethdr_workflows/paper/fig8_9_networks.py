@@ -65,12 +65,12 @@ def paper_fig8_9_networks(
 
     Parameters
     ----------
-    overrides : of the config of both cameras, such as the lens.
+    overrides : overrides of the config of both cameras, such as the lens.
     rgb, rgbw : ONNX files of `isp=network`; `classical_grid.csv` of the study `learned_picture`
         stands beside each of them, and names the illuminances.
-    sensors : of the two models.
+    sensors : sensors of the two models, separated by a comma.
     dataset : name of a dataset of the home, or the folder of one in another home.
-    part : of the dataset: test, or validation.
+    part : part of the dataset: test, or validation.
     picture : file for pictures of the first road at night and the curves (png or jpg); empty
         writes none.
 

@@ -17,8 +17,8 @@ def chosen(figure: str, parameters: str, known: dict[str, Of]) -> Of:
 
     Parameters
     ----------
-    figure : its study, for messages.
-    parameters : as typed.
+    figure : name of the figure's study, for messages.
+    parameters : parameters as typed.
     known : {paper, scripts or more: the parameters}.
 
     Raises

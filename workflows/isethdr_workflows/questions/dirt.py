@@ -55,8 +55,8 @@ def dirt(
 
     Parameters
     ----------
-    overrides : of all scenes, for example flare@flare.dirt=aperture_fingerprint.
-    dataset : its name; its stored radiance is read.
+    overrides : overrides of all scenes, for example flare@flare.dirt=aperture_fingerprint.
+    dataset : name of the dataset; its stored radiance is read.
     cameras : names of cameras of the main config, or of sensor presets, parted by commas.
     scenes : only the first ones; 0: all.
     shots : noise realisations that each score is the mean of.
@@ -118,7 +118,7 @@ def scored(asked: Asked, version: str = STORED) -> list[dict[str, Values]]:
     Parameters
     ----------
     asked : scenes and shots.
-    version : of the radiance.
+    version : version of the radiance.
 
     Raises
     ------

@@ -33,7 +33,12 @@ def render_noise(
 
     Parameters
     ----------
-    overrides, dataset, cameras, scenes, shots, page : as in the study dirt.
+    overrides : overrides of all scenes, for example flare@flare.dirt=aperture_fingerprint.
+    dataset : name of the dataset; its stored radiance is read.
+    cameras : names of cameras of the main config, or of sensor presets, separated by commas.
+    scenes : number of scenes; 0: all.
+    shots : noise realisations over which each score is averaged.
+    page : file for the tables (Markdown); empty writes none.
 
     Returns
     -------

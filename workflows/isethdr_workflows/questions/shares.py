@@ -58,8 +58,8 @@ def ratio_over_roads(
 
     Parameters
     ----------
-    parts, wholes : of each scene; scenes in which one is not finite are left out.
-    roads : of each scene.
+    parts, wholes : value of each scene; scenes in which one of them is not finite are left out.
+    roads : road of each scene.
 
     Notes
     -----

@@ -112,8 +112,8 @@ def of_camera(seen: Imaged, sensor: Any, keys: Sequence[Generator]) -> Values:
     Parameters
     ----------
     seen : the light of the members: "", "scatter", "ghosts", "scatter+ghosts".
-    sensor : of the camera.
-    keys : of the noise of each shot.
+    sensor : sensor of the camera.
+    keys : keys of the noise of each shot.
     """
     fixed = at_one_exposure(sensor, seen.light["scatter+ghosts"])
     if not isinstance(fixed, ImagingSensor):

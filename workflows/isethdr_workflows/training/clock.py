@@ -43,7 +43,7 @@ class Clock:
 
     Parameters
     ----------
-    length : of the whole training.
+    length : length of the whole training.
     step : steps done, over all starts.
     seconds_before : computing time of earlier starts.
     """

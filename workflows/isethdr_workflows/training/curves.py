@@ -18,7 +18,7 @@ def write_curves(folder: Path, history: Sequence[dict[str, Any]], titles: dict[s
 
     Parameters
     ----------
-    folder : of the training.
+    folder : folder of the training.
     history : rows with `step`, `minutes` and numbers; a number may be missing in a row.
     titles : {number: its axis title}, those that are drawn.
     """

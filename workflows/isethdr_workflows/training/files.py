@@ -15,8 +15,8 @@ def write_file(path: Path, parts: Iterable[bytes | memoryview]) -> None:
 
     Parameters
     ----------
-    path : of the file; its folder is made.
-    parts : of the content, one after the other.
+    path : path of the file; its folder is made.
+    parts : parts of the content, one after the other.
 
     Raises
     ------

@@ -21,7 +21,7 @@ def save_state(path: Path, state: dict[str, Any]) -> None:
 
     Parameters
     ----------
-    path : of the file; its folder is made.
+    path : path of the file; its folder is made.
     state : tensors, numbers, texts, lists and dictionaries of them.
 
     Raises

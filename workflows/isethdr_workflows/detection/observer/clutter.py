@@ -71,9 +71,9 @@ def shape_of(size: Size, rows: int, order: int) -> Shape:
 
     Parameters
     ----------
-    size : of the box.
-    rows : of the frame, in joined cells. A window is cut at the upper and the lower border.
-    order : of the channels.
+    size : size of the box.
+    rows : rows of the frame, in joined cells. A window is cut at the upper and the lower border.
+    order : highest order of the channels.
     """
     top = max(int(np.floor(size.middle - REACH * size.height)), 0)
     bottom = min(int(np.ceil(size.middle + REACH * size.height)), rows)
@@ -151,7 +151,8 @@ class Clutter:
 
         Parameters
         ----------
-        order : of the channels. `wanted` : windows of each scene and size.
+        order : highest order of the channels.
+        wanted : windows of each scene and size.
         """
         self.frames = frames
         self.order = order

@@ -59,8 +59,9 @@ def counted(
     task : what the observer knows of the object: difference, clutter and noise.
     shown : (window, channel) mean outputs with the object.
     empty : (window, channel) mean outputs without an object.
-    share : of the places without an object that the threshold lets pass, if clutter is normal.
-    random : for the noise.
+    share : share of the places without an object that the threshold lets pass, if clutter is
+        normal.
+    random : random generator of the noise.
     """
     together = task.clutter + task.noise
     weights = template(task.difference, together)

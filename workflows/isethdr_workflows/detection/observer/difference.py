@@ -96,7 +96,9 @@ def ring_filled(picture: np.ndarray, own: np.ndarray, users: np.ndarray) -> np.n
 
     Parameters
     ----------
-    picture : (colour, y, x). `own` : (y, x) bool, cells to fill. `users` : of all road users.
+    picture : (colour, y, x) joined cells.
+    own : (y, x) bool, cells to fill.
+    users : (y, x) bool, cells of all road users.
     """
     width = max(2, round(RING * float(np.sqrt(own.sum()))))
     rows, columns = np.nonzero(own)

@@ -84,8 +84,8 @@ def threshold(false_alarms: float, places: float) -> float:
 
     Parameters
     ----------
-    false_alarms : in a picture.
-    places : that are looked at in a picture, more than `false_alarms`.
+    false_alarms : false alarms in a picture.
+    places : places that are examined in a picture, more than `false_alarms`.
     """
     return float(ndtri(1 - false_alarms / places))
 

@@ -34,8 +34,8 @@ class Observer:
 
     Parameters
     ----------
-    false_alarms : in a picture.
-    order : of the channels.
+    false_alarms : false alarms in a picture.
+    order : highest order of the channels.
     windows : without objects, of each scene and size.
     """
 
@@ -96,10 +96,10 @@ def observed(
 
     Parameters
     ----------
-    frames : of one camera at one level of light, all roads.
+    frames : frames of one camera at one level of light, all roads.
     how : the observer looks.
     row_of : function(frame, thing, answer) -> its row.
-    places : of each class in a picture.
+    places : places of each class in a picture.
     bare : {scene: the same view rendered without objects}; None: objects are filled from the ring.
     """
     rows = []

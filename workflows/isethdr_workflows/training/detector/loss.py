@@ -14,7 +14,7 @@ def loss_of(
 
     Parameters
     ----------
-    logits, logs : of the network.
+    logits, logs : answers of the network: logits of centres, and logarithms of distances.
     targets : heat, asked, sides, inside, as in `patches.Targets`.
     """
     heat, asked, sides, inside = targets

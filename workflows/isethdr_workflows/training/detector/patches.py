@@ -48,7 +48,7 @@ def patch(
 
     Parameters
     ----------
-    picture : of which it is a part; beyond its edges the patch is black.
+    picture : picture from which the patch is cut; beyond its edges the patch is black.
     size : px.
     random : draws place, zoom, flip and gain.
     """
@@ -82,7 +82,7 @@ def targets_of(boxes: np.ndarray, classes: np.ndarray, asked: np.ndarray, size: 
     boxes : (n, 4) corners, px; parts beyond the patch are cut off.
     classes : (n,)
     asked : (n,) whether an object should be found.
-    size : of the patch, px.
+    size : side of the patch, pixels.
     """
     cells = size // STRIDE
     middle = (np.arange(cells) + 0.5) * STRIDE
@@ -126,8 +126,8 @@ def batch(
 
     Parameters
     ----------
-    pictures : from which are drawn.
-    count : of patches.
+    pictures : pictures from which patches are drawn.
+    count : number of patches.
     size : px.
     random : draws all.
     """

@@ -38,7 +38,7 @@ class LabelledPicture:
     boxes : (n, 4) left, top, right, bottom, px.
     classes : (n,) places in `CLASSES`.
     asked : (n,) whether the detector should find it; of others nothing is asked.
-    road : of the scene.
+    road : road of the scene.
     """
 
     rgb: np.ndarray
@@ -70,7 +70,7 @@ def data_of(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
     Parameters
     ----------
     settings : dataset, cameras, lightings, realisations of the noise.
-    overrides : of all runs.
+    overrides : overrides of all runs.
     tell : called with one line of text for each scene.
 
     Raises
@@ -191,9 +191,9 @@ def shrunk(
     Parameters
     ----------
     rgb : (y, x, 3) uint8.
-    objects : in it.
+    objects : objects in the picture.
     width : px; smaller pictures stay.
-    road : of the scene.
+    road : road of the scene.
     """
     scale = min(1.0, width / rgb.shape[1])
     if scale < 1:

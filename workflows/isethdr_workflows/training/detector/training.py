@@ -104,7 +104,7 @@ def trained_on(data: Data, settings: Settings, recipe: str, tell: Callable[[str]
     Parameters
     ----------
     data : pictures to learn from, and held-out ones.
-    settings : of the training.
+    settings : settings of the training.
     recipe : all that decides the result; a stored state of another recipe is refused.
     tell : called with a line of text at each check.
     """

@@ -48,7 +48,7 @@ class Contest:
 
     Parameters
     ----------
-    camera : of the shots.
+    camera : camera of the shots.
     lux : illuminance of the sensor plane; the brightest twentieth of it is clipped for this.
     """
 

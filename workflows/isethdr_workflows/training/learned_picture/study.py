@@ -56,10 +56,10 @@ def learned_picture(
 
     Parameters
     ----------
-    overrides : of the config: the sensor that the model is for, and the lens.
+    overrides : overrides of the config: the sensor that the model is for, and the lens.
     model : ONNX file of `isp=network`.
     dataset : name of a dataset of the home, or the folder of one in another home.
-    part : of the dataset: test, or validation.
+    part : part of the dataset: test, or validation.
     lux : mean illuminances of the sensor plane, parted by commas; what is above the 95th
         percentile of a picture counts as that.
     files : folder for `classical_grid.csv`, the scores of all classical settings that were tried on

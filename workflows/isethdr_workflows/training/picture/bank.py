@@ -23,7 +23,7 @@ def bank(title: str, recipe: Any, count: int, make: Callable[[int], np.ndarray])
     ----------
     title : beginning of the file's name.
     recipe : all that decides the pictures; its hash names the file.
-    count : of pictures.
+    count : number of pictures.
     make : picture of a number (plane, y, x), all of one size.
 
     Raises

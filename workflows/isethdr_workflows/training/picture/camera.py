@@ -41,7 +41,7 @@ class TrainingCamera:
     Parameters
     ----------
     sensor : the component.
-    name : of the sensor or preset, as it was typed.
+    name : name of the sensor or preset, as typed.
     channels : filters, in the order of its captures.
     cell : rows of the filter array, ("RG", "GB").
     captures : names of the captures.
@@ -97,7 +97,7 @@ class TrainingCamera:
         ----------
         photocurrent : (channel of the response, y, x), electrons m-2 s-1.
         wavelength_nm : bands for which it was computed.
-        seed : of the noise. The device differs from shot to shot, so that no fixed pattern is
+        seed : seed of the noise. The device differs from shot to shot, so that no fixed pattern is
             learned.
         """
         captures = self.sensor(
@@ -151,7 +151,7 @@ def camera_of(overrides: Sequence[str], captures: str = "merged") -> TrainingCam
 
     Parameters
     ----------
-    overrides : for example sensor=typical_bayer.
+    overrides : overrides of the config, for example sensor=typical_bayer.
     captures : merged, or apart.
 
     Raises

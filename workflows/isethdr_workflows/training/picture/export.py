@@ -42,8 +42,8 @@ def export(
     Parameters
     ----------
     network : trained and calibrated.
-    camera : that it was trained for.
-    path : of the file; it is replaced as a whole.
+    camera : camera for which the network was trained.
+    path : path of the file; it is replaced as a whole.
     stated : the file's own description, with `multiple_px`.
 
     Raises

@@ -33,9 +33,9 @@ class HeldOut:
 
     Parameters
     ----------
-    levels : by illuminance, darkest first.
+    levels : held-out patches by illuminance, darkest first.
     masks : filters of a patch (1, channel, y, x).
-    period : of the filter array, pixels.
+    period : period of the filter array, pixels.
     """
 
     levels: tuple[Level, ...]

@@ -40,8 +40,8 @@ def fit(start: LinearStart, sheets: Sheets) -> None:
 
     Parameters
     ----------
-    start : of a network.
-    sheets : of its training.
+    start : linear start of a network.
+    sheets : sheets of its training.
     """
     batches = [
         Batch(*(torch.from_numpy(np.ascontiguousarray(v)) for v in sheets.sheet(FIRST + number)))
@@ -88,7 +88,7 @@ def _rows(start: LinearStart, batch: Batch, again: bool) -> Rows:
     Parameters
     ----------
     start : whose window and levels are used.
-    batch : of patches.
+    batch : patches, with their truth.
     again : whether the weights of `start` are solved already.
     """
     measured = batch.valid.amax(1, keepdim=True)

@@ -39,7 +39,8 @@ def loss_of(kind: str, xyz: torch.Tensor, variance: torch.Tensor, batch: Batch) 
     ----------
     kind : "electrons", or "view", the absolute error as a display shows it, which moves the mean
         luminance in the dark.
-    xyz, variance : of the network.
+    xyz, variance : answers of the network: (N, 3, y, x) picture in electrons of the unit channel,
+        and its variance.
     batch : samples and truth of the step.
     """
     measured = batch.valid.amax(1, keepdim=True)

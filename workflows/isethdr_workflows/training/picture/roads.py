@@ -104,7 +104,7 @@ def lit(road: Road, camera: TrainingCamera, overrides: Sequence[str], variant: i
     ----------
     road : stored scene.
     camera : camera whose pixel sets the focal length: one pixel is one tile.
-    overrides : of the config, after those of the scene; its lens and flares are used.
+    overrides : overrides of the config, after those of the scene; its lens and flares are used.
     variant : 0 is the light that was drawn, through a clean lens; others have light groups in
         other proportions, and every second one the flares of the config.
     """

@@ -47,9 +47,9 @@ class Sheets:
 
     Parameters
     ----------
-    sources : of the pictures.
+    sources : sources of the pictures.
     patch_px : side of a patch, a multiple of the filter array's period.
-    seed : of places, light and noise.
+    seed : seed of places, light and noise.
     lux : range of the mean illuminance of a sheet.
     """
 

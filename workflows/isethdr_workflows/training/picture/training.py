@@ -104,8 +104,8 @@ def trained(settings: Settings, overrides: Sequence[str], tell: Callable[[str], 
 
     Parameters
     ----------
-    settings : of the training.
-    overrides : of the config, for the sensor and the lens.
+    settings : settings of the training.
+    overrides : overrides of the config, for the sensor and the lens.
     tell : called with a line of text at each check.
 
     Raises

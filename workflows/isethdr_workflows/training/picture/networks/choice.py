@@ -43,7 +43,7 @@ def network_of(
     Parameters
     ----------
     camera : camera of the network: its filters and captures.
-    name, size : of `SHAPES`.
+    name, size : name and size of the network, a key of `SHAPES`.
     start : "linear", which is to be fitted, or "learned".
     """
     shape = SHAPES[name, size]

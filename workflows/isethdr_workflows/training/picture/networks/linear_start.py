@@ -22,7 +22,7 @@ class LinearStart(nn.Module):
 
     Parameters
     ----------
-    planes : of raw samples; several are merged to one first.
+    planes : planes of raw samples; several are merged to one first.
     period : pixels after which the filter array repeats.
     """
 

@@ -31,7 +31,7 @@ class PictureNetwork(nn.Module):
 
     Parameters
     ----------
-    planes : of raw samples.
+    planes : planes of raw samples.
     channels : filters.
     period : pixels after which the filter array repeats; a cell is packed into channels.
     make_body : makes the network between packed planes, from numbers of planes in and out.
@@ -134,7 +134,7 @@ def moved(
     Parameters
     ----------
     root : (N, 3, place, y, x).
-    means : of each window, (N, 3, y, x).
+    means : means over each window, (N, 3, y, x).
     shares : (N, place, y, x) of the way, for luminance and for colour of each window.
     """
     total = torch.zeros_like(root)

@@ -66,8 +66,8 @@ def reach(blocks: tuple[int, int, int, int, int], block_reach: int) -> int:
 
     Parameters
     ----------
-    blocks : as of `UShape`.
-    block_reach : of one block, at its own resolution.
+    blocks : number of blocks down, down, lowest, up, up, as in `UShape`.
+    block_reach : reach of one block, pixels of its own resolution.
     """
     sizes = (1, 2, 4, 2, 1)
     of_blocks = sum(count * block_reach * size for count, size in zip(blocks, sizes))
