@@ -21,7 +21,7 @@ from .plants import place_plants
 from .road_signs import place_signs
 from .shortage import Shortage
 from .site import Foot, Site
-from .street_lights import place_signals, place_street_lamps, signals
+from .street_lights import Signals, place_signals, place_street_lamps, signals
 from .vehicles import EGO_M, place_vehicles
 
 # before the camera nothing stands
@@ -65,7 +65,7 @@ class Layout:
     base: BaseRoad
     standing: tuple[Standing, ...]
     shortages: tuple[Shortage, ...]
-    red: frozenset[str] = frozenset()  # names of the roads that meet a red signal
+    signals: Signals = Signals({})
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def plan(
     standing = tuple(
         Standing(foot, pose) for foot, pose in zip(feet, poses(base.network, feet), strict=True)
     )
-    return Layout(base, standing, tuple(shortages), told.red)
+    return Layout(base, standing, tuple(shortages), told)
 
 
 def _keep_free(site: Site, view: Viewpoint) -> None:

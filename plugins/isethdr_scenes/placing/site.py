@@ -67,6 +67,7 @@ class Foot:
     level: int = 0  # 1 on a bridge
     partner: str = ""  # of a pair that touches, as a bicycle and its rider
     lane: OnLane | None = None  # of traffic
+    stops: str = ""  # of a traffic light: name of the road that meets it
 
     def boxes(self) -> np.ndarray:
         """Return the boxes that it occupies."""

@@ -32,9 +32,10 @@ SIGNAL_BESIDE_M = 0.9  # from the outer border of the lanes to the post
 
 
 class Signals(NamedTuple):
-    """States of the signals by the name of the road that meets them."""
+    """States of the signals at time 0 by the name of the road that meets them."""
 
     state: dict[str, str]
+    seed: int = 0  # of the times at which they change
 
     @property
     def red(self) -> frozenset[str]:
@@ -102,7 +103,7 @@ def signals(site: Site) -> Signals:
     for road in site.open_roads:
         turn = abs(np.sin(float(road.line.at(0.0).heading_rad) - across))
         states[road.name] = main if turn < 0.7 else other
-    return Signals(states)
+    return Signals(states, int(site.rng("signal plan").integers(2**32)))
 
 
 def place_signals(site: Site, told: Signals) -> int:
@@ -126,6 +127,7 @@ def place_signals(site: Site, told: Signals) -> int:
                     float(y),
                     heading + np.pi,
                     lamps=STATES[told.state[road.name]],
+                    stops=road.name,
                 )
             )
     return site.put_all(feet, 0.0)

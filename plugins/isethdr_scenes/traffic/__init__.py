@@ -6,6 +6,7 @@
 | `following`     | the intelligent driver model                                        |
 | `drivers`       | who drives: routes, speeds, and what is ahead of each               |
 | `junctions`     | who may enter a junction                                            |
+| `signal_plan`   | what traffic lights show at each time                               |
 | `obstacles`     | what stands or walks in the way of a lane                           |
 | `pedestrians`   | who walks                                                           |
 | `simulation`    | steps of a tenth of a second, and the state at any time             |

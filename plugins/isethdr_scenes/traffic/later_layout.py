@@ -1,4 +1,4 @@
-"""A layout at a later time: who moves is elsewhere, brakes, blinks and walks."""
+"""A layout at a later time: who moves is elsewhere, brakes, blinks and walks; signals change."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from ..placing.ground import poses
 from ..placing.plan import Layout, Standing
 from ..placing.site import Foot
 from ..roads.network import Network
+from ..things.furniture.traffic_lights import STATES
 from ..things.people.gait import walked
+from .signal_plan import signal_plan
 from .simulation import OWN, STANDING_M_S, Moved, Simulation
 
 BRAKES_M_S2 = -0.7  # acceleration below which brake lights are on
@@ -40,6 +42,7 @@ def moment(layout: Layout, simulation: Simulation, time_s: float) -> Moment:
     """
     state = simulation.at(time_s)
     network = layout.base.network
+    signals = signal_plan(layout.signals)
     feet = []
     gone = set()
     for standing in layout.standing:
@@ -53,6 +56,8 @@ def moment(layout: Layout, simulation: Simulation, time_s: float) -> Moment:
             x, y = state.people[foot.name]
             way = float(np.hypot(x - foot.x_m, y - foot.y_m))
             feet.append(replace(foot, thing=walked(foot.thing, way), x_m=x, y_m=y))
+        elif foot.stops:
+            feet.append(replace(foot, lamps=STATES[signals.state(foot.stops, time_s)]))
         else:
             lamps = tuple(lamp for lamp in foot.lamps if lit(lamp, foot, time_s))
             feet.append(replace(foot, lamps=lamps))

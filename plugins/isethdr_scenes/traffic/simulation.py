@@ -21,6 +21,7 @@ from .following import accepted_gap_s, speed_that_stops_m_s
 from .junctions import Junctions
 from .obstacles import Obstacle, obstacles
 from .pedestrians import Footways, Pedestrian, pedestrians
+from .signal_plan import signal_plan
 from .tracks import Tracks
 
 STEP_S = 0.1
@@ -93,7 +94,7 @@ class Simulation:
                 **{one: one.boxes(*one.after(0.0)) for one in self._people},
             },
         )
-        self._junctions = Junctions(self._tracks, layout.red)
+        self._junctions = Junctions(self._tracks, signal_plan(layout.signals))
         self._walls: dict[LaneKey, list[Obstacle]] = {}
         self._at: list[list[_Noted]] = []
         self._walked: list[list[tuple[float, float]]] = []
@@ -109,7 +110,7 @@ class Simulation:
 
     def _start(self) -> None:
         """Give everybody a speed at which nobody has to brake hard, and note the first state."""
-        stops = self._junctions.update(self._drivers)
+        stops = self._junctions.update(self._drivers, 0.0)
         road = self._road()
         for one in self._drivers:
             one.speed_m_s = one.free_m_s(self._tracks)
@@ -146,7 +147,7 @@ class Simulation:
 
     def step(self) -> None:
         """Go on by a tenth of a second."""
-        stops = self._junctions.update(self._drivers)
+        stops = self._junctions.update(self._drivers, STEP_S * (len(self._at) - 1))
         road = self._road()
         active = [one for one in self._drivers if not one.gone]
         wanted = [
