@@ -2,6 +2,7 @@
 #   make run        set up .venv and run the main job
 #   make test       set up .venv, check format and types, run the tests
 #   make test-slow  run the long tests
+#   make test-extras  install the extras that only few tests need, and run these tests
 #   make bench      run the benchmarks
 #   make experiments  make again all that the questions' pages claim, step by step
 #   make lint       check format, lint rules, types and import contracts
@@ -29,7 +30,7 @@ TEST_PLUGINS += -p no:unraisableexception
 
 PYTEST := $(TEST_ENV) $(BIN)/python -m pytest $(TEST_PLUGINS)
 
-.PHONY: run test test-slow quick-tests bench experiments lint docs clean
+.PHONY: run test test-slow test-extras quick-tests bench experiments lint docs clean
 
 run: $(READY)
 	$(BIN)/isethdr run
@@ -46,6 +47,20 @@ quick-tests: $(READY)
 
 test-slow: $(READY)
 	$(PYTEST) -n 2 --dist loadfile -m slow
+
+# Tests of the extras test-cards (validators of exported records), test-s3 (a local S3 server), slurm
+# and docs. Tests of a real cluster and of completion in other shells need the Debian packages
+# slurm-wlm, zsh and fish besides. What is skipped is named, with what it lacks.
+TESTS_OF_EXTRAS := tests/workflows/export/test_cards.py
+TESTS_OF_EXTRAS += tests/core/storage/test_object_home_server.py
+TESTS_OF_EXTRAS += tests/workflows/test_slurm.py tests/workflows/dataset/test_cluster.py
+TESTS_OF_EXTRAS += tests/workflows/test_sweeps.py::test_chunks_store_the_same
+TESTS_OF_EXTRAS += tests/core/cli/test_completion.py tests/house/test_site.py
+
+test-extras: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
+	    -e '.[test-cards,test-s3,slurm,docs]'
+	$(PYTEST) -rs -m 'slow or not slow' $(TESTS_OF_EXTRAS)
 
 bench: $(READY)
 	for file in benchmarks/*.py; do $(BIN)/python $$file || exit 1; done
