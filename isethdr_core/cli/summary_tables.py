@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from typing import TypeVar
 
 from rich.table import Table
 
@@ -12,6 +14,8 @@ from ..storage.object_home.calls import kept_here
 from ..uncertainty.ledger import Row
 from .terminal import console as open_console
 from .terminal import print_path, print_text, text_width
+
+Key = TypeVar("Key")
 
 
 def print_result(result) -> None:
@@ -192,16 +196,19 @@ def worst_text(notes) -> str:
         if (note.unit, note.acts_on, note.part) == (first.unit, first.acts_on, first.part)
     ]
     worst = max(comparable, key=lambda note: note.value)
-    return f"{worst.value:.3g} {worst.unit} ({worst.how})" + (
-        f" +{len(notes) - 1}" if len(notes) > 1 else ""
-    )
+    more = f" +{len(notes) - 1}" if len(notes) > 1 else ""
+    return f"{worst.value:.3g}{_after_value(worst.unit)} ({worst.how}){more}"
 
 
 def error_text(note) -> str:
     """Return one stated error as text: value, unit, how it is known, and its label."""
     label = f": {note.label}" if note.label else ""
-    unit = "" if note.unit == "1" else f" {note.unit}"
-    return f"{note.value:.3g}{unit} ({note.how}){label}"
+    return f"{note.value:.3g}{_after_value(note.unit)} ({note.how}){label}"
+
+
+def _after_value(unit: str) -> str:
+    """Return what follows a value: its unit, or nothing where the unit is 1."""
+    return "" if unit == "1" else f" {unit}"
 
 
 def omission_text(omission) -> str:
@@ -219,13 +226,29 @@ def score_table(result) -> Table:
     table.add_column("unit", overflow="fold")
     for camera in result.cameras:
         table.add_column(camera, justify="right", overflow="fold")
-    cells: dict[tuple[str, str], dict[str, str]] = {}
+    cells: dict[str, dict[tuple[str, str], str]] = {camera: {} for camera in result.cameras}
     for s in result.scores:
-        if not s["object"]:
-            cells.setdefault((s["metric"], s["unit"]), {})[s["camera"]] = score_text(s)
-    for (metric, unit), row in cells.items():
-        table.add_row(metric, unit, *(row.get(c, "") for c in result.cameras))
+        if not s["object"] and s["camera"] in cells:
+            cells[s["camera"]][s["metric"], s["unit"]] = score_text(s)
+    for names in merged(map(list, cells.values())):
+        table.add_row(*names, *(of_camera.get(names, "") for of_camera in cells.values()))
     return table
+
+
+def merged(orders: Iterable[list[Key]]) -> list[Key]:
+    """Return the keys of several lists in one list.
+
+    A key that an earlier list lacks stands behind its neighbour in the later one. So the
+    signal-to-noise ratios of all luminances stay together, although a saturated camera has fewer.
+    """
+    keys: list[Key] = []
+    for order in orders:
+        place = 0
+        for key in order:
+            if key not in keys:
+                keys.insert(place, key)
+            place = keys.index(key) + 1
+    return keys
 
 
 def score_text(score: dict) -> str:

@@ -17,6 +17,7 @@ from markupsafe import Markup
 from PIL import Image
 
 import isethdr_core as hdr
+from isethdr_core.cli.summary_tables import merged
 from isethdr_core.data.reference_picture import before_denoising
 from isethdr_core.display import display_view
 from isethdr_core.truth import total_variance
@@ -293,6 +294,49 @@ def test_white_of_a_chart_shows_white_and_a_night_has_room_for_its_lamps():
     night[0, 0] = 1e5
     white = pictures.HEADROOM * display_view.white_cd_m2(night)
     assert pictures.shown_white_cd_m2(night) == white
+
+
+def test_flare_in_the_dark_does_not_show_as_a_white_area():
+    dark = np.full((40, 60), 0.1)
+    flared = dark.copy()
+    flared[:, :15] = 30.0  # a quarter of the picture
+    flared[:, :5] = 1000.0
+    white = pictures.shown_white_cd_m2(dark, [flared])
+    assert white == 30.0
+    # the lamp of a day covers less than a tenth, and moves no white
+    assert pictures.shown_white_cd_m2(dark, [dark + 0.01]) == pictures.shown_white_cd_m2(dark)
+
+
+@pytest.mark.parametrize(
+    "low, high, ticks",
+    [
+        (0.1, 1e6, ["0.1", "1", "10", "100", "1000", "10^4", "10^5", "10^6"]),
+        (3.0, 90.0, ["5", "10", "20", "50"]),
+        (3e4, 3e5, ["5·10^4", "10^5", "2·10^5"]),
+    ],
+)
+def test_the_colour_scale_has_ticks_in_every_range(low, high, ticks):
+    shown = pictures.colour_scale(low, high).ticks
+    assert [text + (f"^{e}" if e is not None else "") for _, text, e in shown] == ticks
+    values = [
+        float(text.replace("·10", "").replace("^", "e")) for text in ticks if "10^" not in text
+    ]
+    places = [100 * np.log(v / low) / np.log(high / low) for v in values]
+    for place in places:
+        assert min(abs(place - percent) for percent, _, _ in shown) < 1e-9  # rounding
+
+
+def test_a_score_that_one_camera_lacks_stands_beside_its_neighbour():
+    assert merged([["a", "c"], ["a", "b", "c", "d"], []]) == ["a", "b", "c", "d"]
+
+
+def test_a_name_breaks_at_its_underscores_and_stays_escaped():
+    assert templates.breakable("snr_at_<1>") == "snr_<wbr>at_<wbr>&lt;1&gt;"
+
+
+def test_a_very_narrow_interval_is_shown_by_its_half():
+    score = {"value": 3.6119612, "low": 3.6119542, "high": 3.6119682}
+    assert [part.text for part in tables._value(score)] == ["3.612", "± 7e-06"]
 
 
 def test_snr_of_a_constant_variance_is_level_over_noise(result):

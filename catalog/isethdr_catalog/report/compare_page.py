@@ -43,7 +43,7 @@ def compare_page(comparison: Comparison, folder: Path) -> Markup:
         for look in looks(run)
     ]
     reference = finest_look(cameras).truth
-    white = pictures.shown_white_cd_m2(reference)
+    white = pictures.shown_white_cd_m2(reference, [look.picture for look in cameras])
     compressed = pictures.compression(reference, white)
     named = [("Reference", reference), *((look.name, look.picture) for look in cameras)]
     views = [pictures.shown(view, white, name, compressed) for name, view in named]

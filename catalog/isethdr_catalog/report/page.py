@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from isethdr_core.runs.run import Result
 
 LINE_NOTE = (
-    "Luminance along the row through the brightest light of the reference picture; "
-    "estimates at or below zero are drawn at the lower edge"
+    "Luminance along the row through the brightest light of the reference picture, which has no "
+    "flare and no noise; estimates at or below zero are drawn at the lower edge"
 )
 SNR_NOTE = (
-    "Signal-to-noise ratio of the median pixel of each true luminance, "
+    "Signal-to-noise ratio of the median pixel at each luminance of the reference picture, "
     "from the variance that each picture states, before any denoising"
 )
 
@@ -40,7 +40,7 @@ def page(result: Result) -> Markup:
     a = result.attributes
     cameras = looks(result)
     reference = finest_look(cameras).truth
-    white = pictures.shown_white_cd_m2(reference)
+    white = pictures.shown_white_cd_m2(reference, [look.picture for look in cameras])
     compressed = pictures.compression(reference, white)
     scale = _range(reference)
     views = _views(cameras, reference, white, compressed)
@@ -82,7 +82,8 @@ def page(result: Result) -> Markup:
 
 def _title(a: dict) -> str:
     scene = a["config"]["scene"]["name"].replace("_", " ")
-    return f"{scene} under {a['lighting']} lighting, {', '.join(a['cameras'])}"
+    title = f"{scene} under {a['lighting']} lighting: {', '.join(a['cameras'])}"
+    return title[:1].upper() + title[1:]
 
 
 def _targets(notes: dict) -> list[tuple[str, dict]]:

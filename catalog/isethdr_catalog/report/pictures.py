@@ -5,12 +5,18 @@ from __future__ import annotations
 import base64
 import io
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
 from PIL import Image, ImageDraw, ImageFont
 
 from isethdr_core.display import display_view
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -56,19 +62,31 @@ MIDDLE = 0.25
 HEADROOM = 2.5
 # lowest white, as a multiple of the median: a scene without its lamps may be a single grey
 WHITE_OVER_MEDIAN = 4.0
+# percentage of each picture's pixels that are not brighter than white: flare may cover the rest
+BELOW_WHITE_PERCENT = 90.0
 
 
-def shown_white_cd_m2(truth) -> float:
+def shown_white_cd_m2(truth, seen: Sequence[xr.Dataset] = ()) -> float:
     """Return the luminance that the page shows as white, cd/m2.
 
     It is 2.5 times the white of the scores (`display_view.white_cd_m2`) or the brightest luminance,
     whichever is less, but at least four times the median: where all but the lamps is one dark grey,
-    that grey would otherwise show as white.
+    that grey would otherwise show as white. In each of the pictures `seen`, at most a tenth of the
+    pixels is brighter: flare around a lamp in the dark would otherwise show as a white area.
+
+    Parameters
+    ----------
+    truth : reference picture, xyz (y, x, 3) or luminance (y, x), cd/m2.
+    seen : pictures of cameras that are shown with the same white.
     """
     y = display_view.luminance(truth)
     white = display_view.white_cd_m2(truth)
     brightest = max(white, float(y.max()))
-    return max(min(HEADROOM * white, brightest), WHITE_OVER_MEDIAN * float(np.median(y)))
+    of_truth = max(min(HEADROOM * white, brightest), WHITE_OVER_MEDIAN * float(np.median(y)))
+    of_pictures = (
+        float(np.percentile(display_view.luminance(p), BELOW_WHITE_PERCENT)) for p in seen
+    )
+    return max([of_truth, *of_pictures])
 
 
 def compression(scene, white_cd_m2: float) -> float:
@@ -105,16 +123,29 @@ def shown(
 
 
 def colour_scale(low: float, high: float) -> Scale:
-    """Return the scale of the false colours: a bar with one tick per decade, cd/m2."""
+    """Return the scale of the false colours: a bar with a tick at each decade, cd/m2; below two
+    decades also at 2 and 5.
+    """
     ramp, _ = display_view.false_colour(
         np.geomspace(low, high, 512)[None, :].repeat(18, 0), low, high
     )
-    first = np.ceil(np.log10(low) - 1e-9)
-    last = np.floor(np.log10(high) + 1e-9)
     span = np.log10(high / low)
-    decades = np.arange(first, last + 1)
-    ticks = [(100 * float(d - np.log10(low)) / span, *power(d)) for d in decades]
+    steps = (1, 2, 5) if span < 2 else (1,)
+    ticks = []
+    for decade in np.arange(np.floor(np.log10(low)), np.log10(high) + 1e-9):
+        for step in steps:
+            percent = 100 * float(decade + np.log10(step) - np.log10(low)) / span
+            if -1e-6 <= percent <= 100 + 1e-6:
+                ticks.append((percent, *_tick(int(decade), step)))
     return Scale(embedded(ramp), ticks)
+
+
+def _tick(decade: int, step: int) -> tuple[str, int | None]:
+    """Return `step` times a power of ten for people, as `power` does."""
+    text, exponent = power(decade)
+    if step == 1:
+        return text, exponent
+    return (f"{step * 10.0**decade:g}", None) if exponent is None else (f"{step}·10", exponent)
 
 
 def power(exponent: float) -> tuple[str, int | None]:

@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from isethdr_core.cli.summary_tables import merged
+
 from .templates import filled, number
 
 if TYPE_CHECKING:
@@ -13,6 +15,8 @@ if TYPE_CHECKING:
 
     from isethdr_core.ledger import Ledger
     from isethdr_core.runs.run import Result
+    from isethdr_core.uncertainty.error_terms import ErrorTerm
+    from isethdr_core.uncertainty.ledger import LeftOut
 
     from .viewer import Look
 
@@ -28,8 +32,18 @@ class Part:
 
 Cell = str | list[Part]
 
+# units as the captions of the pictures write them
+SHOWN_UNITS = {"cd m-2": "cd/m²"}
+# half an interval over its value, below which the ends would differ in the fifth digit only
+NARROW = 1e-4
 
-def table(header: list[str], rows: list[list[Cell]], numeric: tuple[int, ...] = ()) -> Markup:
+
+def table(
+    header: list[str],
+    rows: list[list[Cell]],
+    numeric: tuple[int, ...] = (),
+    of_sentences: bool = False,
+) -> Markup:
     """Return an HTML table of escaped cells.
 
     Parameters
@@ -37,8 +51,12 @@ def table(header: list[str], rows: list[list[Cell]], numeric: tuple[int, ...] = 
     header : titles of the columns.
     rows : cells of each row, in the order of the columns.
     numeric : numbers of the columns that are right-aligned, from 0.
+    of_sentences : whether cells hold sentences. A narrow screen shows such a row as a paragraph,
+        and scrolls other tables sideways.
     """
-    return filled("tables.html", header=header, rows=rows, numeric=numeric)
+    return filled(
+        "tables.html", header=header, rows=rows, numeric=numeric, of_sentences=of_sentences
+    )
 
 
 def cameras(all_looks: list[Look]) -> Markup:
@@ -81,17 +99,16 @@ def scores(result: Result, of_objects: bool) -> Markup:
 
     The 95 % interval stands beneath each value.
     """
-    cells: dict[tuple[str, ...], dict[str, Cell]] = {}
+    cells: dict[str, dict[tuple[str, ...], Cell]] = {camera: {} for camera in result.cameras}
     for score in result.scores:
-        if bool(score["object"]) != of_objects:
-            continue
-        first = (score["object"],) if of_objects else ()
-        row = cells.setdefault((*first, score["metric"], score["unit"]), {})
-        row[score["camera"]] = _value(score)
+        if bool(score["object"]) == of_objects and score["camera"] in cells:
+            unit = SHOWN_UNITS.get(score["unit"], score["unit"])
+            first = (score["object"],) if of_objects else ()
+            cells[score["camera"]][*first, score["metric"], unit] = _value(score)
     titles = ["object", "metric", "unit"] if of_objects else ["metric", "unit"]
     rows = [
-        [*names, *(row.get(c, number(None)) for c in result.cameras)]
-        for names, row in cells.items()
+        [*names, *(of_camera.get(names, number(None)) for of_camera in cells.values())]
+        for names in merged(map(list, cells.values()))
     ]
     numeric = tuple(range(len(titles), len(titles) + len(result.cameras)))
     return table([*titles, *result.cameras], rows, numeric)
@@ -102,6 +119,9 @@ def _value(score: dict) -> Cell:
     high = score["high"]
     if low is None or high is None or not 0 < high - low < math.inf:  # NaN compares as unknown
         return number(score["value"])
+    half = (high - low) / 2
+    if half < NARROW * abs(score["value"]):
+        return [Part(number(score["value"])), Part(f"± {half:.1g}", small=True)]
     value, low, high = (rounded(v, high - low) for v in (score["value"], low, high))
     return [Part(value), Part(f"{low} to {high}", small=True)]
 
@@ -123,11 +143,10 @@ def ledger(rows: Ledger) -> Markup:
     for row in rows:
         errors: list[Part] = []
         for error in row.errors:
-            errors.append(Part(f"{error.label} "))
+            errors.append(Part(f"{error.label}: " if error.label else ""))
             errors.append(Part(number(error.value), strong=True))
-            errors.append(Part(f" {error.unit}"))
-            acts_on = ", ".join(filter(None, (error.acts_on, error.part)))
-            errors.append(Part(f"{error.how}, of {acts_on}", small=True))
+            errors.append(Part("" if error.unit == "1" else f" {error.unit}"))
+            errors.append(Part(_kind(error), small=True))
         cells: list[Cell] = [
             row.stage,
             f"{row.seconds:.2f}{' kept' if row.reused else ''}",
@@ -138,19 +157,31 @@ def ledger(rows: Ledger) -> Markup:
     peak_bytes = max((row.peak_bytes for row in rows), default=0)
     total = [f"{seconds:.1f}", f"{peak_bytes / 1e6:,.0f}"]
     body.append([[Part("all", strong=True)], [Part(total[0], strong=True)], total[1], ""])
-    return table(["stage", "seconds", "peak MB", "error"], body, (1, 2))
+    return table(["stage", "seconds", "peak MB", "error"], body, (1, 2), of_sentences=True)
+
+
+def _kind(error: ErrorTerm) -> str:
+    """Return how an error is known, and what it is an error of."""
+    quantity = "" if error.acts_on in ("other", "target") else f", on {error.acts_on}"
+    return f"{error.how}{quantity}" + (f" ({error.part})" if error.part else "")
 
 
 def left_out(rows: Ledger) -> Markup:
     """Return the omissions with their reasons and the largest change that each can cause."""
     body: list[list[Cell]] = [
-        [row.stage, omission.what, omission.why, f"{number(omission.bound)} {omission.unit}"]
+        [row.stage, omission.what, omission.why, _bound(omission)]
         for row in rows
         for omission in row.left_out
     ]
     if not body:
         return table(["Nothing was left out."], [])
-    return table(["stage", "what", "why", "bound on its effect"], body)
+    return table(["stage", "what", "why", "bound on its effect"], body, of_sentences=True)
+
+
+def _bound(omission: LeftOut) -> str:
+    """Return the largest effect of an omission with its unit; a dash where none is known."""
+    bound = number(omission.bound)
+    return bound if bound == number(None) else f"{bound} {omission.unit}".rstrip()
 
 
 def key_values(data: dict) -> Markup:

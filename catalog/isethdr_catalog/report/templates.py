@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -54,7 +54,13 @@ def _environment() -> Environment:
         trim_blocks=True,
     )
     environment.filters["number"] = number
+    environment.filters["breakable"] = breakable
     return environment
+
+
+def breakable(text: object) -> Markup:
+    """Return escaped text that a narrow column may break behind each underscore of a name."""
+    return Markup(str(escape(text)).replace("_", "_<wbr>"))
 
 
 def number(value: float | None) -> str:

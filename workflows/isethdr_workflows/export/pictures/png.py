@@ -44,10 +44,10 @@ def _write_one(item: Item, path: Path, licence: str) -> None:
 @lru_cache(maxsize=1)
 def shared_view(path: Path) -> tuple[float, float]:
     """Return white, cd/m2, and compression with which the report shows the pictures of a run: those
-    of the reference with most pixels.
+    of the reference with most pixels, with room for flare in the pictures.
     """
     run = open_run(path)
     truths = [run.open(f"truth/{camera}") for camera in run.cameras]
     reference = max(truths, key=lambda truth: truth.sizes["y"] * truth.sizes["x"])
-    white = shown_white_cd_m2(reference)
+    white = shown_white_cd_m2(reference, [run.open(f"picture/{camera}") for camera in run.cameras])
     return white, compression(reference, white)
