@@ -169,6 +169,7 @@ def mean_of(values, region: Region, use=None):
     Parameters
     ----------
     values : (y, x), of the frame. `use` : bool (y, x), pixels of the frame that count; None: all.
+    region : frame or object whose pixels count.
     """
     mask = region.mask if use is None else region.mask & use[region.window]
     in_region = np.where(mask, values[region.window], 0.0)

@@ -170,6 +170,8 @@ class ImagingSensor:
         Parameters
         ----------
         floor_e : the read noise that no gain lowers, electrons rms.
+        conversion_gain_uv_per_e : microvolts per electron at the floating diffusion.
+        analog_gain : volts per volt, a multiplier.
         """
         return input_referred_e(
             floor_e, self.after_gain_noise_uv, conversion_gain_uv_per_e, analog_gain

@@ -72,6 +72,7 @@ def settle(charge_e, arrived_e, log_memory_s, well: Well) -> tuple[np.ndarray, n
     charge_e : charge at the start.
     arrived_e : electrons that light and dark current brought, 0 or more.
     log_memory_s : log of J of the module's text, J in seconds.
+    well : knee, thermal electrons and overflow current of the photodiode.
 
     Notes
     -----
@@ -89,6 +90,13 @@ def settle(charge_e, arrived_e, log_memory_s, well: Well) -> tuple[np.ndarray, n
 def flow(charge_e, current_e_per_s, duration_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
     """Return (charge, spilled charge), electrons, after `duration_s` of constant current; exact and
     elementary.
+
+    Parameters
+    ----------
+    charge_e : charge at the start, electrons.
+    current_e_per_s : constant current of light and dark current, electrons per second, 0 or more.
+    duration_s : duration, s, above 0.
+    well : knee, thermal electrons and overflow current of the photodiode.
     """
     arrived = current_e_per_s * duration_s
     return settle(charge_e, arrived, log_memory(arrived / well.thermal_e, duration_s), well)
@@ -99,6 +107,13 @@ def flow_pieces(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (charge, spilled charge), electrons, after pieces of constant current, one after the
     other; exact.
+
+    Parameters
+    ----------
+    charge_e : charge at the start, electrons.
+    currents_e_per_s : current of each piece, electrons per second, 0 or more.
+    durations_s : duration of each piece, s.
+    well : knee, thermal electrons and overflow current of the photodiode.
     """
     spilled = 0.0
     for current, duration in zip(currents_e_per_s, durations_s, strict=True):
@@ -147,6 +162,12 @@ def flow_varying(
 def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> float:
     """Return the electrons that may arrive at constant light until `allowed_spill_e` of them are
     lost; 0 where more than that is lost in the dark.
+
+    Parameters
+    ----------
+    allowed_spill_e : electrons that may be lost, above 0.
+    duration_s : exposure, s.
+    well : knee, thermal electrons and overflow current of the photodiode.
     """
 
     def excess_e(arrived_e: float) -> float:
@@ -202,6 +223,12 @@ def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
 def slope(arrived_e, duration_s, well: Well) -> np.ndarray:
     """Return d charge / d arrived at constant light from an empty well: 1 below the knee, falling
     as 1 / arrived beyond.
+
+    Parameters
+    ----------
+    arrived_e : electrons that arrive in the exposure, any shape.
+    duration_s : exposure, s.
+    well : knee, thermal electrons and overflow current of the photodiode.
     """
     stays, spills, h = shares(0.0, arrived_e, duration_s, well)
     return stays + spills * h
@@ -215,6 +242,13 @@ def shares(
 
     h = 1/x - 1/(e^x - 1), x = arrived / thermal, falls from 1/2 to 0; P + R h is the same share for
     the arriving charge.
+
+    Parameters
+    ----------
+    charge_e : charge at the start, electrons.
+    arrived_e : electrons that arrive, 0 or more.
+    duration_s : duration, s.
+    well : knee, thermal electrons and overflow current of the photodiode.
     """
     x = np.asarray(arrived_e / well.thermal_e, float)
     _, s = _odds(charge_e, arrived_e, log_memory(x, duration_s), well)
@@ -234,6 +268,12 @@ def steady_charge(current_e_per_s, well: Well, leak_per_s: float = 0.0) -> np.nd
     A leak alone balances at current / leak, an overflow alone at a logarithm; both by Lambert W of
     an exponential (Wright's omega; Corless and Jeffrey 2002, "The Wright omega function"), which
     does not overflow.
+
+    Parameters
+    ----------
+    current_e_per_s : constant current, electrons per second, above 0.
+    well : knee, thermal electrons and overflow current of the photodiode.
+    leak_per_s : share of the charge that leaks per second, 0 or more.
     """
     current = np.asarray(current_e_per_s, float)
     if leak_per_s == 0.0:

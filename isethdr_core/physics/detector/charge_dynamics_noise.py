@@ -46,6 +46,13 @@ EMPTY = Moments(0.0, 0.0, 0.0, 0.0, 0.0)
 def flow_moments(before: Moments, current_e_per_s, duration_s, well: Well) -> Moments:
     """Return the moments after `duration_s` of constant current; pieces of light compose by
     repeated calls.
+
+    Parameters
+    ----------
+    before : moments of charge and spilled charge at the start.
+    current_e_per_s : constant current, electrons per second, 0 or more.
+    duration_s : duration, s, above 0.
+    well : knee, thermal electrons and overflow current of the photodiode.
     """
     arrived = np.asarray(current_e_per_s * duration_s, float)
     stays, spills, h = shares(before.charge_e, arrived, duration_s, well)

@@ -21,6 +21,12 @@ def graded(duration_s: float, steps: int, smallest: float = 1e-12) -> np.ndarray
 
     The memory of a full well is thermal / current seconds, so only this time before the end needs
     fine steps.
+
+    Parameters
+    ----------
+    duration_s : end of the last interval, s.
+    steps : number of intervals.
+    smallest : factor by which the fine intervals shrink in all, above 0 and below 1.
     """
     fine = steps // 2
     head = np.linspace(0.0, duration_s, steps - fine + 1)
@@ -43,6 +49,8 @@ def exponential_steps(charge_e, light_e_per_s, times_s, well: Well) -> np.ndarra
     ----------
     light_e_per_s : function of the time in seconds, per pixel; dark current included.
     times_s : increasing times, of which the first is the start.
+    charge_e : charge at the start, electrons.
+    well : knee, thermal electrons and overflow current of the photodiode.
     """
     for start, end in pairwise(times_s):
         mean = (
@@ -58,8 +66,14 @@ def implicit_steps(
     """Return the charge after implicit Euler steps, each solved exactly by Wright's omega function;
     first order.
 
-    Parameters as in `exponential_steps`; `leak_per_s` : share of the charge that leaks per second,
-    0 or more.
+    Parameters
+    ----------
+    charge_e : charge at the start, electrons.
+    light_e_per_s : function of the time in seconds, electrons per second and pixel; dark current
+        included.
+    times_s : increasing times, s, of which the first is the start.
+    well : knee, thermal electrons and overflow current of the photodiode.
+    leak_per_s : share of the charge that leaks per second, 0 or more.
     """
     for start, end in pairwise(times_s):
         step = end - start

@@ -58,6 +58,12 @@ def count(modulations, duration_s: float) -> float:
 def relative_in_pieces(modulation: Modulation, starts_s, durations_s) -> np.ndarray:
     """Return the mean light of each piece relative to the mean over time; 0 in a piece of no
     duration.
+
+    Parameters
+    ----------
+    modulation : how the light varies in time.
+    starts_s : start of each piece, s, any shape.
+    durations_s : duration of each piece, s, same shape, 0 or more.
     """
     some = durations_s > 0
     return np.where(

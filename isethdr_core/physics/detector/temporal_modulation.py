@@ -36,7 +36,11 @@ def light_s(
     """Return the integral of the light over each exposure, relative to its mean over all time,
     seconds; exact.
 
-    Parameters as in `square_wave_s` and `ripple_s`. At a frequency of 0 the state of `phase` lasts.
+    Parameters
+    ----------
+    modulation : frequency, duty, depth and phase of the light; at a frequency of 0 the state of
+        `phase` lasts.
+    start_s, duration_s : start and duration of each exposure, s; broadcast against each other.
     """
     frequency_hz, duty, depth, phase = modulation
     if constant(modulation):
@@ -54,6 +58,11 @@ def relative_light(
 ) -> np.ndarray:
     """Return the mean light of each exposure, of a duration above 0, relative to its mean over all
     time; 1 for constant light.
+
+    Parameters
+    ----------
+    modulation : frequency, duty, depth and phase of the light.
+    start_s, duration_s : start and duration of each exposure, s; broadcast against each other.
     """
     return light_s(modulation, start_s, duration_s) / duration_s
 
@@ -61,6 +70,12 @@ def relative_light(
 def row_starts_s(rows: int, line_time_s: float, start_s: float = 0.0) -> np.ndarray:
     """Return when each row's exposure starts, (rows, 1) seconds: a rolling shutter; a global one
     has a line time of 0.
+
+    Parameters
+    ----------
+    rows : number of rows.
+    line_time_s : time from row to row, s; 0 of a global shutter.
+    start_s : start of the first row, s.
     """
     return (start_s + line_time_s * np.arange(rows))[:, None]
 
@@ -70,6 +85,12 @@ def phase_at(
 ) -> np.ndarray:
     """Return time x frequency + phase modulo 1, exact to rounding of the result (Dekker 1971, exact
     products).
+
+    Parameters
+    ----------
+    time_s : time, s.
+    frequency_hz : frequency, Hz, 0 or more.
+    phase : at time 0, periods.
     """
     t = np.asarray(time_s, float)
     f = np.asarray(frequency_hz, float)
@@ -125,8 +146,15 @@ def ripple_s(
     """Return the integral of 1 + depth cos(2 pi (frequency t + phase)) over an exposure, seconds;
     exact.
 
-    A lamp on mains of 50 or 60 Hz ripples at 100 or 120 Hz. `depth` 0..1; the mean light is 1. The
-    error is relative to the mean light's integral.
+    A lamp on mains of 50 or 60 Hz ripples at 100 or 120 Hz. The error is relative to the mean
+    light's integral.
+
+    Parameters
+    ----------
+    start_s, duration_s : start and duration of each exposure, s.
+    frequency_hz : frequency of the ripple, Hz, 0 or more.
+    depth : amplitude over the mean, 0 to 1; the mean light is 1.
+    phase : at time 0, periods.
     """
     periods = np.asarray(frequency_hz, float) * duration_s
     middle = phase_at(start_s, frequency_hz, phase) + 0.5 * (
@@ -141,7 +169,13 @@ def square_wave_pieces(
     """Return (durations_s, on): the pieces of constant light of an exposure, in order, for
     `charge_dynamics.flow_pieces`.
 
-    Parameters as in `square_wave_s`, but for one duration and one lamp.
+    Parameters
+    ----------
+    start_s : start of each exposure, s, any shape.
+    duration_s : duration of all exposures, s, 0 or more.
+    frequency_hz : frequency of the lamp, Hz, 0 or more.
+    duty : share of the period in which the lamp is on, 0 to 1.
+    phase : at time 0, periods; the lamp switches on at phase 0.
 
     Returns
     -------

@@ -59,7 +59,14 @@ class ContractModel:
         self.contract.check_form(form, str(self.session.path))
 
     def picture(self, captures: xr.Dataset, how: NetworkFields, balance: Illuminant) -> xr.Dataset:
-        """Return the picture of captures whose black level is known."""
+        """Return the picture of captures whose black level is known.
+
+        Parameters
+        ----------
+        captures : captures Dataset whose black level is known.
+        how : the fields of `isp=network`.
+        balance : light whose white the picture is balanced to.
+        """
         contract = self.contract
         taken = shot(captures, how, apart=bool(contract.captures))
         self.check_form(taken.form())

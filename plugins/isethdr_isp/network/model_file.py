@@ -28,7 +28,14 @@ class PictureModel(Protocol):
         """Raise ConfigError unless the model is for the captures and the filters of a sensor."""
 
     def picture(self, captures: xr.Dataset, how: NetworkFields, balance: Illuminant) -> xr.Dataset:
-        """Return the picture of captures whose black level is known."""
+        """Return the picture of captures whose black level is known.
+
+        Parameters
+        ----------
+        captures : captures Dataset whose black level is known.
+        how : the fields of `isp=network`.
+        balance : light whose white the picture is balanced to.
+        """
 
 
 def needs_model(model: str) -> Path:

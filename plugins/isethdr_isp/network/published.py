@@ -86,7 +86,14 @@ class PublishedModel:
             )
 
     def picture(self, captures: xr.Dataset, how: NetworkFields, balance: Illuminant) -> xr.Dataset:
-        """Return the picture of captures whose black level is known. It states no variance."""
+        """Return the picture of captures whose black level is known. It states no variance.
+
+        Parameters
+        ----------
+        captures : captures Dataset whose black level is known.
+        how : the fields of `isp=network`.
+        balance : light whose white the picture is balanced to.
+        """
         taken = shot(captures, how, apart=False)
         self.check_form(taken.form())
         planes, scale = self._planes(taken.planes.signal_e[0], taken.filters, taken.channels)

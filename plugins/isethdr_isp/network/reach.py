@@ -53,6 +53,7 @@ def measured_reach_px(
     planes : every input (1, plane, y, x) by name.
     changed : the input of which a sample is changed.
     step : places, one beside the other: the period of the model's strides.
+    session : the open model.
     """
     rows, columns = planes[changed].shape[2:]
     usual = session.run(planes)

@@ -71,6 +71,8 @@ def results_of(
     planes : inputs (plane, y, x) by name.
     phase : row and column of the filter array's cell at the first pixel.
     tile_px : side of the largest tile of a model of free size.
+    session : the open model.
+    cut : what the model needs of its tiles.
 
     Raises
     ------

@@ -72,6 +72,7 @@ def shot(captures, how: NetworkFields, apart: bool) -> Shot:
     how : the fields of the isp.
     apart : one plane per capture, in the order of the shot, each in electrons of the most
         sensitive one; False merges them to one plane.
+    captures : captures Dataset whose black level is known.
 
     Raises
     ------
@@ -171,6 +172,12 @@ def unit_e_per_cd_m2(contract: Contract, taken: Shot) -> float:
 def state_unlike_filters(contract: Contract, taken: Shot, wavelength_nm: np.ndarray) -> None:
     """State how far the sensor's electrons differ from those of the sensor that a model is for, on
     coloured light; nothing where the model does not state its filters.
+
+    Parameters
+    ----------
+    contract : what the model states of the sensor that it is for.
+    taken : the planes of a shot, with the sensor's response.
+    wavelength_nm : centres of the bands (wavelength,), nm.
 
     Raises
     ------

@@ -73,6 +73,7 @@ def windows(size: int, tile: int, overlap: int) -> list[Window]:
     ----------
     tile : places of a tile, more than twice `overlap`; one tile holds all where it is not smaller.
     overlap : at an edge inside the picture, so many results are not kept.
+    size : places along the axis.
     """
     if size <= tile:
         return [Window(0, size, 0, size)]
@@ -86,7 +87,14 @@ def windows(size: int, tile: int, overlap: int) -> list[Window]:
 
 
 def even_tile(size: int, grid: Grid, axis: int) -> int:
-    """Return the smallest tile along an axis that needs no more tiles than the largest one."""
+    """Return the smallest tile along an axis that needs no more tiles than the largest one.
+
+    Parameters
+    ----------
+    size : places along the axis.
+    grid : the largest tile, its overlap and multiples.
+    axis : 0 of rows, 1 of columns.
+    """
     largest = grid.tile[axis]
     if size <= largest or grid.fixed:
         return largest
@@ -106,6 +114,7 @@ def tiled(
     network : takes and returns arrays (1, plane, y, x) by name.
     planes : (plane, y, x) by name.
     phase : row and column of the cell at the first pixel.
+    grid : how the network wants its input cut.
     """
     height, width = next(iter(planes.values())).shape[1:]
     whole = [

@@ -150,6 +150,12 @@ def linear_dn(captures, i: int, raw):
     The table `companding_dn` -> `companding_linear_dn` of the sensor is interpolated linearly;
     padding with NaN is left out. Black level, gain, top and quantisation are those of the linear
     scale.
+
+    Parameters
+    ----------
+    captures : captures Dataset.
+    i : number of the capture.
+    raw : codes of that capture, any shape, DN.
     """
     if "companding_dn" not in captures:
         return raw, 1.0, 1.0

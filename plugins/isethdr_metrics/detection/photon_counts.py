@@ -86,8 +86,13 @@ class Estimate(NamedTuple):
 
 
 def estimated(bright: Signal, dark: Signal, contrast, interval: float) -> Estimate:
-    """Return the probability of each pair for normal noise, corrected for its skewness; parameters
-    as `of_signals`.
+    """Return the probability of each pair for normal noise, corrected for its skewness.
+
+    Parameters
+    ----------
+    bright, dark : signals of the truly brighter pixel and of the other of each pair.
+    contrast : true Michelson contrast (pair,), above 0.
+    interval : largest accepted deviation, as a share of the contrast, below 1.
 
     Notes
     -----

@@ -12,6 +12,12 @@ def bloom(charge_e, full_well_e: float, percent: float) -> np.ndarray:
     Half of the excess flows down and half flows up. Each stream fills the wells that it meets, and
     the remainder flows on; at the border it is lost. The result is the mean of both orders, down
     first and up first, so that no direction is preferred.
+
+    Parameters
+    ----------
+    charge_e : collected charge (y, x), electrons; rows run along the columns that overflow.
+    full_well_e : largest charge that a photodiode holds, electrons.
+    percent : share of every excess that flows on, 0 to 100.
     """
     excess = np.maximum(charge_e - full_well_e, 0.0) * (percent / 100 / 2)
     capped_e = np.minimum(charge_e, full_well_e)

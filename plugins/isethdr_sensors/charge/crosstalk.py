@@ -65,6 +65,12 @@ def stray_share(model: SensorModel, wavelength_nm) -> np.ndarray:
 def parts(qe, model: SensorModel, wavelength_nm) -> list[np.ndarray]:
     """Return the (channel, wavelength) electrons per photon that stay and that go astray as light;
     all of them where none does.
+
+    Parameters
+    ----------
+    qe : quantum efficiency (channel, wavelength), electrons per photon.
+    model : `SensorModel` with the share of optical crosstalk.
+    wavelength_nm : centres of the bands (wavelength,), nm.
     """
     if not model.optical_crosstalk_percent:
         return [qe]
@@ -94,6 +100,12 @@ def mixed_efficiency(qe, model: SensorModel, wavelength_nm) -> np.ndarray:
     between filters included.
 
     Pixels of one channel with unlike neighbours are averaged.
+
+    Parameters
+    ----------
+    qe : quantum efficiency (channel, wavelength) without crosstalk, electrons per photon.
+    model : `SensorModel` with the filter array and both kinds of crosstalk.
+    wavelength_nm : centres of the bands (wavelength,), nm.
     """
     if not model.optical_crosstalk_percent and not model.electrical_crosstalk_percent:
         return qe

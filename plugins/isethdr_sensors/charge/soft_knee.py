@@ -30,6 +30,13 @@ class HasSoftKnee(Protocol):
 def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: float):
     """Return the `charge_dynamics.Well` of these fields; `thermal_e` is proportional to the
     absolute temperature.
+
+    Parameters
+    ----------
+    knee_e : charge at which the overflow current is `knee_e_per_s`, electrons.
+    thermal_e : electrons for which the overflow grows by the factor e, at 60 C.
+    knee_e_per_s : overflow current at the knee, electrons per second.
+    temperature_c : temperature of the sensor, degrees Celsius.
     """
     return Well(knee_e, thermal_e * (1 + (temperature_c - REFERENCE_C) / REFERENCE_K), knee_e_per_s)
 

@@ -38,6 +38,12 @@ def check(components, exposure_s: float) -> None:
 def untouched_e(spilled_e: float, exposure_s: float, soft) -> float:
     """Return the arrived electrons up to which at most `spilled_e` spill whenever they arrive: as
     if all came at once, at the start.
+
+    Parameters
+    ----------
+    spilled_e : electrons that may spill, above 0.
+    exposure_s : exposure time, s.
+    soft : `charge_dynamics.Well` of the photodiode.
     """
     return max(
         0.0, soft.knee_e + soft.thermal_e * np.log(spilled_e / (exposure_s * soft.knee_e_per_s))
@@ -45,7 +51,14 @@ def untouched_e(spilled_e: float, exposure_s: float, soft) -> float:
 
 
 def worst_spill(charge_e: float, exposure_s: float, soft) -> float:
-    """Return the largest share of `charge_e` that may have spilled, whenever it arrived."""
+    """Return the largest share of `charge_e` that may have spilled, whenever it arrived.
+
+    Parameters
+    ----------
+    charge_e : arrived electrons, above 0.
+    exposure_s : exposure time, s.
+    soft : `charge_dynamics.Well` of the photodiode.
+    """
     return min(1.0, exposure_s * float(soft.overflow_e_per_s(charge_e)) / charge_e)
 
 

@@ -130,7 +130,14 @@ def readings(pixel: SoftKneePixel, light_e, generator, block_rows: int | None = 
     """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons (y, x);
     parameters as in `take_shot`.
 
-    `in_time` : for light that varies, [(Modulation, (y, x) electrons at the mean over time), ...].
+    Parameters
+    ----------
+    pixel : model and well of the sensor.
+    light_e : mean electrons of light (y, x) of the whole exposure, constant in time.
+    generator : key of the noise; None for a model without noise.
+    block_rows : rows computed at a time; the result is the same for any number.
+    in_time : of light that varies, [(Modulation, (y, x) electrons at the mean over time), ...];
+        None: constant light.
     """
     model = pixel.model
     soft = pixel.well
@@ -173,6 +180,13 @@ def readings(pixel: SoftKneePixel, light_e, generator, block_rows: int | None = 
 def arrived(mean_e, capacity_e: float, generator, first_row: int) -> np.ndarray:
     """Return the electrons that arrive in a block of rows, (y, x): Poisson counts, or the means
     without a generator.
+
+    Parameters
+    ----------
+    mean_e : mean electrons (y, x) of light and dark current.
+    capacity_e : electrons beyond which the pixel holds none, inf: no limit.
+    generator : key of the noise; None: no noise.
+    first_row : the block's first row, counted from the sensor's upper left pixel.
     """
     if generator is None:
         return np.asarray(mean_e, float)
@@ -195,6 +209,8 @@ def stays(
     untouched_e : arrived electrons up to which nothing spills.
     soft : `charge_dynamics.Well`.
     generator : key of the noise of which electrons leave; None for the mean.
+    exposure_s : exposure time, s.
+    first_row : the block's first row, counted from the sensor's upper left pixel.
     """
     some = arrived_e > untouched_e
     if not some.any():
@@ -212,6 +228,13 @@ def stays(
 def linear_top_dn(reading, exposure_s: float, soft, spilled_e: float) -> float:
     """Return the largest code up to which at most `spilled_e` of the arrived charge have left the
     photodiode.
+
+    Parameters
+    ----------
+    reading : `Reading` with gain, black level and converter.
+    exposure_s : exposure time, s.
+    soft : `charge_dynamics.Well` of the photodiode.
+    spilled_e : electrons that may have left, at constant light.
     """
     limit = reading.black_dn + reading.gain_dn_per_e * linear_limit_e(spilled_e, exposure_s, soft)
     return min(converter.top_code(reading), float(np.floor(limit)) if reading.bits else limit)

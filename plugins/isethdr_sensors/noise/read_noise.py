@@ -44,6 +44,9 @@ def read_noise(read_noise_e, stream: tuple, first_row: int, rows: int, columns: 
     Parameters
     ----------
     read_noise_e : a number, or the (y, x) map of `widths_e`'s same rows.
+    stream : key of the noise of one reading in one shot.
+    first_row : first row, counted from the sensor's upper left pixel.
+    rows, columns : size of the block, pixels.
     """
     return read_noise_e * noise.normal_float32(
         random_words.words(stream, first_row, first_row + rows, 0, columns)
@@ -54,7 +57,15 @@ def read_noise(read_noise_e, stream: tuple, first_row: int, rows: int, columns: 
 def widths_e(
     read_noise_e: float, tail_percent: float, stream: tuple, rows: int, columns: int
 ) -> np.ndarray:
-    """Return the (y, x) float32 rms of every pixel's read noise; `stream` is the device's."""
+    """Return the (y, x) float32 rms of every pixel's read noise.
+
+    Parameters
+    ----------
+    read_noise_e : rms over all pixels, electrons.
+    tail_percent : of the pixels that read `TAIL_WIDTH` times as wide as the others, 0 to 100.
+    stream : key of the device's random numbers.
+    rows, columns : size of the sensor, pixels.
+    """
     share = tail_percent / 100
     body = read_noise_e / sqrt(1 - share + share * TAIL_WIDTH**2)
     out = np.full((rows, columns), body, np.float32)

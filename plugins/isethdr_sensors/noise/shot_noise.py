@@ -8,5 +8,12 @@ from isethdr_core.physics.detector import noise
 
 
 def collect(mean_e, stream: tuple, first_row: int):
-    """Return whole electrons, (y, x) float64, for the mean of rows `first_row`... of the sensor."""
+    """Return whole electrons, (y, x) float64, for the mean of rows `first_row`... of the sensor.
+
+    Parameters
+    ----------
+    mean_e : mean electrons (y, x), 0 to 1e18.
+    stream : key of the noise of one photodiode in one shot.
+    first_row : first row of `mean_e`, counted from the sensor's upper left pixel.
+    """
     return noise.poisson_image(mean_e, stream, first_row)

@@ -25,6 +25,8 @@ def steps_e(step_e: float, percent: float, stream: tuple, rows: range, columns: 
     ----------
     step_e : mean over the pixels with a trap. `percent` : of the pixels that have one.
     stream : the device's.
+    rows : range of rows, counted from the sensor's upper left pixel.
+    columns : number of columns.
     """
     out = np.zeros((len(rows), columns), np.float32)
     words = random_words.words(stream, rows.start, rows.stop, 0, columns)

@@ -129,7 +129,14 @@ def with_response(captures: xr.Dataset, table) -> xr.Dataset:
 
 
 def electrons(model, grid, values) -> xr.DataArray:
-    """Return (capture, y, x) electrons on the pixel grid."""
+    """Return (capture, y, x) electrons on the pixel grid.
+
+    Parameters
+    ----------
+    model : `SensorModel`, for the names of the captures.
+    grid : `PixelGrid` of the pixels.
+    values : electrons (capture, y, x).
+    """
     return xr.DataArray(
         values, dims=("capture", "y", "x"), coords=_grid(model, grid), attrs={"units": "e"}
     )

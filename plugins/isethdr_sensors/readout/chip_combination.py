@@ -136,6 +136,7 @@ def combine(model: SensorModel, raw, saturated) -> tuple[np.ndarray, np.ndarray]
     Parameters
     ----------
     raw, saturated : (capture, y, x) linear DN, and whether a reading measures no light.
+    model : `SensorModel` with the bits of the combined code.
     """
     order = sources(model)
     combined = combined_model(model)

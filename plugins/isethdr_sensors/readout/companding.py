@@ -45,11 +45,25 @@ def table(knees, top_code: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def compand(linear_dn, knees, top_code: float) -> np.ndarray:
-    """Return whole companded codes of linear codes."""
+    """Return whole companded codes of linear codes.
+
+    Parameters
+    ----------
+    linear_dn : linear codes of any shape, DN.
+    knees : knee points (linear DN, companded DN), rising.
+    top_code : largest linear code, DN.
+    """
     return np.floor(np.interp(linear_dn, *table(knees, top_code)) + 0.5)
 
 
 def decompand(companded_dn, knees, top_code: float) -> np.ndarray:
-    """Return linear codes; wrong by at most half a companded code times the local squeeze."""
+    """Return linear codes; wrong by at most half a companded code times the local squeeze.
+
+    Parameters
+    ----------
+    companded_dn : companded codes of any shape, DN.
+    knees : knee points (linear DN, companded DN), rising.
+    top_code : largest linear code, DN.
+    """
     linear, companded = table(knees, top_code)
     return np.interp(companded_dn, companded, linear)

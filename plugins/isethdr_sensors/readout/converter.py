@@ -26,6 +26,8 @@ def converter(
     conversion_gain_uv_per_e : microvolts per electron at the floating diffusion.
     analog_gain : volts per volt, a multiplier.
     swing_v : full scale of the converter, V.
+    bits : of the linear code, 1 to 24; 0 switches the converter off.
+    black_dn : code at 0 V, DN.
     """
     for name, value in (
         ("conversion_gain_uv_per_e", conversion_gain_uv_per_e),

@@ -16,6 +16,11 @@ def dark_map(model: SensorModel, rows: int, columns: int):
     The black clamp puts darkness of both kinds of pixels at the level of the upper case pixels,
     like separate reference pixels for each exposure. The offset of the reading makes up for the
     lower dark charge.
+
+    Parameters
+    ----------
+    model : `SensorModel` with the filter array, and the share of a lower case pixel.
+    rows, columns : size of the sensor, pixels.
     """
     if model.lower_case_dark == 1.0:
         return 1.0

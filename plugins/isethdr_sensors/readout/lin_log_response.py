@@ -112,6 +112,13 @@ def response(
 def without_bias(dn, mean_wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the rising table (entry,) whose mean over the noise is `mean_wanted` at each entry,
     and its variance over the noise there.
+
+    Parameters
+    ----------
+    dn : readings (entry,) at which the table is given, rising, DN.
+    mean_wanted : wanted mean of the table over the noise (entry,), electrons.
+    width_dn : standard deviation of the noise at each entry (entry,), DN.
+    lowest : electrons that the first entry must exceed.
     """
     out = mean_wanted.copy()
     for rounds_left in reversed(range(ROUNDS)):
@@ -131,6 +138,12 @@ def as_mean(dn, mean_wanted, width_dn) -> np.ndarray:
     straight or exponential within the noise.
 
     By ratios (Gold 1964), in which an exponential is right after one round.
+
+    Parameters
+    ----------
+    dn : readings (entry,) at which the table is given, rising, DN.
+    mean_wanted : wanted mean of the table over the noise (entry,), above 0.
+    width_dn : standard deviation of the noise at each entry (entry,), DN.
     """
     out = mean_wanted.copy()
     for _ in range(RATIOS):
@@ -139,7 +152,15 @@ def as_mean(dn, mean_wanted, width_dn) -> np.ndarray:
 
 
 def over_noise(dn, table, width_dn) -> np.ndarray:
-    """Return the table at the readings (entry, node) of a normal distribution around each entry."""
+    """Return the table at the readings (entry, node) of a normal distribution around each entry.
+
+    Parameters
+    ----------
+    dn : readings (entry,) at which the table is given, rising, DN.
+    table : values at these readings (entry,), above 0; beyond them the table goes on straight below
+        and exponentially above.
+    width_dn : standard deviation of the noise at each entry (entry,), DN.
+    """
     noisy_dn = dn[:, None] + width_dn[:, None] * NODES
     below_table = np.minimum(noisy_dn - dn[0], 0.0)
     above_table = np.maximum(noisy_dn - dn[-1], 0.0)

@@ -201,6 +201,8 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
     ----------
     light_e : per photodiode a (y, x) array of mean electrons of the whole exposure.
     block_rows : rows computed at a time; the result is the same for any number.
+    model : `SensorModel` of the sensor.
+    generator : key of the noise of the shot and of the device; None for a model without noise.
 
     Notes
     -----
@@ -309,6 +311,12 @@ def read_dn(model: SensorModel, reading, electrons, noise: ReadingNoise, generat
 def device_maps(model: SensorModel, generator, height: int, width: int):
     """Return per photodiode the PRNU factor and the dark electrons, per reading offset and read
     noise: maps, rows or numbers.
+
+    Parameters
+    ----------
+    model : `SensorModel` of the sensor.
+    generator : its device keys the maps; None for a model without noise.
+    height, width : size of the sensor, pixels; rows behind metal included.
     """
     size = height, width
     dark = [dark_charge_e(model, diode) for diode in model.photodiodes]
@@ -356,6 +364,12 @@ def device_maps(model: SensorModel, generator, height: int, width: int):
 def defects(model: SensorModel, generator, height: int, width: int) -> np.ndarray:
     """Return the device's map of defects, (y, x) bool: pixels in which some photodiode is hot by
     `defect_e_per_s` or more.
+
+    Parameters
+    ----------
+    model : `SensorModel`; its `defect_e_per_s` is the limit at 60 C.
+    generator : its device keys the map.
+    height, width : size of the sensor, pixels.
     """
     defective = np.zeros((height, width), bool)
     for diode in model.photodiodes:

@@ -106,6 +106,12 @@ def noise_mean_and_variance(
     (sensorAddNoise, flag 2).
 
     v = (Poisson(electrons + dark) g + read) (1 + prnu n) + dsnu n', n and n' standard normals.
+
+    Parameters
+    ----------
+    electrons, dark_e : mean electrons of light and of dark current.
+    conversion_gain_v_per_e : g, volts per electron.
+    noise : read noise and DSNU in volts, PRNU relative.
     """
     mean = (electrons + dark_e) * conversion_gain_v_per_e
     temporal = mean * conversion_gain_v_per_e + noise.read_noise_v**2
@@ -121,6 +127,12 @@ def clipped_noise(
     A sum over whole electron counts; given the count, volts are normal but for read noise times
     PRNU, 1e-2 of the read noise. With read noise, PRNU and DSNU of 0 it is ISETCam's noise flag 1,
     shot noise alone; that flag has no dark charge either.
+
+    Parameters
+    ----------
+    electrons, dark_e : mean electrons of light and of dark current.
+    readout : conversion gain in volts per electron, and the swing in volts.
+    noise : read noise and DSNU in volts, PRNU relative.
     """
     count, weight = _counts(electrons + dark_e)
     swing_v = readout.swing_v

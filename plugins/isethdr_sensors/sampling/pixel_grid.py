@@ -34,6 +34,12 @@ def pixel_grid(light, pitch_um: float, rows: int = 0, columns: int = 0) -> Pixel
 
     Tiles beyond `field_width` and `field_height` of the light are not part of the field.
 
+    Parameters
+    ----------
+    light : irradiance or photocurrent DataArray; its attributes hold the field in metres.
+    pitch_um : pixel pitch, um.
+    rows, columns : pixels along both axes; 0 fills the field.
+
     Raises
     ------
     ConfigError : the sensor is larger than the field, so that its border would get no light.
@@ -52,6 +58,12 @@ def pixel_counts(
 ) -> tuple[int, int]:
     """Return (rows, columns), with 0 replaced by the largest number that fits into the field. Raise
     ConfigError if more are requested, or none fits.
+
+    Parameters
+    ----------
+    field_width_m, field_height_m : size of the field on the sensor plane, m.
+    pitch_um : pixel pitch, um.
+    rows, columns : pixels along both axes; 0 fills the field.
     """
     pitch = pitch_um * 1e-6
     return _count(field_height_m, pitch, rows, "rows", "high"), _count(
@@ -62,6 +74,11 @@ def pixel_counts(
 def pixel_need(model: SensorModel, field_width_m: float, field_height_m: float) -> memory.Need:
     """Return the memory of the pixels of a sensor from the shot to the scores, and the smallest
     pitch that fits into the machine's memory.
+
+    Parameters
+    ----------
+    model : `SensorModel` of the sensor.
+    field_width_m, field_height_m : size of the field on the sensor plane, m.
     """
     rows, columns = pixel_counts(
         field_width_m, field_height_m, model.pitch_um, model.rows, model.columns
@@ -79,6 +96,11 @@ def pixel_need(model: SensorModel, field_width_m: float, field_height_m: float) 
 def window_m(pitch_um: float, rows: int, columns: int) -> tuple[float, float] | None:
     """Return (width, height) of the part of the image plane that the pixels cover, inf along an
     axis that they fill; None if they fill both.
+
+    Parameters
+    ----------
+    pitch_um : pixel pitch, um.
+    rows, columns : pixels along both axes; 0 fills the field.
     """
     return (
         tuple(n * pitch_um * 1e-6 or np.inf for n in (columns, rows)) if rows or columns else None

@@ -49,7 +49,13 @@ def channels(pattern: str) -> tuple[str, ...]:
 
 
 def filter_map(pattern: str, rows: int, columns: int) -> np.ndarray:
-    """Return the (y, x) uint8 index into `channels(pattern)` of every pixel's filter."""
+    """Return the (y, x) uint8 index into `channels(pattern)` of every pixel's filter.
+
+    Parameters
+    ----------
+    pattern : repeated letters of the array, row by row, such as RGGB.
+    rows, columns : size of the sensor, pixels.
+    """
     names = channels(pattern)
     tile = np.array([[names.index(c) for c in row] for row in cell(pattern)], np.uint8)
     return np.tile(tile, (-(-rows // tile.shape[0]), -(-columns // tile.shape[1])))[:rows, :columns]

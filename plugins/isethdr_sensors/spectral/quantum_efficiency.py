@@ -96,8 +96,12 @@ def smooth_spectrum_error(model: SensorModel, wavelength_nm, spectrum=None) -> f
     """Return a bound on the relative error of a channel's electrons due to the assumption that
     light is constant over each band.
 
-    `spectrum` : (band,) mean energy per nm of the light. It is tested together with black bodies of
-        2000 to 20000 K.
+    Parameters
+    ----------
+    model : `SensorModel` with the curves.
+    wavelength_nm : centres of the bands (band,), nm.
+    spectrum : mean energy per nm of the light (band,). It is tested together with black bodies of
+        2000 to 20000 K; None: these alone.
     """
     w = np.asarray(wavelength_nm, float)
     if len(w) < 2:

@@ -29,8 +29,14 @@ def ask(
     """Return the demand with the response of a sensor that exposes for at most `longest_s`; without
     a response if the sensor has no noise.
 
-    `quietest` is the model at the gain with the least read noise, if it is not `model`. Without
-    noise no error is small enough, so the sensor asks for light wavelength by wavelength.
+    Without noise no error is small enough, so the sensor asks for light wavelength by wavelength.
+
+    Parameters
+    ----------
+    model : `SensorModel` at its exposure.
+    demand : what is needed of the light so far.
+    longest_s : longest exposure, s.
+    quietest : model at the gain with the least read noise; None: `model`.
     """
     if not model.noise:
         return demand
@@ -83,7 +89,12 @@ def channel_planes(model: SensorModel, light, qe) -> list[np.ndarray]:
     """Return per part of `crosstalk.parts` the electrons per m2 and second (channel, y, x) on the
     light's own tiles.
 
-    `qe` is the (channel, wavelength) quantum efficiency at the light's bands.
+    Parameters
+    ----------
+    model : `SensorModel`, for its crosstalk and its response.
+    light : irradiance (wavelength, y, x), W m-2 nm-1, or photocurrent (channel, y, x), electrons
+        m-2 s-1.
+    qe : quantum efficiency (channel, wavelength) at the light's bands, electrons per photon.
     """
     wavelength_nm = quantities.bands_nm(light)
     if light.attrs["units"] != quantities.PHOTOCURRENT:

@@ -72,6 +72,12 @@ def exposed(sensor, light, generator):
 
     The attribute `exposure_iterations` is the number of steps, and `analog_gain_factor` the factor
     by which the analog gain was raised.
+
+    Parameters
+    ----------
+    sensor : `ImagingSensor` with an exposure rule.
+    light : irradiance or photocurrent DataArray on the sensor plane.
+    generator : key of the noise of the shot.
     """
     chosen = sensor.automatic(light)
     out = sensor.at_exposure(chosen.exposure)(light, generator)

@@ -17,7 +17,14 @@ from ..spectral.colour_filter_array import channels
 
 
 def starts_s(model: SensorModel, diode: Photodiode, rows: int) -> np.ndarray:
-    """Return when each row's exposure of `diode` starts, (rows, 1) seconds."""
+    """Return when each row's exposure of `diode` starts, (rows, 1) seconds.
+
+    Parameters
+    ----------
+    model : `SensorModel` with the line time and the exposure.
+    diode : photodiode, whose exposure may start later than the row's first.
+    rows : number of rows of the sensor.
+    """
     return row_starts_s(rows, model.line_time_s, model.exposure_s * diode.start_share)
 
 
@@ -37,6 +44,13 @@ def shot_time_s(model: SensorModel, rows: int, exposure_s: float) -> float:
 def relative(model: SensorModel, diode: Photodiode, modulation, filters):
     """Return the light that falls into each exposure over that of the mean over time: (rows, 1),
     (y, x), or 1 for constant light.
+
+    Parameters
+    ----------
+    model : `SensorModel` with line time, exposure and filter array.
+    diode : photodiode whose exposure counts.
+    modulation : `Modulation` of the light in time.
+    filters : index of each pixel's channel (y, x).
     """
     if constant(modulation):
         return 1.0
@@ -59,6 +73,7 @@ def together(model: SensorModel, parts, filters) -> list:
     ----------
     parts : [(Modulation, per photodiode (y, x) electrons at the mean light over time), ...].
     filters : (y, x) index of each pixel's channel.
+    model : `SensorModel` with line time, exposure and filter array.
     """
     out = None
     for modulation, means in parts:

@@ -92,6 +92,12 @@ class Bench:
 def picture_key(bench: Bench, photons: float, number: int):
     """Return the key of the noise of picture `number` of a level of light; the device is always the
     same.
+
+    Parameters
+    ----------
+    bench : camera and light; its seed is the first.
+    photons : mean photons per pixel and exposure.
+    number : of the picture in its series.
     """
     return generator(bench.seed + number, "bench", f"{photons:.6g}")
 
@@ -135,7 +141,14 @@ class Stack:
 
 
 def stack(bench: Bench, photons: float, pictures: int) -> Stack:
-    """Return the average of `pictures` (release 4.0, section 8.1)."""
+    """Return the average of `pictures` (release 4.0, section 8.1).
+
+    Parameters
+    ----------
+    bench : camera and light.
+    photons : mean photons per pixel and exposure.
+    pictures : number of pictures, at least 2.
+    """
     total = 0.0
     squares = 0.0
     for k in range(pictures):

@@ -85,5 +85,11 @@ def pictures_needed(noise_dn2: float, pattern_dn2: float, pixels: int) -> int:
     The variance of the mean's noise, noise / n, has the relative error sqrt(2 / pixels). The number
     is planned from the data sheet and not from the pictures: a series that ends when its result
     looks certain is biased.
+
+    Parameters
+    ----------
+    noise_dn2 : temporal variance of one dark picture, DN^2.
+    pattern_dn2 : variance of the fixed pattern, DN^2; 0: none is needed.
+    pixels : number of pixels.
     """
     return ceil(sqrt(2 / pixels) * noise_dn2 / (SHARE * pattern_dn2)) if pattern_dn2 > 0 else 0

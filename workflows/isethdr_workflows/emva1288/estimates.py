@@ -68,6 +68,7 @@ def gain_and_responsivity(pairs: list[Pair], dark: Pair, digital: bool):
     ----------
     pairs : levels up to saturation.
     dark : the level without light.
+    digital : whether codes are whole numbers, which rounding shows in.
     """
     lit = [
         p
@@ -119,6 +120,12 @@ def resolved(dark: Pair, digital: bool) -> bool:
 def dark_noise_e(dark: Pair, gain: Estimate, digital: bool) -> Estimate:
     """Return the temporal dark noise, electrons; its upper limit 0.40 DN if rounding hides it
     (section 6.6).
+
+    Parameters
+    ----------
+    dark : the level without light.
+    gain : system gain, DN per electron.
+    digital : whether codes are whole numbers.
     """
     if not resolved(dark, digital):
         return Estimate(0.40 / gain.value, 0.0, bound=True)
@@ -141,7 +148,15 @@ def saturation(pairs: list[Pair]) -> Pair:
 
 
 def full_well_e(blinded: Pair, dark: Pair, gain: Estimate, dark_noise: Estimate) -> Estimate:
-    """Return the charge at which numbers end, electrons: the mean far beyond saturation."""
+    """Return the charge at which numbers end, electrons: the mean far beyond saturation.
+
+    Parameters
+    ----------
+    blinded : a level far beyond saturation.
+    dark : the level without light.
+    gain : system gain, DN per electron.
+    dark_noise : temporal dark noise, electrons.
+    """
     value = (blinded.mean_dn - dark.mean_dn) / gain.value
     # at the top code only the lower half of the read noise is left, mean -0.4 of its rms
     clipped = 0.4 * dark_noise.value
@@ -226,6 +241,8 @@ def dsnu_e(dark: Stack, gain: Estimate, shared: float) -> Estimate:
     ----------
     shared : relative standard error of the pattern's own variance: of a few columns there are only
         a few draws.
+    dark : average of dark pictures.
+    gain : system gain, DN per electron.
     """
     variance = spatial(dark)
     return root(

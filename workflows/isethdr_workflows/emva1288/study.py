@@ -113,7 +113,15 @@ def linear_captures(sensor) -> list[int]:
 
 
 def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
-    """Return one row per capture, channel and figure."""
+    """Return one row per capture, channel and figure.
+
+    Parameters
+    ----------
+    sensor : an `ImagingSensor`.
+    size : rows and columns of the pictures.
+    pictures : averaged for the fixed pattern, at least.
+    seed : of the noise.
+    """
     sensor = replace(sensor, rows=0, columns=0)
     probe = sensor(Bench(sensor, 0, 0, 550.0, size, seed).light(0.0), _key(seed))
     linear = linear_captures(sensor)
@@ -158,7 +166,16 @@ def dark_pictures(bench: Bench) -> int:
 def row(
     capture: str, channel: str, name: str, unit: str, estimate: find.Estimate, true: float
 ) -> dict:
-    """Return one line of the table."""
+    """Return one line of the table.
+
+    Parameters
+    ----------
+    capture, channel : names of both.
+    name : of the figure.
+    unit : of the figure.
+    estimate : measured figure with its standard error.
+    true : figure of the model, same unit.
+    """
     return {
         "capture": capture,
         "channel": channel,
@@ -182,6 +199,12 @@ def verdict(estimate: find.Estimate, true: float) -> str:
 def figures(bench: Bench, pictures: int, series: DarkSeries):
     """Yield (figure, unit, estimate, truth) of the bench's capture and channel by the linear model,
     with the camera's dark pictures.
+
+    Parameters
+    ----------
+    bench : camera, capture, channel and light.
+    pictures : averaged for the fixed pattern.
+    series : the camera's dark pictures.
     """
     sensor = bench.sensor
     truth = true_figures(bench)

@@ -130,8 +130,14 @@ def solved(gram, cross, taps, base, ridge: float) -> np.ndarray:
     """Return the filters that minimise the error under the sums of `learned.exact`, drawn to `base`
     by the ridge.
 
-    gram (row, column, class, tap, tap), cross (row, column, class, tap, channel), taps and base
-    (row, column, channel, tap).
+    Parameters
+    ----------
+    gram : sums of tap by tap (row, column, class, tap, tap).
+    cross : sums of tap by target (row, column, class, tap, channel).
+    taps : for each position of the array the taps of each channel (row, column, channel, tap); a
+        filter's sums over them are kept.
+    base : filters (row, column, channel, tap) that the ridge draws to.
+    ridge : weight of the distance from `base`, relative to the mean of `gram`.
     """
     filters = np.empty((*gram.shape[:3], *base.shape[2:]))
     for y, x in np.ndindex(gram.shape[:2]):
@@ -158,6 +164,12 @@ def base_filters(cell: str) -> np.ndarray:
 def example(cell: str, recipe: dict, number: int):
     """Return noise-free planes (channel, y, x), a noisy mosaic (y, x), its filters and its
     variance, all in electrons.
+
+    Parameters
+    ----------
+    cell : letters of the filter array.
+    recipe : seed, side in pixels, and ranges of peak electrons and read noise.
+    number : of the picture; it seeds the random numbers with the recipe's seed.
     """
     rng = np.random.default_rng([recipe["seed"], number])
     side = recipe["side_px"]
@@ -199,6 +211,13 @@ def curves(cell: str) -> np.ndarray:
 def held_out(table: dict, cell: str, recipe: dict, pictures: int = 6) -> tuple[float, float]:
     """Return the rms errors of bilinear and learned planes on pictures of another seed, relative to
     the mean of each plane.
+
+    Parameters
+    ----------
+    table : filters by cell.
+    cell : letters of the filter array.
+    recipe : of the training; its seed plus 1 makes the pictures.
+    pictures : number of pictures.
     """
     channels = channels_of(cell)
     errors = []

@@ -143,6 +143,12 @@ def electrons(data, k: int) -> np.ndarray:
 def lamp_levels(light, steady, grid) -> np.ndarray:
     """Return the mean of `light` over the middle of each lamp, divided by that of `steady` unless
     it is None.
+
+    Parameters
+    ----------
+    light : values (y, x) of the picture or capture.
+    steady : values (y, x) under constant light; None: 1.
+    grid : Dataset or DataArray whose sizes `y` and `x` are those of the values.
     """
     height = grid.sizes["y"]
     width = grid.sizes["x"]
@@ -164,6 +170,12 @@ def lamp_levels(light, steady, grid) -> np.ndarray:
 def never_lit_percent(model, diode, phases: int) -> float:
     """Return the share of a lamp's phases at which an exposure of `diode` gets no light at all,
     percent.
+
+    Parameters
+    ----------
+    model : `SensorModel` with the exposure.
+    diode : photodiode that exposes.
+    phases : number of phases, evenly spread over a period.
     """
     turns = (np.arange(phases) + 0.5) / phases
     lit = [

@@ -102,7 +102,15 @@ def viewer(sensor: str):
 
 
 def draw(path: str, rows: list[dict], sensor: str, contrast_percent: float) -> None:
-    """Write both curves over luminance."""
+    """Write both curves over luminance.
+
+    Parameters
+    ----------
+    path : file to write; its ending is the format.
+    rows : lines of the study, each with luminance in cd/m2, SNR in dB and detection.
+    sensor : name for the title.
+    contrast_percent : contrast whose detection is shown.
+    """
     with needed("a drawing", extra="report"):
         import matplotlib
 

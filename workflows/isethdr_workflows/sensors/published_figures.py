@@ -45,7 +45,16 @@ def published_figures(seed: int = 1) -> list[dict]:
 
 
 def row(figure, published, ours, unit, limit, how) -> dict:
-    """Return one line of the table."""
+    """Return one line of the table.
+
+    Parameters
+    ----------
+    figure : what is compared.
+    published, ours : the published figure and ours, in `unit`.
+    unit : of both.
+    limit : largest accepted difference, as the table prints it.
+    how : how both were found, for people.
+    """
     return {
         "figure": figure,
         "published": published,
@@ -193,7 +202,16 @@ def responsivity(sensor, temperature_k: float) -> float:
 
 
 def irradiance(spectrum, wavelength_nm, pitch_um: float, throughput: float, size=(8, 8)):
-    """Return even irradiance (wavelength, y, x) on tiles of one pixel."""
+    """Return even irradiance (wavelength, y, x) on tiles of one pixel.
+
+    Parameters
+    ----------
+    spectrum : irradiance (wavelength,), W m-2 nm-1.
+    wavelength_nm : centres of the bands (wavelength,), nm.
+    pitch_um : side of a tile, um.
+    throughput : irradiance per radiance, sr.
+    size : rows and columns.
+    """
     pitch = pitch_um * 1e-6
     x = centres(size[1], size[1] * pitch)
     y = centres(size[0], size[0] * pitch)
@@ -218,6 +236,14 @@ def irradiance(spectrum, wavelength_nm, pitch_um: float, throughput: float, size
 def snr_db(sensor, level_e: float, seed: int, capture: int = 0, size=(128, 128)):
     """Return 20 log10(mean / temporal rms) of one capture at `level_e` mean electrons of its own
     photodiode; nan if some pixels are saturated.
+
+    Parameters
+    ----------
+    sensor : an `ImagingSensor`.
+    level_e : mean electrons of the capture's photodiode.
+    seed : of the first of two shots.
+    capture : number of the capture.
+    size : rows and columns.
     """
     first, second = (electrons(sensor, level_e, capture, s, size) for s in (seed, seed + 1))
     if first[1] or second[1]:
@@ -226,7 +252,16 @@ def snr_db(sensor, level_e: float, seed: int, capture: int = 0, size=(128, 128))
 
 
 def electrons(sensor, level_e, capture, seed, size):
-    """Return (electrons read back, whether more than 0.1 % of them are saturated)."""
+    """Return (electrons read back, whether more than 0.1 % of them are saturated).
+
+    Parameters
+    ----------
+    sensor : an `ImagingSensor`.
+    level_e : mean electrons of every photodiode.
+    capture : number of the capture that is read back.
+    seed : of the noise.
+    size : rows and columns.
+    """
     model = sensor.model()
     reading = model.readings[capture]
     raw, saturated = readings(
@@ -258,6 +293,13 @@ def snr_step_db(seed) -> float:
 def dynamic_range_db(sensor, seed, dark: int, bright: int) -> float:
     """Return 20 log10(light that saturates capture `bright` / rms of capture `dark` in darkness),
     both in light of one photodiode.
+
+    Parameters
+    ----------
+    sensor : an `ImagingSensor`.
+    seed : of the noise.
+    dark : number of the capture for the dark end.
+    bright : number of the capture that saturates last.
     """
     model = sensor.model()
     diodes = [model.diode_of(model.readings[k]) for k in (dark, bright)]

@@ -78,6 +78,13 @@ def lofic_rows(seed: int):
 def measured(sensor, capture: int, light_e: float, seed: int) -> dict:
     """Return the figures measured from pictures of one capture: conversion gain, full well, largest
     SNR, and the electrons for `light_e`.
+
+    Parameters
+    ----------
+    sensor : an `ImagingSensor`.
+    capture : number of the capture.
+    light_e : mean electrons of light at which `electrons` is read back.
+    seed : of the noise.
     """
     bench = Bench(sensor, capture, 0, 540.0, SIZE, seed)
     reading = sensor.model().readings[capture]
