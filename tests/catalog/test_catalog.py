@@ -4,6 +4,7 @@ import json
 import time
 
 import pytest
+from isethdr_catalog import index
 from isethdr_catalog.commands import catalog
 from isethdr_catalog.index import refresh
 from isethdr_catalog.query import find, show, sql
@@ -192,6 +193,24 @@ def test_scores_stand_beside_their_share_of_valid_pixels(folder, monkeypatch, ca
 )
 def test_operators(same_folder, conditions, expected):
     assert set(ids(find(same_folder, **conditions))) == expected
+
+
+def test_a_list_property_equals_what_it_holds(tmp_path, monkeypatch):
+    """As Python finds it, whatever characters JSON writes in another way."""
+    monkeypatch.setattr(index, "SETTLED_S", -1e9)  # the index stays open between the queries
+    odd = ["wet", "wet night", "we", 'a"b', "a\\b", "a/b", "é", "a\tb", "'", "[", "1.5", ""]
+    lists = {f"n{k}": [text, f"x{text}"] for k, text in enumerate(odd)} | {"many": odd, "none": []}
+    for name, words in lists.items():
+        put(tmp_path, name, kind="scene", recipe=name, words=words)
+    put(tmp_path, "text", kind="scene", recipe="text", words="wet")
+    put(tmp_path, "mixed", kind="scene", recipe="mixed", words=[True, 7, "x"])
+    beside = {"wet": "text", "true": "mixed", "7": "mixed"}
+    for asked in [*odd, "xwet", "et", "nothing", *beside]:
+        held = {name for name, words in lists.items() if asked in words}
+        held |= {beside[asked]} if asked in beside else set()
+        assert set(ids(find(tmp_path, words=asked))) == held, asked
+        others = {*lists, "text", "mixed"} - held
+        assert set(ids(find(tmp_path, words__ne=asked))) == others, asked
 
 
 def test_an_unknown_property_names_the_nearest(same_folder):
