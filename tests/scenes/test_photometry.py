@@ -147,6 +147,43 @@ def test_a_file_that_cannot_be_used_says_why(tmp_path, name, text, message):
         lamp_of(str(path))
 
 
+C_DEG = [0, 90, 180, 270, 360]
+
+
+@pytest.mark.parametrize(
+    ("planes", "candela"),
+    [
+        (C_DEG, [[100, 50, 0]] * 6),  # a plane too many
+        (C_DEG[:4], [[100, 50, 0]] * 5),  # a plane that the head does not count
+        (C_DEG, [*[[100, 50, 0]] * 4, [100, 50]]),  # a value too few
+    ],
+)
+def test_a_file_of_lm_63_with_other_counts_than_it_says_is_refused(tmp_path, planes, candela):
+    path = tmp_path / "lamp.ies"
+    path.write_text(ies(1, [0, 45, 90], planes, candela))
+    there = sum(map(len, candela))
+    wanted = f"has {there} values of candela after its angles; expected {len(planes)} planes of 3"
+    with pytest.raises(ConfigError, match=wanted):
+        read_ies(path)
+
+
+def test_a_file_of_lm_63_that_counts_too_few_planes_is_refused(tmp_path):
+    """Its last plane would be read as candela, and all candela after it at the wrong angle."""
+    path = tmp_path / "lamp.ies"
+    text = ies(1, [0, 45, 90], C_DEG, [[100, 50, 0]] * 5)
+    path.write_text(text.replace(" 3 5 1 2 ", " 3 4 1 2 "))
+    with pytest.raises(ConfigError, match="has 16 values of candela"):
+        read_ies(path)
+
+
+@pytest.mark.parametrize("symmetry", [0, 1, 2, 3, 4])
+def test_a_file_of_eulumdat_with_surplus_planes_is_refused(tmp_path, symmetry):
+    path = tmp_path / "lamp.ldt"
+    path.write_text(ldt(symmetry, 4, [[100, 50, 0]] * 5))
+    with pytest.raises(ConfigError, match="has 15 values of candela after its angles; expected"):
+        read_ldt(path)
+
+
 def test_wrong_names_get_the_nearest_one():
     with pytest.raises(ConfigError, match="did you mean 'dipped_r149_c'"):
         lamp_of("dipped_r149")

@@ -37,15 +37,19 @@ def read_ldt(path: Path) -> MeasuredLamp:
             3: planes // 2 + 1,
             4: planes // 4 + 1,
         }
-        candela = candelas[: stored_planes[symmetry] * angles].reshape(
-            stored_planes[symmetry], angles
-        )
+        stored = stored_planes[symmetry]
     except (ValueError, IndexError, KeyError):
         raise ConfigError(
             f"{path.name} ends early or holds other lines than EULUMDAT has; expected its 26 lines,"
             " the lamp sets, ratios, angles and candela per 1000 lm"
         ) from None
-    c_deg, candela = _whole_turn(symmetry, c_deg, candela)
+    if len(candelas) != stored * angles:
+        raise ConfigError(
+            f"{path.name} has {len(candelas)} values of candela after its angles; expected"
+            f" {stored} planes of {angles} values each, {stored * angles}, by its symmetry"
+            f" {symmetry} and its lines 4 and 6; correct these lines or the values of the file"
+        )
+    c_deg, candela = _whole_turn(symmetry, c_deg, candelas.reshape(stored, angles))
     return from_polar(c_deg, gamma_deg, candela * factor * flux / 1000)
 
 

@@ -34,13 +34,19 @@ def read_ies(path: Path) -> MeasuredLamp:
         count, across, photometry = (int(head_numbers[k]) for k in (3, 4, 5))
         factor = head_numbers[2] * head_numbers[10]
         vertical, level, candela = np.split(np.array(numbers), [count, count + across])
-        candela = factor * candela[: count * across].reshape(across, count)
     except (ValueError, IndexError):
         raise ConfigError(
             f"{path.name} ends early or holds no numbers after TILT={kind.strip()}; expected 13"
             " numbers, the angles and the candela of LM-63"
         ) from None
     _check(path, vertical, level, photometry, count * across)
+    if len(candela) != count * across:
+        raise ConfigError(
+            f"{path.name} has {len(candela)} values of candela after its angles; expected"
+            f" {across} planes of {count} values each, {count * across}, as its first line of"
+            " numbers says; correct the counts or the values of the file"
+        )
+    candela = factor * candela.reshape(across, count)
     if TYPES[photometry] == "C":
         planes, candela = whole_turn(level, candela)
         return from_polar(planes, vertical, candela)
