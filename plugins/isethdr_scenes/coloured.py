@@ -31,6 +31,11 @@ def name_of(colour: str, finish: str) -> str:
     return f"{PREFIX}{colour.lstrip('#').lower()}_{finish}"
 
 
+def finish_of(name: str) -> str:
+    """Return the finish, one of `FINISHES`, of a name made by `name_of`."""
+    return name.rpartition("_")[2]
+
+
 @lru_cache(maxsize=4096)
 def material_of(name: str) -> Material:
     """Return the material of a name made by `name_of`.

@@ -2,8 +2,9 @@
 
 The lamps of vehicles and bicycles are tables of candela over two angles, from the families of
 `photometry.families`, each within the limits of its UN regulation (`photometry/rules.csv`). Street
-luminaires are tables of `photometry.luminaires`. Other lamps are round beams: their intensities are
-typical values, their angles are models.
+and tunnel luminaires and traffic signals are tables of `photometry.luminaires`. Windows, panels and
+destination signs are Lambertian: their luminance is the same in all directions. Intensities of
+these are typical values.
 """
 
 from __future__ import annotations
@@ -25,14 +26,12 @@ LENS_GLOW = 0.02  # of coloured and diffusing lenses
 
 @dataclass(frozen=True)
 class Kind:
-    """One kind of lamp, as built: a table of `family`, or without one a round beam."""
+    """One kind of lamp, as built: a table of `family` or `luminaire`, Lambertian without one."""
 
     group: str
     spectrum: str
     intensity_cd: float
-    inner_deg: float = 90.0
-    outer_deg: float = 90.0
-    lambertian_share: float = 1e-3
+    lambertian_share: float = 1e-3  # of a lamp with a table
     family: str = ""
     luminaire: str = ""  # a table of `photometry.luminaires` instead of a family
 
@@ -42,9 +41,11 @@ def _table(group: str, spectrum: str, name: str, glow: float = LENS_GLOW) -> Kin
     return Kind(group, spectrum, family(name).intensity_cd, lambertian_share=glow, family=name)
 
 
-def _street(name: str) -> Kind:
-    """Return a street luminaire with the table and the intensity of `photometry.luminaires`."""
-    return Kind("streetlights", "sodium", luminaire(name).intensity_cd, luminaire=name)
+def _luminaire(
+    name: str, spectrum: str = "sodium", group: str = "streetlights", glow: float = 1e-3
+) -> Kind:
+    """Return a kind with the table and the intensity of `photometry.luminaires`."""
+    return Kind(group, spectrum, luminaire(name).intensity_cd, glow, luminaire=name)
 
 
 KINDS = {
@@ -63,22 +64,20 @@ KINDS = {
     "reverse": _table("other", "led_white", "reversing"),
     "bike_front": _table("other", "led_white", "bicycle_front"),
     "bike_tail": _table("other", "red", "bicycle_rear"),
-    # street: some 8 klm downwards, as of a 100 W lamp
-    "street": Kind("streetlights", "sodium", 2_500, 55, 80, 0.02),
+    # behind a diffusing lens; the axis of both is turned towards the road
+    "street": _luminaire("road", glow=LENS_GLOW),
+    "tunnel": _luminaire("tunnel", "led_white", glow=LENS_GLOW),
     # amber destination sign, some 100 cd/m2
-    "sign": Kind("other", "amber", 25, 30, 80, 0.05),
+    "sign": Kind("other", "amber", 25),
     # lit room: some 10 cd/m2 over 1.2 m2
     "window": Kind("other", "led_warm", 12),
-    # tunnel luminaire, some 4 klm
-    "tunnel": Kind("streetlights", "led_white", 1_500, 60, 85, 0.02),
-    # street luminaires with tables, by type of post
-    "street_road": _street("road"),
-    "street_post_top": _street("post_top"),
-    "street_high_mast": _street("high_mast"),
-    # traffic signals of 200 mm: 200 cd, as of EN 12368 level 2, an assumption
-    "signal_red": Kind("other", "red", 200, 8, 40, 0.02),
-    "signal_amber": Kind("other", "amber", 200, 8, 40, 0.02),
-    "signal_green": Kind("other", "green", 200, 8, 40, 0.02),
+    # street luminaires by type of post
+    "street_road": _luminaire("road"),
+    "street_post_top": _luminaire("post_top"),
+    "street_high_mast": _luminaire("high_mast"),
+    "signal_red": _luminaire("signal", "red", "other", LENS_GLOW),
+    "signal_amber": _luminaire("signal", "amber", "other", LENS_GLOW),
+    "signal_green": _luminaire("signal", "green", "other", LENS_GLOW),
     # per square metre, scaled by the builder: shop window, panel of a bus stop
     "shop_window": Kind("other", "led_white", 80),
     "panel": Kind("other", "led_white", 150),
@@ -102,10 +101,8 @@ def lamp(kind: str, axis) -> Lamp:
         float(k.intensity_cd),
         spectrum_of(k.spectrum),
         tuple(direction.tolist()),
-        k.inner_deg,
-        k.outer_deg,
-        k.lambertian_share,
-        _table_of(k),
+        lambertian_share=k.lambertian_share,
+        table=_table_of(k),
     )
 
 

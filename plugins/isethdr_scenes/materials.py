@@ -87,6 +87,7 @@ RETRO = {
     "plate_white": (0.70, 0.2, "ra1", 1.0),
     "post_reflector": (0.60, 0.2, "ra2", 1.0),
     "sheeting_white": (SHEETING_BASE, 0.2, "ra2", 1.0),
+    "stud_reflector": (SHEETING_BASE, 0.1, "stud", 1.0),
     "reflective_band": (0.35, 0.3, "clothing", 1.0),
     "reflector_red": (
         [(400, 0.015), (590, 0.03), (620, 0.5), (700, 0.55)],
@@ -218,10 +219,14 @@ MATERIALS: dict[str, Material] = (
 def used(models, road_surface: RoadSurfaceName = DEFAULT, seed: int = 0) -> dict[str, Material]:
     """Return the materials that the parts of `models` name, with textures of that seed; asphalt and
     markings by surface, and what an asset pack states as a colour.
+
+    Parameters
+    ----------
+    models : by name, with the materials of their parts.
+    road_surface : surface of asphalt and markings.
+    seed : of the textures.
     """
     all_materials = MATERIALS | road_materials(road_surface)
     names = sorted({p.material for m in models.values() for p in m.parts})
-    return {
-        n: material_of(n) if n.startswith(PREFIX) else textured(all_materials[n], seed)
-        for n in names
-    }
+    plain = {n: material_of(n) if n.startswith(PREFIX) else all_materials[n] for n in names}
+    return {n: textured(material, seed) for n, material in plain.items()}

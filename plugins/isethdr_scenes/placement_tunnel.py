@@ -73,11 +73,12 @@ def plan(tunnel) -> tuple[Ground, list[Spot]]:
             "street lamp",
             float(p),
             y,
+            turn_deg,
             z_m=LUMINAIRE_Z_M,
             lamps=("tunnel",),
         )
         for k, p in enumerate(places)
-        for side, y in (("left", LUMINAIRE_M), ("right", -LUMINAIRE_M))
+        for side, y, turn_deg in (("left", LUMINAIRE_M, 0.0), ("right", -LUMINAIRE_M, 180.0))
     ]
     return ground, spots + _trees(tunnel, s["exit"], rng)
 

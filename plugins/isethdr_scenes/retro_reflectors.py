@@ -1,4 +1,4 @@
-"""Retro-reflectors: number plates, posts, stripes of clothing, vehicle reflectors, animal eyes.
+"""Retro-reflectors: number plates, posts, road studs, stripes of clothing, vehicle reflectors, eyes.
 
 R_A, cd lx-1 m-2, decreases with the observation angle and with the entrance angle, each by a law of
 its own (`isethdr_core.scene.RetroReflection`). The fit covers the angles of the sources; outside
@@ -8,15 +8,19 @@ much.
 | name | what | R_A at observation / entrance, degrees | source |
 |---|---|---|---|
 | ra1 | number plates | 0.2/5: 70; 0.33/5: 50; 2/5: 5; 0.33/40: 9 | EN 12899-1 RA1 (1) |
-| ra2 | signs, posts, studs | 0.2/5: 250; 0.33/5: 180; 2/5: 5; 0.33/40: 95 | EN 12899-1 RA2 (1) |
+| ra2 | signs, posts | 0.2/5: 250; 0.33/5: 180; 2/5: 5; 0.33/40: 95 | EN 12899-1 RA2 (1) |
 | clothing | stripes of vests | 0.2/5: 330; 0.33/5: 250; 1/5: 25; 1.5/5: 10 | EN ISO 20471 (1) |
 | vehicle_red | red, on vehicles | 0.33/0: 100; 1.5/0: 1.7; 0.33/20: 33 | UN R3 class IA (2) |
+| stud | road studs | 0.3/5: 185; 1/10: 21; 2/15: 2.1 | EN 1463-1 type 2 (4) |
 | animal_eye | deer | 0.33: 60; 1: 33; 2: 9 | a model (3) |
 
 (1) Assumed, from memory; of clothing 330 and of RA2 180 were confirmed. 70 and 250 are those of
 ASTM D4956-01, Types I and III, in a transcription. Plates: a stand-in for ISO 7591. (2) The
 regulation's text: at least 300, 5 and 100 mcd/lx, here on 30 cm2; amber 2.5 times. (3) A pupil
-that returns 15 % of its light, half of it within 1.4 degrees; no measurement was found.
+that returns 15 % of its light, half of it within 1.4 degrees; no measurement was found. (4) Assumed,
+from memory: R_I of white studs with plastic reflectors, 220, 25 and 2.5 mcd/lx, over the face of
+11.9 cm2 of `geometry.surroundings.road`; and R_I at 20 degrees of entrance is 112 / 279 of that at
+0, as of ASTM D4280.
 
 The product of two laws is within 10 to 25 % (rms) of the tables of ra1, ra2 and clothing; the worst
 cell, clothing at 1 / 20, is 73 % too bright.
@@ -54,6 +58,12 @@ def retro_reflection(name: str, colour: Spectrum, times: float = 1.0) -> RetroRe
     """Return the retro-reflection `name` of a material of reflectance `colour`.
 
     `times` is a factor on R_A. The colour changes the spectral shape only, not R_A.
+
+    Parameters
+    ----------
+    name : of a material of `retro_reflectors.csv`.
+    colour : reflectance of the material.
+    times : factor on R_A.
     """
     row = _numbers()[name]
     return RetroReflection(

@@ -1,8 +1,8 @@
-"""Textures of the ground, of plants and of masonry.
+"""Textures: dirt, wear and grain of every surface of a street.
 
 Every texture is a model: a surface varies between two spectra, whose mean is the spectrum of the
 material. Patches and grain have sizes in the world, so that two plants, posts or stretches of a
-road differ.
+road differ. `PLAIN` names the materials without a texture, and why.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from isethdr_core.scene import Material, Spectrum, Texture
 
+from .coloured import PREFIX, finish_of
 from .living_spectra import LIVING
 
 
@@ -30,6 +31,7 @@ class Look:
 LOOKS = {
     "asphalt": Look(0.15, 0.01, patch_m=2.5, grain_m=0.02, grain=0.4),
     "road_paint": Look(0.15, 0.02, patch_m=0.7, grain_m=0.03),
+    "road_paint_yellow": Look(0.15, 0.02, patch_m=0.7, grain_m=0.03),
     "gravel": Look(0.25, 0.03, patch_m=1.5, grain_m=0.04, grain=0.5),
     "meadow": Look(0.35, 0.12, patch_m=3.0, grain_m=0.10),
     "grass": Look(0.30, 0.12, patch_m=2.0, grain_m=0.15),
@@ -53,6 +55,39 @@ LOOKS = {
     "wood": Look(0.25, 0.04, patch_m=0.3, grain_m=0.02),
     "galvanised": Look(0.15, 0.01, patch_m=0.4, grain_m=0.05),
     "fur": Look(0.20, 0.03, patch_m=0.25, grain_m=0.03),
+    "fur_dark": Look(0.20, 0.03, patch_m=0.25, grain_m=0.03),
+    "fur_pale": Look(0.20, 0.03, patch_m=0.25, grain_m=0.03),
+    # vehicles: dust, rubbed rubber and plastic, brake dust on wheels, water marks on metal
+    "tyre": Look(0.30, 0.05, patch_m=0.20, grain_m=0.015, grain=0.4),
+    "plastic_black": Look(0.25, 0.04, patch_m=0.30, grain_m=0.01),
+    "gloss_black": Look(0.15, 0.03, patch_m=0.40, grain_m=0.01, grain=0.2),
+    "underbody": Look(0.35, 0.06, patch_m=0.40, grain_m=0.03, grain=0.4),
+    "interior": Look(0.15, 0.02, patch_m=0.50, grain_m=0.02),
+    "seat": Look(0.15, 0.03, patch_m=0.25, grain_m=0.01, grain=0.5),
+    "leather": Look(0.20, 0.04, patch_m=0.15, grain_m=0.008, grain=0.4),
+    "chrome": Look(0.06, 0.01, patch_m=0.20, grain_m=0.01),
+    "alloy": Look(0.10, 0.02, patch_m=0.15, grain_m=0.01),
+    "steel": Look(0.15, 0.02, patch_m=0.30, grain_m=0.02),
+    "plate_ink": Look(0.20, 0.04, patch_m=0.15, grain_m=0.01),
+    # painted metal and plastic beside the road: splashes, scratches, bleached paint
+    "metal_green": Look(0.20, 0.03, patch_m=0.40, grain_m=0.02),
+    "metal_grey": Look(0.18, 0.02, patch_m=0.40, grain_m=0.02),
+    "metal_red": Look(0.20, 0.03, patch_m=0.40, grain_m=0.02),
+    "bin_green": Look(0.20, 0.04, patch_m=0.30, grain_m=0.02, grain=0.4),
+    "roof_metal": Look(0.18, 0.02, patch_m=0.80, grain_m=0.05),
+    "lamp_white": Look(0.10, 0.02, patch_m=0.30, grain_m=0.02),  # marker posts and diffusers
+    "gap": Look(0.30, 0.03, patch_m=0.40, grain_m=0.03),  # joints, cracks and dark openings
+    # people and animals: creases and weave, strands, blood under the skin
+    "denim": Look(0.25, 0.04, patch_m=0.15, grain_m=0.006, grain=0.4),
+    "sole": Look(0.25, 0.05, patch_m=0.08, grain_m=0.008, grain=0.4),
+    "snout": Look(0.15, 0.04, patch_m=0.05, grain_m=0.006),
+    "horn": Look(0.20, 0.04, patch_m=0.08, grain_m=0.01, grain=0.5),
+    "antler": Look(0.20, 0.04, patch_m=0.08, grain_m=0.01, grain=0.5),
+    # flowers and fruit
+    "blossom": Look(0.12, 0.03, patch_m=0.30, grain_m=0.02, grain=0.5),
+    "blossom_pink": Look(0.15, 0.05, patch_m=0.30, grain_m=0.02, grain=0.5),
+    "flower_yellow": Look(0.15, 0.05, patch_m=0.30, grain_m=0.02, grain=0.5),
+    "fruit_red": Look(0.20, 0.06, patch_m=0.20, grain_m=0.02, grain=0.5),
 }
 # leaves, bark and fur of the families of `things` vary as those above
 LOOKS |= {
@@ -61,6 +96,39 @@ LOOKS |= {
     for kind in ("leaf", "needle", "bark", "fur")
     if name.startswith(f"{kind}_")
 }
+KINDS = {  # of materials whose names begin so
+    "cloth_": Look(0.15, 0.03, patch_m=0.12, grain_m=0.006, grain=0.4),
+    "hair_": Look(0.25, 0.04, patch_m=0.04, grain_m=0.004, grain=0.5),
+    "skin": Look(0.08, 0.06, patch_m=0.05, grain_m=0.005),
+}
+# what a colour of an asset pack looks like, by its finish; a pane stays plain
+FINISHES = {
+    "matt": Look(0.15, 0.03, patch_m=0.40, grain_m=0.02, grain=0.4),
+    "satin": Look(0.15, 0.03, patch_m=0.40, grain_m=0.02),
+    "gloss": Look(0.10, 0.02, patch_m=0.60, grain_m=0.02, grain=0.2),
+    "metal": Look(0.10, 0.02, patch_m=0.30, grain_m=0.01),
+}
+PLAIN = {  # why a material has no texture
+    "glass": "a pane that light passes",
+    "glass_tinted": "a pane that light passes",
+    "window_dark": "a pane in front of a dark room",
+    "lamp_clear": "cover of a lamp, cleaned by the rules of the road",
+    "lamp_dark": "cover of a lamp, cleaned by the rules of the road",
+    "lamp_red": "cover of a lamp, cleaned by the rules of the road",
+    "lamp_amber": "cover of a lamp, cleaned by the rules of the road",
+    "plate_white": "a retro-reflector, whose R_A is that of its class",
+    "post_reflector": "a retro-reflector, whose R_A is that of its class",
+    "stud_reflector": "a retro-reflector, whose R_I is that of its class",
+    "sheeting_white": "a retro-reflector, whose R_A is that of its class",
+    "sheeting_red": "a retro-reflector, whose R_A is that of its class",
+    "sheeting_yellow": "a retro-reflector, whose R_A is that of its class",
+    "sheeting_blue": "a retro-reflector, whose R_A is that of its class",
+    "sheeting_green": "a retro-reflector, whose R_A is that of its class",
+    "reflective_band": "a retro-reflector, whose R_A is that of its class",
+    "reflector_red": "a retro-reflector, whose R_A is that of its class",
+    "reflector_amber": "a retro-reflector, whose R_A is that of its class",
+    "eye_deer": "a retro-reflector, whose R_A is a model of its own",
+}
 LOOKS |= {
     name: Look(0.22, 0.03, patch_m=0.5, grain_m=0.03, grain=0.5)
     for name in ("rock", "rock_dark", "rock_warm", "moss")
@@ -68,12 +136,23 @@ LOOKS |= {
 STEP_NM = 20.0
 
 
+def look_of(name: str) -> Look | None:
+    """Return the look of a material by its name; None for what is in `PLAIN`, and for a name that
+    nothing is known of.
+    """
+    if name in LOOKS or name in PLAIN:
+        return LOOKS.get(name)
+    if name.startswith(PREFIX):
+        return FINISHES.get(finish_of(name))
+    return next((look for kind, look in KINDS.items() if name.startswith(kind)), None)
+
+
 def textured(material: Material, seed: int) -> Material:
     """Return `material` with its texture, where it has one; its mean reflectance stays."""
-    look = LOOKS.get(material.name)
+    look = look_of(material.name)
     if look is None:
         return material
-    own = material.reflectance
+    own = material.mean_reflectance()
     nm = np.unique(np.r_[own.wavelength_nm, np.arange(380.0, 781.0, STEP_NM)])
     value = own.at(nm)
     change = look.contrast + look.tilt * (nm - 550.0) / 100.0

@@ -2,8 +2,8 @@
 
 Every model gets materials of its own for what varies: a level and a tilt of the spectrum, drawn by
 the seed, the model and the material. Dirt is a film of dust in patches, which mixes the spectrum of
-dust into that of the paint. Sizes of both are a model. Retro-reflectors, lamps and glass do not
-vary: their values are those of their class.
+dust into that of the paint. Sizes of both are a model. Each surface also varies over itself, see
+`textures`. Retro-reflectors, lamps and glass do not vary: their values are those of their class.
 """
 
 from __future__ import annotations
@@ -63,7 +63,9 @@ def _of_model(material: Material, model: str, seed: int) -> Material:
     rng = np.random.default_rng([seed, crc32(f"{material.name}@{model}".encode())])
     level = np.exp(LEVEL * rng.normal())
     tilt = TILT * rng.normal()
-    own = replace(material, reflectance=_changed(material.reflectance, level, tilt))
+    # of the mean: a material that has its texture already gets one about its new mean
+    mean = material.mean_reflectance()
+    own = replace(material, reflectance=_changed(mean, level, tilt), texture=None)
     if material.name.startswith(DIRTY):
         own = _dirty(own, MOST_DUST * rng.uniform(), int(rng.integers(2**32)))
     else:

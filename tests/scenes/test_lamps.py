@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from isethdr_scenes.builders import RECIPES
 from isethdr_scenes.lamps import KINDS, lamp
 from isethdr_scenes.photometry.families import family
 from isethdr_scenes.photometry.luminaires import FLUX_LM
 
 from isethdr_core.scene import IntensityTable
 
-STREET = {"street_road": "road", "street_post_top": "post_top", "street_high_mast": "high_mast"}
-# lamps that are no table: a street lamp, a destination sign, windows, a tunnel luminaire, signals
-ROUND = {"street", "sign", "window", "tunnel", "shop_window", "panel"}
-ROUND |= {"signal_red", "signal_amber", "signal_green"}
+LUMINAIRES = {
+    "street": "road",
+    "tunnel": "tunnel",
+    "street_road": "road",
+    "street_post_top": "post_top",
+    "street_high_mast": "high_mast",
+}
+SIGNALS = ("signal_red", "signal_amber", "signal_green")
+COSINE = {"sign", "window", "shop_window", "panel"}  # diffusing faces
 
 
 RECEIVER_DEG = 0.149  # 65 mm at 25 m
@@ -84,7 +90,7 @@ def test_a_table_is_linear_between_its_nodes_and_ends_at_them():
     assert not table.at([-10.1, 30.1, 0, 0], [0, 0, -5.1, 5.1]).any()
 
 
-@pytest.mark.parametrize("kind", sorted(set(KINDS) - ROUND - set(STREET)))
+@pytest.mark.parametrize("kind", sorted(set(KINDS) - COSINE - set(LUMINAIRES) - set(SIGNALS)))
 def test_lamps_of_vehicles_are_tables_of_their_family(kind):
     """Each family keeps its rules: see `test_photometry`."""
     pattern = family(KINDS[kind].family)
@@ -98,11 +104,13 @@ def test_every_lamp_is_possible(kind):
     one = lamp(kind, (3.0, 0.0, -4.0))
     assert one.axis == pytest.approx((0.6, 0, -0.8), abs=1e-15)
     assert one.group in ("headlights", "streetlights", "other")
-    assert 0 < one.inner_deg <= one.outer_deg <= 90
+    # a table over two angles, or Lambertian: no round beam
+    assert (one.table is None) == (kind in COSINE)
+    assert one.inner_deg == one.outer_deg == 90
     assert 0 < one.lambertian_share < 1 and one.intensity_cd > 0
 
 
-@pytest.mark.parametrize("kind, name", STREET.items())
+@pytest.mark.parametrize("kind, name", LUMINAIRES.items())
 def test_street_luminaires_have_their_flux_and_are_cut_off(kind, name):
     one = lamp(kind, (0.1, 0.0, -1.0))
     angle = np.arange(-87.9, 88, 0.2)
@@ -112,6 +120,50 @@ def test_street_luminaires_have_their_flux_and_are_cut_off(kind, name):
     assert (candela * each).sum() == pytest.approx(FLUX_LM[name], rel=0.01)
     # full cut-off: at 85 degrees off the axis less than 25 cd per 1000 lm (IES: 2.5 % at 90)
     assert one.intensity_cd * one.table.at(85.0, 0.0) < 0.025 * FLUX_LM[name]
+
+
+def test_a_signal_is_brightest_on_its_axis_and_sends_its_light_down():
+    one = lamp("signal_red", (1.0, 0.0, 0.0))
+    at = lambda left, up: one.intensity_cd * float(one.table.at(left, up))
+    assert at(0, 0) == pytest.approx(200, rel=1e-9) == one.intensity_cd * one.table.value.max()
+    # half of it at the widths of `luminaires`; 1 %: the light far beside the axis adds to it
+    assert [at(10, 0), at(-10, 0), at(0, -7), at(0, 3)] == pytest.approx([100] * 4, rel=0.01)
+    left = np.arange(-59.75, 60, 0.5)
+    up = np.arange(-39.875, 20, 0.25)[:, None]
+    each = np.radians(0.5) * np.radians(0.25) * np.cos(np.radians(up))
+    flux_lm = (one.intensity_cd * one.table.at(left, up) * each).sum()
+    # closed form of each half of a normal distribution over small angles, and the rest
+    wide = np.pi / np.log(2) * 10 * (7 + 3) / 2 * np.radians(1) ** 2
+    rest = np.radians(120) * (np.sin(np.radians(20)) + np.sin(np.radians(40)))
+    # 2 %: cosines of 10 degrees, of what the closed form holds for plane angles
+    assert flux_lm == pytest.approx(200 * (0.996 * wide + 0.004 * rest), rel=0.02)
+
+
+@pytest.mark.parametrize("recipe", [("street_lamp",), ("luminaire",)])
+def test_built_luminaires_are_turned_towards_the_road(recipe):
+    """A street lamp reaches over its road, +y; a tunnel luminaire of the left row looks to -y."""
+    towards = 1.0 if recipe == ("street_lamp",) else -1.0
+    (part,) = (p for p in RECIPES[recipe[0]]().model().parts if p.lamp)
+    assert part.lamp.axis == pytest.approx((0, towards * np.sin(np.radians(5)), -0.9962), abs=1e-4)
+
+
+def test_a_tunnel_is_lit_evenly_along_its_road():
+    """Two rows of luminaires 12 m apart and 4.75 m high: along the middle of the right lane."""
+    tilt = np.radians(5.0)
+    axis = np.array([0.0, -np.sin(tilt), -np.cos(tilt)])
+    one = lamp("tunnel", axis)
+    along = np.arange(-6.0, 6.1, 0.5)
+    lux = 0.0
+    # the lane is 3.95 m beside the left row, and 0.45 m outside the right one, placed turned
+    for aside in (-3.95, -0.45):
+        for post in np.arange(-60.0, 60.1, 12.0):
+            way = np.stack([along - post, 0 * along + aside, 0 * along - 4.75], 1)
+            distance = np.linalg.norm(way, axis=1)
+            up = np.degrees(np.arcsin(way @ [0.0, -np.cos(tilt), np.sin(tilt)] / distance))
+            left = np.degrees(np.arctan2(way[:, 0], way @ axis))
+            lux = lux + one.intensity_cd * one.table.at(left, up) * 4.75 / distance**3
+    # CIE 88 asks for 0.6 of the mean lengthwise, assumed
+    assert lux.min() > 0.6 * lux.mean() and 20 < lux.mean() < 200
 
 
 def test_a_road_luminaire_lights_its_road_evenly():

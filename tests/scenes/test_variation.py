@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from isethdr_scenes.builders import RECIPES
+from isethdr_scenes.coloured import COATS, FINISHES, material_of, name_of
 from isethdr_scenes.geometry.mesh.piece import face_areas
-from isethdr_scenes.materials import MATERIALS
+from isethdr_scenes.materials import MATERIALS, METAL, RETRO, used
 from isethdr_scenes.retro_reflectors import RED_OVER_WHITE, luminous_mean
-from isethdr_scenes.variation import MOST_DUST, varied
+from isethdr_scenes.textures import LOOKS, PLAIN, look_of, textured
+from isethdr_scenes.variation import DIRTY, MOST_DUST, varied
 
 from isethdr_core.scene import Model, Part
 
@@ -88,3 +90,49 @@ def test_a_sign_faces_who_comes_and_stands_on_the_ground(name):
         < 2
         <= faces["sheeting_red"].vertices[:, 2].min() + 1e-9
     )
+
+
+def test_no_material_is_one_flat_spectrum_but_those_that_say_why():
+    """All that a street or a night drive can use: paint is under dust, all others have a look."""
+    plain = {n for n in MATERIALS if look_of(n) is None and not n.startswith(DIRTY)}
+    assert plain == set(PLAIN)
+    assert not set(PLAIN) & set(LOOKS)
+    # what is plain is glass, a lamp or a retro-reflector
+    for name, why in PLAIN.items():
+        material = MATERIALS[name]
+        assert why.startswith(("a pane", "cover of a lamp", "a retro-reflector"))
+        assert why.startswith("a retro-reflector") == (name in RETRO or "sheeting" in name)
+        assert why.startswith("a pane") or material.kind != "thin_glass"
+
+
+def test_what_an_asset_pack_colours_has_the_look_of_its_finish():
+    for finish in FINISHES:
+        name = name_of("#806040", finish)
+        made = used({"thing": Model("thing", (Part("p", np.eye(3), np.array([[0, 1, 2]]), name),))})
+        assert (made[name].texture is None) == (finish == "glass")
+        np.testing.assert_allclose(
+            made[name].mean_reflectance().at(NM), material_of(name).reflectance.at(NM), rtol=0.01
+        )
+    assert {*COATS, "matt", "metal", "glass"} == set(FINISHES)
+
+
+@pytest.mark.parametrize("name", ["fur", "cloth_white", "skin"])
+def test_a_material_that_varies_keeps_its_mean_under_its_texture(name):
+    """As scenes build it: the texture first, then one about the spectrum of each object."""
+    once = varied(models(1, name), {name: MATERIALS[name]}, 3)[1]
+    twice = varied(models(1, name), used(models(1, name), seed=3), 3)[1]
+    (first,) = once.values()
+    (second,) = twice.values()
+    # the nodes of both differ: linear between them
+    np.testing.assert_allclose(
+        second.mean_reflectance().at(NM), first.mean_reflectance().at(NM), rtol=0.01
+    )
+    assert second.texture is not None
+
+
+@pytest.mark.parametrize("name", sorted(METAL))
+def test_metal_under_dirt_reflects_no_more_than_it_gets(name):
+    made = textured(MATERIALS[name], 5)
+    assert made.kind == "conductor" and made.roughness == MATERIALS[name].roughness
+    for spectrum in (made.reflectance, made.texture.other):
+        assert 0 < spectrum.at(NM).min() and spectrum.at(NM).max() <= 1

@@ -6,7 +6,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from .intensity_grid import BEND_X, BEND_Y, COLUMNS, ROWS
+from .intensity_grid import COLUMNS, ROWS
 from .placed_lamps import PlacedLamp
 
 NONE = -1.0  # where a lamp's first cell would stand: it has no grid
@@ -35,7 +35,7 @@ class DeviceGrids:
                 quads.append(own)
             # float32 counts the cells of a thousand lamps
             rows.append([*grid.left, first * COLUMNS * ROWS])
-            rows.append([COLUMNS / 2 / grid.reach[0], ROWS / 2 / grid.reach[1], 0, 0])
+            rows.append([COLUMNS / 2 / grid.reach[0], ROWS / 2 / grid.reach[1], *grid.bends])
         rows += [[0, 0, 0, NONE], [0, 0, 0, 0]]  # of "no lamp"
         # From lists: the renderer copies them into aligned memory. It would use NumPy arrays where
         # they lie, which are aligned only by chance, and then compiles another kernel.
@@ -57,8 +57,8 @@ class DeviceGrids:
         aside = dr.dot(direction, left)
         above = dr.dot(direction, dr.cross(axis, left))
         level = dr.sqrt(forward * forward + aside * aside)
-        x = aside / dr.maximum(dr.maximum(forward, 0) + BEND_X * dr.abs(aside), 1e-12) * scale.x
-        y = above / dr.maximum(level + BEND_Y * dr.abs(above), 1e-12) * scale.y
+        x = aside / dr.maximum(dr.maximum(forward, 0) + scale.z * dr.abs(aside), 1e-12) * scale.x
+        y = above / dr.maximum(level + scale.w * dr.abs(above), 1e-12) * scale.y
         inside = has_grid & (forward > 0)
         inside &= (dr.abs(x) <= COLUMNS / 2) & (dr.abs(y) <= ROWS / 2)
         column, right = _cell(x, COLUMNS)

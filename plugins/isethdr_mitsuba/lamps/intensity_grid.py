@@ -1,10 +1,14 @@
 """Lamps with a table of candela: their luminance by direction, on a grid that compiled code reads.
 
 Luminance is candela over the projected area of the lamp's faces. It is computed at the nodes of a
-grid and interpolated linearly. The grid is even in x = l / (f + BEND_X |l|) and y = u / (sqrt(f^2 +
-l^2) + BEND_Y |u|), where f, l, u are the components of a direction forward, to the left and up.
-Looking up a direction therefore needs no search and no angle. Nodes are densest about the axis: 0.4
-degrees apart across, 0.07 down.
+grid and interpolated linearly. The grid is even in x = l / (f + a |l|) and y = u / (sqrt(f^2 + l^2)
++ b |u|), where f, l, u are the components of a direction forward, to the left and up. Looking up a
+direction therefore needs no search and no angle.
+
+The bends a and b tell how much denser nodes are about the axis. With BENDS they are 0.4 degrees
+apart across there, 0.07 down, as a dipped beam needs. A table that is wide to all sides, as that of
+a luminaire, has light and detail far off its axis: its bends are those whose nodes about the axis
+are as far apart as its own.
 """
 
 from __future__ import annotations
@@ -13,8 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BEND_X = 4.0
-BEND_Y = 12.0
+BENDS = (4.0, 12.0)
+LEAST_BEND = 1.0
+WIDE_DEG = 80.0  # a table that reaches this far up, down and to both sides
 # cells, even: the axis is a node
 COLUMNS = 72
 ROWS = 136
@@ -30,6 +35,7 @@ class IntensityGrid:
     left: np.ndarray  # (3,)
     value: np.ndarray  # (ROWS + 1, COLUMNS + 1) cd/m2
     reach: tuple[float, float]  # x and y of the last nodes
+    bends: tuple[float, float] = BENDS  # a and b
 
     def at(self, direction) -> np.ndarray:
         """Return the luminance, cd/m2, towards unit vectors (..., 3); 0 backwards and beyond."""
@@ -37,8 +43,8 @@ class IntensityGrid:
         forward, aside, above = place
         ahead = forward > 0
         level = np.maximum(np.hypot(forward, aside), 1e-12)
-        x = aside / (np.maximum(forward, 1e-12) + BEND_X * np.abs(aside))
-        y = above / (level + BEND_Y * np.abs(above))
+        x = aside / (np.maximum(forward, 1e-12) + self.bends[0] * np.abs(aside))
+        y = above / (level + self.bends[1] * np.abs(above))
         column, right = _cell(x / self.reach[0], COLUMNS)
         row, over = _cell(y / self.reach[1], ROWS)
         low = self.value[row, column] * (1 - right) + self.value[row, column + 1] * right
@@ -78,7 +84,7 @@ def intensity_grid(table, intensity_cd: float, axis, left, area_vectors) -> Inte
     """
     ends = [np.abs(np.asarray(v)[[0, -1]]).max() for v in (table.left_deg, table.up_deg)]
     tangents = np.tan(np.radians(np.minimum(ends, 89.9)))
-    bends = np.array([BEND_X, BEND_Y])
+    bends = _bends(table)
     reach = tangents / (1 + bends * tangents)
     nodes = [reach[k] * np.linspace(-1, 1, n + 1) for k, n in enumerate((COLUMNS, ROWS))]
     aside, above = (t / (1 - b * np.abs(t)) for t, b in zip(nodes, bends))  # tangents of angles
@@ -92,4 +98,20 @@ def intensity_grid(table, intensity_cd: float, axis, left, area_vectors) -> Inte
     for chunk in np.array_split(area_vectors, max(1, len(area_vectors) // 64)):
         area += np.maximum(direction @ chunk.T, 0).sum(-1)
     area = np.maximum(area, LEAST_AREA * area.max())
-    return IntensityGrid(np.asarray(axis), np.asarray(left), value / area, tuple(reach.tolist()))
+    return IntensityGrid(
+        np.asarray(axis),
+        np.asarray(left),
+        value / area,
+        tuple(reach.tolist()),
+        tuple(bends.tolist()),
+    )
+
+
+def _bends(table) -> np.ndarray:
+    """Return the bends (2,) of the grid of a table."""
+    angles = [np.asarray(table.left_deg), np.asarray(table.up_deg)]
+    if min(min(-v[0], v[-1]) for v in angles) < WIDE_DEG:
+        return np.array(BENDS)
+    step_rad = np.radians([np.diff(v).min() for v in angles])
+    # from -1 / a to 1 / a in so many cells, and one radian to 1 on the axis
+    return np.clip(2 / (np.array([COLUMNS, ROWS]) * step_rad), LEAST_BEND, BENDS)

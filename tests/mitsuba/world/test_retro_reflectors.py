@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 import mitsuba as mi
+from isethdr_scenes.geometry.surroundings.road import STUD_FACE_M
 from isethdr_scenes.materials import MATERIALS, RETRO
 from isethdr_scenes.retro_reflectors import luminous_mean, retro_reflection
 
@@ -20,6 +21,7 @@ R_A = {
     "ra1": {(0.2, 5): 70, (0.2, 30): 30, (0.333, 5): 50, (0.333, 40): 9, (2, 5): 5, (2, 30): 2.5},
     "ra2": {(0.2, 5): 250, (0.2, 30): 150, (0.333, 5): 180, (0.333, 40): 95, (2, 5): 5},
     "clothing": {(0.2, 5): 330, (0.2, 30): 180, (0.333, 5): 250, (1, 5): 25, (1.5, 5): 10},
+    "stud": {(0.3, 5): 184.9, (1, 10): 21.0, (2, 15): 2.10},
     "vehicle_red": {(0.333, 0): 100, (0.333, 10): 67, (0.333, 20): 33, (1.5, 0): 1.67},
     "animal_eye": {(0.333, 0): 60, (1, 0): 33, (2, 0): 9},
 }
@@ -53,6 +55,22 @@ def test_r_a_is_that_of_the_source(name):
     found = value(bsdf, light, observer) * light[:, 2] * observer[:, 2]
     # the product of two laws of one angle each, fitted to the whole table
     np.testing.assert_allclose(found, list(R_A[name].values()), rtol=0.30)
+
+
+def test_a_stud_has_the_r_i_of_its_standard_over_the_face_that_is_built():
+    """mcd/lx, and the fall towards an entrance angle of 20 degrees: sources in
+    `retro_reflectors`.
+    """
+    bsdf = loaded(
+        Material("s", "diffuse", flat(BLACK), retro=retro_reflection("stud", flat(BLACK)))
+    )
+    angles = np.array([(0.3, 5.0), (1.0, 10.0), (2.0, 15.0), (0.2, 0.2), (0.2, 20.0)])
+    light, observer = geometry(angles[:, 0], angles[:, 1])
+    area_m2 = float(np.prod(STUD_FACE_M))
+    found = 1e3 * area_m2 * value(bsdf, light, observer) * light[:, 2] * observer[:, 2]
+    # three parameters through three values, rounded to 5 digits
+    np.testing.assert_allclose(found[:3], [220.0, 25.0, 2.5], rtol=2e-3)
+    assert found[4] / found[3] == pytest.approx(112 / 279, rel=0.01)  # 0.1 degrees beside the axis
 
 
 @pytest.mark.parametrize("name", sorted(RETRO))

@@ -59,7 +59,7 @@ def _stud(ground: Ground, s_m: float) -> list[Piece]:
     length, width, height = STUD_M
     body = box((0, 0, height / 2), STUD_M, "stud", "alloy")
     face = box(
-        (-length / 2 - 0.001, 0, height / 2), (0.002, *STUD_FACE_M), "stud.face", "sheeting_white"
+        (-length / 2 - 0.001, 0, height / 2), (0.002, *STUD_FACE_M), "stud.face", "stud_reflector"
     )
     at = ground.place(s_m, 0.0)
     return [body.moved(at), face.moved(at)]

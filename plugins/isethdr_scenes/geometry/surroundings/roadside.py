@@ -8,6 +8,7 @@ from ..mesh.piece import Assembly, lit, pose
 from ..mesh.primitives import box, grid, tube
 from .ground import Ground
 
+TILT_DEG = 5.0  # of the axis of a luminaire towards the road
 # profile of a W-beam in metres: distance towards the road, height
 W_BEAM = (
     (0, -0.155),
@@ -69,7 +70,8 @@ def marker_post():
 
 
 def street_lamp(name="street_lamp", tall=8.0, reach=1.8):
-    """Return a street lamp: pole at the origin, arm towards +y, luminaire emitting downwards.
+    """Return a street lamp: pole at the origin, arm towards +y over the road, luminaire emitting
+    downwards.
 
     Parameters
     ----------
@@ -77,6 +79,7 @@ def street_lamp(name="street_lamp", tall=8.0, reach=1.8):
     tall : height in metres.
     reach : length of the arm in metres.
     """
+    tilt = np.radians(TILT_DEG)
     t = np.linspace(0, np.pi / 2, 9)
     arm = np.stack([0 * t, reach * (1 - np.cos(t)), tall - 0.9 + 0.9 * np.sin(t)], 1)
     m = Assembly(name).add(
@@ -92,6 +95,6 @@ def street_lamp(name="street_lamp", tall=8.0, reach=1.8):
         *lit(
             box((0, reach + 0.36, tall - 0.047), (0.20, 0.50, 0.012), "street", "lamp_white"),
             "street",
-            (0.0, 0.0, -1.0),
+            (0.0, np.sin(tilt), -np.cos(tilt)),
         )
     )

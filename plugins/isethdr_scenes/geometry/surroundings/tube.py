@@ -17,6 +17,7 @@ PORTAL_M = 9.0  # the portal wall reaches this far out and up
 # to either side of the middle, above the datum
 LUMINAIRE_M = 2.2
 LUMINAIRE_Z_M = 4.75
+TILT_DEG = 5.0  # of the axis of a luminaire towards the middle
 
 
 def section(n: int = 24) -> np.ndarray:
@@ -74,10 +75,12 @@ def _portal(ground, s, outline) -> Piece:
 
 
 def luminaire() -> Assembly:
-    """Return one luminaire at the origin that emits downwards."""
+    """Return one luminaire at the origin that emits downwards, turned towards -y: those of the
+    right row are placed the other way round.
+    """
+    tilt = np.radians(TILT_DEG)
+    axis = (0.0, -np.sin(tilt), -np.cos(tilt))
     return Assembly("luminaire").add(
         box((0, 0, 0.07), (1.3, 0.26, 0.12), "housing", "galvanised", 0.03),
-        *lit(
-            box((0, 0, 0), (1.2, 0.20, 0.012), "tunnel", "lamp_white"), "tunnel", (0.0, 0.0, -1.0)
-        ),
+        *lit(box((0, 0, 0), (1.2, 0.20, 0.012), "tunnel", "lamp_white"), "tunnel", axis),
     )

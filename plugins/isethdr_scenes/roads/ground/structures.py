@@ -202,7 +202,15 @@ def _roof_sides(network: Network, road: Road, plan: Any) -> Piece:
 
 
 def grid_free(name: str, points: Floats, triangles: Any, material: str) -> Piece:
-    """Return triangles over points as a piece with flat faces."""
+    """Return triangles over points as a piece with flat faces.
+
+    Parameters
+    ----------
+    name : of the piece.
+    points : (n, 3) vertices, m.
+    triangles : (m, 3) numbers of vertices, counter-clockwise as seen from outside.
+    material : name of its material.
+    """
     return flat(Piece(name, points, triangles, material))
 
 
@@ -237,7 +245,8 @@ def luminaire_poses(road: Road) -> list[Floats]:
             right, left = (float(t) for t in road.edges(at))
             for side in (-1, 1):
                 t = (left + right) / 2 + side * LUMINAIRE_ASIDE_M
-                pose = road.pose(float(at), t)
+                # turned towards the middle, as they are built for the left row
+                pose = road.pose(float(at), t, 0.0 if side > 0 else np.pi)
                 pose[2, 3] = float(road.elevation.at(at)) + TOP_M - LUMINAIRE_BELOW_M - 0.1
                 found.append(pose)
     return found
