@@ -79,6 +79,15 @@ def describe(
 ) -> SceneDescription:
     """Return the description of a `scene` (a component with the fields of camera, sky and road
     surface) whose camera looks at `target`.
+
+    Parameters
+    ----------
+    name : of the scene.
+    scene : component with the fields of camera, sky, fog, headlamps, road surface and seed.
+    ground : road surface, on which spots and camera stand.
+    spots : what is placed.
+    target : (3,) point at which the camera looks, m.
+    light : name of a lamp spectrum by light group.
     """
     models, objects = place(spots, ground, light, scene.headlamp_beam)
     materials_used = used(models, scene.road_surface, scene.seed)
@@ -107,6 +116,13 @@ def place(
 ) -> tuple[dict[str, Model], tuple[Placed, ...]]:
     """Return the models and the placed objects of `spots`; `spectra` names a lamp spectrum per
     light group, `beam` the family of all headlamps that are on.
+
+    Parameters
+    ----------
+    spots : what is placed; equal ones share a model.
+    ground : road surface, on which they stand.
+    spectra : name of a lamp spectrum by light group.
+    beam : family of all headlamps that are on.
     """
     names = {}
     models = {}

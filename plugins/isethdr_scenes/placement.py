@@ -98,6 +98,13 @@ def oncoming_lamp(ground: Ground, s_m: float) -> np.ndarray:
 def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from) -> float:
     """Return the s in m, 6 to 150, at which a walker at `y_m` is seen at that bearing, which falls
     with s.
+
+    Parameters
+    ----------
+    ground : road surface, on which the walker stands.
+    y_m : distance of the walker to the left of the road's middle, m.
+    bearing : angle to the left of +x at which the camera sees the walker, degrees.
+    seen_from : (3,) place of the camera, m.
     """
     from scipy.optimize import brentq
 
@@ -116,6 +123,13 @@ def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from) -> float:
 def traffic(drive, ground: Ground, s: dict, rng) -> list[Spot]:
     """Return the vehicles: one ahead, one oncoming, one parked, and further ones up to a drawn
     number.
+
+    Parameters
+    ----------
+    drive : the scene, for numbers of vehicles and brake lamps.
+    ground : road surface.
+    s : places along the road by name, m.
+    rng : random numbers of the draw.
     """
     count = rng.integers(drive.vehicles[0], drive.vehicles[1] + 1)
     paints = rng.permutation(["blue", "silver", "red", "green", "grey", "sand"])
@@ -173,6 +187,13 @@ def traffic(drive, ground: Ground, s: dict, rng) -> list[Spot]:
 def living(drive, ground: Ground, s: dict, rng) -> list[Spot]:
     """Return the people and animals: a walker beside the oncoming headlamps, a rider, deer, and
     some more.
+
+    Parameters
+    ----------
+    drive : the scene, for numbers of people and animals.
+    ground : road surface.
+    s : places along the road by name, m.
+    rng : random numbers of the draw.
     """
     people = rng.integers(drive.people[0], drive.people[1] + 1)
     animals = rng.integers(drive.animals[0], drive.animals[1] + 1)
@@ -253,6 +274,12 @@ def plants(drive, rng) -> list[Spot]:
 def furniture(drive, ground: Ground, rng) -> list[Spot]:
     """Return what was built: road, land, grass, guard rail, street lamps, posts, a house, and the
     own headlamps.
+
+    Parameters
+    ----------
+    drive : the scene, for the number of street lamps.
+    ground : road surface.
+    rng : random numbers of the draw.
     """
     lamps = int(rng.integers(drive.street_lamps[0], drive.street_lamps[1] + 1))
     posts = [LAMP_POST_FIRST_M + k * LAMP_POST_STEP_M for k in range(lamps)]

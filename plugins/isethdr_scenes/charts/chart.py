@@ -155,6 +155,12 @@ def band_means(spectrum, bands_nm, steps: int = STEPS):
     between `bands_nm`.
 
     Midpoint rule of `steps` in a band.
+
+    Parameters
+    ----------
+    spectrum : function of wavelengths (band, step) in nm.
+    bands_nm : (band,) middles of the bands, nm, increasing.
+    steps : points of the midpoint rule in a band.
     """
     inside = (np.arange(steps) + 0.5) / steps - 0.5
     return spectrum(bands_nm[:, None] + inside * band_widths_nm(bands_nm)[:, None]).mean(1)
@@ -171,7 +177,15 @@ def table(distribution):
 def chart_object(
     instance: int, name: str, left: float, top: float, width: float, height: float
 ) -> dict:
-    """Return a row of the objects table for a part of a chart; the box in tiles."""
+    """Return a row of the objects table for a part of a chart; the box in tiles.
+
+    Parameters
+    ----------
+    instance : number of the part, from 1.
+    name : of the part.
+    left, top : first column and row of its box, in tiles; fractions are allowed.
+    width, height : of its box, in tiles.
+    """
     return {
         "instance": instance,
         "category": "chart",

@@ -11,6 +11,13 @@ def disc(x, y, pitch: float, centre_x: float, centre_y: float, radius: float) ->
     The area of the disc between its centre and each tile corner is known in closed form; the tile's
     own is the second difference of it, exact to rounding whatever the size of the disc against the
     tile.
+
+    Parameters
+    ----------
+    x, y : (column,), (row,) middles of the tiles.
+    pitch : side of a tile.
+    centre_x, centre_y : middle of the disc.
+    radius : of the disc.
     """
     edges_x = (np.append(x - pitch / 2, x[-1] + pitch / 2) - centre_x) / radius
     edges_y = (np.append(y - pitch / 2, y[-1] + pitch / 2) - centre_y) / radius
@@ -22,6 +29,12 @@ def disc(x, y, pitch: float, centre_x: float, centre_y: float, radius: float) ->
 def half_plane(x, y, pitch: float, angle_deg: float) -> np.ndarray:
     """Return the fraction (y, x) of each tile right of a line through the origin, `angle_deg`
     clockwise from upright.
+
+    Parameters
+    ----------
+    x, y : (column,), (row,) middles of the tiles, in any unit.
+    pitch : side of a tile, in the same unit.
+    angle_deg : turn of the line clockwise from upright, degrees.
     """
     angle = np.radians(angle_deg)
     normal = np.cos(angle), np.sin(angle)

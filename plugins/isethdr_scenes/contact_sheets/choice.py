@@ -25,6 +25,13 @@ def chosen(what: str, count: int, seed: int, shuffled: bool) -> list[Thing]:
     """Return `count` things of the groups or collections `what`, family after family in turn; of a
     folder with an asset pack, all its things.
 
+    Parameters
+    ----------
+    what : groups or collections, separated by commas, or the folder of an asset pack.
+    count : number of things; a pack is shown whole.
+    seed : of the draw.
+    shuffled : whether families are mixed.
+
     Raises
     ------
     ConfigError

@@ -47,6 +47,12 @@ class Look:
 def write(things: Sequence[Thing], look: Look, out: str) -> None:
     """Render things, and write the sheet and its key, a table of number, family and variant.
 
+    Parameters
+    ----------
+    things : one for each tile.
+    look : size of a tile, paths per pixel, night, and whether names are hidden.
+    out : picture to write, .png or .jpg; the key lies beside it as <name>_key.csv.
+
     Raises
     ------
     ConfigError

@@ -36,6 +36,7 @@ def imported(found: FoundScene, component: IsetExr, known: Sequence[Mapping[str,
 
     Parameters
     ----------
+    found : files of the scene.
     component : reads the scene.
     known : root attributes of the stores of imported scenes, with their `path`.
 
@@ -112,6 +113,13 @@ def known_imports(folder: Path) -> list[dict[str, Any]]:
 
 def run(folder: str, field_deg: float, normalise_cd_m2: float, look: bool) -> int:
     """Store the scenes below a folder, print what became of each, and return how many are wrong.
+
+    Parameters
+    ----------
+    folder : any folder of the deposit, with the folders below it.
+    field_deg : full horizontal field angle of the scenes, degrees.
+    normalise_cd_m2 : mean luminance to which each light group is scaled, cd/m2; 0 keeps the radiance.
+    look : list scenes and files only; nothing is stored.
 
     Raises
     ------

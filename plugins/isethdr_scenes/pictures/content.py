@@ -65,6 +65,12 @@ def plain_array(values: np.ndarray, selection: Wanted, path: Path) -> Content:
     Two axes are luminance, (y, x). Three axes are colours, (y, x, 3). If `selection` names
     wavelengths, three axes are bands, and the band axis is the first or the last.
 
+    Parameters
+    ----------
+    values : the array, of two or three axes.
+    selection : wavelengths of the bands, where it has bands.
+    path : of the file, for messages.
+
     Raises
     ------
     UnitError : the axes fit none of these.
@@ -121,6 +127,13 @@ def sorted_bands(content: Content, path: Path) -> Content:
 
 
 def unreadable(path: Path, kind: str, why: object) -> CatalogError:
-    """Return the error of a file that is damaged, or of another format than its name says."""
+    """Return the error of a file that is damaged, or of another format than its name says.
+
+    Parameters
+    ----------
+    path : of the file.
+    kind : of the format, for people.
+    why : error or text with the reason.
+    """
     reason = " ".join(str(why).split())
     return CatalogError(f"{path} is not a readable {kind} file, or is cut off ({reason})")

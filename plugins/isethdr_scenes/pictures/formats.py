@@ -57,7 +57,10 @@ def checked_content(
 
     Parameters
     ----------
-    coding : of colours. `negative_to_zero` : set negative values to 0 instead of refusing them.
+    path : of the file; its ending tells the format.
+    selection : channels, wavelengths and name of the array that are read.
+    coding : of colours.
+    negative_to_zero : set negative values to 0 instead of refusing them.
 
     Raises
     ------

@@ -69,7 +69,9 @@ def luminance_of(values: np.ndarray, channels: tuple[str, ...], primaries: Prima
 
     Parameters
     ----------
-    channels : Y, or R, G, B, or X, Y, Z. `primaries` : of RGB; its white (1, 1, 1) has 1.
+    values : (channel, ...) linear colours, in any unit.
+    channels : Y, or R, G, B, or X, Y, Z.
+    primaries : of RGB; its white (1, 1, 1) has 1.
     """
     if channels == LUMINANCE_CHANNELS:
         return values[0]

@@ -83,6 +83,7 @@ def spectra(
     rgb : (3, y, x), 0 or more, of any scale.
     luminance_cd_m2 : (y, x), which the spectra have.
     of_primaries : (3, wavelength), the reflectances of the primaries times the illuminant.
+    bands_nm : (wavelength,) middles of the bands, nm.
     """
     spectra_of_rgb = np.tensordot(luminance(of_primaries, bands_nm, axis=1), rgb, 1)
     scale = np.divide(

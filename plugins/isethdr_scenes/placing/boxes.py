@@ -60,7 +60,15 @@ def solids(thing: Thing) -> tuple[Solid, ...]:
 def rows(
     parts: tuple[Solid, ...], at: tuple[float, float, float], scale: float = 1.0, level: int = 0
 ) -> np.ndarray:
-    """Return boxes (n, FIELDS) of a thing that stands at x, y, turned by a heading in radians."""
+    """Return boxes (n, FIELDS) of a thing that stands at x, y, turned by a heading in radians.
+
+    Parameters
+    ----------
+    parts : boxes of the thing in its own axes, m.
+    at : place x and y in m, and heading in radians.
+    scale : factor on all lengths.
+    level : 1 on a bridge, else 0.
+    """
     x, y, heading = at
     cos = np.cos(heading)
     sin = np.sin(heading)
@@ -75,7 +83,14 @@ def rows(
 
 
 def overlapping(one: np.ndarray, many: np.ndarray, gap_m: float = 0.0) -> np.ndarray:
-    """Return which of `many` (n, FIELDS) come nearer than `gap_m` to the box `one` (FIELDS,)."""
+    """Return which of `many` (n, FIELDS) come nearer than `gap_m` to the box `one` (FIELDS,).
+
+    Parameters
+    ----------
+    one : (FIELDS,) a box, as a row of `rows`.
+    many : (n, FIELDS) boxes.
+    gap_m : distance in plan below which two boxes overlap, m.
+    """
     x, y, hx, hy, cos, sin, bottom, top, level = one
     mx, my, mhx, mhy, mcos, msin, mbottom, mtop, mlevel = many.T
     dx = mx - x

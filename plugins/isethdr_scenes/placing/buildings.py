@@ -108,7 +108,15 @@ class Panels:
 
 
 def panels(site: Site, road: Road, row: Panels, rng: np.random.Generator) -> list[Foot]:
-    """Return the panels of a row."""
+    """Return the panels of a row.
+
+    Parameters
+    ----------
+    site : for the stock, and the places beside the road.
+    road : along which the row stands.
+    row : family, side, ends along the road, distance from it, and share of gaps.
+    rng : random numbers of the gaps.
+    """
     thing = site.stock.draw("barrier", rng, row.family)
     step = thing.size_m[1]
     feet = []

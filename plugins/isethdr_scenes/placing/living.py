@@ -29,7 +29,14 @@ Maker = Callable[[np.random.Generator], Thing]
 def place_people(
     site: Site, people_per_km: float, crossing_share: float = CROSSING_SHARE
 ) -> Shortage:
-    """Place people by their number per km of road; a share of them on crosswalks."""
+    """Place people by their number per km of road; a share of them on crosswalks.
+
+    Parameters
+    ----------
+    site : the road being filled.
+    people_per_km : people per km of road, both sides together.
+    crossing_share : share of them on crosswalks, 0 to 1.
+    """
     rng = site.rng("people")
     wanted = drawn_count(people_per_km * site.length_km, rng)
     placed = site.put_each(_crossing(site, rng, round(crossing_share * wanted)), APART_M)
@@ -43,7 +50,14 @@ def place_people(
 
 
 def walking_places(site: Site, rng: np.random.Generator, count: int) -> list[Place]:
-    """Return places on pavements, or without them on shoulders and verges, along the road."""
+    """Return places on pavements, or without them on shoulders and verges, along the road.
+
+    Parameters
+    ----------
+    site : the road being filled.
+    rng : random numbers of the places.
+    count : number of places to propose.
+    """
     areas = site.areas("pavement")
     if areas:
         return in_areas(areas, rng, count, (0.2, 0.8), True)
@@ -84,7 +98,16 @@ def in_areas(
     across: tuple[float, float],
     along: bool,
 ) -> list[Place]:
-    """Return places in areas, weighted by length; headings along the road or any."""
+    """Return places in areas, weighted by length; headings along the road or any.
+
+    Parameters
+    ----------
+    areas : free areas.
+    rng : random numbers of the places.
+    count : number of places.
+    across : least and greatest place across an area, as a share of its width.
+    along : whether to head along the road, either way; else in any direction.
+    """
     if not areas or count <= 0:
         return []
     share = np.array([a.length_m for a in areas])

@@ -92,6 +92,11 @@ def plan(
 
     Parameters
     ----------
+    base : the road.
+    seed : of all that is placed.
+    densities : how full the road is.
+    view : the camera, before which nothing stands.
+    stock : what may be drawn.
     first : places what has its place already, before anything is drawn.
 
     Raises

@@ -134,7 +134,12 @@ class Site:
     def beside(self, road: Road, side: int, s_m: float, beyond_m: float) -> Place:
         """Return the place `beyond_m` outside of a road's edge, heading along the traffic there.
 
-        `side` is 1 on the left of the reference line, -1 on its right.
+        Parameters
+        ----------
+        road : beside which the place is.
+        side : 1 on the left of the reference line, -1 on its right.
+        s_m : along the reference line, m.
+        beyond_m : outside of the road's edge, m; negative on the road.
         """
         right, left = road.edges(s_m)
         t = float(left if side > 0 else right) + side * beyond_m
@@ -171,7 +176,14 @@ class Site:
         return True
 
     def put_pair(self, foot: Foot, partner: Foot, gap_m: float) -> bool:
-        """Place two feet that touch, if nothing else is nearer than `gap_m`; return whether."""
+        """Place two feet that touch, if nothing else is nearer than `gap_m`; return whether.
+
+        Parameters
+        ----------
+        foot : a vehicle.
+        partner : who rides it.
+        gap_m : distance to all else, m.
+        """
         boxes = np.concatenate([foot.boxes(), partner.boxes()])
         if not self.taken.free(boxes, gap_m):
             return False
@@ -180,7 +192,14 @@ class Site:
         return True
 
     def put_first(self, feet: list[Foot], count: int, gap_m: float) -> int:
-        """Place the first `count` of `feet` that may stand where they are; return how many."""
+        """Place the first `count` of `feet` that may stand where they are; return how many.
+
+        Parameters
+        ----------
+        feet : candidates, in order of preference.
+        count : the most to place.
+        gap_m : distance to all else, m.
+        """
         placed = 0
         for foot, ok in zip(feet, self.allowed(feet), strict=True):
             if placed == count:

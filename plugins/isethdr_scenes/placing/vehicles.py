@@ -235,7 +235,15 @@ def _lamps(
 def drawn_vehicle(
     stock: Stock, road_type: RoadType, width_m: float, rng: np.random.Generator
 ) -> Thing:
-    """Return a vehicle of the mix of a type of road that fits into a lane of a width."""
+    """Return a vehicle of the mix of a type of road that fits into a lane of a width.
+
+    Parameters
+    ----------
+    stock : what may be drawn.
+    road_type : type of the road, whose mix of groups is drawn from.
+    width_m : width of the lane, m.
+    rng : random numbers of the draw.
+    """
     mix = MIX[road_type]
     share = np.array(list(mix.values()))
     thing = stock.draw("car", rng)

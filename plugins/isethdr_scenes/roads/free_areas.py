@@ -74,6 +74,13 @@ class FreeArea:
         """Return the (4, 4) pose of an upright thing on the ground of the strip.
 
         x points along the traffic beside it, turned to the left by `turn_rad`.
+
+        Parameters
+        ----------
+        s_m : metres from the start of the strip, along the road.
+        across : place across the strip, as a share of its width: 0 at its border towards the road's
+            middle, 1 at the other one.
+        turn_rad : turn to the left of the traffic beside the strip, radians.
         """
         x, y = self.plan(np.array(s_m), np.array(across))
         heading = float(self.road.line.at(self.first_m + s_m).heading_rad) + turn_rad
@@ -92,6 +99,12 @@ Taken = Callable[[FreeArea, Floats, Floats], Flags]
 
 def free_areas(roads: Sequence[Road], ground: GroundHeight, kind: AreaKind) -> tuple[FreeArea, ...]:
     """Return the strips of one kind, without the stretches where another road runs.
+
+    Parameters
+    ----------
+    roads : all roads of a network.
+    ground : height of the ground, on which things of a strip stand.
+    kind : what the strip is, one of `AreaKind`.
 
     Raises
     ------

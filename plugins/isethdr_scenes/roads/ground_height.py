@@ -172,7 +172,13 @@ class GroundHeight:
 
 
 def lane_ranks(road: Road, s: Floats, t: Floats) -> NDArray[np.intp]:
-    """Return the index of the lane's type in `LANE_TYPES` at (s, t), `OFF_ROAD` outside."""
+    """Return the index of the lane's type in `LANE_TYPES` at (s, t), `OFF_ROAD` outside.
+
+    Parameters
+    ----------
+    road : whose lanes are asked for.
+    s, t : (n,) places along the reference line and to its left, m.
+    """
     rank = np.full(len(s), OFF_ROAD)
     for lane, inside in _in_lanes(road, s, t):
         rank[inside] = np.minimum(rank[inside], LANE_TYPES.index(lane.type))

@@ -158,7 +158,14 @@ class ReferenceLine:
     def of(
         cls, x_m: float, y_m: float, heading_rad: float, stretches: Sequence[Stretch]
     ) -> ReferenceLine:
-        """Return the line that starts at a place and consists of `stretches`."""
+        """Return the line that starts at a place and consists of `stretches`.
+
+        Parameters
+        ----------
+        x_m, y_m : place of the start in plan, m.
+        heading_rad : direction at the start, radians from +x to the left.
+        stretches : lengths in m with their curvature in 1/m at start and end, one after the other.
+        """
         records: list[Record] = []
         start = 0.0
         for length, first, last in stretches:

@@ -198,7 +198,14 @@ class Road:
         return np.asarray(self.elevation.at(s) + tilt - fall + shape)
 
     def points(self, s_m: ArrayLike, t_m: ArrayLike, above_m: ArrayLike = 0.0) -> Floats:
-        """Return the points (..., 3) at (s, t), `above_m` over the surface."""
+        """Return the points (..., 3) at (s, t), `above_m` over the surface.
+
+        Parameters
+        ----------
+        s_m : along the reference line, m.
+        t_m : to its left, m; broadcasts with `s_m`.
+        above_m : height over the surface, m; broadcasts with both.
+        """
         plan = self.line.points(s_m, t_m)
         z = self.height(s_m, t_m) + np.asarray(above_m, float)
         return np.concatenate([plan, np.broadcast_to(z, plan.shape[:-1])[..., None]], -1)
@@ -208,6 +215,13 @@ class Road:
 
         Its x axis is turned by `turn_rad` from the direction of +s to the left, within the
         surface; its z axis is the surface's normal.
+
+        Parameters
+        ----------
+        s_m : along the reference line, m.
+        t_m : to its left, m.
+        turn_rad : turn to the left of the direction of +s, radians.
+        above_m : height over the surface, m.
         """
         h = SLOPE_STEP_M
         at = self.points(s_m, t_m, above_m)

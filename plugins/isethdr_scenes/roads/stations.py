@@ -36,6 +36,12 @@ def stations(road: Road, first_m: float = 0.0, last_m: float | None = None) -> F
     """Return the stations of a road between two places, both included.
 
     Straight chords between them deviate by less than `PLAN_M` in plan and `HEIGHT_M` in height.
+
+    Parameters
+    ----------
+    road : any road.
+    first_m : the first station, m along the reference line.
+    last_m : the last one, m; None: the end of the road.
     """
     last = road.length_m if last_m is None else last_m
     s = _cached(road)

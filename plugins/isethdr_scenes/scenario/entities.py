@@ -50,6 +50,12 @@ class Placed(NamedTuple):
 def placed(entities: Sequence[Entity], network: Network, notes: Notes) -> tuple[Placed, ...]:
     """Return the entities that can be placed; the others are noted.
 
+    Parameters
+    ----------
+    entities : of the scenario.
+    network : roads on which their positions are.
+    notes : collects what is left out.
+
     Raises
     ------
     CatalogError : a position on a road or a lane that is not there.
@@ -71,6 +77,12 @@ def placed(entities: Sequence[Entity], network: Network, notes: Notes) -> tuple[
 
 def put(site: Site, entities: Sequence[Placed], shift_m: Floats) -> None:
     """Place the entities within reach on a site.
+
+    Parameters
+    ----------
+    site : the road being filled.
+    entities : with their places in the coordinates of the road file.
+    shift_m : (2,) from these coordinates to those of the site, m.
 
     Raises
     ------

@@ -40,6 +40,7 @@ def scenario_start(path: Path, ego: str, seed: int, choices: Choices) -> Scenari
     path : the scenario file (.xosc).
     ego : name of the entity that carries the camera; empty: as `scenario_file.read` finds it.
     choices : light, type and speed limit of the road.
+    seed : of what the files do not state.
 
     Raises
     ------

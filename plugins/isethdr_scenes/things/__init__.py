@@ -56,6 +56,12 @@ def names(group: str) -> tuple[str, ...]:
 def draw(group: str, rng: np.random.Generator, family: str | None = None) -> Thing:
     """Return a bundled thing of a group; of one family of it where given, else by shares.
 
+    Parameters
+    ----------
+    group : car, truck, person, tree, ... (`isethdr things list`).
+    rng : random numbers; a draw takes several.
+    family : of that group; None: drawn by the shares of the families.
+
     Raises
     ------
     ValueError

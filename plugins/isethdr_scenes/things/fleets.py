@@ -25,6 +25,12 @@ def fleet(count: int = 80, seed: int = 0, groups: Sequence[str] = GROUPS) -> tup
 
     Candidates are built at the coarsest level: 80 vehicles need 169 of them, about 75 CPU seconds.
 
+    Parameters
+    ----------
+    count : number of vehicles.
+    seed : of the draw.
+    groups : groups of vehicles that take part.
+
     Raises
     ------
     ValueError

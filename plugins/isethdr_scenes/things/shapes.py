@@ -75,7 +75,15 @@ class Limb:
         return distance
 
     def tube(self, name: str, material: str, sides: int, steps: int = 1) -> Piece:
-        """Return the limb as a tube with rounded ends, of few faces, in `steps` along it."""
+        """Return the limb as a tube with rounded ends, of few faces, in `steps` along it.
+
+        Parameters
+        ----------
+        name : of the piece.
+        material : name of its material.
+        sides : number of faces around it.
+        steps : number of faces along it, without the ends.
+        """
         narrow = np.array([1.0, 1 / self.width, 1.0])
         a = np.asarray(self.a, float) * narrow
         b = np.asarray(self.b, float) * narrow

@@ -29,6 +29,12 @@ class Stock:
     def draw(self, group: str, rng: np.random.Generator, family: str | None = None) -> Thing:
         """Return a thing of a group; of one family of it where given, else by shares.
 
+        Parameters
+        ----------
+        group : car, truck, person, tree, ... (`isethdr things list`).
+        rng : random numbers; a draw takes several.
+        family : of that group; None: drawn by the shares of the families.
+
         Raises
         ------
         ValueError

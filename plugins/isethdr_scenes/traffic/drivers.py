@@ -122,8 +122,10 @@ def driver(foot: Foot, others: tuple[Thing, ...], tracks: Tracks, top_m_s: float
 
     Parameters
     ----------
+    foot : the vehicle on its lane; its indicators tell the turn.
     others : what moves with it, as its rider.
-    top_m_s : speed of an empty road.
+    tracks : lanes as tables.
+    top_m_s : speed of an empty road, m/s.
     """
     assert foot.lane is not None
     turns = [lamp.partition(":")[2] for lamp in foot.lamps if lamp.startswith("indicator")]
@@ -189,7 +191,14 @@ def _meets(one: Driver, other: Driver) -> bool:
 
 
 def wanted_m_s2(one: Driver, tracks: Tracks, ahead: Ahead) -> float:
-    """Return the acceleration that a driver chooses."""
+    """Return the acceleration that a driver chooses.
+
+    Parameters
+    ----------
+    one : the driver.
+    tracks : lanes as tables, for limits and curves.
+    ahead : gap and speed of what is ahead, m and m/s.
+    """
     free = one.free_m_s(tracks)
     return acceleration_m_s2(one.speed_m_s, free, ahead.gap_m, ahead.speed_m_s, one.time_gap_s)
 

@@ -94,6 +94,12 @@ def _driven(foot: Foot, moved: Moved, time_s: float, network: Network) -> Foot:
 def lit(lamp: str, foot: Foot, time_s: float) -> bool:
     """Return whether a lamp that was drawn is on: indicators blink, each vehicle in its own time,
     and are on at first.
+
+    Parameters
+    ----------
+    lamp : kind of lamp, with its side.
+    foot : whose lamp it is; its variant seeds the phase of the blinking.
+    time_s : seconds from the layout as placed.
     """
     if not lamp.startswith("indicator"):
         return True

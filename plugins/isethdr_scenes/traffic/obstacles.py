@@ -32,6 +32,8 @@ def obstacles(track: Track, boxes: np.ndarray, whole: bool = False) -> list[Obst
 
     Parameters
     ----------
+    track : the lane.
+    boxes : (n, FIELDS) boxes in the world, as of `placing.boxes.rows`.
     whole : whether drivers wait wherever in the lane something is, as for people who cross.
     """
     low = boxes[boxes[:, 6] < LOW_M]

@@ -122,6 +122,12 @@ def share(
 def by_ray(call: Callable[[Sequence[int]], None], chunks: Sequence[list[int]], cpus: int) -> None:
     """Make chunks as Ray tasks; those of a lost node start again on another.
 
+    Parameters
+    ----------
+    call : makes the scenes of a chunk.
+    chunks : numbers of scenes, one task each.
+    cpus : cores that a task takes.
+
     Raises
     ------
     CatalogError : tasks ended early, again and again.

@@ -70,7 +70,15 @@ def network(sensor: str) -> Step:
 
 
 def question(name: str, about: str, minutes: float, basis: str) -> Step:
-    """Return the step of a question of the study detection."""
+    """Return the step of a question of the study detection.
+
+    Parameters
+    ----------
+    name : of the question.
+    about : what it answers, for people.
+    minutes : that the step takes, on two cores.
+    basis : where that number is from.
+    """
     return Step(
         f"detection_{name}",
         about,

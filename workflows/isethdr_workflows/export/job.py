@@ -107,7 +107,14 @@ class Job:
         return track(self.items, self.format)
 
     def new_file(self, path: str, media_type: str, item: Item | None = None) -> Path:
-        """Return where to write a file, in a folder that exists, and add it to the list."""
+        """Return where to write a file, in a folder that exists, and add it to the list.
+
+        Parameters
+        ----------
+        path : below the folder, with /.
+        media_type : of its content.
+        item : the picture that it belongs to; None: several or none.
+        """
         of_item = {} if item is None else {"run": item.key, "camera": item.camera}
         self.files.append(Written(path, self.format, media_type, **of_item))
         full = self.folder / path
@@ -115,7 +122,14 @@ class Job:
         return full
 
     def write_json(self, path: str, content: Mapping[str, Any], media_type: str = "") -> None:
-        """Write a JSON file with UTF-8 text; NaN is no JSON, and an error."""
+        """Write a JSON file with UTF-8 text; NaN is no JSON, and an error.
+
+        Parameters
+        ----------
+        path : below the folder, with /.
+        content : what JSON can hold.
+        media_type : of its content; "" is application/json.
+        """
         text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
         self.new_file(path, media_type or "application/json").write_text(text, encoding="utf-8")
 

@@ -32,7 +32,14 @@ class Terrain(NamedTuple):
 
 
 def terrain(paved: Any, roofs: Sequence[Any], vertices: Vertices) -> Terrain:
-    """Return the triangles around what is paved, and around the roofs of tunnels."""
+    """Return the triangles around what is paved, and around the roofs of tunnels.
+
+    Parameters
+    ----------
+    paved : plan of all that is paved, a polygon of shapely, m.
+    roofs : plans of the land over tunnels, likewise.
+    vertices : collects the plan points that triangles name by number.
+    """
     inner = shapely.unary_union([paved, *roofs])
     taken = inner
     rings = []
@@ -53,7 +60,13 @@ def _triangles(polygons: Any, vertices: Vertices) -> Ints:
 
 
 def roof(road: Road, first_m: float, last_m: float) -> Any:
-    """Return the plan of the land over a tunnel."""
+    """Return the plan of the land over a tunnel.
+
+    Parameters
+    ----------
+    road : the road that the tunnel carries.
+    first_m, last_m : ends of the tunnel along its reference line, m.
+    """
     s = stations(road, first_m, last_m)
     right, left = road.edges(s)
     sides = road.line.points(s, right - ROOF_BESIDE_M), road.line.points(s, left + ROOF_BESIDE_M)

@@ -39,7 +39,15 @@ def land(draw: Draw) -> Land:
 
 
 def bare(draw: Draw, name: str, line: ReferenceLine, section: LaneSection) -> Road:
-    """Return a road of a kind with a crown and without anything else."""
+    """Return a road of a kind with a crown and without anything else.
+
+    Parameters
+    ----------
+    draw : ranges and seed of the kind: type, speed limit and surface come from it.
+    name : of the road in its network.
+    line : its reference line.
+    section : its lanes, along all of it.
+    """
     return Road(
         name,
         line,

@@ -26,7 +26,17 @@ BAY_M = 2.5  # width of a parking bay
 def arm(
     draw: Draw, name: str, cross: CrossSection, place: tuple[float, float], length: float
 ) -> Road:
-    """Return a road that leads away from a junction about the origin: (distance, angle)."""
+    """Return a road that leads away from a junction about the origin: (distance, angle).
+
+    Parameters
+    ----------
+    draw : ranges and seed of the kind.
+    name : of the road in its network.
+    cross : its lanes.
+    place : distance of its start from the origin, m, and the direction in which it leads away, radians
+        from +x to the left.
+    length : of the road, m.
+    """
     distance, angle = place
     x = distance * np.cos(angle)
     y = distance * np.sin(angle)

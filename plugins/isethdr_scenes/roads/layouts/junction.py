@@ -135,7 +135,15 @@ class Movement:
 
 
 def connecting_road(name: str, junction: str, move: Movement, edge_line: Mark | None) -> Road:
-    """Return the road that leads one lane through a junction."""
+    """Return the road that leads one lane through a junction.
+
+    Parameters
+    ----------
+    name : of the new road.
+    junction : name of the junction that it is part of.
+    move : the lane that it comes from, and the lane that it leads to.
+    edge_line : mark at the outer border of a turn at a corner; None: without.
+    """
     start = move.incoming.inner_border(move.entry, True)
     line = way(start, move.outgoing.inner_border(move.exit, False))
     length = line.length_m
@@ -232,7 +240,14 @@ def movements(mouths: Sequence[Mouth]) -> list[Movement]:
 def join(
     name: str, mouths: Sequence[Mouth], edge_line: Mark | None = None
 ) -> tuple[tuple[Road, ...], Junction]:
-    """Return the connecting roads of a junction, and the junction."""
+    """Return the connecting roads of a junction, and the junction.
+
+    Parameters
+    ----------
+    name : of the junction; the connecting roads are numbered after it.
+    mouths : ends of the roads that meet there.
+    edge_line : mark at the outer border of turns at corners; None: without.
+    """
     roads = []
     connections = []
     for k, move in enumerate(movements(mouths)):
@@ -246,6 +261,13 @@ def join(
 
 
 def at_junction(road: Road, end: End, name: str) -> Road:
-    """Return the road linked to a junction at one of its ends."""
+    """Return the road linked to a junction at one of its ends.
+
+    Parameters
+    ----------
+    road : any road.
+    end : start or end of its reference line.
+    name : of the junction.
+    """
     link = Link("junction", name)
     return replace(road, predecessor=link) if end == "start" else replace(road, successor=link)

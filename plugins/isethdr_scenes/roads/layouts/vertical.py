@@ -16,7 +16,14 @@ class Vertex(NamedTuple):
 
 
 def grades(grade: Sequence[float], vertices: Sequence[Vertex], height_m: float = 0.0) -> Profile:
-    """Return the heights with `grade[k]` before `vertices[k]` and `grade[-1]` behind the last."""
+    """Return the heights with `grade[k]` before `vertices[k]` and `grade[-1]` behind the last.
+
+    Parameters
+    ----------
+    grade : slopes, m of height per m of way; one more than there are vertices.
+    vertices : places where two slopes meet, with the radius of the curve between them, in order of s.
+    height_m : height at s = 0, m.
+    """
     pieces = [Cubic(-1000.0, height_m - 1000.0 * grade[0], grade[0])]
     for vertex, before, after in zip(vertices, grade, grade[1:]):
         half = vertex.radius_m * abs(after - before) / 2

@@ -147,7 +147,14 @@ def opened(file: Path, root: str, kind: str) -> Node:
 
 
 def child(parent: ET.Element, tag: str, /, **attributes: object) -> ET.Element:
-    """Add an element with attributes; numbers are written so that they read back bit for bit."""
+    """Add an element with attributes; numbers are written so that they read back bit for bit.
+
+    Parameters
+    ----------
+    parent : element that receives the new one.
+    tag : name of the new element.
+    **attributes : of the new element; those of value None are left out.
+    """
     told = {name: written(value) for name, value in attributes.items() if value is not None}
     return ET.SubElement(parent, tag, told)
 

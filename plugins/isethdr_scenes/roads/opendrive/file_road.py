@@ -80,6 +80,9 @@ def file_road(path: Path, seed: int, choices: Choices, at: Start | None = None) 
 
     Parameters
     ----------
+    path : the file (.xodr).
+    seed : of what the file does not state, such as textures and what stands beside the road.
+    choices : lane of the camera, light, type of place and speed limit, where they are set.
     at : where the camera's car is; None: as the choices say, or on the longest lane.
 
     Raises
@@ -134,6 +137,12 @@ def start(file: RoadFile, path: Path, choices: Choices) -> tuple[LanePath, float
 
     Without a choice: the longest driving lane outside of junctions, near its start. A file that
     `isethdr roads write` made tells its own.
+
+    Parameters
+    ----------
+    file : content of the file.
+    path : its path, for messages.
+    choices : road, lane and metres along the road, where they are set.
 
     Raises
     ------

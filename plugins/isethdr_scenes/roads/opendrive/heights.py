@@ -23,7 +23,15 @@ def read_profile(nodes: Iterable[Node], offset: str = "s") -> Profile:
 
 
 def write_profile(parent: ET.Element, tag: str, profile: Profile, offset: str = "s") -> None:
-    """Add a profile as elements with a, b, c, d."""
+    """Add a profile as elements with a, b, c, d.
+
+    Parameters
+    ----------
+    parent : element that receives one element for each piece of the profile.
+    tag : name of these elements.
+    profile : cubic pieces over s, m.
+    offset : name of the attribute with the start of a piece, m: s or sOffset.
+    """
     for start, a, b, c, d in profile.pieces:
         told = {offset: float(start), "a": float(a), "b": float(b), "c": float(c), "d": float(d)}
         child(parent, tag, **told)

@@ -93,7 +93,14 @@ def check_junctions(
 
 
 def write_link(node: ET.Element, road: Road, ids: Mapping[tuple[str, str], int]) -> None:
-    """Add the links of a road to its element; `ids` are those of (kind, name)."""
+    """Add the links of a road to its element; `ids` are those of (kind, name).
+
+    Parameters
+    ----------
+    node : element of the road.
+    road : whose predecessor and successor are written.
+    ids : number of each road and junction by its kind (road, junction) and its name.
+    """
     links = child(node, "link")
     for name, link in (("predecessor", road.predecessor), ("successor", road.successor)):
         if link is not None:
@@ -107,7 +114,14 @@ def write_link(node: ET.Element, road: Road, ids: Mapping[tuple[str, str], int])
 
 
 def write_junction(top: ET.Element, junction: Junction, ids: Mapping[tuple[str, str], int]) -> None:
-    """Add a junction to the root element."""
+    """Add a junction to the root element.
+
+    Parameters
+    ----------
+    top : root element of the file.
+    junction : its connections name roads.
+    ids : number of each road and junction by its kind (road, junction) and its name.
+    """
     node = child(top, "junction", id=ids["junction", junction.name], name=junction.name)
     for k, connection in enumerate(junction.connections):
         told = child(

@@ -20,6 +20,12 @@ def window(network: Network, centre: Floats, reach_m: float) -> Network:
     """Return the roads within `reach_m` of a plan point; long ones are cut there.
 
     Roads inside a junction are kept whole. Links to what is left out are removed.
+
+    Parameters
+    ----------
+    network : all roads.
+    centre : (2,) plan point, m.
+    reach_m : distance from it in plan, m.
     """
     kept: dict[str, Road] = {}
     for road in network.roads:

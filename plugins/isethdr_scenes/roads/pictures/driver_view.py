@@ -48,7 +48,14 @@ def scene_of(base: BaseRoad) -> SceneDescription:
 
 
 def driver_view(base: BaseRoad, width: int = 240, samples: int = 16) -> Image.Image:
-    """Return a small rendering of a bare road from the camera's car."""
+    """Return a small rendering of a bare road from the camera's car.
+
+    Parameters
+    ----------
+    base : the road, without what stands on it.
+    width : of the picture, pixels; its height follows from `ASPECT`.
+    samples : paths per pixel.
+    """
     height = round(width / ASPECT)
     size = {"width": width, "height": height, "margin": 0.0, "samples": samples, "max_depth": 3}
     renderer = build("renderer", "mitsuba", **size, **BANDS_NM)

@@ -62,7 +62,14 @@ class Canvas:
 
 
 def top_view(base: BaseRoad, size_m: float = 180.0, pixels: int = 480) -> Image.Image:
-    """Return the square of `size_m` ahead of the camera's car, seen from above."""
+    """Return the square of `size_m` ahead of the camera's car, seen from above.
+
+    Parameters
+    ----------
+    base : the road, without what stands on it.
+    size_m : side of the square, m.
+    pixels : side of the picture, pixels.
+    """
     pose = base.pose()
     canvas = Canvas(pose[:2, 3] + 0.3 * size_m * pose[:2, 0], size_m, pixels)
     # what is below is drawn first; pavements before carriageways, as these win where roads cross
@@ -103,7 +110,14 @@ def draw_structures(canvas: Canvas, road: Road) -> None:
 
 
 def sheet(folder: Path, seeds: Sequence[int], kinds: Sequence[str] = ()) -> list[Path]:
-    """Write one picture per seed with all kinds from above, and return the paths."""
+    """Write one picture per seed with all kinds from above, and return the paths.
+
+    Parameters
+    ----------
+    folder : for the pictures; made where it is missing.
+    seeds : of the roads, one picture each.
+    kinds : names of kinds of road; empty takes all.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for seed in seeds:

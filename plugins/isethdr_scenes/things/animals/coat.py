@@ -50,7 +50,14 @@ def patches(coat: Mapping[str, Any], marks: Landmarks) -> tuple[Patch, ...]:
 
 
 def tail_patches(coat: Mapping[str, Any], end: np.ndarray, reach_m: float) -> tuple[Patch, ...]:
-    """Return the tip of a tail in a colour of its own, where the coat names one."""
+    """Return the tip of a tail in a colour of its own, where the coat names one.
+
+    Parameters
+    ----------
+    coat : colours of the coat; `tip` names the material of the tail's tip.
+    end : (3,) place of the tail's end, m.
+    reach_m : distance from the end up to which the tip reaches, m.
+    """
     if "tip" not in coat:
         return ()
     return (Patch("tip", coat["tip"], lambda v: np.linalg.norm(v - end, axis=1) - reach_m),)

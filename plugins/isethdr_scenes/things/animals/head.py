@@ -65,7 +65,15 @@ class Head:
 def head_shapes(
     parts: Mapping[str, Any], coat: Mapping[str, Any], head: Head, scale: float
 ) -> list[Shape]:
-    """Return what stands on a head: eyes, ears and what grows, times `scale`."""
+    """Return what stands on a head: eyes, ears and what grows, times `scale`.
+
+    Parameters
+    ----------
+    parts : measures of ears, antlers, horns and tusks, those that the family has.
+    coat : names of the materials of the coat.
+    head : where it is, and its measures, in shoulder heights.
+    scale : shoulder height, m.
+    """
     shapes: list[Shape] = []
     skull = head.measures["skull"]
     length = head.measures["length"]

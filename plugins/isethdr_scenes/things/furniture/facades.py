@@ -37,14 +37,28 @@ class Front:
         return np.array([*self.outward, 0.0], float)
 
     def at(self, right_m, up_m, out_m=0.0) -> np.ndarray:
-        """Return points (..., 3) to the right of the middle, above the foot, before the wall."""
+        """Return points (..., 3) to the right of the middle, above the foot, before the wall.
+
+        Parameters
+        ----------
+        right_m : to the right of the wall's middle, as seen from outside, m; any shape.
+        up_m : above its foot, m; broadcasts with `right_m`.
+        out_m : before the wall, m; broadcasts with both.
+        """
         right, up, out = np.broadcast_arrays(np.asarray(right_m, float), up_m, out_m)
         foot = np.array([*self.foot, 0.0])
         height = np.stack([0 * up, 0 * up, up], -1)
         return foot + right[..., None] * self.right + out[..., None] * self.normal + height
 
     def size(self, width_m: float, height_m: float, depth_m: float) -> np.ndarray:
-        """Return the size of a box along x, y, z."""
+        """Return the size of a box along x, y, z.
+
+        Parameters
+        ----------
+        width_m : along the wall, m.
+        height_m : upwards, m.
+        depth_m : across the wall, m.
+        """
         return np.abs(self.right) * width_m + np.abs(self.normal) * depth_m + [0, 0, height_m]
 
 
@@ -62,7 +76,14 @@ class Openings:
 
 
 def windows(front: Front, openings: Openings, detail: Detail) -> list[Piece]:
-    """Return the windows of a front: panes, frames, bars and sills, the lit panes as one lamp."""
+    """Return the windows of a front: panes, frames, bars and sills, the lit panes as one lamp.
+
+    Parameters
+    ----------
+    front : the wall.
+    openings : places and sizes of its windows, and which of them are lit.
+    detail : level of the mesh; far has panes only.
+    """
     o = openings
     if not len(o.right_m):
         return []
@@ -101,7 +122,15 @@ def windows(front: Front, openings: Openings, detail: Detail) -> list[Piece]:
 
 
 def door(front: Front, right_m: float, width_m: float, height_m: float, material: str) -> Piece:
-    """Return a door in a front."""
+    """Return a door in a front.
+
+    Parameters
+    ----------
+    front : the wall.
+    right_m : middle of the door, to the right of the wall's middle, m.
+    width_m, height_m : of the door, m.
+    material : name of its material.
+    """
     size = front.size(width_m, height_m, 0.12)
     return boxes(front.at(right_m, height_m / 2, 0.0), size, "door", material)
 

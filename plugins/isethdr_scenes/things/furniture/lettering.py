@@ -56,7 +56,14 @@ def stroke_patches(points, width: float) -> list[np.ndarray]:
 
 
 def text_patches(text: str, height: float, middle=(0.0, 0.0)) -> list[np.ndarray]:
-    """Return a line of text as convex quads (4, 2) of (right, up), centred at `middle`."""
+    """Return a line of text as convex quads (4, 2) of (right, up), centred at `middle`.
+
+    Parameters
+    ----------
+    text : letters of `STROKES`.
+    height : of the letters; the quads are in its unit.
+    middle : (right, up) of the middle of the line, in the same unit.
+    """
     scale = height / GRID[1]
     width = SPACING * (len(text) - 1) + GRID[0]
     patches = []

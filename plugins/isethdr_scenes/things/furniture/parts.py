@@ -38,6 +38,8 @@ def boxes(centres, sizes, name: str, material: str) -> Piece:
     ----------
     centres : (n, 3) m.
     sizes : (n, 3) or (3,) m.
+    name : of the piece.
+    material : name of its material.
     """
     centres = np.atleast_2d(np.asarray(centres, float))
     sizes = np.broadcast_to(np.asarray(sizes, float), centres.shape)
@@ -55,6 +57,8 @@ def quads(corners, name: str, material: str) -> Piece:
     Parameters
     ----------
     corners : (n, 4, 3) m, counter-clockwise as seen from outside.
+    name : of the piece.
+    material : name of its material.
     """
     corners = np.asarray(corners, float).reshape(-1, 4, 3)
     first = 4 * np.arange(len(corners))[:, None]
@@ -66,6 +70,14 @@ def shining(piece: Piece, kind: str, axis, candela: float | None = None) -> Piec
     """Return the piece as a lamp of that kind.
 
     Its intensity is `candela`; without it, the kind's intensity is that of a square metre.
+
+    Parameters
+    ----------
+    piece : faces that shine.
+    kind : of lamp, a key of `lamps.KINDS`.
+    axis : (3,) direction of the axis of its light, of any length.
+    candela : luminous intensity along the axis, cd; None: that of the kind for each m2 of the faces as
+        seen along the axis.
     """
     made = lamp(kind, axis)
     if candela is None:

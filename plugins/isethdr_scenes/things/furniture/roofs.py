@@ -40,7 +40,14 @@ class Roof:
 
 
 def roof_pieces(roof: Roof, material: str, wall: str) -> list[Piece]:
-    """Return the pieces of a roof."""
+    """Return the pieces of a roof.
+
+    Parameters
+    ----------
+    roof : its kind and measures.
+    material : name of the material of its slopes.
+    wall : name of the material of the walls, for gables.
+    """
     depth = roof.depth_m
     width = roof.width_m
     walls = roof.walls_m

@@ -118,7 +118,10 @@ def assembled(
 
     Parameters
     ----------
-    parts : in metres. `folder` : of the pack, for the files of beams.
+    parts : of the mesh's file, in metres.
+    form : what the manifest tells of the thing: materials and lamps.
+    name : of the thing.
+    folder : of the pack, for the files of beams.
     """
     out = Assembly(name)
     mistakes = []

@@ -26,7 +26,10 @@ def selected(
 
     Parameters
     ----------
-    names : of the part. `middles` : (m, 3) m. `areas` : (m, 3) vector areas of the faces.
+    form : which faces are the lamp: part, box and axis.
+    names : of the part.
+    middles : (m, 3) middles of its faces, m.
+    areas : (m, 3) vector areas of its faces, m2.
     """
     if form.part and form.part not in names:
         return np.zeros(len(middles), bool)
@@ -39,6 +42,12 @@ def selected(
 
 def emission(form: LampFaces, areas: np.ndarray, folder: Path) -> Lamp:
     """Return the lamp of faces with vector areas (m, 3), m2.
+
+    Parameters
+    ----------
+    form : kind and axis of the lamp, and how bright it is.
+    areas : (m, 3) vector areas of its faces, m2.
+    folder : of the pack, for the file of its beam.
 
     Raises
     ------

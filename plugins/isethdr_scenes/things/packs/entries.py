@@ -40,7 +40,10 @@ def entry_mistakes(name: str, form: ThingForm, licence: str, folder: Path) -> It
 
     Parameters
     ----------
-    licence : of the pack.
+    name : of the entry.
+    form : its content.
+    licence : of the pack; "" where it states none.
+    folder : of the pack, for the entry's files.
     """
     if not NAMES.fullmatch(name):
         yield "its name is no name; expected small letters, digits and underscores"

@@ -65,7 +65,14 @@ def open_edges(vertices: np.ndarray, faces: np.ndarray) -> int:
 def size_mistakes(
     size_m: Sequence[float], ranges: Mapping[str, Sequence[float]], group: str
 ) -> list[str]:
-    """Return which of length, width and height are beyond the ranges of a group, m."""
+    """Return which of length, width and height are beyond the ranges of a group, m.
+
+    Parameters
+    ----------
+    size_m : length, width and height of a thing, m.
+    ranges : least and largest value, m, by the names of these three, in that order.
+    group : of the thing, for messages.
+    """
     found = []
     for (name, (least, most)), value in zip(ranges.items(), size_m, strict=True):
         if not least <= value <= most:

@@ -94,7 +94,14 @@ class Pose:
 
 
 def walking(phase: float, stride_deg: float, arms_deg: float = 22.0) -> Pose:
-    """Return a walker at a phase of the gait, 0 to 1."""
+    """Return a walker at a phase of the gait, 0 to 1.
+
+    Parameters
+    ----------
+    phase : of the gait, 0 to 1; both legs are half a period apart.
+    stride_deg : swing of a thigh to either side of its middle, degrees.
+    arms_deg : swing of the arms at a stride of 26 degrees, degrees.
+    """
     sides = []
     for shift in (0.0, 0.5):
         at = (phase + shift) % 1.0
@@ -166,6 +173,12 @@ def spine(body: Body, pelvis: np.ndarray, lean: float) -> Joints:
     """Return pelvis, chest, neck, head and shoulders of a back that leans forward, in radians.
 
     The upper half of the back bends by the body's stoop besides.
+
+    Parameters
+    ----------
+    body : measures of the person.
+    pelvis : (3,) place of the pelvis, m.
+    lean : of the lower back, forward from upright, radians.
     """
     stoop = np.radians(body.stoop_deg)
     lower = np.array([np.sin(lean), 0.0, np.cos(lean)])

@@ -10,7 +10,15 @@ from .body import LEFT, Body, Joints
 
 
 def carried_shapes(kind: str, material: str, body: Body, j: Joints) -> list[Shape]:
-    """Return the shapes of `kind`: none, rucksack, satchel, shoulder_bag, carrier_bag or stick."""
+    """Return the shapes of `kind`: none, rucksack, satchel, shoulder_bag, carrier_bag or stick.
+
+    Parameters
+    ----------
+    kind : none, rucksack, satchel, shoulder_bag, carrier_bag or stick.
+    material : name of the material of a bag.
+    body : measures of the person.
+    j : joints of the person, m.
+    """
     if kind in ("rucksack", "satchel"):
         return _on_the_back(kind, material, body, j)
     if kind == "shoulder_bag":

@@ -34,7 +34,15 @@ class Outfit:
 
 
 def garment_shapes(outfit: Outfit, body: Body, j: Joints, seed: int) -> list[Shape]:
-    """Return all garments, hands and shoes."""
+    """Return all garments, hands and shoes.
+
+    Parameters
+    ----------
+    outfit : what is worn, with materials.
+    body : measures of the person.
+    j : joints of the person, m.
+    seed : of the folds.
+    """
     shapes = _lower(outfit, body, j, seed)
     shapes += _top(outfit, body, j, seed)
     for tag, side in SIDES:

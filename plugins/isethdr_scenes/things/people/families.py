@@ -53,7 +53,14 @@ def build(thing: Thing, detail: Detail) -> Assembly:
 
 
 def look_of(family: str, rng: np.random.Generator, outfit: str | None = None) -> Look:
-    """Return a person of a family, drawn; in a given outfit where one is named."""
+    """Return a person of a family, drawn; in a given outfit where one is named.
+
+    Parameters
+    ----------
+    family : of people.
+    rng : random numbers of the draw.
+    outfit : name of an outfit; None: drawn among those of the family.
+    """
     ranges = read(FILE)["families"][family]
     measures = drawn({key: ranges[key] for key in MEASURES if key in ranges}, rng)
     skin = one_of(_colours("skin"), rng)
@@ -81,7 +88,14 @@ class Walker(Thing):
 
 
 def pose_of(family: str, rng: np.random.Generator, phase: float | None = None) -> Pose:
-    """Return a standing or walking pose, drawn; at a phase of the gait where one is given."""
+    """Return a standing or walking pose, drawn; at a phase of the gait where one is given.
+
+    Parameters
+    ----------
+    family : of people.
+    rng : random numbers of the draw.
+    phase : of the gait, 0 to 1, for who walks; None: drawn.
+    """
     stride, drawn_phase, stands = pace_of(family, rng)
     if stands:
         return standing(rng)
@@ -97,7 +111,14 @@ def pace_of(family: str, rng: np.random.Generator) -> tuple[float, float, bool]:
 
 
 def figure_of(look: Look, at: Joints, name: str) -> Figure:
-    """Return the shapes of a person around joints."""
+    """Return the shapes of a person around joints.
+
+    Parameters
+    ----------
+    look : measures, clothes and what is carried.
+    at : joints of the person, m.
+    name : of the figure.
+    """
     shapes = garment_shapes(look.outfit, look.body, at, look.seed)
     shapes += head_shapes(look.head, at["head"], at["neck"], look.body.head_scale)
     shapes += carried_shapes(look.carried, look.carried_material, look.body, at)
@@ -106,7 +127,14 @@ def figure_of(look: Look, at: Joints, name: str) -> Figure:
 
 @lru_cache(maxsize=128)
 def figure(family: str, variant: int, phase: float | None = None) -> Figure:
-    """Return the shapes of a person; at a phase of the gait where one is given."""
+    """Return the shapes of a person; at a phase of the gait where one is given.
+
+    Parameters
+    ----------
+    family : of people.
+    variant : number of the person in the family; it seeds look and pose.
+    phase : of the gait, 0 to 1, for who walks; None: drawn.
+    """
     rng = generator(family, variant)
     look = look_of(family, rng)
     return figure_of(look, joints(look.body, pose_of(family, rng, phase)), family)

@@ -56,7 +56,15 @@ class HeadLook:
 
 
 def head_shapes(look: HeadLook, at: np.ndarray, neck: np.ndarray, scale: float) -> list[Shape]:
-    """Return the shapes of a head whose joint is `at` (3,), times `scale`, above joint `neck`."""
+    """Return the shapes of a head whose joint is `at` (3,), times `scale`, above joint `neck`.
+
+    Parameters
+    ----------
+    look : skin, hair and hat.
+    at : (3,) joint of the head, m.
+    neck : (3,) joint of the neck, m.
+    scale : factor on all measures of the head.
+    """
     place = _Place(at, scale)
     shapes: list[Shape] = []
     if look.hat != "full_helmet":

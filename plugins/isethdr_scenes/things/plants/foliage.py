@@ -27,7 +27,14 @@ class Leaves:
     slim: float  # width over length
 
     def piece(self, name: str, material: str, detail: Detail) -> Piece:
-        """Return the mesh of the leaves that a level of detail shows."""
+        """Return the mesh of the leaves that a level of detail shows.
+
+        Parameters
+        ----------
+        name : of the piece.
+        material : name of the leaves' material.
+        detail : level of the mesh; coarser ones have fewer and larger leaves.
+        """
         count = max(1, round(SHOWN[detail] * len(self.centres)))
         grown = min(LARGEST, float(np.sqrt(1 / SHOWN[detail])))
         sizes = self.length_m * grown * (0.75 + 0.5 * _spread(count))

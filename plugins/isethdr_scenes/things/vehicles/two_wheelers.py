@@ -22,7 +22,14 @@ def shares(group: str) -> dict[str, float]:
 
 
 def fields_of(group: str, family: str, variant: int) -> dict[str, Any]:
-    """Return the fields of the shape of one member, its `colour` among them."""
+    """Return the fields of the shape of one member, its `colour` among them.
+
+    Parameters
+    ----------
+    group : bicycle or motorcycle.
+    family : of that group.
+    variant : number of the member; it seeds the draw.
+    """
     rng = generator(family, variant)
     given = drawn(read(FILE)[group]["families"][family], rng)
     given.pop("share")
@@ -40,7 +47,14 @@ def at_detail(model: Assembly, detail: Detail) -> Assembly:
 
 
 def position(saddle: np.ndarray, grip: np.ndarray, feet: tuple[np.ndarray, ...]) -> RidingPosition:
-    """Return the riding position from the left grip and both feet."""
+    """Return the riding position from the left grip and both feet.
+
+    Parameters
+    ----------
+    saddle : (3,) where one sits, m.
+    grip : (3,) the left grip, m; the right one is its mirror image.
+    feet : (3,) each, the left foot and the right one, m.
+    """
     point = lambda v: tuple(float(c) for c in v)
     left: Point = point(grip)
     right: Point = point(grip * np.array([1, -1, 1]))

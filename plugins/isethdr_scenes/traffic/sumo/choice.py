@@ -64,7 +64,11 @@ def sumo_traffic(
 
     Parameters
     ----------
-    second_s : of its simulation, at which the scene begins.
+    base : the road.
+    stock : what may be drawn.
+    seed : of demand and vehicles.
+    densities : how full the road is; SUMO drives vehicles and riders.
+    second_s : of its simulation, at which the scene begins, s.
 
     Raises
     ------
@@ -84,6 +88,9 @@ def file_traffic(
     ----------
     path : a configuration of SUMO, or a route file.
     ego : the vehicle that carries the camera; empty: the car nearest to the start of the road.
+    second_s : of the simulation, at which the scene begins, s.
+    road : the road below the traffic.
+    stock : what may be drawn.
 
     Raises
     ------

@@ -238,7 +238,9 @@ def vehicle_type(name: str, thing: Thing, speed_m_s: float, share: float) -> ET.
 
     Parameters
     ----------
-    speed_m_s : the fastest that it drives.
+    name : of the type.
+    thing : whose size and group it has.
+    speed_m_s : the fastest that it drives, m/s.
     share : of the limit of each lane that its driver takes.
     """
     length, width, height = thing.size_m

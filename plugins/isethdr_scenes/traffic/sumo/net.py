@@ -168,7 +168,14 @@ def lane_types(net: SumoNet, network: Network) -> dict[tuple[str, int], str]:
 
 
 def edge_of(net: SumoNet, network: Network, key: LaneKey) -> tuple[SumoEdge, SumoLane] | None:
-    """Return the edge and the lane of a net that are a lane of the network outside of junctions."""
+    """Return the edge and the lane of a net that are a lane of the network outside of junctions.
+
+    Parameters
+    ----------
+    net : of SUMO, made of the network.
+    network : the roads.
+    key : of the lane.
+    """
     number = numbered(network)["road", key.road]
     middle = network.lane(key).points(network.lane(key).length_m / 2)[:2]
     found = [

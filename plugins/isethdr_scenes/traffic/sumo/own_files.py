@@ -100,6 +100,8 @@ def file_journeys(path: Path, network: Network, second_s: float, seed: int) -> d
     ----------
     path : a configuration of SUMO, or a route file on the net that `isethdr roads net` writes.
     network : the road, as its file has it.
+    second_s : of the simulation, from which on journeys are kept, s.
+    seed : of SUMO's random numbers.
 
     Raises
     ------
@@ -182,6 +184,13 @@ def bodies(
 ) -> dict[str, Thing]:
     """Return the thing of each vehicle: of its class's group, nearest to its type in size; those
     whose class is no road vehicle are left out.
+
+    Parameters
+    ----------
+    path : a configuration of SUMO, or a route file; its files state the types.
+    journeys : of the vehicles, by name.
+    stock : what may be drawn.
+    seed : of the draw; each vehicle draws by its own name besides.
     """
     types = _types(files_of(path))
     found = {}
@@ -216,7 +225,15 @@ def _types(files: Iterable[Path]) -> dict[str, dict[str, str]]:
 def nearest(
     journeys: Mapping[str, Journey], things: Mapping[str, Thing], place_m: Floats, second_s: float
 ) -> str:
-    """Return the car that is nearest to a plan point (2,) at a second."""
+    """Return the car that is nearest to a plan point (2,) at a second.
+
+    Parameters
+    ----------
+    journeys : of the vehicles, by name.
+    things : what each vehicle is, by name.
+    place_m : (2,) plan point in the coordinates of the journeys, m.
+    second_s : of the simulation, s.
+    """
     here = [name for name in things if journeys[name].present(second_s)]
     cars = [name for name in here if things[name].group == "car"] or here
     away = lambda name: float(np.linalg.norm(journeys[name].at(second_s).front_m - place_m))
@@ -224,7 +241,15 @@ def nearest(
 
 
 def check_own(own: str, path: Path, journeys: Mapping[str, Journey], second_s: float) -> None:
-    """Raise ConfigError where the vehicle for the camera is not on the road at a second."""
+    """Raise ConfigError where the vehicle for the camera is not on the road at a second.
+
+    Parameters
+    ----------
+    own : name of the vehicle for the camera.
+    path : the file of the traffic, for the message.
+    journeys : of the vehicles, by name.
+    second_s : of the simulation, s.
+    """
     here = [name for name, one in journeys.items() if one.present(second_s)]
     if own in here:
         return

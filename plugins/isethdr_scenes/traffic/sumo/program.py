@@ -57,6 +57,12 @@ def version() -> str:
 def call(name: str, arguments: Sequence[str], folder: Path) -> tuple[str, ...]:
     """Run a program of SUMO in a folder, and return its warnings.
 
+    Parameters
+    ----------
+    name : of the program: netconvert, sumo, ...
+    arguments : of its command line.
+    folder : in which it runs.
+
     Raises
     ------
     ConfigError : it is not installed.

@@ -139,6 +139,7 @@ class SumoTraffic:
         ----------
         layout : as placed.
         others : all that SUMO does not move, at that time.
+        time_s : seconds after `second_s`.
         """
         there = {one.name: one for one in others.standing}
         standing = tuple(there.get(one.name, one) for one in layout.standing)
@@ -243,6 +244,13 @@ def switched_on(thing: Thing, state: State) -> tuple[str, ...]:
 def drawn_traffic(base: BaseRoad, stock: Stock, seed: int, wanted: Wanted) -> SumoTraffic:
     """Return traffic of a density on a road, drawn by a seed and driven by SUMO.
 
+    Parameters
+    ----------
+    base : the road.
+    stock : what may be drawn.
+    seed : of demand and vehicles.
+    wanted : densities, and the second of the simulation at which the scene begins.
+
     Raises
     ------
     ConfigError : SUMO is not installed; the density cannot be placed.
@@ -324,6 +332,14 @@ def shown(
 ) -> SumoTraffic:
     """Return the traffic of journeys without vehicles that would touch others, and the road with
     the camera's car where its vehicle is at a second.
+
+    Parameters
+    ----------
+    base : the road.
+    journeys : of the vehicles, by name.
+    things : what each vehicle is, by name.
+    own : name of the vehicle for the camera.
+    second_s : of the simulation, at which the scene begins, s.
     """
     fine = {name: one.between(STEP_S) for name, one in journeys.items()}
     names = list(fine)
@@ -339,7 +355,14 @@ def shown(
 
 
 def check_shortage(told: Shortage, road: str, second_s: float) -> None:
-    """Raise ConfigError where many fewer vehicles are on a road than are asked for."""
+    """Raise ConfigError where many fewer vehicles are on a road than are asked for.
+
+    Parameters
+    ----------
+    told : how many vehicles were asked for and are there.
+    road : name of the road, for the message.
+    second_s : of the simulation, for the message, s.
+    """
     if told.placed >= LEAST * told.wanted - 2:
         return
     possible = told.density * told.placed / told.wanted

@@ -71,7 +71,14 @@ def tables_of(imaged: Imaged) -> Tables:
 
 
 def write_files(dataset: Generated, imaged: Imaged, overrides: Sequence[str]) -> list[Path]:
-    """Write page and tables into the folder of a dataset, and return their paths."""
+    """Write page and tables into the folder of a dataset, and return their paths.
+
+    Parameters
+    ----------
+    dataset : with its definition and its scenes.
+    imaged : scores of the scenes by camera.
+    overrides : of the command, for the page.
+    """
     folder = folder_of(dataset.definition.name)
     tables = tables_of(imaged)
     written = {
@@ -87,7 +94,15 @@ def write_files(dataset: Generated, imaged: Imaged, overrides: Sequence[str]) ->
 
 
 def page(dataset: Generated, imaged: Imaged, tables: Tables, overrides: Sequence[str]) -> str:
-    """Return the page."""
+    """Return the page.
+
+    Parameters
+    ----------
+    dataset : with its definition and its scenes.
+    imaged : scores of the scenes by camera.
+    tables : made of these scores.
+    overrides : of the command.
+    """
     return _template().render(
         definition=dataset.definition,
         scenes=len(imaged.shots),

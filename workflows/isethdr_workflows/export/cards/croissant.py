@@ -72,7 +72,14 @@ def table_row(item: Item) -> dict[str, Any]:
 
 
 def metadata(job: Job, columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the metadata of a folder whose files but these are written."""
+    """Return the metadata of a folder whose files but these are written.
+
+    Parameters
+    ----------
+    job : with the files written so far.
+    columns : names of the columns of the table of pictures.
+    rows : of that table; a row may lack columns.
+    """
     table = {
         "@type": "cr:FileObject",
         "@id": TABLE,

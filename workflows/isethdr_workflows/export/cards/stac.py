@@ -59,7 +59,14 @@ def write(job: Job) -> None:
 
 
 def stac_item(item: Item, files: Iterable[Written], collection: str) -> dict[str, Any]:
-    """Return the STAC item of a picture in the collection of that name."""
+    """Return the STAC item of a picture in the collection of that name.
+
+    Parameters
+    ----------
+    item : the picture.
+    files : of that picture, with paths below the folder of the export.
+    collection : its name.
+    """
     height, width = item.size
     up = f"../{COLLECTION}"
     return {

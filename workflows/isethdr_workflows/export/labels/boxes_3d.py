@@ -83,6 +83,12 @@ def camera_model(item: Item, camera: Camera, picture: xr.Dataset) -> dict[str, A
 
     A pixel's x is cx + fx times the field coordinate, which is a tangent or, where `projection` is
     equidistant, an angle; `distortion`, where it is stated, comes between.
+
+    Parameters
+    ----------
+    item : the picture's run and camera.
+    camera : of the scene's description: position and axis.
+    picture : for focal length, pixel pitch, the grid of pixels and the projection.
     """
     focal_m = 1e-3 * float(picture.attrs["focal_length_mm"])
     pitch_m = 1e-6 * float(picture.attrs["pitch_um"])

@@ -41,7 +41,15 @@ def write(job: Job) -> None:
 def annotation(
     item: Item, seen: Visible, full: dict[int, list[float]], number: int
 ) -> dict[str, Any]:
-    """Return the annotation of one object."""
+    """Return the annotation of one object.
+
+    Parameters
+    ----------
+    item : the picture.
+    seen : visible part of the object, and its row in the table.
+    full : box [left, top, width, height] of each whole object, px, by its number.
+    number : of the annotation in the file, from 1.
+    """
     shape = item.size
     row: dict[str, Any] = {
         "id": number,

@@ -154,6 +154,12 @@ def full_boxes(item: Item) -> dict[int, list[float]]:
 def points_in_front(model: Model, pose: np.ndarray, camera: Camera) -> np.ndarray:
     """Return points (n, 3) in camera axes (right, down, forward), m, whose image has the same box
     as the object: corners of triangles, and where edges cross the plane of the camera.
+
+    Parameters
+    ----------
+    model : of the object.
+    pose : (4, 4) from the model to the world.
+    camera : position, axis and projection.
     """
     axes = camera_axes(camera)
     points = []
