@@ -82,6 +82,7 @@ docs: $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	$(BIN)/python scripts/check_site.py site
+	$(BIN)/python scripts/check_widths.py site
 
 $(READY): pyproject.toml constraints.txt scripts/setup.sh scripts/llvm.sh
 	VENV=$(VENV) sh scripts/setup.sh

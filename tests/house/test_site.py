@@ -79,15 +79,44 @@ def test_what_a_page_loads_is_found(tmp_path):
     assert script("check_site").main([str(tmp_path / "none")]) == 2
 
 
-@pytest.mark.slow
-def test_the_site_is_built_without_a_warning_and_loads_nothing(tmp_path):
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Return the folder of the site, built without a warning."""
     pytest.importorskip("material", reason="mkdocs-material is not installed; type make docs")
-    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
     built = subprocess.run(
         command, cwd=ROOT, env=os.environ, capture_output=True, text=True, check=False
     )
     assert built.returncode == 0, built.stderr
-    assert script("check_site").main([str(tmp_path)]) == 0
-    example = (tmp_path / "examples" / "index.html").read_text()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    """Return the path of Chromium."""
+    program = script("check_widths").chromium()
+    if program is None:
+        pytest.skip("Chromium is not installed; type for example apt-get install chromium")
+    return program
+
+
+@pytest.mark.slow
+def test_the_site_loads_nothing_from_a_network(site):
+    assert script("check_site").main([str(site)]) == 0
+    example = (site / "examples" / "index.html").read_text()
     assert "04_night_and_day.yaml" in example and "hdr.build" in re.sub("<[^>]+>", "", example)
-    assert (tmp_path / "about.html").is_file() and (tmp_path / "search/search_index.js").is_file()
+    assert (site / "about.html").is_file() and (site / "search/search_index.js").is_file()
+
+
+@pytest.mark.slow
+def test_no_page_is_wider_than_a_phone(site, chromium):
+    assert script("check_widths").wider(site, chromium) == []
+
+
+@pytest.mark.slow
+def test_a_page_wider_than_a_phone_is_found(tmp_path, chromium):
+    page = '<!doctype html><body style="margin: 0"><div style="width: {}px">text</div>'
+    (tmp_path / "narrow.html").write_text(page.format(390))
+    (tmp_path / "wide.html").write_text(page.format(391))
+    assert script("check_widths").wider(tmp_path, chromium) == ["wide.html: 391 px"]
