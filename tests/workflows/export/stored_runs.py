@@ -79,6 +79,8 @@ def labelled(truth: xr.Dataset) -> xr.Dataset:
     motion[instance == 1] = (1.5, -0.25)  # the car
     motion[0] = np.nan
     truth["motion"] = (("y", "x", "uv"), motion)
+    for name, value in surfaces(ROWS, COLUMNS).items():
+        truth[name] = (("y", "x", "direction")[: value.ndim], value)
     rows = (("car", [4, 3, 8, 6]), ("person", [6, 4, 2, 6]), ("road", [0, 8, 16, 4]))
     truth.attrs["objects"] = [
         {
@@ -98,7 +100,18 @@ def labelled(truth: xr.Dataset) -> xr.Dataset:
     return truth
 
 
+def surfaces(rows: int, columns: int) -> dict[str, np.ndarray]:
+    """Return labels of a slope below a sky of one row: depth and distance in m, and normals."""
+    depth = np.linspace(90.5, 3.25, rows * columns, dtype=np.float32).reshape(rows, columns)
+    depth[0] = np.inf
+    normal = np.zeros((rows, columns, 3), np.float32)
+    normal[1:] = (-0.6, 0.0, 0.8)
+    return {"depth": depth, "distance": 1.25 * depth, "normal": normal}
+
+
 def scene() -> xr.Dataset:
     """Return scene radiance of two light groups that is brightest in the lower right."""
     light = np.arange(2 * len(BANDS) * 3 * 4, dtype=np.float32).reshape(2, len(BANDS), 3, 4)
-    return scene_radiance(light, ("sky", "headlights"), BANDS, centres(4, 0.4), centres(3, 0.3))
+    x = centres(4, 0.4)
+    y = centres(3, 0.3)
+    return scene_radiance(light, ("sky", "headlights"), BANDS, x, y, **surfaces(3, 4))

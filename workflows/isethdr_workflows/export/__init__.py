@@ -8,6 +8,6 @@
 | `job`           | what a format is given: pictures of runs, the folder, the list of files   |
 | `output_folder` | a folder that is the old one or the new one, never half of both           |
 | `pictures/`     | PNG, moving pictures, EXR, spectral radiance, raw captures                |
-| `labels/`       | objects: COCO, panoptic, boxes in metres; motion of pixels                |
+| `labels/`       | objects: COCO, panoptic, boxes in metres; motion and surfaces of pixels   |
 | `cards/`        | records of the whole folder: STAC, Croissant                              |
 """

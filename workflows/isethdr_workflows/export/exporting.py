@@ -93,7 +93,7 @@ def exported(
         if job.scenes and not FORMATS[name].of_scenes:
             raise CatalogError(
                 f"the query finds {len(job.scenes)} scenes, and {name} writes pictures of runs;"
-                " type kind=run, or --to radiance"
+                " type kind=run, or --to radiance,depth,normals"
             )
         writer.check(job)
     with replaced(folder) as job.folder:
@@ -129,7 +129,16 @@ def _write_manifest(job: Job, what: Sequence[str]) -> None:
 
 
 def run(what: Sequence[str], to: Sequence[str], force: bool, licence: str, title: str) -> None:
-    """Export, and print how many files of each format there are."""
+    """Export, and print how many files of each format there are.
+
+    Parameters
+    ----------
+    what : runs, sweeps or conditions; the folder comes last.
+    to : texts of names of formats, separated by commas.
+    force : replace the folder of an earlier export.
+    licence : of the files: an SPDX name or an address; "" states none.
+    title : of the data set; "" takes the folder's name.
+    """
     *named, folder = what
     if not named or "=" in folder:
         raise ConfigError(

@@ -24,6 +24,8 @@ FORMATS = {
     "panoptic": Format("labels.panoptic", "the segment of every pixel"),
     "boxes3d": Format("labels.boxes_3d", "boxes of objects in metres"),
     "flow": Format("labels.flow", "motion of each pixel until the next frame"),
+    "depth": Format("labels.surfaces", "depth and distance of each pixel, m", of_scenes=True),
+    "normals": Format("labels.surfaces", "normals of surfaces at each pixel", of_scenes=True),
     # cards come last: they describe the files of the other formats
     "stac": Format("cards.stac", "a STAC collection of the pictures"),
     "croissant": Format("cards.croissant", "Croissant metadata of the folder"),

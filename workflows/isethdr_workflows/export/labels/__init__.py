@@ -8,5 +8,6 @@
 | `panoptic`   | the segment of every pixel, COCO panoptic JSON with PNG                 |
 | `geometry`   | the geometry of a stored scene: box of each object, its place in a picture |
 | `flow`       | motion of each pixel until the next frame, .flo                         |
+| `surfaces`   | depth, distance and normals of each pixel, EXR                          |
 | `boxes_3d`   | boxes in metres, with the camera, JSON                                  |
 """
