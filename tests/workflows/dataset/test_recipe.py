@@ -114,6 +114,26 @@ def test_the_bundled_recipe_composes():
         assert chain(compose(first)).renderer is not None
 
 
+def test_the_recipe_of_weather_draws_mounts_and_fog_and_composes():
+    recipe = read_recipe("weather")
+    drawn = [drawn_scene(recipe, 1, number) for number in range(60)]
+    values = {override for scene in drawn for override in scene.overrides}
+    assert {f"scene.camera_mount={mount}" for mount in ("front", "rear", "left", "right")} <= values
+    fog = [o.partition("=")[2] for o in values if o.startswith("scene.visibility_m=")]
+    assert len(fog) > 10 and all(40 <= float(visibility_m) <= 1000 for visibility_m in fog)
+    for family in ("sun", "fog_by_night"):
+        first = next(o for name, o in overrides_to_try(recipe) if name == family)
+        scene = chain(compose(first)).scene
+        assert (scene.visibility_m is None) == (family == "sun")
+        assert scene.sky == ("noon" if family == "sun" else "uniform")
+
+
+@pytest.mark.slow
+def test_every_choice_of_the_recipe_of_weather_composes():
+    for _, overrides in overrides_to_try(read_recipe("weather")):
+        assert chain(compose(overrides)).renderer is not None
+
+
 @pytest.mark.slow
 def test_two_hundred_scenes_of_the_bundled_recipe_can_be_placed():
     recipe = read_recipe("roads")
