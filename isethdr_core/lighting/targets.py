@@ -42,8 +42,8 @@ class TargetsLighting:
     weights: dict[str, Weight] = field(default_factory=dict)
     others: Weight = 1.0  # weight of all other groups; 1 keeps the light of the scene
     # light groups that may be scaled, all by one factor, to reach dynamic_range, median_cd_m2 or
-    # mean_cd_m2; all others keep their light
-    moves: list[str] = field(default_factory=lambda: ["sky"])
+    # mean_cd_m2, which need some; all others keep their light
+    moves: list[str] = field(default_factory=list)
     # earlier spelling of `moves` with a single group; accepted until version 1.0
     ambient: str | None = None
     dynamic_range: Ratio | None = None  # ratio of the two percentiles of the picture's luminance
@@ -71,7 +71,6 @@ class TargetsLighting:
                 FutureWarning,
                 stacklevel=3,
             )
-        self._check_moves()
         if not self.low_percentile < self.high_percentile:
             raise ConfigError(
                 f"low_percentile is {self.low_percentile:g} and high_percentile "
@@ -83,14 +82,23 @@ class TargetsLighting:
                 "lighting has both median_cd_m2 and mean_cd_m2; one scale cannot reach two levels; "
                 "type lighting.mean_cd_m2=null"
             )
+        self._check_moves()
 
     def _check_moves(self) -> None:
         """Raise ConfigError where a group that may be moved is also held by a target."""
         moves = self._moves()
-        if isinstance(moves, str) or not moves or not all(isinstance(g, str) for g in moves):
+        if isinstance(moves, str) or not all(isinstance(g, str) for g in moves):
             raise ConfigError(
                 f"lighting.moves is {moves!r}; expected names of light groups; type"
                 " 'lighting.moves=[sky]'"
+            )
+        if self._moving() and not moves:
+            fields = ("dynamic_range", "median_cd_m2", "mean_cd_m2")
+            name, value = next((f, v) for f in fields if (v := getattr(self, f)) is not None)
+            raise ConfigError(
+                f"lighting.{name} is {value:g}, and lighting.moves names no light group that may"
+                " change to reach it; type 'lighting.moves=[headlights,streetlights,other]' to"
+                " keep the sky as it is, or 'lighting.moves=[sky]' to keep the lamps"
             )
         with_target = [g for g in moves if self.targets.get(g) is not None]
         if self._moving() and with_target:

@@ -16,6 +16,7 @@ from isethdr_core.testing import check
 from isethdr_core.uncertainty import ledger
 
 BANDS = np.arange(400.0, 701.0, 10.0)
+SKY = ["sky"]
 HEIGHT = 30
 WIDTH = 40
 # mixed light is stored as float32, and its luminance sums 31 rounded bands
@@ -100,7 +101,7 @@ def test_lamp_axis_reads_no_light_and_knows_the_kind(night):
 
 @pytest.mark.parametrize("ratio", [1e3, 1e4, 1e6])
 def test_dynamic_range_is_reached_by_the_sky_alone(night, ratio):
-    mixed = TargetsLighting(dynamic_range=ratio)(night)
+    mixed = TargetsLighting(moves=SKY, dynamic_range=ratio)(night)
     low, high = np.percentile(found(mixed), [1, 100], method="hazen")
     assert high / low == pytest.approx(ratio, rel=REACHED)
     assert mixed.attrs["weights"]["headlights"] == mixed.attrs["weights"]["streetlights"] == 1.0
@@ -109,11 +110,11 @@ def test_dynamic_range_is_reached_by_the_sky_alone(night, ratio):
 
 @pytest.mark.parametrize(("name", "level"), [("median_cd_m2", 30.0), ("mean_cd_m2", 9000.0)])
 def test_level_of_the_picture(night, name, level):
-    mixed = TargetsLighting(**{name: level})(night)
+    mixed = TargetsLighting(moves=SKY, **{name: level})(night)
     statistic = np.median if name == "median_cd_m2" else np.mean
     assert statistic(found(mixed)) == pytest.approx(level, rel=REACHED)
     assert mixed.attrs["weights"]["headlights"] == 1.0
-    with_range = TargetsLighting(dynamic_range=1e5, **{name: level})(night)
+    with_range = TargetsLighting(moves=SKY, dynamic_range=1e5, **{name: level})(night)
     y = found(with_range)
     assert statistic(y) == pytest.approx(level, rel=REACHED)
     low, high = np.percentile(y, [1, 100], method="hazen")
@@ -125,20 +126,25 @@ def test_level_of_the_picture(night, name, level):
 def test_the_impossible_is_said_and_bounded(night):
     book = ledger.Ledger()
     with ledger.stage(book, "lighting"):
-        mixed = TargetsLighting(mean_cd_m2=1.0)(night)  # the lamps alone have a mean of 1900
+        mixed = TargetsLighting(moves=SKY, mean_cd_m2=1.0)(
+            night
+        )  # the lamps alone have a mean of 1900
     assert (
         mixed.attrs["weights"]["sky"] == 0
         and "mean_cd_m2: wanted 1, reached" in mixed.attrs["infeasible"]
     )
     assert book[0].error > 1000 and any("mean_cd_m2" in row.what for row in book[0].left_out)
-    too_much = TargetsLighting(dynamic_range=1e15, low_percentile=90.0)(night)
+    too_much = TargetsLighting(moves=SKY, dynamic_range=1e15, low_percentile=90.0)(night)
     assert (
         "dynamic_range" in too_much.attrs["infeasible"] and too_much.attrs["weights"]["sky"] < 1e-6
     )
-    too_little = TargetsLighting(dynamic_range=1.5)(night)
+    too_little = TargetsLighting(moves=SKY, dynamic_range=1.5)(night)
     assert "dynamic_range" in too_little.attrs["infeasible"]
     both = TargetsLighting(
-        {"headlights": {"statistic": "max", "cd_m2": 1e5}}, dynamic_range=1e5, median_cd_m2=30.0
+        {"headlights": {"statistic": "max", "cd_m2": 1e5}},
+        moves=SKY,
+        dynamic_range=1e5,
+        median_cd_m2=30.0,
     )(night)
     # the scale to the median took the lamp along
     assert "headlights: wanted 100000" in both.attrs["infeasible"]
@@ -147,12 +153,16 @@ def test_the_impossible_is_said_and_bounded(night):
 def test_identical_collinear_dark_and_absent_groups():
     y = np.random.default_rng(2).uniform(1, 100, (HEIGHT, WIDTH))
     twins = light_from({"sky": y, "headlights": y, "streetlights": y * (1 + 1e-13), "other": 0 * y})
-    light = TargetsLighting({"headlights": {"statistic": "max", "cd_m2": 50.0}}, median_cd_m2=500.0)
+    light = TargetsLighting(
+        {"headlights": {"statistic": "max", "cd_m2": 50.0}}, moves=SKY, median_cd_m2=500.0
+    )
     mixed = light(twins)
     assert np.isfinite(list(mixed.attrs["weights"].values())).all()
     assert np.median(found(mixed)) == pytest.approx(500.0, rel=REACHED)
     # one shape: one ratio
-    assert "dynamic_range" in TargetsLighting(dynamic_range=1e6)(twins).attrs["infeasible"]
+    assert (
+        "dynamic_range" in TargetsLighting(moves=SKY, dynamic_range=1e6)(twins).attrs["infeasible"]
+    )
     dark = TargetsLighting({"other": {"statistic": "max", "cd_m2": 10.0}})(twins)
     assert (
         dark.attrs["weights"]["other"] == 1.0
@@ -167,7 +177,7 @@ def test_identical_collinear_dark_and_absent_groups():
     ):
         with pytest.raises(ConfigError, match=said):
             TargetsLighting(**bad)(twins)
-    black = TargetsLighting(dynamic_range=1e6, median_cd_m2=1.0)(
+    black = TargetsLighting(moves=SKY, dynamic_range=1e6, median_cd_m2=1.0)(
         light_from({"sky": 0 * y, "headlights": 0 * y})
     )
     assert not black.values.any() and "median_cd_m2" in black.attrs["infeasible"]
@@ -224,6 +234,12 @@ def test_seeded_ranges_are_reproducible_and_do_not_depend_on_other_groups():
         ({"targets": {"sky": {"cd_m2": 1}}, "weights": {"sky": 1.0}}, "both a target and a weight"),
         ({"weights": {"sky": -1.0}}, "with -1.0 in it; expected 0 to"),
         ({"dynamic_range": 0.5}, "expected 1.0001 to"),
+        (
+            {"dynamic_range": 1e4},
+            r"dynamic_range is 10000, and lighting.moves names no light group",
+        ),
+        ({"median_cd_m2": 2.0}, r"type 'lighting.moves=\[headlights,streetlights,other\]' to keep"),
+        ({"mean_cd_m2": 2.0}, r"or 'lighting.moves=\[sky\]' to keep the lamps"),
         ({"median_cd_m2": 0.0}, "expected 1e-09 to"),
         ({"median_cd_m2": 1.0, "mean_cd_m2": 1.0}, "both median_cd_m2 and mean_cd_m2"),
         ({"low_percentile": 99.0, "high_percentile": 1.0}, "low < high"),
@@ -238,7 +254,7 @@ def test_narrow_drops_only_what_is_known_to_be_dark():
     light = TargetsLighting({"sky": {"cd_m2": 1.0}}, weights={"streetlights": 0.0})
     assert light.narrow(Demand()).groups is None
     assert light.narrow(Demand(groups=("sky", "streetlights", "other"))).groups == ("sky", "other")
-    assert TargetsLighting(weights={"sky": 0.0}, others=0.0, dynamic_range=10.0).narrow(
+    assert TargetsLighting(weights={"sky": 0.0}, others=0.0, moves=SKY, dynamic_range=10.0).narrow(
         Demand()
     ).groups == ("sky",)
 
@@ -290,15 +306,16 @@ def test_the_sky_of_a_night_is_as_bright_as_skies_are(night, name, least_cd_m2, 
     assert least_cd_m2 <= weight * sky.max() <= most_cd_m2
 
 
-def test_a_night_of_another_dynamic_range_stays_a_night(night):
+@pytest.mark.parametrize(("name", "sky_cd_m2"), [("night", 0.02), ("dusk", 5.0)])
+def test_a_preset_of_another_dynamic_range_keeps_its_sky(night, name, sky_cd_m2):
     """The preset lets its lamps move and holds its sky, whatever range is asked for."""
     for wanted in (1e4, 1e6):
-        overrides = ["+lighting=night", f"lighting.dynamic_range={wanted:g}"]
+        overrides = [f"+lighting={name}", f"lighting.dynamic_range={wanted:g}"]
         mixed = build_from_config("lighting", compose(overrides, None).lighting)(night)
         assert mixed.attrs["infeasible"] == ""
         low, high = np.percentile(found(mixed), [1, 100], method="hazen")
         assert high / low == pytest.approx(wanted, rel=REACHED)
-        assert mixed.attrs["targets"]["sky"]["reached"] == pytest.approx(0.02, rel=REACHED)
+        assert mixed.attrs["targets"]["sky"]["reached"] == pytest.approx(sky_cd_m2, rel=REACHED)
         weights = mixed.attrs["weights"]
         assert weights["headlights"] == weights["streetlights"], "one factor for all that move"
 
@@ -310,6 +327,17 @@ def test_the_sky_moves_where_that_is_asked_for(night):
     overrides.append("~lighting.targets.sky")
     mixed = build_from_config("lighting", compose(overrides, None).lighting)(night)
     assert mixed.attrs["weights"]["headlights"] == 1.0 and mixed.attrs["infeasible"] == ""
+
+
+def test_the_sky_never_moves_unasked(night):
+    """Without groups that may move, a target of the picture is refused, and a scene without one is
+    lit as built.
+    """
+    overrides = ["+lighting=targets", "lighting.dynamic_range=1e5"]
+    with pytest.raises(ConfigError, match="names no light group that may change to reach it"):
+        build_from_config("lighting", compose(overrides, None).lighting)
+    plain = build_from_config("lighting", compose(overrides[:1], None).lighting)(night)
+    assert set(plain.attrs["weights"].values()) == {1.0}
 
 
 def test_the_earlier_name_of_the_field_is_accepted(night):
@@ -330,6 +358,7 @@ def test_the_earlier_name_of_the_field_is_accepted(night):
             "targets",
             {
                 "targets": {"other": {"statistic": "mean", "cd_m2": 0.02}},
+                "moves": ["sky"],
                 "dynamic_range": 1e4,
                 "median_cd_m2": 1.0,
             },

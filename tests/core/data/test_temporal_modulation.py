@@ -96,7 +96,7 @@ def test_phases_are_drawn_by_seed_and_group():
 
 def test_targets_speak_of_the_mean_over_time():
     plain = TargetsLighting(
-        {"headlights": {"statistic": "max", "cd_m2": 5000.0}}, median_cd_m2=20.0
+        {"headlights": {"statistic": "max", "cd_m2": 5000.0}}, moves=["sky"], median_cd_m2=20.0
     )
     pulsed = replace(plain, modulation={"headlights": PULSES})
     assert pulsed(scene()).attrs["weights"] == plain(scene()).attrs["weights"]

@@ -34,7 +34,11 @@ TARGETS = ["lighting=targets", "lighting.median_cd_m2=1"]
             "isp.capture is 'longg'; expected the name of .*; type isp",
         ),
         (
-            [*TARGETS, "+lighting.targets.ambient={statistic: max, cd_m2: 1}"],
+            [
+                *TARGETS,
+                "lighting.moves=[sky]",
+                "+lighting.targets.ambient={statistic: max, cd_m2: 1}",
+            ],
             "no light group 'ambient'.*type ~lighting.targets.ambient",
         ),
         ([*TARGETS, "lighting.moves=[moon]"], "has no such light group"),
