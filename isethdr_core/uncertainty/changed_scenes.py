@@ -45,6 +45,7 @@ BLOCK = 48
 PARTS_ACROSS = 3  # a picture is cut into PARTS_ACROSS x PARTS_ACROSS parts
 # not the seed of the run: the noise of a shot must not depend on whether scores are computed
 LOT_SEED = 20260
+FEW_ROWS = 64  # one row in so many is compared first
 
 
 class Pair(NamedTuple):
@@ -282,7 +283,11 @@ def _unlike(first: xr.Dataset, second: xr.Dataset) -> list[str]:
 def _same(first: np.ndarray, second: np.ndarray) -> bool:
     if first is second:
         return True
-    return np.array_equal(first, second, equal_nan=first.dtype.kind == "f")
+    nan_is_equal = first.dtype.kind == "f"
+    few = np.s_[::FEW_ROWS]  # they show most differences
+    return np.array_equal(first[few], second[few], equal_nan=nan_is_equal) and np.array_equal(
+        first, second, equal_nan=nan_is_equal
+    )
 
 
 def _joined(

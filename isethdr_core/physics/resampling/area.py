@@ -86,12 +86,17 @@ def _product(lengths: csr_array, values: np.ndarray) -> np.ndarray:
     """Return `lengths @ values`, with the same bits.
 
     Where every interval lies within one tile, as where pixels are tiles, rows are only chosen and
-    scaled, in a third of the time.
+    scaled, in a third of the time; evenly spaced ones, as of one filter of an array, in a fifth.
     """
     if lengths.nnz == lengths.shape[0] and (np.diff(lengths.indptr) == 1).all():
-        chosen = values.take(lengths.indices, axis=0)
-        chosen *= lengths.data[:, None]
-        return chosen
+        chosen = lengths.indices
+        step = int(chosen[1] - chosen[0]) if len(chosen) > 1 else 1
+        if step > 0 and (np.diff(chosen) == step).all():
+            scaled: np.ndarray = values[chosen[0] : chosen[-1] + 1 : step] * lengths.data[:, None]
+            return scaled
+        rows = values.take(chosen, axis=0)
+        rows *= lengths.data[:, None]
+        return rows
     return lengths @ values
 
 
@@ -109,7 +114,9 @@ def detail_error(  # noqa: PLR0913 - plugins call it with these arguments
     Parameters
     ----------
     deviation : (y, x) standard deviation of the values within each tile.
-    x_in, y_in, x_out, y_out, width_out, height_out : as of `resample_mean`.
+    x_in, y_in : (x,) and (y,) evenly spaced tile centres, increasing, any unit of length.
+    x_out, y_out : centres of the output rectangles, same unit.
+    width_out, height_out : full size of an output rectangle, same unit.
 
     Returns
     -------

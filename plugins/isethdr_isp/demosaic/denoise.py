@@ -120,7 +120,7 @@ class _Totals:
         x = self.samples.signal_e
         spread = self.samples.variance_e2
         difference = x[q] - x[p]
-        weighted = w * difference
+        weighted = np.multiply(w, difference, out=None if self.with_variance else difference)
         self.difference[p] += weighted
         self.difference[q] -= weighted
         self.weight[p] += w
@@ -152,7 +152,7 @@ def _averages(samples: _Samples, cell_shape: tuple[int, int], with_variance: boo
     level = samples.level
     valid = samples.good
     totals = _Totals(samples, with_variance)
-    all_good = bool(valid.all())
+    good_rows = valid.all(axis=1)
     height, width = level.shape
     both = [(dy, pair(width, dx)) for dy, dx in shifts(cell_shape, level.shape)]
     for start in range(0, height, STRIP):
@@ -169,7 +169,7 @@ def _averages(samples: _Samples, cell_shape: tuple[int, int], with_variance: boo
             )
             w = likeness(level[first], level[second], (above, below))
             p, q = ((slice(start + d, end + d), c) for d, c in zip((0, dy), columns))
-            if not all_good:
+            if not (good_rows[p[0]].all() and good_rows[q[0]].all()):
                 w *= valid[p] & valid[q]
             totals.add(p, q, w)
     return totals.averages()

@@ -26,6 +26,7 @@ NO_WEIGHT = 1e-11  # of both counts measured negative: all such pairs together c
 MOST_TERMS = 400  # of a difference; beyond, sums over counts are as fast
 HELD = 25.0  # numbers for each pair that differences hold, about
 LOW_PIECE = 1024  # pairs whose low counts are looked at together
+TILTS = (0.5, 1.0, 2.0, 3.5, 5.0)  # parameters of a bound (Chernoff), each good for some pairs
 
 
 class Counts(NamedTuple):
@@ -66,7 +67,13 @@ def sharp(wedges: Wedges, dark: Counts) -> np.ndarray:
 
 
 def terms_of(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
-    """Return about how many numbers `of_counts` holds for each pair."""
+    """Return about how many numbers `of_counts` holds for each pair.
+
+    Parameters
+    ----------
+    wedges : of the normal noise of each pair.
+    bright, dark : counts of the brighter and of the darker pixel (pair,).
+    """
     blur = np.maximum(*(_blur(wedges, dark, end) for end in (0, 1)))
     summed = (10 * np.sqrt(bright.mean) + 6) * (2 * REACH_SD * blur + 2)
     return np.where(_quick(wedges, bright, dark), HELD, summed)
@@ -87,8 +94,10 @@ def of_counts(wedges: Wedges, bright: Counts, dark: Counts) -> np.ndarray:
         if at.size:
             out[at] = between(wedges.some(at), *(of.some(at) for of in (bright, dark)))
     # read noise can make the sum of two low levels negative; then the opposite wedge counts, too
-    for start in range(0, len(out), LOW_PIECE):
-        some = np.arange(start, min(start + LOW_PIECE, len(out)))
+    bounds = (_negative_at_most(of, sd) for of, sd in zip((bright, dark), wedges.scale))
+    low = np.flatnonzero(np.prod(list(bounds), axis=0) > NO_WEIGHT)
+    for start in range(0, len(low), LOW_PIECE):
+        some = low[start : start + LOW_PIECE]
         out[some] += _both_negative(wedges.some(some), *(of.some(some) for of in (bright, dark)))
     return np.clip(out, 0.0, 1.0)
 
@@ -145,6 +154,20 @@ def _negative(of: Counts, sd: np.ndarray, far: np.ndarray) -> np.ndarray:
     level = count * (of.step / sd)[:, None]
     # the probability of a normal deviate beyond x is at most exp(-x^2 / 2) / 2
     return _law(of.mean[:, None], count) * np.exp(-0.5 * level * level) / 2
+
+
+def _negative_at_most(of: Counts, sd: np.ndarray) -> np.ndarray:
+    """Return a bound (pair,) on all numbers of `_negative`, without looking at each count.
+
+    Notes
+    -----
+    With x = count step / sd, exp(-x^2 / 2) is at most exp(-t x + t^2 / 2) for every t. The sum of
+    that over the Poisson law is exp(mean (exp(-t step / sd) - 1) + t^2 / 2).
+    """
+    step = of.step / sd
+    exponents = [of.mean * np.expm1(-t * step) + t * t / 2 for t in TILTS]
+    least: np.ndarray = np.minimum(np.exp(np.minimum.reduce(exponents)), 1.0) / 2
+    return least
 
 
 def _law(mean: np.ndarray, count: np.ndarray) -> np.ndarray:

@@ -36,8 +36,8 @@ class Wedges(NamedTuple):
     correlation: np.ndarray  # of both sides
     scale: tuple[np.ndarray, np.ndarray]  # deviations of both levels; 1 without noise
     far: np.ndarray  # a sum of levels above it is never measured below 0
+    middle: np.ndarray  # angle of the middle of the wedge
     half_angle: np.ndarray  # between the middle of the wedge and its sides
-    nodes: np.ndarray  # (2, node, pair): direction of each node over the deviation of each level
 
     def some(self, pairs: np.ndarray) -> Wedges:
         """Return the wedges of some pairs."""
@@ -48,9 +48,26 @@ class Wedges(NamedTuple):
             correlation=self.correlation[pairs],
             scale=(self.scale[0][pairs], self.scale[1][pairs]),
             far=self.far[pairs],
+            middle=self.middle[pairs],
             half_angle=self.half_angle[pairs],
-            nodes=self.nodes[:, :, pairs],
         )
+
+    def nodes(self, pair: np.ndarray) -> np.ndarray:
+        """Return the nodes of the quadrature over the angle, (2, node, component): the direction of
+        each node over the deviation of each level.
+
+        Parameters
+        ----------
+        pair : which wedge each component is asked of (component,).
+        """
+        if pair.size > self.middle.size:  # each wedge is asked of several times
+            every: np.ndarray = self.nodes(np.arange(self.middle.size))
+            return every[:, :, pair]
+        half = self.half_angle[pair]
+        noisy = np.isfinite(half)
+        angle = self.middle[pair] + np.where(noisy, half, 0.0) * NODES[:, None]
+        first, second = (scale[pair] for scale in self.scale)
+        return np.stack([np.cos(angle) / first, np.sin(angle) / second])
 
 
 def wedges_between(bright_variance, dark_variance, contrast, interval: float) -> Wedges:
@@ -78,8 +95,6 @@ def wedges_between(bright_variance, dark_variance, contrast, interval: float) ->
     first, last = (np.arctan2((1 - c) / scale[1], (1 + c) / scale[0]) for c in ends)
     middle = (first + last) / 2
     half = np.where(noisy, (first - last) / 2, np.inf)
-    angle = middle + np.where(noisy, half, 0.0) * NODES[:, None]
-    nodes = np.stack([np.cos(angle) / scale[0], np.sin(angle) / scale[1]])
     return Wedges(
         ends=ends,
         sd=(safe[0], safe[1]),
@@ -87,8 +102,8 @@ def wedges_between(bright_variance, dark_variance, contrast, interval: float) ->
         correlation=-together / (safe[0] * safe[1]),
         scale=(scale[0], scale[1]),
         far=FAR_SD * np.sqrt(bright_variance + dark_variance),
+        middle=middle,
         half_angle=half,
-        nodes=nodes,
     )
 
 
@@ -163,8 +178,8 @@ def _opposite(wedges: Wedges, pair, bright, dark, square) -> np.ndarray:
     the mean from the tip and M Mills's ratio (Divgi 1979, Annals of Statistics 7, 903).
     """
     total = np.zeros(len(pair))
-    for weight, along, across in zip(WEIGHTS, *wedges.nodes, strict=True):
-        total += weight * _tail(along[pair] * bright + across[pair] * dark)
+    for weight, along, across in zip(WEIGHTS, *wedges.nodes(pair), strict=True):
+        total += weight * _tail(along * bright + across * dark)
     return wedges.half_angle[pair] * np.exp(-square / 2) * total / (2 * np.pi)
 
 

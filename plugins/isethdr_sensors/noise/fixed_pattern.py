@@ -19,6 +19,11 @@ from isethdr_core.physics.detector import noise, random_words
 def pixel_map(stream: tuple, rows: int, columns: int) -> np.ndarray:
     """Return a (y, x) float32 map of standard normals; pixel (y, x) of a device has one value at
     any sensor size.
+
+    Parameters
+    ----------
+    stream : key of the device's random numbers.
+    rows, columns : size of the sensor, pixels.
     """
     out = np.empty((rows, columns), np.float32)
     block = noise.rows_per_block(columns)
@@ -32,12 +37,18 @@ def pixel_map(stream: tuple, rows: int, columns: int) -> np.ndarray:
 def factor(relative_rms: float, stream: tuple, rows: int, columns: int):
     """Return factors around 1, (y, x) float32 and never negative, or the number 1 where there is no
     spread.
+
+    Parameters
+    ----------
+    relative_rms : standard deviation over the pixels, relative to the mean; 0: no spread.
+    stream : key of the device's random numbers.
+    rows, columns : size of the sensor, pixels.
     """
     if relative_rms == 0:
         return np.float32(1.0)
-    return np.maximum(
-        1.0 + np.float32(relative_rms) * pixel_map(stream, rows, columns), np.float32(0.0)
-    )
+    out = np.float32(relative_rms) * pixel_map(stream, rows, columns)
+    out += np.float32(1.0)
+    return np.maximum(out, np.float32(0.0), out=out)
 
 
 def below(share: float) -> int:
@@ -48,6 +59,12 @@ def below(share: float) -> int:
 def chosen(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray:
     """Return (y, x) bool: each pixel of the device is true with probability `share`,
     independently.
+
+    Parameters
+    ----------
+    share : probability, 0 to 1.
+    stream : key of the device's random numbers.
+    rows, columns : size of the sensor, pixels.
     """
     out = np.empty((rows, columns), bool)
     block = noise.rows_per_block(columns)
@@ -64,6 +81,12 @@ def hot_dark(share: float, stream: tuple, rows: int, columns: int) -> np.ndarray
 
     It is 0 for a share of 1 - `share` of the pixels, and exponentially distributed with mean 1 for
     the others: published histograms of dark current end in straight lines on a logarithmic axis.
+
+    Parameters
+    ----------
+    share : of the pixels that are hot, 0 to 1.
+    stream : key of the device's random numbers.
+    rows, columns : size of the sensor, pixels.
     """
     hot = chosen(share, stream, rows, columns)
     out = np.zeros((rows, columns), np.float32)
