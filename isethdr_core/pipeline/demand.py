@@ -32,6 +32,7 @@ class Response:
     full_scale_e: float = math.inf  # largest charge that any reading measures
     noise_fraction_allowed: float = 0.1  # error of light, in standard deviations of the noise
     window_m: tuple[float, float] | None = None  # as `Demand.window_m`
+    pixel_m: float | None = None  # side of the smallest pixel; None: not known
 
     @property
     def error_allowed(self) -> float:
@@ -56,6 +57,7 @@ class Response:
             max(self.full_scale_e, other.full_scale_e),
             min(self.noise_fraction_allowed, other.noise_fraction_allowed),
             wider(self.window_m, other.window_m),
+            min((p for p in (self.pixel_m, other.pixel_m) if p is not None), default=None),
         )
 
 

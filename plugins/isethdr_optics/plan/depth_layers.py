@@ -3,7 +3,8 @@
 Tiles of nearly the same blur are one layer. Each layer is spread by the geometric disc of its blur,
 the layers are added, and the sum goes through the lens in focus. So every tile keeps its light, and
 no tile hides another: what that misplaces at depth edges is stated. Diffraction and defocus count
-as independent. Blur diameters are counted in tiles, because light is known no finer.
+as independent. Blur diameters are counted in tiles, because light is known no finer. Blur that is
+left out is judged by the pixels of the sensors, where the demand states them.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy.typing as npt
 from scipy.ndimage import maximum_filter
 
 from isethdr_core import ledger, quantities
+from isethdr_core.demand import Response
 from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.ledger import LeftOut
 from isethdr_core.physics.optics.defocus import blur_diameter_m, disc_on_tiles, hyperfocal_m
@@ -28,9 +30,9 @@ if TYPE_CHECKING:
 
     from .lens_plan import LensPlan
 
-LEAST = 0.25  # tiles of blur diameter that are left out, and that a layer spans at least
+LEAST = 0.25  # pixels of blur diameter that are left out, and that a layer spans at least
 SPAN = 0.1  # of its blur diameter that a layer spans otherwise
-UNIT = "tiles of blur diameter"
+EDGE = 0.25  # tiles, by which blur diameters differ at least at a depth edge
 # of a point's light (L1): largest of f/1.6 to f/4 and blur of 0.2 to 95 wavelengths x f-number, on
 # tiles of 1 to 5 um; the light that a sharp point spread would misplace there reaches 1.8
 DISC = 0.4
@@ -46,15 +48,50 @@ class Layer(NamedTuple):
     tiles: npt.NDArray[np.bool_]  # (y, x)
 
 
-def hyperfocal_note(lens: Any, mixed: xr.DataArray) -> LeftOut:
+@dataclass(frozen=True)
+class Finest:
+    """The finest samples that a blur is judged by: pixels of the sensors, or else tiles."""
+
+    name: str  # pixel or tile
+    side_m: float
+    tiles: float  # their side, in tiles
+
+    @property
+    def least(self) -> float:
+        """The blur diameter, in tiles, that is left out."""
+        return LEAST * self.tiles
+
+    @property
+    def unit(self) -> str:
+        """The unit of blur diameters that are stated."""
+        return f"{self.name}s of blur diameter"
+
+
+def finest(lens: Any, mixed: xr.DataArray, response: Response | None) -> Finest:
+    """Return what the blur of a field is judged by.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    mixed : mixed radiance (wavelength, y, x).
+    response : of the sensors; without one, or where it does not know their pixels, tiles count.
+    """
+    tile = tile_m(lens, mixed)
+    if response is None or response.pixel_m is None:
+        return Finest("tile", tile, 1.0)
+    return Finest("pixel", response.pixel_m, response.pixel_m / tile)
+
+
+def hyperfocal_note(lens: Any, judged_by: Finest) -> LeftOut:
     """Return what a lens at its hyperfocal distance leaves out."""
-    focus_m = hyperfocal_m(1e-3 * lens.focal_length_mm, lens.f_number, LEAST * tile_m(lens, mixed))
+    blur_m = LEAST * judged_by.side_m
+    focus_m = hyperfocal_m(1e-3 * lens.focal_length_mm, lens.f_number, blur_m)
     return LeftOut(
         f"defocus, focused at the hyperfocal distance of {focus_m:.3g} m",
-        f"from {focus_m / 2:.3g} m on it blurs by less than a quarter of a tile; the depth of"
-        " nearer objects is not read",
+        f"from {focus_m / 2:.3g} m on it blurs by less than a quarter of a {judged_by.name}; the"
+        " depth of nearer objects is not read",
         LEAST,
-        UNIT,
+        judged_by.unit,
         key="defocus",
     )
 
@@ -98,15 +135,19 @@ def beyond_diffraction(
     return np.asarray(np.sign(blur) * np.sqrt(np.maximum(blur**2 - least**2, 0.0)))
 
 
-def layers(blur: npt.NDArray[np.float64]) -> list[Layer]:
-    """Return the layers of tiles of some disc diameters (y, x), in tiles; the one in focus first.
+def layers(blur: npt.NDArray[np.float64], least: float = LEAST) -> list[Layer]:
+    """Return the layers of tiles; the one in focus first. Each layer gets the blur in the middle of
+    what its tiles have.
 
-    Each layer gets the blur in the middle of what its tiles have.
+    Parameters
+    ----------
+    blur : disc diameters (y, x), in tiles.
+    least : diameter, in tiles, that is left out, and that a layer spans at least.
     """
     size = np.abs(blur)
-    borders = [LEAST]
+    borders = [least]
     while borders[-1] < size.max():
-        borders.append(borders[-1] + max(LEAST, SPAN * borders[-1]))
+        borders.append(borders[-1] + max(least, SPAN * borders[-1]))
     index = np.digitize(size, borders, right=True) * np.sign(blur).astype(int)
     found = []
     for one in sorted(set(index.flat), key=lambda k: (abs(k), k)):
@@ -120,13 +161,13 @@ def at_edges(blur: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
     """Return the tiles (y, x) of which a nearer tile may hide a part from some of the pupil.
 
     Seen from the rim of the pupil, a point moves beside a nearer one by half of the difference of
-    their blur diameters. Differences below `LEAST` are no edge.
+    their blur diameters. Differences below `EDGE` are no edge.
     """
     span = float(np.ptp(blur))
     hidden = np.zeros(blur.shape, bool)
     for radius in range(1, int(span / 2) + 2):
         nearest = maximum_filter(blur, size=2 * radius + 1, mode="nearest")
-        hidden |= nearest - blur >= max(2.0 * (radius - 1), LEAST)
+        hidden |= nearest - blur >= max(2.0 * (radius - 1), EDGE)
     return hidden
 
 
@@ -229,18 +270,29 @@ def layer_terms(lens: Any, edges: npt.NDArray[np.bool_]) -> tuple[ErrorTerm, ...
 
 
 def layer_notes(
-    blur: npt.NDArray[np.float64], discs: npt.NDArray[np.float64], made: list[Layer]
+    blur: npt.NDArray[np.float64],
+    discs: npt.NDArray[np.float64],
+    made: list[Layer],
+    judged_by: Finest,
 ) -> list[LeftOut]:
-    """Return what layers of blur and disc diameters (y, x), in tiles, leave out."""
+    """Return what layers leave out.
+
+    Parameters
+    ----------
+    blur : blur diameters (y, x), in tiles.
+    discs : diameters (y, x), in tiles, of the discs that spread the tiles.
+    made : the layers of `discs`.
+    judged_by : the samples that the blur is judged by.
+    """
     notes = []
     if not made[0].blur:
         sharp = made[0].tiles
         notes.append(
             LeftOut(
                 f"defocus of {100 * sharp.mean():.3g} % of the tiles",
-                "beside diffraction, it blurs them by less than a quarter of a tile",
-                float(np.abs(blur[sharp]).max()),
-                UNIT,
+                f"beside diffraction, it blurs them by less than a quarter of a {judged_by.name}",
+                float(np.abs(blur[sharp]).max()) / judged_by.tiles,
+                judged_by.unit,
                 key="defocus",
             )
         )
@@ -250,8 +302,8 @@ def layer_notes(
             LeftOut(
                 "differences of defocus within a layer",
                 f"{len(made)} layers stand for all depths; a tile has the depth of its centre",
-                within,
-                UNIT,
+                within / judged_by.tiles,
+                judged_by.unit,
                 key="defocus within layers",
             )
         )

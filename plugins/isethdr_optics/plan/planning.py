@@ -60,9 +60,10 @@ def plan(
     _, mixed = components(field)[0]
     blur = depth_layers.blur_tiles(lens, mixed)
     discs = depth_layers.beyond_diffraction(lens, mixed, blur)
-    found = depth_layers.layers(discs)
+    judged_by = depth_layers.finest(lens, mixed, response)
+    found = depth_layers.layers(discs, judged_by.least)
     lens = lens.in_focus()
-    notes = depth_layers.layer_notes(blur, discs, found)
+    notes = depth_layers.layer_notes(blur, discs, found, judged_by)
     if len(found) == 1 and not found[0].blur:
         return _plan(lens, flares, field, response, budget, notes)
     blurred = depth_layers.defocused(field, found)
@@ -89,6 +90,7 @@ def _plan(
     """
     for _, component in components(field):
         quantities.check_mixed(component)
+    pixels_of = response
     if DIM in field.dims:
         response = None
     part, light, dark = region(lens, flares, field, budget)
@@ -98,7 +100,8 @@ def _plan(
     optics = view.optics
     if of_depth is None:
         at_hyperfocal = isinstance(lens, BlursByDepth)
-        of_depth = [depth_layers.hyperfocal_note(lens, mixed)] if at_hyperfocal else []
+        judged_by = depth_layers.finest(lens, mixed, pixels_of)
+        of_depth = [depth_layers.hyperfocal_note(lens, judged_by)] if at_hyperfocal else []
     notes = [*of_depth, *dark, *limits, *optics.sensor.notes, *optics.notes, *view.notes]
     if view.tiles is not None:
         part = replace(part, tiles=view.tiles)

@@ -58,6 +58,7 @@ def ask(
             min(r.read_noise_e for r in (quietest or model).readings),
             max(full_scale_e(model)),
             window_m=demand.window_m,
+            pixel_m=1e-6 * model.pitch_um,
         ),
     )
 

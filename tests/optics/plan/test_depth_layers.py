@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from isethdr_optics.lenses.thin_lens import DiffractionLimitedLens, IdealLens
 from isethdr_optics.lenses.wavefront_lens import WavefrontLens
+from isethdr_optics.plan import depth_layers
 from isethdr_optics.plan.depth_layers import (
     DISC,
     EDGES,
@@ -19,14 +20,16 @@ from isethdr_optics.plan.depth_layers import (
 from isethdr_optics.psf.kernels import kernels
 from scipy.signal import convolve2d
 
+import isethdr_core as hdr
 from isethdr_core import ledger, quantities
 from isethdr_core.data.camera_geometry import map_of
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError, UnitError
 from isethdr_core.ledger import Ledger
 from isethdr_core.physics.optics.defocus import blur_diameter_m, disc_on_tiles, hyperfocal_m
-from isethdr_core.pipeline.imaging_plan import LightBudget, in_focus, labelled
+from isethdr_core.pipeline.imaging_plan import LightBudget, imaged, in_focus, labelled
 
+IDEAL = IdealLens(f_number=1.6, falloff="none")
 LENS = DiffractionLimitedLens(f_number=1.6, pupil="aplanatic", falloff="none")
 TILE_UM = 2.5
 TILES = 61
@@ -134,6 +137,40 @@ def test_hyperfocal_leaves_the_defocus_out_and_says_so():
     (note,) = [n for n in rows[0].left_out if n.key == "defocus"]
     assert (note.bound, note.unit) == (LEAST, "tiles of blur diameter")
     assert LENS.narrow(Demand()).labels == frozenset()
+
+
+def of_pixels(pitch_um):
+    """Return the response that a sensor of some pitch puts into the demand."""
+    return hdr.build("sensor", "bayer", pitch_um=pitch_um).narrow(Demand()).response
+
+
+@pytest.mark.parametrize(("pixel_um", "blurred"), [(1.0, True), (2.5, False), (5.0, False)])
+def test_blur_is_left_out_below_a_quarter_of_a_pixel(pixel_um, blurred):
+    # an ideal lens, so that diffraction hides nothing: half a micrometre is a fifth of a tile of
+    # 2.5 um, and half of a pixel of 1 um
+    focus_m = 2.0
+    depth_m = 1 / (1 / focus_m + 0.5e-6 * IDEAL.f_number / 0.004**2 * (1 - 0.004 / focus_m))
+    lens = replace(IDEAL, focus_m=focus_m)
+    mixed = point(depth_m, TILE_UM, lens)
+    assert depth_layers.blur_tiles(lens, mixed).max() == pytest.approx(0.2, rel=1e-9)
+    light = lens.plan((), mixed, of_pixels(pixel_um)).image(mixed).values
+    shares = light.sum(axis=(0, 1)) / light.sum()
+    second_moment = (shares * (np.arange(TILES) - TILES // 2) ** 2).sum()
+    # of a disc, a sixteenth of its diameter squared; float32 holds the shares to 1e-7 of the light
+    assert second_moment == pytest.approx(0.2**2 / 16 if blurred else 0.0, rel=1e-4)
+
+
+def test_the_hyperfocal_distance_is_that_of_the_smallest_pixel():
+    mixed = point()
+    two = of_pixels(3.0) + of_pixels(1.0)
+    assert (two.pixel_m, replace(two, pixel_m=None).pixel_m) == (1e-6, None)
+    for response, side_m in ((two, 1e-6), (replace(two, pixel_m=None), 2.5e-6), (None, 2.5e-6)):
+        rows = Ledger()
+        with ledger.stage(rows, "lens x"):
+            imaged(LENS.plan((), mixed, response), mixed)
+        (note,) = [n for n in rows[0].left_out if n.key == "defocus"]
+        wanted = hyperfocal_m(1e-3 * LENS.focal_length_mm, LENS.f_number, LEAST * side_m)
+        assert f"distance of {wanted:.3g} m" in note.what
 
 
 def test_a_lens_with_a_focus_reads_the_depth_of_the_scene():
