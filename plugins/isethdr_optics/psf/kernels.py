@@ -207,9 +207,11 @@ def _read_or_made(key: tuple, asked: _Asked, make) -> Kernels:
         if key in _cache:
             _cache.move_to_end(key)
             return _cache[key]
-    lens, flares, wavelength_nm, pitch_um, reach = (
-        getattr(asked, field) for field in ("lens", "flares", "wavelength_nm", "pitch_um", "reach")
-    )
+    lens = asked.lens
+    flares = asked.flares
+    wavelength_nm = asked.wavelength_nm
+    pitch_um = asked.pitch_um
+    reach = asked.reach
     name = _name(lens, flares, wavelength_nm, pitch_um, reach, make)
     frame = None if make else _frame(lens, flares, wavelength_nm, pitch_um, reach)
     stored = _stored(name) if frame is None else _stored_halves(name, lens, flares, frame)
