@@ -17,6 +17,7 @@ def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm) 
 
     Parameters
     ----------
+    description : scene whose sky, lamps and materials are asked.
     groups : light groups that are wanted: what others have counts for nothing.
     bands_nm : band centres, nm.
 

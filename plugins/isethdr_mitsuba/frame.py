@@ -178,8 +178,12 @@ def needed_paths(settings, paths, instance, view, limit_at, known):
 
     Parameters
     ----------
+    settings : `MitsubaRenderer`: seed, samples and limits.
+    paths : `paths.integrator.Paths` of all groups.
     instance : (row, column) object of each tile.
     limit_at : function(radiance) -> `NoiseLimit`.
+    view : tiles of the frame.
+    known : {light group: light of earlier renderings}, or None.
     """
     from .paths.need_driven import Rounds, render_by_need
     from .paths.need_driven import estimate as estimate_of
@@ -201,6 +205,14 @@ class Built(NamedTuple):
 def follower(description, built: Built, lamps, cube: Cube, settings):
     """Return the integrator of all bands and groups of `cube` over a world
     (`paths.integrator.Paths`).
+
+    Parameters
+    ----------
+    description : scene.
+    built : world and surfaces of the scene.
+    lamps : placed lamps of all groups.
+    cube : view, bands and light groups that are wanted.
+    settings : `MitsubaRenderer`: depth and width of the bands.
     """
     from .lamps.lamp_tables import LampTables
     from .paths.integrator import Paths
@@ -247,6 +259,12 @@ def rare_light(samples: int) -> float:
 def state_noise(result, groups, settings):
     """State the noise of each group in the ledger, with a remark if it exceeds the noise
     allowed.
+
+    Parameters
+    ----------
+    result : `paths.passes.Estimate`.
+    groups : names of the light groups, in the order of `result`.
+    settings : `MitsubaRenderer`: samples and noise allowed.
     """
     for group, noise, own, known, seconds in zip(
         groups, result.whole_noise, result.samples, result.known, result.seconds, strict=True

@@ -86,6 +86,7 @@ def visible_points(view: View, instance: np.ndarray, distance: np.ndarray) -> Po
 
     Parameters
     ----------
+    view : tiles of the frame.
     instance, distance : labels (row, column) of the tiles.
     """
     shown = np.flatnonzero(instance)
@@ -112,6 +113,13 @@ def from_lamp(world: World, points: Points, lamp: PlacedLamp, fog: Fog | None = 
     """Return the illuminance (point,) of one lamp, lx; 0 on the object that it belongs to.
 
     Fog takes its share at 550 nm on the way.
+
+    Parameters
+    ----------
+    world : scene whose objects throw shadows.
+    points : points of objects.
+    lamp : the lamp.
+    fog : fog between lamp and points; None: clear air.
     """
     lit = np.zeros(points.count)
     if not lamp.peak_cd_m2 > 0:
@@ -154,6 +162,8 @@ def from_sky(world: World, points: Points, sky) -> np.ndarray:
 
     Parameters
     ----------
+    world : scene whose objects hide the sky.
+    points : points of objects.
     sky : spectrum of a uniform sky, or `SkyDome`.
     """
     number = np.arange(points.count * DIRECTIONS).reshape(-1, DIRECTIONS)
@@ -191,6 +201,7 @@ def reaches(world: World, start_m, way, most_m) -> np.ndarray:
 
     Parameters
     ----------
+    world : scene whose objects stand in the way.
     start_m, way : (n, 3) starts, m, and unit vectors.
     most_m : (n,) lengths, m.
     """

@@ -36,6 +36,14 @@ def label_tiles(world, view, description, label_names, normalise="intensity"):
     normal : unit vector of the smoothed surface in world axes, turned towards the camera; 0 for the
         sky.
     motion : added where the scene states its next frame (`motion`).
+
+    Parameters
+    ----------
+    world : scene whose shapes are labelled.
+    view : tiles of the frame.
+    description : the scene as described: objects and next frame.
+    label_names : labels to make; none: an empty result.
+    normalise : as `MitsubaRenderer.normalise`, for the lamps of the table.
     """
     if not label_names:
         return {}, None
@@ -80,6 +88,12 @@ def instances(world, view) -> np.ndarray:
 def cut_labels(cut, labels: dict, objects):
     """Return labels and object table without the outermost `cut` (rows, columns). The boxes of
     objects are counted from the remaining tiles.
+
+    Parameters
+    ----------
+    cut : (rows, columns) to leave out on each side.
+    labels : {name: (row, column) label}.
+    objects : object table, or None.
     """
     rows, columns = (slice(c, -c or None) for c in cut)
     moved = objects and [
@@ -98,6 +112,9 @@ def object_table(description, view, labels, illuminance) -> list[dict]:
 
     Parameters
     ----------
+    description : scene.
+    view : tiles of the frame.
+    labels : {name: (row, column)} with `instance` and `distance`.
     illuminance : {object number: {light group: lx}} of `illuminances`.
     """
     instance = labels["instance"]
@@ -143,6 +160,12 @@ def whole_object(model, pose, view) -> Whole:
 
     On a grid of tangents, what lies behind the camera or beyond 75 degrees off the axis is cut off
     the box.
+
+    Parameters
+    ----------
+    model : model of the object.
+    pose : (4, 4) its pose in the world.
+    view : tiles of the frame.
     """
     covered = np.zeros(view.shape, bool)
     triangles = []
@@ -222,6 +245,12 @@ def fill(covered, view, triangles) -> None:
     A centre ray meets a triangle if it lies on the same side of three planes: each contains the
     pinhole and one edge. The test also holds for triangles that extend behind the camera, as long
     as the intersection is in front.
+
+    Parameters
+    ----------
+    covered : (row, column) booleans, changed in place.
+    view : tiles of the frame.
+    triangles : (n, 3, 3) corners in camera axes, m.
     """
     if view.projection != "tangent":
         triangles, _ = straightened(triangles, view, OFF * min(view.pitch_x, view.pitch_y))

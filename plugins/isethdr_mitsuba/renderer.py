@@ -302,7 +302,14 @@ class MitsubaRenderer:
         return chosen
 
     def check_field(self, width: float, height: float, projection: str) -> None:
-        """Refuse a number of tiles that cannot lie on a camera's field: before any work."""
+        """Refuse a number of tiles that cannot lie on a camera's field: before any work.
+
+        Parameters
+        ----------
+        width : of the field, in the unit of the projection.
+        height : of the field, in the unit of the projection.
+        projection : `tangent` or `equidistant`.
+        """
         if self.variant == "scalar" and projection == "tangent":
             check_square(self.width, self.height, width / height)
 

@@ -115,6 +115,12 @@ def _table_of(kind: Kind) -> IntensityTable | None:
 def lamp_of_family(kind: str, axis, name: str) -> Lamp:
     """Return the lamp `kind` with the table and the intensity of the family `name` in place of its
     own: a motorcycle's brake lamp is a `brake` of other candela.
+
+    Parameters
+    ----------
+    kind : kind of `KINDS`.
+    axis : (3,) direction along which it points, model coordinates, any length.
+    name : family of `photometry.families`.
     """
     pattern = family(name)
     return replace(lamp(kind, axis), table=pattern.table, intensity_cd=pattern.intensity_cd)

@@ -39,7 +39,14 @@ class Segment:
     """
 
     def __init__(self, ray, end, turn):
-        """`end` : m, length of the ray. `turn` : of 2^32, the place of the first candidate."""
+        """Describe a stretch of a ray in fog.
+
+        Parameters
+        ----------
+        ray : ray of the path.
+        end : length of the ray, m.
+        turn : of 2^32, the place of the first candidate.
+        """
         self.ray = ray
         self.end = end
         self.turn = turn
@@ -60,7 +67,14 @@ class Angles:
     """The angles that places along a ray subtend at a point."""
 
     def __init__(self, ray, end, point):
-        """`end` : m, where the ray ends. `point` : of a lamp."""
+        """Measure the angles under which a point sees a ray.
+
+        Parameters
+        ----------
+        ray : ray of the path.
+        end : where the ray ends, m.
+        point : point of a lamp, m.
+        """
         way = point - ray.o
         self.middle = dr.dot(way, ray.d)
         self.beside = dr.maximum(dr.norm(way - ray.d * self.middle), NEAREST_M)
@@ -87,7 +101,15 @@ class AirlightLamps:
         self.fog = fog
 
     def aim(self, scene, hits, camera, view):
-        """Compute the probabilities. Call this before `choose`."""
+        """Compute the probabilities. Call this before `choose`.
+
+        Parameters
+        ----------
+        scene : scene of Mitsuba, for shadows.
+        hits : `HitTables` of the scene.
+        camera : `Camera` on the device.
+        view : tiles of the frame.
+        """
         self.scene = scene
         placed = self.lamps.placed
         _, across, down = blocks_of(view)
@@ -124,6 +146,15 @@ class AirlightLamps:
         """Return what a point of a lamp sends to the camera by way of a place on the ray, without
         shadows, cd m-2 per metre of ray and square metre of lamp; and the unit vector and the
         distance, m, from the place to the point.
+
+        Parameters
+        ----------
+        ray : ray of the path.
+        along : distance of the place along the ray, m.
+        lamp : number of the lamp.
+        point : point of the lamp, m.
+        normal : normal of the lamp at the point.
+        active : lanes that take part.
         """
         way = point - (ray.o + ray.d * along)
         away = dr.maximum(dr.norm(way), 1e-6)
@@ -142,6 +173,14 @@ class AirlightLamps:
         One of `CANDIDATES` pairs of a lamp's point and a place is kept, in proportion to what it
         sends without shadows. Each lies on a lamp of another part of the group, and at another part
         of the ray.
+
+        Parameters
+        ----------
+        g : number of the light group.
+        rng : random numbers.
+        segment : stretch of a ray in fog.
+        block : number of the block of the picture.
+        active : lanes that take part.
         """
         ray = segment.ray
         end = segment.end

@@ -61,6 +61,13 @@ def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False)
 def film(wavelength_nm, step_nm: float, width: int, height: int) -> dict:
     """Return a film with one top-hat channel per band, whose channels are integrals over the band
     (divide by step_nm).
+
+    Parameters
+    ----------
+    wavelength_nm : (band,) centres, nm.
+    step_nm : width of the bands, nm.
+    width : number of columns.
+    height : number of rows.
     """
     out = {
         "type": "specfilm",

@@ -46,6 +46,14 @@ class DeviceGrids:
     def pattern(self, lamp, direction, axis, otherwise, active):
         """Return the luminance relative to the largest towards the unit vector `direction`, which
         leaves the lamp; `otherwise` of lamps without a grid.
+
+        Parameters
+        ----------
+        lamp : number of the lamp.
+        direction : unit vector that leaves the lamp.
+        axis : unit vector of the lamp's axis.
+        otherwise : luminance relative to the largest of lamps without a grid.
+        active : lanes that take part.
         """
         if not self.any:
             return otherwise

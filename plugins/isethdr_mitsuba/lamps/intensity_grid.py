@@ -81,6 +81,7 @@ def intensity_grid(table, intensity_cd: float, axis, left, area_vectors) -> Inte
     table : IntensityTable, relative to `intensity_cd`.
     axis, left : (3,) unit vectors forward and to the left, at right angles.
     area_vectors : (n, 3) normals of the faces times their areas, m2.
+    intensity_cd : candela where the table is 1.
     """
     ends = [np.abs(np.asarray(v)[[0, -1]]).max() for v in (table.left_deg, table.up_deg)]
     tangents = np.tan(np.radians(np.minimum(ends, 89.9)))

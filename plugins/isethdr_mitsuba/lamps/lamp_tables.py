@@ -38,6 +38,15 @@ class LampTables:
     """
 
     def __init__(self, world: World, lamps: list[PlacedLamp], groups: list[str], sky=None):
+        """Make the tables of all lamps.
+
+        Parameters
+        ----------
+        world : scene whose shapes the lamps belong to.
+        lamps : placed lamps, by number.
+        groups : names of the light groups, by number.
+        sky : spectrum of a uniform sky, `SkyDome`, or None.
+        """
         self.groups = list(groups)
         self.fog = None  # FogTables, where there is fog
         spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
@@ -87,6 +96,14 @@ class LampTables:
     def aim(self, scene, hits, camera, view, surfaces):
         """Compute the probability of each lamp for each part of the picture. Call this before any
         `choose` and `density`.
+
+        Parameters
+        ----------
+        scene : scene of Mitsuba, for shadows.
+        hits : `HitTables` of the scene.
+        camera : `Camera` on the device.
+        view : tiles of the frame.
+        surfaces : `SurfaceTables` of the scene.
         """
         known = (
             light_at_points(scene, hits, camera, view, surfaces, self)
@@ -109,7 +126,14 @@ class LampTables:
         return dr.select(active, dr.gather(mi.UInt32, self.lamp_of_shape, shape, active), self.none)
 
     def luminance(self, lamp, direction, active=True):
-        """Return the luminance, cd/m2, that `lamp` emits along the unit vector `direction`."""
+        """Return the luminance, cd/m2, that `lamp` emits along the unit vector `direction`.
+
+        Parameters
+        ----------
+        lamp : number of the lamp.
+        direction : unit vector that leaves the lamp.
+        active : lanes that take part.
+        """
         take = lambda table: dr.gather(type(table), table, lamp, active)
         axis = take(self.axis)
         inner, outer, floor, peak = map(
@@ -122,6 +146,15 @@ class LampTables:
     def rival(self, lamp, place, tries, distance2, cos_lamp, active=True):
         """Return the density per solid angle with which shadow rays from `place` aim at this point
         of `lamp`: `tries` candidates, or the one point of a near lamp.
+
+        Parameters
+        ----------
+        lamp : number of the lamp.
+        place : number of the place from which lamps are chosen.
+        tries : number of candidates.
+        distance2 : squared distance of the point, m2.
+        cos_lamp : cosine at the lamp between its normal and the way back.
+        active : lanes that take part.
         """
         chance = self.chances.of(lamp, place, active)
         return _density(
@@ -132,12 +165,28 @@ class LampTables:
         )
 
     def near_count(self, g: int, block, active):
-        """Return the number of near lamps of group number `g` at blocks of the picture."""
+        """Return the number of near lamps of group number `g` at blocks of the picture.
+
+        Parameters
+        ----------
+        g : number of the light group.
+        block : number of the block of the picture.
+        active : lanes that take part.
+        """
         return self.chances.near.length(g, block, active)
 
     def near_point(self, g: int, turn, rng, si, block, active):
         """Return the same as `choose` for a random point of near lamp number `turn` of the
         group.
+
+        Parameters
+        ----------
+        g : number of the light group.
+        turn : which of the near lamps.
+        rng : random numbers.
+        si : surface interaction that is lit.
+        block : number of the block of the picture.
+        active : lanes that take part.
         """
         targets = self.targets[g]
         lamp = self.chances.near.lamp(g, block, turn, active)
@@ -181,6 +230,16 @@ class LampTables:
 
         Candidate k lies on a lamp of part k of `tries` equal parts of the group. Where in its part
         goes by `start`, a random number of 2^32.
+
+        Parameters
+        ----------
+        g : number of the light group.
+        rng : random numbers.
+        si : surface interaction that is lit.
+        place : number of the place from which lamps are chosen.
+        tries : number of candidates.
+        start : of 2^32, where in its part each candidate lies.
+        active : lanes that take part.
 
         Returns
         -------

@@ -101,9 +101,24 @@ class NearLamps:
         dr.eval(*self.lamps, *self.lengths)
 
     def length(self, g: int, block, active):
-        """Return the number of near lamps of group number `g` at a block."""
+        """Return the number of near lamps of group number `g` at a block.
+
+        Parameters
+        ----------
+        g : number of the light group.
+        block : number of the block of the picture.
+        active : lanes that take part.
+        """
         return dr.gather(mi.UInt32, self.lengths[g], block, active)
 
     def lamp(self, g: int, block, turn, active):
-        """Return the number of near lamp `turn` of group number `g` at a block."""
+        """Return the number of near lamp `turn` of group number `g` at a block.
+
+        Parameters
+        ----------
+        g : number of the light group.
+        block : number of the block of the picture.
+        turn : which of the near lamps.
+        active : lanes that take part.
+        """
         return dr.gather(mi.UInt32, self.lamps[g], block * self.most + turn, active)

@@ -56,6 +56,12 @@ class PlacedLamp:
 def beam(cos_axis, cos_inner: float, cos_outer: float):
     """Return 1 within the inner cone, 0 beyond the outer, a smoothstep of the cosine between; 1
     everywhere if Lambertian.
+
+    Parameters
+    ----------
+    cos_axis : cosines of angles from the axis, any shape.
+    cos_inner : cosine of the half angle of the inner cone.
+    cos_outer : cosine of the half angle of the outer cone.
     """
     if cos_inner <= LAMBERTIAN_COS:
         return np.ones_like(np.asarray(cos_axis, float))

@@ -65,7 +65,16 @@ class DomeTable:
         return dr.lerp(lower, upper, above)
 
     def light(self, spectra, place, row, direction, active):
-        """Return the packets of radiance towards `direction`; `row` is that of the first part."""
+        """Return the packets of radiance towards `direction`; `row` is that of the first part.
+
+        Parameters
+        ----------
+        spectra : spectra of the pass.
+        place : wavelength sample in each band.
+        row : of the first part in the table of spectra.
+        direction : unit vector towards the sky.
+        active : lanes that take part.
+        """
         strength = self.strengths(direction, active)
         out = [mi.Spectrum(0) for _ in range(spectra.packets)]
         for j in range(self.count):

@@ -50,6 +50,8 @@ class Chances:
 
         Parameters
         ----------
+        camera : `Camera` on the device.
+        view : tiles of the frame.
         members : numbers of the lamps of each group.
         strength : (lamp,) weights of the lamps where nothing else is known.
         place, light : (point,) places of the tested points, and the light (point, lamp) that
@@ -104,13 +106,27 @@ class Chances:
 
         `along` is a random number from 0 to below 1. Lamps that hang side by side have neighbouring
         numbers as a rule, so that numbers from equal parts of the range spread over the lamps.
+
+        Parameters
+        ----------
+        g : number of the light group.
+        along : random number from 0 to below 1.
+        place : number of the place.
+        active : lanes that take part.
         """
         count = self.count[g]
         slot = dr.minimum(mi.UInt32(along * mi.Float(count)), count - 1)
         return dr.gather(mi.UInt32, self.slots[g], place * count + slot, active)
 
     def of(self, lamp, place, active):
-        """Return the probability of a lamp at `place`."""
+        """Return the probability of a lamp at `place`.
+
+        Parameters
+        ----------
+        lamp : number of the lamp.
+        place : number of the place.
+        active : lanes that take part.
+        """
         return dr.gather(mi.Float, self.chance, place * self.lamps + lamp, active)
 
 
@@ -130,6 +146,12 @@ def cell_of(distance):
 def votes(places: int, place, light) -> np.ndarray:
     """Return the sum of votes (place, lamp) of the points at `place` (point,). A vote is the share
     of each lamp in the light (point, lamp) of the point, so that bright points do not count more.
+
+    Parameters
+    ----------
+    places : number of places.
+    place : (point,) place of each point.
+    light : (point, lamp) that arrives at the points.
     """
     out = np.zeros((places, light.shape[1]))
     total = light.sum(1, keepdims=True)
@@ -179,6 +201,11 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
 
     Parameters
     ----------
+    scene : scene of Mitsuba, for shadows.
+    hits : `HitTables` of the scene.
+    camera : `Camera` on the device.
+    view : tiles of the frame.
+    surfaces : `SurfaceTables` of the scene.
     lamps : LampTables. A lamp counts as a point at its middle, and its distance as at least its own
         size.
     """

@@ -55,6 +55,12 @@ def shares(spots: list[Spot], lux) -> np.ndarray:
 def extent_error(spots: list[Spot], lux, distance) -> float:
     """Return the mean over points, weighted by light, of (radius / distance)^2: a disc against the
     point in its place.
+
+    Parameters
+    ----------
+    spots : lamps as points, with their radii, m.
+    lux : (spot, point) illuminance.
+    distance : (spot, point) m.
     """
     radius = np.array([s.radius_m for s in spots])
     error = np.minimum((radius[:, None] / distance) ** 2, 1)

@@ -35,6 +35,11 @@ def visible_lamps(world, view, lamps, groups, bands: Bands, fog=None):
 
     Parameters
     ----------
+    world : scene whose objects hide lamps.
+    view : tiles of the frame.
+    lamps : placed lamps.
+    groups : names of the light groups, in the order of the result.
+    bands : centres and widths of the bands, nm.
     fog : None in clear air.
 
     Returns
@@ -92,6 +97,12 @@ def _lots(lamps, groups, view):
 def band_means(table, bands_nm, step_nm):
     """Return (spectrum, band) means of tabulated spectra over bands of `step_nm`, exact for linear
     tables.
+
+    Parameters
+    ----------
+    table : (spectrum, SPECTRUM_NM) values.
+    bands_nm : (band,) centres, nm.
+    step_nm : width of the bands, nm.
     """
     inside = np.linspace(-0.5, 0.5, 401) * step_nm
     nm = np.clip(np.asarray(bands_nm)[:, None] + inside, SPECTRUM_NM[0], SPECTRUM_NM[-1])
@@ -177,6 +188,12 @@ def cut(polygon, plane, least=0.0):
     Hodgman 1974).
 
     Corners left over repeat the last one; a polygon with nothing left is NaN.
+
+    Parameters
+    ----------
+    polygon : (n, m, 3) corners in order.
+    plane : (n, 3) normal of the plane of each polygon.
+    least : distance of the plane along its normal; what is beyond stays.
     """
     count, corners = polygon.shape[:2]
     height = np.einsum("nmk,nk->nm", polygon, plane) - least

@@ -23,6 +23,15 @@ def from_lamps(air, g: int, rng, segment, block, active):
     cd/m2, and packets relative to the reference wavelength.
 
     `air` : AirlightLamps.
+
+    Parameters
+    ----------
+    air : AirlightLamps.
+    g : number of the light group.
+    rng : random numbers.
+    segment : stretch of a ray in fog.
+    block : number of the block of the picture.
+    active : lanes that take part.
     """
     aimed = air.choose(g, rng, segment, block, active)
     lit = active & (aimed.level > 0)
@@ -37,6 +46,14 @@ def from_lamps(air, g: int, rng, segment, block, active):
 def from_sky(scene, fog, rng, segment, active):
     """Return the packets of what fog along a `Segment` sends of the light of a uniform sky above
     the fog, relative to the sky.
+
+    Parameters
+    ----------
+    scene : scene of Mitsuba, for shadows.
+    fog : `FogTables`.
+    rng : random numbers.
+    segment : stretch of a ray in fog.
+    active : lanes that take part.
     """
     ray = segment.ray
     lost = 1 - fog.along(segment.end)

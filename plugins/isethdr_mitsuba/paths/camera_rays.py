@@ -46,7 +46,15 @@ class Camera:
         )
 
     def ray(self, row, column, point, wavelengths):
-        """Return the ray through `point` (x, y, of 2^32) of a tile."""
+        """Return the ray through `point` (x, y, of 2^32) of a tile.
+
+        Parameters
+        ----------
+        row : of the tile, in the complete grid.
+        column : of the tile, in the complete grid.
+        point : (x, y) of 2^32, place in the tile.
+        wavelengths : of the ray, nm.
+        """
         x = self.left + (mi.Float(column) + mi.Float(point.x) * WHOLE) * self.pitch_x
         y = self.top + (mi.Float(row) + mi.Float(point.y) * WHOLE) * self.pitch_y
         if self.angles:
@@ -82,7 +90,14 @@ def share(numbers):
 
 
 def stream(seed, numbers, purpose: str):
-    """Return random numbers for `purpose`, independent per number."""
+    """Return random numbers for `purpose`, independent per number.
+
+    Parameters
+    ----------
+    seed : of the pass.
+    numbers : one for each lane; equal numbers give equal random numbers.
+    purpose : name of what they are for.
+    """
     a, b = mi.sample_tea_32(numbers, seed ^ crc32(purpose.encode()))
     # PCG32 adds the place in the array: the number given counts instead
     moved = mi.UInt64(numbers) - dr.arange(mi.UInt64, dr.width(numbers))

@@ -40,7 +40,17 @@ LOST_BEADS = 0.5
 
 
 def film_pass(description, view, lamps, groups, bands_nm, settings):
-    """Return the function that `passes.estimate` calls for each pass."""
+    """Return the function that `passes.estimate` calls for each pass.
+
+    Parameters
+    ----------
+    description : scene.
+    view : tiles of the frame.
+    lamps : placed lamps.
+    groups : names of the light groups.
+    bands_nm : (band,) centres, nm.
+    settings : `MitsubaRenderer`: tiles, depth and width of the bands.
+    """
     angles = view.projection == "equidistant"
     if not angles:
         check_square(settings.width, settings.height, view.field[0] / view.field[1])

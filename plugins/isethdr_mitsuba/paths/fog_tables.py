@@ -19,6 +19,14 @@ class FogTables:
     """
 
     def __init__(self, fog: Fog, wavelength_nm, camera_z_m: float):
+        """Make the tables of fog.
+
+        Parameters
+        ----------
+        fog : extinction, albedo and height of the fog.
+        wavelength_nm : (band,) centres, nm.
+        camera_z_m : height of the camera in the world, m.
+        """
         packets = ceil(len(wavelength_nm) / 4)
         bands_nm = np.pad(
             np.asarray(wavelength_nm, float), (0, 4 * packets - len(wavelength_nm)), mode="edge"

@@ -64,6 +64,12 @@ class HitTables:
     def meet(self, scene, ray, active):
         """Return the SurfaceInteraction3f of the first hit of `ray`, with t (infinite without one),
         p, n, sh_frame, wi and wavelengths, and the shape's number.
+
+        Parameters
+        ----------
+        scene : scene of Mitsuba.
+        ray : Ray3f.
+        active : lanes that take part.
         """
         preliminary = scene.ray_intersect_preliminary(ray, active=active)
         hit = active & preliminary.is_valid()

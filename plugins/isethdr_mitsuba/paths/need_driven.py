@@ -89,6 +89,12 @@ class Rounds:
         """Add paths so that noise is `share` of the limit, and return how many per tile.
 
         `number` : of the round, for people.
+
+        Parameters
+        ----------
+        limit : noise that the cameras allow.
+        share : of the limit that is aimed at.
+        number : of the round, for people.
         """
         weights = [limit.weights.get(group, 0.0) for group in self.paths.lamps.groups]
         allowed = share * limit.xyz.reshape(3, -1)
@@ -191,7 +197,8 @@ def estimate(rounds: Rounds, known: list[Known], seconds: float, judged) -> Esti
     Parameters
     ----------
     rounds : the half buffers.
-    known : (group,) light of earlier renderings. `seconds` : run time of the paths.
+    known : (group,) light of earlier renderings.
+    seconds : run time of the paths.
     judged : (rows, columns) slices: tiles from which the noise of a group is computed.
     """
     shape = rounds.instance.shape

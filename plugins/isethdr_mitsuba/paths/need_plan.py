@@ -37,7 +37,8 @@ def needed(variance: np.ndarray, limit: np.ndarray, weights, group_us) -> np.nda
     ----------
     variance : (group, 3, tile) of X, Y and Z of single paths.
     limit : (3, tile) standard deviations of X, Y and Z of all light, infinite where nobody looks.
-    weights : (group,) of the light. `group_us` : (group,) CPU us of a path.
+    weights : (group,) of the light.
+    group_us : (group,) CPU us of a path.
     """
     relative = np.square(np.asarray(weights))[:, None, None] * variance / np.square(limit)
     root = np.sqrt(relative.max(1))

@@ -341,7 +341,8 @@ def with_known(noise, paths, known) -> np.ndarray:
 
     Parameters
     ----------
-    noise, paths : (group,) of the new ones. `known` : (group,) `Known`.
+    noise, paths : (group,) of the new ones.
+    known : (group,) `Known`.
     """
     out = np.array(noise, float)
     for g, k in enumerate(known):

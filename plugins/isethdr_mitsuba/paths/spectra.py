@@ -25,7 +25,15 @@ class BandTable:
     """
 
     def __init__(self, rows, wavelength_nm, step_nm: float, means: int = 1):
-        # of the last rows, in `at`
+        """Lay out the samples within the bands.
+
+        Parameters
+        ----------
+        rows : (row, SPECTRUM_NM) spectra.
+        wavelength_nm : (band,) centres, nm.
+        step_nm : width of the bands, nm.
+        means : number of last rows whose means over the bands `at` returns, too.
+        """
         self.rows = np.asarray(rows, float)
         self.means = means
         self.packets = ceil(len(wavelength_nm) / 4)  # of four bands; the last band fills them up

@@ -21,6 +21,14 @@ class SurfaceTables:
     """Device tables of the materials of a world of ramp surfaces (`materials.ramp_surfaces`)."""
 
     def __init__(self, world, materials, surfaces):
+        """Make the tables of all materials.
+
+        Parameters
+        ----------
+        world : scene whose shapes have the materials.
+        materials : `Material` of each, in the order of the world.
+        surfaces : BSDF of each material, in the same order.
+        """
         materials = list(materials)
         second = [m.texture.other for m in materials if m.texture is not None]
         self.reflectance = np.array(
@@ -54,6 +62,13 @@ class SurfaceTables:
 
         Values hold reflectance 0 in channel 0 and reflectance 1 in channel 1; the truth is linear
         between.
+
+        Parameters
+        ----------
+        material : number of the material.
+        si : surface interaction.
+        direction : unit vector in the axes of the surface.
+        active : lanes that take part.
         """
         kind = dr.gather(mi.UInt32, self.kind, material, active)
         return dr.switch(
@@ -61,7 +76,16 @@ class SurfaceTables:
         )
 
     def onwards(self, material, si, pick, spot, active):
-        """Draw a direction: return a BSDFSample3f and its value / density, as `towards`."""
+        """Draw a direction: return a BSDFSample3f and its value / density, as `towards`.
+
+        Parameters
+        ----------
+        material : number of the material.
+        si : surface interaction.
+        pick : random number from 0 to 1 that picks a lobe.
+        spot : two random numbers from 0 to 1 for the direction.
+        active : lanes that take part.
+        """
         kind = dr.gather(mi.UInt32, self.kind, material, active)
         return dr.switch(
             kind, [partial(_onwards, surface) for surface in self.kinds], si, pick, spot, active

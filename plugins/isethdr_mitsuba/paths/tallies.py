@@ -33,7 +33,14 @@ class Tally:
 
     @classmethod
     def empty(cls, groups: int, bands: int, tiles: int) -> Tally:
-        """Return a tally of no path."""
+        """Return a tally of no path.
+
+        Parameters
+        ----------
+        groups : number of light groups.
+        bands : number of bands.
+        tiles : number of tiles.
+        """
         return cls(
             np.zeros((groups, tiles)),
             np.zeros((groups, tiles)),
@@ -128,6 +135,8 @@ def spread_of_buffers(first: Tally, second: Tally, of_batches: np.ndarray) -> np
 
     Parameters
     ----------
+    first : half buffer A.
+    second : half buffer B.
     of_batches : (group, 3, tile) variance of the mean of both buffers, as batches tell it.
     """
     a = first.mean()

@@ -46,6 +46,12 @@ class TextureTables:
     def share(self, material, point, active):
         """Return the row of the second reflectance of a material and its share at a world point;
         the material's own row and 0 where it has none.
+
+        Parameters
+        ----------
+        material : number of the material.
+        point : point in the world, m.
+        active : lanes that take part.
         """
         row = dr.gather(mi.Vector4f, self.rows, material, active)
         second = dr.gather(mi.UInt32, self.second, material, active)

@@ -56,6 +56,8 @@ def even_work(tiles: int, samples: int, groups: int) -> Work:
 
     Parameters
     ----------
+    tiles : number of tiles.
+    samples : paths through each tile.
     groups : bit mask of the requested light groups.
     """
     lanes, shares = lanes_and_shares(samples)

@@ -39,6 +39,12 @@ def coat_energy(kind: str, roughness: float, index: float = 1.5) -> CoatEnergy:
     """Return the numbers of a `plastic` or `conductor`; beyond the table those of its border.
 
     The roughness is 0 to 1, the index of a plastic 1.2 to 2; between, the table is linear.
+
+    Parameters
+    ----------
+    kind : `plastic` or `conductor`.
+    roughness : Beckmann alpha, 0 to 1.
+    index : of refraction of a plastic, 1.2 to 2.
     """
     alphas, indices, base, least = _table(kind)
     # the root of what is added is nearly straight: a line would give back 0.3 % too much

@@ -54,7 +54,14 @@ def _ramp_surface(variant, kind, **roughness):
 
 
 def coloured_surfaces(description, first_nm: float, last_nm: float) -> dict:
-    """Return a BSDF per material with its own reflectance between the two wavelengths."""
+    """Return a BSDF per material with its own reflectance between the two wavelengths.
+
+    Parameters
+    ----------
+    description : scene with its materials.
+    first_nm : shortest wavelength of the reflectances, nm.
+    last_nm : longest wavelength of the reflectances, nm.
+    """
     import mitsuba as mi
 
     return {
@@ -64,7 +71,15 @@ def coloured_surfaces(description, first_nm: float, last_nm: float) -> dict:
 
 
 def regular(spectrum, first_nm: float, last_nm: float, limit: float = np.inf) -> dict:
-    """Return `spectrum` as an evenly spaced Mitsuba table that covers first_nm to last_nm."""
+    """Return `spectrum` as an evenly spaced Mitsuba table that covers first_nm to last_nm.
+
+    Parameters
+    ----------
+    spectrum : values over wavelength.
+    first_nm : shortest wavelength that the table covers, nm.
+    last_nm : longest wavelength that the table covers, nm.
+    limit : largest value of the table; negative values become 0.
+    """
     # one more step at both ends: a regular table is 0 beyond its ends, and bands are jittered by
     # half their width
     count = int(np.ceil((last_nm - first_nm) / STEP_NM)) + 3
@@ -87,6 +102,12 @@ def surface(material, first_nm: float, last_nm: float) -> dict:
 
     Opaque kinds reflect on both sides, so that the winding of a mesh does not matter. Glass
     transmits light in both directions.
+
+    Parameters
+    ----------
+    material : `Material`.
+    first_nm : shortest wavelength of the reflectance, nm.
+    last_nm : longest wavelength of the reflectance, nm.
     """
     table = regular(material.mean_reflectance(), first_nm, last_nm, limit=1.0)
     if material.kind == "thin_glass":

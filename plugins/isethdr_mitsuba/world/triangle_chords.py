@@ -22,6 +22,7 @@ def straightened(triangles, view, off: float):
     ----------
     triangles : (n, 3, 3) corners in camera axes, m.
     off : largest distance of the middle of a side from its chord, rad.
+    view : tiles of the frame.
 
     Returns
     -------

@@ -100,6 +100,13 @@ class View:
 def view_of(camera, width: int, height: int, margin: float) -> View:
     """Return the view of `camera` with `width` x `height` tiles on its field, and the share
     `margin` of that as overscan on every side.
+
+    Parameters
+    ----------
+    camera : place, direction and field of the camera.
+    width : tiles across the field.
+    height : tiles down the field.
+    margin : overscan on every side, as a share of the field.
     """
     for name, value in (("width", width), ("height", height)):
         if value < 1:
@@ -166,6 +173,12 @@ def check_square(width: int, height: int, aspect: float) -> None:
     """Raise ConfigError unless `width` x `height` tiles on a field of `aspect` are square.
 
     The message names the nearest number of tiles that are.
+
+    Parameters
+    ----------
+    width : tiles across the field.
+    height : tiles down the field.
+    aspect : width / height of the field.
     """
     if _square(width, height, aspect):
         return

@@ -47,6 +47,14 @@ def from_level(right_deg, up_deg, candela, polar_axis_level: bool) -> MeasuredLa
 
     `polar_axis_level`: type B of LM-63, whose planes turn about a level axis; else type A, whose
     planes turn about the vertical, as those of a table.
+
+    Parameters
+    ----------
+    right_deg : (n,) angles to the right, degrees, increasing.
+    up_deg : (m,) angles upwards, degrees, increasing.
+    candela : (n, m) cd.
+    polar_axis_level : type B of LM-63, whose planes turn about a level axis; else type A, whose
+        planes turn about the vertical, as those of a table.
     """
     right = np.asarray(right_deg, float)
     above = np.asarray(up_deg, float)

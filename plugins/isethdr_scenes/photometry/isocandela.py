@@ -19,7 +19,16 @@ LOWEST = 0.002  # of the largest intensity: lines below are left out
 def plot(
     path: Path, title: str, table: IntensityTable, intensity_cd: float, findings: list[Finding]
 ) -> None:
-    """Write a picture: left is to the left, as the driver sees the beam on a wall."""
+    """Write a picture: left is to the left, as the driver sees the beam on a wall.
+
+    Parameters
+    ----------
+    path : file of the picture.
+    title : heading of the picture.
+    table : pattern relative to `intensity_cd`.
+    intensity_cd : candela where the table is 1.
+    findings : rules whose places are marked, met or not.
+    """
     with needed("a plot of equal intensities", extra="report"):
         figures = import_module("matplotlib.figure")
     places = np.array([p for f in findings for p in f.rule.places] or [(0.0, 0.0)])

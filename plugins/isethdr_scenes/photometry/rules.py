@@ -124,6 +124,12 @@ def _steps(low, high):
 def within(corners, x, y) -> np.ndarray:
     """Return which points lie in a polygon or on its border: a ray to the right crosses it an odd
     number of times.
+
+    Parameters
+    ----------
+    corners : corners (x, y) of the polygon, in order.
+    x : first coordinates of the points, any shape.
+    y : second coordinates of the points, of the same shape.
     """
     odd = np.zeros(np.shape(x), bool)
     border = np.zeros(np.shape(x), bool)

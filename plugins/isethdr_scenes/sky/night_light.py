@@ -57,7 +57,8 @@ def moonlit_cd_m2(
 
     Parameters
     ----------
-    elevation_deg : of the direction. `from_moon_deg` : its angle from the moon.
+    elevation_deg : of the direction.
+    from_moon_deg : angle of the direction from the moon.
     moon_deg : altitude of the moon.
     phase_deg : 0 full, 180 new.
     """

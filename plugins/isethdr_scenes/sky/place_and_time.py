@@ -14,6 +14,12 @@ def positions(latitude_deg: float, longitude_deg: float, time_utc: str) -> dict[
     """Return altitudes without refraction, azimuths from north clockwise, and the moon's phase
     angle (0 full), degrees, by the names of the fields of `SkyState`.
 
+    Parameters
+    ----------
+    latitude_deg : geographic latitude, degrees north.
+    longitude_deg : geographic longitude, degrees east.
+    time_utc : date and time in UTC, ISO 8601.
+
     Raises
     ------
     ConfigError : the time cannot be read, or ephem is not installed.

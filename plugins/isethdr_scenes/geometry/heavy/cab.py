@@ -149,6 +149,13 @@ def front_lamps(b: Body, part: Piece | None, shape: LampShape, half: float) -> N
 
     Dipped beam, daytime running lamp, position lamp and indicator of each side, from the middle
     outwards.
+
+    Parameters
+    ----------
+    b : body of the cab; its paint and parts are changed.
+    part : piece that the lamps are cut out of; None: the paint.
+    shape : `round`, `square` or `strip`.
+    half : half the width of the cab, m.
     """
     z0 = 0.64
     rest = part
@@ -192,7 +199,15 @@ def _pane_lamp(b, part, kind, tag, where, material):
 
 
 def side_lamp(at, side: float, kind: str, name: str) -> list[Piece]:
-    """Return a small amber lamp on a side: a marker or a repeater of the indicator."""
+    """Return a small amber lamp on a side: a marker or a repeater of the indicator.
+
+    Parameters
+    ----------
+    at : (3,) middle of the lamp, m.
+    side : 1 to the left, -1 to the right: where it shines to.
+    kind : kind of lamp of `isethdr_scenes.lamps`.
+    name : name of the emitting piece.
+    """
     piece = box(at, (0.10, 0.02, 0.05), name, "lamp_amber")
     front, housing = lit(piece, "marker", (0.0, side, 0.0))
     return [front.named(name, lamp=lamp(kind, (0.0, side, 0.0))), housing]

@@ -13,7 +13,17 @@ AXLE_STEP_M = 1.31
 
 
 def axle(m: Assembly, x: float, half: float, tyre: float, twin: bool, name: str) -> None:
-    """Add the wheels of an axle: one on each side, or two."""
+    """Add the wheels of an axle: one on each side, or two.
+
+    Parameters
+    ----------
+    m : assembly that gets the wheels.
+    x : place of the axle ahead of the origin, m.
+    half : half the width of the vehicle, m.
+    tyre : radius of the tyres, m.
+    twin : whether each side has two wheels.
+    name : first part of the names of the wheels.
+    """
     shape = Wheel(tyre, 0.29, 0.58, style="steel")
     for s in (1, -1):
         m.add(*wheel(shape, x, s * (half - 0.18), f"{name}.{s}"))
@@ -23,7 +33,15 @@ def axle(m: Assembly, x: float, half: float, tyre: float, twin: bool, name: str)
 
 
 def mudguards(m: Assembly, x: float, half: float, tyre: float) -> None:
-    """Add a guard over the wheels of an axle."""
+    """Add a guard over the wheels of an axle.
+
+    Parameters
+    ----------
+    m : assembly that gets the guards.
+    x : place of the axle ahead of the origin, m.
+    half : half the width of the vehicle, m.
+    tyre : radius of the tyres, m.
+    """
     a = np.linspace(0.2, np.pi - 0.2, 12)
     arc = np.stack([x + 1.18 * tyre * np.cos(a), 0 * a, tyre + 1.18 * tyre * np.sin(a)], 1)
     for s in (1, -1):
@@ -33,7 +51,15 @@ def mudguards(m: Assembly, x: float, half: float, tyre: float) -> None:
 
 
 def frame(m: Assembly, x0: float, x1: float, z: float) -> None:
-    """Add the two beams of a frame from x0 back to x1."""
+    """Add the two beams of a frame from x0 back to x1.
+
+    Parameters
+    ----------
+    m : assembly that gets the beams.
+    x0 : front end, m ahead of the origin.
+    x1 : rear end, m ahead of the origin.
+    z : height of the middle of the beams, m.
+    """
     for s in (1, -1):
         m.add(
             box(((x0 + x1) / 2, s * 0.40, z), (x0 - x1, 0.09, 0.22), "chassis", "underbody"),
@@ -41,7 +67,15 @@ def frame(m: Assembly, x0: float, x1: float, z: float) -> None:
 
 
 def side_guards(m: Assembly, x0: float, x1: float, half: float) -> None:
-    """Add rails between axles, on both sides."""
+    """Add rails between axles, on both sides.
+
+    Parameters
+    ----------
+    m : assembly that gets the rails.
+    x0 : front end, m ahead of the origin.
+    x1 : rear end, m ahead of the origin.
+    half : half the width of the vehicle, m.
+    """
     for s in (1, -1):
         for z in (0.55, 0.82):
             at = ((x0 + x1) / 2, s * (half - 0.05), z)
@@ -49,7 +83,16 @@ def side_guards(m: Assembly, x0: float, x1: float, half: float) -> None:
 
 
 def markers(m: Assembly, x0: float, x1: float, half: float, z: float) -> None:
-    """Add the amber side markers between x0 and x1, at most 3 m apart (UN R48, 6.18.4.3)."""
+    """Add the amber side markers between x0 and x1, at most 3 m apart (UN R48, 6.18.4.3).
+
+    Parameters
+    ----------
+    m : assembly that gets the markers.
+    x0 : front end, m ahead of the origin.
+    x1 : rear end, m ahead of the origin.
+    half : half the width of the vehicle, m.
+    z : height of the markers, m.
+    """
     count = max(2, int(np.ceil((x0 - x1) / 3.0)) + 1)
     for s, tag in ((1, "left"), (-1, "right")):
         for k, x in enumerate(np.linspace(x1 + 0.4, x0 - 0.4, count)):
@@ -58,7 +101,15 @@ def markers(m: Assembly, x0: float, x1: float, half: float, z: float) -> None:
 
 
 def rear(m: Assembly, x: float, half: float, z: float = 0.84) -> None:
-    """Add lamps, underrun bar, reflectors and plate at the rear end x."""
+    """Add lamps, underrun bar, reflectors and plate at the rear end x.
+
+    Parameters
+    ----------
+    m : assembly that gets the parts.
+    x : rear end, m ahead of the origin.
+    half : half the width of the vehicle, m.
+    z : height of the lamps, m.
+    """
     for s, tag in ((1, "left"), (-1, "right")):
         kinds = (
             ("indicator_rear", "lamp_amber"),

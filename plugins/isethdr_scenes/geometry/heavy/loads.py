@@ -36,7 +36,14 @@ class Place:
 
 
 def add_load(m: Assembly, load: Load, place: Place) -> None:
-    """Add a load."""
+    """Add a load.
+
+    Parameters
+    ----------
+    m : assembly that gets the load.
+    load : kind of load, a key of `LOADS`.
+    place : where the load lies on the vehicle, and its paint and seed.
+    """
     LOADS[load](m, place)
 
 

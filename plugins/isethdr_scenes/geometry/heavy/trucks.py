@@ -14,7 +14,14 @@ SADDLE_M = 1.12  # height of the floor of a semi-trailer, at least
 
 
 def build(c: Truck, name: str = "truck", seed: int = 0) -> Assembly:
-    """Return the mesh; `seed` draws what lies on a flatbed and in a trough."""
+    """Return the mesh; `seed` draws what lies on a flatbed and in a trough.
+
+    Parameters
+    ----------
+    c : measures and paints of the truck.
+    name : name of the assembly.
+    seed : draws what lies on a flatbed and in a trough.
+    """
     front = c.length / 2
     half = c.width / 2
     m = Assembly(name).add(*cab(c).moved(pose(front - c.cab_length / 2)).parts)

@@ -14,7 +14,15 @@ from .piece import Piece, unit
 
 
 def cone(a, b, ra: float, rb: float):
-    """Return the field of a capsule from `a` to `b` whose radius runs from `ra` to `rb`, m."""
+    """Return the field of a capsule from `a` to `b` whose radius runs from `ra` to `rb`, m.
+
+    Parameters
+    ----------
+    a : (3,) first end of the axis, m.
+    b : (3,) last end of the axis, m.
+    ra : radius at `a`, m.
+    rb : radius at `b`, m.
+    """
     a = np.asarray(a, float)
     b = np.asarray(b, float)
 
@@ -38,6 +46,13 @@ def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
 
     The union is the quadratic smooth minimum. `folds` adds cloth-like waves of that height, m,
     drawn from `seed`.
+
+    Parameters
+    ----------
+    fields : fields to unite, as those of `cone`.
+    k : difference below which fields melt together, m.
+    folds : height of cloth-like waves, m.
+    seed : of the waves.
     """
     rng = np.random.default_rng(seed)
     # radians per metre: folds hang down, so they are closer vertically
@@ -69,6 +84,13 @@ def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
 def skin_of(field, step: float, name: str, material: str) -> Piece:
     """Return the zero surface of a field, sampled every `step` metres; normals are the field's own
     gradient.
+
+    Parameters
+    ----------
+    field : field whose zero surface is taken, with its bounds `lo` and `hi`, m.
+    step : spacing of the samples, m.
+    name : name of the piece.
+    material : name of the material.
     """
     with needed("a surface of a level set", extra="mitsuba"):
         from skimage.measure import marching_cubes

@@ -152,7 +152,14 @@ RIDER = Person(top="cloth_vest", legs="cloth_dark", helmet="paint_white", bands=
 
 
 def rider(look: Person = RIDER, crank: float = 35.0, seed: int = 0) -> Assembly:
-    """Return the rider of `bicycle(crank=crank)`, in the bicycle's coordinates."""
+    """Return the rider of `bicycle(crank=crank)`, in the bicycle's coordinates.
+
+    Parameters
+    ----------
+    look : build, skin and clothes.
+    crank : angle of the pedals, degrees.
+    seed : of folds in the clothes.
+    """
     _, pedals, grips, saddle = bicycle(crank=crank)
     pelvis = saddle + [0.0, 0, 0.085]
     up = unit(np.array([0.62, 0, 1]))

@@ -29,6 +29,7 @@ def deer(name="deer", height=1.0, antlers=True, head_up=1.0, turn=0.0, seed=0):
 
     Parameters
     ----------
+    name : name of the assembly.
     height : at the shoulder, m.
     antlers : whether it has them.
     head_up : 0 grazes, 1 looks up.

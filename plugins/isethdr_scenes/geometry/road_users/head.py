@@ -10,7 +10,15 @@ from ..mesh.primitives import ball
 
 
 def head(m, c, neck, look):
-    """Add a head at joint `c` (3,) above joint `neck` to the assembly `m`; `look` is a `Person`."""
+    """Add a head at joint `c` (3,) above joint `neck` to the assembly `m`; `look` is a `Person`.
+
+    Parameters
+    ----------
+    m : assembly that gets the parts.
+    c : (3,) joint of the head, m.
+    neck : (3,) joint of the neck, m.
+    look : `Person`: skin and hair.
+    """
     c = np.asarray(c, float)
     at = lambda x, y, z: c + [x, y, z]
     skull = [

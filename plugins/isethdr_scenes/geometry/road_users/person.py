@@ -58,7 +58,15 @@ LOOKS = (
 
 
 def figure(j, look=Person(), name="person", seed=0):
-    """Clothed body around joints."""
+    """Clothed body around joints.
+
+    Parameters
+    ----------
+    j : joints by name, (3,) m each, as those of `poses.walk`.
+    look : build, skin and clothes.
+    name : name of the assembly.
+    seed : of folds in the clothes.
+    """
     g = look.build
     h = look.step
     up = unit(j["neck"] - j["pelvis"])
@@ -177,6 +185,14 @@ def figure(j, look=Person(), name="person", seed=0):
 def pedestrian(look=Person(), phase=0.12, name="pedestrian", seed=0, stride=26.0):
     """Return a walker who stands on z = 0; `phase` of the gait 0..1, `stride` of the hips in
     degrees.
+
+    Parameters
+    ----------
+    look : build, skin and clothes.
+    phase : of the gait: 0 to 1 is one full cycle.
+    name : name of the assembly.
+    seed : of folds in the clothes.
+    stride : largest angle of the thighs from the vertical, degrees.
     """
     m = figure(walk(phase, stride), look, name, seed)
     low = min(p.vertices[:, 2].min() for p in m.parts)

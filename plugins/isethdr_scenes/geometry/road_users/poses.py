@@ -8,7 +8,14 @@ from ..mesh.piece import unit
 
 
 def walk(phase=0.12, stride=26.0, arms=24.0):
-    """Joints of a walker, 1.76 m tall, in mid-stride; phase 0..1 is one full cycle."""
+    """Joints of a walker, 1.76 m tall, in mid-stride; phase 0..1 is one full cycle.
+
+    Parameters
+    ----------
+    phase : of the gait: 0 to 1 is one full cycle.
+    stride : largest angle of the thighs from the vertical, degrees.
+    arms : largest angle of the arms from the vertical, degrees.
+    """
     a = 2 * np.pi * phase
     j = {
         "pelvis": np.array([0, 0, 0.93]),
@@ -53,7 +60,16 @@ def walk(phase=0.12, stride=26.0, arms=24.0):
 
 
 def two_bone(a, b, l1, l2, bend):
-    """Middle joint of a chain from a to b, bent towards `bend`."""
+    """Middle joint of a chain from a to b, bent towards `bend`.
+
+    Parameters
+    ----------
+    a : (3,) first joint, m.
+    b : (3,) last joint, m.
+    l1 : length of the bone from `a`, m.
+    l2 : length of the bone to `b`, m.
+    bend : (3,) direction towards which the middle joint lies.
+    """
     a = np.asarray(a, float)
     b = np.asarray(b, float)
     d = min(np.linalg.norm(b - a), 0.999 * (l1 + l2))

@@ -46,7 +46,14 @@ class Ground:
     lay_by_m: tuple[float, float] | None = None
 
     def points(self, s, y=0.0, z=0.0) -> np.ndarray:
-        """Return world points (..., 3) at `s`, `y` and height `z` over the datum."""
+        """Return world points (..., 3) at `s`, `y` and height `z` over the datum.
+
+        Parameters
+        ----------
+        s : metres along the road.
+        y : metres to the left of the centre line.
+        z : height over the datum, m. All three are broadcast.
+        """
         s, y, z = np.broadcast_arrays(np.asarray(s, float), y, z)
         k = self.curvature_per_m if abs(self.curvature_per_m) > 1e-9 else 1e-9
         r = 1 / k - y
@@ -64,7 +71,14 @@ class Ground:
         return z + paved * (-0.13 - z)
 
     def on(self, s, y, above=0.0) -> np.ndarray:
-        """Return world points (..., 3) on the ground."""
+        """Return world points (..., 3) on the ground.
+
+        Parameters
+        ----------
+        s : metres along the road.
+        y : metres to the left of the centre line.
+        above : height over the ground, m.
+        """
         return self.points(s, y, self.height(s, y) + above)
 
     def place(
@@ -72,6 +86,13 @@ class Ground:
     ) -> np.ndarray:
         """Return the (4, 4) pose of a model that stands at (s, y), turned from the road's
         direction.
+
+        Parameters
+        ----------
+        s : metres along the road.
+        y : metres to the left of the centre line.
+        turn_deg : turn to the left from the road's direction, degrees.
+        z : height over the datum, m; None: on the ground.
         """
         z = float(self.height(s, y)) if z is None else z
         return pose(*self.points(s, y, z), yaw=np.degrees(self.curvature_per_m * s) + turn_deg)

@@ -9,7 +9,14 @@ from ..mesh.primitives import box, grid
 
 
 def house(name="house", seed=0, size=(9.0, 7.0, 5.2)):
-    """Gable house with windows, a door and a chimney; long side faces -y."""
+    """Gable house with windows, a door and a chimney; long side faces -y.
+
+    Parameters
+    ----------
+    name : name of the assembly.
+    seed : of what is drawn: which windows are lit.
+    size : length, width and height of the walls, m.
+    """
     length, width, height = size
     assembly = Assembly(name).add(
         box((0, 0, height / 2 - 0.3), (length, width, height + 0.6), "walls", "wall")

@@ -58,7 +58,16 @@ def _bough(rng, start, heading, length, radius, wander):
 
 
 def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
-    """Deciduous tree: four generations of boughs, folded leaf kites around the twigs."""
+    """Deciduous tree: four generations of boughs, folded leaf kites around the twigs.
+
+    Parameters
+    ----------
+    name : name of the assembly.
+    height : m.
+    leaves : number of leaves.
+    seed : of boughs and leaves.
+    bark : name of the material of the wood.
+    """
     rng = np.random.default_rng(seed)
     wood = []
     twigs = []
@@ -109,7 +118,15 @@ def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
 
 
 def conifer(name="conifer", height=11.0, needles=30000, seed=0):
-    """Spruce: whorls of drooping boughs with sprays of needles."""
+    """Spruce: whorls of drooping boughs with sprays of needles.
+
+    Parameters
+    ----------
+    name : name of the assembly.
+    height : m.
+    needles : number of sprays of needles.
+    seed : of boughs and needles.
+    """
     rng = np.random.default_rng(seed)
     wood = [
         tube(
@@ -165,7 +182,15 @@ def conifer(name="conifer", height=11.0, needles=30000, seed=0):
 
 
 def bush(name="bush", size=1.3, leaves=5000, seed=0):
-    """Return a bush of that size, m: a lumpy shell of leaves on a few stems."""
+    """Return a bush of that size, m: a lumpy shell of leaves on a few stems.
+
+    Parameters
+    ----------
+    name : name of the assembly.
+    size : height and width, about, m.
+    leaves : number of leaves.
+    seed : of lumps and leaves.
+    """
     rng = np.random.default_rng(seed)
     d = unit(rng.normal(size=(leaves, 3)))
     lumps = np.array([unit(rng.normal(size=3)) for _ in range(7)])
@@ -198,7 +223,16 @@ def bush(name="bush", size=1.3, leaves=5000, seed=0):
 
 
 def grass(points, name="grass", height=0.28, seed=0, dry=0.25):
-    """One blade per root point: three bent segments narrowing to a tip."""
+    """One blade per root point: three bent segments narrowing to a tip.
+
+    Parameters
+    ----------
+    points : (n, 3) roots, m.
+    name : name of the assembly.
+    height : of a blade, m; each has 0.4 to 1.2 of it.
+    seed : of the blades.
+    dry : share of dry blades, 0 to 1.
+    """
     rng = np.random.default_rng(seed)
     n = len(points)
     a = rng.uniform(0, 6.28, n)

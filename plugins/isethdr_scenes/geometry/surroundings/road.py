@@ -24,6 +24,12 @@ def _strip(ground, s, y, name, material, above=0.0):
 def road(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assembly:
     """Return carriageway, shoulders, lay-by, sealed cracks and markings (4 mm proud of the
     asphalt).
+
+    Parameters
+    ----------
+    ground : where the road lies.
+    start_m : first metre along the road.
+    end_m : last metre along the road.
     """
     m = Assembly("road")
     s = np.arange(start_m, end_m + 0.1, 1.0)
@@ -66,7 +72,14 @@ def _stud(ground: Ground, s_m: float) -> list[Piece]:
 
 
 def field(ground: Ground, start_m: float = -30.0, end_m: float = 260.0) -> Assembly:
-    """Return the land on both sides, 400 m wide, finer near the road."""
+    """Return the land on both sides, 400 m wide, finer near the road.
+
+    Parameters
+    ----------
+    ground : height of the land.
+    start_m : first metre along the road.
+    end_m : last metre along the road.
+    """
     s = np.arange(start_m, end_m + 0.1, 2.0)
     y = np.concatenate(
         [np.linspace(EDGE_M + 0.6, 14, 34), np.linspace(14.6, 60, 50), np.geomspace(62, 400, 18)]
@@ -87,6 +100,7 @@ def tufts(
 
     Parameters
     ----------
+    ground : height of the land, and the lay-by without grass.
     along_m : first and last metre along the road.
     beside_m : least and largest distance from the centre line, m.
     per_m2 : blades per square metre, on average.

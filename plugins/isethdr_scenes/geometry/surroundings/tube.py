@@ -32,6 +32,12 @@ def section(n: int = 24) -> np.ndarray:
 def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
     """Return a tunnel from a closed dark end at `start_m` to an open portal at `end_m`; faces look
     inwards.
+
+    Parameters
+    ----------
+    ground : where the road lies.
+    start_m : metre along the road of the closed end.
+    end_m : metre along the road of the open end.
     """
     outline = section()
     s = np.arange(start_m, end_m + 0.1, 2.0)

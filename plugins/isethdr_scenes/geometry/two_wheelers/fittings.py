@@ -17,6 +17,14 @@ def wheel(x: float, radius: float, width: float, spokes: int, wired: bool = Fals
     """Return a wheel that stands on z = 0: tyre, rim, spokes and two brake discs.
 
     `wired` draws thin wire spokes in place of cast ones.
+
+    Parameters
+    ----------
+    x : place of the axle ahead of the origin, m.
+    radius : of the tyre, m.
+    width : of the tyre, m.
+    spokes : number of cast spokes.
+    wired : thin wire spokes in place of cast ones.
     """
     inner = radius - 0.62 * width
     angle = np.linspace(-0.35 * np.pi, 1.35 * np.pi, 15)
@@ -48,7 +56,15 @@ def wheel(x: float, radius: float, width: float, spokes: int, wired: bool = Fals
 
 
 def fork(axle, head, spread: float, material: str) -> list[Piece]:
-    """Return both legs of a fork from the axle to the steering head, `spread` apart, m."""
+    """Return both legs of a fork from the axle to the steering head, `spread` apart, m.
+
+    Parameters
+    ----------
+    axle : (3,) middle of the axle, m.
+    head : (3,) lower end of the steering head, m.
+    spread : distance of both legs, m.
+    material : name of the material of the upper tubes.
+    """
     axle = np.asarray(axle, float)
     head = np.asarray(head, float)
     out = []
@@ -64,7 +80,17 @@ def fork(axle, head, spread: float, material: str) -> list[Piece]:
 
 
 def guard(x: float, z: float, radius: float, width: float, turn, material: str) -> Piece:
-    """Return a mudguard about an axle, over angles `turn` in radians from ahead, upwards."""
+    """Return a mudguard about an axle, over angles `turn` in radians from ahead, upwards.
+
+    Parameters
+    ----------
+    x : place of the axle ahead of the origin, m.
+    z : height of the axle, m.
+    radius : of the guard, m.
+    width : m.
+    turn : first and last angle from ahead, upwards, radians.
+    material : name of the material.
+    """
     half = width / 2
     profile = [(radius - 0.02, -half), (radius + 0.004, -0.7 * half), (radius + 0.012, 0.0)]
     profile += [(radius + 0.004, 0.7 * half), (radius - 0.02, half)]
@@ -77,7 +103,14 @@ def guard(x: float, z: float, radius: float, width: float, turn, material: str) 
 
 
 def mirrors(x: float, half: float, z: float) -> list[Piece]:
-    """Return both mirrors on stalks: middles at (x, +-half, z), the stalks 0.16 m long."""
+    """Return both mirrors on stalks: middles at (x, +-half, z), the stalks 0.16 m long.
+
+    Parameters
+    ----------
+    x : of the middles ahead of the origin, m.
+    half : of the middles from the plane of symmetry, m.
+    z : height of the middles, m.
+    """
     out = []
     for side in (1, -1):
         at = np.array([x, side * half, z])
@@ -94,7 +127,14 @@ def mirrors(x: float, half: float, z: float) -> list[Piece]:
 
 
 def head_lamp(at, radius: float, housing: str) -> list[Piece]:
-    """Return a round headlamp with a position lamp below its middle; `at` is the lens."""
+    """Return a round headlamp with a position lamp below its middle; `at` is the lens.
+
+    Parameters
+    ----------
+    at : (3,) middle of the lens, m.
+    radius : of the lens, m.
+    housing : name of the material of the housing.
+    """
     at = np.asarray(at, float)
     bowl = [(0.3 * radius, -0.9 * radius), (radius, -0.25 * radius), (1.08 * radius, 0.0)]
     lens = [(radius, 0.0), (0.001, 0.006)]
@@ -146,5 +186,12 @@ def indicators(front, rear) -> list[Piece]:
 
 
 def rear_plate(x: float, z: float, seed: int) -> list[Piece]:
-    """Return the licence plate."""
+    """Return the licence plate.
+
+    Parameters
+    ----------
+    x : of its middle ahead of the origin, m.
+    z : height of its middle, m.
+    seed : of the glyphs.
+    """
     return plate(x, z, -1, (0.20, 0.16), 4, seed)

@@ -22,6 +22,9 @@ def hull(
 
     Parameters
     ----------
+    stations : sections of the body: x, height of the middle, half width and half height, m.
+    name : name of the piece.
+    material : name of the material.
     corner : exponent of the section: 2 is an ellipse, high is boxy.
     soft_m : rounding of the profiles along x, m.
     """

@@ -16,6 +16,14 @@ class Body:
     """The shell as one painted sheet; `take` cuts a region out of the paint."""
 
     def __init__(self, shell, axles=(), tyre=0.33):
+        """Start with the whole skin as paint.
+
+        Parameters
+        ----------
+        shell : `Shell`: measures of the skin.
+        axles : distances of the axles from the front end, m.
+        tyre : radius of the tyres, m.
+        """
         self.shell = shell
         self.axles = axles
         self.tyre = tyre
@@ -39,6 +47,15 @@ class Body:
     def take(self, name, material, value, sunk=0.0, rim=None, lamp=None):
         """Cut the region with value < 0 out of the paint; `sunk` (m) moves it inwards, and a
         surface of the material `rim` closes the step.
+
+        Parameters
+        ----------
+        name : name of the piece.
+        material : name of the material.
+        value : (vertices,) of the paint: the region is where it is negative.
+        sunk : distance by which the region moves inwards, m.
+        rim : name of the material of the step; None: `material`.
+        lamp : `Lamp` of the region; None: it does not shine.
         """
         inside, self.paint, seam = cut(self.paint, value)
         if sunk:
@@ -56,6 +73,14 @@ class Body:
     def carve(self, part, name, material, value, lamp=None):
         """Cut the region with value < 0 out of an earlier part. Return the region and the rest,
         which replace the part.
+
+        Parameters
+        ----------
+        part : earlier part of the body that is cut.
+        name : name of the region.
+        material : name of the material of the region.
+        value : (vertices,) of `part`: the region is where it is negative.
+        lamp : `Lamp` of the region; None: it does not shine.
         """
         self.parts = [p for p in self.parts if p is not part]
         inside, outside, _ = cut(part, value)
@@ -81,6 +106,13 @@ class Body:
     def line(self, distance, where, half=0.005, material="gap"):
         """Cut a thin dark gap along distance(part) = 0 where where(part) < 0; both return one value
         per vertex, m.
+
+        Parameters
+        ----------
+        distance : function(part) -> (vertices,) distance from the line, m.
+        where : function(part) -> (vertices,): the gap is where it is negative.
+        half : half the width of the gap, m.
+        material : name of the material of the gap.
         """
         near, remaining, _ = cut(self.paint, distance(self.paint) - half)
         below, band, _ = cut(near, distance(near) + half)

@@ -17,7 +17,16 @@ from .wheels import Wheel, plate, wheel
 
 
 def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0):
-    """Return a city bus with its doors on the right."""
+    """Return a city bus with its doors on the right.
+
+    Parameters
+    ----------
+    name : name of the assembly.
+    length : m.
+    paint : name of the material of the upper body.
+    lower : name of the material of the lower body.
+    seed : of no effect: all buses of these measures are alike.
+    """
     width = 2.52
     tyre = 0.48
     half = 1.26

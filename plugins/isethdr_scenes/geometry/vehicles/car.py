@@ -35,7 +35,14 @@ class _Pane:
 
 
 def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
-    """Return all parts of a car; `seed` draws the licence plates."""
+    """Return all parts of a car; `seed` draws the licence plates.
+
+    Parameters
+    ----------
+    car : measures, styles and paint.
+    name : name of the assembly.
+    seed : of the licence plates.
+    """
     axles = (car.overhang, car.overhang + car.wheelbase)
     shell = Shell(
         car.length, car.width, car.roof, car.belt, car.clearance, car.lean, car.crown, step=car.step

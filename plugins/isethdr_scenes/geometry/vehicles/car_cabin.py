@@ -13,7 +13,14 @@ ROWS_M = (0.36, 1.22, 2.08)  # seats behind the top of the windscreen
 
 
 def fittings(model: Assembly, b: Body, c: Car):
-    """Add mirrors, door handles, roof rails, wipers and aerial."""
+    """Add mirrors, door handles, roof rails, wipers and aerial.
+
+    Parameters
+    ----------
+    model : assembly that gets the parts.
+    b : body of the car.
+    c : measures, styles and paint.
+    """
     x0 = c.length / 2
     half = c.width / 2
     cowl = c.roof[2]
@@ -105,7 +112,14 @@ def fittings(model: Assembly, b: Body, c: Car):
 
 
 def interior(model: Assembly, b: Body, c: Car):
-    """Add dashboard, steering wheel, seats and floor."""
+    """Add dashboard, steering wheel, seats and floor.
+
+    Parameters
+    ----------
+    model : assembly that gets the parts.
+    b : body of the car.
+    c : measures, styles and paint.
+    """
     x0 = c.length / 2
     cowl = c.roof[2]
     top = c.roof[3]

@@ -13,7 +13,15 @@ AHEAD_M = 0.5  # from the front end: what lies behind is no front
 
 
 def grille(b: Body, c: Car, z0: float, z1: float) -> None:
-    """Cut the grille between the heights z0 and z1, and add its bars."""
+    """Cut the grille between the heights z0 and z1, and add its bars.
+
+    Parameters
+    ----------
+    b : body of the car, which is cut.
+    c : measures, styles and paint.
+    z0 : lower edge, m above the road.
+    z1 : upper edge, m above the road.
+    """
     style = c.front.grille
     wide, high = c.grille
     if style == "closed":

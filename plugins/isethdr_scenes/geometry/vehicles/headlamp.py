@@ -26,7 +26,14 @@ class RoundLamp:
 
 
 def round_lamp(body: Body, part: Piece | None, shape: RoundLamp) -> Piece | None:
-    """Cut a lamp out of `part`, or out of the paint where None. Return what is left of `part`."""
+    """Cut a lamp out of `part`, or out of the paint where None. Return what is left of `part`.
+
+    Parameters
+    ----------
+    body : body that is cut and gets the lamp.
+    part : piece that the lamp is cut out of; None: the paint.
+    shape : kind, side, place, radius and material of the lamp.
+    """
 
     def beyond(p, r):  # distance outside the circle; the rear of the body never counts
         u, _, z, y = body.at(p)
@@ -56,6 +63,13 @@ def own_headlamps(
     view.
 
     The model's origin is on the road below the camera.
+
+    Parameters
+    ----------
+    forward_m : of the lenses ahead of the camera, m.
+    half_track_m : half the distance of both lamps, m.
+    height_m : of the lamps above the road, m.
+    radius : of the lenses, m.
     """
     out = Assembly("own_headlamps")
     for tag, side in (("left", 1), ("right", -1)):

@@ -53,7 +53,16 @@ def cut_region(b: Body, region: Region) -> Piece:
 
 
 def mirrors(model, x, half, z, size=(0.10, 0.22, 0.42)):
-    """Add a mirror on an arm on either side."""
+    """Add a mirror on an arm on either side.
+
+    Parameters
+    ----------
+    model : assembly that gets the mirrors.
+    x : of the mirrors ahead of the origin, m.
+    half : half the width of the vehicle, m.
+    z : height of the middles, m.
+    size : (3,) depth, width and height of the housing, m.
+    """
     for s in (1, -1):
         model.add(
             box((x, s * (half + 0.20), z), size, "mirror", "plastic_black", 0.04),

@@ -64,6 +64,12 @@ def _stations(s):
 def loft(shell: Shell, axles=(), tyre: float = 0.33) -> Piece:
     """Return the closed skin of a body, with smooth normals; `axles` (u, m) and `tyre` radius make
     it bulge.
+
+    Parameters
+    ----------
+    shell : measures of the body.
+    axles : distances of the axles from the front end, m, where the skin bulges.
+    tyre : radius of the tyres, m.
     """
     s = shell
     upper, belt = s.profiles()

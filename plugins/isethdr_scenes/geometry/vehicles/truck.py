@@ -21,7 +21,17 @@ def truck(
     box_paint="box_white",
     stripe="paint_orange",
 ):
-    """Return a rigid truck, 8.5 m long with the default box."""
+    """Return a rigid truck, 8.5 m long with the default box.
+
+    Parameters
+    ----------
+    name : name of the assembly.
+    box_length : length of the box, m.
+    box_height : height of the box, m.
+    paint : name of the material of the cab.
+    box_paint : name of the material of the box.
+    stripe : name of the material of the stripe on the box.
+    """
     cab_len = 2.15
     width = 2.48
     tyre = 0.50

@@ -162,8 +162,11 @@ def plate(x, z, facing, size_m=(0.52, 0.112), ink=7, seed=0):
 
     Parameters
     ----------
-    x, z : position of its middle, m. `facing` : +1 (front) or -1 (rear).
-    size_m : width and height. `ink` : number of glyphs. `seed` : of the glyphs.
+    x, z : position of its middle, m.
+    facing : +1 (front) or -1 (rear).
+    size_m : width and height, m.
+    ink : number of glyphs.
+    seed : of the glyphs.
     """
     width, height = size_m
     rng = np.random.default_rng(seed)
