@@ -736,7 +736,15 @@ class StatesSpreadErrors(Protocol):
         response: Response | None,
         /,
     ) -> ErrorMaps | tuple[Numbers, Numbers] | None:
-        """Return the errors of the light, tile by tile; parameters as `StatesErrors`."""
+        """Return the errors of the light, tile by tile.
+
+        Parameters
+        ----------
+        mixed : mixed radiance `([component,] wavelength, y, x)`.
+        flares : flare models in the lens.
+        weights : (channel, band), weights of the irradiance of each band.
+        response : response of all sensors; None for irradiance.
+        """
         ...
 
 

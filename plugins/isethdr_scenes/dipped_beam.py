@@ -53,7 +53,14 @@ def candela(left_deg: np.ndarray, up_deg: np.ndarray) -> np.ndarray:
 
 
 def candela_of(levels: BeamLevels, left_deg: np.ndarray, up_deg: np.ndarray) -> np.ndarray:
-    """Return the luminous intensity, cd, at angles left of and above the axis, degrees."""
+    """Return the luminous intensity, cd.
+
+    Parameters
+    ----------
+    levels : intensities of the parts of the beam, cd.
+    left_deg : angles left of the axis, degrees.
+    up_deg : angles above the axis, degrees; both broadcast.
+    """
     left, up = np.broadcast_arrays(np.asarray(left_deg, float), np.asarray(up_deg, float))
     down = np.maximum(-up, 0.0)
     cut_off = -CUT_OFF_DOWN + RISE * np.maximum(-left, 0.0)

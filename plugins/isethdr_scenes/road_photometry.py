@@ -36,7 +36,15 @@ class RoadFigures(NamedTuple):
 def directions(
     observer_deg: float, tan_gamma: np.ndarray, beta_deg: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return unit vectors to the light and to the observer, z up, each of shape (..., 3)."""
+    """Return unit vectors to the light and to the observer, z up, each of shape (..., 3).
+
+    Parameters
+    ----------
+    observer_deg : angle by which the observer looks down, degrees.
+    tan_gamma : tangent of the zenith angle of the light, any shape.
+    beta_deg : angle between the vertical planes of light and observer, degrees; broadcasts with
+        `tan_gamma`.
+    """
     gamma = np.arctan(tan_gamma)
     beta = np.radians(beta_deg)
     elevation = np.radians(observer_deg)
@@ -75,7 +83,13 @@ def retro_luminance(
 ) -> float:
     """Return R_L = L / E, mcd m-2 lx-1, E on a plane that faces the lamp (EN 1436:2018).
 
-    Lamp and observer stand in one vertical plane on the same side, at these elevations.
+    Lamp and observer stand in one vertical plane on the same side.
+
+    Parameters
+    ----------
+    bsdf : function(light, observer) of unit vectors, 1/sr.
+    light_deg : elevation of the lamp, degrees.
+    observer_deg : elevation of the observer, degrees.
     """
     tan_gamma = np.array([1 / np.tan(np.radians(light_deg))])
     light, observer = directions(observer_deg, tan_gamma, np.array([180.0]))

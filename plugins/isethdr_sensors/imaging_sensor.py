@@ -178,7 +178,14 @@ class ImagingSensor:
         )
 
     def assemble(self, photodiodes, readings, **more) -> SensorModel:
-        """Return the model of these photodiodes and readings."""
+        """Return the model of these photodiodes and readings.
+
+        Parameters
+        ----------
+        photodiodes : the photodiodes of a pixel.
+        readings : the readings of one shot, in order; each names its photodiode.
+        more : further fields of the model, by name.
+        """
         readings = tuple(readings)
         photodiodes = tuple(photodiodes)
         for reading in readings:

@@ -279,6 +279,8 @@ def read_dn(model: SensorModel, reading, electrons, noise: ReadingNoise, generat
 
     Parameters
     ----------
+    model : the sensor's model.
+    reading : the reading: its converter and its noise.
     electrons : (y, x) charge.
     noise : offset and read noise of the same pixels.
     generator : key of the noise of the reading; not used by a model without noise.

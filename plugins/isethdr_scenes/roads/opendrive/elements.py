@@ -123,6 +123,7 @@ def opened(file: Path, root: str, kind: str) -> Node:
 
     Parameters
     ----------
+    file : path of the file.
     root : name that the root element must have.
     kind : what the file should be, for messages.
 

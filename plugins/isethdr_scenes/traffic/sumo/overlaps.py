@@ -18,7 +18,9 @@ def touching(boxes: np.ndarray, time_s: Floats, owner: np.ndarray) -> set[tuple[
 
     Parameters
     ----------
-    boxes : (n, FIELDS); time_s : (n,) of each; owner : (n,) whole number of its vehicle.
+    boxes : (n, FIELDS) boxes of vehicles.
+    time_s : (n,) time of each box, s.
+    owner : (n,) whole number of the vehicle of each box.
     """
     if len(boxes) < 2:
         return set()
