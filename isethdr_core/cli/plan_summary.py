@@ -10,7 +10,7 @@ from ..pipeline import memory_estimate, runtime_estimate
 from ..pipeline.chain import chain, frame_of, plan
 from ..runs import radiance_cache, run
 from ..uncertainty.ledger import Ledger
-from .summary_tables import forecast_table, memory_text, print_statements
+from .summary_tables import memory_text, print_statements, runtime_estimate_table
 from .terminal import console as open_console
 from .terminal import print_text
 
@@ -57,7 +57,7 @@ def print_plan(overrides) -> None:
         if peak is not None:
             print_text(memory_text(peak), hanging=14 * " ")
         console.print(
-            forecast_table(
+            runtime_estimate_table(
                 {
                     stage: expected.get(stage)
                     for stage in runtime_estimate.stages(planned_chain, plain_config, missing)

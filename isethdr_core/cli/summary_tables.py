@@ -142,7 +142,7 @@ def seconds_text(seconds: float | None) -> str:
     return "?" if seconds is None else f"{seconds:.2f}"
 
 
-def forecast_table(expected: dict) -> Table:
+def runtime_estimate_table(expected: dict) -> Table:
     """Return the stages of a planned run with their expected seconds, and the sum."""
     table = Table("stage", title="will be computed", title_justify="left")
     table.add_column("expected s", justify="right")

@@ -46,7 +46,7 @@ FOLLOWED = (
     "isethdr_core.display",
     "isethdr_core.onnx_session",
 )
-# parts of the core that change no result: what is shown, written, waited for, refused or forecast
+# parts of the core that change no result: what is shown, written, waited for, refused or estimated
 WITHOUT_RESULT = (
     "isethdr_core.cli",
     "isethdr_core.config",

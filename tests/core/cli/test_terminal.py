@@ -53,7 +53,7 @@ def test_a_run_is_printed_as_it_is_named(text, tmp_path, capsys):
     result = a_result(text, tmp_path)
     summary_tables.print_result(result)
     summary_tables.print_statements(result.ledger)
-    console().print(summary_tables.forecast_table({text: 1.0}))
+    console().print(summary_tables.runtime_estimate_table({text: 1.0}))
     show([{"name": text, text: 1.0}], text)
     shown = capsys.readouterr().out
     assert shown.count(text) >= 15, "in every cell, title and note"

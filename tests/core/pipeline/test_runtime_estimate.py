@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from isethdr_core import compose, run
-from isethdr_core.cli.summary_tables import forecast_table, ledger_table, together
+from isethdr_core.cli.summary_tables import ledger_table, runtime_estimate_table, together
 from isethdr_core.demand import Demand
 from isethdr_core.motion.run_time import sub_frame_work
 from isethdr_core.motion.shot_time import shot_time
@@ -26,13 +26,13 @@ from .test_chain import SMALL
 FAST = [*SMALL, "sensor=ideal", "report=false", "draws=2"]
 
 
-def forecast(overrides):
+def estimate(overrides):
     config = compose(overrides)
     return expected_s(chain(config), plain(config), None)
 
 
 def test_nothing_is_expected_where_nothing_is_stored():
-    assert forecast(FAST) == {}
+    assert estimate(FAST) == {}
 
 
 def test_seconds_of_stored_runs_grow_with_tiles_or_pixels():
@@ -40,8 +40,8 @@ def test_seconds_of_stored_runs_grow_with_tiles_or_pixels():
     busy = {row.stage: min(row.seconds, row.cpu_s) for row in result.ledger}
     assert result.attributes["expected_s"] == {}
     assert result.attributes[STATED] > PROGRAM_BYTES
-    same = forecast([*FAST, "seed=1"])
-    four = forecast([*FAST, "scene.width=48", "scene.height=32"])
+    same = estimate([*FAST, "seed=1"])
+    four = estimate([*FAST, "scene.width=48", "scene.height=32"])
     assert same == pytest.approx({stage: busy[stage] for stage in same})
     of_light = {"plan", "scene uniform", "lighting ideal", "lens ideal"}
     of_camera = {"sensor ideal", "isp ideal", "draws ideal", "metric mean ideal", "picture ideal"}
@@ -57,7 +57,7 @@ def stored_run(config, rows, **more):
     return {"config": config, "ledger": rows, **more}
 
 
-def test_waiting_for_other_programs_is_not_forecast(monkeypatch):
+def test_waiting_for_other_programs_is_not_estimated(monkeypatch):
     config = plain(compose(FAST))
     rows = [
         {"stage": "isp ideal", "seconds": 9.0, "cpu_s": 2.0},
@@ -65,7 +65,7 @@ def test_waiting_for_other_programs_is_not_forecast(monkeypatch):
         {"stage": "plan", "seconds": 1.0},  # of an earlier version
     ]
     monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(config, rows)])
-    assert forecast(FAST) == {"isp ideal": 2.0, "lens ideal": 3.0, "plan": 1.0}
+    assert estimate(FAST) == {"isp ideal": 2.0, "lens ideal": 3.0, "plan": 1.0}
 
 
 def test_a_stored_stage_with_the_same_settings_is_preferred(monkeypatch):
@@ -78,7 +78,7 @@ def test_a_stored_stage_with_the_same_settings_is_preferred(monkeypatch):
     monkeypatch.setattr(runtime_estimate, "newest", lambda kind: runs)
     monkeypatch.setattr(runtime_estimate, "pixel_bytes", lambda chain: {"ideal": 2e3})
     # of half the size, nearer than one of the same size with other settings
-    assert forecast(FAST) == {"isp ideal": 4.0}
+    assert estimate(FAST) == {"isp ideal": 4.0}
 
 
 def test_records_without_cpu_time_are_used_for_stages_that_have_no_other(monkeypatch):
@@ -90,7 +90,7 @@ def test_records_without_cpu_time_are_used_for_stages_that_have_no_other(monkeyp
         stored = [stored_run(config, rows) for config, rows in runs]
         monkeypatch.setattr(runtime_estimate, "newest", lambda kind, stored=stored: stored)
         # ten times as many tiles were stored; nearest by size and settings is what lacks CPU time
-        assert forecast(FAST) == pytest.approx(
+        assert estimate(FAST) == pytest.approx(
             {"isp ideal": 0.2, "plan": 0.2, "lighting ideal": 100.0}
         )
 
@@ -99,7 +99,7 @@ def test_draws_take_as_long_as_there_are_more_of_them(monkeypatch):
     config = plain(compose(FAST))  # 2 draws: one beyond the picture itself
     rows = [{"stage": "draws ideal", "seconds": 2.0}, {"stage": "isp ideal", "seconds": 1.0}]
     monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(config, rows)])
-    assert forecast([*FAST, "draws=8"]) == {"draws ideal": 14.0, "isp ideal": 1.0}
+    assert estimate([*FAST, "draws=8"]) == {"draws ideal": 14.0, "isp ideal": 1.0}
 
 
 class Tells:
@@ -181,7 +181,7 @@ def test_the_number_of_sub_frames_follows_from_a_stored_run_or_is_not_known():
     assert sub_frame_work(still, Demand(), [stored]) is None
 
 
-def test_all_stages_of_a_run_are_forecast_and_in_its_order():
+def test_all_stages_of_a_run_are_estimated_and_in_its_order():
     config = compose(FAST)
     planned = stages(chain(config), plain(config), None)
     happened = [row.stage for row in run(config).ledger]
@@ -218,7 +218,7 @@ def test_a_sum_with_an_unknown_part_is_unknown():
     from rich.console import Console
 
     console = Console(width=120, record=True, file=open("/dev/null", "w"))
-    console.print(forecast_table({"lens l": 2.0, "isp x": None}))
+    console.print(runtime_estimate_table({"lens l": 2.0, "isp x": None}))
     console.print(ledger_table([], expected={}))
     text = console.export_text()
     assert "2.00 + 1 unknown" in text and "?" in text

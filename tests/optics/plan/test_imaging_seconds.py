@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from time import process_time
 
 import numpy as np
 import pytest
@@ -19,8 +20,11 @@ from isethdr_optics.flare.ghosts.ghost_flare import (
     TYPICAL_SOURCES,
 )
 from isethdr_optics.imaging.sensor_plane import without_geometry
+from isethdr_optics.imaging.threads import MOST_THREADS, cpus
+from isethdr_optics.lenses.prescription_lens import PrescribedLens
 from isethdr_optics.psf import kernel_store, kernel_work, kernels
 
+from isethdr_core import quantities
 from isethdr_core.physics.optics import ray_sums
 from isethdr_core.pipeline.memory import Frame
 
@@ -88,7 +92,7 @@ def test_kernels_of_another_reach_are_at_hand_only_where_sensors_may_end_them(is
     assert smaller > 10 * same
 
 
-def test_ghosts_are_part_of_the_forecast():
+def test_ghosts_are_part_of_the_runtime_estimate():
     lens = DiffractionLimitedLens()
     ghosts = GhostFlare()
     pairs, _ = ghosts.pairs(lens, np.array(WAVE), 0.05)
@@ -137,3 +141,51 @@ def test_the_work_of_rings_is_what_is_done(monkeypatch):
     borders = len(np.unique(frame_of.edges_nm))
     assert counts.sums == pytest.approx(done[0], rel=0.02)
     assert counts.reads == pytest.approx(done[1] * borders * len(wave), rel=0.1)
+
+
+COMA = {0: {}, 25: {8: 0.12, 5: 0.08}}
+
+
+def test_a_lens_that_varies_over_the_field_takes_longer(isethdr_home):
+    """Field points add to the kernels of the axis; more change of the wavefront asks for more."""
+    kernels._cache.clear()
+    wide = Frame(24, 40, (6e-3, 6e-3), WAVE, True)
+    axis = WavefrontLens(zernike_um={}).expected_s(wide, ())
+    even, uneven = (
+        WavefrontLens(field_zernike_um={0: {}, 25: {8: um}}).expected_s(wide, ())
+        for um in (0.005, 0.2)
+    )
+    assert axis < even < uneven
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("lens", "rows", "columns", "pitch", "bands"),
+    [
+        (WavefrontLens(f_number=3.0, focal_length_mm=5.0, field_zernike_um=COMA), 40, 64, 5e-3, 8),
+        (
+            PrescribedLens(prescription="cooke_triplet", f_number=6.0, focal_length_mm=5.0),
+            40,
+            64,
+            3e-3,
+            4,
+        ),
+    ],
+)
+def test_what_a_varying_lens_takes_is_expected(isethdr_home, lens, rows, columns, pitch, bands):
+    """Frames, lenses and bands that no constant was fitted to; CPU seconds of a busy machine differ
+    by half, of a frame that is not like those of the fit by as much again: a factor of two.
+    """
+    kernels._cache.clear()
+    wave = np.linspace(420.0, 680.0, bands)
+    x, y = (quantities.centres(n, n * pitch) for n in (columns, rows))
+    size = {"field_width": columns * pitch, "field_height": rows * pitch}
+    values = np.ones((bands, rows, columns), np.float32)
+    mixed = quantities.plane(values, wave, x, y, quantities.RADIANCE, **size)
+    frame = Frame(rows, columns, (pitch, pitch), tuple(wave), False)
+    threads = min(cpus(), MOST_THREADS)
+    said_s = lens.expected_s(frame, ()) * threads**0.5  # CPU seconds
+    start = process_time()
+    lens(mixed)
+    taken_s = process_time() - start
+    assert 0.5 < said_s / taken_s < 2.0

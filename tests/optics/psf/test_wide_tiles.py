@@ -60,7 +60,7 @@ print(1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before))
 
 
 @pytest.mark.slow
-def test_a_long_lens_over_few_tiles_takes_the_memory_that_is_forecast():
+def test_a_long_lens_over_few_tiles_takes_the_memory_that_is_estimated():
     """The pupil of 7.5 mm is 12,000 wavelengths across, and its pattern fills the frame."""
     done = subprocess.run(
         [sys.executable, "-c", MEASURED, str(Path(__file__).parent)],
@@ -70,7 +70,7 @@ def test_a_long_lens_over_few_tiles_takes_the_memory_that_is_forecast():
     )
     peak = int(done.stdout)
     # drawn in one piece, chords and lattices of this pupil took 12 GB. Measured: 0.83 GB where
-    # 0.65 are forecast, which leaves out temporary arrays
+    # 0.65 are estimated, which leaves out temporary arrays
     assert peak < 1.6 * held(12.0) < 1.2e9
 
 

@@ -13,10 +13,10 @@ import pytest
 from isethdr_workflows.dataset import generate as module
 from isethdr_workflows.dataset import summary
 from isethdr_workflows.dataset.card import card
-from isethdr_workflows.dataset.forecast import forecast
 from isethdr_workflows.dataset.generate import Request, begun, generate, generated
 from isethdr_workflows.dataset.page import write_page
 from isethdr_workflows.dataset.record import folder_of, read_dataset, read_scenes
+from isethdr_workflows.dataset.runtime_estimate import runtime_estimate
 from isethdr_workflows.dataset.splits import splits
 from isethdr_workflows.dataset.study import cameras
 from isethdr_workflows.dataset.verify import verify
@@ -219,7 +219,7 @@ def test_page_and_card_tell_what_there_is(recipe, isethdr_home):
     assert "seed=3" in text
 
 
-def test_the_command_makes_forecasts_splits_and_lists(recipe, capsys, monkeypatch, isethdr_home):
+def test_the_command_estimates_run_time_splits_and_lists(recipe, capsys, monkeypatch, isethdr_home):
     settings = ["count=3", "seed=5", f"recipe={recipe}"]
     assert here(monkeypatch, capsys, "dataset", "generate", "tiny", *settings, "--dry-run")[0] == 0
     assert not RENDERED
@@ -311,5 +311,5 @@ def test_an_unreadable_record_is_made_again(recipe):
     assert generate(request, silent).made == dataset.made
 
 
-def test_no_forecast_from_one_scene(recipe):
-    assert forecast([], 10) is None
+def test_no_runtime_estimate_from_one_scene(recipe):
+    assert runtime_estimate([], 10) is None

@@ -14,13 +14,13 @@ from isethdr_core.storage.object_home.calls import kept_here
 
 from .card import write_card
 from .draw import family_of
-from .forecast import Forecast, forecast
 from .generate import Generated, Request, generate, generated, time_text
 from .page import write_page
 from .pairs.making import make_pairs
 from .pairs.request import pair_request
 from .recipe import read_recipe
 from .record import DEFINITION, folder_of, read_dataset
+from .runtime_estimate import RuntimeEstimate, runtime_estimate
 from .splits import splits
 from .study.cameras import imaged
 from .study.files import tables_of, with_interval, write_files
@@ -65,7 +65,7 @@ def make(name: str, settings: list[str], dry_run: bool, price: float | None) -> 
         print_draws(request)
         stored = (folder_of(name) / DEFINITION).exists()
         made = generated(read_dataset(name)).made if stored else []
-        print_forecast(forecast(made, request.count), request, price)
+        print_runtime_estimate(runtime_estimate(made, request.count), request, price)
         return
     try:
         dataset = generate(request)
@@ -74,7 +74,7 @@ def make(name: str, settings: list[str], dry_run: bool, price: float | None) -> 
         raise typer.Exit(INTERRUPTED) from None
     print_generated(dataset)
     if request.sample is not None and request.sample < request.count:
-        print_forecast(forecast(dataset.made, request.count), request, price)
+        print_runtime_estimate(runtime_estimate(dataset.made, request.count), request, price)
     if dataset.failed:
         raise typer.Exit(1)
 
@@ -244,17 +244,19 @@ def print_generated(dataset: Generated) -> None:
     print(f"next: isethdr dataset report {dataset.definition.name}")
 
 
-def print_forecast(expected: Forecast | None, request: Request, price: float | None) -> None:
+def print_runtime_estimate(
+    expected: RuntimeEstimate | None, request: Request, price: float | None
+) -> None:
     """Print time, disk and cost of all scenes.
 
     Parameters
     ----------
-    expected : the forecast; None without two scenes to go by.
+    expected : the estimate; None without two scenes to go by.
     request : the dataset.
     price : of an hour of the machine; None: no cost is printed.
     """
     if expected is None:
-        print("no forecast: fewer than two scenes are made; six of them are a sample:")
+        print("no runtime estimate: fewer than two scenes are made; render a sample of six first:")
         print(f"isethdr dataset generate {request.name} count={request.count} sample=6 ...")
         return
     time = expected.seconds

@@ -36,7 +36,7 @@ def generate(
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="show what would be made")] = False,
     price: Annotated[
-        float | None, typer.Option(help="of an hour of this machine: forecasts the cost")
+        float | None, typer.Option(help="of an hour of this machine: estimates the cost")
     ] = None,
 ) -> None:
     """Make scenes, or show what would be made."""

@@ -17,9 +17,9 @@ from isethdr_core.cli.progress import track
 from isethdr_core.display import display_view
 from isethdr_core.storage.atomic_write import write_text
 
-from .forecast import forecast
 from .generate import Generated, time_text
 from .record import SceneRecord, folder_of
+from .runtime_estimate import runtime_estimate
 from .summary import (
     DECADES,
     DISTANCES_M,
@@ -100,7 +100,7 @@ def _totals(dataset: Generated) -> list[tuple[str, str]]:
         ("noise of a light group", _noise(dataset.made)),
         ("all scenes so far", f"{time_text(sum(seconds))}, {sum(size) / 1e3:.3g} GB"),
     ]
-    expected = forecast(dataset.made, dataset.definition.count)
+    expected = runtime_estimate(dataset.made, dataset.definition.count)
     if expected is not None and len(dataset.made) < dataset.definition.count:
         low = expected.seconds.low
         high = expected.seconds.high

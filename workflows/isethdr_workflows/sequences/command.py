@@ -22,7 +22,7 @@ def sequence(
     """Make the frames, or show what would be made."""
     request = import_module(f"{__package__}.request").request_of(settings)
     if dry_run:
-        import_module(f"{__package__}.forecast").print_forecast(request)
+        import_module(f"{__package__}.runtime_estimate").print_runtime_estimate(request)
         return
     try:
         made = import_module(f"{__package__}.frames").make(request)

@@ -1,11 +1,11 @@
-"""A forecast counts frames that show the same light once."""
+"""The runtime estimate counts frames that show the same light once."""
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import ClassVar
 
 import pytest
-from isethdr_workflows.sequences.forecast import EqualFrames
+from isethdr_workflows.sequences.runtime_estimate import EqualFrames
 
 from isethdr_core.conformance.renderer import world
 from isethdr_core.demand import Demand

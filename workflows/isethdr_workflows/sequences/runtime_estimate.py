@@ -1,4 +1,4 @@
-"""Forecast: run time of all frames of a sequence, from stored runs, before any work.
+"""Runtime estimate of all frames of a sequence, from stored runs, before any work.
 
 Frames that show the same light are found by the scene's description, which is built for this as
 long as that is cheap. The rest of the frames count as frames to render.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field, replace
 
-from isethdr_core.cli.summary_tables import forecast_table, seconds_text
+from isethdr_core.cli.summary_tables import runtime_estimate_table, seconds_text
 from isethdr_core.cli.terminal import console
 from isethdr_core.data.scene_description import SceneDescription
 from isethdr_core.motion.run_time import sub_frame_work
@@ -29,11 +29,11 @@ from isethdr_core.uncertainty.ledger import Ledger
 from .frames import planned
 from .request import Request
 
-LOOK_S = 20.0  # CPU s that building scenes may take in a forecast
+LOOK_S = 20.0  # CPU s that building scenes may take in an estimate
 
 
 @dataclass
-class Forecast:
+class RuntimeEstimate:
     """What the frames of a sequence take."""
 
     frames: int = 0
@@ -94,7 +94,7 @@ class EqualFrames:
         return missing if new == asked else replace(missing, groups=new or asked[:1])
 
 
-def forecast(request: Request, most_s: float = LOOK_S) -> Forecast:
+def runtime_estimate(request: Request, most_s: float = LOOK_S) -> RuntimeEstimate:
     """Return what a sequence takes. A stage that is not known for one frame is not known.
 
     `most_s` : CPU s for building scenes, to find frames that are equal.
@@ -104,7 +104,7 @@ def forecast(request: Request, most_s: float = LOOK_S) -> Forecast:
     ConfigError : as of `frames.planned`.
     """
     sequence = planned(request)
-    found = Forecast()
+    found = RuntimeEstimate()
     equal = EqualFrames(most_s)
     runs = newest("runs")
     for number in range(request.frames):
@@ -134,10 +134,10 @@ def forecast(request: Request, most_s: float = LOOK_S) -> Forecast:
     return found
 
 
-def print_forecast(request: Request) -> None:
+def print_runtime_estimate(request: Request) -> None:
     """Print the number of frames, and how long they take."""
-    found = forecast(request)
-    console().print(forecast_table(found.seconds))
+    found = runtime_estimate(request)
+    console().print(runtime_estimate_table(found.seconds))
     total = f"{found.frames} frames, {found.rendered} of them to render"
     if found.partly:
         total += f" ({found.partly} in part)"

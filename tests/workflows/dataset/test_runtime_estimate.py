@@ -1,11 +1,11 @@
-"""The forecast: exact for equal scenes, and its interval holds what comes."""
+"""The runtime estimate: exact for equal scenes, and its interval holds what comes."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_workflows.dataset.forecast import forecast
 from isethdr_workflows.dataset.record import SceneRecord
+from isethdr_workflows.dataset.runtime_estimate import runtime_estimate
 from isethdr_workflows.dataset.summary import (
     DECADES,
     by_decade,
@@ -25,13 +25,13 @@ def records(seconds):
 
 
 def test_equal_scenes_take_their_number_times_one():
-    expected = forecast(records([30.0] * 6), 60)
+    expected = runtime_estimate(records([30.0] * 6), 60)
     assert (expected.seconds.value, expected.seconds.low, expected.seconds.high) == (1800.0,) * 3
     assert expected.stored_bytes.value == 60_000
 
 
 def test_nothing_is_left_of_a_dataset_that_is_made():
-    expected = forecast(records([10.0, 30.0, 20.0]), 3)
+    expected = runtime_estimate(records([10.0, 30.0, 20.0]), 3)
     assert (expected.seconds.low, expected.seconds.value, expected.seconds.high) == (60.0,) * 3
 
 
@@ -43,7 +43,7 @@ def test_the_interval_holds_the_total_in_95_of_100_cases():
     inside = 0
     for _ in range(2000):
         seconds = random.normal(100.0, 15.0, 60)
-        expected = forecast(records(seconds[:6]), 60).seconds
+        expected = runtime_estimate(records(seconds[:6]), 60).seconds
         inside += expected.low <= seconds.sum() <= expected.high
     assert 0.93 < inside / 2000 < 0.97
 

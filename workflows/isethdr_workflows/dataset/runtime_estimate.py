@@ -1,4 +1,4 @@
-"""Forecast: time and disk of a dataset, from the scenes that are made."""
+"""Runtime estimate of a dataset, and its disk space, from the scenes that are made."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FEWEST = 2  # scenes: one alone says nothing about how they differ
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Total:
     """A sum over scenes with its 95 % interval."""
 
     value: float
@@ -24,15 +24,15 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Forecast:
+class RuntimeEstimate:
     """What a dataset takes, all scenes counted."""
 
-    seconds: Estimate  # of all scenes one after the other, on this machine
-    stored_bytes: Estimate
+    seconds: Total  # of all scenes one after the other, on this machine
+    stored_bytes: Total
     sample: int  # scenes that it is from
 
 
-def forecast(records: Sequence[SceneRecord], count: int) -> Forecast | None:
+def runtime_estimate(records: Sequence[SceneRecord], count: int) -> RuntimeEstimate | None:
     """Return what `count` scenes take; None from fewer than two.
 
     The scenes that are made count as they are. Each other one is taken for their mean; the interval
@@ -45,14 +45,14 @@ def forecast(records: Sequence[SceneRecord], count: int) -> Forecast | None:
     """
     if len(records) < FEWEST:
         return None
-    return Forecast(
+    return RuntimeEstimate(
         _total([record.seconds for record in records], count),
         _total([float(record.stored_bytes) for record in records], count),
         len(records),
     )
 
 
-def _total(values: Sequence[float], count: int) -> Estimate:
+def _total(values: Sequence[float], count: int) -> Total:
     made = np.asarray(values)
     left = max(count - len(values), 0)
     mean = made.mean()
@@ -60,4 +60,4 @@ def _total(values: Sequence[float], count: int) -> Estimate:
     # variance of the sum of new draws: their own, and that of the mean they are taken for
     width = t.ppf(0.975, made.size - 1) * spread * math.sqrt(left + left**2 / made.size)
     total = made.sum() + left * mean
-    return Estimate(float(total), float(max(total - width, made.sum())), float(total + width))
+    return Total(float(total), float(max(total - width, made.sum())), float(total + width))
