@@ -45,6 +45,12 @@ def visible(layout: Layout, eye: Eye, field_deg: float) -> list[Standing]:
 
     A thing whose middle is further from the axis than half the field and a margin is left out,
     unless it is near.
+
+    Parameters
+    ----------
+    layout : all that stands on the road.
+    eye : place and axis of the camera.
+    field_deg : full horizontal field angle, degrees.
     """
     out = []
     there = [standing for standing in layout.standing if not standing.gone]
@@ -71,7 +77,9 @@ def things_of(
 
     Parameters
     ----------
+    layout : all that stands on the road.
     shown : what the camera may see (`visible`).
+    eye : place of the camera, which decides the level of detail.
     spectra : name of a lamp spectrum per light group.
     beam : family of all headlamps that are on.
     """
@@ -105,13 +113,20 @@ def _pose_of(one: Standing) -> np.ndarray:
 def later_poses(
     objects: list[Placed], layout: Layout, own_pose: np.ndarray
 ) -> tuple[np.ndarray, ...]:
-    """Return the poses of objects in a later layout; the ground stays."""
+    """Return the poses of objects in a later layout; the ground stays.
+
+    Parameters
+    ----------
+    objects : as they are placed now, in the order of the scene.
+    layout : the later one; its things have the same names.
+    own_pose : (4, 4) later pose of the camera's car.
+    """
     moved = {one.name: _pose_of(one) for one in layout.standing}
     moved[OWN_HEADLAMPS] = own_pose
     return tuple(moved.get(one.name, one.pose) for one in objects)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)  # more than one street shows, so that its next frame builds none
 def _built(thing: Thing, level: Level) -> Model:
     """Return the model of a thing; scenes that follow each other share some of them."""
     if isinstance(thing, AssetThing) and thing.asset is not None:
@@ -123,7 +138,15 @@ def _built(thing: Thing, level: Level) -> Model:
 
 
 def switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str], beam: str) -> Model:
-    """Return the model with only `lamps` on: kinds, or `kind:left` and `kind:right` of one side."""
+    """Return the model with only `lamps` on: kinds, or `kind:left` and `kind:right` of one side.
+
+    Parameters
+    ----------
+    model : with all of its lamps.
+    lamps : kinds that are on, or `kind:left` and `kind:right` of one side.
+    spectra : name of a lamp spectrum by light group.
+    beam : family of low beams without a table of their own.
+    """
     pattern = family(beam)
 
     def switch(part: Part) -> Part:
@@ -165,7 +188,14 @@ def ground_of(base: BaseRoad, spectra: dict[str, str]) -> tuple[dict[str, Model]
 def own_headlamps(
     own_pose: np.ndarray, spectra: dict[str, str], beam: str
 ) -> tuple[dict[str, Model], list[Placed]]:
-    """Return the dipped beams of the camera's car, whose pose (4, 4) is given."""
+    """Return the dipped beams of the camera's car, whose pose (4, 4) is given.
+
+    Parameters
+    ----------
+    own_pose : (4, 4) pose of the camera's car.
+    spectra : name of a lamp spectrum by light group.
+    beam : family of the headlamps.
+    """
     model = switched(headlamp.own_headlamps(*OWN_LAMPS).model(), DRIVING, spectra, beam)
     return (
         {"own_headlamps": model},

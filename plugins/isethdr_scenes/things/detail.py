@@ -85,7 +85,9 @@ def _moved_to(part: Piece, ids: np.ndarray, places: np.ndarray) -> Piece:
     thick = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])
     thick &= faces[:, 0] != faces[:, 2]
     faces = faces[thick]
-    _, first = np.unique(np.sort(faces, 1), axis=0, return_index=True)
+    low, middle, high = np.sort(faces, 1).T
+    key = (low * len(cells) + middle) * len(cells) + high
+    _, first = np.unique(key, return_index=True)
     merged = replace(part, vertices=places[cells], faces=faces[np.sort(first)], normals=normals)
     area = np.linalg.norm(face_areas(merged), axis=1)
     return compact(replace(merged, faces=merged.faces[area > LEAST_FACE_M2]))

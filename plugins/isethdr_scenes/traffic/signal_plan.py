@@ -69,9 +69,8 @@ def signal_plan(signals: Signals) -> SignalPlan:
     """
     rng = np.random.default_rng(signals.seed)
     draw = lambda limits: float(rng.uniform(*limits))
-    amber, clearance, red_amber = draw(AMBER_S), draw(CLEARANCE_S), draw(RED_AMBER_S)
-    halves = ((draw(GREEN_S), amber, clearance, red_amber) for _ in range(2))
-    lengths = tuple(length for half in halves for length in half)
+    between = (draw(AMBER_S), draw(CLEARANCE_S), draw(RED_AMBER_S))
+    lengths = (draw(GREEN_S), *between, draw(GREEN_S), *between)
     shown = {state for state in signals.state.values() if state != "red"}
     phase = 1 if "amber" in shown else 0
     start = sum(lengths[:phase]) + float(rng.uniform(0, lengths[phase]))

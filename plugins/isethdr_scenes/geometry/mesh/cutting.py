@@ -57,6 +57,13 @@ def cut(part, value):
 def hem(seam, shift, name: str, material: str) -> Piece:
     """Return the strip from a seam to its copy moved by `shift`: a vector, or a distance along the
     normals, m.
+
+    Parameters
+    ----------
+    seam : (n, 2, 2, 3) segments: both ends of each, as a point, m, and its normal.
+    shift : vector (3,), m, or a distance along the normals, m.
+    name : name of the piece.
+    material : name of the material.
     """
     p = seam[:, :, 0]
     n = seam[:, :, 1]
@@ -113,7 +120,8 @@ def subdivide(piece):
     n = piece.normals
     f = piece.faces
     edges = np.sort(f[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), 1)
-    pairs, ids = np.unique(edges, axis=0, return_inverse=True)
+    keys, ids = np.unique(edges[:, 0] * len(v) + edges[:, 1], return_inverse=True)
+    pairs = np.stack(np.divmod(keys, len(v)), 1)
     ids = ids.reshape(-1, 3) + len(v)
     a, b, c = f.T
     ab, bc, ca = ids.T

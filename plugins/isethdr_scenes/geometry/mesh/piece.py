@@ -36,7 +36,14 @@ class Piece(Part):
         return replace(self, vertices=vertices, faces=faces, normals=normals, lamp=lit)
 
     def named(self, name: str, material: str | None = None, lamp=None) -> Piece:
-        """Return the piece under another name, with another material or lamp where given."""
+        """Return the piece under another name, with another material or lamp where given.
+
+        Parameters
+        ----------
+        name : the new name.
+        material : name of another material; None: as before.
+        lamp : `Lamp` in place of the piece's own; None: as before.
+        """
         return replace(self, name=name, material=material or self.material, lamp=lamp or self.lamp)
 
     def offset(self, distance: float) -> Piece:
@@ -84,7 +91,16 @@ def unit(v):
 
 
 def pose(x=0.0, y=0.0, z=0.0, yaw=0.0, scale=(1, 1, 1)) -> np.ndarray:
-    """Return the (4, 4) matrix: scale, then turn by `yaw` degrees about z, then shift."""
+    """Return the (4, 4) matrix: scale, then turn by `yaw` degrees about z, then shift.
+
+    Parameters
+    ----------
+    x : shift ahead, m.
+    y : shift to the left, m.
+    z : shift upwards, m.
+    yaw : turn to the left about z, degrees.
+    scale : (3,) factors along x, y and z; negative ones mirror.
+    """
     c = np.cos(np.radians(yaw))
     s = np.sin(np.radians(yaw))
     m = np.eye(4)
@@ -94,7 +110,14 @@ def pose(x=0.0, y=0.0, z=0.0, yaw=0.0, scale=(1, 1, 1)) -> np.ndarray:
 
 
 def shift(x, y, z) -> np.ndarray:
-    """Return the (4, 4) matrix of a shift."""
+    """Return the (4, 4) matrix of a shift.
+
+    Parameters
+    ----------
+    x : ahead, m.
+    y : to the left, m.
+    z : upwards, m.
+    """
     m = np.eye(4)
     m[:3, 3] = x, y, z
     return m
@@ -152,8 +175,15 @@ def _cross(v, f):
     long as the area.
     """
     a = v[f[:, 0]]
-    ax, ay, az = (v[f[:, 1]] - a).T
-    bx, by, bz = (v[f[:, 2]] - a).T
+    return cross(v[f[:, 1]] - a, v[f[:, 2]] - a)
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the cross product of vectors (n, 3) with vectors (n, 3) or one vector (3,): equal to
+    `numpy.cross`, and much faster for few vectors.
+    """
+    ax, ay, az = a.T
+    bx, by, bz = b.T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], 1)
 
 
@@ -170,6 +200,8 @@ def compact(piece: Piece) -> Piece:
     """Return the piece without vertices that no face uses."""
     used = np.zeros(len(piece.vertices), bool)
     used[piece.faces] = True
+    if used.all():
+        return piece
     normals = None if piece.normals is None else piece.normals[used]
     return replace(
         piece,
@@ -180,7 +212,14 @@ def compact(piece: Piece) -> Piece:
 
 
 def lit(piece: Piece, kind: str, axis) -> list[Piece]:
-    """Return [emitting piece, housing]: only the faces within 60 degrees of `axis` emit."""
+    """Return [emitting piece, housing]: only the faces within 60 degrees of `axis` emit.
+
+    Parameters
+    ----------
+    piece : housing whose faces are divided.
+    kind : kind of lamp of `isethdr_scenes.lamps`.
+    axis : (3,) unit vector along which the lamp shines.
+    """
     on = unit(face_areas(piece)) @ np.asarray(axis, float) > 0.5
     front, housing = (compact(replace(piece, faces=piece.faces[k])) for k in (on, ~on))
     return [replace(front, lamp=lamp(kind, axis)), replace(housing, name=piece.name + ".housing")]

@@ -6,7 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from .piece import Piece, flat, unit, vertex_normals
+from .piece import Piece, cross, flat, unit, vertex_normals
+
+# directions that a tube's sides are drawn from: the second where a path runs along the first
+SIDEWAYS = np.array([0.31, 0.17, 0.94])
+OTHERWISE = np.array([0.9, 0.4, 0.17])
 
 
 def grid(points, name="grid", material="plastic_black", close_u=False, close_v=False, smooth=True):
@@ -18,6 +22,8 @@ def grid(points, name="grid", material="plastic_black", close_u=False, close_v=F
         d/dv
     close_u, close_v : join the last row or column to the first
     smooth : one normal per vertex, else one per face
+    name : name of the piece.
+    material : name of the material.
     """
     p = np.asarray(points, float)
     n, m = p.shape[:2]
@@ -34,7 +40,16 @@ def grid(points, name="grid", material="plastic_black", close_u=False, close_v=F
 
 
 def ball(centre=(0, 0, 0), radii=(1, 1, 1), name="ball", material="plastic_black", n=12):
-    """Return an ellipsoid of `n` rings."""
+    """Return an ellipsoid of `n` rings.
+
+    Parameters
+    ----------
+    centre : (3,) m.
+    radii : (3,) along x, y and z, m.
+    name : name of the piece.
+    material : name of the material.
+    n : number of rings from pole to pole; twice as many faces go around.
+    """
     a = np.linspace(-np.pi / 2, np.pi / 2, n + 1)[:, None]
     b = np.linspace(0, 2 * np.pi, 2 * n, endpoint=False)[None, :]
     p = np.stack([np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), np.sin(a) + 0 * b], -1)
@@ -42,7 +57,17 @@ def ball(centre=(0, 0, 0), radii=(1, 1, 1), name="ball", material="plastic_black
 
 
 def box(centre, size, name="box", material="plastic_black", r=0.0, n=3):
-    """Return a box whose edges are rounded by radius `r`, m, in `n` steps."""
+    """Return a box whose edges are rounded by radius `r`, m, in `n` steps.
+
+    Parameters
+    ----------
+    centre : (3,) m.
+    size : (3,) full sizes along x, y and z, m.
+    name : name of the piece.
+    material : name of the material.
+    r : radius of the edges, m; 0: sharp edges, shaded flat.
+    n : steps of each rounded edge.
+    """
     half = np.asarray(size, float) / 2
     r = min(r, half.min())
     if r <= 0:
@@ -72,6 +97,15 @@ def lathe(profile, name="lathe", material="plastic_black", n=32, axis="y", turn=
 
     The outside is right when the profile goes up along the axis; a disc that looks along the axis
     runs from rim to centre.
+
+    Parameters
+    ----------
+    profile : (k, 2) radius and height along the axis, m.
+    name : name of the piece.
+    material : name of the material.
+    n : number of stations around the axis.
+    axis : `x`, `y` or `z`.
+    turn : first and last angle, radians; a whole turn is closed.
     """
     r, h = np.asarray(profile, float).T
     full = abs(turn[1] - turn[0]) > 6.28
@@ -84,19 +118,29 @@ def lathe(profile, name="lathe", material="plastic_black", n=32, axis="y", turn=
 
 
 def tube(path, radius, name="tube", material="plastic_black", sides=8, caps=True):
-    """Return a round tube along a polyline (k, 3); `radius` is a number or one per point, m."""
+    """Return a round tube along a polyline (k, 3); `radius` is a number or one per point, m.
+
+    Parameters
+    ----------
+    path : (k, 3) points of the middle line, m.
+    radius : one number, or one for each point, m.
+    name : name of the piece.
+    material : name of the material.
+    sides : number of sides of the section.
+    caps : whether both ends are closed.
+    """
     p = np.asarray(path, float)
     r = np.broadcast_to(np.asarray(radius, float), len(p)).copy()
     if caps:
         p = np.concatenate([p[:1], p, p[-1:]])
         r = np.concatenate([[1e-5], r, [1e-5]])
     t = unit(np.gradient(p, axis=0) + 1e-12)
-    side = np.cross(t, [0.31, 0.17, 0.94])
+    side = cross(t, SIDEWAYS)
     weak = np.linalg.norm(side, axis=1) < 0.2
     if weak.any():
-        side = np.cross(t, [0.9, 0.4, 0.17])
+        side = cross(t, OTHERWISE)
     side = unit(side)
-    up = np.cross(side, t)
+    up = cross(side, t)
     a = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     ring = np.cos(a)[None, :, None] * side[:, None] + np.sin(a)[None, :, None] * up[:, None]
     return grid(p[:, None] + r[:, None, None] * ring, name, material, close_v=True)
