@@ -118,7 +118,7 @@ def run(folder: str, field_deg: float, normalise_cd_m2: float, look: bool) -> in
     ----------
     folder : any folder of the deposit, with the folders below it.
     field_deg : full horizontal field angle of the scenes, degrees.
-    normalise_cd_m2 : mean luminance to which each light group is scaled, cd/m2; 0 keeps the radiance.
+    normalise_cd_m2 : mean luminance to which each light group is scaled, cd/m2; 0 keeps it.
     look : list scenes and files only; nothing is stored.
 
     Raises

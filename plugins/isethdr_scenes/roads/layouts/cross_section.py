@@ -124,8 +124,8 @@ def strips(draw: Draw, name: str, told: Sequence[Sequence[Any]]) -> tuple[Strip,
     ----------
     draw : seed of the widths.
     name : of the draw; each lane takes its number besides.
-    told : for each lane, from the middle outwards: type, least and greatest width in m, and optionally
-        the height by which it is raised, m.
+    told : for each lane, from the middle outwards: type, least and greatest width in m, and
+        optionally the height by which it is raised, m.
     """
     return tuple(
         Strip(lane[0], draw.one(f"{name} {k}", [float(lane[1]), float(lane[2])]), *lane[3:])

@@ -33,8 +33,8 @@ def arm(
     draw : ranges and seed of the kind.
     name : of the road in its network.
     cross : its lanes.
-    place : distance of its start from the origin, m, and the direction in which it leads away, radians
-        from +x to the left.
+    place : distance of its start from the origin, m, and the direction in which it leads away,
+        radians from +x to the left.
     length : of the road, m.
     """
     distance, angle = place

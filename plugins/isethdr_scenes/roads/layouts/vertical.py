@@ -21,7 +21,7 @@ def grades(grade: Sequence[float], vertices: Sequence[Vertex], height_m: float =
     Parameters
     ----------
     grade : slopes, m of height per m of way; one more than there are vertices.
-    vertices : places where two slopes meet, with the radius of the curve between them, in order of s.
+    vertices : places where two slopes meet, with the radius of the parabola there, in order of s.
     height_m : height at s = 0, m.
     """
     pieces = [Cubic(-1000.0, height_m - 1000.0 * grade[0], grade[0])]

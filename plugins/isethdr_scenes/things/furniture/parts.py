@@ -76,8 +76,8 @@ def shining(piece: Piece, kind: str, axis, candela: float | None = None) -> Piec
     piece : faces that shine.
     kind : of lamp, a key of `lamps.KINDS`.
     axis : (3,) direction of the axis of its light, of any length.
-    candela : luminous intensity along the axis, cd; None: that of the kind for each m2 of the faces as
-        seen along the axis.
+    candela : luminous intensity along the axis, cd; None: that of the kind for each m2 of the faces
+        as seen along the axis.
     """
     made = lamp(kind, axis)
     if candela is None:
