@@ -18,15 +18,21 @@ __all__ = ["device_name", "functional", "hardware", "nn", "onnx", "torch"]
 
 
 def device_name(wanted: str = "auto") -> str:
-    """Return the device that a training runs on: "cpu" or "cuda".
+    """Return the device that a training runs on: "cpu" or "cuda", where float32 is float32.
 
     Parameters
     ----------
     wanted : "auto" takes a GPU where there is one.
     """
-    if wanted != "auto":
-        return wanted
-    return "cuda" if torch.cuda.is_available() else "cpu"
+    device = wanted
+    if wanted == "auto":
+        device = "cuda" if torch.cuda.is_available() else "cpu"
+    if device.startswith("cuda"):
+        # convolutions of float32 would be computed with 10 bits of mantissa
+        torch.backends.cudnn.allow_tf32 = False
+        # sums of gradients in the same order each time: a training that is resumed ends alike
+        torch.backends.cudnn.deterministic = True
+    return device
 
 
 def hardware(device: str) -> str:

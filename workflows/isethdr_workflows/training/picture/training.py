@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass
@@ -38,6 +39,7 @@ LARGEST_GRADIENT = 1.0  # norm; larger ones are scaled down to it
 AVERAGED_FROM = 0.6  # share of the training after which the mean of weights begins
 AVERAGE = 0.998  # share of the old mean that a step keeps
 SAVED_EVERY_S = 60.0
+MOST_MAKERS = 8  # threads that make sheets for a GPU
 HELD_OUT_SEED = 2017  # of places, light and noise: the same for every training
 CURVES = {"loss": "training loss", "held_out": "held-out loss"}
 
@@ -189,7 +191,9 @@ class Batches:
         self.sheets = sheets
         self.size = size
         self.device = device
-        self.maker = ThreadPoolExecutor(1)
+        # a GPU waits for the sheets; a CPU that trains has no threads to spare for more of them
+        makers = min(os.cpu_count() or 1, MOST_MAKERS) if device.startswith("cuda") else 1
+        self.maker = ThreadPoolExecutor(makers)
         self.made: dict[int, list[Future[Any]]] = {}
 
     def of(self, step: int) -> Batch:
