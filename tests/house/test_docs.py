@@ -10,6 +10,7 @@ import re
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -25,6 +26,13 @@ PLUGINS = (ROOT / "docs" / "how-to" / "plugins.md").read_text()
 GLOSSARY = (ROOT / "docs" / "reference" / "glossary.md").read_text()
 CONTRACTS = (ROOT / "docs" / "reference" / "contracts.md").read_text()
 SENSOR_TUTORIAL = (ROOT / "docs" / "tutorials" / "sensor_plugin.md").read_text()
+FIRST_RUN = (ROOT / "docs" / "tutorials" / "first_run.md").read_text()
+SWEEP = (ROOT / "docs" / "tutorials" / "sweep.md").read_text()
+# what the tests of tutorials compute instead: fewer tiles, and a sensor of a small field
+SMALLER = {
+    "scene.width=160": ["scene.width=24"],
+    "scene.height=90": ["scene.height=16", "scene.horizontal_field_deg=8"],
+}
 ISETHDR = "from isethdr_core.cli.commands import main; main()"
 HOOKS = {name: spec for name, spec in vars(hookspecs).items() if name.startswith("isethdr_")}
 
@@ -125,6 +133,102 @@ def test_the_sensor_tutorial_can_be_followed(tmp_path):
         )
         assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
     assert (tmp_path / "acme-mono" / "README.md").exists() and "snr_at_10" in done.stdout
+
+
+def commands_of(page: str) -> list[list[str]]:
+    """Return the words behind `isethdr` of each command that stands on lines of its own."""
+    found = re.findall(r"^    isethdr (.*(?:\n {8}.*)*)$", page, re.MULTILINE)
+    commands = [shlex.split(command.replace("\\\n", " ")) for command in found]
+    return [[small for w in words for small in SMALLER.get(w, [w])] for words in commands]
+
+
+def code_of(page: str) -> str:
+    """Return the Python code of a tutorial, for the smaller scene of `commands_of`."""
+    [code] = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    for typed, small in SMALLER.items():
+        code = code.replace(f'"{typed}"', ", ".join(f'"{text}"' for text in small))
+    return code
+
+
+def in_folder(folder: Path, code: str, *words: str, exit_code: int = 0) -> str:
+    """Run Python code in a folder, with its home below, and return what it prints.
+
+    A command that has to fail returns what it says on standard error.
+    """
+    variables = {name: text for name, text in os.environ.items() if name != "ISETHDR_HOME"}
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words],
+        cwd=folder,
+        env={**variables, "COLUMNS": "80"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == exit_code, f"{words}\n{done.stdout}{done.stderr}"
+    return done.stderr if exit_code else done.stdout
+
+
+def path_below(title: str, output: str) -> str:
+    """Return the path that stands on the line below its title."""
+    return re.search(rf"^{title}:\n(.*)$", output, re.MULTILINE)[1]
+
+
+def keys_in(output: str) -> list[str]:
+    """Return the keys of the runs whose paths `catalog find` lists."""
+    return re.findall(r"^runs/runs/(\w+)\.zarr$", output, re.MULTILINE)
+
+
+@pytest.mark.slow
+def test_the_tutorial_of_the_first_run_can_be_followed(tmp_path):
+    """Every command of the page and its code, in their order, in an empty folder."""
+    chain, shorter, _, found = commands_of(FIRST_RUN)  # one writes to a folder of the shell
+    first, again, dark = (in_folder(tmp_path, ISETHDR, *w) for w in (chain, chain, shorter))
+    assert first.startswith("ledger") and again.startswith("already computed")
+    snr_db = re.compile(r"^snr_at_10 +dB +([\d.]+) ±", re.MULTILINE)
+    assert float(snr_db.search(dark)[1]) < float(snr_db.search(first)[1])
+    paths = [tmp_path / path_below(title, first) for title in ("store", "report")]
+    assert paths[0].is_dir() and "<html" in paths[1].read_text()
+    listed = keys_in(in_folder(tmp_path, ISETHDR, *found))
+    assert listed == [Path(path_below("store", said)).stem for said in (dark, first)]
+
+    for shell in re.findall(r"isethdr completion (\w+)", FIRST_RUN):
+        assert "isethdr complete" in in_folder(tmp_path, ISETHDR, "completion", shell)
+    for text in re.findall(r"`isethdr ((?:catalog|plugins|run --help)[^`]*)`", FIRST_RUN):
+        words = text.replace("KEY", listed[0][:6]).split()
+        assert in_folder(tmp_path, ISETHDR, *words), text
+    said = in_folder(tmp_path, f"{code_of(FIRST_RUN)}\nassert not result.computed")
+    assert said.startswith("(16, 24)") and "lens" in said
+
+
+@pytest.mark.slow
+def test_the_tutorial_of_a_sweep_can_be_followed(tmp_path):
+    """Every command of the page and its code, in their order, in an empty folder."""
+    sweep, parallel, best, tagged, sql, compare = commands_of(SWEEP)
+    [error] = re.findall(r"^    (error: .*(?:\n    .*)*)$", SWEEP, re.MULTILINE)
+    wrong = [word for word in sweep if not word.startswith(("name=", "sensor.exposure_s="))]
+    wrong.append("sensor.exposure_s=-1,0.016")
+    said = in_folder(tmp_path, ISETHDR, *wrong, exit_code=2)
+    assert " ".join(error.split()) in " ".join(said.split())
+    assert not (tmp_path / "runs" / "runs").exists(), "no job runs"
+
+    done = in_folder(tmp_path, ISETHDR, *sweep)
+    assert "4 computed" in done and "as good" in done
+    assert "4 stored before" in in_folder(tmp_path, ISETHDR, *sweep)
+    assert path_below("page", done) == "runs/sweeps/exposures/index.html"
+    rows = (tmp_path / path_below("table", done)).read_text().splitlines()
+    assert len(rows) == 1 + 4 and "ssim" in rows[0]
+    chart = sweep[sweep.index("scene=macbeth") : sweep.index("sensor=bayer,rgbw")]
+    assert "4 computed" in in_folder(tmp_path, ISETHDR, *parallel[:-1], *chart)
+
+    listed = keys_in(in_folder(tmp_path, ISETHDR, *best))
+    assert len(listed) == 4
+    assert len(keys_in(in_folder(tmp_path, ISETHDR, *tagged))) == 2
+    assert {"bayer", "rgbw"} <= set(in_folder(tmp_path, ISETHDR, *sql).split())
+    compared = [*compare[:-2], listed[0][:4], listed[-1][:4]]
+    assert "settings that differ" in in_folder(tmp_path, ISETHDR, *compared)
+    printed = in_folder(tmp_path, f"{code_of(SWEEP)}\nassert not result.computed").splitlines()
+    cameras = [tuple(line.split()[:2]) for line in printed]
+    assert cameras == [(s, e) for s in ("bayer", "rgbw") for e in ("0.004", "0.016")]
 
 
 def test_the_tutorials_files_are_those_of_the_example_plugin():
