@@ -1,4 +1,4 @@
-"""Every parameter of a public function with three or more of them is documented."""
+"""Every parameter of a public function with three or more of them is documented, and no other name."""
 
 from __future__ import annotations
 
@@ -16,11 +16,19 @@ from .source import PRODUCT, name_of, text_of, tree
 LEAST = 3  # of fewer parameters the first sentence usually tells all
 # of a public function, as the formatter writes it
 HEADER = re.compile(r"^ *(?:async )?def (?:[a-zA-Z]\w*|__call__)\(", re.MULTILINE)
+ANY_HEADER = re.compile(r"^ *(?:async )?def \w+\(", re.MULTILINE)
 END_OF_HEADER = re.compile(r":[ ]*(?:\.\.\.)?[ ]*(?:#.*)?$", re.MULTILINE)
 DOCSTRING = re.compile(r'\s*r?"""(.*?)"""', re.DOTALL)
-NAMES = re.compile(r"^\s*([\w*, ]+) : ", re.MULTILINE)  # before the text of an entry
+ENTRY = re.compile(r"^( *)([\w*][\w*, ]*) : ", re.MULTILINE)  # its indentation and its names
+# a section of a docstring ends with an empty line
+PARAMETERS = re.compile(r"^ *Parameters\n *-{3,}\n(.*?)(?:\n\n|\Z)", re.MULTILINE | re.DOTALL)
 QUOTED = re.compile(r"`(\w+)`")
+# arguments and options of a command, whose docstring is its help text
+TYPED = re.compile(r"\b([A-Z]{2,})\b|--([a-z]\w*)")
 Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+SECTION = "    Parameters\n    ----------\n"  # as docstrings of tests begin it
 
 
 class Undocumented(NamedTuple):
@@ -34,10 +42,16 @@ class Undocumented(NamedTuple):
         return f"{name_of(self.file)}: {self.function} leaves out {', '.join(self.names)}"
 
 
+def separated(names: str) -> list[str]:
+    """Return the names of an entry."""
+    return [name.strip(" *") for name in names.split(",")]
+
+
 def documented(text: str) -> set[str]:
     """Return the names that a docstring explains: in an entry, or quoted in a sentence."""
-    entries = (name for names in NAMES.findall(text) for name in names.replace("*", "").split(","))
-    return {name.strip() for name in entries} | set(QUOTED.findall(text))
+    entries = (name for _, names in ENTRY.findall(text) for name in separated(names))
+    typed = (name for names in TYPED.findall(text) for name in names if "--" in text)
+    return {*entries, *QUOTED.findall(text), *map(str.lower, typed)}
 
 
 def parameters(function: Function) -> list[str]:
@@ -52,14 +66,20 @@ def parameters(function: Function) -> list[str]:
         *zip(by_position, [*without_default, *own.defaults]),
         *zip(own.kwonlyargs, own.kw_defaults),
     ]
-    names = [one.arg for one, default in given if not explains_itself(default)]
+    names = [
+        one.arg
+        for one, default in given
+        if not (explains_itself(default) or explains_itself(one.annotation))
+    ]
     names += [one.arg for one in (own.vararg, own.kwarg) if one]
     return [name for name in names if name not in ("self", "cls")]
 
 
-def explains_itself(default: ast.expr | None) -> bool:
-    """Return whether a default is an option of a command with a help text."""
-    return isinstance(default, ast.Call) and any(word.arg == "help" for word in default.keywords)
+def explains_itself(node: ast.expr | None) -> bool:
+    """Return whether a default or an annotation is an option of a command with a help text."""
+    if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Tuple):  # Annotated[...]
+        return any(map(explains_itself, node.slice.elts))
+    return isinstance(node, ast.Call) and any(word.arg == "help" for word in node.keywords)
 
 
 def left_out(function: Function) -> tuple[str, ...]:
@@ -139,6 +159,34 @@ def undocumented(file: Path) -> list[Undocumented]:
     ]
 
 
+def invented(text: str) -> list[str]:
+    """Return the entries of sections Parameters whose name is not in the header of the function."""
+    found = []
+    for header in ANY_HEADER.finditer(text):
+        end = END_OF_HEADER.search(text, header.end())
+        docstring = DOCSTRING.match(text, end.end()) if end else None
+        section = PARAMETERS.search(docstring.group(1)) if docstring else None
+        if section:
+            known = set(re.findall(r"\w+", text[header.start() : end.end()]))
+            entries = ENTRY.findall(section.group(1))
+            names = [
+                name for at, names in entries if at == entries[0][0] for name in separated(names)
+            ]
+            found += [name for name in names if name not in known]
+    return found
+
+
+def test_no_entry_names_a_parameter_that_does_not_exist():
+    found = {name_of(file): names for file in PRODUCT if (names := invented(text_of(file)))}
+    assert not found, f"no parameter is called so: {found}"
+
+
+def test_an_entry_without_its_parameter_is_found():
+    entries = "    a, b : m.\n        of : more\n    *c : s.\n\n    Returns\n    d : m."
+    text = f'def f(a, e):\n    """Add.\n\n{SECTION}{entries}\n    """\n'
+    assert invented(text) == ["b", "c"]
+
+
 # functions whose docstrings are being written; the number only goes down
 CEILING = 454
 
@@ -151,9 +199,6 @@ def test_every_parameter_is_documented():
         "a section Parameters with one line for each, its meaning, shape and unit, is missing:\n"
         + "\n".join(map(str, found))
     )
-
-
-SECTION = "    Parameters\n    ----------\n"
 
 
 @pytest.mark.parametrize(
