@@ -306,7 +306,9 @@ def _rising_root(function, slope, target, low, high, start):
     Parameters
     ----------
     function, slope : the function and its derivative, each of an array of arguments.
-    wanted, low, high, start : arrays of one shape; the roots lie from `low` to `high`.
+    target : values of the function, any shape.
+    low, high : borders of the roots, same shape.
+    start : first guess of the roots, same shape.
     """
     at = start
     for _ in range(NEWTON_STEPS):
