@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from isethdr_scenes.geometry.mesh.cutting import cut, polygon, subdivide
 from isethdr_scenes.geometry.mesh.implicit import blend, cone, skin_of
-from isethdr_scenes.geometry.mesh.piece import Assembly, face_areas, mirrored, pose, shift, unit
+from isethdr_scenes.geometry.mesh.piece import (
+    Assembly,
+    compact,
+    cross,
+    face_areas,
+    mirrored,
+    pose,
+    shift,
+    unit,
+)
 from isethdr_scenes.geometry.mesh.primitives import ball, box, grid, lathe, tube
 from isethdr_scenes.geometry.vehicles.headlamp import own_headlamps
 from isethdr_scenes.geometry.vehicles.shell import Shell, loft
@@ -26,6 +37,33 @@ def area(piece):
 def open_edge(piece):
     """Length of the sum of all vector areas: 0 for a closed surface."""
     return float(np.linalg.norm(face_areas(piece).sum(0)))
+
+
+def test_cross_products_are_those_of_numpy_to_the_bit():
+    random = np.random.default_rng(3)
+    a = random.normal(size=(50, 3))
+    b = random.normal(size=(50, 3))
+    np.testing.assert_array_equal(cross(a, b), np.cross(a, b))
+    np.testing.assert_array_equal(cross(a, b[0]), np.cross(a, b[0]))
+
+
+def test_compact_drops_what_no_face_uses_and_keeps_the_rest():
+    piece = ball()
+    assert compact(piece) is piece
+    half = replace(piece, faces=piece.faces[:10])
+    small = compact(half)
+    assert len(small.vertices) < len(piece.vertices)
+    np.testing.assert_array_equal(small.vertices[small.faces], half.vertices[half.faces])
+
+
+def test_each_edge_has_one_middle():
+    piece = box((0, 0, 0), (1, 2, 3))
+    shared = grid(np.stack(np.meshgrid([0, 1, 2], [0, 1], [0.0], indexing="ij"), -1)[:, :, 0])
+    fine = subdivide(shared)
+    # two quads: 6 vertices, 4 faces, and 9 edges by Euler's V - E + F = 1
+    assert len(fine.vertices) == len(shared.vertices) + 9
+    assert len(fine.faces) == 4 * len(shared.faces)
+    assert area(subdivide(piece)) == pytest.approx(area(piece), rel=ROUNDING)
 
 
 def test_box_has_its_volume_and_rounding_takes_away_the_corners():
