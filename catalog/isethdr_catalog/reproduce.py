@@ -22,6 +22,7 @@ from isethdr_core.runs.run import Result, run
 from isethdr_core.storage.home_folder import HOME
 from isethdr_core.sweeps.score_order import differ, half_width_of_difference
 from isethdr_core.sweeps.table import Scored
+from isethdr_core.truth import variance_known
 
 from .compare import Setting, stored_run, versions_that_differ
 from .query import Homes
@@ -171,6 +172,7 @@ def _numbers(result: Result) -> dict[str, Scored]:
 def _of_picture(result: Result, camera: str) -> dict[str, Scored]:
     """Return statistics of Y, cd/m2, over the valid pixels. The interval of the mean is 1.96
     standard errors from the variance that the picture states; pixels are taken as independent.
+    A denoised picture states none, so its mean has no interval.
     """
     picture = result.open(f"picture/{camera}").load()
     valid = picture["valid"].values.astype(bool)
@@ -179,7 +181,9 @@ def _of_picture(result: Result, camera: str) -> dict[str, Scored]:
     if not luminance.size:
         return {}
     mean = float(luminance.mean())
-    half = 1.96 * math.sqrt(float(np.nansum(variance))) / luminance.size
+    half = math.nan
+    if variance_known(picture):
+        half = 1.96 * math.sqrt(float(np.nansum(variance))) / luminance.size
     alone = {
         "smallest": float(luminance.min()),
         "largest": float(luminance.max()),
