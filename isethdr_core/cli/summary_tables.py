@@ -11,6 +11,7 @@ from rich.table import Table
 from ..data.scores import objects_remark, shares_remark, unlike_shares
 from ..runs.run_warnings import sentence
 from ..storage.object_home.calls import kept_here
+from ..sweeps.score_order import ROUNDING
 from ..uncertainty.ledger import Row
 from .terminal import console as open_console
 from .terminal import print_path, print_text, text_width
@@ -255,6 +256,8 @@ def score_text(score: dict) -> str:
     """Return the value with half of its 95 % interval where it has one."""
     low = score["low"]
     high = score["high"]
-    # false for NaN too
-    has_interval = low is not None and high is not None and 0 < high - low < math.inf
-    return f"{score['value']:.4g}" + (f" ± {(high - low) / 2:.1g}" if has_interval else "")
+    if low is None or high is None:
+        return f"{score['value']:.4g}"
+    half = (high - low) / 2
+    visible = abs(score["value"]) * ROUNDING < half < math.inf  # false for NaN too
+    return f"{score['value']:.4g}" + (f" ± {half:.1g}" if visible else "")

@@ -12,6 +12,7 @@ from ..plugins.registry import plugin_manager
 from ..storage.atomic_write import write_text
 from ..storage.object_home.calls import kept_here
 from ..sweeps.record import Sweep
+from ..sweeps.score_order import ROUNDING
 from ..sweeps.table import (
     PAGE,
     TABLE,
@@ -67,7 +68,8 @@ def scored_text(score: Scored | None) -> str:
     if score is None or math.isnan(score.value):
         return ""
     half = (score.high - score.low) / 2
-    return f"{score.value:.4g}" + (f" ± {half:.1g}" if 0 < half < math.inf else "")
+    visible = abs(score.value) * ROUNDING < half < math.inf
+    return f"{score.value:.4g}" + (f" ± {half:.1g}" if visible else "")
 
 
 def _title(table: SweepTable) -> str:

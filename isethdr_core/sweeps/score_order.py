@@ -24,6 +24,8 @@ LARGER_IS_BETTER = {
     "normalized_flare": False,
     "line_profile_error": False,
     "object_contrast_snr": True,
+    "object_d_prime": True,
+    "object_d_prime_clutter": True,
     "dynamic_range_dark_noise": True,
     "dynamic_range_snr_10db": True,
     "dynamic_range_bottom": False,
@@ -34,6 +36,8 @@ LARGER_IS_BETTER = {
     "saturated_share": False,
 }
 SNR = "snr_at_"  # followed by a luminance
+# relative difference of two scores that are the same but for the rounding of sums over a picture
+ROUNDING = 1e-9
 
 
 def larger_is_better(score: str) -> bool | None:
@@ -85,14 +89,14 @@ def half_width_of_difference(first: Interval, second: Interval) -> float:
 
 def differ(first: Interval, second: Interval) -> bool | None:
     """Return whether two scores differ by more than their intervals; None if an interval is not
-    known and the values are not equal.
+    known and the values are not equal. Rounding is no difference.
 
     Parameters
     ----------
     first, second : two independent values of one unit. Runs of one rendering share its noise: such
         runs may differ although this function returns False.
     """
-    if first.value == second.value:
+    if math.isclose(first.value, second.value, rel_tol=ROUNDING):
         return False
     half_width = half_width_of_difference(first, second)
     if math.isnan(half_width) or math.isnan(first.value - second.value):

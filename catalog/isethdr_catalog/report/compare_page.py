@@ -74,7 +74,7 @@ def _scores(pairs: list[ScorePair]) -> Markup:
     rows: list[list[tables.Cell]] = [
         [
             pair.score,
-            pair.unit,
+            tables.shown_unit(pair.unit),
             *([pair.cameras] if several else []),
             scored_text(pair.a),
             scored_text(pair.b),

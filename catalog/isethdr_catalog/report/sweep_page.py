@@ -67,7 +67,7 @@ def _best_cells(table: SweepTable, best: Best) -> list[tables.Cell]:
     return [
         name,
         scored_text(best.row.scores[best.score]),
-        table.units[best.score],
+        tables.shown_unit(table.units[best.score]),
         best.row.described() + camera,
         str(best.alike or ""),
     ]
@@ -79,7 +79,9 @@ def _data(table: SweepTable) -> dict[str, Any]:
     return {
         "parameters": table.parameters,
         "cameras": table.several_cameras,
-        "scores": [{"name": name, "unit": unit} for name, unit in table.units.items()],
+        "scores": [
+            {"name": name, "unit": tables.shown_unit(unit)} for name, unit in table.units.items()
+        ],
         "rows": [
             {
                 "job": row.job + 1,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from isethdr_core.cli.summary_tables import merged
+from isethdr_core.sweeps.score_order import ROUNDING
 
 from .templates import filled, number
 
@@ -32,8 +33,6 @@ class Part:
 
 Cell = str | list[Part]
 
-# units as the captions of the pictures write them
-SHOWN_UNITS = {"cd m-2": "cd/m²"}
 # half an interval over its value, below which the ends would differ in the fifth digit only
 NARROW = 1e-4
 
@@ -102,9 +101,9 @@ def scores(result: Result, of_objects: bool) -> Markup:
     cells: dict[str, dict[tuple[str, ...], Cell]] = {camera: {} for camera in result.cameras}
     for score in result.scores:
         if bool(score["object"]) == of_objects and score["camera"] in cells:
-            unit = SHOWN_UNITS.get(score["unit"], score["unit"])
             first = (score["object"],) if of_objects else ()
-            cells[score["camera"]][*first, score["metric"], unit] = _value(score)
+            names = (*first, score["metric"], shown_unit(score["unit"]))
+            cells[score["camera"]][names] = _value(score)
     titles = ["object", "metric", "unit"] if of_objects else ["metric", "unit"]
     rows = [
         [*names, *(of_camera.get(names, number(None)) for of_camera in cells.values())]
@@ -114,12 +113,19 @@ def scores(result: Result, of_objects: bool) -> Markup:
     return table([*titles, *result.cameras], rows, numeric)
 
 
+def shown_unit(unit: str) -> str:
+    """Return a unit as the captions of the pictures write it."""
+    return "cd/m²" if unit == "cd m-2" else unit
+
+
 def _value(score: dict) -> Cell:
     low = score["low"]
     high = score["high"]
-    if low is None or high is None or not 0 < high - low < math.inf:  # NaN compares as unknown
+    if low is None or high is None:
         return number(score["value"])
     half = (high - low) / 2
+    if not abs(score["value"]) * ROUNDING < half < math.inf:  # NaN compares as unknown
+        return number(score["value"])
     if half < NARROW * abs(score["value"]):
         return [Part(number(score["value"])), Part(f"± {half:.1g}", small=True)]
     value, low, high = (rounded(v, high - low) for v in (score["value"], low, high))

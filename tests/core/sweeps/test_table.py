@@ -68,6 +68,8 @@ def test_scores_differ_by_more_than_the_interval_of_their_difference():
     assert differ(one, Scored(4.99, 0.99, 8.99)) is False
     unknown = Scored(9.0, math.nan, math.nan)
     assert differ(one, unknown) is None and differ(unknown, unknown) is False
+    rounded = Scored(1.0 + 1e-12, 1.0 + 1e-12, 1.0 + 1e-12)
+    assert differ(Scored(1.0, 1.0, 1.0), rounded) is False, "rounding is no difference"
 
 
 def test_short_names_stay_clear():

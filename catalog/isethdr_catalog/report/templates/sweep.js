@@ -33,7 +33,7 @@ function scored(row, name) {
   const score = row.scores[name];
   if (!score || score[0] === null) return "";
   const half = score[1] === null || score[2] === null ? 0 : (score[2] - score[1]) / 2;
-  return number(score[0]) + (half > 0 ? " ± " + Number(half.toPrecision(1)) : "");
+  return number(score[0]) + (half > 1e-9 * Math.abs(score[0]) ? " ± " + Number(half.toPrecision(1)) : "");
 }
 
 const unitOf = Object.fromEntries(data.scores.map((s) => [s.name, s.unit]));
