@@ -14,6 +14,7 @@
 | `job_paths`           | a job whose scene and tables are made once, rendered many times          |
 | `merge_rules`         | merge rules over eight decades of light                                  |
 | `network_cost`        | seconds and memory of `isp=network`, with an untrained stand-in          |
+| `photographs`         | statistics of rendered streets beside those of photographs               |
 | `renderer_noise`      | noise and light of renderings whose paths follow need                    |
 | `accuracy/`           | error against run time of each stage of the bundled components           |
 | `budget/`             | whether the error allowed is kept                                        |
@@ -36,6 +37,7 @@ STUDIES = {
     "merge_rules": "merge_rules:merge_rules",
     "network_cost": "network_cost:network_cost",
     "omission": "omission:omission",
+    "photographs": "photographs:photographs",
     "renderer_light": "renderer_noise:renderer_light",
     "renderer_noise": "renderer_noise:renderer_noise",
     "stability": "stability:stability",
