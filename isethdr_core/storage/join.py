@@ -165,7 +165,7 @@ def _noise_planes(scenes, combinations) -> np.ndarray:
 
 
 def _half_planes(scenes, combinations) -> np.ndarray:
-    """Return the differences (y, x) between the two halves of a group's paths: averaged over stores
+    """Return the differences (y, x) between the half buffers of a group: averaged over stores
     like the light itself, and summed over bands that are combined in different ways.
     """
     mean = lambda way: sum(

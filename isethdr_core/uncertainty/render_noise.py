@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
 NOISE = "xyz_noise"
-# variable (light_group, y, x): half of the luminance difference of two halves of the samples, cd/m2
+# variable (light_group, y, x): half of the luminance difference of half buffers A and B, cd/m2
 HALVES = "half_difference"
 WINDOW_TILES = 3  # side of the window that tells noise from the scene
 
@@ -47,7 +47,7 @@ def relative_noise(scene: xr.Dataset, mixed: xr.DataArray) -> np.ndarray | None:
 
 
 def relative_halves(scene: xr.Dataset, mixed: xr.DataArray) -> np.ndarray | None:
-    """Return half of the relative luminance difference (y, x) of two halves of the samples.
+    """Return half of the relative luminance difference (y, x) of half buffers A and B.
 
     The values lie between -1 and 1. Their sign is random; their variance is that of the noise of
     the light. None if the scene states no half buffers, or has only one pass.

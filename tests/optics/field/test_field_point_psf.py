@@ -40,12 +40,14 @@ def stated(lens, half, flares=DIRT, waves=BANDS):
         (place("singlet", 8.0, 10.0), 40.0, 3),  # tiles far wider than the point spread
     ],
 )
-def test_kernels_between_knots_are_the_exact_ones_to_what_is_stated(lens, pitch_um, half):
+def test_kernels_between_interpolation_wavelengths_are_the_exact_ones_to_what_is_stated(
+    lens, pitch_um, half
+):
     found = field_point_psf.field_point_kernels(lens, DIRT, BANDS, (pitch_um,) * 2, (half, half))
     [error] = stated(lens, (half, half))
-    assert 0.006 < error < 0.032  # a knot is at most half a radian away from the next
+    assert 0.006 < error < 0.032  # neighbours are at most half a radian apart
     worst = []
-    for k in (0, 4, 14):  # 400 nm lies on a knot, 440 half way between two that are 40 nm apart
+    for k in (0, 4, 14):  # 400 nm is an interpolation wavelength, 440 lies half way between two
         exact = _computed(lens, DIRT, BANDS[k : k + 2], (pitch_um,) * 2, (half, half))
         worst.append(np.abs(found.bands[k] - exact.bands[0].astype(float)).sum())
         assert found.transmitted[k] == pytest.approx(exact.transmitted[0], rel=1e-6)

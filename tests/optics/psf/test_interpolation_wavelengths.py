@@ -1,5 +1,5 @@
-"""Knots: lattices of a few wavelengths for all bands, against lattices of each band's own; when
-they are not used.
+"""Interpolation wavelengths: lattices of a few wavelengths for all bands, against lattices of each
+band's own; when they are not used.
 """
 
 from dataclasses import dataclass
@@ -40,7 +40,9 @@ def ring(lens, flares, wave, width=10.0):
 
 
 @pytest.mark.parametrize("wave", [440.0, pytest.param(475.0, marks=pytest.mark.slow)])
-def test_between_knots_kernels_are_those_of_lattices_of_their_own(monkeypatch, wave):
+def test_between_interpolation_wavelengths_kernels_are_those_of_lattices_of_their_own(
+    monkeypatch, wave
+):
     straight = interpolation_wavelengths.error(plan(LENS, wave=wave), wave, 10.0)
     kernel, wrong = ring(LENS, (DIRT,), wave)
     monkeypatch.setattr(interpolation_wavelengths, "APART", 0.0)
@@ -72,7 +74,7 @@ def test_a_few_lattices_serve_many_bands_and_a_band_does_not_depend_on_the_other
     np.testing.assert_array_equal(alone.bands[1], together.bands[3])
 
 
-def test_what_is_not_known_at_knots_or_changes_too_fast_has_its_own():
+def test_what_is_not_known_there_or_changes_too_fast_has_its_own():
     assert (
         interpolation_wavelengths._cell(plan(LENS), 455.0, 10.0)[1]
         in interpolation_wavelengths.STEPS_NM
@@ -92,5 +94,5 @@ def test_what_is_not_known_at_knots_or_changes_too_fast_has_its_own():
         == 0
     )
     table = DiffractionLimitedLens(focal_shift_um={445.0: 0.0, 465.0: 0.1})
-    # the table ends before the next knot
+    # the table ends before the next interpolation wavelength
     assert interpolation_wavelengths._cell(plan(table), 455.0, 10.0)[1] == 0

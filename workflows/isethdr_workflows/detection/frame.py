@@ -60,7 +60,7 @@ class Frame:
     ----------
     colours : (colour, y, x) stabilised cells, noise 1.
     owners : (y, x) instance number of the road user in each cell, 0 for none.
-    render : (colour, y, x) half of the difference of two halves of the renderer's samples, in the
+    render : (colour, y, x) half of the difference of the renderer's half buffers, in the
         unit of `colours`; None where the scene states none.
     """
 
@@ -124,7 +124,7 @@ class Frame:
 def noisier(frame: Frame) -> Frame:
     """Return a frame with twice the variance of the renderer's noise.
 
-    Half of the difference of two halves of the samples has the variance of the noise of their mean
+    Half of the difference of the half buffers has the variance of the noise of their mean
     and is independent of it. Added to the frame, it acts as a renderer with half the samples.
     A frame that states no such noise is returned as it is.
     """

@@ -1,8 +1,8 @@
-"""Versions of stored radiance: as it is, either half of its samples, or denoised.
+"""Versions of stored radiance: as it is, either of its half buffers, or denoised.
 
-A renderer that states half buffers stores half of the luminance difference of two halves of the
-samples. Radiance times (Y + difference) / Y is that of one half: its noise is the square root of
-two times larger. All bands of a tile are scaled alike, since they share their paths.
+A renderer that states half buffers stores half of the luminance difference of buffers A and B.
+Radiance times (Y + difference) / Y is that of one buffer: its noise is the square root of two times
+larger. All bands of a tile are scaled alike, since they share their paths.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Study `render_noise`: whether noise of the renderer, or denoising, changes the result of `dirt`.
 
-The study `dirt` runs four times: with the stored radiance, with each half of its samples (twice the
+The study `dirt` runs four times: with the stored radiance, with each of its half buffers (twice the
 variance of the renderer's noise), and with denoised radiance. If noise shifts a result in
-proportion to its variance, the mean result of the halves minus the stored result is the shift of
+proportion to its variance, the mean result of both buffers minus the stored result is the shift of
 the stored result.
 """
 

@@ -38,7 +38,7 @@ def detectability(
     clutter : (channel, channel) sample covariance over windows without objects.
     noise : (channel, channel) covariance of the noise, which is known.
     samples : number of windows behind `clutter`.
-    render : (channel,) half of what two halves of the renderer's samples differ by in the object:
+    render : (channel,) half of the difference of the renderer's half buffers in the object:
         another value of the renderer's noise that `difference` contains; None: it is not known.
 
     Notes
