@@ -4,6 +4,7 @@
 |-------------------|----------------------------------------------------------------------|
 | `errors`          | effect of kernel errors if point spreads vary over the field         |
 | `field_point_psf` | kernels of a field point near their axis                             |
+| `field_work`      | work of kernels that vary over the field, before they are computed   |
 | `grid`            | the field points where point spreads are computed, and their weights |
 | `imaging`         | images through point spreads that vary over the field                |
 | `lateral_colour`  | an image whose size depends on wavelength                            |

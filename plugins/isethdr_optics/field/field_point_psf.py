@@ -238,20 +238,32 @@ def _ends(wave, change):
     return wave, (((wave, 0.0), 1.0),)
 
 
-def _points(lens, light: _Light, waves_nm, pitch_um, half):
-    """Return (fraction of the energy per point, (y, x), the axis in the middle; their distance, um)
-    at a wavelength.
+class Transform(NamedTuple):
+    """The size of a transform from the pupil of a field point to its point spread."""
+
+    cells: int  # across the stop
+    size: int  # points along each axis
+    step_um: float  # between points
+    reach: int  # points from the axis that are kept
+
+    @property
+    def samples(self) -> float:
+        """Complex values that the transforms along both axes go through."""
+        return float(self.size * (self.cells + 2 * self.reach + 1))
+
+
+def transform(lens, waves_nm, pitch_um, half) -> Transform:
+    """Return the size of the transform of one field point at one wavelength.
 
     Parameters
     ----------
+    lens : `field_point_lens.PlaceLens`.
     waves_nm : the wavelength, and the shortest that is read from its pattern, which reaches as far
         as that asks.
     pitch_um, half : (y, x) of a tile, and tiles from the axis to the border.
     """
     wave, shortest = waves_nm
-    total = light.energy_mm2(wave)  # refuses a stop without light
     blur = sampled_pupil.blur_um(lens, wave)
-    radius = sampled_pupil.radius_mm(lens)
     extent = max((h + 1) * p for h, p in zip(half, pitch_um))
     across = 2 * extent / (blur * min(1.0, shortest / wave))
     steep = 2 * sampled_pupil.steepest_um(lens, wave) / (wave * 1e-3) / TURNS
@@ -261,6 +273,36 @@ def _points(lens, light: _Light, waves_nm, pitch_um, half):
             MOST,
         )
     )
+    size = sf.next_fast_len(int(np.ceil(cells * max(PER_BLUR, PER_TILE * blur / min(pitch_um)))))
+    step = blur * cells / size
+    reach = int(min(np.ceil(extent * max(1.0, wave / shortest) / step), WIDEST, size // 2 - 1))
+    return Transform(cells, size, step, reach)
+
+
+def transforms(lens, flares, wavelength_nm, half) -> int:
+    """Return the number of transforms that the kernels of a field point take.
+
+    Parameters
+    ----------
+    lens : `field_point_lens.PlaceLens`. `flares` : flare components.
+    wavelength_nm : centres of the bands.
+    half : (y, x) tiles from the axis to the border.
+    """
+    wave = np.asarray(wavelength_nm, float)
+    read = _read(lens, flares, wave, half)
+    drawn = _worth_computing(read, band_widths_nm(wave))
+    knots = {knot for band, d in zip(read, drawn) if d for _, ends in band for (knot, _), _ in ends}
+    return len(knots) + sum(len(band) for band, d in zip(read, drawn) if not d)
+
+
+def _points(lens, light: _Light, waves_nm, pitch_um, half):
+    """Return (fraction of the energy per point, (y, x), the axis in the middle; their distance, um)
+    at a wavelength; arguments as `transform`.
+    """
+    wave = waves_nm[0]
+    total = light.energy_mm2(wave)  # refuses a stop without light
+    radius = sampled_pupil.radius_mm(lens)
+    cells, size, step, reach = transform(lens, waves_nm, pitch_um, half)
     stop = light.amplitude(cells, wave)
     axis = sampled_pupil.axis_mm(lens, 2 * radius / cells)
     rows, columns = (
@@ -268,9 +310,6 @@ def _points(lens, light: _Light, waves_nm, pitch_um, half):
         for open_rows in (np.flatnonzero(stop.any(axis=a)) for a in (1, 0))
     )
     field = sampled_pupil.with_wavefront(lens, stop[rows, columns], axis[columns], axis[rows], wave)
-    size = sf.next_fast_len(int(np.ceil(cells * max(PER_BLUR, PER_TILE * blur / min(pitch_um)))))
-    step = blur * cells / size
-    reach = int(min(np.ceil(extent * max(1.0, wave / shortest) / step), WIDEST, size // 2 - 1))
     reached = np.arange(-reach, reach + 1)
     for a in (1, 0):
         field = sf.fft(field, size, axis=a).take(reached, axis=a, mode="wrap")

@@ -31,6 +31,7 @@ from . import grid as field_grid
 from .reference_bands import WIDTH_NM, references_nm
 
 RINGS = (0, 1, 2, 4, 8)  # tried one after the other
+ALONG = 9  # field points from the axis to the border of the field, at which a lens is looked at
 PARTS = (0.15, 0.25, 0.4, 0.6)  # of the exact core, tried as reach of the cores of places
 OUTERMOST = 0.75  # of the widest core
 ROUND = 1e-6  # radii of the stop, by which a round pupil may be off
@@ -133,6 +134,42 @@ class FieldKernels:
                 yield wide, np.pad(part, more), core
 
 
+class Meridian(NamedTuple):
+    """A lens as light along +x of the field sees it, and what of that holds around the axis."""
+
+    along: list  # lenses of field points from the axis to the border of the field
+    references_nm: list[float]  # wavelengths at which field points are chosen, rising
+    symmetric: bool  # point spreads are round: one field point stands for a ring
+    mirrors: bool  # a quadrant of the field holds all point spreads
+
+
+def meridian(lens, flares, angles_rad, wavelength_nm) -> Meridian:
+    """Return a lens whose point spread varies, along +x of the field.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    angles_rad : off the axis, from 0 to the border of the field.
+    wavelength_nm : of the bands.
+
+    Raises
+    ------
+    ConfigError : the field reaches beyond the field angles of the wavefront.
+    """
+    along = [lens.at_place(angle, 0.0) for angle in angles_rad]
+    wavefronts = [lens.wavefront_at(angle) for angle in angles_rad]
+    terms = [*wavefronts, *(dict(at.uneven) for at in along)]
+    symmetric = field_grid.is_symmetric(terms) and not any(
+        at.rims or _stretched(at) for at in along
+    )
+    mirrors = (
+        field_grid.is_symmetric([lens.zernike_um or {}])
+        and field_grid.is_mirrored(wavefronts)
+        and not _shaped(flares)
+    )
+    return Meridian(along, references_nm(along[-1], wavelength_nm), symmetric, mirrors)
+
+
 class FieldTiles(NamedTuple):
     """The tiles of a field."""
 
@@ -172,17 +209,14 @@ def field_kernels(
         return lens.at_place(angle, azimuth_rad)
 
     waves = np.asarray(wavelength_nm, float)
-    along = [seen_from(r, 0.0) for r in np.linspace(0, radius, 9)]
-    node_lenses = [
-        lens.wavefront_at(float(projections.angle_rad(r, 0.0, projection)))
-        for r in np.linspace(0, radius, 9)
+    angles_rad = [
+        float(projections.angle_rad(r, 0.0, projection)) for r in np.linspace(0, radius, ALONG)
     ]
-    terms = [*node_lenses, *(dict(at.uneven) for at in along)]
-    symmetric = field_grid.is_symmetric(terms) and not any(
-        at.rims or _stretched(at) for at in along
-    )
-    some = references_nm(along[-1], waves)
-    exact, least = _half(along, some, pitch_um, shape)
+    line = meridian(lens, flares, angles_rad, waves)
+    along = line.along
+    symmetric = line.symmetric
+    some = line.references_nm
+    exact, least = core_reach(along, some, pitch_um, shape)
     ends = [(w - WIDTH_NM / 2, w + WIDTH_NM / 2) for w in {some[0], some[-1]}]
     pairs = [
         zip(
@@ -196,14 +230,9 @@ def field_kernels(
     half, unlike, far_error = _reach(
         [both for pair in pairs for both in pair], least, lens.speckle_error
     )
-    mirrors = (
-        field_grid.is_symmetric([lens.zernike_um or {}])
-        and field_grid.is_mirrored(node_lenses)
-        and not _shaped(flares)
-    )
 
     def turned(place, make):
-        place, flips = field_grid.first_quadrant(place) if mirrors else (place, ())
+        place, flips = field_grid.first_quadrant(place) if line.mirrors else (place, ())
         return flips, make(seen_from(place.radius, place.azimuth_rad))
 
     @cache
@@ -303,12 +332,16 @@ def _shaped(flares) -> bool:
     return any(isinstance(f, TransmitsPupil | DrawsPupil) for f in flares)
 
 
-def _half(along, waves, pitch_um, shape):
+def core_reach(along, waves, pitch_um, shape):
     """Return the (y, x) reach of exact cores on the axis, or of the geometrical blur where it is
-    wider, and the least that cores may have.
+    wider, and the least that cores may have; tiles.
 
-    `along` : the lenses of places from the axis to the border of the field. `waves` : at which they
-        are judged, rising.
+    Parameters
+    ----------
+    along : lenses of field points from the axis to the border of the field.
+    waves : wavelengths, nm, at which they are judged, rising.
+    pitch_um : (y, x) of a tile.
+    shape : (y, x) tiles of the frame.
     """
     lens = along[0]
     ends = (waves[0], waves[-1])

@@ -1,7 +1,7 @@
 """Imaging seconds: the expected run time of a lens for a frame, before there is any light.
 
-It is the sum of measured costs: kernels that are not kept, their transforms, convolutions, ghosts
-of a typical night, and finer lattices beside lamps. A wider exact core beside lamps depends on the
+It is the sum of measured costs: kernels that are not kept, their transforms, those of field points
+where they vary, convolutions, ghosts of a typical night, and finer lattices beside lamps. A wider exact core beside lamps depends on the
 light and is not included.
 """
 
@@ -11,6 +11,9 @@ import numpy as np
 
 from isethdr_core.pipeline.memory import Frame
 
+from ..abilities import TracesColour
+from ..field.field_work import field_work
+from ..field.imaging import ALONG
 from ..flare.ghosts.ghost_flare import GhostFlare, ghost_seconds
 from ..imaging import wing_truncation
 from ..imaging.sensor_plane import without_geometry
@@ -23,13 +26,27 @@ CONVOLVED_S = 0.06
 TRANSFORMED_S = 0.075
 # times that kernels from lattices are made beside lamps, ever finer (`spread_errors`)
 LATTICES_BESIDE_LAMPS = 3.0
+# of point spreads that vary over the field: eleven frames of 32 x 48 to 108 x 192 tiles, 3 and 31
+# bands, f/2 to f/4, with a table of wavefronts and with a prescription, are right within 0.6 to 1.1
+POINT_SAMPLE_S = 2.6e-8  # a sample of the transforms of field points
+OVERLAID_S = 0.1  # a million tiles x bands x field points
+TRACED = 1.8  # times all of that where the colour of every field point is traced
+TRACED_S = 4.0  # and chief rays, rims, exit pupils and wavefronts of a prescription
 
 
 def expected_s(lens, flares, frame: Frame) -> float | None:
-    """Return the expected seconds of a lens for the light of a frame. None if there is no estimate:
-    without blur, with point spreads that vary over the field, or with a traced prescription.
+    """Return the expected seconds of a lens for the light of a frame; None without blur.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : the tiles of the light, and its bands.
+
+    Raises
+    ------
+    ConfigError : the field reaches beyond the field angles of the wavefront.
     """
-    if not lens.blurs or lens.field_varies or lens.traced is not None:
+    if not lens.blurs:
         return None
     wave = np.asarray(frame.wavelength_nm, float)
     values = 1e-6 * len(wave) * frame.rows * frame.columns
@@ -37,20 +54,47 @@ def expected_s(lens, flares, frame: Frame) -> float | None:
     reach = (frame.rows - 1, frame.columns - 1)
     pitch_um = tuple(1e3 * lens.focal_length_mm * p for p in frame.pitch)
     axis_lens = without_geometry(lens)  # whose kernels they are
-    shorter = wing_truncation.WORTH if frame.sensed else 0.0
-    if not kernels.at_hand(axis_lens, flares, wave, pitch_um, reach, shorter):
+    # kernels that vary over the field take no notice of sensors
+    sensed = frame.sensed and not lens.field_varies
+    shorter = wing_truncation.WORTH if sensed else 0.0
+    made = not kernels.at_hand(axis_lens, flares, wave, pitch_um, reach, shorter)
+    if made:
         seconds += TRANSFORMED_S * values
         made_s = kernels.expected_s(axis_lens, flares, wave, pitch_um, reach)
         if (
             frame.lamps
-            and frame.sensed
+            and sensed
             and not kernels.from_patterns(axis_lens, flares, wave, pitch_um, reach)
         ):
             made_s *= LATTICES_BESIDE_LAMPS
         seconds += made_s
+    if lens.field_varies:
+        seconds += _field_s(lens, flares, frame, made)
+        if isinstance(lens, TracesColour):
+            seconds = TRACED * seconds + TRACED_S
     corner = np.hypot(*(n / 2 * p for n, p in zip((frame.rows, frame.columns), frame.pitch)))
     for flare in flares:
         if isinstance(flare, GhostFlare):
             seconds += ghost_seconds(flare, lens, wave, float(corner))
     # two threads on two cores take 0.65 to 0.77 of the CPU seconds
     return float(seconds / min(cpus(), MOST_THREADS) ** 0.5)
+
+
+def _field_s(lens, flares, frame: Frame, made: bool) -> float:
+    """Return the CPU seconds that point spreads take which vary over the field.
+
+    Parameters
+    ----------
+    lens, flares, frame : as of `expected_s`.
+    made : kernels are made; else those of the field points are at hand with those of the axis.
+    """
+    wave = np.asarray(frame.wavelength_nm, float)
+    shape = (frame.rows, frame.columns)
+    pitch_um = tuple(1e3 * lens.focal_length_mm * p for p in frame.pitch)
+    corner = np.hypot(*((n - 1) / 2 * p for n, p in zip(shape, frame.pitch)))
+    angles_rad = np.arctan(np.linspace(0.0, corner, ALONG)).tolist()
+    work = field_work(lens, flares, angles_rad, wave, pitch_um, shape)
+    values = 1e-6 * len(wave) * frame.rows * frame.columns
+    samples = work.searched + (work.cores if made else 0.0)
+    seconds = POINT_SAMPLE_S * samples + OVERLAID_S * work.points * values
+    return seconds + made * work.reach_s

@@ -81,7 +81,7 @@ def test_a_wavefront_that_does_not_vary_gives_the_one_point_spread(monkeypatch):
     same, row_of_constant = noted(lambda: constant(scene))
     np.testing.assert_array_equal(same.values, one.values)
     for left in (row, row_of_constant):
-        [bound] = [o.bound for o in left.left_out if "off the axis" in o.what]
+        [bound] = [o.bound for o in left.left_out if "over the field" in o.what]
     monkeypatch.setattr(imaging, "RINGS", (1,))  # force what was left out
     forced, varied = noted(lambda: constant(scene))
     # of any tile: 1e-7 for float32 shares and results, 2e-6 where a tile is seen across the cores'
@@ -96,7 +96,7 @@ def test_point_spreads_that_hardly_vary_are_left_out_within_their_bound(monkeypa
     lens = WavefrontLens(field_zernike_um={0: {}, 8: {8: 0.006}}, **KEEP)
     scene = field([(5, 90)])
     one, row = noted(lambda: lens(scene))
-    [left] = [o for o in row.left_out if "off the axis" in o.what]
+    [left] = [o for o in row.left_out if "over the field" in o.what]
     assert 1e-4 < left.bound <= 0.05
     monkeypatch.setattr(imaging, "RINGS", (2,))
     forced = lens(scene)
