@@ -59,6 +59,9 @@ def field_point_kernels(lens, flares, wavelength_nm, pitch_um, half) -> kernels.
 
     Parameters
     ----------
+    flares : its flare components.
+    wavelength_nm : centres of the bands, nm.
+    pitch_um : (y, x) of a tile, um.
     lens : `field_point_lens.PlaceLens`. `half` : (y, x) tiles from the axis to the border.
     """
     wave = np.asarray(wavelength_nm, float)
@@ -83,7 +86,16 @@ def field_point_kernels(lens, flares, wavelength_nm, pitch_um, half) -> kernels.
 
 
 def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
-    """Return the kernel of one wavelength, (y, x)."""
+    """Return the kernel of one wavelength, (y, x).
+
+    Parameters
+    ----------
+    lens : `field_point_lens.PlaceLens`.
+    flares : its flare components.
+    wavelength_nm : wavelength, nm.
+    pitch_um : (y, x) of a tile, um.
+    half : (y, x) tiles from the axis to the border.
+    """
     light = _light(lens, flares)
     pattern = _points(lens, light, (wavelength_nm, wavelength_nm), pitch_um, half)
     return scatter.mix(
@@ -94,6 +106,13 @@ def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
 def errors(lenses, flares, wavelength_nm, half) -> list[ErrorTerm]:
     """Return how far kernels between knots are from exact ones; `lenses` of places from the axis to
     the border of the field.
+
+    Parameters
+    ----------
+    lenses : of field points, from the axis to the border of the field.
+    flares : its flare components.
+    wavelength_nm : centres of the bands, nm.
+    half : (y, x) tiles from the axis to the border of their kernels.
     """
     wave = np.asarray(wavelength_nm, float)
     rows = []

@@ -51,6 +51,8 @@ def magnifications(lens, wavelength_nm, bent, widest_rad: float, projection: str
 
     Parameters
     ----------
+    wavelength_nm : centres of the bands, nm.
+    projection : of the field's coordinates.
     bent : map of the reference from the field to the sensor; `widest_rad` the largest angle of the
         field.
     pitch : (x, y) of the sensor's tiles, focal lengths.
@@ -103,6 +105,13 @@ def coloured(lens, mixed, plane, bent):
     The camera's field shrinks to what images of all bands cover. What this changes beside the
     light's place is added to the plane's notes. Nothing else changes where all magnifications
     are 1.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    mixed : mixed radiance (wavelength, y, x).
+    plane : `SensorPlane` of the reference, of the same field.
+    bent : map of the reference from the field to the sensor.
     """
     wave = mixed.wavelength.values.astype(float)
     projection = camera_geometry.projection_of(mixed)
@@ -177,6 +186,12 @@ def _wider(centres, pitch, scale):
 def moved(light, magnification, shape) -> np.ndarray:
     """Return constant tiles (y, x) on (y, x) tiles of `shape` and the same pitch, where a band's
     magnification sends them.
+
+    Parameters
+    ----------
+    light : (y, x) light of one band.
+    magnification : a number, or a `Course` over the field.
+    shape : (y, x) of the result, tiles.
     """
     if isinstance(magnification, Course):
         return displaced(light, magnification, shape)

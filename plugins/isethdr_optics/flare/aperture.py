@@ -111,6 +111,11 @@ class ApertureFlare:
     def pupil(self, x_mm, y_mm, wavelength_nm):
         """Return the amplitude transmission at points of the pupil plane, complex where dust delays
         light.
+
+        Parameters
+        ----------
+        x_mm, y_mm : places in the pupil, mm, 0 on the axis; any shapes that broadcast.
+        wavelength_nm : wavelength, nm.
         """
         opening, dirt = self.pupil_shapes(0.5)
         losses = [

@@ -18,6 +18,11 @@ def kernel_bytes(lens, flares, frame: Frame) -> float:
     With the response of a sensor, kernels may end at `wing_truncation.WORTH` of the frame. That
     much is certain; `check_kernels` tests the rest.
 
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : the tiles of the light, and its bands.
+
     Raises
     ------
     ConfigError : a wavefront that no pupil can follow, or more dirt than can be drawn.

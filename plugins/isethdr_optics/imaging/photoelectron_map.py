@@ -92,7 +92,14 @@ def block_of(shape) -> int:
 
 
 def sums(planes, block: int, power: int = 1):
-    """Return sums over blocks of the first or second power of planes (..., y, x), as float64."""
+    """Return sums over blocks of the first or second power of planes (..., y, x), as float64.
+
+    Parameters
+    ----------
+    planes : (..., y, x).
+    block : tiles of a block along either axis; fewer at the border.
+    power : of the values that are added: 1 or 2.
+    """
     strips = [planes[..., start : start + block, :] for start in range(0, planes.shape[-2], block)]
     rows = [s.sum(-2) if power == 1 else np.einsum("...yx,...yx->...x", s, s) for s in strips]
     return _columns(np.add, np.stack(rows, axis=-2), block)

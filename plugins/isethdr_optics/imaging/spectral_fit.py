@@ -65,7 +65,7 @@ def fit(cube, optics, weights, response, apply=map) -> Fit | None:
 
     Parameters
     ----------
-    cube : (band, y, x) radiance. `given` : `field_optics.FieldOptics` of its field.
+    cube : (band, y, x) radiance. `optics` : `field_optics.FieldOptics` of its field.
     weights : (channel, band) photocurrent per radiance and kernel.
     response : `isethdr_core.demand.Response` of the sensor, for its noise.
     apply : `map`, or the `map` of a pool of threads.

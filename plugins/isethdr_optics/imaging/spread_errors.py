@@ -45,7 +45,7 @@ def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray] | Non
 
     Parameters
     ----------
-    mixed : mixed radiance. `given` : `field_optics.FieldOptics` of its field.
+    mixed : mixed radiance. `optics` : `field_optics.FieldOptics` of its field.
     weights : (channel, band) factors of irradiance, for example electrons per m2 and second.
 
     Notes
@@ -94,7 +94,7 @@ def fine_enough(make_kernels, lens, mixed, relative, response):
 
     Parameters
     ----------
-    make : function(lens) -> `kernels.Kernels`. `lens` : with `speckle_error`, the largest error
+    make_kernels : function(lens) -> `kernels.Kernels`. `lens` : with `speckle_error`, the largest error
         that kernels may have.
     mixed : mixed radiance (wavelength, y, x).
     relative : relative illumination of the tiles, (y, x) or 1.
@@ -159,6 +159,12 @@ def noise_share(kernels_of_field, electron_map: PhotoelectronMap, response) -> f
     """Return the 99th percentile of the tiles' errors over the noise of the sensor's charge.
 
     The noise of a tile is never overstated: its light is a lower bound.
+
+    Parameters
+    ----------
+    kernels_of_field : `kernels.Kernels` of the axis.
+    electron_map : of the scene, for that sensor.
+    response : `isethdr_core.demand.Response` of the sensor.
     """
     return _share_of_noise(
         electron_map,

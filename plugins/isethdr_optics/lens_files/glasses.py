@@ -98,6 +98,13 @@ def resolve(name: str, glasses: Mapping[str, str], label: str, problems: Problem
 
     Names are compared without hyphens, case and the maker's name after an underscore. An unknown
     one is noted.
+
+    Parameters
+    ----------
+    name : as the file has it.
+    glasses : {name: what `physics.optics.glass.index` takes} of the file and the command line.
+    label : number of the surface, for messages.
+    problems : where an unknown glass is noted.
     """
     if name in glasses:
         return glasses[name]

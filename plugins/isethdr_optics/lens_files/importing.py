@@ -112,7 +112,14 @@ def figures(lens: Prescription) -> Figures:
 
 
 def run(file: str, glass: Sequence[str], out: str) -> None:
-    """Import a lens file, write its YAML, and print its figures."""
+    """Import a lens file, write its YAML, and print its figures.
+
+    Parameters
+    ----------
+    file : path of the lens file.
+    glass : catalogue files .agf, NAME=nd/Vd, or NAME=index.
+    out : path of the YAML; empty: the file's name in this folder.
+    """
     path = Path(file).expanduser()
     target = Path(out).expanduser() if out else Path(f"{path.stem}.yaml")
     if target.suffix not in (".yaml", ".yml"):

@@ -254,6 +254,12 @@ class PrescribedLens(FieldLens):
     ) -> tuple[float, float]:
         """Return (width, height) in metres of the sensor plane that looks into a field; ConfigError
         where no light gets to its corners.
+
+        Parameters
+        ----------
+        width : of the field, in the projection's unit.
+        height : the same along y.
+        projection : tangent, or equidistant with radians.
         """
         check(self, width, height, projection)
         return DiffractionLimitedLens.image_size_m(self, width, height, projection)

@@ -83,6 +83,12 @@ class IdealLens:
     def photocurrent(self, mixed, flares, response):
         """Return photocurrent of mixed radiance in the window of a sensor's response, or irradiance
         where that is better for its light.
+
+        Parameters
+        ----------
+        mixed : mixed radiance ([component,] wavelength, y, x).
+        flares : sequence or dictionary of flares.
+        response : `isethdr_core.demand.Response` of the sensors.
         """
         budget = LightBudget(response.error_allowed, response.window_m)
         return imaged(self.plan(flares, mixed, response, budget), mixed)
@@ -242,6 +248,13 @@ class IdealLens:
     def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=()):
         """Return the point spread function (wavelength, y, x): all light on the sample at index
         size // 2.
+
+        Parameters
+        ----------
+        wavelength_nm : one or more wavelengths, nm.
+        pitch_um : of the samples, um.
+        size : samples along either axis.
+        flares : without effect: a lens without blur has no pupil.
         """
         from ..psf.kernels import psf_array
 

@@ -42,6 +42,12 @@ class WavefrontLens(FieldLens):
     ) -> tuple[float, float]:
         """Return (width, height) in metres of the image of a field; ConfigError where
         `field_zernike_um` ends within the field.
+
+        Parameters
+        ----------
+        width : of the field, in the projection's unit.
+        height : the same along y.
+        projection : tangent, or equidistant with radians.
         """
         if self.field_varies:
             self.wavefront_at(float(angle_rad(width / 2, height / 2, projection)))

@@ -30,6 +30,12 @@ def point_spread(
 ) -> dict[str, np.ndarray]:
     """Return the arrays of a table of point spread functions, from columns of MTF curves.
 
+    Parameters
+    ----------
+    columns : {name: values} of the table, one value per row.
+    f_number : of the measured lens.
+    path : of the table, for messages.
+
     Raises
     ------
     UnitError : values outside 0 to 1, a curve without frequency 0 or with a value other than 1

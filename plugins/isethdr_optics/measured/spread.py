@@ -85,6 +85,8 @@ def kernel(psf: np.ndarray, pitch_um: float, tile_um: tuple[float, float], azimu
 
     Parameters
     ----------
+    psf : point spread (y, x), its axis at index size // 2.
+    pitch_um : of its samples, um.
     tile_um : (y, x) size of a tile. `azimuth` : radians, counter-clockwise with y up.
     """
     parts = max(1, int(np.ceil(FINER * pitch_um / min(tile_um))))

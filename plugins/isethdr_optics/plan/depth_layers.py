@@ -128,6 +128,12 @@ def beyond_diffraction(
 
     A defocus of a quarter of a wave changes little that diffraction does (Rayleigh's limit). Its
     blur is subtracted in quadrature; a lens without diffraction has none.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    mixed : mixed radiance (wavelength, y, x).
+    blur : blur diameters (y, x), in tiles, with sign.
     """
     if not lens.blurs:
         return blur

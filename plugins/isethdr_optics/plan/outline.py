@@ -18,6 +18,12 @@ from ..field.omissions import known_ahead
 def outline(lens, flares, ahead: FieldAhead, budget: LightBudget) -> ImagingOutline:
     """Return the outline of the plan of a lens; arguments as
     `isethdr_core.plugins.protocols.OutlinesImaging.outline`.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    ahead : what is known of the field.
+    budget : the light that is needed.
     """
     in_place = lens.keeps_light(flares)
     left_out = [*known_ahead(lens), *_bands(ahead.bands_nm, budget.sensed_nm)]

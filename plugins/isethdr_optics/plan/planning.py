@@ -48,6 +48,14 @@ def plan(
 
     A lens focused at a distance blurs the field by its depth first, in layers.
 
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    field : mixed radiance ([component,] wavelength, y, x), with the label depth where the lens is
+        focused at a distance.
+    response : of the sensors; None asks for irradiance, band by band.
+    budget : the light that is needed, and the error allowed.
+
     Raises
     ------
     ConfigError : a lens is focused at a distance, and the field has no depth.

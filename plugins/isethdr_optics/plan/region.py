@@ -150,7 +150,7 @@ def tiles_left_out(
 
     Parameters
     ----------
-    whole, inner_shape : shapes (..., y, x) of the field, and of its imaged part.
+    full_shape, inner_shape : shapes (..., y, x) of the field, and of its imaged part.
     why : the reason, for people. `bound` : on the effect, in `unit`.
     """
     height, width = full_shape[-2:]

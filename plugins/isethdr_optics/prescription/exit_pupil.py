@@ -59,6 +59,7 @@ def exit_pupil(lens: Prescription, tangent: float, wavelength_nm: float) -> Exit
 
     Parameters
     ----------
+    wavelength_nm : wavelength, nm.
     lens : scaled and stopped.
     tangent : of the field angle, 0 or above.
 
@@ -83,6 +84,8 @@ def pupil_rays(
 
     Parameters
     ----------
+    lens : `Prescription`, scaled and stopped.
+    wavelength_nm : wavelength, nm.
     reach : radii of the stop within which rays count. Rims do not stop them.
 
     Raises

@@ -29,6 +29,12 @@ def chief_mm(lens, tangent, wavelength_nm: float) -> np.ndarray:
     """Return where rays through the middle of the stop meet the sensor, mm, for field tangents;
     aimed by the secant method.
 
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    tangent : tangents of field angles along +x, a number or an array.
+    wavelength_nm : wavelength, nm.
+
     Raises
     ------
     ConfigError : where no ray of that direction gets through the middle of the stop.
@@ -82,7 +88,14 @@ def _aimed(lens, tangent, wavelength_nm, relative_height):
 
 
 def distortion(lens, tangent, wavelength_nm: float | None = None) -> np.ndarray:
-    """Return (chief ray's height - f tan) / (f tan) at field tangents; 0 on the axis."""
+    """Return (chief ray's height - f tan) / (f tan) at field tangents; 0 on the axis.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    tangent : tangents of field angles along +x, a number or an array.
+    wavelength_nm : nm; None: the reference wavelength of the lens.
+    """
     wave = wavelength_nm or lens.reference_nm
     tangent = np.atleast_1d(np.asarray(tangent, float))
     ideal = _sensor_scale_mm(lens, wave) * tangent
@@ -167,6 +180,13 @@ def pupil_area_mm2(
 
     Cells that the border of the beam crosses count by the part inside, to first order in the
     smallest margin along the ray.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    tangent : tangents of field angles along +x, a number or an array.
+    wavelength_nm : nm; None: the reference wavelength of the lens.
+    grid : rays along each side of a square around the entrance pupil.
     """
     wave = wavelength_nm or lens.reference_nm
     tangent = np.atleast_1d(np.asarray(tangent, float))
@@ -240,6 +260,12 @@ def relative_illumination(lens, tangent, wavelength_nm: float | None = None) -> 
     E = L dOmega cos A / dA' with A the entrance area, dOmega = cos^3 d(tangent)^2 and dA' the area
     of the image of d(tangent)^2: cos^4, vignetting, pupil aberration and distortion together;
     losses at surfaces, small and even, are left out.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    tangent : tangents of field angles along +x, a number or an array.
+    wavelength_nm : nm; None: the reference wavelength of the lens.
     """
     wave = wavelength_nm or lens.reference_nm
     tangent = np.abs(np.atleast_1d(np.asarray(tangent, float)))

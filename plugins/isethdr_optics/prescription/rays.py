@@ -37,6 +37,8 @@ def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0) -> F
 
     Parameters
     ----------
+    lens : `Prescription`, scaled and stopped.
+    wavelength_nm : wavelength, nm.
     reach : radii of the stop within which rays count. Rims do not stop them.
 
     Raises
@@ -59,7 +61,14 @@ def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0) -> F
 
 
 def entering(lens, indices, tangent):
-    """Return (position, direction) of parallel light over the entrance pupil and somewhat more."""
+    """Return (position, direction) of parallel light over the entrance pupil and somewhat more.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    indices : refractive index of every medium, as of `Prescription.indices`.
+    tangent : of the field angle, along +x.
+    """
     front = lens.surfaces[0].z_mm
     optics = lens.surfaces[:-1]
     pupil_z, pupil_radius = paraxial.entrance_pupil(optics, indices)

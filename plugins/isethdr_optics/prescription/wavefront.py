@@ -33,6 +33,7 @@ def zernike_um(lens: Prescription, tangent: float, wavelength_nm: float) -> Wave
 
     Parameters
     ----------
+    wavelength_nm : wavelength, nm.
     lens : scaled and stopped.
     tangent : of the field angle, 0 or above.
 

@@ -30,6 +30,11 @@ def check(lens, flares, wavelength_nm) -> None:
     band than can be followed.
 
     It says how narrow bands have to be.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : centres of the bands, nm.
     """
     change, wave, width = _worst((lens,), wavelength_nm)
     delays = sampled_pupil.delays_um(lens, flares)

@@ -34,6 +34,8 @@ def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) ->
 
     Parameters
     ----------
+    centre_nm : of the band, nm.
+    width_nm : of the band, nm.
     plan : `kernels._Plan` of the band. `energy` : of its open pupil, mm2.
     """
     cache = _core_cache if all(map(is_dataclass, (plan.lens, *plan.flares))) else None

@@ -43,6 +43,15 @@ class Knots:
     ) -> list[list]:
         """Return for either half [(lattice, share), ...] of the pattern at wavelength `middle`, to
         be read over `span`, nm.
+
+        Parameters
+        ----------
+        plan : `kernels._Plan` of the band.
+        reach : (y, x) parts of tiles from the axis to the border, as of `wings.Grid`.
+        middle : wavelength, nm.
+        span : width of the part of the band that is read, nm.
+        energy : of the open pupil, mm2.
+        fine : times the usual number of samples.
         """
         low, step = _cell(plan, middle, span)
         if not step:
@@ -82,7 +91,15 @@ class Knots:
 
 
 def lattices_of(plan, centre: float, width: float, parts: int) -> list[tuple[float, float]]:
-    """Return (wavelength, stretch) of every pair of lattices that the parts of a band read."""
+    """Return (wavelength, stretch) of every pair of lattices that the parts of a band read.
+
+    Parameters
+    ----------
+    plan : `kernels._Plan` of the band.
+    centre : of the band, nm.
+    width : of the band, nm.
+    parts : of about the same phase, into which the band is divided.
+    """
     span = width / parts
     out = []
     for part in range(parts):
@@ -99,6 +116,12 @@ def lattices_of(plan, centre: float, width: float, parts: int) -> list[tuple[flo
 def error(plan, middle: float, span: float) -> float:
     """Return the relative error per tile that straight lines between knots leave of light around a
     wavelength.
+
+    Parameters
+    ----------
+    plan : `kernels._Plan` of the band.
+    middle : wavelength, nm.
+    span : width of the part of the band around it, nm.
     """
     low, step = _cell(plan, middle, span)
     return STRAIGHT * _change(plan, low, low + step) ** 2 if step else 0.0

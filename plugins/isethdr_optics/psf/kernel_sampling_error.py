@@ -118,6 +118,13 @@ class ColumnErrors:
     def add(self, wrong, light, first: int, core: tuple[int, int]) -> None:
         """Take columns of tiles, (y, column), from `first` on, the axis in the middle of y; tiles
         within `core` (y, x) do not count.
+
+        Parameters
+        ----------
+        wrong : (y, column) error of the light of tiles.
+        light : (y, column) light of the tiles.
+        first : column, tiles from the axis.
+        core : (y, x) tiles from the axis that do not count.
         """
         y = np.arange(len(wrong)) - len(wrong) // 2
         x = first + np.arange(wrong.shape[1])

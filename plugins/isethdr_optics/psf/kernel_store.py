@@ -100,6 +100,7 @@ def save(key: str, shape, dtype, bands, facts) -> None:
 
     Parameters
     ----------
+    key : name of the kernels, as of `name`.
     shape, dtype : of all bands together.
     bands : iterable of one array per band, taken one at a time.
     facts : called at last; returns (fact, band) float64.

@@ -50,7 +50,13 @@ def seconds(counts: Counts) -> float:
 
 
 def one_pattern(lens, flares, frame: Frame) -> Counts:
-    """Return the work of kernels without phase (`scaled_pattern`)."""
+    """Return the work of kernels without phase (`scaled_pattern`).
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
+    """
     read = scaled_pattern.finer_rings(lens, frame)
     levels = [
         (level, outer, scaled_pattern.lattice(lens, frame, level, outer, read))
@@ -78,7 +84,13 @@ def one_pattern(lens, flares, frame: Frame) -> Counts:
 
 
 def with_phase(lens, flares, frame: Frame) -> Counts:
-    """Return the work of kernels from patterns at a few wavenumbers (`phase_patterns`)."""
+    """Return the work of kernels from patterns at a few wavenumbers (`phase_patterns`).
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
+    """
     read = scaled_pattern.finer_rings(lens, frame)
     levels = list(phase_patterns.lattices(lens, frame, read))
     count = len(phase_patterns.wavenumbers(lens, flares, frame))

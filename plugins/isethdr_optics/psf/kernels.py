@@ -249,8 +249,11 @@ def at_hand(lens, flares, wavelength_nm, pitch_um, reach, shorter: float = 0.0) 
 
     Parameters
     ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : centres of the bands, nm.
+    pitch_um : (y, x) of a tile, um.
     shorter : such as reach up to that share of `reach` count too: how far kernels have to reach
-        for a sensor is known with the light. The others as `kernels`.
+        for a sensor is known with the light.
     """
     wavelength_nm = np.asarray(wavelength_nm, float)
     key_without_reach = _key(lens, flares, wavelength_nm, pitch_um, reach)[:WITHOUT_REACH]
@@ -268,7 +271,15 @@ def at_hand(lens, flares, wavelength_nm, pitch_um, reach, shorter: float = 0.0) 
 
 
 def expected_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
-    """Return the CPU seconds that kernels take to make; arguments as `kernels`."""
+    """Return the CPU seconds that kernels take to make.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : centres of the bands, nm.
+    pitch_um : (y, x) of a tile, um.
+    reach : (y, x) tiles from the axis to the border of the kernels.
+    """
     wavelength_nm = np.asarray(wavelength_nm, float)
     frame = _frame(lens, flares, wavelength_nm, pitch_um, reach)
     if frame is not None:
@@ -314,7 +325,14 @@ def _lattices_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
 
 def from_patterns(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
     """Return whether kernels come from one pattern or a few; others come from lattices or exact
-    cores alone. Arguments as `kernels`.
+    cores alone.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : centres of the bands, nm.
+    pitch_um : (y, x) of a tile, um.
+    reach : (y, x) tiles from the axis to the border of the kernels.
     """
     wavelength_nm = np.asarray(wavelength_nm, float)
     given = lens, flares, wavelength_nm, pitch_um, reach
@@ -322,7 +340,15 @@ def from_patterns(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
 
 
 def from_one_pattern(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
-    """Return whether one pattern gives the kernels of all bands; arguments as `kernels`."""
+    """Return whether one pattern gives the kernels of all bands.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : centres of the bands, nm.
+    pitch_um : (y, x) of a tile, um.
+    reach : (y, x) tiles from the axis to the border of the kernels.
+    """
     return _frame(lens, flares, np.asarray(wavelength_nm, float), pitch_um, reach) is not None
 
 
@@ -760,7 +786,15 @@ def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
 
 
 def without_lattices(lens, shortest_nm: float, pitch_um, reach) -> bool:
-    """Return whether the exact core of a band that starts at `shortest_nm` covers its kernel."""
+    """Return whether the exact core of a band that starts at `shortest_nm` covers its kernel.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    shortest_nm : shortest wavelength of the band, nm.
+    pitch_um : (y, x) of a tile, um.
+    reach : (y, x) tiles from the axis to the border of the kernels.
+    """
     _, fine, wide = fine_tiles(lens, shortest_nm, pitch_um, reach)
     return core_half(lens, shortest_nm, fine, wide) == tuple(wide)
 
@@ -782,6 +816,13 @@ def fine_tiles(lens, shortest_nm, pitch_um, reach) -> wings.Grid:
 def held_bytes(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     """Return the bytes of kernels up to `reach` (y, x) tiles, and of lattices. Those of traced
     lenses are not counted.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : centres of the bands, nm.
+    pitch_um : (y, x) of a tile, um.
+    reach : (y, x) tiles from the axis to the border of the kernels.
     """
     total = float(FLOAT32_BYTES * len(wavelength_nm) * np.prod([2.0 * r + 1 for r in reach]))
     shortest = float(np.min(wavelength_nm - band_widths_nm(wavelength_nm) / 2))
@@ -890,7 +931,16 @@ class _Plan:
 
 
 def point_spread(lens, wavelength_nm, pitch_um, size, flares, integrated):
-    """Return the point spread function of a lens with flares; see `DiffractionLimitedLens.psf`."""
+    """Return the point spread function of a lens with flares; see `DiffractionLimitedLens.psf`.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : one or more wavelengths, nm.
+    pitch_um : of the samples, um.
+    size : samples along either axis.
+    integrated : whether samples are integrals over their squares; None: where they are wide.
+    """
     waves = np.atleast_1d(np.asarray(wavelength_nm, float))
     memory.check_psf(waves, pitch_um, size)
     if integrated is None:
@@ -917,7 +967,16 @@ def point_spread(lens, wavelength_nm, pitch_um, size, flares, integrated):
 
 
 def psf_array(values, wavelength_nm, pitch_um, lens, flares, integrated=True):
-    """Return point spread functions as a labelled DataArray, y and x in metres."""
+    """Return point spread functions as a labelled DataArray, y and x in metres.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    values : (wavelength, y, x), the axis at index size // 2.
+    wavelength_nm : one or more wavelengths, nm.
+    pitch_um : of the samples, um.
+    integrated : whether samples are integrals over their squares.
+    """
     at = (np.arange(values.shape[-1]) - values.shape[-1] // 2) * pitch_um * 1e-6
     return xr.DataArray(
         values,

@@ -14,6 +14,12 @@ from isethdr_core.plugins.ranges import LEAST_NM, MOST_NM
 def check_psf(waves, pitch_um, size) -> None:
     """Refuse a point spread function of no wavelength, no pitch, or more samples than the memory
     holds.
+
+    Parameters
+    ----------
+    waves : wavelengths, nm, an array.
+    pitch_um : of the samples, um.
+    size : samples along either axis.
     """
     if not (np.all(waves >= LEAST_NM) and np.all(waves <= MOST_NM)) or waves.size == 0:
         raise ConfigError(
@@ -36,6 +42,12 @@ def check_psf(waves, pitch_um, size) -> None:
 def check_kernels(held_bytes: float, bands: int, reach) -> None:
     """Refuse kernels, with their lattices, that the memory does not hold or that would take
     hours.
+
+    Parameters
+    ----------
+    held_bytes : of the kernels and their lattices.
+    bands : number of bands.
+    reach : (y, x) tiles from the axis to the border of the kernels.
     """
     subject = f"kernels of {bands} bands over {reach[0] + 1} x {reach[1] + 1} tiles"
     check_fits([Need(subject, held_bytes, "render fewer bands or a smaller field")])

@@ -38,6 +38,11 @@ CHECKED_TURNS = 1 / 128  # of direct sums, from cell to cell
 def serves(lens, flares, frame: Frame) -> bool:
     """Return whether patterns at a few wavenumbers give the kernels of a frame: a phase in
     proportion to the wavenumber, and lattices that memory allows.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
     """
     if not lens.zernike_um or lens.focal_shift_um or lens.traced is not None or lens.uneven:
         return False
@@ -64,7 +69,13 @@ def serves(lens, flares, frame: Frame) -> bool:
 
 
 def memory_bytes(lens, flares, frame: Frame) -> float:
-    """Return the peak memory, bytes: kernels of a frame, and patterns of the largest lattice."""
+    """Return the peak memory, bytes: kernels of a frame, and patterns of the largest lattice.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
+    """
     kernel_bytes = 4.0 * len(frame.edges_nm) * np.prod([2.0 * r + 1 for r in frame.reach])
     *_, (_, _, lattice) = lattices(lens, frame, scaled.usual_rings(lens, frame))
     pattern = 4.0 * np.prod([2.0 * n + 1 for n in lattice.samples_to_border])
@@ -73,7 +84,13 @@ def memory_bytes(lens, flares, frame: Frame) -> float:
 
 
 def wavenumbers(lens, flares, frame: Frame) -> np.ndarray:
-    """Return the wavenumbers, 1 / nm, at which patterns are computed."""
+    """Return the wavenumbers, 1 / nm, at which patterns are computed.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
+    """
     ends = 1 / frame.edges_nm.max(), 1 / frame.edges_nm.min()
     return whole.interpolation_wavenumbers(*ends, _change(lens, flares, frame), INTERPOLATED)
 
@@ -81,6 +98,12 @@ def wavenumbers(lens, flares, frame: Frame) -> np.ndarray:
 def core_wavelengths(lens, flares, frame: Frame, band_nm) -> np.ndarray:
     """Return the wavelengths of a band's exact core: from one to the next the pattern at its border
     moves by a speckle at most, and the phase by a radian rms.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
+    band_nm : both ends of the band, nm.
     """
     low, high = band_nm
     middle = (low + high) / 2
@@ -99,6 +122,8 @@ def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Calla
 
     Parameters
     ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
     read : how finely rings are read. `apply` : `map`, or the `map` of a pool of threads.
     """
     pupil = scaled.pupil_of(lens, flares, frame.shortest_nm)
@@ -144,6 +169,14 @@ def errors(
 ) -> Errors:
     """Return what direct sums over the pupil say of kernels, as `scaled_pattern.errors`; beside the
     core on one side of the axis, far from it on the other.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
+    half_kernels : (band, y, x), whole kernels.
+    read : how finely rings are read.
+    apply : `map`, or the `map` of a pool of threads.
     """
     reach = frame.reach[1]
     order = np.argsort(frame.edges_nm[:, 0])
@@ -232,6 +265,12 @@ def _period(lens, frame, reach_um: float, turns: float) -> float:
 def lattices(lens, frame: Frame, read: Rings):
     """Yield (level, (y, x) tiles to its border, lattice): periods as long as the slope of the phase
     asks for.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    frame : bands and tiles of the kernels.
+    read : how finely rings are read.
     """
     for level, outer in scaled.reaches(frame, read):
         reach_um = min(r * p for r, p in zip(outer, frame.pitch_um))

@@ -145,6 +145,11 @@ class Frame:
 def serves(lens, flares, frame: Frame) -> bool:
     """Return whether kernels of a frame can be made from one pattern: no phase, and lattices that
     memory and patience allow.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
     """
     if sampled_pupil.has_phase(lens, flares) or lens.uneven:
         return False
@@ -169,7 +174,14 @@ def lattices_fit(lens, frame: Frame) -> bool:
 
 
 def memory_bytes(lens, frame: Frame, read: Rings | None = None) -> float:
-    """Return the peak memory, bytes: kernels of a frame, and the largest lattice."""
+    """Return the peak memory, bytes: kernels of a frame, and the largest lattice.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    frame : bands and tiles of the kernels.
+    read : how finely rings are read; None: as usual.
+    """
     rows, columns = frame.reach
     read = read or usual_rings(lens, frame)
     kernel_bytes = 4.0 * len(frame.edges_nm) * (rows + 1) * (2.0 * columns + 1)
@@ -211,6 +223,12 @@ def finer_rings(lens, frame: Frame) -> Rings:
 def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.ndarray, Errors]:
     """Return `halves` and their `errors`, as finely made as `lens.speckle_error` asks for and
     `FINEST` allows.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
+    apply : `map`, or the `map` of a pool of threads.
     """
     fine = min(FINEST, max(1.0, USUAL_ERROR / lens.speckle_error))
     core = exact_halves(lens, flares, frame, frame.core, apply)
@@ -227,7 +245,13 @@ def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.n
 
 
 def pupil_of(lens, flares, wavelength_nm: float) -> patterns.RealPupil:
-    """Return the pupil of a lens without phase."""
+    """Return the pupil of a lens without phase.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : wavelength, nm.
+    """
     return patterns.RealPupil(
         sampled_pupil.terms(lens, flares),
         sampled_pupil.reach_mm(lens),
@@ -244,6 +268,7 @@ def halves(
 
     Parameters
     ----------
+    lens : a lens of this package. `flares` : its flare components.
     core : of `exact_halves`, as large as `frame.core`. `read` : how finely rings are read.
     apply : `map`, or the `map` of a pool of threads.
     """
@@ -293,6 +318,14 @@ def _lattices(lens, frame, read=USUAL):
 def lattice(lens, frame: Frame, level: Level, outer, read: Rings = USUAL):
     """Return the `half_plane_pattern.HalfLattice` of a level that ends `outer` (y, x) tiles from
     the axis.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    frame : bands and tiles of the kernels.
+    level : of the rings that are read from it.
+    outer : (y, x) tiles from the axis to the border of the level.
+    read : how finely rings are read.
     """
     pitch = min(frame.pitch_um)
     blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
@@ -309,6 +342,12 @@ def wrap(lens, frame: Frame, read: Rings) -> float:
 
     `WRAP` was measured with the usual period; light from beyond a longer one is held back by more
     (`lattice.spline_response`), in amplitude.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    frame : bands and tiles of the kernels.
+    read : how finely rings are read.
     """
     level, outer = list(reaches(frame, read))[-1]
     lattice_of_level = lattice(lens, frame, level, outer, read)
@@ -321,13 +360,27 @@ def wrap(lens, frame: Frame, read: Rings) -> float:
 
 
 def rays_per_tile(lens, frame: Frame, level: Level) -> float:
-    """Return the rays per tile at a ring's outermost: as close as in a tile of usual width."""
+    """Return the rays per tile at a ring's outermost: as close as in a tile of usual width.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    frame : bands and tiles of the kernels.
+    level : of the ring.
+    """
     blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
     return level.rays * max(1.0, max(frame.pitch_um) / (USUAL_TILE * blur))
 
 
 def places(frame: Frame, low: int, level: Level) -> int:
-    """Return the places that stand for the triangle of two tiles in a ring from `low` tiles on."""
+    """Return the places that stand for the triangle of two tiles in a ring from `low` tiles on.
+
+    Parameters
+    ----------
+    frame : bands and tiles of the kernels.
+    low : tiles from the axis to the ring.
+    level : of the ring.
+    """
     count = np.ceil(level.places / (low * frame.narrowest) - 0.05)
     return int(np.clip(count, 1, MOST_PLACES))
 
@@ -382,6 +435,8 @@ def exact_halves(
 
     Parameters
     ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
     reach : (y, x) tiles from the axis. `apply` : `map`, or the `map` of a pool of threads.
     wide : of a wider core, whose wavelengths are Gauss's.
     """
@@ -410,6 +465,13 @@ def exact_halves(
 def exact_wavelengths(lens, band_nm, pitch_um, reach) -> np.ndarray:
     """Return midpoints of equal sub-bands: from one to the next the pattern at `reach` moves by
     1 / `DENSE` of a speckle at most.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    band_nm : both ends of the band, nm.
+    pitch_um : (y, x) of a tile, um.
+    reach : (y, x) tiles from the axis to the border of the exact core.
     """
     low, high = band_nm
     middle = (low + high) / 2
@@ -458,6 +520,14 @@ def errors(
 
     Columns cross all octaves beyond their own. Long wavelengths err most near the core, where they
     hold the fewest speckles, short ones far from it, where they ask most of the lattice.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    frame : bands and tiles of the kernels.
+    half_kernels : (band, y, x) of `halves`: the half plane from the axis on.
+    read : how finely rings are read.
+    apply : `map`, or the `map` of a pool of threads.
     """
     if frame.core == frame.reach:
         return Errors(*np.zeros((2, kernel_sampling_error.OCTAVES)), 0.0)
@@ -501,7 +571,15 @@ def checked_columns(lens, frame: Frame) -> list[int]:
 
 
 def of_whole_kernels(relative, deviation, mean: float) -> Errors:
-    """Return the errors of kernels from the largest, per octave, of a few columns of tiles."""
+    """Return the errors of kernels from the largest, per octave, of a few columns of tiles.
+
+    Parameters
+    ----------
+    relative : largest error per tile of a few columns, per octave of distance, relative; changed in
+        place.
+    deviation : the same of `kernel_sampling_error.deviation`.
+    mean : relative error of the mean of the tiles of a column.
+    """
     # of a small frame, corners lie in an octave that no column crosses: as wrong as the one before
     outermost = int(np.flatnonzero(relative).max(initial=0))
     for values in (relative, deviation):
@@ -581,7 +659,14 @@ def wider_cores(lens, frame: Frame) -> list[CoreSize]:
 
 
 def exact_sums(lens, frame: Frame, reach: tuple[int, int]) -> float:
-    """Return the multiplications that `exact_halves` takes."""
+    """Return the multiplications that `exact_halves` takes.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    frame : bands and tiles of the kernels.
+    reach : (y, x) tiles from the axis to the border of the exact core.
+    """
     wave = frame.shortest_nm
     step = exact_tiles.STEP * sampled_pupil.blur_um(lens, wave)
     rows, columns = ((2 * r + 3) * p / step for r, p in zip(reach, frame.pitch_um))

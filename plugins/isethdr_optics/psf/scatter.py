@@ -38,6 +38,14 @@ def total(flare, wavelength_nm: float) -> float:
 def mix(kernel, flares, wavelength_nm: float, pitch_um, focal_length_mm: float) -> np.ndarray:
     """Return (1 - scattered fraction) kernel + scatter per sample, for a (y, x) kernel whose axis
     is at index size // 2.
+
+    Parameters
+    ----------
+    kernel : (y, x), its axis at index size // 2.
+    flares : flare components, of which some scatter.
+    wavelength_nm : wavelength, nm.
+    pitch_um : (y, x) of a tile, um.
+    focal_length_mm : of the lens.
     """
     for flare in active(flares, wavelength_nm):
         part = total(flare, wavelength_nm)

@@ -113,6 +113,12 @@ class _Size(NamedTuple):
 def shared(lens, flares, shortest_nm, grid: Grid) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all
     wavelengths of a frame.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    shortest_nm : shortest wavelength of the frame, nm.
+    grid : tiles of the kernel.
     """
     wave = min(shortest_nm, REFERENCE_NM)
     fine = max(1.0, DEFAULT_ERROR / lens.speckle_error)
@@ -140,6 +146,15 @@ def shared(lens, flares, shortest_nm, grid: Grid) -> list[Lattice]:
 def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up
     to `stretch` times the frame.
+
+    Parameters
+    ----------
+    plan : `kernels._Plan` of the band.
+    reach : (y, x) parts of tiles from the axis to the border.
+    wave : wavelength, nm.
+    stretch : times the frame, up to which it is read.
+    energy : of the open pupil, mm2.
+    fine : times the usual number of samples.
     """
     lens = plan.lens
     flares = plan.flares
@@ -416,7 +431,16 @@ def ring(plan, reach, centre, width, energy, fine=1):
 
 
 def samples_of(lens, wave, grid: Grid, stretch: float, shared_by_all: bool) -> float:
-    """Return the samples of one lattice at a wavelength."""
+    """Return the samples of one lattice at a wavelength.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    wave : wavelength, nm.
+    grid : tiles of the kernel.
+    stretch : times the frame, up to which the lattice is read.
+    shared_by_all : whether one lattice serves all wavelengths.
+    """
     usual = SHARED_SAMPLES if shared_by_all else OWN_SAMPLES
     size = _Size(most_samples(lens, wave, grid, usual), stretch, shared=shared_by_all)
     period = _sampling(lens, wave, grid, size)[2]
@@ -424,14 +448,28 @@ def samples_of(lens, wave, grid: Grid, stretch: float, shared_by_all: bool) -> f
 
 
 def reads_of(plan, centre: float, width: float) -> float:
-    """Return the tiles of a band times the wavelengths that each is read at, of both halves."""
+    """Return the tiles of a band times the wavelengths that each is read at, of both halves.
+
+    Parameters
+    ----------
+    plan : `kernels._Plan` of the band.
+    centre : of the band, nm.
+    width : of the band, nm.
+    """
     moved = np.hypot(*plan.reach) * width / centre
     count = np.clip(0.6 * READS * moved, LEAST_READS, MOST_READS)
     return float(2 * count * np.prod([2.0 * r + 1 for r in plan.reach]))
 
 
 def parts_of(plan, centre: float, width: float) -> int:
-    """Return into how many parts of about the same phase a band is divided."""
+    """Return into how many parts of about the same phase a band is divided.
+
+    Parameters
+    ----------
+    plan : `kernels._Plan` of the band.
+    centre : of the band, nm.
+    width : of the band, nm.
+    """
     return _parts(plan, centre, width)
 
 

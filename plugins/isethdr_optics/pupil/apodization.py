@@ -17,6 +17,12 @@ SAMPLES = 384  # across the stop, from which the share of an opening's light is 
 def amplitude(terms, x, y) -> np.ndarray:
     """Return the amplitude (y, x), float32, of ((OSA index, value), ...) at places in stop radii, y
     down.
+
+    Parameters
+    ----------
+    terms : ((OSA index, value), ...) of the amplitude over the stop.
+    x : places along x, stop radii.
+    y : places along y, stop radii, y down.
     """
     return wavefront_um(dict(terms), x, -y).astype(np.float32)
 
@@ -28,6 +34,8 @@ def share(terms, opening, dirt, radius_mm: float) -> float:
 
     Parameters
     ----------
+    terms : ((OSA index, value), ...) of the amplitude over the stop.
+    radius_mm : of the stop, mm.
     opening : convex shape. `dirt` : ((shape, loss of amplitude), ...); mm.
     """
     at = (np.arange(SAMPLES) + 0.5) / SAMPLES * 2 - 1

@@ -128,6 +128,11 @@ def _shapes(lens, flares) -> tuple:
 def terms(lens, flares, wavelength_nm: float | None = None) -> list:
     """Return the stop and all flares with shapes as one sum of (shape, weight); weights are complex
     where dirt delays light.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : nm, of dirt that delays light; None: without delays.
     """
     opening, dirt = _shapes(lens, flares)
     try:
@@ -253,6 +258,12 @@ def phase_change(lens, flares, first_nm: float, last_nm: float) -> float:
     over the pupil (piston apart).
 
     Dirt counts with all of its phase, wherever it lies: far from the axis its light is alone.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    first_nm : wavelength, nm.
+    last_nm : the other wavelength, nm.
     """
     first, last = (coefficients_um(lens, w) for w in (first_nm, last_nm))
     waves = [
@@ -270,6 +281,14 @@ def _turns_per_cell(lens, step_mm: float, wavelength_nm: float) -> float:
 def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
     """Return the cells times exp(2 pi i OPD / wavelength) of the lens; refuse a phase the cells
     cannot follow.
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    cells : (y, x) amplitude.
+    x_mm : centres of the cells along x, mm, evenly spaced, rising.
+    y_mm : the same along y.
+    wavelength_nm : wavelength, nm.
     """
     wavefront = coefficients_um(lens, wavelength_nm)
     if not (wavefront or lens.uneven):
@@ -359,6 +378,10 @@ def resolved(lens, flares, x_mm, y_mm, wavelength_nm: float, cells=None) -> np.n
 
     Parameters
     ----------
+    lens : a lens of this package. `flares` : its flare components.
+    x_mm : centres of the cells along x, mm, evenly spaced, rising.
+    y_mm : the same along y.
+    wavelength_nm : wavelength, nm.
     cells : the amplitude's means, where they are known.
     """
     step = max(x_mm[1] - x_mm[0], y_mm[1] - y_mm[0])
@@ -442,6 +465,14 @@ def _product(lens, flares, x_mm, y_mm, wavelength_nm):
 def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> list[np.ndarray]:
     """Return the pupil with its wavefront in smooth cells, summed modulo `period`, for several
     offsets; see `lattice.fold_cells`.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : wavelength, nm.
+    cells_mm : (y, x) of a cell, mm.
+    period : (y, x) period of the result, cells.
+    offsets : several (y, x) offsets, each the point between image samples, -1 to 1.
     """
     half_y, half_x = (c / 2 for c in cells_mm)
     fine = _turns_per_cell(lens, max(half_y, half_x), wavelength_nm) > FINE_TURNS
@@ -498,6 +529,13 @@ def core_pitch_mm(lens, extent_um: float, wavelength_nm: float, least: int = COR
     With less than `CORE_SAMPLES` as the `least` samples across the stop, a narrow image has no more
     than it needs to be as exact at its border as a wide one: 2e-3 of what is there (measured
     against 2304; 5e-3 in the widest).
+
+    Parameters
+    ----------
+    lens : a lens of this package.
+    extent_um : width of the image, um.
+    wavelength_nm : wavelength, nm.
+    least : samples across the stop, at least.
     """
     diameter = 2 * radius_mm(lens)
     across = extent_um / blur_um(lens, wavelength_nm)
@@ -515,6 +553,11 @@ def open_energy_mm2(lens, flares, wavelength_nm: float) -> float:
     """Return the integral of |a|^2 over the pupil, mm2: from areas where all is shapes.
 
     Else from a grid of means over cells, `diffraction.energy_of`.
+
+    Parameters
+    ----------
+    lens : a lens of this package. `flares` : its flare components.
+    wavelength_nm : wavelength, nm.
     """
     if all_shapes(flares):
         terms(lens, flares, wavelength_nm)  # refuses more dirt than can be drawn

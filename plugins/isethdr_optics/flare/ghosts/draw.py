@@ -123,6 +123,13 @@ class Canvas:
         A source `blur_mm` from its middle to its border, seen in the ghost, is drawn on cells of
         that size: sharing and interpolation together spread a point with the variance of the
         source.
+
+        Parameters
+        ----------
+        x_mm : (band, n) places on the sensor, mm.
+        y_mm : the same along y.
+        flux : (band, n) light of every point; points of 0 are left out.
+        blur_mm : half the width of the source, seen in the ghost, mm.
         """
         lit = flux > 0
         if not lit.any():

@@ -33,7 +33,14 @@ class BrightGhosts(GhostFlare):
     faint: tuple[tuple[int, int], ...] = ()  # (front, back)
 
     def pairs(self, lens, wavelength_nm, largest_tangent: float):
-        """Return (traced, left out), as `GhostFlare.pairs`."""
+        """Return (traced, left out), as `GhostFlare.pairs`.
+
+        Parameters
+        ----------
+        lens : a lens of this package.
+        wavelength_nm : centres of the bands, nm.
+        largest_tangent : of the field angle.
+        """
         traced, weak = super().pairs(lens, wavelength_nm, largest_tangent)
         faint = [p for p in traced if (p.front, p.back) in self.faint]
         return [p for p in traced if p not in faint], sorted(weak + faint, key=lambda p: p.share)

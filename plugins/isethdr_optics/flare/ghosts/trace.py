@@ -132,6 +132,13 @@ class Beam:
 def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
     """Return, per (low, high) field tangents, the box (x, x, y, y) at the front vertex that holds a
     ghost's light, or None.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    pair : of reflecting surfaces.
+    intervals : [(low, high), ...] field tangents along +x.
+    wavelength_nm : wavelength, nm.
     """
     indices = lens.indices(wavelength_nm)
     front_mm = lens.surfaces[0].z_mm
@@ -178,6 +185,15 @@ def beams(lens, powers: Powers, pair: Pair, tangents, limits, iris: bool = False
     is smooth), while the power is that of every band's own coatings at the nearest traced angles.
     Only the half y > 0 is traced: the other is its mirror image. With `iris`, beams say where they
     cross the stop.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    powers : of the bands.
+    pair : of reflecting surfaces.
+    tangents : field tangents, along x.
+    limits : per tangent a box (x, x, y, y) at the front vertex, mm.
+    iris : whether beams say where they cross the stop.
     """
     wave = powers.wavelength_nm
     traced = wave if len(wave) <= SPECTRAL else np.linspace(wave[0], wave[-1], SPECTRAL)
