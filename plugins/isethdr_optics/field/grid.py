@@ -75,8 +75,13 @@ def _nodes_between(between, first, last, step, allowed) -> list[float]:
 
 
 def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
-    """Return the grid with `rings` rings up to `radius`; one point per ring if the wavefront is
-    rotationally symmetric.
+    """Return the polar grid of field points.
+
+    Parameters
+    ----------
+    rings : number of rings around the axis.
+    radius : radius of the outermost ring, field coordinates.
+    symmetric : whether the wavefront is rotationally symmetric; one point per ring then serves.
     """
     out = [Place(0, 0.0, 0.0, 1)]
     for ring in range(1, rings + 1):
@@ -88,10 +93,14 @@ def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
 
 
 def weight(place: Place, step, x, y) -> np.ndarray:
-    """Return the share of each tile's light, (y, x), that is spread by the point spread of `place`.
+    """Return the share of each tile's light, (y, x), that is spread by the point spread of one
+    point.
 
-    `step` : distance between rings; or the distances to the next ring inside and to the next
-        outside.
+    Parameters
+    ----------
+    place : point of the polar grid.
+    step : distance between rings; or the distances to the next ring inside and to the next outside.
+    x, y : (x,) and (y,) tile centres, in the unit of the grid.
     """
     u = np.asarray(x, float)[None, :]
     v = np.asarray(y, float)[:, None]

@@ -99,8 +99,14 @@ class FieldKernels:
         )
 
     def spread(self, out, light, band: int, error_allowed: float = 0.0) -> Bound:
-        """Write the image of one band's light, (y, x), into `out`; return the bound of its
-        convolutions, right to `error_allowed`, relative.
+        """Write the image of one band's light, and return the bound of its convolutions.
+
+        Parameters
+        ----------
+        out : (y, x) array for the image.
+        light : (y, x) light of the band on the field's tiles.
+        band : number of the band.
+        error_allowed : relative error that the convolutions may have; 0: exact computation.
         """
         axis = np.array(self.axis.bands[band], float)
         axis[self._middle(band)] = 0.0

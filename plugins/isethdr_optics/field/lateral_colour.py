@@ -51,10 +51,11 @@ def magnifications(lens, wavelength_nm, bent, widest_rad: float, projection: str
 
     Parameters
     ----------
-    wavelength_nm : centres of the bands, nm.
-    projection : of the field's coordinates.
-    bent : map of the reference from the field to the sensor; `widest_rad` the largest angle of the
-        field.
+    lens : lens of the field.
+    wavelength_nm : (band,) band centres, nm.
+    bent : map of the reference from the field to the sensor.
+    widest_rad : largest angle of the field, radians.
+    projection : "tangent" or "equidistant".
     pitch : (x, y) of the sensor's tiles, focal lengths.
     """
     wave = np.asarray(wavelength_nm, float)

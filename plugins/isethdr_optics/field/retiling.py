@@ -56,11 +56,12 @@ class Retiled(NamedTuple):
 
 
 def losses(plane: SensorPlane, light, moved) -> Retiled:
-    """Return the errors of moving `light` (..., y, x), which lies on the field's tiles, to other
-    tiles.
+    """Return the errors of moving light to other tiles.
 
     Parameters
     ----------
+    plane : tiles of the sensor plane.
+    light : (..., y, x) light on the field's tiles.
     moved : the same light on the sensor plane's tiles.
     """
     label = (

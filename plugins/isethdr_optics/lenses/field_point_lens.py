@@ -94,9 +94,11 @@ def node_lens(lens, more_um, azimuth_rad: float, angle_rad: float | None = None)
 
     Parameters
     ----------
+    lens : lens of the whole field.
     more_um : {OSA index: um} on top of the lens's own wavefront for light from that angle along +x.
-    azimuth_rad : of the place, counter-clockwise from +x, y up.
-    angle_rad : off the axis; then a traced lens gives its colour and its vignetted pupil too.
+    azimuth_rad : azimuth of the field point, radians, counter-clockwise from +x, y up.
+    angle_rad : angle off the axis, radians; then a traced lens gives its colour and its vignetted
+        pupil too.
     """
     zernike_um = dict(lens.zernike_um or {})
     for j, value in rotated(more_um, azimuth_rad).items():

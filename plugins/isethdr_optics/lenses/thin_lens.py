@@ -73,10 +73,14 @@ class IdealLens:
         _check(self)
 
     def __call__(self, mixed, flares=(), error_allowed=0.0):
-        """Return irradiance of mixed radiance; scatter and added light of `flares` are honoured.
+        """Return irradiance of mixed radiance.
 
-        `error_allowed` is relative, of what the lens may take for its convolutions; 0 asks for the
-        exact way.
+        Parameters
+        ----------
+        mixed : mixed radiance `([component,] wavelength, y, x)`.
+        flares : flare models in the lens; scatter and added light count.
+        error_allowed : relative error that the lens may use for its convolutions; 0: exact
+            computation.
         """
         return imaged(self.plan(flares, mixed, None, LightBudget(error_allowed)), mixed)
 

@@ -38,6 +38,7 @@ def shares(table: MeasuredTable, radii: np.ndarray, x: np.ndarray, y: np.ndarray
 
     Parameters
     ----------
+    table : measured point spread functions over the field.
     radii : (field,) of the table's angles on the sensor, in the unit of x and y.
     x, y : tile centres.
     """

@@ -78,6 +78,13 @@ class Powers:
         """Return the fraction of unpolarised power that is reflected or transmitted.
 
         The sensor absorbs all light that it does not reflect; its transmittance is 1 here.
+
+        Parameters
+        ----------
+        k : number of the surface.
+        reflects : whether the light is reflected; otherwise it is transmitted.
+        forward : whether the light goes towards the sensor.
+        cosine : cosine of the angle of incidence, any shape with bands first.
         """
         if k == len(self.prescription.surfaces) - 1:
             return self.sensor_reflectance if reflects else 1.0

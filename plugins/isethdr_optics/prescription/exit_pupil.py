@@ -79,12 +79,12 @@ def pupil_rays(
     its radii.
 
     The unit is the exit pupil at the reference wavelength times a scale of the same area at this
-    wavelength. So one shape of the
-    pupil serves all wavelengths.
+    wavelength. One shape of the pupil therefore serves all wavelengths.
 
     Parameters
     ----------
     lens : `Prescription`, scaled and stopped.
+    tangent : tangent of the field angle, 0 or above.
     wavelength_nm : wavelength, nm.
     reach : radii of the stop within which rays count. Rims do not stop them.
 

@@ -38,6 +38,7 @@ def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0) -> F
     Parameters
     ----------
     lens : `Prescription`, scaled and stopped.
+    tangent : tangent of the field angle.
     wavelength_nm : wavelength, nm.
     reach : radii of the stop within which rays count. Rims do not stop them.
 

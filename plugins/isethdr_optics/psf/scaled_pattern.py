@@ -268,8 +268,11 @@ def halves(
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
-    core : of `exact_halves`, as large as `frame.core`. `read` : how finely rings are read.
+    lens : lens of this package, without phase.
+    flares : flare models in the lens.
+    frame : bands and tiles of the kernels.
+    core : exact cores of `exact_halves`, as large as `frame.core`.
+    read : sampling of the rings.
     apply : `map`, or the `map` of a pool of threads.
     """
     rows, columns = frame.reach

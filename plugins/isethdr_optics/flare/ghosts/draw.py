@@ -219,8 +219,10 @@ def points(source: Source, low, high, tangents, limits, iris: Iris | None = None
 
     Parameters
     ----------
+    source : source of the ghost: position, size and power.
     low, high : `trace.Beam` at the two field `tangents`; between them positions, weights and
         margins go linearly.
+    tangents : the two field tangents.
     limits : the box both were traced over, mm.
     iris : blades that stand still while the source turns about the axis; the beams then hold their
         crossings of the stop.
