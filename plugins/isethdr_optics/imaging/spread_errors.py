@@ -94,10 +94,12 @@ def fine_enough(make_kernels, lens, mixed, relative, response):
 
     Parameters
     ----------
-    make_kernels : function(lens) -> `kernels.Kernels`. `lens` : with `speckle_error`, the largest
-    error that kernels may have. mixed : mixed radiance (wavelength, y, x). relative : relative
-    illumination of the tiles, (y, x) or 1. response : `isethdr_core.demand.Response` of the
-    sensors; None: the error that the lens states is enough.
+    make_kernels : function(lens) -> `kernels.Kernels`.
+    lens : lens with `speckle_error`, the largest error that kernels may have.
+    mixed : mixed radiance (wavelength, y, x).
+    relative : relative illumination of the tiles, (y, x) or 1.
+    response : `isethdr_core.demand.Response` of the sensors; None: the error that the lens states
+        is enough.
     """
     if response is None:
         return make_kernels(lens), 0.0, None

@@ -1,8 +1,8 @@
 """Imaging seconds: the expected run time of a lens for a frame, before there is any light.
 
 It is the sum of measured costs: kernels that are not kept, their transforms, those of field points
-    where they vary, convolutions, ghosts of a typical night, and finer lattices beside lamps. A
-    wider exact core beside lamps depends on the light and is not included.
+where they vary, convolutions, ghosts of a typical night, and finer lattices beside lamps. A wider
+exact core beside lamps depends on the light and is not included.
 """
 
 from __future__ import annotations
