@@ -41,8 +41,8 @@ def needs_path(path: str) -> Path:
     if not path or "\0" in path:
         raise ConfigError(
             f"scene.path is {path!r}; expected a picture or a spectral cube; type for example"
-            " scene=file scene.path=street.exr; in Python isethdr_scenes.pictures.array_scene(values)"
-            " makes an array the scene"
+            " scene=file scene.path=street.exr; in Python isethdr_scenes.pictures.array_scene"
+            "(values) makes an array the scene"
         )
     file = Path(path).expanduser()
     if not file.exists():
