@@ -165,8 +165,8 @@ PAGES = {
             "For pictures of a very high dynamic range the power law of the spectrum breaks down"
             " (Grimaldi, Kane and Bertalmio 2019, abstract), and localised light sources may"
             " dominate the spectrum (Dror, Willsky and Adelson 2004, abstract). With lamps on,"
-            " `slope` is therefore that of lamps; `log_slope` depends less on them. Spread and skew are"
-            " given without a comparison: no published figure was found in a text that could be"
+            " `slope` is therefore that of lamps; `log_slope` depends less on them. Spread and skew"
+            " are given without a comparison: no published figure was found in a text that could be"
             " read.",
             "Limits. Three pictures of one scene are few, and a street is not the scene of those"
             " photographs. Small frames hold a decade of frequency less than a photograph of 1000"
