@@ -48,9 +48,9 @@ quick-tests: $(READY)
 test-slow: $(READY)
 	$(PYTEST) -n 2 --dist loadfile -m slow
 
-# Tests of the extras test-cards (validators of exported records), test-s3 (a local S3 server), slurm
-# and docs. Tests of a real cluster and of completion in other shells need the Debian packages
-# slurm-wlm, zsh and fish besides. What is skipped is named, with what it lacks.
+# Tests of the extras test-cards (validators of exported records), test-s3 (a local S3 server),
+# slurm and docs. Tests of a real cluster and of completion in other shells also need the Debian
+# packages slurm-wlm, zsh and fish. The summary names each test that is skipped, and what it lacks.
 TESTS_OF_EXTRAS := tests/workflows/export/test_cards.py
 TESTS_OF_EXTRAS += tests/core/storage/test_object_home_server.py
 TESTS_OF_EXTRAS += tests/workflows/test_slurm.py tests/workflows/dataset/test_cluster.py
