@@ -11,7 +11,8 @@ import logging
 import os
 import sys
 import time
-from contextlib import AbstractContextManager, nullcontext
+import traceback
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 
 import hydra
@@ -24,6 +25,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from ..errors import IsetHdrError
 from ..runs.parent_watch import end_with_parent, exit_on_sigterm
+from ..storage.home_folder import home
 from ..sweeps.record import Job, begin, write_job
 from . import chunk_launcher
 from .composition import (
@@ -147,6 +149,7 @@ def task(config: DictConfig) -> None:
         else:
             job.run_and_print(config)
     except Exception as err:  # a plugin's code: anything may happen
+        keep_traceback(err)
         text, code = complaint(err)
         if sweeping:
             seconds = time.monotonic() - started
@@ -161,6 +164,22 @@ def task(config: DictConfig) -> None:
             ) from None
         print(f"error: {text}", file=sys.stderr)
         sys.exit(code)
+
+
+def keep_traceback(err: Exception) -> None:
+    """Write the traceback of a crash outside the stages of a run, and note where it is.
+
+    Parameters
+    ----------
+    err : exception. A mistake of the user needs no traceback, and a stage has kept its own.
+    """
+    if isinstance(err, IsetHdrError) or getattr(err, "__notes__", []):
+        return
+    path = home() / "failed" / f"{time.strftime('%Y%m%d_%H%M%S')}_{os.getpid()}.txt"
+    with suppress(OSError):  # a full disk must not hide the error that it caused
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("".join(traceback.format_exception(err)))
+        err.add_note(f"traceback in {path}")
 
 
 def complaint(err: Exception) -> tuple[str, int]:

@@ -1,0 +1,28 @@
+"""A crash outside the stages of a run leaves its traceback in the home folder."""
+
+import pytest
+
+from isethdr_core.config.hydra_app import complaint, keep_traceback
+from isethdr_core.errors import ConfigError
+
+
+def raised(error):
+    """Return an exception with a traceback."""
+    with pytest.raises(type(error)) as caught:
+        raise error
+    return caught.value
+
+
+def test_a_crash_outside_the_stages_names_its_traceback(isethdr_home):
+    err = raised(RecursionError("too deep"))
+    keep_traceback(err)
+    [kept] = (isethdr_home / "failed").glob("*.txt")
+    assert "in raised" in kept.read_text() and "RecursionError: too deep" in kept.read_text()
+    assert complaint(err) == (f"RecursionError: too deep; traceback in {kept}", 1)
+    keep_traceback(err)
+    assert len(list((isethdr_home / "failed").glob("*.txt"))) == 1, "a stage has kept its own"
+
+
+def test_a_mistake_of_the_user_has_no_traceback(isethdr_home):
+    keep_traceback(raised(ConfigError("pitch_um is -1")))
+    assert not (isethdr_home / "failed").exists()
