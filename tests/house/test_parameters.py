@@ -105,7 +105,9 @@ def may_leave_out(text: str) -> bool:
         except SyntaxError:  # the header ends elsewhere, or has no body
             return True
         names = parameters(function)
-        if len(names) >= LEAST and not known.issuperset(names):
+        if len(names) < LEAST or known.issuperset(names):
+            continue
+        if not (own.startswith(" ") and signature(function) in contracts()):
             return True
     return False
 
@@ -187,15 +189,11 @@ def test_an_entry_without_its_parameter_is_found():
     assert invented(text) == ["b", "c"]
 
 
-# functions whose docstrings are being written; the number only goes down
-CEILING = 454
-
-
 def test_every_parameter_is_documented():
     found = [
         each for file in PRODUCT if may_leave_out(text_of(file)) for each in undocumented(file)
     ]
-    assert len(found) <= CEILING, (
+    assert not found, (
         "a section Parameters with one line for each, its meaning, shape and unit, is missing:\n"
         + "\n".join(map(str, found))
     )
