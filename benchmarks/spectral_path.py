@@ -1,5 +1,5 @@
-"""31 bands x 1080 x 1920 through a dusty hexagon at f/4 on 3 um pixels, against a program of twenty
-lines that keeps its transfer functions, and against the rule that image simulators share.
+"""A night through a dusty hexagon at f/4 on 3 um pixels, against a program of twenty lines that
+keeps its transfer functions, and against the rule that image simulators share.
 
 The program: a linear float64 convolution per band by SciPy, with kernels and their transforms made
 before, rows without light skipped. The rule: per band a point spread function by FFT on the frame
@@ -8,11 +8,16 @@ irradiance of every band, or photocurrent of the sensor's channels. All run in p
 this one, in turns, on the same scene, with the allocator as it is. Each figure is the worst of all
 turns; ratios are those within one turn. What is kept is clocked at its best of three per turn.
 
-    OMP_NUM_THREADS=2 python benchmarks/spectral_path.py [height width [aberrated]]
+    OMP_NUM_THREADS=2 python benchmarks/spectral_path.py [--rows 1080 --columns 1920 --bands 31]
+    OMP_NUM_THREADS=2 python benchmarks/spectral_path.py --table [--largest 540]
+
+`--table`: cost against frame size and bands, one turn of each, with SciPy's transforms and, where
+it is installed, with those of ducc0; frames of more than `--largest` rows are left out.
 """
 
 from __future__ import annotations
 
+import argparse
 import ctypes
 import multiprocessing
 import os
@@ -20,18 +25,28 @@ import sys
 import tempfile
 import threading
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from importlib.metadata import version
 
 import numpy as np
 import scipy.fft as sf
 
-BANDS_NM = np.arange(400.0, 701.0, 10.0)
+FIRST_NM = 400.0
+LAST_NM = 700.0
 PITCH_UM = 3.0
 FOCAL_MM = 6.0
 F_NUMBER = 4.0
 LEVEL = 2.5e-4  # W m-2 sr-1 nm-1 of the background: some hundred electrons in green
 WORKERS = int(os.environ.get("OMP_NUM_THREADS") or os.cpu_count())
-# irradiance from nothing, scene included
+# the table: frames (rows, columns), bands, and the memory that a row may take
+FRAMES = ((270, 480), (540, 960), (1080, 1920), (2160, 3840))
+BANDS = (8, 31, 61)
+MOST_BYTES = 8e9
+# bytes per tile and band of the light in memory: scene, half a kernel of four times the tiles, and
+# irradiance, float32
+CUBES_BYTES = 4 + 8 + 4
+GROUP_BYTES = 2.1e9  # of these at most at a time; more bands are imaged in groups
+# targets at 1080 x 1920 x 31: irradiance from nothing, scene included
 COLD_S = 11.0
 COLD_CPU_S = 16.0
 COLD_BYTES = 1.4e9
@@ -43,51 +58,84 @@ NOISE_SHARE = 0.1, 0.2  # error of photocurrent, below full well and above
 FULL_WELL_E = 1e5
 
 
-def bump(centre, width):
+@dataclass(frozen=True)
+class Case:
+    """A frame and its bands."""
+
+    rows: int = 1080
+    columns: int = 1920
+    bands: int = 31
+    aberrated: bool = False
+
+    @property
+    def bands_nm(self):
+        """Centres of the bands, nm."""
+        return np.linspace(FIRST_NM, LAST_NM, self.bands)
+
+    @property
+    def values(self) -> int:
+        """Tiles times bands."""
+        return self.rows * self.columns * self.bands
+
+    def groups(self) -> list[slice]:
+        """Return the bands that are imaged together."""
+        count = int(np.ceil(CUBES_BYTES * self.values / GROUP_BYTES))
+        borders = np.linspace(0, self.bands, count + 1).round().astype(int)
+        return [slice(first, last) for first, last in zip(borders, borders[1:])]
+
+
+def bump(bands_nm, centre, width):
     """Return a Gaussian line over the bands."""
-    return np.exp(-0.5 * ((BANDS_NM - centre) / width) ** 2)
+    return np.exp(-0.5 * ((bands_nm - centre) / width) ** 2)
 
 
-def lights():
+def lights(bands_nm):
     """Return spectra of the night: sky, halogen, sodium, mercury, white LED; (light, band),
     mean 1.
     """
-    micron = BANDS_NM * 1e-3
+
+    def line(centre, width):
+        return bump(bands_nm, centre, width)
+
+    micron = bands_nm * 1e-3
     planck = [micron**-5 / np.expm1(14388 / (micron * t)) for t in (9000, 3000)]
     lines = [
-        0.03 + bump(589, 7) + 0.4 * bump(568, 4) + 0.5 * bump(616, 4),
-        0.02 + bump(436, 3) + bump(546, 3) + 0.8 * bump(578, 3),
+        0.03 + line(589, 7) + 0.4 * line(568, 4) + 0.5 * line(616, 4),
+        0.02 + line(436, 3) + line(546, 3) + 0.8 * line(578, 3),
     ]
-    out = np.stack([*planck, *lines, bump(452, 9) + 0.7 * bump(560, 55)])
+    out = np.stack([*planck, *lines, line(452, 9) + 0.7 * line(560, 55)])
     return out / out.mean(1, keepdims=True)
 
 
-def materials():
+def materials(bands_nm):
     """Return reflectances (material, band): asphalt, concrete, grass, red, blue, yellow."""
 
     def rise(at, width):
-        return 1 / (1 + np.exp((at - BANDS_NM) / width))
+        return 1 / (1 + np.exp((at - bands_nm) / width))
 
     return np.stack(
         [
             0.08 + 0.02 * rise(600, 80),
             0.3 + 0.1 * rise(520, 60),
-            0.05 + 0.1 * bump(550, 25) + 0.4 * rise(690, 10),
+            0.05 + 0.1 * bump(bands_nm, 550, 25) + 0.4 * rise(690, 10),
             0.05 + 0.6 * rise(600, 12),
-            0.04 + 0.4 * bump(455, 30),
+            0.04 + 0.4 * bump(bands_nm, 455, 30),
             0.06 + 0.7 * rise(515, 12),
         ]
     )
 
 
-def night(height, width, lamp=1e8):
+def night(case: Case, lamp=1e8):
     """Return mixed radiance float32: materials under five lights over two decades, 40 lamps up to
     `lamp` times as bright, 0.5 % noise.
     """
     from isethdr_core.quantities import RADIANCE, centres, plane
 
+    height = case.rows
+    width = case.columns
+    bands_nm = case.bands_nm
     rng = np.random.default_rng(3)
-    spectra = lights()
+    spectra = lights(bands_nm)
     y, x = np.mgrid[:height, :width].astype(np.float32)
     kind = (
         rng.integers(0, 6, (-(-height // 30), -(-width // 40)))
@@ -101,9 +149,9 @@ def night(height, width, lamp=1e8):
     amounts = np.stack(
         [10 ** (0.5 * wave - shade) for wave, shade in zip(waves, (1.0, 0.5, 0.5, 1.0, 0.8))]
     )
-    values = np.empty((len(BANDS_NM), height, width), np.float32)
-    seen = spectra[:, None] * materials()
-    for band in range(len(BANDS_NM)):
+    values = np.empty((case.bands, height, width), np.float32)
+    seen = spectra[:, None] * materials(bands_nm)
+    for band in range(case.bands):
         values[band] = sum(
             amount * part[kind]
             for amount, part in zip(amounts, seen[:, :, band].astype(np.float32))
@@ -120,7 +168,7 @@ def night(height, width, lamp=1e8):
     step = PITCH_UM * 1e-3 / FOCAL_MM
     return plane(
         values,
-        BANDS_NM,
+        bands_nm,
         centres(width, width * step),
         centres(height, height * step),
         RADIANCE,
@@ -159,7 +207,7 @@ def aperture(samples=1024):
     )
 
 
-def shared_rule(radiance, pupil):
+def shared_rule(radiance, bands_nm, pupil):
     """Return irradiance as image simulators compute it."""
     count, ny, nx = radiance.shape
     n = max(ny + 2 * round(ny / 8), nx + 2 * round(nx / 8))
@@ -167,7 +215,7 @@ def shared_rule(radiance, pupil):
     ox = (n - nx) // 2
     out = np.empty((count, ny, nx))
     padded = np.zeros((n, n))
-    for band, wave in enumerate(BANDS_NM):
+    for band, wave in enumerate(bands_nm):
         # of the pupil, so that a sample of the image is a pixel
         spacing_mm = wave * 1e-3 * FOCAL_MM / (n * PITCH_UM)
         size = min(n, round(FOCAL_MM / F_NUMBER / spacing_mm))
@@ -192,7 +240,9 @@ def private_bytes() -> int:
 
 
 def clocked(call):
-    """Return wall seconds, CPU seconds, and peak private bytes above what was held before."""
+    """Return wall seconds, CPU seconds, and the peak of private bytes: above what was held before,
+    and in all.
+    """
     # what earlier calls freed goes back, so that it is counted when it is taken again
     ctypes.CDLL(None).malloc_trim(0)
     before = private_bytes()
@@ -212,7 +262,7 @@ def clocked(call):
     cpu = time.process_time() - cpu
     done.set()
     watcher.join()
-    return wall, cpu, peak[0] - before
+    return wall, cpu, peak[0] - before, peak[0]
 
 
 def in_child(function, *args):
@@ -226,21 +276,52 @@ def in_child(function, *args):
     return result
 
 
-def program_row(scene, aberrated):
+def program_row(scene, case: Case):
     """Return the clocking of the program, the best of three; kernels and transforms are there."""
     from isethdr_optics.psf.kernels import kernels
 
-    lens, flares = optics(aberrated)
-    ny, nx = scene.shape[1:]
-    lens_kernels = kernels(lens, flares, BANDS_NM, (PITCH_UM, PITCH_UM), (ny - 1, nx - 1))
-    size = tuple(sf.next_fast_len(2 * n, real=True) for n in (ny, nx))
-    transfer = np.empty((len(BANDS_NM), size[0], size[1] // 2 + 1), complex)
-    for band, kernel in zip(transfer, lens_kernels.bands):
-        padded = np.zeros(size)
-        padded[: 2 * ny - 1, : 2 * nx - 1] = kernel
-        band[...] = sf.rfft2(np.roll(padded, (1 - ny, 1 - nx), (0, 1)), workers=WORKERS)
-    del lens_kernels, padded
+    lens, flares = optics(case.aberrated)
+    reach = (case.rows - 1, case.columns - 1)
+    bands = kernels(lens, flares, case.bands_nm, (PITCH_UM, PITCH_UM), reach).bands
+    size = transform_size(case)
+    transfer = np.empty((case.bands, size[0], size[1] // 2 + 1), complex)
+    for band, kernel in zip(transfer, bands):
+        band[...] = transfer_function(kernel, size)
+    del bands
     return min(clocked(lambda: program(scene.values, transfer, size)) for _ in range(3))
+
+
+def transform_size(case: Case) -> tuple[int, int]:
+    """Return the size of the program's transforms."""
+    return tuple(sf.next_fast_len(2 * n, real=True) for n in (case.rows, case.columns))
+
+
+def transfer_function(kernel, size):
+    """Return the transform of a kernel of odd size, its centre in the middle."""
+    padded = np.zeros(size)
+    rows, columns = kernel.shape
+    padded[:rows, :columns] = kernel
+    padded = np.roll(padded, (-(rows // 2), -(columns // 2)), (0, 1))
+    return sf.rfft2(padded, workers=WORKERS)
+
+
+def program_bytes(case: Case) -> float:
+    """Return the memory that the program takes with its transfer functions and the scene."""
+    rows, columns = transform_size(case)
+    return case.bands * (16.0 * rows * (columns // 2 + 1) + 12.0 * case.rows * case.columns)
+
+
+def program_of_any_kernel(scene, case: Case):
+    """Return the clocking of the program, the best of two; a transform takes as long for any
+    kernel, here the third power of the distance.
+    """
+    y, x = np.mgrid[1 - case.rows : case.rows, 1 - case.columns : case.columns]
+    kernel = (1 + np.hypot(y, x)) ** -3.0
+    size = transform_size(case)
+    transfer = np.empty((case.bands, size[0], size[1] // 2 + 1), complex)
+    transfer[...] = transfer_function(kernel / kernel.sum(), size)
+    del y, x, kernel
+    return min(clocked(lambda: program(scene.values, transfer, size)) for _ in range(2))
 
 
 def program(radiance, transfer, size):
@@ -256,22 +337,29 @@ def program(radiance, transfer, size):
     return out
 
 
-def rule_row(scene):
+def rule_row(scene, case: Case):
     """Return the clocking of the shared rule."""
     pupil = aperture()
-    return clocked(lambda: shared_rule(scene.values, pupil))
+    return clocked(lambda: shared_rule(scene.values, case.bands_nm, pupil))
 
 
-def our_rows(scene, aberrated, repeats=3):
+def our_rows(scene, case: Case, repeats=3):
     """Return the clockings of the first image of a process and of the best of `repeats` more, of
     irradiance and of photocurrent; nothing is on the disk.
     """
-    lens, flares = optics(aberrated)
+    lens, flares = optics(case.aberrated)
     _, response = camera()
-    ways = {
-        "irradiance": lambda: lens(scene, flares),
-        "photocurrent": lambda: lens.photocurrent(scene, flares, response),
-    }
+    groups = [scene.isel(wavelength=bands) for bands in case.groups()]
+
+    def irradiance():
+        for group in groups:
+            lens(group, flares)
+
+    def photocurrent():
+        for group in groups:
+            lens.photocurrent(group, flares, response)
+
+    ways = {"irradiance": irradiance, "photocurrent": photocurrent}
     with tempfile.TemporaryDirectory() as folder:
         os.environ["ISETHDR_HOME"] = folder
         return {
@@ -281,6 +369,15 @@ def our_rows(scene, aberrated, repeats=3):
             )
             for name, way in ways.items()
         }
+
+
+def our_rows_by(library: str, scene, case: Case):
+    """Return `our_rows` of one more image each, with the transforms of one library."""
+    from isethdr_core.physics.convolution import fourier
+
+    if library == "SciPy":
+        fourier.duccs = None
+    return our_rows(scene, case, 1)
 
 
 def errors(scene, aberrated):
@@ -316,20 +413,69 @@ def worst_share(rows, base):
     return max(row[1] / other[1] for row, other in zip(rows, base))
 
 
-def main(height=1080, width=1920, aberrated=False, turns=3) -> int:
+def table(largest: int) -> None:
+    """Print the cost of frames of up to `largest` rows against their size and bands."""
+    from isethdr_optics.psf import kernel_store
+
+    from isethdr_core.physics.convolution import fourier
+
+    libraries = ["SciPy", *["ducc0"] * bool(fourier.duccs)]
+    if not fourier.duccs:
+        print("ducc0 is not installed (extra `fast`): its rows are left out")
+    else:
+        print(f"SciPy {version('scipy')}, ducc0 {version('ducc0')}")
+    print("anew: first image of a process, kernels included; kept: with its kernels, or transfer")
+    print("functions; GB: peak of the process, with the scene")
+    print(f"{'frame x bands':19s} {'what':30s} {'wall s':>8s} {'CPU s':>8s} {'GB':>8s}")
+    for rows, columns in FRAMES:
+        for bands in BANDS:
+            case = Case(rows, columns, bands)
+            if rows > largest:
+                continue
+            scene = night(case)
+            # digests of the code: taken once, for all processes
+            kernel_store.name(*optics(), case.bands_nm, (1.0, 1.0), (1, 1))
+            name = f"{rows} x {columns} x {bands}"
+            if program_bytes(case) > MOST_BYTES:
+                print(
+                    f"{name:19s} SciPy program: needs {program_bytes(case) / 1e9:.1f} GB, not run"
+                )
+            else:
+                row = in_child(program_of_any_kernel, scene, case)
+                print_row(name, "SciPy program, kept", row)
+            for library in libraries:
+                ours = in_child(our_rows_by, library, scene, case)
+                anew, kept = ours["irradiance"]
+                print_row(name, f"irradiance, anew, {library}", anew)
+                print_row(name, f"irradiance, kept, {library}", kept)
+                print_row(name, f"photocurrent, kept, {library}", ours["photocurrent"][1])
+            if len(case.groups()) > 1:
+                print(f"{name:19s} imaged in {len(case.groups())} groups of bands, whose kernels")
+                print(f"{'':19s} come from the disk where memory does not keep all")
+            del scene
+
+
+def print_row(name: str, what: str, row) -> None:
+    """Print one clocking."""
+    wall, cpu, _, peak_bytes = row
+    print(f"{name:19s} {what:30s} {wall:8.2f} {cpu:8.2f} {peak_bytes / 1e9:8.2f}", flush=True)
+
+
+def compare(case: Case, turns=3) -> int:
     """Print the figures; return 1 where a target is missed."""
     from isethdr_optics.psf import kernel_store
 
-    scene = night(height, width)
+    aberrated = case.aberrated
+    scene = night(case)
     # digests of the code: taken once, for all processes
-    kernel_store.name(*optics(aberrated), BANDS_NM, (1.0, 1.0), (1, 1))
+    kernel_store.name(*optics(aberrated), case.bands_nm, (1.0, 1.0), (1, 1))
     programs = []
     rules = []
     ours = []
     for _ in range(turns):
-        ours.append(in_child(our_rows, scene, aberrated))
-        rules.append(in_child(rule_row, scene))
-        programs.append(in_child(program_row, scene, aberrated))
+        ours.append(in_child(our_rows, scene, case))
+        rules.append(in_child(rule_row, scene, case))
+        programs.append(in_child(program_row, scene, case))
     below, above = in_child(errors, scene, aberrated)
     cold, warm = ([one["irradiance"][k] for one in ours] for k in (0, 1))
     straight = [one["photocurrent"][1] for one in ours]
@@ -361,5 +507,21 @@ def main(height=1080, width=1920, aberrated=False, turns=3) -> int:
     return int(not all(met))
 
 
+def main() -> int:
+    """Run what the command line says."""
+    parser = argparse.ArgumentParser(description="Speed of the lens over many bands.")
+    parser.add_argument("--rows", type=int, default=1080, help="tiles along y")
+    parser.add_argument("--columns", type=int, default=1920, help="tiles along x")
+    parser.add_argument("--bands", type=int, default=31, help="bands from 400 to 700 nm")
+    parser.add_argument("--aberrated", action="store_true", help="with a wavefront: coma")
+    parser.add_argument("--table", action="store_true", help="cost against frame size and bands")
+    parser.add_argument("--largest", type=int, default=2160, help="rows of the table's frames")
+    args = parser.parse_args()
+    if args.table:
+        table(args.largest)
+        return 0
+    return compare(Case(args.rows, args.columns, args.bands, args.aberrated))
+
+
 if __name__ == "__main__":
-    sys.exit(main(*map(int, sys.argv[1:3]), aberrated="aberrated" in sys.argv))
+    sys.exit(main())
