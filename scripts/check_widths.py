@@ -2,8 +2,8 @@
 
     python scripts/check_widths.py site     # exit code 1, and a line for each page that is wider
 
-Without Chromium nothing is checked, and a line says so. A page that is wider makes the reader scroll sideways for each line. Tables and code blocks may
-scroll within themselves.
+Without Chromium nothing is checked, and a line says so. A page that is wider makes the reader
+scroll sideways for each line. Tables and code blocks may scroll within themselves.
 """
 
 from __future__ import annotations

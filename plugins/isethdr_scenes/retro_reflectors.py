@@ -1,4 +1,4 @@
-"""Retro-reflectors: number plates, posts, road studs, stripes of clothing, vehicle reflectors, eyes.
+"""Retro-reflectors: plates, posts, road studs, stripes of clothing, vehicle reflectors, eyes.
 
 R_A, cd lx-1 m-2, decreases with the observation angle and with the entrance angle, each by a law of
 its own (`isethdr_core.scene.RetroReflection`). The fit covers the angles of the sources; outside
@@ -17,10 +17,10 @@ much.
 (1) Assumed, from memory; of clothing 330 and of RA2 180 were confirmed. 70 and 250 are those of
 ASTM D4956-01, Types I and III, in a transcription. Plates: a stand-in for ISO 7591. (2) The
 regulation's text: at least 300, 5 and 100 mcd/lx, here on 30 cm2; amber 2.5 times. (3) A pupil
-that returns 15 % of its light, half of it within 1.4 degrees; no measurement was found. (4) Assumed,
-from memory: R_I of white studs with plastic reflectors, 220, 25 and 2.5 mcd/lx, over the face of
-11.9 cm2 of `geometry.surroundings.road`; and R_I at 20 degrees of entrance is 112 / 279 of that at
-0, as of ASTM D4280.
+that returns 15 % of its light, half of it within 1.4 degrees; no measurement was found. (4)
+Assumed, from memory: R_I of white studs with plastic reflectors, 220, 25 and 2.5 mcd/lx, over the
+face of 11.9 cm2 of `geometry.surroundings.road`; and R_I at 20 degrees of entrance is 112 / 279 of
+that at 0, as of ASTM D4280.
 
 The product of two laws is within 10 to 25 % (rms) of the tables of ra1, ra2 and clothing; the worst
 cell, clothing at 1 / 20, is 73 % too bright.

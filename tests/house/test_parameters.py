@@ -1,4 +1,4 @@
-"""Every parameter of a public function with three or more of them is documented, and no other name."""
+"""Public functions of three or more parameters document each of them, and no other name."""
 
 from __future__ import annotations
 

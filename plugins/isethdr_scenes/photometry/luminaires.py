@@ -8,7 +8,7 @@ signal looks level, towards those who wait.
 | name | distribution | flux, lm |
 |---|---|---|
 | road | batwing along the road, brightest 62 degrees to either side, narrow across it | 8 000 |
-| tunnel | flat batwing along the road, brightest 50 degrees to either side, wide across it | 4 350 |
+| tunnel | flat batwing along the road, brightest 50 degrees to either side, wide across | 4 350 |
 | post_top | even all round, brightest 55 degrees off the axis | 4 000 |
 | high_mast | even all round about an axis tilted outwards | 20 000 |
 | signal | 200 cd on its axis, half of it 10 degrees aside and 7 degrees below, 3 above | 23 |
