@@ -46,7 +46,7 @@ quick-tests: $(READY)
 	    || { [ $$? = 1 ] && $(PYTEST) --last-failed --last-failed-no-failures none; false; }
 
 test-slow: $(READY)
-	$(PYTEST) -n 2 --dist loadfile -m slow
+	$(PYTEST) -n 2 --dist loadfile -rs -m slow
 
 # Tests of the extras test-cards (validators of exported records), test-s3 (a local S3 server),
 # slurm and docs. Tests of a real cluster and of completion in other shells also need the Debian

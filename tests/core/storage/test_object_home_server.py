@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("obstore")
-pytest.importorskip("moto.server")
+pytest.importorskip("moto.server", reason="a local S3 server; type make test-extras")
 
 from isethdr_catalog import query
 from isethdr_catalog.index import stores

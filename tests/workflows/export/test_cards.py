@@ -15,7 +15,7 @@ from isethdr_core.results.stored import open_run
 from .stored_runs import COLUMNS, LABELLED, ROWS
 
 ALL = ["png,exr,dng,stac,croissant"]
-WHY = "a validator that only this test needs"
+WHY = "validators of records are in the extra test-cards; type make test-extras"
 
 
 @pytest.fixture
