@@ -32,9 +32,10 @@ class Spending:
 
     Parameters
     ----------
-    kind : of the component. `who` : its kind and name, for people.
+    kind : kind of the component.
+    who : kind and name of the component, for people.
     share : cost of an error, or the share that is reserved.
-    field : of the component that takes the share; "": the component divides it by itself.
+    field : field of the component that takes the share; "": the component divides the share itself.
     """
 
     kind: str
@@ -171,7 +172,8 @@ def budgeted(demand: Demand, allowed: Allowed, shares: Division | None = None) -
     ----------
     demand : with the response of the sensors.
     allowed : share of the sensors' noise that a config allows.
-    shares : its division; None: the usual share for the store, and the rest for the lens.
+    shares : division of the error allowed; None: the usual share for the store, and the rest for
+        the lens.
     """
     if demand.response is None:
         return demand

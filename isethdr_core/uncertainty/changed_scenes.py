@@ -63,7 +63,7 @@ class ScoredShot:
     ----------
     picture, truth : picture and reference picture on one grid (y, x).
     labels : labels on that grid, or None.
-    scores : of the picture, as the metrics return them.
+    scores : scores of the picture, as the metrics return them.
     light : irradiance or photocurrent on the sensor plane that the shot was made of.
     mixed_radiance : mixed radiance that the light was made of, W m-2 sr-1 nm-1.
     scene : scene radiance, with `half_difference` where a renderer states it.
@@ -104,7 +104,7 @@ class ChangedScenes:
 
     Attributes
     ----------
-    shot : of which `relative_halves` is known.
+    shot : shot of which `relative_halves` is known.
     """
 
     shot: ScoredShot

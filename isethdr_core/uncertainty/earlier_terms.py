@@ -52,8 +52,8 @@ def term_of(note: ErrorNote, kind: str, name: str) -> ErrorTerm:
 
     Parameters
     ----------
-    note : as an earlier version wrote it.
-    kind, name : of the stage that stated it.
+    note : text of the term, as an earlier version wrote it.
+    kind, name : kind and name of the stage that stated the term.
     """
     unit, part = unit_and_part(note.unit, note.part or None)
     if note.quantity:

@@ -84,10 +84,10 @@ class ErrorTerm:
     part : the part of that quantity, by the name under which its maker declared it: a part of the
         light (`ledger.light_part`), a light group, a capture, a score; what `Quantity.OTHER` is.
         None: all of it.
-    value : in `unit`.
+    value : size of the error, in `unit`.
     unit : `relative` is a share of what the term acts on.
     how : how the value is known.
-    label : for people only.
+    label : text for people only.
     """
 
     source: Source

@@ -233,7 +233,7 @@ def left_out(
 
     Parameters
     ----------
-    what, why : for people.
+    what, why : what was left out and the reason, for people.
     bound, unit : on the change.
     key : what was left out, for code that asks for it.
     needless : no result depends on it.
@@ -300,7 +300,7 @@ def gathered(title: str) -> Iterator[Row]:
 
     Parameters
     ----------
-    title : of the row if no stage is running.
+    title : title of the row if no stage is running.
     """
     running = _row.get()
     row = Row(running.stage if running and running.kind == Row(title).kind else title)

@@ -41,7 +41,7 @@ def percentile_error(
     ----------
     values : (y, x), any unit.
     counts : (y, x) bool, the values that the percentile is of; at least one.
-    share : of these values that lie below the percentile, between 0 and 1.
+    share : share of these values that lie below the percentile, between 0 and 1.
     changes : at least one array (y, x) of noise, with the variance of the noise in `values`, an
         independent sign in each place, and the unit of `values`.
     block_pixels : side of a block: many times the distance within which values share their noise.

@@ -229,7 +229,7 @@ def with_parts(
     ----------
     shots : one per capture, as `electrons` returns them.
     captures : captures Dataset that the shots are of.
-    rows : of the ledger.
+    rows : rows of the ledger.
     """
     declared = {name: part for row in rows for name, part in row.light_parts.items()}
     if not declared:
@@ -355,7 +355,8 @@ def light_plane(row: np.ndarray, captures: xr.Dataset, light: xr.DataArray) -> n
 
     Parameters
     ----------
-    row : (band,) electrons per energy of the channel. `captures` : for its bands.
+    row : (band,) electrons per energy of the channel.
+    captures : captures, for their bands.
     light : irradiance or photocurrent.
     """
     if light.attrs["units"] != PHOTOCURRENT:
@@ -406,9 +407,9 @@ def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> fl
 
     Parameters
     ----------
-    bound : of each error, any shape and unit.
+    bound : bound of each error, any shape and unit.
     deviation : standard deviation of each error's normal part, same shape and unit.
-    share : of the errors, above 0 and below 1.
+    share : share of the errors, above 0 and below 1.
     """
     from scipy.optimize import brentq
 
@@ -454,7 +455,7 @@ def terms_after(rows: Sequence[Row], replaced: Sequence[str] = ()) -> TermsAfter
 
     Parameters
     ----------
-    rows : of a ledger. A restated term counts by its source.
+    rows : rows of a ledger. A restated term counts by its source.
     replaced : keys of terms of the lens that are known pixel by pixel; they are left out.
     """
     terms = [
@@ -516,8 +517,8 @@ def figures_of(
     Parameters
     ----------
     shot : the capture.
-    terms : of the stages after the renderer.
-    of_sensor : as `terms_of_sensor`.
+    terms : error terms of the stages after the renderer.
+    of_sensor : error terms of the sensor, as `terms_of_sensor` returns them.
     """
     use = shot.unsaturated
     if not use.any():
@@ -545,7 +546,7 @@ def record_figures(
     Parameters
     ----------
     shots : as `electrons` returns them.
-    rows : of the ledger; of the sensors only that of this picture.
+    rows : rows of the ledger; of the sensors only the row of this picture.
     allowed : largest error of all stages after the renderer, as a share of the noise.
     seconds : run time of the picture.
     """
@@ -624,7 +625,7 @@ def seconds(rows: Sequence[Row], camera: str, scene: xr.Dataset) -> Seconds:
 
     Parameters
     ----------
-    rows : of the ledger.
+    rows : rows of the ledger.
     camera : name of the camera.
     scene : scene radiance, whose attribute states its render time.
     """

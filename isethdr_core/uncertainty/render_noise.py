@@ -54,7 +54,8 @@ def relative_halves(scene: xr.Dataset, mixed: xr.DataArray) -> np.ndarray | None
 
     Parameters
     ----------
-    scene : scene radiance. `mixed` : mixed radiance made of it.
+    scene : scene radiance.
+    mixed : mixed radiance of this scene.
     """
     if HALVES not in scene:
         return None
@@ -176,8 +177,8 @@ def direct_share(light: xr.DataArray, mixed: xr.DataArray) -> np.ndarray:
 
     Parameters
     ----------
-    light : irradiance or photocurrent. `mixed` : the mixed radiance that it was made of, constant
-        over time.
+    light : irradiance or photocurrent.
+    mixed : mixed radiance of this light, constant over time.
     """
     total = time_mean(light).values
     f_m = light.attrs["focal_length_mm"] * 1e-3

@@ -142,7 +142,7 @@ def of_each(
     ----------
     shot : with the scores of its picture by all metrics.
     metrics : whose scores are computed.
-    scores : of the picture, by each of these metrics.
+    scores : scores of the picture, by each of these metrics.
     """
     if not metrics:
         return []
@@ -423,7 +423,7 @@ def _slopes(
     Parameters
     ----------
     metrics : whose scores are means of parts.
-    white : of the reference picture.
+    white : display white of the reference picture, cd/m2.
     pair : picture and reference picture.
     parts : indices of each part, and the scores of that part at this white.
     """
@@ -448,7 +448,7 @@ def _beside_white(movement: Movement, slope: float, white: Movement) -> Movement
 
     Parameters
     ----------
-    movement : of the score at one white.
+    movement : movement of the score at one white.
     slope : change of the score over the change of the white.
     white : movement of the white; few tiles decide it, so it is independent of the others.
     """
