@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from rich.table import Table
 
@@ -45,12 +45,32 @@ def print_result(result) -> None:
         print_text(remark)
     for warning in result.warnings:
         console.print(f"warning: {sentence(warning)}", style="bold yellow", width=width)
-    for name, note in result.attributes["lighting_notes"].items():
-        print_text(f"lighting {name}: {note}", hanging="    ")
+    notes = result.attributes["lighting_notes"]
+    for text in target_texts(notes.get("targets") or {}):
+        print_text(f"lighting target {text}", hanging="    ")
+    for name in notes.keys() - {"targets"}:
+        print_text(f"lighting {name}: {notes[name]}", hanging="    ")
     report = result.path.with_suffix(".html")
     for label, path in (("store", result.path), (kept_here("report", report), report)):
         if path.exists():
             print_path(label, path)
+
+
+def target_texts(targets: dict[str, Any]) -> list[str]:
+    """Return each photometric target as text: what was wanted, and what was reached.
+
+    Parameters
+    ----------
+    targets : {name: {wanted, reached}} as in the notes of a lighting: luminances in cd/m2, by light
+        group or of the picture, and `dynamic_range`, a ratio. Other entries are left out.
+    """
+    texts = []
+    for name, target in targets.items():
+        if isinstance(target, dict):
+            unit = "" if name == "dynamic_range" else " cd/m2"
+            wanted, reached = (f"{target[key]:.4g}{unit}" for key in ("wanted", "reached"))
+            texts.append(f"{name.removesuffix('_cd_m2')}: {wanted} wanted, {reached} reached")
+    return texts
 
 
 def remarks(result) -> list[str]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from isethdr_core.cli.summary_tables import remarks
+from isethdr_core.cli.summary_tables import remarks, target_texts
 from isethdr_core.data import camera_geometry
 from isethdr_core.display import display_view
 from isethdr_core.physics.optics import projection
@@ -55,7 +55,7 @@ def page(result: Result) -> Markup:
         seconds=sum(row.seconds for row in result.ledger),
         stages=len(result.ledger),
         weights=list(a["weights"].items()),
-        targets=_targets(a["lighting_notes"]),
+        targets=target_texts(a["lighting_notes"].get("targets") or {}),
         lens=a["lens"],
         notes=[*_notes(a["lighting_notes"]), *map(sentence, a.get("warnings", []))],
         viewer=viewer(cameras, views, scale),
@@ -84,11 +84,6 @@ def _title(a: dict) -> str:
     scene = a["config"]["scene"]["name"].replace("_", " ")
     title = f"{scene} under {a['lighting']} lighting: {', '.join(a['cameras'])}"
     return title[:1].upper() + title[1:]
-
-
-def _targets(notes: dict) -> list[tuple[str, dict]]:
-    """Return the photometric targets by name, wanted and reached."""
-    return [(name, t) for name, t in (notes.get("targets") or {}).items() if isinstance(t, dict)]
 
 
 def _notes(notes: dict) -> list[str]:

@@ -5,6 +5,7 @@ from isethdr_core.cli.summary_tables import (
     metrics_together,
     print_statements,
     score_text,
+    target_texts,
     worst_text,
 )
 from isethdr_core.cli.terminal import console
@@ -80,4 +81,17 @@ def test_statements_of_a_plan_fit_80_columns_in_a_pipe_and_lose_no_word(monkeypa
         f"  0.000152 {unit} (bound): share number 2",
         "plan: left out",
         f"  labels depth, distance, category, normal: {why} (bound 3e-06 labels)",
+    ]
+
+
+def test_targets_of_a_lighting_are_told_with_their_units():
+    targets = {
+        "sky": {"wanted": 0.00032, "reached": 0.00032},
+        "median_cd_m2": {"wanted": 5.0, "reached": 4.5},
+        "dynamic_range": {"wanted": 1e6, "reached": 2e5},
+    }
+    assert target_texts(targets) == [
+        "sky: 0.00032 cd/m2 wanted, 0.00032 cd/m2 reached",
+        "median: 5 cd/m2 wanted, 4.5 cd/m2 reached",
+        "dynamic_range: 1e+06 wanted, 2e+05 reached",
     ]

@@ -43,10 +43,10 @@ PICTURE = "accuracy.png"
 REFERENCE = "reference"  # in the place of a value
 SAME = "as the reference"
 OF = {
-    Quantity.PICTURE: "luminance, in standard deviations of the picture's noise",
-    Quantity.SCORE: "scores, over half of their 95 % intervals",
+    Quantity.PICTURE: "error of luminance, in standard deviations of the picture's noise",
+    Quantity.SCORE: "error of scores, over half of their 95 % intervals",
 }
-OF_ELECTRONS = "electrons, in standard deviations of the sensor's noise"
+OF_ELECTRONS = "error of electrons, in standard deviations of the sensor's noise"
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ def panel(ax, work: Work, wide: bool):
         "-",
         color="#b8c7d6",
         zorder=1,
-        label="front",
+        label="no other is better in both",
     )
     for mark, shape in SHAPES.items():
         of = [p for p in visible if p.mark == mark]
