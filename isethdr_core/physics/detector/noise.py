@@ -142,10 +142,10 @@ def poisson_image(
 
 
 def rows_per_block(width: int) -> int:
-    """Return how many rows of `width` pixels keep a pass's temporaries in the second-level cache,
-    and each below 128 KiB: larger ones are new pages of the system in every pass.
+    """Return how many rows of `width` pixels keep a pass's temporaries in the second-level
+    cache.
     """
-    return max(1, 15_000 // max(width, 1))
+    return max(1, 30_000 // max(width, 1))
 
 
 def _series(mean: np.ndarray, word: np.ndarray) -> np.ndarray:

@@ -32,7 +32,7 @@ def electrons_per_m2_s(irradiance, wavelength_nm, qe) -> np.ndarray:
     weights = csr_array(qe * photons_per_energy(wavelength_nm))
     bands, height, width = irradiance.shape
     out = np.empty((weights.shape[0], height, width))
-    rows = max(1, 2_000 // width)  # all bands of them fit the second-level cache
+    rows = max(1, 4_000 // width)  # all bands of them fit the second-level cache
     for y in range(0, height, rows):
         part = irradiance[:, y : y + rows]
         out[:, y : y + rows] = (weights @ part.reshape(bands, -1).astype(np.float64)).reshape(
