@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from isethdr_metrics import isethdr_components
 from isethdr_metrics.detection.contrast_detection import ContrastDetection
-from isethdr_metrics.detection.object_contrast import ObjectContrast
+from isethdr_metrics.detection.object_contrast import ObjectContrast, Sample, detectability
 from isethdr_metrics.luminance.dynamic_range import DynamicRange
 from isethdr_metrics.luminance.line_profile import LineProfile
 from isethdr_metrics.luminance.log_luminance_error import LogLuminanceError
@@ -335,10 +335,33 @@ def test_contrast_is_webers_and_its_snr_follows_the_variance():
     assert found["object_contrast_snr", "person"].value == pytest.approx(1.5 / np.sqrt(0.04))
     s = found["object_contrast", "person"]
     assert s.low < s.value < s.high
+    # 200 pixels, and a ring of round(0.2 sqrt(200)) = 3 pixels: 3 (20 + 10) x 2 and four corners
+    # of 3 (in steps to a neighbour)
+    noise = 3 * np.sqrt(0.02 / 200 + 0.02 / (2 * 3 * 30 + 4 * 3))
+    assert found["object_d_prime", "person"].value == pytest.approx(1.5 / noise)
+    assert found["object_d_prime_clutter", "person"].value == pytest.approx(1.5 / noise)
     rows = ledger.Ledger()
     with ledger.stage(rows, "contrast"):
         assert ObjectContrast()(picture(y), picture(y), None) == []
     assert "no label 'instance'" in rows[0].left_out[0].why
+
+
+def test_detectability_follows_its_closed_form():
+    rng = np.random.default_rng(5)
+    ground_sd, noise_sd = 0.3, 0.2
+    inside = Sample(2.0 + noise_sd * rng.normal(size=900), np.full(900, noise_sd**2))
+    ground = 1.5 + ground_sd * rng.normal(size=2500)
+    around = Sample(ground + noise_sd * rng.normal(size=2500), np.full(2500, noise_sd**2))
+    found = detectability(inside, around)
+    of_means = noise_sd * np.sqrt(1 / 900 + 1 / 2500)
+    # five standard errors of the difference of the means, 0.5: of the ground's own pixels, too
+    error = 5 * np.hypot(of_means, ground_sd / 50) / 0.5
+    assert found.by_noise == pytest.approx(0.5 / (3 * of_means), rel=error)
+    # beside it, that of a standard deviation of 2500 pixels
+    clutter = np.hypot(3 * of_means, ground_sd)
+    assert found.with_clutter == pytest.approx(0.5 / clutter, rel=error + 5 / np.sqrt(2 * 2500))
+    free = inside._replace(variance=np.zeros(900)), around._replace(variance=np.zeros(2500))
+    assert detectability(*free).by_noise == np.inf
 
 
 def test_intervals_hold_the_true_mean_as_often_as_they_say():
@@ -413,6 +436,11 @@ def test_fixed_pattern_counts_like_temporal_noise(metric):
     )
     assert whole.keys() == parts.keys()
     for key, score in whole.items():
+        if key[0] == "object_d_prime":  # by temporal noise alone, which is half of the variance
+            assert parts[key].value == pytest.approx(np.sqrt(2) * score.value, rel=1e-9)
+            continue
+        if key[0] == "object_d_prime_clutter":  # a fixed pattern is part of the spread
+            continue
         assert (parts[key].value, parts[key].low) == pytest.approx(
             (score.value, score.low), rel=1e-9, nan_ok=True
         )

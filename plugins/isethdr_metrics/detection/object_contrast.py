@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,10 +17,28 @@ from ..limits import Fewest, Ring
 from ..regions import NAN, luminance_variance, luminances, regions_of, variance_stated
 
 
+# variance of a mean over pixels, over that of independent pixels: 3 x 3 demosaic, at most
+SHARED_NOISE = 9.0
+
+
+class Sample(NamedTuple):
+    """The valid pixels of a region, before denoising."""
+
+    luminance: np.ndarray  # (pixel,), cd/m2
+    variance: np.ndarray  # (pixel,), temporal, (cd/m2)^2
+
+
+class Detectability(NamedTuple):
+    """How many standard deviations an object's mean lies from that of its ring."""
+
+    by_noise: float  # of the temporal noise of both means
+    with_clutter: float  # of that noise and the ring's own spread
+
+
 @dataclass(frozen=True)
 class ObjectContrast:
-    """Weber contrast of each object against a ring around it, in picture and reference picture, and
-    its SNR per pixel.
+    """Weber contrast of each object against a ring around it, in picture and reference picture, its
+    SNR per pixel, and its detectability d'.
     """
 
     ring: Ring = 0.2  # width of the ring around an object / square root of the object's area
@@ -33,12 +52,14 @@ class ObjectContrast:
         return demand.with_labels("instance")
 
     def __call__(self, picture, truth, labels=None):
-        """Return three scores per object: object_contrast, object_contrast_truth,
-        object_contrast_snr.
+        """Return five scores per object: object_contrast, object_contrast_truth,
+        object_contrast_snr, object_d_prime, object_d_prime_clutter.
 
         Contrast is (mean Y of the object - mean Y of its ring) / mean Y of its ring. Its interval
         follows from the reported variance. The SNR is the difference of the means over the
-        deviation of one pixel's difference.
+        deviation of one pixel's difference. d' (`detectability`) is that difference over the
+        deviation of both means, before denoising: by temporal noise alone, and with the spread of
+        the ring.
         """
         y, true, valid = luminances(picture, truth)
         if labels is None or "instance" not in labels:
@@ -46,6 +67,8 @@ class ObjectContrast:
             return []
         undenoised = before_denoising(picture)
         variance = luminance_variance(undenoised)
+        plain = luminances(undenoised, truth)[0]
+        temporal = undenoised["variance"].values[..., 1]
         scores = []
         noisy = variance_stated(undenoised, "object_contrast_snr", "")
         for region in regions_of(y.shape, labels)[1:]:
@@ -87,6 +110,15 @@ class ObjectContrast:
                 scores.append(
                     Score("object_contrast_snr", float(abs(mean - surround) / noise), "", name)
                 )
+                found = detectability(
+                    Sample(region.of(plain)[use], region.of(temporal)[use]),
+                    Sample(ring.of(plain)[use_around], ring.of(temporal)[use_around]),
+                )
+                if np.isfinite(found.by_noise):  # it has temporal noise
+                    scores += [
+                        Score("object_d_prime", found.by_noise, "", name),
+                        Score("object_d_prime_clutter", found.with_clutter, "", name),
+                    ]
             elif noisy:
                 ledger.left_out(
                     f"object_contrast_snr of {name}", "the picture has no noise", NAN, ""
@@ -112,6 +144,30 @@ class ObjectContrast:
         steps = distance_transform_cdt(~mask, metric="taxicab")
         around = (steps <= width) & ~mask
         return region._replace(window=window, mask=around)
+
+
+def detectability(inside: Sample, around: Sample) -> Detectability:
+    """Return d' of an object against its ring; inf without temporal noise.
+
+    Parameters
+    ----------
+    inside, around : pixels of the object and of its ring, one or more each.
+
+    Notes
+    -----
+    d' = |m - r| / sigma (Green, Swets 1966), m and r being the mean luminances. For noise alone,
+    sigma^2 = 9 (v / n + w / k), with the mean temporal variances v and w of n and k pixels; 9 is an
+    upper limit of what a 3 x 3 demosaic shares between pixels, so d' is a lower limit. With
+    clutter, the variance of the ring's pixels less w is added: the texture of the ground and the
+    fixed pattern, both of which a single shot cannot tell from an object of one pixel.
+    """
+    noise = SHARED_NOISE * sum(of.variance.mean() / of.variance.size for of in (inside, around))
+    clutter = max(float(around.luminance.var() - around.variance.mean()), 0.0)
+    difference = abs(float(inside.luminance.mean() - around.luminance.mean()))
+    by_noise, with_clutter = (
+        difference / np.sqrt(v) if v > 0 else float("inf") for v in (noise, noise + clutter)
+    )
+    return Detectability(float(by_noise), float(with_clutter))
 
 
 def _weber(value, surround) -> float:
