@@ -16,7 +16,6 @@ from isethdr_core.truth import before_denoising
 from ..limits import Fewest, Ring
 from ..regions import NAN, luminance_variance, luminances, regions_of, variance_stated
 
-
 # variance of a mean over pixels, over that of independent pixels: 3 x 3 demosaic, at most
 SHARED_NOISE = 9.0
 
