@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from typing import Any, TypeVar
 
@@ -251,9 +252,26 @@ def score_table(result) -> Table:
     for s in result.scores:
         if not s["object"] and s["camera"] in cells:
             cells[s["camera"]][s["metric"], s["unit"]] = score_text(s)
-    for names in merged(map(list, cells.values())):
-        table.add_row(*names, *(of_camera.get(names, "") for of_camera in cells.values()))
+    rows = [
+        [*names, *(of_camera.get(names, "") for of_camera in cells.values())]
+        for names in merged(map(list, cells.values()))
+    ]
+    titles = ["metric", "unit", *result.cameras]
+    widths = [max(map(len, column)) + 1 for column in zip(titles, *rows)]
+    room = max(text_width() - sum(widths[1:]) - 1, len("metric"))
+    for metric, *others in rows:
+        table.add_row(broken(metric, room), *others)
     return table
+
+
+def broken(name: str, width: int) -> str:
+    """Return a name in lines of at most `width` letters where its underscores allow that."""
+    lines = [""]
+    for part in re.split("(?<=_)", name):
+        if lines[-1] and len(lines[-1] + part) > width:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(lines)
 
 
 def merged(orders: Iterable[list[Key]]) -> list[Key]:

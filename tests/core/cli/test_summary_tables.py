@@ -1,6 +1,7 @@
 """The summary tables of a run: they account for all seconds and memory, on few lines."""
 
 from isethdr_core.cli.summary_tables import (
+    broken,
     ledger_table,
     metrics_together,
     print_statements,
@@ -82,6 +83,12 @@ def test_statements_of_a_plan_fit_80_columns_in_a_pipe_and_lose_no_word(monkeypa
         "plan: left out",
         f"  labels depth, distance, category, normal: {why} (bound 3e-06 labels)",
     ]
+
+
+def test_a_long_name_breaks_at_its_underscores():
+    assert broken("dynamic_range_dark_noise", 24) == "dynamic_range_dark_noise"
+    assert broken("dynamic_range_dark_noise", 20) == "dynamic_range_dark_\nnoise"
+    assert broken("ciede2000", 4) == "ciede2000", "no underscore"
 
 
 def test_targets_of_a_lighting_are_told_with_their_units():
