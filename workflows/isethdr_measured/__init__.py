@@ -12,6 +12,7 @@
 | `fog_reference`       | fog by Mitsuba's own volumetric path integrator                          |
 | `fog_scattering`      | light that fog scatters once, and at any order                           |
 | `job_paths`           | a job whose scene and tables are made once, rendered many times          |
+| `lens_kernels`        | point spread kernels against direct sums, beside bright lamps too        |
 | `merge_rules`         | merge rules over eight decades of light                                  |
 | `network_cost`        | seconds and memory of `isp=network`, with an untrained stand-in          |
 | `photographs`         | statistics of rendered streets beside those of photographs               |
@@ -34,6 +35,8 @@ STUDIES = {
     "denoised_scores": "denoised_scores:denoised_scores",
     "fireflies": "fireflies:fireflies",
     "fog_scattering": "fog_scattering:fog_scattering",
+    "kernel_wings": "lens_kernels:kernel_wings",
+    "kernels_beside_lamps": "lens_kernels:kernels_beside_lamps",
     "merge_rules": "merge_rules:merge_rules",
     "network_cost": "network_cost:network_cost",
     "omission": "omission:omission",

@@ -21,13 +21,13 @@ from ..imaging.threads import MOST_THREADS, cpus
 from ..psf import kernels
 
 # CPU seconds for a million tiles x bands, on 2 GHz server cores beside other work
-# (docs/measured/lens_kernels.md)
+# (docs/measured/lens_kernel_choices.md)
 CONVOLVED_S = 0.06
 TRANSFORMED_S = 0.075
 # times that kernels from lattices are made beside lamps, ever finer (`spread_errors`)
 LATTICES_BESIDE_LAMPS = 3.0
-# of point spreads that vary over the field: eleven frames of 32 x 48 to 108 x 192 tiles, 3 and 31
-# bands, f/2 to f/4, with a table of wavefronts and with a prescription, are right within 0.6 to 1.1
+# of point spreads that vary over the field: said over taken is 0.6 to 1.1 for the ten frames that
+# these were fitted to, 0.5 to 1.1 for three others (docs/measured/lens_kernel_choices.md)
 POINT_SAMPLE_S = 2.6e-8  # a sample of the transforms of field points
 OVERLAID_S = 0.1  # a million tiles x bands x field points
 TRACED = 1.8  # times all of that where the colour of every field point is traced

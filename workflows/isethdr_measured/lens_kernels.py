@@ -1,0 +1,252 @@
+"""Point spread kernels of the lens against direct sums over the pupil: their wings, and what their
+errors do to the electrons beside a bright lamp.
+
+A direct sum integrates every chord of the pupil along x in closed form, and adds chords, points of
+a tile and wavelengths of a band one by one. It uses no lattice, transform or running sum. The
+shapes of the pupil are those of the lens.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import process_time
+from typing import Any, NamedTuple
+
+import numpy as np
+from isethdr_optics.psf.kernels import kernels
+from isethdr_optics.pupil import sampled_pupil
+
+from isethdr_core import quantities
+from isethdr_core.demand import Demand, Response
+from isethdr_core.physics.optics import pupil as shapes
+from isethdr_core.physics.radiometry import photons_per_energy
+from isethdr_core.plugins.registry import build
+
+PITCH_UM = 3.0
+FOCAL_MM = 6.0
+F_NUMBER = 4.0
+WIDTH_NM = 10.0
+SIDE = 4  # tiles of a patch
+POINTS = 6  # of Gauss's rule from one tile's centre to the next, along each axis
+MORE_WAVELENGTHS = 4  # of Gauss's rule in a band, beside one per speckle that light moves by
+STRIPS = 800  # across the pupil, beside six per period of the outermost light
+WINGS_NM = (400.0, 550.0, 700.0)
+WINGS = ((20, 12), (66, 20), (150, 90))  # (x, y) tiles from the axis
+BANDS_NM = np.arange(400.0, 701.0, WIDTH_NM)
+LAMPS = (1e6, 1e7, 1e8)  # times the background
+BESIDE = ((20, -12), (66, 20), (120, -50))  # (x, y) tiles from the lamp
+LAMP_COLUMN = 40
+LEVEL = 2.5e-4  # W m-2 sr-1 nm-1 of the background: some hundred electrons in green
+
+
+class Patch(NamedTuple):
+    """`SIDE` x `SIDE` tiles from one on, in a band."""
+
+    x: int  # tiles from the axis
+    y: int
+    centre_nm: float
+
+
+@dataclass(frozen=True)
+class Pupil:
+    """The pupil of a lens with flares, for direct sums; without phase."""
+
+    terms: list[tuple[Any, float]]  # shapes, mm, and their amplitudes
+    radius_mm: float
+    distance_mm: float  # to the image
+    energy_mm2: float
+    blur_um_per_nm: float  # wavelength x f-number over the wavelength
+
+    @classmethod
+    def of(cls, lens: Any, flares: tuple[Any, ...]) -> Pupil:
+        """Return the pupil of a lens with flares."""
+        return cls(
+            sampled_pupil.terms(lens, flares),
+            sampled_pupil.radius_mm(lens),
+            sampled_pupil.distance_mm(lens),
+            sampled_pupil.open_energy_mm2(lens, flares, BANDS_NM[0]),
+            sampled_pupil.blur_um(lens, 1.0),
+        )
+
+    def light(self, patch: Patch) -> np.ndarray:
+        """Return the share of the light of the tile on the axis in each tile of a patch, (y, x)."""
+        outermost_um = (np.hypot(patch.x, patch.y) + SIDE) * PITCH_UM
+        turns = outermost_um * WIDTH_NM / patch.centre_nm
+        speckles = turns / (self.blur_um_per_nm * patch.centre_nm)
+        parts, shares = _gauss(int(np.ceil(speckles)) + MORE_WAVELENGTHS)
+        steps, step_shares = _gauss(POINTS)
+        at = (np.arange(-1, SIDE)[:, None] + 0.5 + steps).ravel()  # tiles from the first centre
+        # the triangle that two tiles make of a point
+        triangles = np.maximum(0.0, 1 - np.abs(at - np.arange(SIDE)[:, None]))
+        weights = triangles * np.tile(step_shares, SIDE + 1)
+        x_um, y_um = ((first + at) * PITCH_UM for first in (patch.x, patch.y))
+        total = np.zeros((SIDE, SIDE))
+        for part, share in zip(parts, shares, strict=True):
+            density = self._density(x_um, y_um, patch.centre_nm + part * WIDTH_NM)
+            total += share * (weights @ density @ weights.T)
+        return total * PITCH_UM**2
+
+    def _density(self, x_um: np.ndarray, y_um: np.ndarray, wave_nm: float) -> np.ndarray:
+        """Return the share of the light per um2 at points of the image, (y, x)."""
+        scale_mm2 = 1e-6 * wave_nm * self.distance_mm
+        along_x, along_y = (1e-3 * at / scale_mm2 for at in (x_um, y_um))  # cycles per mm
+        count = STRIPS + int(6 * np.abs(along_y).max() * 2 * self.radius_mm)
+        height = 2 * self.radius_mm / count
+        field = np.zeros((len(y_um), len(x_um)), complex)
+        for shape, amplitude in self.terms:
+            for place in shapes.GAUSS:
+                given = [(shape, amplitude / 2)], -self.radius_mm, height, count, (place,)
+                for strip, left, right, weight in shapes.chord_ends(*given):
+                    low = np.maximum(-self.radius_mm + strip * height, shape.low)
+                    high = np.minimum(-self.radius_mm + (strip + 1) * height, shape.high)
+                    level = low + place * (high - low)
+                    ends = [np.exp(-2j * np.pi * np.outer(along_x, end)) for end in (left, right)]
+                    across = (ends[0] - ends[1]) / (2j * np.pi * along_x[:, None])
+                    down = np.exp(-2j * np.pi * np.outer(along_y, level)) * (weight * height)
+                    field += down @ across.T
+        return np.abs(field) ** 2 * (1e-6 / (scale_mm2**2 * self.energy_mm2))
+
+
+def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return places from -1/2 to 1/2 and their shares, which sum to 1, of Gauss's rule."""
+    places, shares = np.polynomial.legendre.leggauss(count)
+    return places / 2, shares / 2
+
+
+def optics() -> tuple[Any, tuple[Any, ...]]:
+    """Return the lens and its flares: f/4 behind a dusty hexagon, even over the field."""
+    fields = {"f_number": F_NUMBER, "focal_length_mm": FOCAL_MM, "falloff": "none"}
+    return build("lens", "diffraction_limited", **fields), (build("flare", "aperture"),)
+
+
+def kernel_wings(rows: int = 180, columns: int = 320) -> list[dict]:
+    """Return the errors of kernels in patches of tiles, against direct sums.
+
+    Parameters
+    ----------
+    rows, columns : size of the frame, tiles.
+
+    Returns
+    -------
+    rows with band_nm, tiles_from_axis, l1_error (relative, of the patch), sum_error (relative) and
+    stated (the error per tile that the kernels state for that octave of distance).
+    """
+    lens, flares = optics()
+    pupil = Pupil.of(lens, flares)
+    reach = (rows - 1, columns - 1)
+    out = []
+    for centre_nm in WINGS_NM:
+        waves = centre_nm + WIDTH_NM * np.arange(-1, 2)
+        made = kernels(lens, flares, waves, (PITCH_UM, PITCH_UM), reach)
+        for x, y in WINGS:
+            wanted = pupil.light(Patch(x, y, centre_nm))
+            found = cut(made.bands[1], x, y)
+            octave = int(np.log2(np.hypot(x, y)))
+            out.append(
+                {
+                    "band_nm": centre_nm,
+                    "tiles_from_axis": round(float(np.hypot(x, y))),
+                    "l1_error": float(np.abs(found - wanted).sum() / wanted.sum()),
+                    "sum_error": float(found.sum() / wanted.sum() - 1),
+                    "stated": float(made.speckle[1, octave]),
+                }
+            )
+    return out
+
+
+def cut(kernel: Any, x: int, y: int) -> np.ndarray:
+    """Return a patch (y, x) of a kernel whose axis is in its middle; 0 beyond its border.
+
+    Parameters
+    ----------
+    kernel : (y, x) kernel.
+    x, y : first column and first row of the patch, tiles from the axis.
+    """
+    middle = [n // 2 for n in kernel.shape]
+    full = np.zeros((SIDE, SIDE))
+    first = [middle[0] + y, middle[1] + x]
+    if all(f >= 0 and f + SIDE <= n for f, n in zip(first, kernel.shape, strict=True)):
+        full[...] = kernel[first[0] : first[0] + SIDE, first[1] : first[1] + SIDE]
+    return full
+
+
+def kernels_beside_lamps(rows: int = 180, columns: int = 320) -> list[dict]:
+    """Return what the errors of kernels do to electrons beside one lamp of one tile.
+
+    Parameters
+    ----------
+    rows, columns : size of the frame, tiles.
+
+    Returns
+    -------
+    rows with lamp_to_background, tiles_from_lamp, electrons (of the most sensitive channel, mean),
+    largest_error (of a tile and channel below full scale, in standard deviations of the sensor's
+    noise), stated (the same in 99 % of the tiles of the frame, as the plan states it), core_tiles
+    (that are exact) and cpu_s (of the plan; with the first lamp, of all kernels).
+    """
+    lens, flares = optics()
+    pupil = Pupil.of(lens, flares)
+    response = build("sensor", "bayer", pitch_um=PITCH_UM).narrow(Demand()).response
+    wanted = [np.stack([pupil.light(Patch(x, y, nm)) for nm in BANDS_NM]) for x, y in BESIDE]
+    out = []
+    for lamp in LAMPS:
+        field = night(rows, columns, lamp)
+        start = process_time()
+        plan = lens.plan(flares, field, response)
+        seconds = process_time() - start
+        used = plan.optics.kernels
+        gains = plan.optics.gains
+        core = used.wide.tiles if used.wide is not None else float(used.core.min())
+        for (x, y), right in zip(BESIDE, wanted, strict=True):
+            made = np.stack([cut(band, x, y) for band in used.bands])
+            share, electrons = _share_of_noise(made, right, lamp * gains, response, gains)
+            out.append(
+                {
+                    "lamp_to_background": lamp,
+                    "tiles_from_lamp": round(float(np.hypot(x, y))),
+                    "electrons": electrons,
+                    "largest_error": share,
+                    "stated": float(plan.optics.noise_share),
+                    "core_tiles": core,
+                    "cpu_s": seconds,
+                }
+            )
+    return out
+
+
+def night(rows: int, columns: int, lamp: float) -> Any:
+    """Return mixed radiance: an even background, and a lamp of one tile.
+
+    Parameters
+    ----------
+    rows, columns : tiles along y and x.
+    lamp : luminance of the lamp over that of the background.
+    """
+    values = np.full((len(BANDS_NM), rows, columns), LEVEL, np.float32)
+    values[:, rows // 2, LAMP_COLUMN] *= lamp
+    step = 1e-3 * PITCH_UM / FOCAL_MM
+    x, y = (quantities.centres(n, n * step) for n in (columns, rows))
+    size = {"field_width": columns * step, "field_height": rows * step}
+    return quantities.plane(values, BANDS_NM, x, y, quantities.RADIANCE, **size)
+
+
+def _share_of_noise(
+    made: np.ndarray, right: np.ndarray, lamp: np.ndarray, response: Response, gains: np.ndarray
+) -> tuple[float, float]:
+    """Return the largest error of a patch's electrons over their noise, and their mean.
+
+    Parameters
+    ----------
+    made, right : (band, y, x) shares of the lamp's light, by the kernels and by direct sums.
+    lamp, gains : (band,) irradiance of the lamp's tile and of the background, over `LEVEL`.
+    response : of the sensor.
+    """
+    counting = response.efficiency(BANDS_NM) * photons_per_energy(BANDS_NM)
+    counting = counting * (LEVEL * response.area_exposure_m2_s)  # electrons per irradiance
+    background = (counting * gains).sum(axis=1)[:, None, None]
+    electrons = background + np.tensordot(counting * lamp, right, 1)
+    error = np.tensordot(counting * lamp, made - right, 1)
+    share = np.abs(error) / np.sqrt(electrons + response.read_noise_e**2)
+    below = electrons < response.full_scale_e
+    largest = float(share[below].max()) if below.any() else float("nan")
+    return largest, float(electrons.mean(axis=(1, 2)).max())
