@@ -74,6 +74,16 @@ def check_description(subject: str, description: SceneDescription) -> None:
         _check_dome(subject, description.sky)
     elif description.sky is not None:
         _check_spectrum(subject, "the sky", description.sky)
+    for opening in description.openings:
+        numbers = np.array([opening.corner_m, opening.first_m, opening.second_m], float)
+        holds(
+            subject,
+            "every opening is a rectangle with an area",
+            np.isfinite(numbers).all()
+            and np.linalg.norm(np.cross(*numbers[1:])) > 0
+            and abs(numbers[1] @ numbers[2]) < 1e-6 * np.linalg.norm(np.cross(*numbers[1:])),
+            repr(opening),
+        )
     view = description.camera
     holds(
         subject,

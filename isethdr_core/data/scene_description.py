@@ -244,6 +244,19 @@ class NextFrame:
     poses: tuple[np.ndarray, ...]  # (4, 4) of each object, in the order of the objects
 
 
+@dataclass(frozen=True)
+class Opening:
+    """A rectangle through which the sky lights a closed space, such as the mouth of a tunnel.
+
+    A renderer may aim at it from inside; the light is the same without. Its points are `corner_m`
+    plus a share, 0 to 1, of `first_m` and of `second_m`, m; first x second points outwards.
+    """
+
+    corner_m: tuple[float, float, float]
+    first_m: tuple[float, float, float]
+    second_m: tuple[float, float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class SceneDescription:
     """All a renderer needs. `objects` are labelled 1, 2, ... in their order; 0 is the sky.
@@ -262,6 +275,7 @@ class SceneDescription:
     next_frame: NextFrame | None = None  # of a sequence
     # of all that lies between; None: clear air. Only renderers that say so can render it
     fog: Fog | None = None
+    openings: tuple[Opening, ...] = ()  # where light of the sky is hard to find by chance
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the names of the groups that have an emitter, `sky` first, the others sorted."""

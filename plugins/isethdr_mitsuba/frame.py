@@ -221,7 +221,8 @@ def follower(description, built: Built, lamps, cube: Cube, settings):
     world = built.world
     groups = cube.groups
     materials = SurfaceTables(world, description.materials.values(), built.surfaces.values())
-    tables = LampTables(world, lamps, groups, description.sky if "sky" in groups else None)
+    sky = description.sky if "sky" in groups else None
+    tables = LampTables(world, lamps, groups, sky, description.openings)
     depth = settings.max_depth
     step_nm = settings.step_nm
     fog = description.fog

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal
 
 from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.plugins.ranges import Range, Seed, check_ranges
 
 from .builders import describe
+from .geometry.surroundings.tube import mouth
 from .lamps import groups_of
 from .limits import Aspect, CameraHeight, RoadField, SkyLuminance, Spacing, Visibility
 from .placement import OWN_LANE_M
@@ -82,7 +83,7 @@ class Tunnel:
         """
         ground, spots = self.plan()
         target = ground.points(40.0, OWN_LANE_M + 0.6, self.camera_height_m + 0.25)
-        return describe(
+        description = describe(
             "tunnel",
             self,
             ground,
@@ -90,6 +91,8 @@ class Tunnel:
             target,
             {"headlights": self.headlamp_light, "streetlights": self.tunnel_light},
         )
+        (exit_m,) = (spot.recipe[3] for spot in spots if spot.name == "tunnel")
+        return replace(description, openings=(mouth(ground, exit_m),))
 
     def light_groups(self) -> tuple[str, ...]:
         """Return the light groups, from where things stand: no mesh is built."""

@@ -11,6 +11,7 @@
 | `placed_lamps`     | lamps in the world: luminous intensity to radiance |
 | `sky_discs`        | sun and moon as lamps far away                     |
 | `sky_dome`         | the sky with a gradient on the device              |
+| `sky_openings`     | openings through which surfaces inside look for the sky |
 | `spatial_sampling` | probability of sampling a lamp, by place           |
 | `spot_shares`      | probability of sampling a spot                     |
 | `spots`            | lamps as spots, for the variant without a compiler |

@@ -8,17 +8,20 @@ lamp as a Mitsuba emitter; tests compare the two.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from isethdr_core.scene import SkyDome
+from isethdr_core.scene import Opening, SkyDome
 
 from ..paths.camera_rays import OF_CANDIDATE
 from ..world.geometry import World
 from .device_grids import DeviceGrids
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
 from .sky_dome import DomeTable, sky_rows
+from .sky_openings import SkyOpenings
 from .spatial_sampling import Chances, areas, light_at_points
 
 # candidates for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to
@@ -37,7 +40,14 @@ class LampTables:
     the luminance that it would send without occlusion.
     """
 
-    def __init__(self, world: World, lamps: list[PlacedLamp], groups: list[str], sky=None):
+    def __init__(
+        self,
+        world: World,
+        lamps: list[PlacedLamp],
+        groups: list[str],
+        sky=None,
+        openings: Sequence[Opening] = (),
+    ):
         """Make the tables of all lamps.
 
         Parameters
@@ -46,9 +56,11 @@ class LampTables:
         lamps : placed lamps, by number.
         groups : names of the light groups, by number.
         sky : spectrum of a uniform sky, `SkyDome`, or None.
+        openings : where surfaces inside look for the sky.
         """
         self.groups = list(groups)
         self.fog = None  # FogTables, where there is fog
+        self.openings = SkyOpenings(openings) if openings else None
         spectra = list(dict.fromkeys(p.lamp.spectrum for p in lamps))
         # per cd/m2 for lamps; the sky's, absolute, are last
         of_sky = sky_rows(sky, SPECTRUM_NM)

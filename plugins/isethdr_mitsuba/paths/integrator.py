@@ -27,6 +27,7 @@ from isethdr_core.physics.photometry import xyz_weights
 from ..lamps.airlight_sampling import CANDIDATES as AIR_CANDIDATES
 from ..lamps.airlight_sampling import OF_PLACE, AirlightLamps, Segment
 from ..lamps.lamp_tables import CANDIDATES, FIRST_CANDIDATES, LampTables
+from ..lamps.sky_openings import SkyOpenings
 from ..world.geometry import World
 from ..world.materials import RAMP_NM
 from ..world.view import View
@@ -256,6 +257,27 @@ def _light_of(tables: _Tables, vertex: _Vertex, aimed):
     ]
 
 
+def _sky_through(tables: _Tables, openings: SkyOpenings, vertex: _Vertex, row, rng, active):
+    """Return what one shadow ray through an opening brings of the sky, a list of packets; weighted
+    against leaving the surface that way by chance. `row` is that of the sky.
+    """
+    si = vertex.si
+    towards, density = openings.aim(rng, si.p, active)
+    open_way = active & (density > 0)
+    open_way &= ~tables.scene.ray_test(si.spawn_ray(towards), open_way)
+    value, rival = tables.surfaces.towards(vertex.material, si, si.to_local(towards), open_way)
+    level = dr.select(open_way, 1 / (density + rival), 0)
+    dome = tables.lamps.dome
+    if dome is None:
+        light = tables.spectra.at(vertex.place, row, open_way)
+    else:
+        light = dome.light(tables.spectra, vertex.place, row, towards, open_way)
+    return [
+        dr.select(open_way, b * dr.lerp(value[0], value[1], c) * one * level, 0)
+        for b, c, one in zip(vertex.beta, vertex.colour, light)
+    ]
+
+
 @dr.syntax
 def _trace(tables, seed, items, entries, weights, max_depth):
     """Return the light of all work items (`_Items`).
@@ -298,6 +320,8 @@ def _trace(tables, seed, items, entries, weights, max_depth):
     # the last are the means of its rows
     sky = lamps.groups.index("sky") if "sky" in lamps.groups else -1
     sky_row = spectra.rows - 2 * lamps.sky_rows
+    # fog takes its share of the light on the way, and sends on light of its own
+    openings = lamps.openings if sky >= 0 and fog is None else None
     total = [[mi.Spectrum(0) for _ in range(packets)] for _ in range(groups)]
     # surfaces are evaluated with reflectance 0 and 1, side by side
     ramp = mi.Spectrum(*RAMP_NM, *RAMP_NM)
@@ -374,6 +398,11 @@ def _trace(tables, seed, items, entries, weights, max_depth):
         colour = spectra.at(place, dr.select(hit, material, visible), going)
         if dr.hint(sky >= 0, mode="scalar"):
             level = dr.select(escapes & on[sky], dr.select(depth == 0, mi.Float(shares), 1), 0)
+            if dr.hint(openings is not None, mode="scalar"):
+                # a shadow ray may have found the same sky
+                rivals = escapes & ~specular
+                rival = openings.density(ray.o, ray.d, rivals)
+                level *= dr.select(rivals, bsdf_density / (bsdf_density + rival), 1)
             if dr.hint(lamps.dome is None, mode="scalar"):
                 for k in range(packets):
                     total[sky][k] += beta[k] * colour[k] * level
@@ -457,6 +486,13 @@ def _trace(tables, seed, items, entries, weights, max_depth):
                 for k in range(packets):
                     total[g][k] += has_lamp[k]
                 turn += 1
+
+        if dr.hint(openings is not None, mode="scalar"):
+            if smooth & on[sky]:
+                vertex = _Vertex(si, material, place, colour, beta)
+                found = _sky_through(tables, openings, vertex, sky_row, group_rng[sky], smooth)
+                for k in range(packets):
+                    total[sky][k] += found[k]
 
         # continue with the next segment
         strongest = mi.Float(0)

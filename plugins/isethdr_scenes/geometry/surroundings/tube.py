@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from isethdr_core.scene import Opening
+
 from ..mesh.piece import Assembly, Piece, flat, lit
 from ..mesh.primitives import box, grid
 from .ground import EDGE_M, Ground
@@ -12,6 +14,7 @@ from .ground import EDGE_M, Ground
 HALF_WIDTH_M = 5.4
 SPRING_M = 2.6
 TOP_M = 5.6
+SKIN_M = 0.3  # thickness of the lining and of the road's bed
 WALKWAY_M = 0.15  # height of the walkways along both walls
 PORTAL_M = 9.0  # the portal wall reaches this far out and up
 # to either side of the middle, above the datum
@@ -43,6 +46,10 @@ def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
     s = np.arange(start_m, end_m + 0.1, 2.0)
     s[-1] = end_m
 
+    skin = np.arange(start_m - SKIN_M, end_m + 0.1, 4.0)
+    skin[-1] = end_m
+    bulge = outline + SKIN_M * np.sign(outline - [0, SPRING_M / 2])
+
     def sheet(low, high, name, material):
         """Strip of the lining between two indices of the outline."""
         along, k = np.meshgrid(s, np.arange(low, high + 1), indexing="ij")
@@ -60,6 +67,11 @@ def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
         order = slice(None) if side > 0 else slice(None, None, -1)
         along, k = np.meshgrid(s, np.arange(4)[order], indexing="ij")
         m.add(flat(grid(ground.points(along, y[k], z[k]), "walkway", "concrete")))
+    # Around all of it: a path that leaves a smoothly shaded lining backwards ends here, where it
+    # would see the sky through the lining.
+    along, k = np.meshgrid(skin, np.arange(len(bulge)), indexing="ij")
+    m.add(grid(ground.points(along, bulge[k, 0], bulge[k, 1]), "skin", "gap", close_v=True))
+    m.add(_end_wall(ground, skin[0], bulge))
     return m.add(_end_wall(ground, start_m, outline), _portal(ground, end_m, outline))
 
 
@@ -78,6 +90,13 @@ def _portal(ground, s, outline) -> Piece:
     ]
     ring = np.stack([outline, outer], 0)
     return grid(ground.points(s, ring[..., 0], ring[..., 1]), "portal", "concrete")
+
+
+def mouth(ground: Ground, end_m: float) -> Opening:
+    """Return the open end of a tunnel at `end_m` along the road, as high as its crown."""
+    right = ground.points(end_m, -HALF_WIDTH_M)
+    across = ground.points(end_m, HALF_WIDTH_M) - right
+    return Opening(tuple(right.tolist()), tuple(across.tolist()), (0.0, 0.0, TOP_M))
 
 
 def luminaire() -> Assembly:
