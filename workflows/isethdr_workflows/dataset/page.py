@@ -98,7 +98,7 @@ def _totals(dataset: Generated) -> list[tuple[str, str]]:
         ("time of a scene", f"{np.median(seconds):.3g} s (median), {max(seconds):.3g} s (longest)"),
         ("size of a scene", f"{np.median(size):.3g} MB (median), {max(size):.3g} MB (largest)"),
         ("noise of a light group", _noise(dataset.made)),
-        ("all scenes so far", f"{time_text(sum(seconds))}, {sum(size) / 1e3:.3g} GB"),
+        ("all scenes so far", f"{time_text(sum(seconds))}, {_size_text(sum(size))}"),
     ]
     expected = runtime_estimate(dataset.made, dataset.definition.count)
     if expected is not None and len(dataset.made) < dataset.definition.count:
@@ -107,6 +107,11 @@ def _totals(dataset: Generated) -> list[tuple[str, str]]:
         whole = f"{time_text(expected.seconds.value)} ({time_text(low)} to {time_text(high)})"
         totals.append((f"all {dataset.definition.count} scenes, expected", whole))
     return totals
+
+
+def _size_text(size_mb: float) -> str:
+    """Return a size for people, in MB below 1 GB."""
+    return f"{size_mb:.3g} MB" if size_mb < 1e3 else f"{size_mb / 1e3:.3g} GB"
 
 
 def _noise(records: Sequence[SceneRecord]) -> str:
