@@ -348,7 +348,8 @@ def test_contrast_is_webers_and_its_snr_follows_the_variance():
 
 def test_detectability_follows_its_closed_form():
     rng = np.random.default_rng(5)
-    ground_sd, noise_sd = 0.3, 0.2
+    ground_sd = 0.3
+    noise_sd = 0.2
     inside = Sample(2.0 + noise_sd * rng.normal(size=900), np.full(900, noise_sd**2))
     ground = 1.5 + ground_sd * rng.normal(size=2500)
     around = Sample(ground + noise_sd * rng.normal(size=2500), np.full(2500, noise_sd**2))

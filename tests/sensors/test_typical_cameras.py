@@ -93,3 +93,24 @@ def test_the_main_job_runs_with_either_cameras(experiment, f_number, pupil, deno
     for sensor in cameras.values():
         assert (sensor.exposure_rule != "fixed") == automatic == (sensor.auto_gain_max > 1)
         assert sensor.exposure_max_s <= 0.033
+
+
+@pytest.mark.slow
+def test_a_deer_stands_out_of_its_ring_in_every_camera():
+    """The goal is a detectability d' of 5 by temporal noise: one coarse shot of the main job, with
+    a clean lens, whose kernels take less time.
+    """
+    size = ["renderer.width=96", "renderer.height=54", "renderer.samples=8"]
+    others = ("shares", "dynamic_range", "snr", "colour", "ssim", "log_luminance", "detection")
+    few = ["draws=1", "report=false", "~flare.dirt", *(f"~metric.{name}" for name in others)]
+    result = hdr.run(hdr.compose([*size, *few]))
+    found = {
+        (score["camera"], score["metric"]): score["value"]
+        for score in result.scores
+        if score["object"] == "stag"
+    }
+    for camera in ("bayer", "split_pixel", "rgbw"):
+        assert found[camera, "object_d_prime"] > 5
+        # the deer is brighter than its ring, by more than the ring's own spread
+        assert found[camera, "object_contrast"] > 0
+        assert found[camera, "object_d_prime_clutter"] > 1
