@@ -167,7 +167,8 @@ PAGES = {
         "half an hour, estimated",
         (
             "Rows with ducc0 need the extra `fast`. The SciPy program is left out where it would"
-            " take more than 8 GB.",
+            " take more than 8 GB. Beside lamps of 1e8 photocurrent of small frames is imaged band"
+            " by band, because the bound on its rounding is too large.",
         ),
     ),
     "omission": Page(
