@@ -46,6 +46,8 @@ MOST_BYTES = 8e9
 # irradiance, float32
 CUBES_BYTES = 4 + 8 + 4
 GROUP_BYTES = 2.1e9  # of these at most at a time; more bands are imaged in groups
+GROUP_CACHE_BYTES = 1 << 30  # of their kernels that are kept in memory
+TABLE_LAMP = 1e6  # times the background: beside 1e8 small frames are imaged band by band
 # targets at 1080 x 1920 x 31: irradiance from nothing, scene included
 COLD_S = 11.0
 COLD_CPU_S = 16.0
@@ -375,10 +377,14 @@ def our_rows_by(library: str, scene, case: Case):
     """Return `our_rows` with the transforms of one library; the second image of a process makes the
     transforms of the kernels, the third one finds them.
     """
+    from isethdr_optics.psf import kernels
+
     from isethdr_core.physics.convolution import fourier
 
     if library == "SciPy":
         fourier.duccs = None
+    if len(case.groups()) > 1:
+        kernels.CACHE_BYTES = GROUP_CACHE_BYTES
     return our_rows(scene, case, 2)
 
 
@@ -434,7 +440,7 @@ def table(largest: int) -> None:
             case = Case(rows, columns, bands)
             if rows > largest:
                 continue
-            scene = night(case)
+            scene = night(case, TABLE_LAMP)
             # digests of the code: taken once, for all processes
             kernel_store.name(*optics(), case.bands_nm, (1.0, 1.0), (1, 1))
             name = f"{rows} x {columns} x {bands}"

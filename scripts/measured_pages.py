@@ -164,11 +164,12 @@ PAGES = {
         " a padded square, then circular convolution. Cost against frame size and bands is one run"
         " each.",
         ("python benchmarks/spectral_path.py", "python benchmarks/spectral_path.py --table"),
-        "half an hour, estimated",
+        "40 minutes, estimated",
         (
             "Rows with ducc0 need the extra `fast`. The SciPy program is left out where it would"
-            " take more than 8 GB. Beside lamps of 1e8 photocurrent of small frames is imaged band"
-            " by band, because the bound on its rounding is too large.",
+            " take more than 8 GB. The table has lamps of up to 1e6: beside lamps of 1e8"
+            " photocurrent of small frames is imaged band by band, because the bound on its"
+            " rounding is too large.",
         ),
     ),
     "omission": Page(
