@@ -232,6 +232,7 @@ def settled(monkeypatch):
     monkeypatch.setattr(index, "SETTLED_S", -1e9)
 
 
+@pytest.mark.slow
 def test_a_folder_that_did_not_change_is_not_compared_again(tmp_path, settled, monkeypatch):
     put(tmp_path, "a", lighting="day")
     put(tmp_path, "s", kind="scene")
@@ -283,6 +284,7 @@ OF_SEVERAL_TYPES = {
 }
 
 
+@pytest.mark.slow
 def test_properties_of_several_types_are_found(tmp_path):
     """Types change from refresh to refresh."""
     for k in range(3):

@@ -232,6 +232,7 @@ class Renamed:
         return opened.assign_attrs(objects=[o | {"category": HOSTILE} for o in objects])
 
 
+@pytest.mark.slow
 def test_two_runs_stand_side_by_side(result, home):
     """The same run twice: all pictures, and nothing that differs."""
     found = compare(home, result.key[:8], result.key)

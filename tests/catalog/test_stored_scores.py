@@ -60,6 +60,7 @@ def test_a_stored_picture_has_the_scores_of_its_run(result):
             assert row["value"] == pytest.approx(before, abs=tolerance)
 
 
+@pytest.mark.slow
 def test_a_new_metric_runs_no_stage(result, monkeypatch):
     def refused(*_):
         raise AssertionError("a stage of the chain ran")

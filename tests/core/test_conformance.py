@@ -30,8 +30,8 @@ QUICK = {
     ("scene", "macbeth"): {"width": 64, "height": 36},
     ("scene", "street"): {"road": "yard", "people_per_km": 10.0, "parked_share": 0.2},
 }
-# what it promises of light, bands and places has tests of its own
-DEAR = {("lens", "prescription")}
+# what they promise has tests of its own
+DEAR = {("lens", "prescription"), ("scene", "street"), ("scene", "tunnel")}
 NEEDS = {("renderer", "mitsuba"): "mitsuba"}
 NOT_HERE = {
     ("scene", "iset_exr"): "reads a folder of EXR files, of which none is part of this project",

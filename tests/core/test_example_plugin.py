@@ -85,6 +85,7 @@ def used(acme):
     return isethdr(plugins=[acme], code=COMPOSED + KEPT)
 
 
+@pytest.mark.slow
 def test_it_composes_with_types_presets_and_experiments(used):
     assert "composed" in used.stdout.split(), used.stderr
 

@@ -59,6 +59,7 @@ def test_the_best_score_is_at_an_exposure_with_few_saturated_pixels(sweep, name)
     assert len(worse) > 1 and (np.diff(worse) >= 0).all()
 
 
+@pytest.mark.slow
 def test_no_score_of_the_sweep_is_undefined(sweep):
     exposures_s, _, found = sweep
     wrong = [

@@ -106,6 +106,7 @@ def test_no_airlight_in_a_shadow(make):
     assert found == pytest.approx(airlight(fog, place, until_m=12.0), rel=1e-2)
 
 
+@pytest.mark.slow
 def test_black_targets_fade_into_the_sky_as_koschmieder_says(make):
     """L = L_sky (1 - exp(-sigma d)): a small black target before an even sky, with a slope of the
     extinction; the sky itself stays as it is.

@@ -80,6 +80,7 @@ def test_noise_is_brought_to_the_limit_without_a_change_of_light(make):
         )
 
 
+@pytest.mark.slow
 def test_bits_are_equal_on_any_number_of_threads(make):
     import drjit as dr
 

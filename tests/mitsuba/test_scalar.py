@@ -163,6 +163,7 @@ def test_a_wall_is_lit_by_the_candela(make, angle_deg):
     assert fast > 0 and slow == pytest.approx(fast, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_mirror_shows_the_lamp_itself(make):
     """No spot can be seen in a mirror; the lamp's own faces can."""
     lamp = make.lamp("drl", "headlights", 500.0, make.flat(1.0), (1, 0, 0), 40.0, 60.0, 0.02)

@@ -43,6 +43,7 @@ def of(ds, name="sky"):
     return luminance(ds["radiance"].sel(light_group=name).values, ds.wavelength.values)
 
 
+@pytest.mark.slow
 def test_open_ground_has_the_irradiance_of_the_dome_and_a_shadow_that_of_its_sky(make, day):
     pole = make.part(make.quad(0.5, 0.5), "black")
     blind = make.pose(0, -10 / np.tan(np.radians(SUN_DEG)), 10, turn_deg=90)

@@ -118,6 +118,7 @@ def test_a_lamp_is_imaged_at_its_angle_with_its_flux(make, angle_deg, turn_deg):
     assert seen == pytest.approx(whole * share, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_large_lamp_beside_the_camera_covers_its_solid_angle(make):
     """A disc of 28 degrees, 85 degrees off the axis: its border is curved on the grid."""
     direction = towards(85.0, 30.0)
@@ -194,6 +195,7 @@ def test_labels_agree_with_boxes_on_the_same_rays(make):
         assert entry["box"] == [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
 
 
+@pytest.mark.slow
 def test_triangles_are_cut_until_chords_replace_arcs(make):
     """The parts cover their triangle, and their sides are as straight as required."""
     rng = np.random.default_rng(5)

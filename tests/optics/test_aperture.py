@@ -101,6 +101,7 @@ def test_parallel_scratches_make_one_streak():
     assert turned[130:, 95:106].sum() > 10 * turned[95:106, 130:].sum()
 
 
+@pytest.mark.slow
 def test_densities_are_per_area():
     counts = [
         len(

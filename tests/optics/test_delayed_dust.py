@@ -100,6 +100,7 @@ def test_delay_takes_no_light_away():
     assert 0.9 < LENS.psf([500], 2.0, 64, [GLASS]).values.sum() < 1.0
 
 
+@pytest.mark.slow
 def test_amplitudes_are_those_of_the_points():
     # grains overlap
     flare = ApertureFlare(

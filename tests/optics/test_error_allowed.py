@@ -34,6 +34,7 @@ def test_irradiance_is_within_what_is_allowed(allowed):
     assert np.abs(light / exact - 1).max() <= allowed + 2e-7  # float32 of both
 
 
+@pytest.mark.slow
 def test_a_lens_that_varies_over_the_field_is_told_too(monkeypatch):
     told = []
     monkeypatch.setattr(

@@ -129,6 +129,7 @@ def test_the_point_spread_turns_with_the_azimuth():
     assert right[0] > 1.1 * right[1]  # wide along the radius: the exit pupil is narrow there
 
 
+@pytest.mark.slow
 def test_with_many_waves_of_aberration_the_width_is_that_of_the_ray_spot():
     lens, place = place_at("singlet", 4.0, 14.0)
     tangent = float(np.tan(np.radians(14.0)))
@@ -198,6 +199,7 @@ def test_a_point_keeps_its_light_whatever_the_shape_of_its_pupil():
     assert light == pytest.approx(round_one, abs=1.5e-3) and 0.97 < light < 1
 
 
+@pytest.mark.slow
 def test_the_ledger_states_what_the_ellipse_leaves():
     found, wanted, _ = both("double_gauss", 3.0, 14.0)
     lens = PrescribedLens(f_number=3.0, focal_length_mm=FOCAL_MM, distortion="none", falloff="none")

@@ -54,6 +54,7 @@ def test_the_blur_is_as_wide_as_geometry_says():
 
 
 @pytest.mark.parametrize("shift_um, side", [(400.0, 1), (-400.0, -1)])
+@pytest.mark.slow
 def test_rays_have_not_crossed_yet_where_the_focus_lies_beyond(shift_um, side):
     value = psf(
         DiffractionLimitedLens(focal_shift_um={400: shift_um, 700: shift_um}), flares=[RightHalf()]

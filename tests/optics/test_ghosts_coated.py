@@ -83,6 +83,7 @@ def weighted_monte_carlo(lens, tangent, count, seed=2):
 
 
 @pytest.mark.parametrize("column", [100, 130])
+@pytest.mark.slow
 def test_coated_surfaces_against_an_independent_monte_carlo_trace(bare, column):
     """Stacks by matrices, angle by angle, in the product; Airy's sum and spheres by their centres
     here.

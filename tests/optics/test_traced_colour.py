@@ -43,6 +43,7 @@ def test_the_traced_focus_of_a_wavelength_is_that_of_the_matrices():
     )
 
 
+@pytest.mark.slow
 def test_every_wavelength_has_its_own_wavefront_off_the_axis_too():
     lens = PrescribedLens(f_number=4.0)
     angle = np.radians(11.0)
@@ -165,6 +166,7 @@ def test_blue_and_red_images_at_70_percent_of_the_field_lie_where_their_rays_do(
     np.testing.assert_allclose(kept, light.values.sum(axis=(1, 2)), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_whole_lens_moves_its_bands():
     same = dict(f_number=4.0, wavefront="none", falloff="none", distortion="none")
     light = scene(0.15, 0.012, (450.0, 650.0), rows=2, more=3)
@@ -232,6 +234,7 @@ def test_dark_tiles_beside_a_lamp_keep_their_digits():
     np.testing.assert_allclose(out[:, :12], 1e-12, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_the_ledger_and_bad_use():
     lens = PrescribedLens(wavefront="none", distortion="none")
     plane = sensor_plane(lens, scene(0.05, 0.002, (450.0, 550.0, 650.0), 4))

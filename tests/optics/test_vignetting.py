@@ -170,6 +170,7 @@ def test_a_stop_that_nothing_cuts_is_unchanged_to_the_bit(monkeypatch):
     )
 
 
+@pytest.mark.slow
 def test_a_vignetted_kernel_keeps_its_light_and_the_ledger_says_how_well_rims_are_known():
     """At f/3 the double Gauss is cut beyond 10 degrees; relative illumination takes the light, the
     point spread keeps what is left.

@@ -185,6 +185,7 @@ def test_same_seed_same_arrays_and_another_seed_another_plan():
     assert len(set(plans)) == 5
 
 
+@pytest.mark.slow
 def test_lights_are_switched_and_coloured_as_asked(built):
     kinds = {p.lamp.kind for m in built[NightDrive].models.values() for p in m.parts if p.lamp}
     assert (

@@ -116,6 +116,7 @@ def test_every_level_of_several_members_of_each_family(group, family, detail):
         assert triangles(model) < TRIANGLES[group][detail]
 
 
+@pytest.mark.slow
 def test_far_is_coarser_and_keeps_extent_and_lamps():
     thing = one("car", "sedan")
     far = things.build(thing, "far")
@@ -174,6 +175,7 @@ def test_likeness_is_the_intersection_over_the_union_of_the_worse_view():
     assert likeness(triangle(0.8), triangle(0.8)) == 1
 
 
+@pytest.mark.slow
 def test_silhouettes_have_the_areas_of_a_vehicles_views():
     """Against the union of the projected triangles."""
     thing = one("truck", "tipper")

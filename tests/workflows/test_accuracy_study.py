@@ -145,6 +145,7 @@ def test_the_command_measures_a_knob_of_an_outside_plugin(tmp_path):
     assert (tmp_path / "out" / package.PICTURE).stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_scores_are_compared_in_half_intervals(home, monkeypatch):
     monkeypatch.setitem(
         registry.components(), ("metric", "acme"), Component("metric", "acme", Pairs)

@@ -43,6 +43,7 @@ def row(lux, score, development):
 
 
 @pytest.mark.parametrize(("score", "sign"), [("ssim", 1), ("psnr_db", 1), ("ciede2000", -1)])
+@pytest.mark.slow
 def test_differences_are_paired_by_road_and_cross_where_they_should(score, sign):
     dark = row(0.1, score, NETWORK)
     assert dark["roads"] == 3 and dark["difference"] == pytest.approx(sign * 0.1)

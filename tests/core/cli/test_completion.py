@@ -99,6 +99,7 @@ _isethdr; printf '%s\\n' "${{COMPREPLY[@]}}"
     assert "lens=" in others
 
 
+@pytest.mark.slow
 def test_the_function_of_zsh():
     vocabulary(app)
     text = f"""

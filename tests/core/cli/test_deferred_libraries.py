@@ -21,6 +21,7 @@ loaded = loaded + 1 if "loaded" in globals() else 1
 """
 
 
+@pytest.mark.slow
 def test_a_config_is_composed_without_xarray_pandas_the_chain_and_tables():
     """What a mistake in a config needs, too; each of them takes as long as Hydra itself."""
     shown = isethdr("run", "--cfg", "job", PYTHONPROFILEIMPORTTIME="1")

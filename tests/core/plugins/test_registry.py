@@ -145,6 +145,7 @@ else:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_hydra_imports_the_chosen_components_alone():
     code = """
 import sys

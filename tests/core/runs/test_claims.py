@@ -114,6 +114,7 @@ def test_claims_that_killed_processes_left_on_other_scenes_are_removed(tmp_path,
         assert claims(tmp_path) == [".far.claim-0", ".other.claim-0"]
 
 
+@pytest.mark.slow
 def test_of_many_that_wait_for_a_killed_holder_one_at_a_time_takes_over(tmp_path, worker):
     first = worker(60, "first")
     assert first.stdout.readline() == "holds False\n"

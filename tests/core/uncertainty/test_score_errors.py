@@ -368,6 +368,7 @@ def test_objects_of_a_large_picture_are_said_to_lack_renderer_noise():
 
 
 @pytest.mark.parametrize("tiles", [SMALL, LARGE])
+@pytest.mark.slow
 def test_a_metric_has_the_same_errors_alone_as_beside_others(tiles):
     """So that a run with one metric more measures that one alone."""
     labels = xr.Dataset({"instance": (("y", "x"), np.ones(tiles, np.uint32))})

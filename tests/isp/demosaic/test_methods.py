@@ -111,6 +111,7 @@ def test_guided_keeps_own_samples_and_costs_little_in_noise():
     assert rms(guided, planes) < 1.1 * rms(plain, planes)  # the slope is shrunk by the noise
 
 
+@pytest.mark.slow
 def test_malvars_variance_is_that_of_the_noise():
     needs_package("malvar")
     planes = np.full((3, *SHAPE), 50.0)

@@ -33,6 +33,7 @@ def test_a_uniform_sky_returns_its_own_spectrum(make):
     np.testing.assert_allclose(ds.radiance[0].mean(("y", "x")), truth, rtol=3e-4)
 
 
+@pytest.mark.slow
 def test_white_furnace(make):
     """Inside a closed diffuse sphere with uniform emission, radiance is emission / (1 -
     reflectance).
@@ -271,6 +272,7 @@ def test_one_kernel_for_all_passes_light_groups_and_scenes(make):
     )
 
 
+@pytest.mark.slow
 def test_hits_are_those_of_mitsuba(make):
     """Tables of triangles against Mitsuba's own shapes: written out and placed, turned, mirrored
     and stretched, flat and smooth.

@@ -53,6 +53,7 @@ def test_reference_wavelengths_lie_in_the_spectral_range_of_the_bands():
     assert references_nm(narrow, [550.0]) == [550.0]
 
 
+@pytest.mark.slow
 def test_bands_with_too_much_change_for_linear_interpolation_are_exact():
     lens = node_lens(
         WavefrontLens(focal_shift_um={300.0: 0.0, 500.0: 0.0, 540.0: 400.0, 700.0: 400.0}), {}, 0.0

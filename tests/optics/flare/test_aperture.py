@@ -120,6 +120,7 @@ def test_dust_and_seed():
     assert a.min() >= 0
 
 
+@pytest.mark.slow
 def test_order_of_flares_does_not_matter_and_dictionaries_do():
     one = ApertureFlare(dust_per_mm2=0)
     two = HalfTone()

@@ -291,6 +291,7 @@ def test_tangents_and_angles_give_the_same_picture():
     np.testing.assert_allclose(a, b, rtol=2.5e-3)
 
 
+@pytest.mark.slow
 def test_the_prescriptions_distortion_and_illumination_are_those_of_its_rays():
     from isethdr_optics.prescription.figures import chief_mm, relative_illumination
 

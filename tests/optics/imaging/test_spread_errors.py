@@ -67,6 +67,7 @@ def test_the_deviation_of_light_is_that_of_a_repeat():
         assert np.quantile(ratio, 0.01) > 0.65
 
 
+@pytest.mark.slow
 def test_kernels_differ_from_finer_ones_as_stated():
     lens, mixed = street()
     finer = DiffractionLimitedLens(focal_length_mm=6.0, speckle_error=lens.speckle_error / 9)

@@ -106,6 +106,7 @@ def test_dark_tiles_beside_bright_ones_bring_the_tail_back():
     assert needed(mixed) is None
 
 
+@pytest.mark.slow
 def test_the_bound_holds_for_the_worst_light_there_is():
     """A dark tile amid light, and one amid darkness: all of the tail or nothing falls on it."""
     made = needed(scene())
@@ -151,6 +152,7 @@ def test_what_lies_beyond_a_kernel_is_known_in_closed_form():
         )
 
 
+@pytest.mark.slow
 def test_a_sensor_that_allows_less_gets_more():
     mixed = scene(bands=BANDS[::12])
     reach = [needed(mixed, allowed=a).bands[0].shape[1] for a in (1.0, 0.08)]

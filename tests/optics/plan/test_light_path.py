@@ -167,9 +167,9 @@ PRESCRIBED = PrescribedLens(focal_length_mm=4.0)
         (THIN, (), SENSOR, False),
         pytest.param(THIN, (ApertureFlare(),), SENSOR, True, marks=pytest.mark.slow),
         (THIN, (), IN_A_WINDOW, False),
-        (THIN, (GhostFlare(),), SENSOR, False),
+        pytest.param(THIN, (GhostFlare(),), SENSOR, False, marks=pytest.mark.slow),
         (replace(THIN, distortion=BENT), (), SENSOR, False),
-        (FIELD, (), SENSOR, True),
+        pytest.param(FIELD, (), SENSOR, True, marks=pytest.mark.slow),
         pytest.param(PRESCRIBED, (), SENSOR, False, marks=pytest.mark.slow),
     ],
     ids=[

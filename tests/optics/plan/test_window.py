@@ -70,6 +70,7 @@ def off(light, exact):
     return float((np.abs(few - every) / np.sqrt(every + max(ASKED.read_noise_e, 1.0) ** 2)).max())
 
 
+@pytest.mark.slow
 def test_even_light_takes_the_reach_of_kernels_that_end_and_loses_nothing_by_it():
     """Beyond the kernels' reach nothing was taken before either: one bound for both, the same light
     but for the rounding of other transforms.
@@ -106,6 +107,7 @@ def test_a_lamp_in_the_window_leaves_dim_surroundings_out():
     assert light.shape[1:] == (16, 34) and 0 < off(light, LENS(mixed)) <= row.bound
 
 
+@pytest.mark.slow
 def test_the_bound_is_that_of_the_worst_light_there_is(monkeypatch):
     """A dark window amid even light: in its corners three quarters of what lies beyond the reach
     are missing, but for that beyond the frame.

@@ -170,6 +170,7 @@ def test_spherical_aberration_of_a_singlet_grows_with_the_cube_of_its_aperture()
     assert wide / narrow == pytest.approx(8.0, rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_lens_says_what_it_leaves_out():
     x = quantities.centres(15, 0.3)
     scene = quantities.plane(np.ones((1, 15, 15)), [550.0], x, x, quantities.RADIANCE)

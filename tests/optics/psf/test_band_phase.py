@@ -23,6 +23,7 @@ def stated(lens, waves):
     return [(e.value, e.label) for e in band_phase.errors((lens,), np.asarray(waves))]
 
 
+@pytest.mark.slow
 def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
     monkeypatch.setattr(kernels, "CORE_SAMPLES", 30)
     lens = WavefrontLens(zernike_um={8: 0.3, 4: 0.15})

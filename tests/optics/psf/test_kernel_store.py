@@ -68,6 +68,7 @@ def test_three_processes_share_one_file(isethdr_home, monkeypatch):
     assert [float(third.bands[1].sum(dtype=float))] * 2 == sums
 
 
+@pytest.mark.slow
 def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr_home):
     band = kernels._Plan.band
     done = []
@@ -179,6 +180,7 @@ def test_the_name_changes_with_sampling_class_and_code(monkeypatch):
     assert name() not in names
 
 
+@pytest.mark.slow
 def test_kernels_are_computed_where_the_store_cannot_be_written(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("a file, no folder")
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path / "file"))

@@ -68,6 +68,7 @@ def test_they_agree_with_kernels_of_lattices_of_their_own(monkeypatch):
     np.testing.assert_allclose(quick.transmitted, other.transmitted, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_wide_tiles_agree_with_finer_direct_sums():
     """Tiles of a fast lens hold many speckles, and few samples each: kernels are as wrong as they
     say against sums of three times the samples, in columns between those that were looked at.
@@ -96,6 +97,7 @@ def test_columns_looked_at_are_those_of_direct_sums():
     assert np.abs(light - want).sum() < 0.02 * want.sum()
 
 
+@pytest.mark.slow
 def test_fine_rings_leave_a_third_of_the_usual_errors():
     """In columns that nobody looks at when errors are stated."""
     frame = kernels._frame(LENS, DIRT, BANDS[[0, 2]], (4.3, 4.3), (64, 110), WIDTHS[:2])
@@ -127,6 +129,7 @@ def test_gauss_wavelengths_leave_no_error_in_a_wider_core():
     assert share[0] < 8e-4 and share[0] < 0.5 * share[1]
 
 
+@pytest.mark.slow
 def test_scatter_is_mixed_in():
     args = BANDS, (4.3, 4.3), (64, 110)
     haze = HazeFlare()
@@ -150,6 +153,7 @@ def test_phase_uneven_light_and_wide_tiles_go_another_way():
     assert serves(LENS, DIRT, 60.0) and not serves(LENS, DIRT, 120.0)
 
 
+@pytest.mark.slow
 def test_kernels_that_took_long_come_back_from_the_disk_bit_for_bit(isethdr_home, monkeypatch):
     asked = LENS, DIRT, BANDS, (4.3, 4.3), (64, 110)
     monkeypatch.setattr(kernels, "PATTERN_WORTH_KEEPING_S", 0.0)

@@ -113,6 +113,7 @@ def test_tiles_agree_with_direct_sums(lens, flare, centre, width):
     )
 
 
+@pytest.mark.slow
 def test_less_error_on_demand():
     usual, fine = (
         _computed(
@@ -129,6 +130,7 @@ def test_less_error_on_demand():
     assert difference < usual.speckle.max()
 
 
+@pytest.mark.slow
 def test_speckles_are_streaks_along_the_radius():
     """A band of 40 nm draws a speckle at 78 tiles out over 6: neighbours along the radius agree,
     those across do not.
@@ -254,6 +256,7 @@ def test_a_pupil_with_hardly_any_phase_has_the_kernel_of_one_without():
     assert difference.sum() < 0.03 * beyond
 
 
+@pytest.mark.slow
 def test_what_the_period_wraps_into_the_border_is_stated(monkeypatch):
     def ring(period):
         monkeypatch.setattr(wings, "PERIOD", period)

@@ -44,6 +44,7 @@ def test_areas():
     )
 
 
+@pytest.mark.slow
 def test_cells_average_the_points():
     shape = blades(0.5, 5, 8.0, 0.3)
     losses = dirt(0.5, Dust(30, 20), Scratches(8, 10, 300), seed=3)
@@ -59,6 +60,7 @@ def test_cells_average_the_points():
     assert np.quantile(np.abs(cells - points), 0.99) < 0.03
 
 
+@pytest.mark.slow
 def test_overlaps_are_those_of_all_pairs():
     """Shapes whose bounds lie apart are not compared: nothing that overlaps may be missed."""
     shape = blades(0.5, 6, 17.0)

@@ -113,6 +113,7 @@ def test_fast_pulses_are_even_light():
     ) == pytest.approx(even, abs=12.5)
 
 
+@pytest.mark.slow
 def test_noise_agrees_with_pixels_followed_in_small_steps():
     lights = [(STEADY, 1e3), (PULSES, 8e3)]
     count = 6000

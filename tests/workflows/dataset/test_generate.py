@@ -237,6 +237,7 @@ def test_the_command_estimates_run_time_splits_and_lists(recipe, capsys, monkeyp
     assert "expected a number" in error
 
 
+@pytest.mark.slow
 def test_cameras_are_compared_over_the_scenes(recipe, capsys, monkeypatch, isethdr_home):
     """Typed twice: the second time nothing is imaged anew."""
     monkeypatch.setattr(cameras, "compose", plain)
@@ -255,6 +256,7 @@ def test_cameras_are_compared_over_the_scenes(recipe, capsys, monkeypatch, iseth
     assert (folder / "objects.csv").read_text().count(",car,") == len(dataset.made)
 
 
+@pytest.mark.slow
 def test_a_study_reads_the_radiance_of_the_records_whatever_the_code(
     recipe, monkeypatch, isethdr_home
 ):

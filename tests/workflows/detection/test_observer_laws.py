@@ -132,6 +132,7 @@ def test_the_threshold_passes_the_stated_false_alarms():
     assert np.all(np.diff(found(np.array([0.0, 2.0, 5.0]), limit)) > 0)
 
 
+@pytest.mark.slow
 def test_noise_of_the_renderer_is_no_signal():
     """Differences of an object with noise of the renderer in them, and the half difference of two
     halves of its samples, which has the same covariance. Over 4000 renderings the corrected square
