@@ -408,10 +408,10 @@ def errors(scene, aberrated):
 def show(name, rows, base=None):
     """Print the worst clocking of all turns, and the worst share of another's CPU seconds."""
     wall, cpu, held = (max(row[k] for row in rows) for k in range(3))
-    share = f"   {worst_share(rows, base):5.2f} of its CPU s" if base else ""
+    share = f"  {worst_share(rows, base):.2f} of its CPU" if base else ""
     print(
-        f"{name:36s} {wall:7.2f} s wall {cpu:7.2f} s CPU {held / 2**20:7.0f} MiB{share}"
-        f"   load {os.getloadavg()[0]:.1f}",
+        f"{name:32s} {wall:7.2f} s wall {cpu:7.2f} s CPU {held / 2**20:7.0f} MiB{share}"
+        f"  load {os.getloadavg()[0]:.1f}",
         flush=True,
     )
 
