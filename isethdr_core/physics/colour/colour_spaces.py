@@ -8,9 +8,14 @@ results stay in the processor's cache.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import wraps
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 # IEC 61966-2-1:1999, the four-digit matrix of the standard
 XYZ_TO_SRGB = np.array(
@@ -20,13 +25,13 @@ D65_XYZ = np.array([0.95047, 1.0, 1.08883])  # white of sRGB, Y = 1
 PIECE = 16384  # pixels
 
 
-def _in_pieces(function):
+def _in_pieces(function: Callable[..., Any]) -> Callable[..., Any]:
     """Make a function of arrays (..., 3) that treats each pixel alone go over large ones in pieces;
     the values are the same bit for bit.
     """
 
     @wraps(function)
-    def over_pieces(*arrays):
+    def over_pieces(*arrays: ArrayLike) -> np.ndarray:
         arrays = [np.asarray(a) for a in arrays]
         lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
         count = int(np.prod(lead))
@@ -47,18 +52,18 @@ def _in_pieces(function):
     return over_pieces
 
 
-def linear_srgb(xyz):
+def linear_srgb(xyz: np.ndarray) -> np.ndarray:
     """Return linear sRGB from XYZ with Y = 1 for white; neither clipped nor encoded."""
     return np.asarray(xyz) @ XYZ_TO_SRGB.T
 
 
-def xyz_from_linear_srgb(rgb):
+def xyz_from_linear_srgb(rgb: np.ndarray) -> np.ndarray:
     """Return XYZ from linear sRGB: the exact inverse of `linear_srgb`."""
     return np.asarray(rgb) @ np.linalg.inv(XYZ_TO_SRGB).T
 
 
 @_in_pieces
-def srgb_encode(linear):
+def srgb_encode(linear: np.ndarray) -> np.ndarray:
     """Return sRGB code values 0..1 from linear values, which are first clipped to 0..1 (IEC
     61966-2-1:1999).
     """
@@ -66,14 +71,14 @@ def srgb_encode(linear):
     return np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055)
 
 
-def srgb_decode(code):
+def srgb_decode(code: np.ndarray) -> np.ndarray:
     """Return linear values 0..1 from sRGB code values 0..1."""
     v = np.clip(code, 0.0, 1.0)
     return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4)
 
 
 @_in_pieces
-def lab(xyz, white_xyz):
+def lab(xyz: np.ndarray, white_xyz: np.ndarray) -> np.ndarray:
     """Return CIELAB (CIE 015:2018, 8.2.1) of XYZ against a white of the same scale.
 
     The linear branch also serves negative estimates, so noise around black stays around L* = 0.
@@ -87,12 +92,12 @@ def lab(xyz, white_xyz):
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], -1)
 
 
-def de76(lab_1, lab_2):
+def de76(lab_1: np.ndarray, lab_2: np.ndarray) -> np.ndarray:
     """Return the CIE 1976 colour difference, the distance in CIELAB."""
     return np.sqrt(np.sum((np.asarray(lab_1) - np.asarray(lab_2)) ** 2, -1))
 
 
-def de94(lab_reference, lab_sample):
+def de94(lab_reference: np.ndarray, lab_sample: np.ndarray) -> np.ndarray:
     """Return the CIE 1994 colour difference for graphic arts; not symmetric, the weights are the
     reference's (CIE 116:1995).
     """
@@ -108,7 +113,7 @@ def de94(lab_reference, lab_sample):
 
 
 @_in_pieces
-def de2000(lab_1, lab_2):
+def de2000(lab_1: np.ndarray, lab_2: np.ndarray) -> np.ndarray:
     """Return the CIEDE2000 colour difference with kL = kC = kH = 1 (Sharma, Wu, Dalal 2005,
     equations 2-22).
     """
@@ -153,7 +158,13 @@ def de2000(lab_1, lab_2):
     return np.sqrt(dl**2 + dc**2 + dh**2 + turn * dc * dh)
 
 
-def colour_matrix(response, xyz, white_response, white_xyz, noise_covariance=0.0):
+def colour_matrix(
+    response: np.ndarray,
+    xyz: np.ndarray,
+    white_response: ArrayLike,
+    white_xyz: ArrayLike,
+    noise_covariance: float | np.ndarray = 0.0,
+) -> np.ndarray:
     """Return the matrix (3, channel) from a sensor's responses to XYZ that is exact for one white
     and best for the rest.
 
@@ -191,19 +202,21 @@ def colour_matrix(response, xyz, white_response, white_xyz, noise_covariance=0.0
     return base / size
 
 
-def _unpack(values):
+def _unpack(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     v = np.asarray(values, float)
     return v[..., 0], v[..., 1], v[..., 2]
 
 
-def _chromatic(c):
+def _chromatic(c: np.ndarray) -> np.ndarray:
     """Return c^7 / (c^7 + 25^7)."""
     c3 = c * c * c
     c7 = c3 * c3 * c
     return c7 / (c7 + 25.0**7)
 
 
-def _hues(a1, b1, c1, a2, b2, c2):
+def _hues(
+    a1: np.ndarray, b1: np.ndarray, c1: np.ndarray, a2: np.ndarray, b2: np.ndarray, c2: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (dH, cosine and sine of the mean hue) of two colours: 2 sqrt(c1 c2) sin(dh / 2), and
     the middle of the shorter arc.
 

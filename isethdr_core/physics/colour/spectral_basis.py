@@ -15,7 +15,7 @@ import numpy as np
 FLOOR = 1e-14  # of the largest eigenvalue: directions in which no spectrum at hand differs
 
 
-def shot_noise_moments(spectra, counts, weight=1.0) -> np.ndarray:
+def shot_noise_moments(spectra: np.ndarray, counts: np.ndarray, weight: float = 1.0) -> np.ndarray:
     """Return the (band, band) second moments of spectra, each divided by its signal: bright spectra
     weigh as their shot noise allows.
 
@@ -29,7 +29,7 @@ def shot_noise_moments(spectra, counts, weight=1.0) -> np.ndarray:
     return weight * ((spectra[lit] / counts[lit, None]).T @ spectra[lit])
 
 
-def kernel_moments(kernels, weights) -> np.ndarray:
+def kernel_moments(kernels: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Return the (band, band) second moments of the light of kernels (point, band) in each channel,
     with Poisson weights.
 
@@ -44,7 +44,7 @@ def kernel_moments(kernels, weights) -> np.ndarray:
     return total / np.trace(total)
 
 
-def directions(weights, moments, kernel_spread) -> np.ndarray:
+def directions(weights: np.ndarray, moments: np.ndarray, kernel_spread: np.ndarray) -> np.ndarray:
     """Return W (band, band): unit rows, the independent ones of `weights` first, then directions of
     `kernel_spread`, the strongest first.
 
@@ -68,7 +68,7 @@ def directions(weights, moments, kernel_spread) -> np.ndarray:
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 
-def predictor(functionals, moments) -> np.ndarray:
+def predictor(functionals: np.ndarray, moments: np.ndarray) -> np.ndarray:
     """Return G (band, functional), the best linear prediction of spectra with second `moments` from
     W s.
     """

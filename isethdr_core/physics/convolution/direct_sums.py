@@ -4,10 +4,15 @@ matter beside the brightest.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..arrays import on_host
 from . import transform
+
+if TYPE_CHECKING:
+    from .linear import Kernel
 
 # of a pixel: rounding of a direct float64 sum of positive terms, 8e6 of them pairwise or in rows
 SUMMED = 1e-12
@@ -18,7 +23,9 @@ MOST_SCATTERED = 5e9  # products for bright pixels that are spread one by one: s
 MOST_PRODUCTS = 4e10
 
 
-def mend(out, image, kernel, error: float, allowed: float):
+def mend(
+    out: np.ndarray, image: np.ndarray, kernel: Kernel, error: float, allowed: float
+) -> tuple[np.ndarray, float, int]:
     """Return `out` without pixels that rounding may have spoiled, summed directly; the error of
     those kept, and their number.
 
@@ -54,11 +61,13 @@ def mend(out, image, kernel, error: float, allowed: float):
     return _gather(summed, (summed * allowed < error) & lit, image, psf, 1.0, error)
 
 
-def _squares(a):
+def _squares(a: np.ndarray) -> float:
     return np.einsum("ij,ij->", a, a)
 
 
-def _few_sources(image, psf, doubtful):
+def _few_sources(
+    image: np.ndarray, psf: np.ndarray, doubtful: int
+) -> tuple[np.ndarray, np.ndarray] | None:
     """Return (bright, rest) where fewer bright pixels make the trouble than the `doubtful` ones
     that have it, else None.
     """
@@ -73,7 +82,7 @@ def _few_sources(image, psf, doubtful):
     return bright, image - bright
 
 
-def _reached(image, psf):
+def _reached(image: np.ndarray, psf: np.ndarray) -> np.ndarray:
     """Return a mask of the pixels with light within the rectangle of the psf around them.
 
     The result of all other pixels is exactly zero.
@@ -95,7 +104,7 @@ def _reached(image, psf):
     return lit
 
 
-def _scatter(sources, psf):
+def _scatter(sources: np.ndarray, psf: np.ndarray) -> np.ndarray:
     """Return the direct float64 sum of the lit pixels, each spread by the psf."""
     ny, nx = sources.shape
     ky, kx = psf.shape
@@ -113,7 +122,14 @@ def _scatter(sources, psf):
     return out
 
 
-def _gather(out, where, image, psf, peak, error):
+def _gather(
+    out: np.ndarray,
+    where: np.ndarray,
+    image: np.ndarray,
+    psf: np.ndarray,
+    peak: float,
+    error: float,
+) -> tuple[np.ndarray, float, int]:
     """Replace the pixels `where` by direct sums of image x psf / peak; past `MOST_PRODUCTS` keep
     `out`, lifted to zero, and its `error`.
     """

@@ -19,7 +19,7 @@ except ImportError:
     duccs = None
 
 
-def rfft(rows, out) -> None:
+def rfft(rows: np.ndarray, out: np.ndarray) -> None:
     """Write the transforms of the real float64 `rows` (row, n) into `out`, (row, n // 2 + 1)
     complex.
     """
@@ -30,7 +30,7 @@ def rfft(rows, out) -> None:
         out[...] = sf.rfft(rows, axis=1) if xp is np else xp.fft.rfft(rows, axis=1)
 
 
-def irfft(lines, out) -> None:
+def irfft(lines: np.ndarray, out: np.ndarray) -> None:
     """Write the real rows (row, n) whose transforms are `lines`, (row, n // 2 + 1), into `out`."""
     xp = namespace(lines)
     n = out.shape[1]
@@ -40,7 +40,7 @@ def irfft(lines, out) -> None:
         out[...] = sf.irfft(lines, n, axis=1) if xp is np else xp.fft.irfft(lines, n=n, axis=1)
 
 
-def fft(columns):
+def fft(columns: np.ndarray) -> np.ndarray:
     """Return the transforms of the complex `columns` (n, column), which may be overwritten."""
     xp = namespace(columns)
     if xp is np and duccs:
@@ -48,7 +48,7 @@ def fft(columns):
     return sf.fft(columns, axis=0, overwrite_x=True) if xp is np else xp.fft.fft(columns, axis=0)
 
 
-def hermitian(columns, n: int) -> np.ndarray:
+def hermitian(columns: np.ndarray, n: int) -> np.ndarray:
     """Return the real transforms (n, column) of Hermitian columns.
 
     Parameters
@@ -62,7 +62,7 @@ def hermitian(columns, n: int) -> np.ndarray:
     return sf.hfft(columns, n, axis=0)
 
 
-def fft_rows(rows):
+def fft_rows(rows: np.ndarray) -> np.ndarray:
     """Return the transforms of the complex `rows` (row, n), a NumPy array, which may be
     overwritten.
     """
@@ -71,7 +71,7 @@ def fft_rows(rows):
     return sf.fft(rows, axis=1, overwrite_x=True)
 
 
-def ifft(columns):
+def ifft(columns: np.ndarray) -> np.ndarray:
     """Return the columns whose transforms are the complex `columns` (n, column), which may be
     overwritten.
     """

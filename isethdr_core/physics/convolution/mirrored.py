@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
@@ -17,7 +20,7 @@ class Mirrored(NDArrayOperatorsMixin):
 
     ndim = 2
 
-    def __init__(self, half: np.ndarray):
+    def __init__(self, half: np.ndarray) -> None:
         self.half = half
 
     @property
@@ -43,15 +46,17 @@ class Mirrored(NDArrayOperatorsMixin):
     def __len__(self) -> int:
         return self.shape[0]
 
-    def __array__(self, dtype=None, copy=None):
+    def __array__(self, dtype: np.dtype | None = None, copy: bool | None = None) -> np.ndarray:
         whole = np.concatenate([self.half[:0:-1, ::-1], self.half])
         return whole if dtype is None else whole.astype(dtype, copy=False)
 
-    def __array_ufunc__(self, ufunc, method, *inputs, **kwargs):
+    def __array_ufunc__(
+        self, ufunc: Callable[..., Any], method: str, *inputs: Any, **kwargs: Any
+    ) -> np.ndarray:
         arrays = [np.asarray(a) if isinstance(a, Mirrored) else a for a in inputs]
         return getattr(ufunc, method)(*arrays, **kwargs)
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: Any) -> float | np.ndarray:
         """Return values of the whole array, always a copy."""
         if not isinstance(key, tuple) or len(key) != 2:
             return np.asarray(self)[key]
@@ -64,7 +69,7 @@ class Mirrored(NDArrayOperatorsMixin):
         away = y - (len(self.half) - 1)
         return self.half[np.abs(away), np.where(away < 0, self.shape[1] - 1 - x, x)]
 
-    def sum(self, axis: int | None = None, dtype=None):
+    def sum(self, axis: int | None = None, dtype: type | None = None) -> float | np.ndarray:
         """Return the sum over an axis, or over both."""
         rest = self.half[1:]
         line = self.half[0]
@@ -96,5 +101,5 @@ class Mirrored(NDArrayOperatorsMixin):
         return Mirrored(half)
 
 
-def _squares(a) -> float:
+def _squares(a: np.ndarray) -> float:
     return float(np.einsum("i,i->", a, a))

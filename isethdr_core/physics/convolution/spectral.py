@@ -8,6 +8,9 @@ the bands' transforms, made block by block by matrix products.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from . import transform as transform
@@ -16,7 +19,14 @@ from . import transform as transform
 TOGETHER_BYTES = 2**20
 
 
-def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, float]:
+def channels(
+    out: np.ndarray,
+    planes: Callable[..., Any],
+    combine: np.ndarray,
+    blocks: np.ndarray,
+    size: tuple[int, int],
+    apply: Callable[..., Any] = map,
+) -> tuple[float, float]:
     """Add the channels' convolutions to `out`. Return the norm of all input planes together, and of
     all output planes.
 
@@ -44,11 +54,11 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     together = max(1, TOGETHER_BYTES // (bands * transform.COLUMNS * blocks.itemsize))
     half_spectra = [transform.rows_of(ny, size, out, single) for _ in range(max(count, outputs))]
 
-    def read(rows, values):
+    def read(rows: slice, values: np.ndarray) -> None:
         values[:count] = planes(rows)
         values[count:] = 0.0
 
-    def multiply(block, parts):
+    def multiply(block: int, parts: list[np.ndarray]) -> list[np.ndarray]:
         for start in range(0, size[0], together):
             rows = slice(start, start + together)
             weighted_rows = _weighted(
@@ -66,7 +76,9 @@ def channels(out, planes, combine, blocks, size, apply=map) -> tuple[float, floa
     ) ** 0.5
 
 
-def _weighted(parts, spectra, weights) -> list[np.ndarray]:
+def _weighted(
+    parts: list[np.ndarray], spectra: np.ndarray, weights: np.ndarray
+) -> list[np.ndarray]:
     """Return per channel the sum over functionals of kernel x plane; `spectra` (band, y, x) are the
     bands' kernels there.
     """
@@ -85,12 +97,18 @@ def _weighted(parts, spectra, weights) -> list[np.ndarray]:
     return weighted
 
 
-def _back(out, half, scale, size, apply) -> float:
+def _back(
+    out: np.ndarray,
+    half: np.ndarray,
+    scale: float,
+    size: tuple[int, int],
+    apply: Callable[..., Any],
+) -> float:
     """Add one plane, transformed back, times `scale` to `out`; return the sum of squares without
     it.
     """
 
-    def write(rows, values):
+    def write(rows: slice, values: np.ndarray) -> float:
         total = transform.squares(values, np)
         values *= scale
         out[rows] += values
@@ -99,7 +117,7 @@ def _back(out, half, scale, size, apply) -> float:
     return sum(transform.back(half, write, size, out.shape[1], apply))
 
 
-def matrix_product(weights, values) -> np.ndarray:
+def matrix_product(weights: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return weights (row, band) times values (band, ...), as (row, ...)."""
     # a view where each band is contiguous
     return (weights @ values.reshape(len(values), -1)).reshape(len(weights), *values.shape[1:])

@@ -9,6 +9,9 @@ arrays of any library with the Python array API (`fourier`).
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable, Sequence
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -21,7 +24,7 @@ ROWS = 16
 COLUMNS = 32
 
 
-def sizes(shape, kernel) -> tuple[int, int]:
+def sizes(shape: Sequence[int], kernel: Sequence[int]) -> tuple[int, int]:
     """Return the (y, x) sizes of a transform for which only cropped pixels wrap around."""
     y, x = (
         next_fast_len(max(n + k - 1 - k // 2, k // 2 + n, k), real=True)
@@ -30,7 +33,7 @@ def sizes(shape, kernel) -> tuple[int, int]:
     return y, x
 
 
-def spectrum(psf, size, peak: float, mirrored: bool):
+def spectrum(psf: np.ndarray, size: tuple[int, int], peak: float, mirrored: bool) -> np.ndarray:
     """Return the transform of psf / peak, centred on [0, 0], in blocks of columns; real where psf
     equals its mirror image.
 
@@ -73,7 +76,7 @@ def spectrum(psf, size, peak: float, mirrored: bool):
     return out
 
 
-def mirrored_spectrum(half, size, peak: float) -> np.ndarray:
+def mirrored_spectrum(half: np.ndarray, size: tuple[int, int], peak: float) -> np.ndarray:
     """Return `spectrum` of a NumPy array that equals its mirror image, from its rows y = 0 .. cy.
 
     Along x rows of negative y have conjugate transforms, so that transforms along y of a Hermitian
@@ -105,12 +108,12 @@ def mirrored_spectrum(half, size, peak: float) -> np.ndarray:
     return out
 
 
-def whole_spectrum(blocks, size):
+def whole_spectrum(blocks: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """Return the blocks of `spectrum` as one (sy, sx // 2 + 1) array."""
     return np.moveaxis(blocks, 0, 1).reshape(size[0], -1)[:, : size[1] // 2 + 1]
 
 
-def rows_of(ny: int, size, like, single=False):
+def rows_of(ny: int, size: tuple[int, int], like: np.ndarray, single: bool = False) -> np.ndarray:
     """Return an empty array for the transforms along x of one plane: (block of columns, y, column).
 
     Parameters
@@ -128,7 +131,13 @@ def rows_of(ny: int, size, like, single=False):
     )
 
 
-def forward(read, halves, size, nx: int, apply=map) -> float:
+def forward(
+    read: Callable[..., Any],
+    halves: list[np.ndarray],
+    size: tuple[int, int],
+    nx: int,
+    apply: Callable[..., Any] = map,
+) -> float:
     """Fill `halves`, one array of `rows_of` per plane, with the transforms along x. Return the sum
     of squares of all values.
 
@@ -145,7 +154,7 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
     width = size[1] // 2 + 1
     local = threading.local()
 
-    def block(start):
+    def block(start: int) -> float:
         cut = slice(start, min(start + ROWS, ny))
         high = cut.stop - cut.start
         padded = _thread_array(
@@ -167,7 +176,12 @@ def forward(read, halves, size, nx: int, apply=map) -> float:
     return float(sum(apply(block, range(0, ny, ROWS))))
 
 
-def columns(halves, multiply, size, apply=map) -> None:
+def columns(
+    halves: list[np.ndarray],
+    multiply: Callable[..., Any],
+    size: tuple[int, int],
+    apply: Callable[..., Any] = map,
+) -> None:
     """Transform planes along y, combine them, and transform back.
 
     Parameters
@@ -182,7 +196,7 @@ def columns(halves, multiply, size, apply=map) -> None:
     count, ny, _ = halves[0].shape
     local = threading.local()
 
-    def block(number):
+    def block(number: int) -> None:
         parts = []
         for plane, half in enumerate(halves):
             padded = _thread_array(local, plane, (size[0], COLUMNS), half.dtype, half)
@@ -195,7 +209,13 @@ def columns(halves, multiply, size, apply=map) -> None:
     list(apply(block, range(count)))
 
 
-def back(half, write, size, nx: int, apply=map) -> list:
+def back(
+    half: np.ndarray,
+    write: Callable[..., Any],
+    size: tuple[int, int],
+    nx: int,
+    apply: Callable[..., Any] = map,
+) -> list:
     """Transform the rows of one plane back, and return the results of `write`, block by block.
 
     Parameters
@@ -211,7 +231,7 @@ def back(half, write, size, nx: int, apply=map) -> list:
     count, ny, _ = half.shape
     local = threading.local()
 
-    def block(start):
+    def block(start: int) -> float | tuple[float, float] | None:
         cut = slice(start, min(start + ROWS, ny))
         high = cut.stop - cut.start
         line = xp.reshape(xp.permute_dims(half[:, cut, :], (1, 0, 2)), (high, count * COLUMNS))
@@ -222,16 +242,16 @@ def back(half, write, size, nx: int, apply=map) -> list:
     return list(apply(block, range(0, ny, ROWS)))
 
 
-def _real(a, xp):
+def _real(a: np.ndarray, xp: ModuleType) -> Any:
     """Return the real dtype of the precision of a complex array."""
     return xp.float32 if a.dtype == xp.complex64 else xp.float64
 
 
-def _blocks(size) -> int:
+def _blocks(size: tuple[int, int]) -> int:
     return -(-(size[1] // 2 + 1) // COLUMNS)
 
 
-def error(product: float, norm: float, size, single=False) -> float:
+def error(product: float, norm: float, size: tuple[int, int], single: bool = False) -> float:
     """Return a bound on the error of any pixel of a transform: ten standard deviations of the
     rounding errors, which are white noise.
 
@@ -252,17 +272,19 @@ def error(product: float, norm: float, size, single=False) -> float:
     )
 
 
-def times(spectrum):
+def times(spectrum: np.ndarray) -> Callable[..., Any]:
     """Return the `multiply` of `columns` that filters one plane with a spectrum."""
 
-    def multiply(block, parts):
+    def multiply(block: int, parts: list[np.ndarray]) -> list[np.ndarray]:
         parts[0] *= spectrum[block, ...]
         return parts
 
     return multiply
 
 
-def convolved(image, spectrum, size):
+def convolved(
+    image: np.ndarray, spectrum: np.ndarray, size: tuple[int, int]
+) -> tuple[np.ndarray, float]:
     """Return the convolution of a NumPy image (y, x) with a kernel's spectrum, and the root of the
     sum of the image's squares.
 
@@ -273,10 +295,10 @@ def convolved(image, spectrum, size):
     size : (sy, sx) of the transform, pixels.
     """
 
-    def read(rows, values):
+    def read(rows: slice, values: np.ndarray) -> None:
         values[0] = image[rows]
 
-    def write(rows, values):
+    def write(rows: slice, values: np.ndarray) -> None:
         out[rows] = values
 
     half = rows_of(len(image), size, image)
@@ -287,7 +309,13 @@ def convolved(image, spectrum, size):
     return out, norm
 
 
-def _thread_array(local, name, shape, dtype, like):
+def _thread_array(
+    local: threading.local,
+    name: int | str,
+    shape: Sequence[int],
+    dtype: np.dtype | type,
+    like: np.ndarray,
+) -> np.ndarray:
     """Return this thread's scratch array of one name and shape. A new array for each call would
     cost as much as the transforms.
     """
@@ -297,7 +325,7 @@ def _thread_array(local, name, shape, dtype, like):
     return arrays[name, shape]
 
 
-def squares(a, xp):
+def squares(a: np.ndarray, xp: ModuleType) -> float:
     """Return the sum of squares of an array of the library `xp`."""
     if xp is np:
         axes = "abc"[: a.ndim]

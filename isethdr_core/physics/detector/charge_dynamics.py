@@ -20,10 +20,15 @@ light needs no Lambert W function. With a linear leak, the steady state would ne
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.special import wrightomega
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 ROUNDING = 4 * np.finfo(float).eps  # the closest relative tolerance that SciPy's root finders take
 
@@ -40,19 +45,19 @@ class Well:
     thermal_e: float  # electrons for a factor e of the overflow: n k T / (e x volts per electron)
     knee_e_per_s: float = 1e3  # overflow current at the knee
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("thermal_e", "knee_e_per_s"):
             if not 0 < getattr(self, name) < np.inf:
                 raise ValueError(
                     f"{name} is {getattr(self, name)!r}; expected a finite number above 0"
                 )
 
-    def overflow_e_per_s(self, charge_e) -> np.ndarray:
+    def overflow_e_per_s(self, charge_e: float) -> np.ndarray:
         """Return the overflow current at a charge, electrons per second."""
         return self.knee_e_per_s * np.exp((charge_e - self.knee_e) / self.thermal_e)
 
 
-def log_memory(x, duration_s) -> np.ndarray:
+def log_memory(x: np.ndarray, duration_s: float) -> np.ndarray:
     """Return log(duration x (1 - exp(-x)) / x), the log of J under constant light, for x >= 0; -inf
     for no duration.
     """
@@ -64,7 +69,9 @@ def log_memory(x, duration_s) -> np.ndarray:
         )
 
 
-def settle(charge_e, arrived_e, log_memory_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
+def settle(
+    charge_e: float, arrived_e: np.ndarray, log_memory_s: np.ndarray, well: Well
+) -> tuple[np.ndarray, np.ndarray]:
     """Return (charge, spilled charge), electrons, after `arrived_e` electrons; exact.
 
     Parameters
@@ -87,7 +94,9 @@ def settle(charge_e, arrived_e, log_memory_s, well: Well) -> tuple[np.ndarray, n
     return np.where(s < 0, below, above), spilled
 
 
-def flow(charge_e, current_e_per_s, duration_s, well: Well) -> tuple[np.ndarray, np.ndarray]:
+def flow(
+    charge_e: float, current_e_per_s: np.ndarray, duration_s: float, well: Well
+) -> tuple[np.ndarray, np.ndarray]:
     """Return (charge, spilled charge), electrons, after `duration_s` of constant current; exact and
     elementary.
 
@@ -103,7 +112,7 @@ def flow(charge_e, current_e_per_s, duration_s, well: Well) -> tuple[np.ndarray,
 
 
 def flow_pieces(
-    charge_e, currents_e_per_s, durations_s, well: Well
+    charge_e: float, currents_e_per_s: ArrayLike, durations_s: ArrayLike, well: Well
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (charge, spilled charge), electrons, after pieces of constant current, one after the
     other; exact.
@@ -123,7 +132,11 @@ def flow_pieces(
 
 
 def flow_varying(
-    charge_e, arriving_e, start_s, duration_s, well: Well
+    charge_e: float,
+    arriving_e: Callable[..., Any],
+    start_s: float | np.ndarray,
+    duration_s: float,
+    well: Well,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (charge, spilled charge), electrons, after light of any strength that varies smoothly.
 
@@ -182,7 +195,7 @@ def linear_limit_e(allowed_spill_e: float, duration_s: float, well: Well) -> flo
     return brentq(excess_e, 0.0, highest_e, xtol=1e-12, rtol=ROUNDING)
 
 
-def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
+def arrived_from_charge(charge_e: float | np.ndarray, duration_s: float, well: Well) -> np.ndarray:
     """Return the electrons that arrived at constant light, from the charge: the inverse of `flow`.
 
     Parameters
@@ -206,7 +219,7 @@ def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
     of_full_well = 2.0 * well.thermal_e * np.exp(np.minimum(excess, 600.0))  # 600: no overflow
     highest = np.maximum(positive + np.log(2.0) * well.thermal_e, of_full_well)
 
-    def miss_e(log_arrived, wanted_e):
+    def miss_e(log_arrived: np.ndarray, wanted_e: np.ndarray) -> float | np.ndarray:
         return flow(0.0, np.exp(log_arrived) / duration_s, duration_s, well)[0] - wanted_e
 
     # 1e-6: rounding of `flow` must not move the root out of the bracket
@@ -220,7 +233,7 @@ def arrived_from_charge(charge_e, duration_s: float, well: Well) -> np.ndarray:
     return np.where(charge > 0, arrived, charge)
 
 
-def slope(arrived_e, duration_s, well: Well) -> np.ndarray:
+def slope(arrived_e: float, duration_s: float, well: Well) -> np.ndarray:
     """Return d charge / d arrived at constant light from an empty well: 1 below the knee, falling
     as 1 / arrived beyond.
 
@@ -235,7 +248,7 @@ def slope(arrived_e, duration_s, well: Well) -> np.ndarray:
 
 
 def shares(
-    charge_e, arrived_e, duration_s, well: Well
+    charge_e: float | np.ndarray, arrived_e: float | np.ndarray, duration_s: float, well: Well
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (P, R, h) of constant light: of a change of the first charge the share P stays and R =
     1 - P spills.
@@ -261,7 +274,7 @@ def shares(
     return np.where(s > 0, e, 1.0) / (1 + e), np.where(s > 0, 1.0, e) / (1 + e), h
 
 
-def steady_charge(current_e_per_s, well: Well, leak_per_s: float = 0.0) -> np.ndarray:
+def steady_charge(current_e_per_s: float, well: Well, leak_per_s: float = 0.0) -> np.ndarray:
     """Return the charge at which light, overflow and a leak of `leak_per_s` x charge balance,
     electrons.
 
@@ -289,7 +302,9 @@ def steady_charge(current_e_per_s, well: Well, leak_per_s: float = 0.0) -> np.nd
     )
 
 
-def _odds(charge_e, arrived_e, log_memory_s, well):
+def _odds(
+    charge_e: float, arrived_e: np.ndarray, log_memory_s: np.ndarray, well: Well
+) -> tuple[float | np.ndarray, ...]:
     """Return (log(b J), s).
 
     s is the log of the share of its first charge that the well loses, over the share that it keeps.

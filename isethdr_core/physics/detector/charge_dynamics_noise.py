@@ -43,7 +43,9 @@ class Moments(NamedTuple):
 EMPTY = Moments(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def flow_moments(before: Moments, current_e_per_s, duration_s, well: Well) -> Moments:
+def flow_moments(
+    before: Moments, current_e_per_s: float | np.ndarray, duration_s: float, well: Well
+) -> Moments:
     """Return the moments after `duration_s` of constant current; pieces of light compose by
     repeated calls.
 
@@ -72,7 +74,9 @@ def flow_moments(before: Moments, current_e_per_s, duration_s, well: Well) -> Mo
     )
 
 
-def draw_charge(arrived_e, word, duration_s: float, well: Well) -> np.ndarray:
+def draw_charge(
+    arrived_e: np.ndarray, word: np.ndarray, duration_s: float, well: Well
+) -> np.ndarray:
     """Return one draw of the charge left in the well, for the given number of electrons that
     arrived in `duration_s` of constant light.
 

@@ -7,7 +7,9 @@ without overflowing.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy.special import wrightomega
@@ -41,7 +43,9 @@ def graded(duration_s: float, steps: int, smallest: float = 1e-12) -> np.ndarray
     )
 
 
-def exponential_steps(charge_e, light_e_per_s, times_s, well: Well) -> np.ndarray:
+def exponential_steps(
+    charge_e: float, light_e_per_s: Callable[..., Any], times_s: np.ndarray, well: Well
+) -> np.ndarray:
     """Return the charge after exact steps under the mean light of each (Simpson's rule); second
     order.
 
@@ -61,7 +65,11 @@ def exponential_steps(charge_e, light_e_per_s, times_s, well: Well) -> np.ndarra
 
 
 def implicit_steps(
-    charge_e, light_e_per_s, times_s, well: Well, leak_per_s: float = 0.0
+    charge_e: float,
+    light_e_per_s: Callable[..., Any],
+    times_s: np.ndarray,
+    well: Well,
+    leak_per_s: float = 0.0,
 ) -> np.ndarray:
     """Return the charge after implicit Euler steps, each solved exactly by Wright's omega function;
     first order.

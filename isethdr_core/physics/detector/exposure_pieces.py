@@ -12,7 +12,10 @@ PER_PERIOD = 8  # pieces of a period of ripple, so that it is nearly straight wi
 
 
 def pieces(
-    modulations, start_s, duration_s: float, per_period: int = PER_PERIOD
+    modulations: list[Modulation],
+    start_s: np.ndarray,
+    duration_s: float,
+    per_period: int = PER_PERIOD,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (starts_s, durations_s) of intervals in order, both (pieces, ...) with the shape of
     `start_s`. Together they are the exposure.
@@ -47,7 +50,7 @@ def pieces(
     return start + begins, ends - begins
 
 
-def count(modulations, duration_s: float) -> float:
+def count(modulations: list[Modulation], duration_s: float) -> float:
     """Return about how many pieces `pieces` makes of an exposure, without making them."""
     return 1 + sum(
         (2 * (m.duty < 1) + PER_PERIOD * (m.depth > 0)) * m.frequency_hz * duration_s
@@ -55,7 +58,9 @@ def count(modulations, duration_s: float) -> float:
     )
 
 
-def relative_in_pieces(modulation: Modulation, starts_s, durations_s) -> np.ndarray:
+def relative_in_pieces(
+    modulation: Modulation, starts_s: np.ndarray, durations_s: np.ndarray
+) -> np.ndarray:
     """Return the mean light of each piece relative to the mean over time; 0 in a piece of no
     duration.
 

@@ -15,10 +15,15 @@ safeguard and fails near the largest radius of a fisheye.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from scipy.interpolate._cubic import CubicSpline
 
 NEWTON_STEPS = 60
 CLOSE = 1e-13  # of the field: residual of an inverse
@@ -36,7 +41,7 @@ class BrownConrady:
     p1: float = 0.0
     p2: float = 0.0
 
-    def forward(self, x, y):
+    def forward(self, x: np.ndarray, y: np.ndarray) -> tuple[float | np.ndarray, ...]:
         """Return distorted (x, y): x (1 + k1 r^2 + ...) + 2 p1 x y + p2 (r^2 + 2 x^2), and y
         alike.
         """
@@ -48,7 +53,7 @@ class BrownConrady:
             y * radial + self.p1 * (r2 + 2 * y**2) + 2 * self.p2 * x * y,
         )
 
-    def _jacobian(self, x, y):
+    def _jacobian(self, x: np.ndarray, y: np.ndarray) -> tuple[float | np.ndarray, ...]:
         r2 = x**2 + y**2
         radial = 1 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
         steep = 2 * (self.k1 + r2 * (2 * self.k2 + 3 * r2 * self.k3))
@@ -59,7 +64,7 @@ class BrownConrady:
             radial + steep * y**2 + 6 * self.p1 * y + 2 * self.p2 * x,
         )
 
-    def area_ratio(self, x, y):
+    def area_ratio(self, x: float | np.ndarray, y: float | np.ndarray) -> np.ndarray:
         """Return the determinant of the map's derivative at tangents (broadcast): 0 or
         negative where the field folds over.
         """
@@ -67,7 +72,9 @@ class BrownConrady:
         xx, xy, yy = self._jacobian(x, y)
         return np.where(self._single(np.hypot(x, y)), xx * yy - xy**2, 0.0)
 
-    def inverse(self, x, y):
+    def inverse(
+        self, x: float | np.ndarray, y: float | np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return ideal (x, y) by Newton's method; ValueError where the polynomial folds the field
         over.
         """
@@ -89,7 +96,7 @@ class BrownConrady:
         _check_inverse(np.hypot(dx, dy), np.hypot(x, y), (det > 0) & self._single(np.hypot(u, v)))
         return u, v
 
-    def _single(self, radius):
+    def _single(self, radius: float | np.ndarray) -> bool | np.ndarray:
         """Return whether distorted radius still grows everywhere up to `radius`, by the radial part
         alone.
         """
@@ -103,14 +110,18 @@ class _Radial:
     same all around the axis.
     """
 
-    def forward(self, x, y):
+    def forward(
+        self, x: float | np.ndarray, y: float | np.ndarray
+    ) -> tuple[float | np.ndarray, ...]:
         """Return distorted (x, y) of tangents."""
         return _radially(x, y, lambda r: self.radius(np.arctan(r)))
 
-    def inverse(self, x, y):
+    def inverse(
+        self, x: float | np.ndarray, y: float | np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return tangents (x, y); ValueError at 90 degrees and more, which have none."""
 
-        def tangent(r):
+        def tangent(r: float | np.ndarray) -> np.ndarray:
             angle = self.angle_rad(r)
             if np.any(angle >= np.pi / 2):
                 raise ValueError(
@@ -121,14 +132,14 @@ class _Radial:
 
         return _radially(x, y, tangent)
 
-    def area_ratio(self, x, y):
+    def area_ratio(self, x: float | np.ndarray, y: float | np.ndarray) -> float | np.ndarray:
         """Return the area on the sensor per area of the plane of tangents (broadcast)."""
         t2 = np.square(x) + np.square(y)
         angle = np.arctan(np.sqrt(t2))
         # d(angle)^2 / d(tangent)^2
         return self.per_angle(angle) * np.sinc(angle / np.pi) ** -1 * np.cos(angle) ** 3
 
-    def per_angle(self, angle):
+    def per_angle(self, angle: float | np.ndarray) -> np.ndarray:
         """Return the area on the sensor per area of the plane of angles: radius / angle times
         slope.
         """
@@ -152,17 +163,17 @@ class KannalaBrandt(_Radial):
     k3: float = 0.0
     k4: float = 0.0
 
-    def radius(self, angle_rad):
+    def radius(self, angle_rad: np.ndarray) -> float | np.ndarray:
         """Return the distorted radius at a field angle, any angle up to pi."""
         t2 = np.square(angle_rad)
         return angle_rad * (1 + t2 * (self.k1 + t2 * (self.k2 + t2 * (self.k3 + t2 * self.k4))))
 
-    def slope(self, angle_rad):
+    def slope(self, angle_rad: float | np.ndarray) -> float | np.ndarray:
         """Return d(radius) / d(angle)."""
         t2 = np.square(angle_rad)
         return 1 + t2 * (3 * self.k1 + t2 * (5 * self.k2 + t2 * (7 * self.k3 + t2 * 9 * self.k4)))
 
-    def angle_rad(self, radius):
+    def angle_rad(self, radius: float | np.ndarray) -> float | np.ndarray:
         """Return the field angle at a distorted radius; ValueError beyond the largest radius of the
         fisheye.
         """
@@ -189,7 +200,7 @@ class AngleTable(_Radial):
     angle_deg: tuple[float, ...]
     radius_per_focal_length: tuple[float, ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         t = np.radians(np.array(self.angle_deg, float))
         r = np.array(self.radius_per_focal_length, float)
         if (
@@ -208,7 +219,7 @@ class AngleTable(_Radial):
             )
 
     @cached_property
-    def _ratio(self):
+    def _ratio(self) -> CubicSpline:
         from scipy.interpolate import CubicSpline
 
         t = np.radians(np.array(self.angle_deg, float))
@@ -221,22 +232,22 @@ class AngleTable(_Radial):
         return CubicSpline(np.concatenate([[0.0], squares]), np.concatenate([[start], ratio]))
 
     @property
-    def _end(self):
+    def _end(self) -> tuple[float, float]:
         return float(np.radians(self.angle_deg[-1])), float(self.radius_per_focal_length[-1])
 
-    def radius(self, angle_rad):
+    def radius(self, angle_rad: np.ndarray) -> float | np.ndarray:
         """Return the distorted radius at a field angle; ValueError beyond the table."""
         angle = self._within(angle_rad, self._end[0])
         return angle * self._ratio(angle**2)
 
-    def slope(self, angle_rad):
+    def slope(self, angle_rad: float | np.ndarray) -> float | np.ndarray:
         """Return d(radius) / d(angle); ValueError beyond the table."""
         return self._slope(self._within(angle_rad, self._end[0]))
 
-    def _slope(self, angle):
+    def _slope(self, angle: float | np.ndarray) -> float | np.ndarray:
         return self._ratio(angle**2) + 2 * angle**2 * self._ratio(angle**2, 1)
 
-    def angle_rad(self, radius):
+    def angle_rad(self, radius: np.ndarray) -> np.ndarray:
         """Return the field angle, by Newton's method safeguarded by bisection; ValueError beyond
         the table.
         """
@@ -254,7 +265,7 @@ class AngleTable(_Radial):
             start,
         )
 
-    def _within(self, value, largest):
+    def _within(self, value: np.ndarray, largest: float) -> float | np.ndarray:
         value = np.asarray(value, float)
         if np.any(value > largest * (1 + 1e-12)):
             raise ValueError(
@@ -270,19 +281,21 @@ class OnAngles:
 
     lens: BrownConrady | KannalaBrandt | AngleTable
 
-    def forward(self, x, y):
+    def forward(
+        self, x: float | np.ndarray, y: float | np.ndarray
+    ) -> tuple[float | np.ndarray, ...]:
         """Return distorted (x, y) of angles; ValueError where the lens has none."""
         if isinstance(self.lens, _Radial):
             return _radially(x, y, self.lens.radius)
         return self.lens.forward(*_radially(x, y, _tangent))
 
-    def inverse(self, x, y):
+    def inverse(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return angles (x, y)."""
         if isinstance(self.lens, _Radial):
             return _radially(x, y, self.lens.angle_rad)
         return _radially(*self.lens.inverse(x, y), np.arctan)
 
-    def area_ratio(self, x, y):
+    def area_ratio(self, x: float | np.ndarray, y: float | np.ndarray) -> float | np.ndarray:
         """Return the area on the sensor per area of the plane of angles (broadcast)."""
         angle = np.hypot(x, y)
         if isinstance(self.lens, _Radial):
@@ -294,12 +307,21 @@ class OnAngles:
         )
 
 
-def on_projection(lens, projection: str = "tangent"):
+def on_projection(
+    lens: AngleTable | BrownConrady | KannalaBrandt, projection: str = "tangent"
+) -> AngleTable | BrownConrady | KannalaBrandt | OnAngles:
     """Return the map of a lens for field coordinates of this projection."""
     return OnAngles(lens) if projection == "equidistant" else lens
 
 
-def _rising_root(function, slope, target, low, high, start):
+def _rising_root(
+    function: Callable[..., Any],
+    slope: Callable[..., Any],
+    target: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    start: np.ndarray,
+) -> float | np.ndarray:
     """Return where a rising function has the values `target`, by Newton's method safeguarded by
     bisection.
 
@@ -323,7 +345,7 @@ def _rising_root(function, slope, target, low, high, start):
     return at
 
 
-def _tangent(angle):
+def _tangent(angle: np.ndarray) -> float | np.ndarray:
     if np.any(angle >= np.pi / 2):
         raise ValueError(
             f"field angle {np.degrees(np.max(angle)):.3g} degrees has no tangent; this distortion"
@@ -332,7 +354,9 @@ def _tangent(angle):
     return np.tan(angle)
 
 
-def _radially(x, y, function):
+def _radially(
+    x: np.ndarray, y: np.ndarray, function: Callable[..., Any]
+) -> tuple[float | np.ndarray, ...]:
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
     r = np.hypot(x, y)
     if np.any(~np.isfinite(r)):
@@ -344,7 +368,9 @@ def _radially(x, y, function):
     return x * scale, y * scale
 
 
-def _check_inverse(miss, radius, single):
+def _check_inverse(
+    miss: float | np.ndarray, radius: float | np.ndarray, single: bool | np.ndarray
+) -> None:
     if not np.all((miss <= 1e2 * CLOSE * (1 + radius)) & single):
         raise ValueError(
             f"no single ideal position belongs to distorted radius {np.max(radius):.6g}: the"

@@ -10,18 +10,24 @@ a block of tiles along one axis is a small dense product.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .half_plane_pattern import STRIPS, HalfPattern, half_lattice
 from .tile_weights import STEP, SUPPORT, TileWeights, tile_weights
 
+if TYPE_CHECKING:
+    from .half_plane_pattern import HalfLattice
+
 BLOCK = 16  # tiles along an axis: narrow enough to skip the zeros, wide enough for a fast product
 # period of the field, in reaches: light from beyond it stays below 1e-3 of the light at the border
 PERIOD = 4.0
 
 
-def exact_lattice(pitch_um, reach, blur_um: float, strips: float = STRIPS):
+def exact_lattice(
+    pitch_um: tuple[float, float], reach: tuple[int, int], blur_um: float, strips: float = STRIPS
+) -> HalfLattice:
     """Return the `half_plane_pattern.HalfLattice` from which tiles can be integrated.
 
     Parameters
@@ -44,7 +50,9 @@ class ExactTiles:
     pitch_um, reach : (y, x) of a tile, um, and tiles from the axis to the border.
     """
 
-    def __init__(self, pattern: HalfPattern, pitch_um, reach):
+    def __init__(
+        self, pattern: HalfPattern, pitch_um: tuple[float, float], reach: tuple[int, int]
+    ) -> None:
         self._pitch = pitch_um
         self._reach = reach
         self._wave = pattern.wavelength_nm

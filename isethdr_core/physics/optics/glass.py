@@ -78,7 +78,7 @@ D_LINE_NM = 587.56
 MODEL_RANGE_NM = (380.0, 780.0)  # where two numbers, nd and Abbe's, can stand for a glass
 
 
-def index(glass, wavelength_nm):
+def index(glass: str, wavelength_nm: float | np.ndarray) -> float | np.ndarray:
     """Return the refractive index of a glass relative to air.
 
     Parameters
@@ -120,7 +120,7 @@ def index(glass, wavelength_nm):
     return np.sqrt(1 + sum(b * square / (square - c) for b, c in zip(strengths, resonances)))
 
 
-def _formula(glass, wave):
+def _formula(glass: str, wave: np.ndarray) -> float | np.ndarray:
     kind, _, coefficients_text = glass.partition(":")
     numbers, _, limits = coefficients_text.partition("@")
     try:
@@ -134,19 +134,19 @@ def _formula(glass, wave):
     return FORMULAS[kind](values, wave * 1e-3)
 
 
-def _sellmeier(values, um):
+def _sellmeier(values: list[float], um: float | np.ndarray) -> float | np.ndarray:
     """n^2 - 1 = sum of B L^2 / (L^2 - C), the coefficients B1, C1, B2, C2, ..."""
     terms = (b * um**2 / (um**2 - c) for b, c in zip(values[::2], values[1::2]))
     return np.sqrt(1 + sum(terms))
 
 
-def _schott(values, um):
+def _schott(values: list[float], um: float | np.ndarray) -> float | np.ndarray:
     """n^2 = a0 + a1 L^2 + a2 L^-2 + a3 L^-4 + ... (Schott, before 1992)."""
     square = values[0] + values[1] * um**2
     return np.sqrt(square + sum(a * um ** (-2.0 * k) for k, a in enumerate(values[2:], 1)))
 
 
-def _conrady(values, um):
+def _conrady(values: list[float], um: float | np.ndarray) -> float | np.ndarray:
     """n = n0 + a / L + b / L^3.5 (Conrady 1929)."""
     return values[0] + values[1] / um + values[2] * um**-3.5
 
@@ -154,14 +154,14 @@ def _conrady(values, um):
 FORMULAS = {"sellmeier": _sellmeier, "schott": _schott, "conrady": _conrady}
 
 
-def _number(glass):
+def _number(glass: str) -> float | None:
     try:
         return float(glass)
     except ValueError:
         return None
 
 
-def _cauchy(glass, wave):
+def _cauchy(glass: str, wave: np.ndarray) -> float | np.ndarray:
     try:
         nd, abbe = map(float, glass.split("/"))
     except ValueError:
@@ -175,7 +175,7 @@ def _cauchy(glass, wave):
     return nd + slope * (wave**-2 - D_LINE_NM**-2)
 
 
-def _check_range(glass, wave, limits):
+def _check_range(glass: str, wave: np.ndarray, limits: tuple[int, int]) -> None:
     low, high = limits
     outside = (
         wave[(wave < low) | (wave > high)]

@@ -11,9 +11,9 @@ the field; their response is divided out again (`lattice`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.fft as sf
@@ -76,7 +76,7 @@ class HalfLattice:
 
 
 def half_lattice(
-    extent_um, step_um: float, period: float = PERIOD, strips: float = STRIPS
+    extent_um: Sequence[float], step_um: float, period: float = PERIOD, strips: float = STRIPS
 ) -> HalfLattice:
     """Return a lattice that reaches the given distances from the axis.
 
@@ -132,7 +132,7 @@ def half_pattern(
     gain_x = (spline_response(x / px) ** -2).astype(np.float32)
     density = np.empty((far_x + 1, 2 * far_y + 1), np.float32)
 
-    def along_y(start):
+    def along_y(start: int) -> None:
         cut = slice(start, min(start + BLOCK, far_x + 1))
         padded = np.zeros((cut.stop - cut.start, py), np.complex64)
         padded[:, :rows] = half[cut]
@@ -150,12 +150,12 @@ def half_pattern(
     return HalfPattern(density, lattice.step_um, far_y, wavelength_nm)
 
 
-def _along_x(drawn, period, count, apply):
+def _along_x(drawn: np.ndarray, period: int, count: int, apply: Callable[..., Any]) -> np.ndarray:
     """Return transforms along x, (x of the image, y of the pupil), from the axis on."""
     rows, columns = drawn.shape
     half = np.empty((count, rows), np.complex64)
 
-    def block(start):
+    def block(start: int) -> None:
         cut = slice(start, min(start + BLOCK, rows))
         padded = np.zeros((cut.stop - cut.start, period), np.float32)
         padded[:, :columns] = drawn[cut]
@@ -167,7 +167,9 @@ def _along_x(drawn, period, count, apply):
     return half
 
 
-def draw(pupil: RealPupil, cell_mm, period, strips: float = STRIPS) -> np.ndarray:
+def draw(
+    pupil: RealPupil, cell_mm: tuple[float, float], period: tuple[int, int], strips: float = STRIPS
+) -> np.ndarray:
     """Return the pupil (y, x), float32, in cells smoothed by B-splines.
 
     A pupil wider than `period` cells is folded: its cells are summed modulo the period.
@@ -259,6 +261,6 @@ def chord_blocks(
             yield Chords(*(np.concatenate(part) for part in zip(*pieces)))
 
 
-def _apply_to_each(apply, function, count):
+def _apply_to_each(apply: Callable[..., Any], function: Callable[..., Any], count: int) -> None:
     for _ in apply(function, range(0, count, BLOCK)):
         pass

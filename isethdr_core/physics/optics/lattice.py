@@ -11,20 +11,25 @@ frame again.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import comb
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.fft as sf
 
 from .pupil import chord_ends, strip_blocks
 
+if TYPE_CHECKING:
+    from .pupil import Convex
+
 CHORDS = 1 << 18  # chords folded at a time: each takes some 700 bytes meanwhile
 CHORDS_PER_CELL = 8  # rows of chords in a cell of a folded pupil
 ORDER = 7  # order of the B-spline weights: the number of boxes convolved with each other
 
 
-def spline_taps(place, degree: int) -> list[np.ndarray]:
+def spline_taps(place: np.ndarray, degree: int) -> list[np.ndarray]:
     """Return the `degree` + 1 uniform B-splines that are not 0 at `place` past a knot, 0 to 1, the
     earliest first; they sum to 1.
 
@@ -41,12 +46,12 @@ def spline_taps(place, degree: int) -> list[np.ndarray]:
     return taps
 
 
-def spline_response(cycles_per_cell) -> np.ndarray:
+def spline_response(cycles_per_cell: np.ndarray) -> np.ndarray:
     """Return what cells of `fold_shapes` leave of the field."""
     return np.sinc(cycles_per_cell) ** ORDER
 
 
-def binomial_response(cycles_per_cell) -> np.ndarray:
+def binomial_response(cycles_per_cell: np.ndarray) -> np.ndarray:
     """Return what cells of `fold_cells` leave of the field: means over half a cell, added up in
     pairs `ORDER` times.
     """
@@ -54,7 +59,12 @@ def binomial_response(cycles_per_cell) -> np.ndarray:
 
 
 def fold_shapes(
-    terms, radius: float, step, period, offset, chords_per_cell: int = CHORDS_PER_CELL
+    terms: list[tuple[Convex, float]],
+    radius: float,
+    step: tuple[float, float],
+    period: tuple[int, int],
+    offset: tuple[float, float],
+    chords_per_cell: int = CHORDS_PER_CELL,
 ) -> np.ndarray:
     """Return the pupil of convex shapes, drawn in smooth cells and summed modulo `period`, without
     ever drawing it in full.
@@ -117,12 +127,12 @@ def fold_shapes(
     return _tilted(out[:, :px], period, offset)
 
 
-def _between(terms, low: float, high: float) -> list:
+def _between(terms: list[tuple[Convex, float]], low: float, high: float) -> list:
     """Return the terms whose shapes reach between two levels."""
     return [(shape, weight) for shape, weight in terms if shape.high >= low and shape.low <= high]
 
 
-def _add(out, position, value):
+def _add(out: np.ndarray, position: np.ndarray, value: np.ndarray) -> None:
     """Add complex values at flat positions; real and imaginary parts apart, which NumPy does ten
     times faster.
     """
@@ -132,7 +142,12 @@ def _add(out, position, value):
         np.add.at(flat, 2 * position + 1, value.imag.astype(np.float32))
 
 
-def fold_cells(blocks, shape, period, offsets) -> list[np.ndarray]:
+def fold_cells(
+    blocks: Iterator[Any],
+    shape: tuple[int, int],
+    period: tuple[int, int],
+    offsets: Sequence[tuple[float, float]],
+) -> list[np.ndarray]:
     """Return a pupil of half cells, averaged over smooth weights and summed modulo `period`, once
     for every offset.
 
@@ -162,7 +177,9 @@ def fold_cells(blocks, shape, period, offsets) -> list[np.ndarray]:
     return [_tilted(pupil, period, offset) for pupil, offset in zip(out, offsets)]
 
 
-def _gathered(block, axis, first, weights, reach):
+def _gathered(
+    block: np.ndarray, axis: int, first: int, weights: np.ndarray, reach: int
+) -> tuple[int, np.ndarray]:
     """Return (first cell, cells) along `axis`: cell j takes half cells 2 j - reach to 2 j + 1 +
     reach, by `weights`.
     """
@@ -180,7 +197,7 @@ def _gathered(block, axis, first, weights, reach):
     return low, total
 
 
-def _wraps(first, count, period):
+def _wraps(first: int, count: int, period: int) -> Iterator[tuple[int, slice, slice]]:
     """Yield (number of the period, place in it, place from `first` on) of every piece that lies in
     one period.
     """
@@ -192,7 +209,7 @@ def _wraps(first, count, period):
         start += length
 
 
-def _tilted(pupil, period, offset):
+def _tilted(pupil: np.ndarray, period: tuple[int, int], offset: tuple[float, float]) -> np.ndarray:
     """Move the image by `offset` samples: within one period a ramp of phase, from one to the next
     the turn of `fold_shapes`.
     """
@@ -213,7 +230,13 @@ class ImageSamples:
     offset: tuple[float, float]  # (y, x): the point between samples, -1 to 1
 
 
-def lattice_psf(folded, samples: ImageSamples, reach, energy_mm2, response) -> np.ndarray:
+def lattice_psf(
+    folded: np.ndarray,
+    samples: ImageSamples,
+    reach: tuple[int, int],
+    energy_mm2: float,
+    response: Callable[..., Any],
+) -> np.ndarray:
     """Return intensity times the area of a lattice cell at samples -reach .. reach of a whole
     frame.
 
@@ -255,7 +278,9 @@ def lattice_psf(folded, samples: ImageSamples, reach, energy_mm2, response) -> n
     return out
 
 
-def lattice_pitch_mm(wavelength_nm, period, distance_mm, pitch_um) -> tuple[float, float]:
+def lattice_pitch_mm(
+    wavelength_nm: float, period: tuple[int, int], distance_mm: float, pitch_um: tuple[float, float]
+) -> tuple[float, float]:
     """Return the (y, x) pupil pitch whose field repeats after one period: wavelength * distance /
     (period * pitch), mm.
 

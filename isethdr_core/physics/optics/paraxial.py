@@ -8,10 +8,21 @@ Refraction: n' u' = n u - s c (n' - n) y; reflection: u' = u + 2 s c y; transfer
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+if TYPE_CHECKING:
+    from .surfaces import Surface
 
-def matrices(surfaces, indices, path, start_mm: float) -> list[np.ndarray]:
+
+def matrices(
+    surfaces: Sequence[Surface],
+    indices: list[float | np.ndarray],
+    path: list[tuple[int, bool]],
+    start_mm: float,
+) -> list[np.ndarray]:
     """Return, for every step of a path, the matrix from the plane `start_mm` to just behind that
     surface.
 
@@ -47,25 +58,27 @@ def matrices(surfaces, indices, path, start_mm: float) -> list[np.ndarray]:
     return out
 
 
-def focal_length_mm(surfaces, indices) -> float:
+def focal_length_mm(surfaces: Sequence[Surface], indices: list[float | np.ndarray]) -> float:
     """Return the focal length in the last medium, mm; infinite for an afocal system."""
     lower = _system_matrix(surfaces, indices)[1, 0]
     return float("inf") if lower == 0 else float(-1 / lower)
 
 
-def back_focus_mm(surfaces, indices) -> float:
+def back_focus_mm(surfaces: Sequence[Surface], indices: list[float | np.ndarray]) -> float:
     """Return the distance from the last vertex to the focus of light from far away, mm."""
     system = _system_matrix(surfaces, indices)
     return float("inf") if system[1, 0] == 0 else float(-system[0, 0] / system[1, 0])
 
 
-def _system_matrix(surfaces, indices):
+def _system_matrix(surfaces: Sequence[Surface], indices: list[float | np.ndarray]) -> np.ndarray:
     return matrices(
         surfaces, indices, [(k, False) for k in range(len(surfaces))], surfaces[0].z_mm
     )[-1]
 
 
-def entrance_pupil(surfaces, indices) -> tuple[float, float]:
+def entrance_pupil(
+    surfaces: Sequence[Surface], indices: list[float | np.ndarray]
+) -> tuple[float, float]:
     """Return (z of the entrance pupil mm, its radius mm) from the surface that is the stop."""
     stop = next(k for k, s in enumerate(surfaces) if s.is_stop)
     to_stop = matrices(surfaces, indices, [(k, False) for k in range(stop + 1)], surfaces[0].z_mm)[

@@ -87,7 +87,7 @@ class _Grid(NamedTuple):
     step_um: float
 
 
-def _grid(pupil, place) -> _Grid:
+def _grid(pupil: RealPupil, place: Place) -> _Grid:
     short, long = place.band_nm
     pitch_y, pitch_x = place.pitch_um
     step = place.step * short * 1e-3 * pupil.distance_mm / (2 * pupil.radius_mm)
@@ -97,7 +97,7 @@ def _grid(pupil, place) -> _Grid:
     return _Grid(np.arange(near, last), far, step)
 
 
-def _means(place, grid, density) -> np.ndarray:
+def _means(place: Place, grid: _Grid, density: np.ndarray) -> np.ndarray:
     """Return the means over tiles and band of a pattern (column, y) that only scales within the
     band.
     """
@@ -121,7 +121,7 @@ def _means(place, grid, density) -> np.ndarray:
     return np.asarray(total) * (area / count)
 
 
-def _triangles(tiles, pitch_um, at_um) -> csr_array:
+def _triangles(tiles: np.ndarray, pitch_um: float, at_um: np.ndarray) -> csr_array:
     """Return weights (tile, sample) of triangles as wide as two tiles; they sum to 1."""
     step = at_um[1] - at_um[0]
     centre = (tiles * pitch_um - at_um[0]) / step
@@ -135,7 +135,9 @@ def _triangles(tiles, pitch_um, at_um) -> csr_array:
     return csr_array((weight.ravel(), sample.ravel(), ends), (len(tiles), len(at_um)))
 
 
-def _density(pupil, place, across_um, far, step_um) -> np.ndarray:
+def _density(
+    pupil: RealPupil, place: Place, across_um: np.ndarray, far: int, step_um: float
+) -> np.ndarray:
     """Return the pattern (column, y) per um2 at `across_um` and at -far .. far steps along y."""
     wavelength_nm = place.band_nm[0]
     period = sf.next_fast_len(int(np.ceil(place.period * far)))
@@ -162,7 +164,7 @@ def _density(pupil, place, across_um, far, step_um) -> np.ndarray:
     return (fields.real**2 + fields.imag**2) * gain
 
 
-def _powers(place_mm, frequency) -> np.ndarray:
+def _powers(place_mm: np.ndarray, frequency: np.ndarray) -> np.ndarray:
     """Return exp(-2 pi i place frequency), (frequency, place) complex64, for evenly spaced
     frequencies: powers by products.
     """

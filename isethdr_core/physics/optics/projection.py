@@ -13,7 +13,9 @@ import numpy as np
 PROJECTIONS = ("tangent", "equidistant")
 
 
-def angle_rad(x, y, projection: str = "tangent"):
+def angle_rad(
+    x: float | np.ndarray, y: float | np.ndarray, projection: str = "tangent"
+) -> float | np.ndarray:
     """Return the angle off the axis at field coordinates (broadcast), radians.
 
     Parameters
@@ -26,7 +28,9 @@ def angle_rad(x, y, projection: str = "tangent"):
     return radius if _equidistant(projection) else np.arctan(radius)
 
 
-def direction(x, y, projection: str = "tangent") -> np.ndarray:
+def direction(
+    x: float | np.ndarray, y: float | np.ndarray, projection: str = "tangent"
+) -> np.ndarray:
     """Return unit vectors (3, ...), right, down and forward, of field coordinates (broadcast).
 
     Parameters
@@ -44,7 +48,9 @@ def direction(x, y, projection: str = "tangent") -> np.ndarray:
     return np.stack([x / length, y / length, 1 / length])
 
 
-def solid_angle_per_area(x, y, projection: str = "tangent"):
+def solid_angle_per_area(
+    x: float | np.ndarray, y: float | np.ndarray, projection: str = "tangent"
+) -> float | np.ndarray:
     """Return d(solid angle) / (dx dy), sr: cos^3 theta for tangents, sin(theta) / theta for
     angles.
 
@@ -59,7 +65,9 @@ def solid_angle_per_area(x, y, projection: str = "tangent"):
     return (1 + np.square(x) + np.square(y)) ** -1.5
 
 
-def cos4(x, y, projection: str = "tangent"):
+def cos4(
+    x: float | np.ndarray, y: float | np.ndarray, projection: str = "tangent"
+) -> float | np.ndarray:
     """Return the irradiance of a uniform scene through a flat entrance pupil, 1 on the axis, where
     a lens keeps the grid.
 
@@ -77,7 +85,12 @@ def cos4(x, y, projection: str = "tangent"):
     return 1 / np.square(1 + np.square(x) + np.square(y))
 
 
-def depth_m(distance_m, x, y, projection: str = "tangent"):
+def depth_m(
+    distance_m: float | np.ndarray,
+    x: float | np.ndarray,
+    y: float | np.ndarray,
+    projection: str = "tangent",
+) -> np.ndarray:
     """Return depth along the axis, m; below 0 behind the camera.
 
     Parameters

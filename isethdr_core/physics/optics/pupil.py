@@ -9,9 +9,11 @@ y down as in the image.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import prod
+from typing import Any
 
 import numpy as np
 
@@ -58,7 +60,7 @@ class Convex:
         )
         return not np.any(left < right)
 
-    def within(self, box) -> Convex:
+    def within(self, box: np.ndarray) -> Convex:
         """Return the shape without the half-planes and discs that hold all of a box.
 
         Parameters
@@ -93,7 +95,7 @@ class Convex:
         spare = max(np.abs(np.diff(side[hit])).max() for side in (left, right))
         return float(left[hit].min() - spare), float(right[hit].max() + spare)
 
-    def chords(self, y) -> tuple[np.ndarray, np.ndarray]:
+    def chords(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where horizontal lines at `y` enter and leave the shape; left >= right where they
         miss it.
         """
@@ -120,7 +122,7 @@ class Convex:
                 left = np.maximum(left, (d - ny * y) / nx)
         return left, right
 
-    def contains(self, x, y) -> np.ndarray:
+    def contains(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return whether the points (x, y), broadcast, lie inside."""
         inside = np.ones(np.broadcast_shapes(np.shape(x), np.shape(y)), bool)
         for xc, yc, r in self.discs:
@@ -154,7 +156,7 @@ class Convex:
         )
         return Convex(planes=planes, low=low, high=high, ellipses=ellipses)
 
-    def _mapped_height(self, forward) -> tuple[float, float]:
+    def _mapped_height(self, forward: np.ndarray) -> tuple[float, float]:
         """Return bounds (low, high) of y over the image of the shape under a linear map.
 
         They are exact where level lines stay level. Else y of the image is a concave function of
@@ -312,7 +314,7 @@ def dirt(radius: float, dust: Dust, scratches: Scratches, seed: int) -> list[tup
     return out
 
 
-def opening(aperture: Convex, losses) -> list[tuple[Convex, float]]:
+def opening(aperture: Convex, losses: list[Any]) -> list[tuple[Convex, float]]:
     """Expand aperture x product of (1 - loss) over all dirt into a sum of (shape, weight), each 1 x
     weight inside.
 
@@ -327,7 +329,7 @@ def opening(aperture: Convex, losses) -> list[tuple[Convex, float]]:
     )
 
 
-def overlaps(aperture: Convex, dirt) -> list[tuple[Convex, tuple[int, ...]]]:
+def overlaps(aperture: Convex, dirt: Sequence[Any]) -> list[tuple[Convex, tuple[int, ...]]]:
     """Return every way in which shapes of dirt overlap within the aperture: (intersection,
     indices); raises as `opening`.
     """
@@ -366,7 +368,9 @@ def _overlaps(aperture: Convex, dirt: tuple[Convex, ...]) -> list:
     return overlaps
 
 
-def weighted(overlapping, losses) -> list[tuple[Convex, float]]:
+def weighted(
+    overlapping: list[tuple[Convex, tuple[Any, ...]]], losses: list[Any]
+) -> list[tuple[Convex, float]]:
     """Return the sum of (shape, weight) that `opening` describes, from its `overlaps` and the loss
     of every shape of dirt.
     """
@@ -375,7 +379,7 @@ def weighted(overlapping, losses) -> list[tuple[Convex, float]]:
     ]
 
 
-def energy(aperture: Convex, losses, strips: int = 4000) -> float:
+def energy(aperture: Convex, losses: Sequence[Any], strips: int = 4000) -> float:
     """Return the integral of the squared amplitude, mm2: squares of products are products of
     squares, so areas suffice.
 
@@ -403,7 +407,9 @@ def energy(aperture: Convex, losses, strips: int = 4000) -> float:
     return total
 
 
-def transmission(aperture: Convex, losses, x, y) -> np.ndarray:
+def transmission(
+    aperture: Convex, losses: list[tuple[Convex, float]], x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
     """Return the amplitude transmission at points: 0 outside, the product of (1 - loss) inside.
 
     Parameters
@@ -418,7 +424,9 @@ def transmission(aperture: Convex, losses, x, y) -> np.ndarray:
     return a
 
 
-def strip_blocks(terms, y0: float, step: float, count: int, most: float) -> list[slice]:
+def strip_blocks(
+    terms: list[tuple[Convex, float]], y0: float, step: float, count: int, most: float
+) -> list[slice]:
     """Return blocks of horizontal strips, from the top down, with about `most` chords each, so that
     the memory of chords does not grow with the number of shapes and strips.
 
@@ -443,8 +451,13 @@ def strip_blocks(terms, y0: float, step: float, count: int, most: float) -> list
 
 
 def chord_ends(
-    terms, y0: float, step: float, count: int, places=(0.5,), block: slice | None = None
-):
+    terms: list[tuple[Convex, complex]],
+    y0: float,
+    step: float,
+    count: int,
+    places: Sequence[float] = (0.5,),
+    block: slice | None = None,
+) -> Iterator[tuple[slice, np.ndarray, np.ndarray, np.ndarray]]:
     """Yield (strip, left, right, weight) of chords through horizontal strips, for all terms.
 
     Parameters
@@ -473,7 +486,9 @@ def chord_ends(
             yield k[hit], left[hit], right[hit], ((bottom - top) / step * weight / len(places))[hit]
 
 
-def raster(terms, x, y, strips: int = 2) -> np.ndarray:
+def raster(
+    terms: list[tuple[Convex, complex]], x: np.ndarray, y: np.ndarray, strips: int = 2
+) -> np.ndarray:
     """Return the mean amplitude transmission of each cell of a grid.
 
     Parameters

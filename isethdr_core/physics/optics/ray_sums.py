@@ -17,10 +17,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
+
+if TYPE_CHECKING:
+    from .half_plane_pattern import HalfPattern
 
 # of the outermost to the innermost tile of a ring: its tiles share rays, and running sums keep
 # their digits
@@ -144,7 +147,7 @@ class _Rays:
     last: int
 
 
-def _rays(sector, ring, rays_per_tile) -> _Rays:
+def _rays(sector: Sector, ring: Ring, rays_per_tile: float) -> _Rays:
     pace = 1 / (rays_per_tile * ring.high)
     widest = min(1.0, ring.minor / (ring.low + 1)) + 2.5 / max(ring.low, 1)
     u = sector.wavelength_nm / sector.edges_nm
@@ -154,7 +157,7 @@ def _rays(sector, ring, rays_per_tile) -> _Rays:
     return _Rays(pace, int(np.ceil(widest / pace)), first, last)
 
 
-def _running_sums(sector, rays, apply) -> np.ndarray:
+def _running_sums(sector: Sector, rays: _Rays, apply: Callable[..., Any]) -> np.ndarray:
     """Return sums[k, ray] of the samples of lines first .. first + k - 1, each a line between two
     samples.
     """
@@ -164,7 +167,7 @@ def _running_sums(sector, rays, apply) -> np.ndarray:
     sums = np.empty((rays.last - rays.first + 1, len(slopes)), np.float32)
     sums[0] = 0.0
 
-    def read(start):
+    def read(start: int) -> None:
         lines = _lines(sector, start, min(start + LINES, rays.last))
         for k, line in enumerate(lines, start - rays.first + 1):
             at = slopes * (k + rays.first - 1) + sector.middle
@@ -174,7 +177,7 @@ def _running_sums(sector, rays, apply) -> np.ndarray:
             into *= (at - index).astype(np.float32)
             into += line.take(index, mode="clip")
 
-    def gather(start):
+    def gather(start: int) -> None:
         part = sums[:, start : start + width]
         np.cumsum(part, axis=0, out=part)
 
@@ -186,7 +189,7 @@ def _running_sums(sector, rays, apply) -> np.ndarray:
     return sums
 
 
-def _lines(sector, first, last) -> np.ndarray:
+def _lines(sector: Sector, first: int, last: int) -> np.ndarray:
     """Return lines first .. last - 1 of a sector, sharpened where it asks for that.
 
     A running sum that is read between its rows is that of a pattern of steps, sinc(f h) of a
@@ -210,7 +213,9 @@ def _lines(sector, first, last) -> np.ndarray:
 class _Reader:
     """Reads running sums at the borders of all bands and averages them over tiles."""
 
-    def __init__(self, sectors, ring, rays, sums, places):
+    def __init__(
+        self, sectors: list[Sector], ring: Ring, rays: _Rays, sums: list[np.ndarray], places: int
+    ) -> None:
         sector = sectors[0]
         self.sector = sector
         self.ring = ring
@@ -249,14 +254,14 @@ class _Reader:
                 out[:, j - first, most - own : most + own + 1] = sums_of_tiles[begin:end].T
         return Columns(first, out)
 
-    def _most(self, j):
+    def _most(self, j: int) -> int:
         return min(j - self.ring.less, self.ring.minor)
 
-    def _rays_to(self, j):
+    def _rays_to(self, j: int) -> int:
         """Return the slopes on either side of 0 that tiles of column j lie on."""
         return min(self.rays.half, int((self._most(j) + 2) / ((j - 1) * self.rays.pace)) + 1)
 
-    def _tiles(self, group):
+    def _tiles(self, group: range) -> np.ndarray:
         """Return the means of the tiles of some columns, one column after the other, (tile, band).
 
         They are one sparse product: to set up one for every column would take longer than it takes
@@ -287,7 +292,7 @@ class _Reader:
         ends = np.concatenate([[0], np.cumsum(np.concatenate(ends))]).astype(np.int32)
         return csr_array((share, ray, ends), (len(ends) - 1, total)) @ np.concatenate(changes)
 
-    def _changes(self, x, cut, weight) -> np.ndarray:
+    def _changes(self, x: float, cut: slice, weight: float) -> np.ndarray:
         """Return the (ray, band) means along rays at place `x`, times `weight`, of all patterns
         together; reads lie on lines between rows of the sums.
         """
@@ -322,7 +327,9 @@ def _triangle_rule(places: int) -> tuple[np.ndarray, np.ndarray]:
     return inside, weights
 
 
-def _triangles(at, half: float, size: int, lean) -> tuple[np.ndarray, np.ndarray]:
+def _triangles(
+    at: np.ndarray, half: float, size: int, lean: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return rays and weights (place, tap) of triangles of `half` width `lean` to both sides of
     every place; weights sum to 1.
     """
@@ -345,9 +352,9 @@ def _triangles(at, half: float, size: int, lean) -> tuple[np.ndarray, np.ndarray
 
 
 def sectors(
-    pattern,
-    pitch_um,
-    edges_nm,
+    pattern: HalfPattern,
+    pitch_um: tuple[float, float],
+    edges_nm: np.ndarray,
     sharpened: bool = False,
     other: np.ndarray | None = None,
     share: np.ndarray | None = None,
@@ -370,10 +377,10 @@ def sectors(
     other = density if other is None else other
     wide = min(len(density) - 1, int(1.1 * middle) + 8)  # |x| < y, and a little beyond
 
-    def columns(first, last):
+    def columns(first: int, last: int) -> np.ndarray:
         return density[first:last]
 
-    def rows(first, last):
+    def rows(first: int, last: int) -> np.ndarray:
         right = density[: wide + 1, middle + first : middle + last].T
         left = other[1 : wide + 1, middle - last + 1 : middle - first + 1].T[::-1, ::-1]
         return np.concatenate([left, right], axis=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -23,7 +24,9 @@ class Rays:
     hits_mm: tuple  # per step (x, y) where asked for
 
 
-def refract(direction, normals, n_from, n_to):
+def refract(
+    direction: np.ndarray, normals: np.ndarray, n_from: float | np.ndarray, n_to: float | np.ndarray
+) -> np.ndarray:
     """Return refracted unit directions (3, ...), NaN beyond the critical angle.
 
     Snell's law as vectors: n' d' = n d + (n' cos' - n cos) N, with N along the light.
@@ -42,7 +45,7 @@ def refract(direction, normals, n_from, n_to):
     return ratio * direction + (cosine_out - ratio * np.abs(cosine)) * side * normals
 
 
-def reflect(direction, normals):
+def reflect(direction: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Return mirrored unit directions (3, ...): d - 2 (d N) N."""
     return direction - 2 * np.sum(direction * normals, axis=0) * normals
 
@@ -73,7 +76,12 @@ class Start(NamedTuple):
 
 
 def follow(
-    surfaces: list[Surface], indices, path, start: Start, power=None, keep_hits=False
+    surfaces: list[Surface],
+    indices: list[float | np.ndarray],
+    path: list[tuple[int, bool]],
+    start: Start,
+    power: Callable[..., np.ndarray] | None = None,
+    keep_hits: bool = False,
 ) -> Rays:
     """Trace rays along a path.
 
@@ -132,7 +140,13 @@ def follow(
     )
 
 
-def collimated(x_mm, y_mm, z_mm: float, tangent_x, tangent_y) -> Start:
+def collimated(
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    z_mm: float,
+    tangent_x: float | np.ndarray,
+    tangent_y: float | np.ndarray,
+) -> Start:
     """Return the start of parallel light that crosses a plane.
 
     Parameters

@@ -27,7 +27,7 @@ class Surface:
     odd: tuple[float, ...] = ()  # a3, a5, ... in mm^-2, mm^-4, ...
 
 
-def sag_mm(surface: Surface, radius_squared_mm2):
+def sag_mm(surface: Surface, radius_squared_mm2: np.ndarray) -> np.ndarray:
     """Return the height z of the surface over its vertex plane; NaN where there is none."""
     c = surface.curvature_per_mm
     r2 = np.asarray(radius_squared_mm2, float)
@@ -40,7 +40,7 @@ def sag_mm(surface: Surface, radius_squared_mm2):
     return sag
 
 
-def slope(surface: Surface, radius_squared_mm2):
+def slope(surface: Surface, radius_squared_mm2: np.ndarray) -> np.ndarray:
     """Return d sag / d(r^2), 1/mm; the gradient of the sag is twice this times (x, y)."""
     c = surface.curvature_per_mm
     r2 = np.asarray(radius_squared_mm2, float)
@@ -53,7 +53,7 @@ def slope(surface: Surface, radius_squared_mm2):
     return out
 
 
-def intersect(surface: Surface, position, direction):
+def intersect(surface: Surface, position: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Return where rays meet the surface: (..., 3) mm; NaN where they miss it.
 
     Parameters
@@ -89,7 +89,9 @@ def intersect(surface: Surface, position, direction):
     return np.stack([x + t * dx, y + t * dy, surface.z_mm + t * dz])
 
 
-def _newton(surface, x, y, direction, t):
+def _newton(
+    surface: Surface, x: np.ndarray, y: np.ndarray, direction: np.ndarray, t: np.ndarray
+) -> np.ndarray:
     """Return the path lengths (...) mm at which rays meet an aspheric surface; NaN where they miss
     it.
 
@@ -109,7 +111,7 @@ def _newton(surface, x, y, direction, t):
     return np.where(np.abs(miss) <= 1e3 * NEWTON_MM, t, np.nan)
 
 
-def normal(surface: Surface, position):
+def normal(surface: Surface, position: np.ndarray) -> np.ndarray:
     """Return unit normals (3, ...) at points of the surface, pointing to larger z."""
     x, y, _ = position
     steep = 2 * slope(surface, x**2 + y**2)

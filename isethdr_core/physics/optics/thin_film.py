@@ -7,10 +7,18 @@ k >= 0 for absorption. Without layers the result is that of Fresnel's equations.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 
-def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
+def reflect(
+    n_in: float | np.ndarray,
+    n_out: float | np.ndarray,
+    layers: list[Any],
+    cos_in: float | np.ndarray,
+    wavelength_nm: float | np.ndarray,
+) -> tuple[float | np.ndarray, ...]:
     """Return reflectance and transmittance of a stack, for both polarisations.
 
     Parameters
@@ -62,7 +70,13 @@ def reflect(n_in, n_out, layers, cos_in, wavelength_nm):
     return r_s, r_p, t_s, t_p
 
 
-def reflect_unpolarised(n_in, n_out, layers, cos_in, wavelength_nm):
+def reflect_unpolarised(
+    n_in: float | np.ndarray,
+    n_out: float | np.ndarray,
+    layers: list[Any],
+    cos_in: np.ndarray,
+    wavelength_nm: float | np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """Return reflectance and transmittance (R, T) of a stack for unpolarised light.
 
     Parameters
@@ -77,7 +91,7 @@ def reflect_unpolarised(n_in, n_out, layers, cos_in, wavelength_nm):
     return (r_s + r_p) / 2, (t_s + t_p) / 2
 
 
-def quarter_wave_nm(index, wavelength_nm: float, quarters: float = 1.0):
+def quarter_wave_nm(index: float, wavelength_nm: float, quarters: float = 1.0) -> float:
     """Return the thickness of a layer with an optical thickness of some quarter waves, at normal
     incidence, nm.
 
@@ -90,7 +104,7 @@ def quarter_wave_nm(index, wavelength_nm: float, quarters: float = 1.0):
     return quarters * wavelength_nm / (4 * np.real(index))
 
 
-def _normal_part(index, transverse):
+def _normal_part(index: float | np.ndarray, transverse: float | np.ndarray) -> np.ndarray:
     """Return n cos(angle) inside a medium, on the branch that decays along +z; never 0, which has
     no admittance.
     """
@@ -99,14 +113,16 @@ def _normal_part(index, transverse):
     return np.where(part == 0, 1e-12, part)
 
 
-def _admittance_p(index, normal):
+def _admittance_p(index: float | np.ndarray, normal: np.ndarray) -> complex | np.ndarray:
     """Return the admittance of light polarised in the plane of incidence; across it, the admittance
     is `normal` itself.
     """
     return np.asarray(index, complex) ** 2 / normal
 
 
-def _assembly(first, layers, last):
+def _assembly(
+    first: float | np.ndarray, layers: list[Any], last: complex | np.ndarray
+) -> tuple[float | np.ndarray, ...]:
     """Return (R, T) of layers between two media, by their characteristic matrices.
 
     Parameters

@@ -30,7 +30,7 @@ class TileWeights(NamedTuple):
     weight: np.ndarray
 
 
-def tile_weights(at, width: float) -> TileWeights:
+def tile_weights(at: np.ndarray, width: float) -> TileWeights:
     """Return weights of samples of a point spread function, for the light from tile to tile.
 
     Parameters

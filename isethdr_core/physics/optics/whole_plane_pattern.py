@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import factorial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -137,7 +137,7 @@ def densities(
     gain_x = (spline_response(columns / period_x) ** -2).astype(np.float32)
     out = np.empty((len(columns), 2 * samples_to_border + 1), np.float32)
 
-    def along_y(start):
+    def along_y(start: int) -> None:
         cut = slice(start, min(start + half.BLOCK, len(columns)))
         padded = np.zeros((cut.stop - cut.start, period_y), np.complex64)
         padded[:, :rows] = lines[cut]
@@ -155,7 +155,9 @@ def densities(
     return out
 
 
-def interpolation_wavenumbers(first: float, last: float, change_rad: float, error: float):
+def interpolation_wavenumbers(
+    first: float, last: float, change_rad: float, error: float
+) -> np.ndarray:
     """Return the Chebyshev nodes for interpolating patterns from wavenumber `first` to `last`.
 
     Parameters
@@ -198,18 +200,20 @@ def shares(wavenumbers: np.ndarray, at: np.ndarray) -> np.ndarray:
     return out
 
 
-def _cell_mm(pupil, wavelength_nm, lattice):
+def _cell_mm(pupil: RealPupil, wavelength_nm: float, lattice: HalfLattice) -> tuple[float, float]:
     return lattice_pitch_mm(
         wavelength_nm, lattice.period, pupil.distance_mm, (lattice.step_um,) * 2
     )
 
 
-def _count(pupil, cell_mm):
+def _count(pupil: RealPupil, cell_mm: float) -> int:
     """Return the cells across a pupil, as `half_plane_pattern.draw` has them."""
     return 2 * (int(np.ceil(pupil.radius_mm / cell_mm)) + (ORDER + 1) // 2)
 
 
-def _along_x(drawn, turns, columns, apply):
+def _along_x(
+    drawn: DrawnPupil, turns: Callable[..., Any], columns: np.ndarray, apply: Callable[..., Any]
+) -> np.ndarray:
     """Return the transforms along x of the pupil's rows, (column of the image, row)."""
     rows, across = drawn.cells.shape
     period = drawn.lattice.period[1]
@@ -217,7 +221,7 @@ def _along_x(drawn, turns, columns, apply):
     lines = np.empty((len(columns), rows), np.complex64)
     at = columns % period
 
-    def block(start):
+    def block(start: int) -> None:
         cut = slice(start, min(start + half.BLOCK, rows))
         lit = np.flatnonzero(drawn.cells[cut].any(axis=0))
         padded = np.zeros((cut.stop - start, period), np.complex64)
@@ -231,7 +235,7 @@ def _along_x(drawn, turns, columns, apply):
     return lines
 
 
-def _turned(cells, rows, columns, turns) -> np.ndarray:
+def _turned(cells: np.ndarray, rows: slice, columns: slice, turns: np.ndarray) -> np.ndarray:
     """Return a block of smooth cells with their phase: turned before they were smoothed."""
     own = cells[rows, columns]
     slope_x = np.gradient(turns, axis=1)
@@ -249,7 +253,7 @@ def _turned(cells, rows, columns, turns) -> np.ndarray:
     return out
 
 
-def _moment(cells, rows, columns, axis) -> np.ndarray:
+def _moment(cells: np.ndarray, rows: slice, columns: slice, axis: int) -> np.ndarray:
     """Return the first moment of the smoothing times the pupil, times -1, of a block of cells."""
     total = np.float32(0.0)
     for apart, weight in enumerate(MOMENT, 1):
@@ -261,7 +265,7 @@ def _moment(cells, rows, columns, axis) -> np.ndarray:
     return total
 
 
-def _shifted(cells, rows, columns, shift) -> np.ndarray:
+def _shifted(cells: np.ndarray, rows: slice, columns: slice, shift: list[int]) -> np.ndarray:
     """Return a block of cells, moved; 0 beyond the border."""
     out = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32)
     into = []
@@ -275,6 +279,6 @@ def _shifted(cells, rows, columns, shift) -> np.ndarray:
     return out
 
 
-def _apply_to_each(apply, function, count):
+def _apply_to_each(apply: Callable[..., Any], function: Callable[..., Any], count: int) -> None:
     for _ in apply(function, range(0, count, half.BLOCK)):
         pass

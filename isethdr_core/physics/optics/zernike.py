@@ -9,11 +9,15 @@ everything at 50), so higher orders are computed by recurrence.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import cache, lru_cache
 from math import comb, factorial, isqrt, sqrt
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 HIGHEST_ORDER = 40  # radial degree up to which the mean phase of pupil cells is tested
 LAST_INDEX = HIGHEST_ORDER * (HIGHEST_ORDER + 3) // 2
@@ -72,7 +76,7 @@ class Terms(NamedTuple):
     sine: np.ndarray
 
 
-def zernike(j: int, x, y) -> np.ndarray:
+def zernike(j: int, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return Z_j at points of the pupil plane.
 
     Parameters
@@ -83,7 +87,7 @@ def zernike(j: int, x, y) -> np.ndarray:
     return wavefront_at({j: 1.0}, x, y)
 
 
-def wavefront_at(zernike_um, x, y) -> np.ndarray:
+def wavefront_at(zernike_um: dict[int, float], x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the optical path difference at points, in micrometres.
 
     Parameters
@@ -118,7 +122,7 @@ def wavefront_at(zernike_um, x, y) -> np.ndarray:
     return out
 
 
-def jacobi(count: int, a: int, b: int, t):
+def jacobi(count: int, a: int, b: int, t: np.ndarray) -> Iterator[np.ndarray]:
     """Yield Jacobi polynomials from degree 0 on, by DLMF 18.9.2 (Szego 1975, eq. 4.5.1).
 
     Parameters
@@ -142,7 +146,7 @@ def jacobi(count: int, a: int, b: int, t):
         before, now = now, along * now - 2 * (n + a - 1) * (n + b - 1) * c / scale * before
 
 
-def _by_frequency(zernike_um) -> dict[int, Terms]:
+def _by_frequency(zernike_um: dict[int, float]) -> dict[int, Terms]:
     """Return {|m|: normalised coefficients by k = (n - |m|) / 2} of the terms that are not 0."""
     terms = [(*order(j), value) for j, value in zernike_um.items() if value != 0]
     out = {}
@@ -156,7 +160,7 @@ def _by_frequency(zernike_um) -> dict[int, Terms]:
     return out
 
 
-def zernike_basis(terms, x, y) -> np.ndarray:
+def zernike_basis(terms: Sequence[int], x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the values (point, term) of several terms at points of the pupil plane.
 
     Parameters
@@ -193,7 +197,7 @@ def _coefficients(terms: tuple[int, ...], degree: int) -> np.ndarray:
     return out
 
 
-def wavefront_um(zernike_um, x, y) -> np.ndarray:
+def wavefront_um(zernike_um: dict[int, float], x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the optical path difference on a grid.
 
     Parameters
@@ -218,7 +222,7 @@ def wavefront_um(zernike_um, x, y) -> np.ndarray:
     return out + wavefront_at(high, x, y[:, None]) if high else out
 
 
-def steepest_slope_um(zernike_um) -> float:
+def steepest_slope_um(zernike_um: dict[int, float]) -> float:
     """Return the largest gradient of the wavefront over the unit disk, micrometres per pupil
     radius.
 
@@ -237,7 +241,7 @@ class Slopes(NamedTuple):
     largest: np.ndarray
 
 
-def slopes_um(zernike_um) -> Slopes:
+def slopes_um(zernike_um: dict[int, float]) -> Slopes:
     """Return the largest gradient of the wavefront at distances from the axis, from 0 to the
     rim.
     """
@@ -245,7 +249,7 @@ def slopes_um(zernike_um) -> Slopes:
     return Slopes(sampled.rho, np.hypot(sampled.along, sampled.across).max(axis=1))
 
 
-def largest_um(zernike_um) -> float:
+def largest_um(zernike_um: dict[int, float]) -> float:
     """Return the largest size of the wavefront over the unit disk, micrometres; sampled as
     `steepest_slope_um`.
     """
@@ -263,7 +267,7 @@ class _Sampled(NamedTuple):
     across: np.ndarray
 
 
-def _on_the_disk(zernike_um) -> _Sampled:
+def _on_the_disk(zernike_um: dict[int, float]) -> _Sampled:
     """Sample a wavefront, eight times per oscillation and more; radii crowd towards the rim as its
     oscillations do.
     """
@@ -289,7 +293,7 @@ def _on_the_disk(zernike_um) -> _Sampled:
     return _Sampled(rho[:, 0], values, along, across)
 
 
-def rotated(zernike_um, angle_rad: float) -> dict[int, float]:
+def rotated(zernike_um: dict[int, float], angle_rad: float) -> dict[int, float]:
     """Return the coefficients of a wavefront turned by `angle_rad` counter-clockwise, y up: W(rho,
     theta - angle).
     """
@@ -306,7 +310,7 @@ def rotated(zernike_um, angle_rad: float) -> dict[int, float]:
     return out
 
 
-def mapped(zernike_um, matrix) -> dict[int, float]:
+def mapped(zernike_um: dict[int, float], matrix: ArrayLike) -> dict[int, float]:
     """Return the coefficients of a wavefront after a linear map of its coordinates.
 
     Its value at `matrix` (x, y) is the value of the first wavefront at (x, y).
@@ -330,7 +334,9 @@ def _terms_to(degree: int) -> int:
 
 
 @lru_cache(maxsize=256)
-def _substitution(matrix, count: int) -> np.ndarray:
+def _substitution(
+    matrix: tuple[tuple[float, float], tuple[float, float]], count: int
+) -> np.ndarray:
     """Return the matrix (new, old) of coefficients after replacing (x, y) by `matrix`^-1 (x, y).
 
     The degree of a polynomial does not change. Its values at more points than terms determine it.
@@ -346,7 +352,7 @@ def _substitution(matrix, count: int) -> np.ndarray:
     return np.linalg.lstsq(new, basis_values, rcond=None)[0]
 
 
-def polynomial(zernike_um) -> np.ndarray:
+def polynomial(zernike_um: dict[int, float]) -> np.ndarray:
     """Return c[k, l] such that the wavefront of {OSA index: um} is the sum of c x^k y^l,
     micrometres, x and y in pupil radii.
     """

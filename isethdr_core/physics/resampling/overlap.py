@@ -7,21 +7,32 @@ negative.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy.sparse import csr_array, vstack
+
+if TYPE_CHECKING:
+    from ..optics.distortion import AngleTable, BrownConrady, KannalaBrandt, OnAngles
 
 SLIVER = 1e-11  # of a tile's area: overlaps that small are rounding
 SLACK = 1e-9  # of the grid: how far a corner may reach outside by rounding alone
 ROWS = 32  # of output tiles at a time: intermediate arrays are ten times the result
 
 
-def borders(centres, pitch: float) -> np.ndarray:
+def borders(centres: np.ndarray, pitch: float) -> np.ndarray:
     """Return the borders (n + 1,) of evenly spaced tiles."""
     centres = np.asarray(centres, float)
     return np.concatenate([centres - pitch / 2, [centres[-1] + pitch / 2]])
 
 
-def overlap_areas(x_in, y_in, distortion, x_out, y_out) -> csr_array:
+def overlap_areas(
+    x_in: np.ndarray,
+    y_in: np.ndarray,
+    distortion: AngleTable | BrownConrady | KannalaBrandt | OnAngles,
+    x_out: np.ndarray,
+    y_out: np.ndarray,
+) -> csr_array:
     """Return the sparse matrix (output tile, input tile) of shared areas.
 
     The area is that of an input tile within the preimage of an output tile.
@@ -50,7 +61,13 @@ def overlap_areas(x_in, y_in, distortion, x_out, y_out) -> csr_array:
     return vstack(parts, format="csr")
 
 
-def _rows(x_in, y_in, distortion, x_out, y_out):
+def _rows(
+    x_in: np.ndarray,
+    y_in: np.ndarray,
+    distortion: AngleTable | BrownConrady | KannalaBrandt,
+    x_out: np.ndarray,
+    y_out: np.ndarray,
+) -> csr_array:
     nx = len(x_in) - 1
     ny = len(y_in) - 1
     pitch_x = _pitch(x_in)
@@ -92,7 +109,9 @@ def _rows(x_in, y_in, distortion, x_out, y_out):
     return matrix
 
 
-def _edge(start, end, first):
+def _edge(
+    start: tuple[np.ndarray, np.ndarray], end: tuple[np.ndarray, np.ndarray], first: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return (quadrilateral, column, row, signed area) that one side of every quadrilateral adds,
     in tiles.
     """
@@ -121,5 +140,5 @@ def _edge(start, end, first):
     return tuple(np.concatenate([np.ravel(o[i]) for o in out]) for i in range(4))
 
 
-def _pitch(borders_):
+def _pitch(borders_: np.ndarray) -> float:
     return (borders_[-1] - borders_[0]) / (len(borders_) - 1)
