@@ -72,6 +72,21 @@ LONGEST_FIRST = (
 )
 
 
+@pytest.fixture
+def largest_difference(record_property):
+    """Return a function (quantity, found, expected): the largest difference, relative to the
+    largest expected value. A report of the tests in XML states it under the name of the quantity
+    (scripts/agreement_isetcam.py).
+    """
+
+    def of(quantity, found, expected):
+        difference = float(abs(found - expected).max() / abs(expected).max())
+        record_property(quantity, difference)
+        return difference
+
+    return of
+
+
 def pytest_collection(session):
     """Count no objects while five thousand tests are collected, of which none is garbage."""
     gc.disable()
