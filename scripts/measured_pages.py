@@ -2,13 +2,19 @@
 
     python scripts/measured_pages.py             # list the pages and their commands
     python scripts/measured_pages.py stability   # run its commands, write its page
+    python scripts/measured_pages.py paper_figures --measure paper_fig2
 
 The page names the command, the date, the processor and the libraries. If a command fails, the page
 stays unchanged. Some pages take hours; the list shows how long each command took.
+
+The rows of commands that take hours are stored in scripts/stored_measurements, one file per page.
+Such a page is made from these rows, and says when each command was run. `--measure WORD` first runs
+the commands that contain a word, and stores their rows.
 """
 
 from __future__ import annotations
 
+import argparse
 import csv
 import os
 import platform
@@ -17,13 +23,16 @@ import subprocess
 import sys
 import tempfile
 import textwrap
-from dataclasses import dataclass
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "docs" / "measured"
+STORED = ROOT / "scripts" / "stored_measurements"
 # folders of an absolute path: they belong to one machine
 FOLDERS = re.compile(r"(?<![\w.:/])/(?:[\w.-]+/)+")
 LIBRARIES = ("numpy", "scipy", "mitsuba")
@@ -31,16 +40,131 @@ LIBRARIES = ("numpy", "scipy", "mitsuba")
 
 @dataclass(frozen=True)
 class Page:
-    """One page: its title, the commands that are run for it, and what their rows mean."""
+    """One page: its title, the commands that are run for it, and what their rows mean.
+
+    Parameters
+    ----------
+    title : heading of the page.
+    about : first paragraph: what the rows mean.
+    commands : that are run for the page.
+    takes : how long they take, in words, from the last time they were run.
+    notes : paragraphs after the tables; an image or a table is a paragraph of its own.
+    below : paragraphs below the table of one command, by command.
+    is_stored : whether the page is made from stored rows, because its commands take hours.
+    makes : file of the home that the command makes and that is the page; "" where the rows are.
+    """
 
     title: str
     about: str
     commands: tuple[str, ...]
-    takes: str  # in words, from the last time the commands were run
-    notes: tuple[str, ...] = ()  # paragraphs after the tables; an image is a paragraph of its own
+    takes: str
+    notes: tuple[str, ...] = ()
+    below: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    is_stored: bool = False
+    makes: str = ""
 
+
+@dataclass(frozen=True)
+class Measurement:
+    """The stored rows of one command.
+
+    Parameters
+    ----------
+    command : that was run.
+    measured : when, and on which machine, as the page says it.
+    rows : CSV with a header.
+    """
+
+    command: str
+    measured: str
+    rows: str
+
+    def as_toml(self) -> str:
+        """Return the measurement as an entry of a TOML file."""
+        head = f'[[measurement]]\ncommand = "{self.command}"\nmeasured = "{self.measured}"\n'
+        return f"{head}rows = '''\n{self.rows.rstrip()}\n'''\n"
+
+
+# commands of the figures of the paper, and what stands below the table of each
+PAPER_FIGURES = {
+    "isethdr study paper_fig1 store=d669601b picture=docs/images/paper_fig1.jpg": (
+        "Figure 1: light groups, and their sums by night and by day.",
+        "![Four light groups in false colour; night, day, objects and"
+        " distances](../images/paper_fig1.jpg)",
+        "A street before a roundabout, number 3 of the dataset `streets` (seed 1). `store=` takes"
+        " the beginning of the name of its store, `store=streets` the first scene of the dataset."
+        " Groups are shown at weight 1: the sky is that of the day.",
+    ),
+    "isethdr study paper_fig2 picture=docs/images/paper_fig2.jpg": (
+        "Figure 2: beam angle control of area lights on a road. Nothing is rendered.",
+        "![Illuminance on the road by beam angle; intensity over the angle](../images/paper_fig2"
+        ".jpg)",
+        "Area lights of 1000 lm, 0.65 m over the road, 1 % down, with the paper's rule for narrowed"
+        " beams; false colours from 0.01 to 100 lx. The flux is the same for every beam angle. The"
+        " last picture is the dipped beam of isethdr, a table of intensity with a cut-off.",
+    ),
+    "isethdr study paper_fig3 picture=docs/images/paper_fig3.jpg": (
+        "Figure 3: one rendering mixed to night and to day, and the illuminance along a line"
+        " through a headlight.",
+        "![Night and day in false colour, and the profile through a headlight](../images/paper_fig3"
+        ".jpg)",
+        "The image of the headlight has nearly the same illuminance in both versions. The median"
+        " of the scene differs by almost four decades.",
+    ),
+    "isethdr study paper_fig5 picture=docs/images/paper_fig5.jpg": (
+        "Figure 5: the Pixel 4a model (IMX363, f/1.73, 4.38 mm) at four exposures.",
+        "![Four exposures of a phone camera at night](../images/paper_fig5.jpg)",
+        "All pictures have the same scale: white is 0.3 cd s/m2 over the exposure. Signal to noise"
+        " and contrast detection of people and cyclists rise with the exposure. The flare of the"
+        " headlights grows over the cars beside them.",
+    ),
+    "isethdr study paper_fig6_7 picture=docs/images/paper_fig6.jpg": (
+        "Figure 6: a split-pixel sensor in a tunnel: its three captures, the combination, a line"
+        " profile.",
+        "![Tunnel: three captures, their combination, and a line profile](../images/paper_fig6"
+        ".jpg)",
+        "Decades are counted from the darkest pixel whose signal exceeds its noise to the brightest"
+        " pixel that is not saturated. The profile follows the row where most of the large"
+        " photodiode is full: the exit of the tunnel. There the low gain has a gap, and the"
+        " combination follows the reference picture. The specks on the walls of the tunnel are"
+        " noise of the renderer.",
+    ),
+    "isethdr study paper_fig6_7 scene=night picture=docs/images/paper_fig7.jpg": (
+        "Figure 7: the same sensor beside headlights whose flare fills the large photodiode.",
+        "![Night: three captures, their combination, and a line profile](../images/paper_fig7.jpg)",
+        "Most of the error is flare, which no merge removes.",
+    ),
+    "isethdr study paper_fig8_9_classical picture=docs/images/paper_fig8_9.jpg": (
+        "Figures 8 and 9: RGB against RGBW filters, without a network.",
+        "![Pictures at 0.1 and 0.25 lux, and both scores against illuminance](../images/paper_fig8_9"
+        ".jpg)",
+        "Means of three shots: SSIM of the driving scene by daylight, CIEDE2000 of the colour"
+        " chart. Two demosaic methods: bilinear, and linear per local class ([image"
+        " processing](../explanation/isp.md)). The colour matrix is solved for the noise of each"
+        " level (`design_snr`), because clear pixels help only where noise matters beside colour.",
+        "RGBW is better below 0.1 lux (bilinear) or 0.05 lux (learned), in structure and in colour,"
+        " and worse above: only one of four pixels is green, and colour must be recovered by"
+        " subtracting the clear pixel. With a matrix for a signal-to-noise ratio of 20 at all"
+        " levels, RGBW is worse everywhere.",
+    ),
+}
 
 PAGES = {
+    "agreement": Page(
+        "Agreement with ISETCam",
+        "Quantities that ISETCam's own code computed, and the same quantities by isethdr. Each row"
+        " names the test that compares them and bounds the difference. The reference numbers are"
+        " not part of this project: set `ISETHDR_REFERENCE` to their folder. Where isethdr differs"
+        " on purpose is [explained](../explanation/isetcam.md).",
+        ("python scripts/agreement_isetcam.py",),
+        "12 CPU s",
+        (
+            "`of the largest value`: the largest difference over the largest value of each array."
+            " `standard errors`: the largest difference of a mean or a variance, over its standard"
+            " error; of 72 normal numbers the largest is below 3.4 in 19 of 20 cases. In 9 and 12"
+            " of the 18 cells the original clips the noise at 0 or at the swing.",
+        ),
+    ),
     "accuracy": Page(
         "Error against run time of each stage",
         "One row for each setting of a stage. `mark` is `default` for the default setting and"
@@ -124,6 +248,13 @@ PAGES = {
         ("isethdr study emva1288 sensor=all",),
         "minutes",
     ),
+    "experiments": Page(
+        "Results of the experiments",
+        "",  # the file of the home says what the tables are
+        ("isethdr experiments run",),
+        "three hours, in the user's own home; steps that are done are not repeated",
+        makes="experiments/results.md",
+    ),
     "isp": Page(
         "Merge rules and demosaic methods",
         "Signal-to-noise ratio, bias and stated variance of merge rules; quality of demosaic"
@@ -153,7 +284,7 @@ PAGES = {
             " states for 99 % of the tiles of the frame. `core_tiles` are exact. `cpu_s` is that of"
             " the plan; with the first lamp it includes all kernels, afterwards what they lack.",
             "Figures that were measured by hand are in [lens kernel"
-            " choices](lens_kernel_choices.md).",
+            " choices](../explanation/lens_kernel_choices.md).",
         ),
     ),
     "lens_speed": Page(
@@ -180,6 +311,33 @@ PAGES = {
         "Ten cases, each with and without `leave_out`: CPU time and largest difference.",
         ("python -m isethdr_measured omission",),
         "half an hour",
+    ),
+    "paper_figures": Page(
+        "The paper's figures",
+        "Figures of the ISETHDR paper, repeated with the scenes, lenses and sensors of this"
+        " simulator. They can be compared in kind, not pixel by pixel, because the scenes are other"
+        " ones. Each command reads the stored radiance of its scene, and renders it only where it"
+        " is missing. Figure 4 is in [flare](../explanation/flare.md). Figures 8 and 9 with trained"
+        " networks (`isethdr study paper_fig8_9_networks`) are in"
+        " [experiments](experiments.md#filters_networks).",
+        tuple(PAPER_FIGURES),
+        "half an hour, estimated",
+        (
+            "## Where text and scripts differ",
+            "The published scripts do not use all numbers of the paper's text. `parameters=paper`"
+            " and `parameters=scripts` choose; every other number is the same.",
+            "| figure | `paper` | `scripts` |\n"
+            "|---|---|---|\n"
+            "| 5 (default `paper`) | Pixel 4a (IMX363), 5, 10, 20, 40 ms | AR0132AT with pixels of"
+            " 3 um, 5, 40.5, 324.2 ms |\n"
+            "| 6, 7 (default `paper`) | no exposure is named: 16 ms, pixels of 2.8 um | 120 ms in"
+            " the tunnel, 342 ms by night; pixels of 3 um, no converter, no fixed pattern |\n"
+            "| 8, 9 (default `own`: 0.01 to 10 lux) | 0.1 to 1 and 2 to 10 lux | 0.01, 0.32 and 10"
+            " lux; both with pixels of 3 um, 1/60 s |",
+            "Figures 1 and 2 have no script. Figure 4 has densities of dirt that are assumed.",
+        ),
+        PAPER_FIGURES,
+        is_stored=True,
     ),
     "photographs": Page(
         "How unlike photographs rendered streets are",
@@ -276,37 +434,112 @@ PAGES = {
 }
 
 
-def main(names: list[str]) -> int:
+def main(arguments: list[str]) -> int:
     """Write the pages that are named, or list all of them."""
-    unknown = [name for name in names if name not in PAGES]
+    parser = argparse.ArgumentParser(description="write pages of docs/measured")
+    parser.add_argument("names", nargs="*", help="pages; none lists all of them")
+    parser.add_argument("--measure", default="", help="run the stored commands with this word")
+    asked = parser.parse_args(arguments)
+    unknown = [name for name in asked.names if name not in PAGES]
     if unknown:
         print(f"no page {unknown[0]!r}; expected one of {', '.join(PAGES)}", file=sys.stderr)
         return 2
-    if not names:
+    if not asked.names:
         for name, page in PAGES.items():
             print(f"{name} ({page.takes}): {'; '.join(page.commands)}")
-    for name in names:
-        text = page_text(name, PAGES[name])
+    for name in asked.names:
+        page = PAGES[name]
+        if page.is_stored and asked.measure:
+            measure(name, [one for one in page.commands if asked.measure in one])
+        text = page_text(name, page)
         (MEASURED / f"{name}.md").write_text(text)
         print(MEASURED / f"{name}.md")
     return 0
 
 
 def page_text(name: str, page: Page) -> str:
-    """Return the text of a page after its commands have been run.
+    """Return the text of a page after its commands have been run, or from their stored rows.
 
     Raises
     ------
     subprocess.CalledProcessError : a command failed.
     """
-    parts = [f"# {page.title}", f"Made by `python scripts/measured_pages.py {name}`."]
-    parts.append(textwrap.fill(page.about, 100))
-    when = f"Measured on {datetime.now(UTC):%Y-%m-%d}, {machine()}."
-    parts.append(textwrap.fill(when, 100))
-    for command in page.commands:
-        parts += [f"## `{command}`", result_of(command)]
-    parts += [note if note.startswith("![") else textwrap.fill(note, 100) for note in page.notes]
+    made_by = f"Made by `python scripts/measured_pages.py {name}`."
+    if page.makes:
+        title, _, rest = made_file(page).partition("\n\n")
+        return f"{title}\n\n{made_by}\n\n{rest}"
+    if page.is_stored:
+        made_by = f"{made_by[:-1]} from stored rows; each table says when its rows were measured."
+    parts = [f"# {page.title}", textwrap.fill(made_by, 100), textwrap.fill(page.about, 100)]
+    if page.is_stored:
+        stored = stored_measurements(name)
+        for command in page.commands:
+            parts += section_of(stored[command])
+            parts += [filled(paragraph) for paragraph in page.below.get(command, ())]
+    else:
+        when = f"Measured on {datetime.now(UTC):%Y-%m-%d}, {machine()}."
+        parts.append(textwrap.fill(when, 100))
+        for command in page.commands:
+            parts += [f"## `{command}`", result_of(command)]
+    parts += [filled(note) for note in page.notes]
     return "\n\n".join(parts) + "\n"
+
+
+def filled(paragraph: str) -> str:
+    """Return a paragraph in lines of at most 100 columns; an image, a table or a heading as it
+    is.
+    """
+    return paragraph if paragraph.startswith(("![", "|", "#")) else textwrap.fill(paragraph, 100)
+
+
+def section_of(measurement: Measurement) -> list[str]:
+    """Return the parts of a page that show a stored measurement."""
+    rows = list(csv.DictReader(measurement.rows.strip().splitlines()))
+    when = textwrap.fill(f"Measured {measurement.measured}.", 100)
+    return [f"## `{measurement.command}`", when, markdown(rows)]
+
+
+def stored_measurements(name: str) -> dict[str, Measurement]:
+    """Return the stored measurements of a page, by command."""
+    path = STORED / f"{name}.toml"
+    if not path.exists():
+        return {}
+    entries = tomllib.loads(path.read_text())["measurement"]
+    return {entry["command"]: Measurement(**entry) for entry in entries}
+
+
+def measure(name: str, commands: Sequence[str]) -> None:
+    """Run commands of a page in the user's own home, and store their rows.
+
+    Parameters
+    ----------
+    name : of the page.
+    commands : to run, with `isethdr study` or `python -m isethdr_measured` in front.
+
+    Raises
+    ------
+    subprocess.CalledProcessError : a command failed.
+    """
+    stored = stored_measurements(name)
+    for command in commands:
+        rows = csv_of(command, dict(os.environ))
+        when = f"on {datetime.now(UTC):%Y-%m-%d}, {machine()}"
+        stored[command] = Measurement(command, when, rows)
+    entries = [stored[one].as_toml() for one in PAGES[name].commands if one in stored]
+    (STORED / f"{name}.toml").write_text("\n".join(entries))
+
+
+def made_file(page: Page) -> str:
+    """Return the text of the file that a page's command makes in the user's own home.
+
+    Raises
+    ------
+    subprocess.CalledProcessError : the command failed.
+    """
+    [command] = page.commands
+    subprocess.run(command.split(), cwd=ROOT, check=True)
+    home = Path(os.environ.get("ISETHDR_HOME", ROOT / "runs"))
+    return (home / page.makes).read_text()
 
 
 def machine() -> str:
@@ -323,26 +556,48 @@ def machine() -> str:
 
 
 def result_of(command: str) -> str:
-    """Return what a command prints: a table of a study, a code block of anything else."""
+    """Return what a command prints: a table of a study, a code block of anything else.
+
+    A script that prints a table in Markdown prints nothing else.
+    """
     words = command.split()
+    if study_words(words):
+        with tempfile.TemporaryDirectory() as folder:
+            rows = csv_of(command, os.environ | {"ISETHDR_HOME": folder})
+        return markdown(list(csv.DictReader(rows.splitlines())))
+    done = subprocess.run([sys.executable, *words[1:]], cwd=ROOT, capture_output=True, text=True)
+    if done.returncode > 1:  # 1: a target is missed, which the text says
+        done.check_returncode()
+    text = done.stdout.rstrip()
+    return text if text.startswith("|") else f"```text\n{text}\n```"
+
+
+def study_words(words: Sequence[str]) -> list[str]:
+    """Return the words that run a study in this environment; none for another command."""
     if words[:2] == ["isethdr", "study"]:
-        study = words
-    elif words[:3] == ["python", "-m", "isethdr_measured"]:
-        study = [sys.executable, *words[1:]]
-    else:
-        done = subprocess.run(
-            [sys.executable, *words[1:]], cwd=ROOT, capture_output=True, text=True
-        )
-        if done.returncode > 1:  # 1: a target is missed, which the text says
-            done.check_returncode()
-        return f"```text\n{done.stdout.rstrip()}\n```"
+        return list(words)
+    if words[:3] == ["python", "-m", "isethdr_measured"]:
+        return [sys.executable, *words[1:]]
+    return []
+
+
+def csv_of(command: str, environment: Mapping[str, str]) -> str:
+    """Run a study and return its rows as CSV.
+
+    Parameters
+    ----------
+    command : of the study.
+    environment : variables of the process, among them the home.
+
+    Raises
+    ------
+    subprocess.CalledProcessError : the study failed.
+    """
     with tempfile.TemporaryDirectory() as folder:
         rows = Path(folder) / "rows.csv"
-        home = os.environ | {"ISETHDR_HOME": folder}
-        run = [*study, "--csv", str(rows)]
-        subprocess.run(run, cwd=ROOT, check=True, env=home, stdout=subprocess.DEVNULL)
-        with rows.open(newline="") as file:
-            return markdown(list(csv.DictReader(file)))
+        run = [*study_words(command.split()), "--csv", str(rows)]
+        subprocess.run(run, cwd=ROOT, check=True, env=environment, stdout=subprocess.DEVNULL)
+        return rows.read_text()
 
 
 def markdown(rows: list[dict[str, str]]) -> str:

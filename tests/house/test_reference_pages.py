@@ -54,15 +54,6 @@ def test_no_line_of_a_page_is_wider_than_100_columns(page):
     assert not wide, f"lines {wide} of {name_of(page)}"
 
 
-@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "measured").glob("*.md")), ids=name_of)
-def test_a_measured_page_names_its_command(page):
-    head = " ".join(page.read_text().split()[:60])
-    assert (
-        f"python scripts/measured_pages.py {page.stem}" in head
-        or "No single command makes this page" in head
-    )
-
-
 def test_the_index_names_every_page():
     index = (ROOT / "docs" / "README.md").read_text()
     pages = [page.relative_to(ROOT / "docs").as_posix() for page in (ROOT / "docs").rglob("*.md")]

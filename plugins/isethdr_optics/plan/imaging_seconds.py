@@ -7,6 +7,9 @@ exact core beside lamps depends on the light and is not included.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core.pipeline.memory import Frame
@@ -20,21 +23,26 @@ from ..imaging.sensor_plane import without_geometry
 from ..imaging.threads import MOST_THREADS, cpus
 from ..psf import kernels
 
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..lenses.thin_lens import DiffractionLimitedLens, IdealLens
+
 # CPU seconds for a million tiles x bands, on 2 GHz server cores beside other work
-# (docs/measured/lens_kernel_choices.md)
+# (docs/explanation/lens_kernel_choices.md)
 CONVOLVED_S = 0.06
 TRANSFORMED_S = 0.075
 # times that kernels from lattices are made beside lamps, ever finer (`spread_errors`)
 LATTICES_BESIDE_LAMPS = 3.0
 # of point spreads that vary over the field: said over taken is 0.6 to 1.1 for the ten frames that
-# these were fitted to, 0.5 to 1.1 for three others (docs/measured/lens_kernel_choices.md)
+# these were fitted to, 0.5 to 1.1 for three others (docs/explanation/lens_kernel_choices.md)
 POINT_SAMPLE_S = 2.6e-8  # a sample of the transforms of field points
 OVERLAID_S = 0.1  # a million tiles x bands x field points
 TRACED = 1.8  # times all of that where the colour of every field point is traced
 TRACED_S = 4.0  # and chief rays, rims, exit pupils and wavefronts of a prescription
 
 
-def expected_s(lens, flares, frame: Frame) -> float | None:
+def expected_s(lens: IdealLens, flares: Sequence[Flare], frame: Frame) -> float | None:
     """Return the expected seconds of a lens for the light of a frame; None without blur.
 
     Parameters
@@ -80,7 +88,9 @@ def expected_s(lens, flares, frame: Frame) -> float | None:
     return float(seconds / min(cpus(), MOST_THREADS) ** 0.5)
 
 
-def _field_s(lens, flares, frame: Frame, made: bool) -> float:
+def _field_s(
+    lens: DiffractionLimitedLens, flares: Sequence[Flare], frame: Frame, made: bool
+) -> float:
     """Return the CPU seconds that point spreads take which vary over the field.
 
     Parameters

@@ -1,0 +1,90 @@
+"""Each page of docs/measured is made by one command, and each command that it names exists."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shlex
+import sys
+
+import pytest
+from isethdr_measured import STUDIES as MEASURED_STUDIES
+from isethdr_workflows import STUDIES
+
+from .source import ROOT, name_of
+
+PAGES_ON_DISK = sorted((ROOT / "docs" / "measured").glob("*.md"))
+
+
+def script(name):
+    """Return the module of a file in scripts."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "scripts" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look there for the module of a class
+    spec.loader.exec_module(module)
+    return module
+
+
+pages = script("measured_pages")
+
+
+def exists(command: str) -> bool:
+    """Return whether a command of a page can be typed: its study, script or program is there."""
+    words = shlex.split(command)
+    if words[:2] == ["isethdr", "study"]:
+        return words[2] in STUDIES
+    if words[:3] == ["python", "-m", "isethdr_measured"]:
+        return words[3] in MEASURED_STUDIES
+    if words[0] == "python":
+        return (ROOT / words[1]).is_file()
+    return words == ["isethdr", "experiments", "run"]
+
+
+@pytest.mark.parametrize("page", PAGES_ON_DISK, ids=name_of)
+def test_a_measured_page_names_the_command_that_makes_it(page):
+    head = " ".join(page.read_text().split()[:70])
+    assert f"python scripts/measured_pages.py {page.stem}" in head
+    assert page.stem in pages.PAGES
+
+
+def test_every_page_that_can_be_made_is_there():
+    assert sorted(pages.PAGES) == [page.stem for page in PAGES_ON_DISK]
+
+
+@pytest.mark.parametrize("name", pages.PAGES)
+def test_the_commands_of_a_page_exist(name):
+    assert [command for command in pages.PAGES[name].commands if not exists(command)] == []
+
+
+@pytest.mark.parametrize("page", PAGES_ON_DISK, ids=name_of)
+def test_the_commands_that_a_measured_page_shows_exist(page):
+    shown = re.findall(r"^## `([^`]+)`$", page.read_text(), re.MULTILINE)
+    assert [command for command in shown if not exists(command)] == []
+
+
+@pytest.mark.parametrize("name", [name for name, page in pages.PAGES.items() if page.is_stored])
+def test_a_stored_page_equals_its_stored_rows(name):
+    """The page was not edited by hand, and each of its commands has stored rows."""
+    assert (pages.MEASURED / f"{name}.md").read_text() == pages.page_text(name, pages.PAGES[name])
+
+
+def test_a_stored_measurement_is_read_as_it_was_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(pages, "STORED", tmp_path)
+    one = pages.Measurement("isethdr study a_study", "on 2026-11-27", 'name,value\n"a, b",1.5\n')
+    (tmp_path / "a_page.toml").write_text(one.as_toml())
+    [read] = pages.stored_measurements("a_page").values()
+    assert read.command == one.command and read.measured == one.measured
+    assert pages.section_of(read) == [
+        "## `isethdr study a_study`",
+        "Measured on 2026-11-27.",
+        "| name | value |\n|---|---|\n| a, b | 1.5 |",
+    ]
+
+
+def test_the_largest_difference_is_nan_where_one_is(tmp_path):
+    """A difference of nan must not hide behind the numbers that other cases record."""
+    agreement = script("agreement_isetcam")
+    report = tmp_path / "report.xml"
+    values = "".join(f'<property name="volts" value="{v}"/>' for v in ("1e-7", "nan", "2e-7"))
+    report.write_text(f"<testsuite>{values}</testsuite>")
+    assert agreement.recorded(report)["volts"] != agreement.recorded(report)["volts"]
