@@ -8,6 +8,26 @@ from typing import Literal
 from isethdr_core.errors import ConfigError, did_you_mean
 
 GREY = 0.15  # of full scale, at which a camera shows an even field: a scene's sky stays below it
+# the three cameras of the main job (typical_bayer, typical_split_pixel, typical_rgbw), and all
+# other bundled sensors
+BUNDLED = (
+    "bayer",
+    "split_pixel",
+    "rgbw",
+    "split_pixel_imx490",
+    "bayer_imx363",
+    "single_ar0132at_rccc",
+    "typical_split_pixel_20bit",
+    "typical_split_pixel_24bit",
+    "split_pixel_isethdr",
+    "bayer_isethdr",
+    "rgbw_isethdr",
+    "bayer_all_effects",
+    "staggered_four",
+    "lofic_miyauchi2019",
+    "single_mt9v024",
+    "ideal_photon_counter",
+)
 
 
 @dataclass(frozen=True)
@@ -79,7 +99,7 @@ QUESTIONS = {
     ),
     "dark": Question(
         "How dark may it get before the person 40 m ahead in the dipped beam is lost?",
-        cameras=("bayer,split_pixel,rgbw,split_pixel_imx490,bayer_imx363,single_ar0132at_rccc"),
+        cameras=",".join(BUNDLED),
         overrides=("lighting=night_rural",),
         levels=(0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0),
         unit="object_lux",

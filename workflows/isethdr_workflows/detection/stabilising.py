@@ -6,6 +6,9 @@ r_k s + d_k electrons, with the noise variance r_k s + d_k + read noise^2 + step
 are joined first; charges are independent, and the inverses of their variances of s add up to I(s).
 The stabilised value is the integral of sqrt(I) from 0 to s: its noise is 1 (Bartlett 1947). Beyond
 all tops I is 0: a saturated pixel tells no difference.
+
+Where codes are companded, or combined on the chip, the variance beyond the shot noise follows the
+electrons: steps are wider where it is bright, and another reading serves there.
 """
 
 from __future__ import annotations
@@ -15,6 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from isethdr_isp.demosaic.interpolation import array_period
+from isethdr_isp.readout.electrons import linear_dn
+from isethdr_isp.readout.nonlinear_response import bent_response
 from scipy.integrate import cumulative_trapezoid
 from scipy.special import ndtr
 
@@ -22,19 +27,38 @@ from isethdr_core.errors import ConfigError, did_you_mean
 
 LEAST_E = 1e-4
 PER_DECADE = 60
-NONLINEAR = ("response_dn", "companding_dn")  # variables of captures with a table of their own
+Table = tuple[np.ndarray, np.ndarray]  # (entry,) rising electrons, and their variance
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What one capture states of each of its pixels."""
+    """What one capture states of each of its pixels.
 
-    charge: int  # number of the charge that it reads
+    Parameters
+    ----------
+    charge : number of the charge that it reads.
+    dark_e : mean dark charge.
+    read_variance_e2 : of read noise and steps.
+    top_e : electrons at which it ends.
+    prnu : relative response nonuniformity.
+    sensitivity : (channel,) electrons of white light, relative to other captures.
+    variances : variance beyond the shot noise by electrons, dark charge included, where it is not
+        the same everywhere.
+    """
+
+    charge: int
     dark_e: float
-    read_variance_e2: float  # read noise and steps
+    read_variance_e2: float
     top_e: float
     prnu: float
-    sensitivity: np.ndarray  # (channel,) electrons of white light, relative to other captures
+    sensitivity: np.ndarray
+    variances: Table | None = None
+
+    def variance_beyond_shot(self, own_e: np.ndarray) -> np.ndarray | float:
+        """Return the variance, e^2, beyond the shot noise of `own_e` electrons."""
+        if self.variances is None:
+            return self.read_variance_e2
+        return np.interp(own_e, *self.variances)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +82,7 @@ def readings(captures: xr.Dataset, only: tuple[str, ...] = ()) -> Readings:
 
     Raises
     ------
-    ConfigError : a name that is none of the captures; captures with a nonlinear code.
+    ConfigError : a name that is none of the captures.
     """
     names = [str(name) for name in captures["capture"].values]
     for name in only:
@@ -67,11 +91,6 @@ def readings(captures: xr.Dataset, only: tuple[str, ...] = ()) -> Readings:
                 f"the camera has no capture {name!r}{did_you_mean(name, names)}; expected some of"
                 f" {', '.join(names)}; type for example cameras=split_pixel:{names[0]}"
             )
-    if nonlinear := [name for name in NONLINEAR if name in captures]:
-        raise ConfigError(
-            f"the captures have a nonlinear code ({nonlinear[0]}); expected linear captures that"
-            " leave the chip one by one; type for example cameras=split_pixel"
-        )
     return Readings(
         tuple(_reading(captures, k) for k, name in enumerate(names) if not only or name in only)
     )
@@ -83,14 +102,43 @@ def _reading(captures: xr.Dataset, k: int) -> Reading:
 
     gain = value("gain_dn_per_e")
     white = captures["quantum_efficiency"].values[k].sum(-1)
+    noise_e2 = value("read_noise_e") ** 2
     return Reading(
         charge=int(captures["charge"].values[k]),
         dark_e=value("dark_e"),
-        read_variance_e2=value("read_noise_e") ** 2 + value("quantisation_e") ** 2 / 12,
+        read_variance_e2=noise_e2 + value("quantisation_e") ** 2 / 12,
         top_e=(value("top_dn") - value("black_dn")) / gain,
         prnu=value("prnu") if "prnu" in captures else 0.0,
         sensitivity=white * value("exposure_s") * value("area_m2"),
+        variances=variances(captures, k, noise_e2),
     )
+
+
+def variances(captures: xr.Dataset, k: int, noise_e2: float) -> Table | None:
+    """Return the variance beyond the shot noise by electrons, dark charge included; None where it
+    is the same everywhere.
+
+    Parameters
+    ----------
+    captures : captures of a sensor.
+    k : number of the capture.
+    noise_e2 : variance of its read noise.
+    """
+    bent = bent_response(captures, k)
+    if bent is not None:
+        poisson = np.maximum(bent.electrons, 0.0)
+        return bent.electrons, np.maximum(bent.variance_e2 - poisson, 0.0)
+    if "companding_dn" not in captures:
+        return None
+    codes = captures["companding_dn"].values[k].astype(float)
+    codes = codes[np.isfinite(codes)]
+    # both ends of each line of the table: steps change from one line to the next
+    ends = np.stack([codes[:-1], np.nextafter(codes[1:], 0.0)], 1).ravel()
+    linear, steps, _ = linear_dn(captures, k, ends)
+    gain = float(captures["gain_dn_per_e"].values[k])
+    electrons = (linear - float(captures["black_dn"].values[k])) / gain
+    step_e = float(captures["quantisation_e"].values[k]) * steps
+    return electrons, noise_e2 + step_e**2 / 12
 
 
 def information(captures: Readings, channel: int, light_e: np.ndarray) -> np.ndarray:
@@ -110,9 +158,10 @@ def information(captures: Readings, channel: int, light_e: np.ndarray) -> np.nda
         own_e = share * light_e + reads[0].dark_e
         inverse = np.zeros(np.shape(light_e))
         for read in reads:
-            variance = own_e + read.read_variance_e2
+            beyond_shot = read.variance_beyond_shot(own_e)
+            variance = own_e + beyond_shot
             below_top = ndtr((read.top_e - own_e) / np.sqrt(np.maximum(variance, 1e-12)))
-            inverse += below_top / max(read.read_variance_e2, 1e-6)
+            inverse += below_top / np.maximum(beyond_shot, 1e-6)
         shot = own_e + (reads[0].prnu * share * light_e) ** 2
         # 1 / (shot + 1 / inverse), which is 0 where no read is below its top
         total += share**2 * inverse / (1 + shot * inverse)
