@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from isethdr_workflows.dataset.record import folder_of
 from isethdr_workflows.dataset.study.intervals import Mean
 from isethdr_workflows.detection.levels import at_levels, crossing
 from isethdr_workflows.detection.observer.observing import Check, Observer
@@ -21,13 +22,20 @@ from isethdr_workflows.detection.page import (
     share_text,
     too_many,
 )
-from isethdr_workflows.detection.questions import QUESTIONS, question_of
+from isethdr_workflows.detection.questions import BUNDLED, QUESTIONS, question_of
 from isethdr_workflows.detection.recall import recalls
 from isethdr_workflows.detection.results import CurvePoint, Results
-from isethdr_workflows.detection.tables import Found, compared_with, lines, roads_needed
+from isethdr_workflows.detection.tables import (
+    Found,
+    compared_with,
+    geometric,
+    lines,
+    roads_needed,
+)
 from scipy.stats import norm
 
 from isethdr_core.errors import ConfigError
+from isethdr_core.plugins.presets import presets
 
 
 def found(scene, camera, value, **more) -> Found:
@@ -135,6 +143,9 @@ def test_the_page_and_the_tables_name_everything():
     assert "| class: person | 3 | 0.400 (" in markdown(cells, tables)
     sheet = list(csv.reader(means_csv(cells, tables).splitlines()))
     assert len({len(line) for line in sheet}) == 1 and len(sheet) == 1 + 2 * len(tables)
+    # all have a d' of 9 against noise alone and a transfer accuracy of 0.8; no detector was scored
+    row = "| person | b | 9 (9 to 9) | 0.800 (0.800 to 0.800) |"
+    assert row in markdown(cells, tables) and "recall" not in markdown(cells, tables)
     assert len(objects_csv(cells.rows).splitlines()) == 7
     told = [replace(row, told_apart=0.5 + row.found / 2) for row in cells.rows]
     counted = markdown(results(told), tables).partition("Counted:")[2]
@@ -158,6 +169,15 @@ def test_a_curve_is_drawn_with_its_crossing():
     assert "told apart,0.1,b,3,3,0.9" in means_csv(cells, [])
 
 
+def test_the_question_of_darkness_asks_all_bundled_sensors():
+    """Those of the main job have short names."""
+    short = {f"typical_{name}" for name in ("bayer", "split_pixel", "rgbw")}
+    own = [name for name in presets("sensor") if not name.startswith("acme")]
+    assert set(BUNDLED) == {
+        name.removeprefix("typical_") if name in short else name for name in own
+    }
+
+
 def test_questions_are_told_apart():
     with pytest.raises(ConfigError, match="no question 'capture'.*captures.*type for example"):
         question_of("capture")
@@ -177,6 +197,32 @@ def test_detectors_are_compared_for_the_objects_that_both_know(tmp_path):
     assert whole.detector_found.value == pytest.approx(2 / 3)
     assert whole.observer_found.value == pytest.approx(0.4)
     assert whole.rank == pytest.approx(1.0)
+
+
+def test_detectors_stand_in_the_table_of_the_objects(tmp_path, monkeypatch):
+    """The recall of camera a is 2/3; its interval over three roads is Student's, cut at 1."""
+    monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
+    cells = results([replace(row, d=1.0) for row in rows([0.2, 0.6, 0.4], [0.3, 0.5, 0.4])])
+    head = "scene,road,instance,camera,detector,counted,found,score"
+    lines_of = [f"{k},r,1,a,small,1,{int(k > 0)},0.1" for k in range(3)]
+    path = folder_of(cells.dataset) / "detector_objects.csv"
+    path.parent.mkdir(parents=True)
+    path.write_text("\n".join([head, *lines_of]))
+    text = markdown(cells, lines(cells.rows))
+    assert "| contrast transfer | recall of small |" in text
+    assert (
+        "| all objects | a | 9 (9 to 9) | 0.800 (0.800 to 0.800) | 0.667 (0.000 to 1.000) |" in text
+    )
+    assert "| all objects | b | 9 (9 to 9) | 0.800 (0.800 to 0.800) | – |" in text
+
+
+def test_a_geometric_mean_of_d_has_the_interval_of_its_logarithm():
+    values = [0.0, 1.0, 100.0]  # 0 counts as 0.01
+    cells = [found(k, "a", 0.5, noise_only=value) for k, value in enumerate(values)]
+    mean = geometric(cells)
+    assert mean.value == pytest.approx(1.0)
+    # logarithms of -2, 0, 2 decades: Student 4.303 times 2 over the root of 3
+    assert math.log10(mean.high) == pytest.approx(4.303 * 2 / 3**0.5, rel=1e-3)
 
 
 def test_shares_are_shown_in_thousandths_and_roads_in_whole_numbers():

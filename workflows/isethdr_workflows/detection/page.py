@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
@@ -17,10 +18,11 @@ from isethdr_core.storage.atomic_write import write_text
 from ..dataset.record import folder_of
 from ..dataset.study.files import colour_of, shown
 from ..dataset.study.intervals import Mean
+from .curve_picture import draw_curves
 from .levels import Crossing
 from .observer.channels import SCALE, count
 from .observer.observing import CHECKED, Check
-from .recall import FILE, recalls
+from .recall import FILE, Recall, recalls
 from .results import CurvePoint, Results
 from .tables import FEWEST_ROADS, Found, Line, compared_with, counted, lines
 
@@ -34,6 +36,7 @@ OVERSTATED = 0.05  # share of objects
 
 
 COUNTED_TABLES = ("all", "class", "light")  # of which counting has tables of its own
+BESIDE_TABLES = ("all", "class", "light", "distance")  # with d' of noise, transfer and recall
 
 
 def write_files(results: Results) -> list[tuple[str, Path]]:
@@ -42,6 +45,8 @@ def write_files(results: Results) -> list[tuple[str, Path]]:
     folder = folder_of(results.dataset)
     folder.mkdir(parents=True, exist_ok=True)
     tables = [] if results.curve else lines(results.rows)
+    if results.curve and find_spec("matplotlib") is not None:
+        draw_curves(results, folder / f"{stem}.png")
     texts = {
         "page": (f"{stem}.html", page(results, tables)),
         "table": (f"{stem}.md", markdown(results, tables)),
@@ -192,7 +197,11 @@ def markdown(results: Results, tables: Sequence[Line]) -> str:
         " road, of which the template, which knows other roads alone, gives the first the larger"
         " answer; 0.5 is guessing.\n"
     )
-    return "\n".join([_markdown(*main), counted_text(results), told, _markdown(*beside)])
+    parts = [_markdown(*main), counted_text(results), told, _markdown(*beside)]
+    if not results.curve:
+        known = recalls(folder_of(results.dataset) / FILE, results.rows)
+        parts += [beside_text(known), _markdown(*_beside_table(results, tables, known))]
+    return "\n".join(parts)
 
 
 def counted_text(results: Results) -> str:
@@ -229,6 +238,47 @@ def _lines_table(results: Results, tables: Sequence[Line]) -> tuple[list[str], l
         if line.objects
     ]
     return head, rows
+
+
+def beside_text(known: Sequence[Recall]) -> str:
+    """Return what the columns of the table of d', contrast transfer and recall hold.
+
+    Parameters
+    ----------
+    known : recall of detectors; none where no detector was scored.
+    """
+    text = (
+        "The geometric mean of d' against noise alone, as if clutter did not exist; the contrast"
+        " transfer accuracy (IEEE P2020), of cameras with all captures"
+    )
+    if known:
+        text += "; the recall of a trained detector at equal false alarms"
+    return text + ".\n"
+
+
+def _beside_table(
+    results: Results, tables: Sequence[Line], known: Sequence[Recall]
+) -> tuple[list[str], list[list[str]]]:
+    recall = {(one.detector, one.camera, one.kind): one.detector_found for one in known}
+    detectors = list(dict.fromkeys(one.detector for one in known))
+    rows = []
+    for line in tables:
+        if line.table not in BESIDE_TABLES or not line.objects:
+            continue
+        kind = line.name if line.table == "class" else line.table  # `all` is a kind of recalls
+        for k, camera in enumerate(results.cameras):
+            row = [line.name, camera, d_text(line.noise_only_d[k]), share_text(line.transfer[k])]
+            found = [recall.get((name, camera, kind)) for name in detectors]
+            rows.append([*row, *("–" if one is None else share_text(one) for one in found)])
+    head = ["", "camera", "d', noise alone", "contrast transfer"]
+    return [*head, *(f"recall of {name}" for name in detectors)], rows
+
+
+def d_text(mean: Mean) -> str:
+    """Return d' with its interval for people: `12.4 (9.81 to 15.7)`."""
+    if not math.isfinite(mean.low):
+        return number(mean.value)
+    return f"{number(mean.value)} ({number(mean.low)} to {number(mean.high)})"
 
 
 def _curve_table(
@@ -278,6 +328,8 @@ def means_csv(results: Results, tables: Sequence[Line]) -> str:
     head = ["table", "row", "camera", "objects", "roads", "found", "low", "high"]
     head += ["noise_only", "contrast_transfer", "median_d"]
     head += ["difference", "difference_low", "difference_high"]
+    head += ["contrast_transfer_low", "contrast_transfer_high"]
+    head += ["noise_only_d", "noise_only_d_low", "noise_only_d_high"]
     rows: list[list[object]] = []
     points = [("curve", one) for one in results.curve]
     points += [("told apart", one) for one in results.counted_curve]
@@ -297,10 +349,11 @@ def means_csv(results: Results, tables: Sequence[Line]) -> str:
             own = [line.table, line.name, camera, line.objects, mean.roads]
             own += [mean.value, mean.low, mean.high]
             own += [line.noise_only[k], line.transfer[k].value, line.median_d[k]]
-            if k:
-                apart = line.differences[k - 1]
-                own += [apart.value, apart.low, apart.high]
-            rows.append(own)
+            apart = line.differences[k - 1] if k else None
+            own += [apart.value, apart.low, apart.high] if apart else ["", "", ""]
+            transfer = line.transfer[k]
+            d = line.noise_only_d[k]
+            rows.append([*own, transfer.low, transfer.high, d.value, d.low, d.high])
     return _csv(head, rows)
 
 

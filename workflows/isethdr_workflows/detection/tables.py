@@ -20,6 +20,7 @@ NOT_KNOWN = "not known"
 PAPER = (0.224, 0.244)  # shares of persons found that the paper reports for one and three captures
 POWER = 0.8  # with which a difference is to be told
 FEWEST_ROADS = 3  # for an interval
+LEAST_D = 0.01  # smaller d' count as this in a geometric mean
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,7 @@ class Line(NamedTuple):
     noise_only: tuple[float, ...]
     transfer: tuple[Mean, ...]
     median_d: tuple[float, ...]
+    noise_only_d: tuple[Mean, ...]  # geometric mean of d' against noise alone
 
 
 class Needed(NamedTuple):
@@ -162,7 +164,17 @@ def line(table: str, name: str, rows: Sequence[Found]) -> Line:
             for own in by_camera.values()
         ),
         median_d=tuple(_median([row.d for row in own.values()]) for own in by_camera.values()),
+        noise_only_d=tuple(geometric(list(own.values())) for own in by_camera.values()),
     )
+
+
+def geometric(rows: Sequence[Found]) -> Mean:
+    """Return the geometric mean of d' against noise alone, with its interval over roads; below 0.01
+    it counts as that.
+    """
+    mean = of(rows, lambda row: float(np.log(np.maximum(row.noise_only, LEAST_D))))
+    value, low, high = np.exp([mean.value, mean.low, mean.high]).tolist()
+    return Mean(value, low, high, mean.count, mean.roads)
 
 
 def _median(values: Sequence[float]) -> float:

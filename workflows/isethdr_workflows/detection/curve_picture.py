@@ -1,0 +1,82 @@
+"""Picture of the curves of a study: one panel for each camera, against the level of light."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from isethdr_core.extras import needed
+
+from .levels import LOST, LOST_APART
+from .results import CurvePoint, Results
+
+COLUMNS = 4
+PANEL_IN = (2.4, 1.75)  # width and height of a panel
+DPI = 110
+FOUND = "#2c6fad"
+APART = "#c0392b"
+
+
+def draw_curves(results: Results, path: Path) -> None:
+    """Write the share found and the pairs told apart, each with its 95 % interval, to `path` (png).
+
+    Parameters
+    ----------
+    results : results of a question with levels of light.
+    path : file of the picture.
+    """
+    with needed("a picture of curves", extra="report"):
+        import matplotlib
+
+        matplotlib.use("Agg")
+        from matplotlib import pyplot as plt
+    columns = min(COLUMNS, len(results.cameras))
+    rows = -(-len(results.cameras) // columns)
+    with plt.rc_context({"font.size": 8, "axes.titlesize": 8.5}):
+        figure, every = plt.subplots(
+            rows,
+            columns,
+            figsize=(PANEL_IN[0] * columns, PANEL_IN[1] * rows + 0.5),
+            dpi=DPI,
+            sharex=True,
+            sharey=True,
+            layout="constrained",
+            squeeze=False,
+        )
+        for axes in every.flat[len(results.cameras) :]:
+            axes.axis("off")
+        for axes, camera in zip(every.flat, results.cameras):
+            panel(axes, results, camera)
+        handles = every[0, 0].get_legend_handles_labels()
+        figure.legend(*handles, loc="outside upper center", ncols=2, frameon=False)
+        on_object = results.asked.unit == "object_lux"
+        figure.supxlabel(f"lux on the {'object' if on_object else 'sensor'}", fontsize=8)
+        figure.savefig(path)
+        plt.close(figure)
+
+
+def panel(axes: Any, results: Results, camera: str) -> None:
+    """Draw both curves of one camera.
+
+    Parameters
+    ----------
+    axes : axes of Matplotlib.
+    results : results of the study.
+    camera : name of the camera.
+    """
+    _curve(axes, results.counted_curve, camera, ("pairs told apart", APART))
+    _curve(axes, results.curve, camera, ("found", FOUND))
+    axes.axhline(LOST_APART, ls=":", color=APART, lw=0.8)
+    axes.axhline(LOST, ls=":", color=FOUND, lw=0.8)
+    axes.set(xscale="log", ylim=(0, 1), title=camera)
+    axes.grid(True, color="#eee")
+
+
+def _curve(axes: Any, points: tuple[CurvePoint, ...], camera: str, style: tuple[str, str]) -> None:
+    own = [one for one in points if one.camera == camera]
+    name, colour = style
+    levels = [one.level for one in own]
+    axes.plot(levels, [one.found for one in own], color=colour, lw=1.5, label=name)
+    low = [one.low for one in own]
+    high = [one.high for one in own]
+    axes.fill_between(levels, low, high, color=colour, alpha=0.18, lw=0)
