@@ -12,10 +12,11 @@ import xarray as xr
 from isethdr_workflows.dataset.generate import Generated, Request, generate
 from isethdr_workflows.dataset.record import Definition, SceneRecord, folder_of
 from isethdr_workflows.detection.exposing import even
-from isethdr_workflows.detection.imaging import camera_names, overrides_of
+from isethdr_workflows.detection.imaging import camera_names, condition_of, overrides_of
 from isethdr_workflows.detection.questions import QUESTIONS
 from isethdr_workflows.detection.study import chosen, detection
 from isethdr_workflows.study_command import run_study
+from omegaconf import OmegaConf
 
 from isethdr_core.conformance.renderer import world
 from isethdr_core.errors import CatalogError, ConfigError
@@ -53,6 +54,18 @@ def test_daylight_questions_leave_tunnels_out():
     both = replace(made, scenes={**made.scenes, 1: tunnel})
     assert len(chosen(both, QUESTIONS[""])) == 2
     assert [one.number for one in chosen(both, QUESTIONS["filters"])] == [0]
+
+
+def test_a_sun_before_the_camera_is_a_light_of_its_own():
+    def light(lighting: str, **scene: object) -> str:
+        config = {"scene": scene, "choices": {"lighting": lighting}}
+        return condition_of(OmegaConf.create(config))
+
+    assert light("ideal", sky="noon", hour={"sun_elevation_deg": 6.0}) == "low sun"
+    assert light("ideal", sky="noon", hour={"sun_elevation_deg": 20.0}) == "ideal"
+    assert light("ideal", sky="night_rural", hour={}) == "ideal"
+    assert light("night_rural", sky="noon", hour={"sun_elevation_deg": 6.0}) == "night"
+    assert light("day") == "day"
 
 
 def test_a_dataset_without_scenes_is_refused():

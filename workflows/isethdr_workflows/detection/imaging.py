@@ -17,6 +17,7 @@ import xarray as xr
 from isethdr_isp.demosaic.interpolation import array_period
 from isethdr_isp.development_fields import Development
 from isethdr_metrics.detection.contrast_detection import ContrastDetection
+from isethdr_scenes.sky.state import sky_state
 
 from isethdr_core import generator
 from isethdr_core.config.composition import compose
@@ -43,6 +44,10 @@ from .without import without_people
 
 LAMP_CD_M2 = 1000.0  # a lamp that shines into the camera
 LAMP_DEG = 3.0
+LOW_SUN = "low sun"
+LOW_SUN_DEG = 15.0  # a sun up to this height stands in the picture of a camera that looks ahead
+UNIFORM = "uniform"  # the sky that is the same at all hours
+AS_BUILT = "ideal"  # the lighting that leaves each light group as the scene was built
 TRANSFER = "detection"  # key of the metric in the config
 OWN = ("report=false",)
 HALVES = "relative_halves"  # variable (y, x) of a prepared scene
@@ -178,9 +183,17 @@ def prepared(
 
 
 def condition_of(config: Any) -> str:
-    """Return the kind of light of a composed config: night, dusk, day, tunnel."""
+    """Return the kind of light of a composed config: night, dusk, day, tunnel; low sun where the
+    scene's own sky, as it was built, has a sun at most 15 degrees high.
+    """
     choices = config.get("choices") or {}
-    return str(choices.get("lighting") or config.lighting.name).split("_")[0]
+    name = str(choices.get("lighting") or config.lighting.name).split("_")[0]
+    preset = config.scene.get("sky", UNIFORM)
+    if name == AS_BUILT and preset != UNIFORM:
+        sun_deg = sky_state(preset, config.scene.get("hour") or {}).sun_elevation_deg
+        if 0 < sun_deg <= LOW_SUN_DEG:
+            return LOW_SUN
+    return name
 
 
 def inside(scene: xr.Dataset) -> tuple[slice, slice]:
