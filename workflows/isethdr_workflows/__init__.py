@@ -55,6 +55,7 @@ STUDIES = {
     "learned_picture": "training.learned_picture:learned_picture",
     "dirt": "questions.dirt:dirt",
     "render_noise": "questions.render_noise:render_noise",
+    "picture_noise": "questions.picture_noise:picture_noise",
     "detector_scores": "detectors.study:detector_scores",
 }
 # of these a terminal shows a summary; the file of rows holds all
@@ -63,6 +64,7 @@ SHOWN = {
     "detector_scores": "detectors.study:of_everything",
     "dirt": "questions.tables:for_people",
     "render_noise": "questions.tables:for_people",
+    "picture_noise": "questions.tables:for_people",
 }
 
 

@@ -108,11 +108,28 @@ def lit(road: Road, camera: TrainingCamera, overrides: Sequence[str], variant: i
     variant : 0 is the light that was drawn, through a clean lens; others have light groups in
         other proportions, and every second one the flares of the config.
     """
-    config = compose([*road.record.overrides, *overrides])
-    scene = open_scene(road.path)
+    return lit_scene(open_scene(road.path), road.record, camera, overrides, variant)
+
+
+def lit_scene(
+    scene: Any,
+    record: SceneRecord,
+    camera: TrainingCamera,
+    overrides: Sequence[str],
+    variant: int = 0,
+) -> Lit:
+    """Return the radiance of a road under its own light, or relit, on the sensor plane.
+
+    Parameters
+    ----------
+    scene : radiance of the road, as stored or changed.
+    record : its record.
+    camera, overrides, variant : as of `lit`.
+    """
+    config = compose([*record.overrides, *overrides])
     lighting = build_from_config("lighting", config.lighting)
     if variant:
-        rng = np.random.default_rng([road.record.number, variant])
+        rng = np.random.default_rng([record.number, variant])
         lighting = build("lighting", "weights", weights=relit_weights(scene, rng))
     mixed = lighting(scene)
     tiles = round(mixed.attrs["field_width"] / mixed.attrs["pitch_x"])

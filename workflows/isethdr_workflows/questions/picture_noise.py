@@ -1,0 +1,228 @@
+"""Study `picture_noise`: whether noise of the renderer, or denoising, changes what networks win over
+classical pictures, and RGBW over RGB.
+
+Each road is developed from the stored radiance and from versions of it. Its two half buffers are
+two renderings with different seeds and half the samples each. A picture from one of them is scored
+against the true picture of the same one, whose noise it shares, and of the other one, whose noise
+is independent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+from isethdr_core.store import open_scene
+
+from ..dataset.study.intervals import mean_over_roads
+from ..paper.fig8_9_networks import CLASSICAL, NETWORK, RGB, RGBW, Filters, filters_of, found_of
+from ..training.learned_picture.contest import Contest, Shot
+from ..training.learned_picture.settings import SIGNS, Scores
+from ..training.learned_picture.study import SEED, together
+from ..training.picture.roads import TRAIN, Road, lit_scene, roads_of
+from .radiance_versions import STORED, changed
+from .tables import columns
+
+HALVES = ("half_a", "half_b")
+DENOISED = "denoised"
+# {change: [(version of the captures, version of the true picture), ...]}, averaged
+CHANGES: dict[str, tuple[tuple[str, str], ...]] = {
+    "halves": tuple((half, half) for half in HALVES),
+    "other_half": (HALVES, (HALVES[1], HALVES[0])),
+    DENOISED: ((DENOISED, DENOISED),),
+}
+PAIRS = {pair for pairs in CHANGES.values() for pair in pairs} | {(STORED, STORED)}
+EVERY = "all"  # parts of a dataset that no training has read
+
+
+class Found(NamedTuple):
+    """Scores of one road, one kind of filters and one illuminance, of one pair of versions."""
+
+    road: str
+    filters: str
+    lux: float
+    pair: tuple[str, str]
+    network: Scores
+    classical: Scores
+
+
+def picture_noise(
+    *overrides: str,
+    rgb: str = "",
+    rgbw: str = "",
+    sensors: str = "typical_bayer,typical_rgbw",
+    dataset: str = "streets",
+    part: str = "test",
+    scenes: int = 0,
+) -> list[dict[str, Any]]:
+    """Test whether noise of the renderer changes what networks and RGBW filters win.
+
+    Parameters
+    ----------
+    overrides : overrides of the config of both cameras, such as the lens.
+    rgb, rgbw : ONNX files of `isp=network`; `classical_grid.csv` of the study `learned_picture`
+        stands beside each of them, and names the illuminances.
+    sensors : sensors of the two models, separated by a comma.
+    dataset : name of a dataset of the home, or the folder of one in another home; its scenes hold
+        half buffers.
+    part : part of the dataset: test, validation, or all, of a dataset that no training has read.
+    scenes : number of scenes; 0: all of the part.
+
+    Returns
+    -------
+    rows with answer, lux, score, `stored` (the mean difference by the stored radiance) and its
+    changes, paired by road, all with 95 % limits over roads: `halves` (half the samples, twice the
+    variance of the renderer's noise), `other_half` (the same against the true picture of the other
+    half) and `denoised`; `changes`: which of them differ from 0 and lead out of the limits of
+    `stored`.
+
+    Raises
+    ------
+    ConfigError : a model or its table is missing, or no road of the part is there.
+    UnitError : a scene holds no half buffers.
+    """
+    cameras = filters_of(rgb, rgbw, sensors, overrides)
+    roads = chosen(dataset, part, scenes)
+    found: list[Found] = []
+    for road in roads:
+        jobs = [job for item in cameras.items() for job in jobs_of(*item, road)]
+        found += together(compared, jobs)
+    return rows_of(found)
+
+
+def chosen(dataset: str, part: str, scenes: int) -> list[Road]:
+    """Return the roads of a part.
+
+    Parameters
+    ----------
+    dataset : name or folder of a dataset.
+    part : name of a part, or all.
+    scenes : number of scenes; 0: all of the part.
+
+    Raises
+    ------
+    ConfigError : the part has no roads, or is the part for training.
+    """
+    roads = roads_of(dataset)
+    of_part = roads.of(part)
+    if part == EVERY:
+        every = (road for some in roads.parts.values() for road in some)
+        of_part = tuple(sorted(every, key=lambda road: road.record.number))
+    if not of_part or part == TRAIN or scenes < 0:
+        raise ConfigError(
+            f"the part {part!r} of {roads.name} has {len(of_part)} scenes that no training saw, and"
+            f" scenes is {scenes}; type for example part=test scenes=4"
+        )
+    return list(of_part[: scenes or None])
+
+
+def jobs_of(name: str, filters: Filters, road: Road) -> list[tuple[Any, ...]]:
+    """Return what `compared` is called with for one road and one kind of filters.
+
+    Parameters
+    ----------
+    name : name of the filters, RGB or RGBW.
+    filters : camera with its network and classical settings.
+    road : stored scene.
+    """
+    stored = open_scene(road.path)
+    shots = {}
+    for version in sorted({version for pair in PAIRS for version in pair}):
+        scene = changed(stored, version)
+        view = lit_scene(scene, road.record, filters.camera, filters.overrides)
+        for lux in filters.best:
+            shots[version, lux] = Contest(filters.camera, lux).shot(view, SEED)
+    return [
+        (name, filters, road, lux, pair, _taken(shots, pair, lux))
+        for lux in filters.best
+        for pair in sorted(PAIRS)
+    ]
+
+
+def _taken(shots: dict[tuple[str, float], Shot], pair: tuple[str, str], lux: float) -> Shot:
+    """Return captures of the first version with the true picture of the second one."""
+    of, against = pair
+    return shots[of, lux]._replace(reference=shots[against, lux].reference)
+
+
+def compared(
+    name: str, filters: Filters, road: Road, lux: float, pair: tuple[str, str], shot: Shot
+) -> Found:
+    """Return the scores of one shot.
+
+    Parameters
+    ----------
+    name : name of the filters, RGB or RGBW.
+    filters : camera with its network and classical settings.
+    road : stored scene.
+    lux : illuminance on the sensor, lux.
+    pair : versions of captures and true picture.
+    shot : captures and true picture.
+    """
+    scores = found_of(name, filters, road, lux, shot)
+    return Found(road.record.road, name, lux, pair, scores.network, scores.classical)
+
+
+def rows_of(found: Sequence[Found]) -> list[dict[str, Any]]:
+    """Return the rows of the study: differences by the stored radiance, and their changes."""
+    known = {(one.road, one.filters, one.lux, one.pair): one for one in found}
+    roads = list(dict.fromkeys(one.road for one in found))
+    levels = sorted({one.lux for one in found})
+    rows = []
+    for answer, (more, less) in ANSWERS.items():
+        for lux in levels:
+            for score in SIGNS:
+                of = {
+                    pair: [
+                        _score(known, road, more, (lux, pair, score))
+                        - _score(known, road, less, (lux, pair, score))
+                        for road in roads
+                    ]
+                    for pair in PAIRS
+                }
+                stored = np.array(of[STORED, STORED])
+                row: dict[str, Any] = {"answer": answer, "lux": lux, "score": score}
+                row |= columns("stored", mean_over_roads(stored.tolist(), roads))
+                for change, pairs in CHANGES.items():
+                    moved = np.mean([of[pair] for pair in pairs], axis=0) - stored
+                    row |= columns(change, mean_over_roads(moved.tolist(), roads))
+                rows.append(row | {"changes": changes(row)})
+    return rows
+
+
+# {answer: ((filters, development), (filters, development))}: the first less the second
+ANSWERS = {
+    "network less classical, RGB": ((RGB, NETWORK), (RGB, CLASSICAL)),
+    "network less classical, RGBW": ((RGBW, NETWORK), (RGBW, CLASSICAL)),
+    "RGBW less RGB, networks": ((RGBW, NETWORK), (RGB, NETWORK)),
+    "RGBW less RGB, classical": ((RGBW, CLASSICAL), (RGB, CLASSICAL)),
+}
+
+
+def _score(
+    known: dict[Any, Found],
+    road: str,
+    of: tuple[str, str],
+    at: tuple[float, tuple[str, str], str],
+) -> float:
+    filters, development = of
+    lux, pair, score = at
+    one = known[road, filters, lux, pair]
+    scores = one.network if development == NETWORK else one.classical
+    return float(scores[score])
+
+
+def changes(row: dict[str, Any]) -> str:
+    """Return which changes differ from 0 with 95 % confidence and lead out of the 95 % limits of
+    the stored result; none otherwise.
+    """
+    found = []
+    for name in CHANGES:
+        told = row[f"{name}_low"] > 0 or row[f"{name}_high"] < 0
+        after = row["stored"] + row[name]
+        if told and not row["stored_low"] <= after <= row["stored_high"]:
+            found.append(name)
+    return " ".join(found) or "none"
