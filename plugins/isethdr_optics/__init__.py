@@ -18,10 +18,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
 from .lens_files.command import lens_app
+
+if TYPE_CHECKING:
+    import typer
+
 
 COMPONENTS = [
     Component("lens", "ideal", "isethdr_optics.lenses.thin_lens:IdealLens"),
@@ -41,18 +47,18 @@ __getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
-def isethdr_components():
+def isethdr_components() -> list[Component]:
     """Return the bundled lenses and flares."""
     return COMPONENTS
 
 
 @hookimpl
-def isethdr_commands(app):
+def isethdr_commands(app: typer.Typer) -> None:
     """Add `isethdr lens`."""
     app.add_typer(lens_app, name="lens")
 
 
 @hookimpl
-def isethdr_config_paths():
+def isethdr_config_paths() -> list[str]:
     """Return where the presets are."""
     return ["pkg://isethdr_optics.conf"]

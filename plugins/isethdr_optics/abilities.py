@@ -1,4 +1,7 @@
-"""Abilities that lenses and flares of this package offer each other, as Protocols."""
+"""What lenses and flares of this package offer each other, as Protocols.
+
+`LensOptics` and `PupilOptics` are all that the code of pupils, kernels and imaging knows of a lens.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,122 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
+
+    from isethdr_core.physics.optics.pupil import Matrix
+
+
+class LensOptics(Protocol):
+    """Where a lens images a field, and how much of its light."""
+
+    @property
+    def focal_length_mm(self) -> float: ...
+
+    @property
+    def f_number(self) -> float:
+        """Focal length over the diameter of the entrance pupil."""
+        ...
+
+    @property
+    def magnification(self) -> float:
+        """Absolute magnification of an object at the distance that the lens is made for."""
+        ...
+
+    @property
+    def distortion(self) -> Any:
+        """Model and coefficients, or "none"."""
+        ...
+
+    @property
+    def lateral_colour_percent(self) -> dict[float, float]:
+        """Error of the magnification {wavelength nm: %}."""
+        ...
+
+    @property
+    def blurs(self) -> bool:
+        """Whether light leaves its tile."""
+        ...
+
+    @property
+    def field_varies(self) -> bool:
+        """Whether the point spread depends on the place in the field."""
+        ...
+
+    @property
+    def aperture_loss(self) -> bool:
+        """Whether flares block light."""
+        ...
+
+    def throughput_sr(self) -> float:
+        """Return irradiance over radiance on the axis, sr."""
+        ...
+
+    def gains_sr(self, wavelength_nm: np.ndarray, /) -> np.ndarray:
+        """Return irradiance over radiance on the axis for each band, sr.
+
+        Parameters
+        ----------
+        wavelength_nm : (band,) centres of the bands, nm.
+        """
+        ...
+
+    def distortion_to(self, angle_rad: float, /) -> Any:
+        """Return the distortion of a field up to this angle off the axis, rad."""
+        ...
+
+    def image_size_m(
+        self, width: float, height: float, projection: str = "tangent", /
+    ) -> tuple[float, float]:
+        """Return (width, height) of the largest centred rectangle that looks into a field, m.
+
+        Parameters
+        ----------
+        width, height : of the field, tangents of the field angle, or radians.
+        projection : unit of both, `tangent` or `equidistant`.
+        """
+        ...
+
+    def falloff_to(self, angle_rad: float, /) -> Any:
+        """Return the relative illumination of a field up to this angle off the axis, rad."""
+        ...
+
+
+class PupilOptics(LensOptics, Protocol):
+    """A lens with a pupil, whose point spread follows from shape, wavefront and flares."""
+
+    @property
+    def zernike_um(self) -> Any:
+        """Wavefront {OSA index: rms um} over the stop; None: no error."""
+        ...
+
+    @property
+    def focal_shift_um(self) -> dict[float, float]:
+        """Distance of the focus behind the sensor {wavelength nm: um}."""
+        ...
+
+    @property
+    def speckle_error(self) -> float:
+        """Relative sampling error that a kernel may have, mean over the tiles of one radius."""
+        ...
+
+    @property
+    def pupil_matrix(self) -> Matrix | None:
+        """Map from the stop to the pupil; None: the same."""
+        ...
+
+    @property
+    def uneven(self) -> tuple[tuple[int, float], ...]:
+        """Zernike terms (OSA index, value) of the amplitude over the stop."""
+        ...
+
+    @property
+    def rims(self) -> tuple[tuple[float, float, float], ...]:
+        """Circles (x, y, radius) that cut the stop, in radii of the stop."""
+        ...
+
+    @property
+    def traced(self) -> Any:
+        """The lens whose traced colours this one has; None: no colours."""
+        ...
 
 
 @runtime_checkable

@@ -15,13 +15,20 @@ whose images lie closer than the resolution of the errors are moved together.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..imaging.spread_errors import are_exact
 from ..imaging.spread_errors import spread_errors as one_spread
 from .lateral_colour import READ, Course
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..imaging.field_optics import FieldOptics
 
 APART = (
     1 / 192
@@ -30,7 +37,9 @@ APART = (
 )
 
 
-def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray]:
+def spread_errors(
+    mixed: xr.DataArray, optics: FieldOptics, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return (deviation, bound) of the light on the sensor's tiles, each (channel, y, x).
 
     Parameters
@@ -54,7 +63,7 @@ def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray]:
     return np.sqrt(squares).astype(np.float32), bound.astype(np.float32)
 
 
-def _grouped(scales, shape) -> list[list[int]]:
+def _grouped(scales: Sequence[Course | float], shape: tuple[int, int]) -> list[list[int]]:
     """Return groups of bands whose images differ by less than the resolution of the errors."""
     near = max(0.5, APART * max(shape))
     radius = np.hypot(*shape) / 2
@@ -69,7 +78,9 @@ def _grouped(scales, shape) -> list[list[int]]:
     return groups
 
 
-def _spread_of_part(mixed, optics, weights):
+def _spread_of_part(
+    mixed: xr.DataArray, optics: FieldOptics, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return (deviation, bound), each (row of `weights`, y, x), on the field's own tiles."""
     still = replace(optics, sensor=replace(optics.sensor, areas=None, scales=None), field=None)
     field = optics.field

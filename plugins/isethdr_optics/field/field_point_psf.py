@@ -11,10 +11,10 @@ scaled for every wavelength of a band.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache, lru_cache, partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy.fft as sf
@@ -28,6 +28,14 @@ from isethdr_core.uncertainty.error_terms import ErrorTerm
 from ..psf import kernel_sampling_error, kernels, scatter
 from ..psf.error_parts import term
 from ..pupil import sampled_pupil
+
+if TYPE_CHECKING:
+    from numpy.polynomial.polynomial import Polynomial
+    from numpy.typing import ArrayLike
+
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import PupilOptics
 
 FIRST_NM = 380.0
 STEPS_NM = (80.0, 40.0, 20.0, 10.0, 5.0)  # between knots, each a part of the one before
@@ -53,7 +61,13 @@ WORTH = 0.7  # of the transforms that all bands would take: fewer are worth line
 FEWEST_READS = 2  # wavelengths of a band
 
 
-def field_point_kernels(lens, flares, wavelength_nm, pitch_um, half) -> kernels.Kernels:
+def field_point_kernels(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    half: tuple[int, int],
+) -> kernels.Kernels:
     """Return kernels of a place as `kernels.kernels` does, and the same way where that takes as few
     transforms.
 
@@ -85,7 +99,13 @@ def field_point_kernels(lens, flares, wavelength_nm, pitch_um, half) -> kernels.
     )
 
 
-def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
+def one(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: float,
+    pitch_um: tuple[float, float],
+    half: tuple[int, int],
+) -> np.ndarray:
     """Return the kernel of one wavelength, (y, x).
 
     Parameters
@@ -103,7 +123,12 @@ def one(lens, flares, wavelength_nm: float, pitch_um, half) -> np.ndarray:
     )
 
 
-def errors(lenses, flares, wavelength_nm, half) -> list[ErrorTerm]:
+def errors(
+    lenses: Sequence[PupilOptics],
+    flares: Sequence[Flare],
+    wavelength_nm: ArrayLike,
+    half: tuple[int, int],
+) -> list[ErrorTerm]:
     """Return how far kernels between knots are from exact ones; `lenses` of places from the axis to
     the border of the field.
 
@@ -135,7 +160,14 @@ def errors(lenses, flares, wavelength_nm, half) -> list[ErrorTerm]:
     return [term(value, "relative", "measured", label, key="place wavelengths")]
 
 
-def _lines(lens, flares, wave, read, pitch_um, half) -> kernels.Kernels:
+def _lines(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wave: np.ndarray,
+    read: Sequence[list[tuple[Any, ...]]],
+    pitch_um: tuple[float, float],
+    half: tuple[int, int],
+) -> kernels.Kernels:
     """Return the kernels of bands by lines between knots."""
     light = _light(lens, flares)
     scaled_nm = partial(sampled_pupil.scaled_nm, lens)
@@ -178,7 +210,7 @@ class _Light(NamedTuple):
     amplitude: Callable[[int, float], np.ndarray]  # (y, x) of cells across, and a wavelength, nm
 
 
-def _light(lens, flares) -> _Light:
+def _light(lens: PupilOptics, flares: Sequence[Flare]) -> _Light:
     """Return the light through a pupil; computed once where all wavelengths share it."""
     flare_shapes = sampled_pupil.all_shapes(flares)
     fixed = flare_shapes and not sampled_pupil.delays_um(lens, flares)
@@ -190,7 +222,7 @@ def _light(lens, flares) -> _Light:
     )
 
 
-def _worth_computing(read, width_nm) -> np.ndarray:
+def _worth_computing(read: Sequence[list[tuple[Any, ...]]], width_nm: np.ndarray) -> np.ndarray:
     """Return which bands take fewer transforms by lines between knots than exactly: of a band
     alone, as if others like it lay on either side.
 
@@ -209,7 +241,9 @@ def _worth_computing(read, width_nm) -> np.ndarray:
     )
 
 
-def _read(lens, flares, wave, half):
+def _read(
+    lens: PupilOptics, flares: Sequence[Flare], wave: np.ndarray, half: tuple[int, int]
+) -> list[list[tuple[Any, ...]]]:
     """Return per band ((wavelength that is read, (((knot, step), share), ...)), ...)."""
     change = (
         cache(partial(sampled_pupil.phase_change, lens, flares))
@@ -222,7 +256,9 @@ def _read(lens, flares, wave, half):
     ]
 
 
-def _wavelengths(centre, width, half, change):
+def _wavelengths(
+    centre: float, width: float, half: tuple[int, int], change: Callable[..., Any]
+) -> np.ndarray:
     """Return wavelengths of a band: from one to the next no tile moves by more than itself, and the
     phase changes by half a radian at most.
     """
@@ -236,7 +272,9 @@ def _wavelengths(centre, width, half, change):
     return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
-def _ends(wave, change):
+def _ends(
+    wave: float, change: Callable[..., Any]
+) -> tuple[float, tuple[tuple[Any, ...], tuple[Any, ...]]]:
     """Return (wavelength, (((knot, step), share), ...)) of its pattern: itself where the lens
     changes too fast, or is not known at knots.
 
@@ -271,7 +309,12 @@ class Transform(NamedTuple):
         return float(self.size * (self.cells + 2 * self.reach + 1))
 
 
-def transform(lens, waves_nm, pitch_um, half) -> Transform:
+def transform(
+    lens: PupilOptics,
+    waves_nm: tuple[float, float],
+    pitch_um: tuple[float, float],
+    half: tuple[int, int],
+) -> Transform:
     """Return the size of the transform of one field point at one wavelength.
 
     Parameters
@@ -298,7 +341,12 @@ def transform(lens, waves_nm, pitch_um, half) -> Transform:
     return Transform(cells, size, step, reach)
 
 
-def transforms(lens, flares, wavelength_nm, half) -> int:
+def transforms(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    half: tuple[int, int],
+) -> int:
     """Return the number of transforms that the kernels of a field point take.
 
     Parameters
@@ -314,7 +362,13 @@ def transforms(lens, flares, wavelength_nm, half) -> int:
     return len(knots) + sum(len(band) for band, d in zip(read, drawn) if not d)
 
 
-def _points(lens, light: _Light, waves_nm, pitch_um, half):
+def _points(
+    lens: PupilOptics,
+    light: _Light,
+    waves_nm: tuple[float, float],
+    pitch_um: tuple[float, float],
+    half: tuple[int, int],
+) -> tuple[np.ndarray, float]:
     """Return (fraction of the energy per point, (y, x), the axis in the middle; their distance, um)
     at a wavelength; arguments as `transform`.
     """
@@ -342,12 +396,12 @@ def _points(lens, light: _Light, waves_nm, pitch_um, half):
     )
 
 
-def _rounded(cells):
+def _rounded(cells: float) -> int:
     """Return a few numbers of cells for all places, so that their stop is drawn once."""
     return int(np.ceil(2 ** (np.ceil(2 * np.log2(cells)) / 2)))
 
 
-def _stop(lens, flares, cells, wave):
+def _stop(lens: PupilOptics, flares: Sequence[Flare], cells: int, wave: float) -> np.ndarray:
     """Return the pupil of a place: the open one with its dirt, times what rims leave of each
     cell.
     """
@@ -362,7 +416,12 @@ def _stop(lens, flares, cells, wave):
     return drawn
 
 
-def _tiles(samples, scale, pitch_um, half) -> np.ndarray:
+def _tiles(
+    samples: tuple[np.ndarray, float],
+    scale: float,
+    pitch_um: tuple[float, float],
+    half: tuple[int, int],
+) -> np.ndarray:
     """Return the light from one tile to another, (y, x), of a pattern that is drawn to 1 /
     `scale`.
     """
@@ -374,7 +433,7 @@ def _tiles(samples, scale, pitch_um, half) -> np.ndarray:
     return np.maximum((across @ (down @ pattern).T).T, 0.0)
 
 
-def _triangles(half, pitch_um, step_um, size):
+def _triangles(half: int, pitch_um: float, step_um: float, size: int) -> csr_array:
     """Return the weights (tile, point), sparse, that integrate a triangle two tiles wide about
     every tile over what runs through points.
 
@@ -401,7 +460,7 @@ def _triangles(half, pitch_um, step_um, size):
     )
 
 
-def _ramp(at):
+def _ramp(at: np.ndarray) -> np.ndarray:
     """Return the integral of max(at - t, 0) times Keys's cubic at t: a ramp but for two points on
     either side of its kink.
     """
@@ -409,7 +468,7 @@ def _ramp(at):
     return np.maximum(at, 0.0) + np.where(t < 1, INNER(t), OUTER(t))
 
 
-def _ramps():
+def _ramps() -> tuple[Polynomial, Polynomial]:
     """Return what Keys's cubic adds to a ramp within one point of its kink, and beyond: its second
     integrals from the outside in.
     """

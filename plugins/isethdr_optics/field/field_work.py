@@ -6,7 +6,8 @@ from how much the wavefront changes between its rings.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,11 @@ from . import field_point_psf
 from .grid import AROUND
 from .imaging import ALONG, RINGS, core_reach, meridian
 from .reference_bands import WIDTH_NM
+
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import PupilOptics
 
 # share of a point's light, L1, by which the point spread of the axis differs from that of a
 # wavefront a radian rms away: 0.08 to 0.4 with wide and narrow tiles
@@ -34,7 +40,14 @@ class FieldWork(NamedTuple):
     points: int  # field points; 1: the point spread varies less than the error allowed
 
 
-def field_work(lens, flares, angles_rad, wavelength_nm, pitch_um, shape) -> FieldWork:
+def field_work(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    angles_rad: Sequence[float],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    shape: tuple[int, int],
+) -> FieldWork:
     """Return the work of a lens whose point spread varies over the field.
 
     Parameters
@@ -73,7 +86,7 @@ def field_work(lens, flares, angles_rad, wavelength_nm, pitch_um, shape) -> Fiel
     return FieldWork(reach_s, one * tried, one * each * (1 + apart * rings), 1 + on_ring * rings)
 
 
-def expected_rings(along, wavelength_nm: float, error_allowed: float) -> int:
+def expected_rings(along: Sequence[PupilOptics], wavelength_nm: float, error_allowed: float) -> int:
     """Return the number of rings of field points that a lens is expected to need.
 
     Parameters

@@ -8,7 +8,9 @@ along +x of the field, and is rotated about the axis for all other points.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +32,12 @@ class Place:
 
 
 def thinned(
-    rings: int, radius: float, symmetric: bool, between, around, allowed: float
+    rings: int,
+    radius: float,
+    symmetric: bool,
+    between: Callable[..., Any],
+    around: Callable[..., Any],
+    allowed: float,
 ) -> list[tuple[Place, tuple[float, float]]]:
     """Return the grid without the rings and points that the error allowed does not need, and the
     `step` of each point for `weight`.
@@ -57,7 +64,9 @@ def thinned(
     return out
 
 
-def _nodes_between(between, first, last, step, allowed) -> list[float]:
+def _nodes_between(
+    between: Callable[..., Any], first: int, last: int, step: float, allowed: float
+) -> list[float]:
     """Return the radii beyond ring `first` up to `last` whose rings are needed. A ring between two
     others is tested half way, where that is a whole ring.
     """
@@ -92,7 +101,9 @@ def places(rings: int, radius: float, symmetric: bool) -> list[Place]:
     return out
 
 
-def weight(place: Place, step, x, y) -> np.ndarray:
+def weight(
+    place: Place, step: float | tuple[float, float], x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
     """Return the share of each tile's light, (y, x), that is spread by the point spread of one
     point.
 
@@ -125,13 +136,13 @@ def first_quadrant(place: Place) -> tuple[Place, tuple[int, ...]]:
     ), flips
 
 
-def is_mirrored(wavefronts) -> bool:
+def is_mirrored(wavefronts: Sequence[dict[int, float]]) -> bool:
     """Return whether every wavefront is symmetric about its x axis, as the wavefronts of a round
     lens along +x are.
     """
     return all(order(int(j))[1] >= 0 for w in wavefronts for j, value in w.items() if value != 0)
 
 
-def is_symmetric(wavefronts) -> bool:
+def is_symmetric(wavefronts: Sequence[dict[Any, Any] | dict[int, float]]) -> bool:
     """Return whether every wavefront {OSA index: um} is rotationally symmetric."""
     return all(order(int(j))[1] == 0 for w in wavefronts for j, value in w.items() if value != 0)

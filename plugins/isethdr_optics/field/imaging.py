@@ -8,9 +8,10 @@ The grid is fine enough for the error allowed, judged by wavefronts interpolated
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +30,14 @@ from ..pupil import sampled_pupil
 from . import field_point_psf, omissions
 from . import grid as field_grid
 from .reference_bands import WIDTH_NM, references_nm
+
+if TYPE_CHECKING:
+    from numpy import memmap
+
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import PupilOptics
+    from .grid import Place
 
 RINGS = (0, 1, 2, 4, 8)  # tried one after the other
 ALONG = 9  # field points from the axis to the border of the field, at which a lens is looked at
@@ -82,7 +91,7 @@ class FieldKernels:
             np.broadcast_to(self.unlike, (len(self.axis.bands), len(self.unlike))), wrap=1.0
         )
 
-    def _beyond(self, deviation, **more):
+    def _beyond(self, deviation: np.ndarray, **more: Any) -> kernels.Kernels | None:
         if all(np.array_equal(self.half, [n // 2 for n in band.shape]) for band in self.axis.bands):
             return None
         return replace(
@@ -92,13 +101,15 @@ class FieldKernels:
             **more,
         )
 
-    def _middle(self, band):
+    def _middle(self, band: int) -> tuple[slice, ...]:
         return tuple(
             slice(n // 2 - h, n // 2 + h + 1)
             for n, h in zip(self.axis.bands[band].shape, self.half)
         )
 
-    def spread(self, out, light, band: int, error_allowed: float = 0.0) -> Bound:
+    def spread(
+        self, out: np.ndarray, light: np.ndarray, band: int, error_allowed: float = 0.0
+    ) -> Bound:
         """Write the image of one band's light, and return the bound of its convolutions.
 
         Parameters
@@ -117,7 +128,9 @@ class FieldKernels:
         out[...] = total
         return bound
 
-    def parts(self, light, power: float = 1.0):
+    def parts(
+        self, light: np.ndarray, power: float = 1.0
+    ) -> Iterator[tuple[tuple[slice, ...], np.ndarray, kernels.Kernels]]:
         """Yield (window, part, kernels) of every field point that has a share of the light.
 
         The window has room for the core around the light.
@@ -149,7 +162,12 @@ class Meridian(NamedTuple):
     mirrors: bool  # a quadrant of the field holds all point spreads
 
 
-def meridian(lens, flares, angles_rad, wavelength_nm) -> Meridian:
+def meridian(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    angles_rad: Sequence[float],
+    wavelength_nm: np.ndarray,
+) -> Meridian:
     """Return a lens whose point spread varies, along +x of the field.
 
     Parameters
@@ -186,7 +204,11 @@ class FieldTiles(NamedTuple):
 
 
 def field_kernels(
-    lens, tiles: FieldTiles, wavelength_nm, flares, axis: kernels.Kernels
+    lens: PupilOptics,
+    tiles: FieldTiles,
+    wavelength_nm: np.ndarray,
+    flares: Sequence[Flare],
+    axis: kernels.Kernels,
 ) -> tuple[FieldKernels | None, list[Note]]:
     """Return (kernels, notes) of a lens whose point spread varies over the field.
 
@@ -210,7 +232,7 @@ def field_kernels(
     if not lens.field_varies or radius == 0:
         return None, [omissions.ONE_POINT_SPREAD]
 
-    def seen_from(r, azimuth_rad):
+    def seen_from(r: float, azimuth_rad: float) -> PupilOptics:
         angle = float(projections.angle_rad(r, 0.0, projection))
         return lens.at_place(angle, azimuth_rad)
 
@@ -237,19 +259,21 @@ def field_kernels(
         [both for pair in pairs for both in pair], least, lens.speckle_error
     )
 
-    def turned(place, make):
+    def turned(place: Place, make: Callable[..., Any]) -> tuple[tuple[Any, ...], np.ndarray]:
         place, flips = field_grid.first_quadrant(place) if line.mirrors else (place, ())
         return flips, make(seen_from(place.radius, place.azimuth_rad))
 
     @cache
-    def core(radius, azimuth_rad, wave):
+    def core(
+        radius: float | np.ndarray, azimuth_rad: float | np.ndarray, wave: float | np.ndarray
+    ) -> np.ndarray:
         flips, kernel = turned(
             field_grid.Place(0, radius, azimuth_rad, 1),
             lambda at: field_point_psf.one(at, flares, wave, pitch_um, half),
         )
         return np.flip(kernel, flips)
 
-    def cores(place):
+    def cores(place: field_grid.Place) -> kernels.Kernels:
         flips, cores_of_nodes = turned(
             place,
             lambda at: kernels.kernels(
@@ -328,17 +352,22 @@ def field_kernels(
     return kernels_of_field, notes
 
 
-def _stretched(place) -> bool:
+def _stretched(place: PupilOptics) -> bool:
     """Return whether the pupil of a place is an ellipse."""
     matrix = np.array(place.pupil_matrix if place.pupil_matrix is not None else np.eye(2))
     return not np.allclose(matrix, matrix[0, 0] * np.eye(2), rtol=0, atol=ROUND)
 
 
-def _shaped(flares) -> bool:
+def _shaped(flares: Sequence[Flare]) -> bool:
     return any(isinstance(f, TransmitsPupil | DrawsPupil) for f in flares)
 
 
-def core_reach(along, waves, pitch_um, shape):
+def core_reach(
+    along: Sequence[PupilOptics],
+    waves: Sequence[float],
+    pitch_um: tuple[float, float],
+    shape: tuple[int, int],
+) -> tuple[tuple[int, int], tuple[int, int]]:
     """Return the (y, x) reach of exact cores on the axis, or of the geometrical blur where it is
     wider, and the least that cores may have; tiles.
 
@@ -362,7 +391,9 @@ def core_reach(along, waves, pitch_um, shape):
     return tuple(map(max, zip(exact, least))), tuple(least)
 
 
-def _reach(pairs, least, allowed: float):
+def _reach(
+    pairs: Sequence[tuple[np.ndarray, memmap | np.ndarray]], least: tuple[int, int], allowed: float
+) -> tuple[tuple[int, int], np.ndarray, float]:
     """Return the reach (y, x) of the cores, and the difference beyond it per octave and at most.
 
     Beyond the reach all field points use the kernel of the axis. Differences are L1 norms.
@@ -387,7 +418,11 @@ def _reach(pairs, least, allowed: float):
     return reaches[-1], *others, float(last.max())
 
 
-def _unlike(pairs, wide, half):
+def _unlike(
+    pairs: Sequence[tuple[np.ndarray, memmap | np.ndarray]],
+    wide: Sequence[int],
+    half: tuple[int, int],
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the error per octave (relative, L1) and the deviation, if the kernel of the axis
     replaces that of the outermost field point beyond `half`.
     """
@@ -415,7 +450,7 @@ def _unlike(pairs, wide, half):
     return error, unlike
 
 
-def _error(core, rings, radius, symmetric) -> float:
+def _error(core: Callable[..., Any], rings: int, radius: float, symmetric: bool) -> float:
     """Return the largest L1 distance between the core half way between two field points and the
     mean of their cores. Without rings: between the core of the axis and those off it.
     """
@@ -438,15 +473,22 @@ def _error(core, rings, radius, symmetric) -> float:
     return float(worst)
 
 
-def _thinned(core, rings, radius, symmetric, waves, allowed):
+def _thinned(
+    core: Callable[[float, float, float], np.ndarray],
+    rings: int,
+    radius: float,
+    symmetric: bool,
+    waves: Sequence[float],
+    allowed: float,
+) -> tuple[list[tuple[field_grid.Place, float]], float]:
     """Return the field points of a grid that are needed, each with its `step`, and the error half
     way between them.
     """
 
-    def between(inner, outer):
+    def between(inner: float, outer: float) -> float:
         return max(_between(core, inner, outer, w) for w in waves)
 
-    def around(r, turn):
+    def around(r: float, turn: float) -> float:
         return max(_around(core, r, turn, w) for w in waves)
 
     chosen = field_grid.thinned(rings, radius, symmetric, between, around, allowed)
@@ -458,7 +500,9 @@ def _thinned(core, rings, radius, symmetric, waves, allowed):
     return chosen, max(errors)
 
 
-def _between(core, inner, outer, wave) -> float:
+def _between(
+    core: Callable[[float, float, float], np.ndarray], inner: float, outer: float, wave: float
+) -> float:
     """Return the error half way between two places on +x."""
     return float(
         np.abs(
@@ -468,7 +512,9 @@ def _between(core, inner, outer, wave) -> float:
     )
 
 
-def _around(core, radius, turn, wave) -> float:
+def _around(
+    core: Callable[[float, float, float], np.ndarray], radius: float, turn: float, wave: float
+) -> float:
     """Return the error half way between +x and a place `turn` further round."""
     return float(
         np.abs(
@@ -477,7 +523,7 @@ def _around(core, radius, turn, wave) -> float:
     )
 
 
-def _window(share):
+def _window(share: np.ndarray) -> tuple[slice, slice]:
     """Return the slices of the frame that hold all of a place's share."""
     rows = np.flatnonzero(share.any(axis=1))
     columns = np.flatnonzero(share.any(axis=0))

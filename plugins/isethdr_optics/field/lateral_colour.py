@@ -7,7 +7,9 @@ radius where chief rays are traced.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +24,15 @@ from isethdr_core.uncertainty.error_terms import Quantity
 from ..abilities import TracesChiefRays
 from ..psf.error_parts import term
 from . import omissions
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.data.camera_geometry import Identity
+    from isethdr_core.physics.optics.distortion import BrownConrady, KannalaBrandt
+
+    from ..abilities import LensOptics
+    from ..imaging.sensor_plane import SensorPlane
 
 # of a border tile that the smallest image does not reach: less than that does not make the field
 # smaller
@@ -40,12 +51,19 @@ class Course:
     ratio: np.ndarray
     pitch: tuple[float, float]  # (x, y) of the tiles, focal lengths
 
-    def at(self, x, y):
+    def at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the magnification at places in tiles from the middle (broadcast)."""
         return np.interp(np.hypot(x * self.pitch[0], y * self.pitch[1]), self.radius, self.ratio)
 
 
-def magnifications(lens, wavelength_nm, bent, widest_rad: float, projection: str, pitch) -> list:
+def magnifications(
+    lens: LensOptics,
+    wavelength_nm: np.ndarray,
+    bent: BrownConrady | Identity | KannalaBrandt,
+    widest_rad: float,
+    projection: str,
+    pitch: Sequence[float],
+) -> list:
     """Return the magnification of every band over that of the reference: numbers, or courses where
     a lens traces its chief rays.
 
@@ -75,7 +93,7 @@ def magnifications(lens, wavelength_nm, bent, widest_rad: float, projection: str
     return [Course(fine, CubicSpline(radius**2, r)(fine**2), tuple(pitch)) for r in ratios]
 
 
-def scales(lens, wavelength_nm) -> np.ndarray:
+def scales(lens: LensOptics, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return the magnification of every wavelength over that of the reference: 1 + percent / 100,
     lines between table entries.
 
@@ -99,7 +117,12 @@ def scales(lens, wavelength_nm) -> np.ndarray:
     )
 
 
-def coloured(lens, mixed, plane, bent):
+def coloured(
+    lens: LensOptics,
+    mixed: xr.DataArray,
+    plane: SensorPlane,
+    bent: BrownConrady | Identity | KannalaBrandt,
+) -> SensorPlane:
     """Return the sensor plane with the magnification of every band, as many tiles larger as the
     largest image needs: no light is cut.
 
@@ -173,7 +196,7 @@ def coloured(lens, mixed, plane, bent):
     )
 
 
-def _wider(centres, pitch, scale):
+def _wider(centres: np.ndarray, pitch: float, scale: float) -> np.ndarray:
     """Return tile centres with as many more at either end as an image larger by `scale` needs, none
     for the last digits.
     """
@@ -184,7 +207,7 @@ def _wider(centres, pitch, scale):
     return np.concatenate([centres[0] - steps[::-1], centres, centres[-1] + steps])
 
 
-def moved(light, magnification, shape) -> np.ndarray:
+def moved(light: np.ndarray, magnification: float, shape: tuple[int, int]) -> np.ndarray:
     """Return constant tiles (y, x) on (y, x) tiles of `shape` and the same pitch, where a band's
     magnification sends them.
 
@@ -199,7 +222,7 @@ def moved(light, magnification, shape) -> np.ndarray:
     return magnified(light, magnification, shape)
 
 
-def displaced(light, course: Course, shape) -> np.ndarray:
+def displaced(light: np.ndarray, course: Course, shape: tuple[int, int]) -> np.ndarray:
     """Return constant tiles moved along the radius: first along x in every row, then along y.
 
     The light of a tile is spread evenly between the images of its borders. The sum is conserved
@@ -223,7 +246,7 @@ def displaced(light, course: Course, shape) -> np.ndarray:
     return _along(wide.T, (edge * course.at(source, edge)).T, shape[0]).T
 
 
-def _along(light, borders, count):
+def _along(light: np.ndarray, borders: np.ndarray, count: int) -> np.ndarray:
     """Return (row, count) tiles about the middle from (row, n) tiles whose borders lie at `borders`
     (row, n + 1) from the middle.
     """
@@ -244,7 +267,7 @@ def _along(light, borders, count):
     return out
 
 
-def magnified(light, scale: float, shape) -> np.ndarray:
+def magnified(light: np.ndarray, scale: float, shape: tuple[int, int]) -> np.ndarray:
     """Return constant tiles magnified about the middle of the frame, on tiles of the same pitch.
 
     The light of a tile is spread evenly over its image and divided by area. The sum is conserved
@@ -265,7 +288,7 @@ def magnified(light, scale: float, shape) -> np.ndarray:
     return out
 
 
-def _shares(size, count, scale):
+def _shares(size: int, count: int, scale: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the first tile that each of `count` tiles takes light from, and the shares (tap,
     tile), 0 beyond the last of `size`.
     """

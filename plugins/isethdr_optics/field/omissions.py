@@ -5,7 +5,12 @@ Leaving them out is exact except for rounding: computing them would give the sam
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from isethdr_core.ledger import LeftOut
+
+if TYPE_CHECKING:
+    from ..abilities import LensOptics
 
 ROUNDING = 1.2e-7  # relative, of light in float32
 # relative: shares of places and cores are float32, tiles across the border of a core meet twice
@@ -21,7 +26,7 @@ ONE_POINT_SPREAD = LeftOut(
 )
 
 
-def known_ahead(lens) -> list[LeftOut]:
+def known_ahead(lens: LensOptics) -> list[LeftOut]:
     """Return the steps that a lens will leave out, known before the light is."""
     none = not lens.lateral_colour_percent and lens.lateral_colour == "none"
     notes = [

@@ -7,11 +7,18 @@ therefore decided at fixed wavelengths within the spectral range of the bands.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core.errors import ConfigError
 
 from ..pupil.wavefronts import coefficients_um
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ..abilities import PupilOptics
 
 # from, below, judged at
 PARTS_NM = (
@@ -22,7 +29,7 @@ PARTS_NM = (
 WIDTH_NM = 10.0
 
 
-def references_nm(lens, wavelength_nm) -> list[float]:
+def references_nm(lens: PupilOptics, wavelength_nm: ArrayLike) -> list[float]:
     """Return the reference wavelengths, nm, for the kernels of a lens in some bands, rising.
 
     Parameters

@@ -25,7 +25,7 @@ DETAIL = "detail within tiles"
 BORDER = "light of border tiles"
 
 
-def detail(plane: SensorPlane, light) -> np.ndarray:
+def detail(plane: SensorPlane, light: np.ndarray) -> np.ndarray:
     """Return the standard deviation of moved light (..., y, x) within each tile of the sensor
     plane, in the unit of the light.
     """
@@ -39,7 +39,7 @@ def detail(plane: SensorPlane, light) -> np.ndarray:
     return out
 
 
-def border(plane: SensorPlane, moved) -> np.ndarray:
+def border(plane: SensorPlane, moved: np.ndarray) -> np.ndarray:
     """Return moved light (..., y, x) of the tiles at the field's border, and 0 within it."""
     out = moved.copy()
     edges = [(n - count) // 2 + 1 for n, count in zip(moved.shape[-2:], plane.unmagnified_shape)]
@@ -55,7 +55,7 @@ class Retiled(NamedTuple):
     of_border: np.ndarray | None  # (..., y, x): the part `BORDER`; None: nothing is lost there
 
 
-def losses(plane: SensorPlane, light, moved) -> Retiled:
+def losses(plane: SensorPlane, light: np.ndarray, moved: np.ndarray) -> Retiled:
     """Return the errors of moving light to other tiles.
 
     Parameters

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core import quantities
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def added_light(lens, mixed, irradiance: np.ndarray):
+    from ..abilities import LensOptics
+
+
+def added_light(lens: LensOptics, mixed: xr.DataArray, irradiance: np.ndarray) -> xr.DataArray:
     """Return light that a flare adds as a DataArray (wavelength, y, x), W m-2 nm-1.
 
     Parameters

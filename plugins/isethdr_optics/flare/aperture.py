@@ -23,6 +23,7 @@ A flare is a frozen dataclass with any of these methods; a lens honours every on
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -43,12 +44,16 @@ from ..lenses.limits import (
 )
 from ..psf.wings import check_delay
 
+if TYPE_CHECKING:
+    from isethdr_core.physics.optics.pupil import Convex
+    from isethdr_core.pipeline.demand import Demand
+
 
 @dataclass(frozen=True)
 class IdealFlare:
     """No flare: the lens is unchanged."""
 
-    def scatter(self, wavelength_nm, angle_rad):
+    def scatter(self, wavelength_nm: float, angle_rad: np.ndarray) -> np.ndarray:
         """Return 0 per steradian at every angle."""
         return 0.0 * angle_rad
 
@@ -87,7 +92,7 @@ class ApertureFlare:
     # width of the range of directions; 180 allows every direction
     scratch_range_deg: Direction = 180.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Refuse dirt that cannot be drawn."""
         check_ranges(self)
         for name in ("dust_opacity", "scratch_opacity"):
@@ -98,7 +103,7 @@ class ApertureFlare:
                     f"type flare.NAME.{name}=[0.5,1]"
                 )
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Return the demand unchanged; refuse a delay that the bands it asks for are too wide for,
         before anything is computed.
         """
@@ -108,7 +113,7 @@ class ApertureFlare:
             )
         return demand
 
-    def pupil(self, x_mm, y_mm, wavelength_nm):
+    def pupil(self, x_mm: np.ndarray, y_mm: np.ndarray, wavelength_nm: float) -> np.ndarray:
         """Return the amplitude transmission at points of the pupil plane, complex where dust delays
         light.
 
@@ -129,7 +134,7 @@ class ApertureFlare:
         ]
         return transmission(opening, losses, x_mm, y_mm)
 
-    def pupil_shapes(self, radius_mm):
+    def pupil_shapes(self, radius_mm: float) -> tuple[Convex | list[Any], ...]:
         """Return the iris and its dirt as convex shapes, for a lens whose stop has `radius_mm`."""
         radius = self.radius_mm or radius_mm
         dust = Dust(

@@ -44,11 +44,11 @@ class HazeFlare:
     # the shoulder is proportional to wavelength^exponent: 1 for surface roughness
     shoulder_exponent: Exponent = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Refuse what is no scatter function."""
         check_ranges(self)
 
-    def total(self, wavelength_nm: float) -> float:
+    def total(self, wavelength_nm: float | np.ndarray) -> float | np.ndarray:
         """Return the scattered share, 1 - (1 - scattered)^((550 nm / wavelength)^exponent): never
         above 1.
 
@@ -58,7 +58,9 @@ class HazeFlare:
         power = (REFERENCE_NM / wavelength_nm) ** self.wavelength_exponent
         return float(-np.expm1(np.log1p(-self.scattered) * power))
 
-    def scatter(self, wavelength_nm, angle_rad):
+    def scatter(
+        self, wavelength_nm: float | np.ndarray, angle_rad: float | np.ndarray
+    ) -> float | np.ndarray:
         """Return scattered light per steradian at `angle_rad` from the straight ray, as a fraction
         of all light.
         """
@@ -78,7 +80,7 @@ class HazeFlare:
         )
 
 
-def _relative(form, ratio, slope):
+def _relative(form: str, ratio: float | np.ndarray, slope: float) -> float | np.ndarray:
     """Return the scatter function over its peak, at sin(angle) / shoulder."""
     return (1 + ratio**2) ** (-slope / 2) if form == "harvey_shack" else 1 / (1 + ratio**slope)
 

@@ -17,7 +17,7 @@ images. Both terms follow from Snell's law at small angles, and are tested again
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -27,6 +27,11 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.ranges import Range, check_ranges
 
 from .added_light import added_light
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..abilities import LensOptics
 
 Incidence = Annotated[float, Range(0, 80)]  # degrees
 Thickness = Annotated[float, Range(0.1, 100)]  # millimetres: from a film to bullet-proof glass
@@ -53,7 +58,7 @@ class WindscreenFlare:
     index: Index = 1.52  # refractive index of the glass
     inner_transmittance: InnerTransmittance = 0.85  # transmittance of one passage through the glass
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
     def share(self, cosine: np.ndarray) -> np.ndarray:
@@ -102,7 +107,7 @@ class WindscreenFlare:
             )
         return cosine
 
-    def irradiance(self, lens, mixed):
+    def irradiance(self, lens: LensOptics, mixed: xr.DataArray) -> xr.DataArray:
         """Return the irradiance of the second image, W m-2 nm-1, on the tiles of `mixed`.
 
         Raises
@@ -157,7 +162,7 @@ def shifted(tiles: np.ndarray, edges: np.ndarray, source: np.ndarray) -> np.ndar
     return np.diff(upto, axis=-2) / (np.diff(source, axis=0) / (edges[1] - edges[0]))
 
 
-def _check_grid(lens, mixed, widest_rad: float) -> None:
+def _check_grid(lens: LensOptics, mixed: xr.DataArray, widest_rad: float) -> None:
     projection = mixed.attrs.get("projection", "tangent")
     if projection != "tangent":
         raise ConfigError(

@@ -11,6 +11,7 @@ import os
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import array_api_compat
 import numpy as np
@@ -19,8 +20,13 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.physics.arrays import device, imported_library, namespace, on_host
 from isethdr_core.physics.convolution import convolve_into
 
+if TYPE_CHECKING:
+    from numpy import memmap
 
-def device_transfer():
+    from isethdr_core.physics.convolution.linear import Bound, Kernel
+
+
+def device_transfer() -> Callable[..., Any] | None:
     """Return a function that copies a NumPy array to the device of ISETHDR_ARRAYS; None if unset.
 
     Raises
@@ -41,7 +47,7 @@ def device_transfer():
             else device_name
         )
 
-        def to_device(a):
+        def to_device(a: memmap | np.ndarray) -> Any:
             return xp.asarray(np.ascontiguousarray(a), device=chosen_device)
 
         on_host(to_device(np.zeros(1)))
@@ -64,8 +70,14 @@ def convolution_on(to_device: Callable) -> Callable:
 
 
 def _convolve_on(  # noqa: PLR0913 - the parameters of `convolve_into`, and the device
-    to_device, out, image, kernel, error_allowed, factor, gain
-):
+    to_device: Callable[..., Any],
+    out: np.ndarray,
+    image: np.ndarray,
+    kernel: Kernel,
+    error_allowed: float,
+    factor: np.ndarray,
+    gain: float,
+) -> Bound:
     """Convolve on another device and write the result into the NumPy array `out`; return the bound
     of `convolve_into`.
     """

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from isethdr_core.physics.convolution.spectral import matrix_product
 
 if TYPE_CHECKING:
     from .field_optics import FieldOptics
+    from .spectral_fit import Fit
 
 # radii in tiles of the squares corrected around bright tiles, at most `kernel_spectra.NEAR`
 RADII = (96, 64, 32, 16, 8, 4)
@@ -18,7 +20,7 @@ TILES_AT_ONCE = 64  # bright tiles
 STRIPS = 2  # of rows: work for as many threads as there are, whatever the number of channels
 
 
-def radii(rate) -> np.ndarray:
+def radii(rate: np.ndarray) -> np.ndarray:
     """Return the radius in tiles within which each bright tile is corrected.
 
     The wings of a kernel fall with r^-3. At its radius every tile spreads the same light. `rate` is
@@ -43,7 +45,14 @@ class _Group(NamedTuple):
     half_widths: list[int]  # (y, x) tiles of the cores
 
 
-def correct(out, cube, weights, fit, optics: FieldOptics, apply=map) -> None:
+def correct(
+    out: np.ndarray,
+    cube: np.ndarray,
+    weights: np.ndarray,
+    fit: Fit,
+    optics: FieldOptics,
+    apply: Callable[..., Any] = map,
+) -> None:
     """Add to `out` what `fit` misses of the light of its bright tiles, within their radii.
 
     Parameters
@@ -76,7 +85,7 @@ def correct(out, cube, weights, fit, optics: FieldOptics, apply=map) -> None:
             )
         )
 
-    def strip(task):
+    def strip(task: tuple[int, int]) -> None:
         number, first = task
         for group in groups:
             _spread(out[number, first : first + strip_rows], first, weights[number], group)
@@ -94,7 +103,7 @@ def correct(out, cube, weights, fit, optics: FieldOptics, apply=map) -> None:
     )
 
 
-def _spread(out, first, weights, group: _Group):
+def _spread(out: np.ndarray, first: int, weights: np.ndarray, group: _Group) -> None:
     """Add the light of a group to some rows of one channel, from row `first` on."""
     tiles, missed, cores, half_widths = group
     ny, nx = out.shape

@@ -6,7 +6,9 @@ throughput of every band.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +27,15 @@ from .photoelectron_map import PhotoelectronMap
 from .sensor_plane import SensorPlane, sensor_plane, without_geometry
 from .spread_errors import fine_enough
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Response
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import LensOptics
+    from ..psf.kernels import Kernels
+
 
 @dataclass(frozen=True, eq=False)
 class FieldOptics:
@@ -42,7 +53,13 @@ class FieldOptics:
     notes: tuple[Note, ...] = ()  # of the kernels of the field; the sensor plane has its own
 
 
-def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None = None):
+def field_optics(
+    lens: LensOptics,
+    mixed: xr.DataArray,
+    flares: Sequence[Flare],
+    response: Response | None = None,
+    sensor: SensorPlane | None = None,
+) -> FieldOptics:
     """Return sensor plane, kernels and throughput of a lens with flares for one field.
 
     Parameters
@@ -67,7 +84,7 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
 
     details_of_kernels = []  # of all kernels that are computed; the last ones are used
 
-    def make(reach):
+    def make(reach: tuple[int, int]) -> Kernels | None:
         made_kernels, *details = fine_enough(
             lambda one: _kernels(one, flares, wavelength_nm, pitch_um, reach),
             axis_lens,
@@ -112,7 +129,13 @@ def field_optics(lens, mixed, flares, response=None, sensor: SensorPlane | None 
     )
 
 
-def _kernels(lens, flares, wavelength_nm, pitch_um, reach):
+def _kernels(
+    lens: LensOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+) -> Kernels | None:
     """Return kernels, or None where the lens makes no blur and no flare scatters."""
     if lens.blurs:
         return kernel_module.kernels(lens, flares, wavelength_nm, pitch_um, reach)

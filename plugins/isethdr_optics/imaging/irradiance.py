@@ -5,8 +5,9 @@ Radiance -> times throughput -> times falloff of its own field angle -> convolut
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy.fft as sf
@@ -20,6 +21,9 @@ from . import array_backend
 from .field_optics import FieldOptics
 from .threads import threads
 
+if TYPE_CHECKING:
+    from isethdr_core.physics.convolution.linear import Bound
+
 
 class Irradiance(NamedTuple):
     """Irradiance on the field's own tiles."""
@@ -28,7 +32,7 @@ class Irradiance(NamedTuple):
     terms: list[ErrorTerm]  # of the convolutions
 
 
-def irradiance(values, optics: FieldOptics, error_allowed: float = 0.0) -> Irradiance:
+def irradiance(values: np.ndarray, optics: FieldOptics, error_allowed: float = 0.0) -> Irradiance:
     """Return irradiance of mixed radiance, W m-2 nm-1, on the field's own tiles.
 
     Parameters
@@ -44,7 +48,7 @@ def irradiance(values, optics: FieldOptics, error_allowed: float = 0.0) -> Irrad
     to_device = array_backend.device_transfer()
     out = np.empty(values.shape, np.result_type(values.dtype, np.float32))
 
-    def one_band(b, apply):
+    def one_band(b: int, apply: Callable[..., Any]) -> Bound | None:
         """Write the irradiance of band `b`; return the bound of its convolution, None without."""
         kernel = kernels and kernels.ready(b)
         relative = optics.relative
@@ -77,7 +81,7 @@ def irradiance(values, optics: FieldOptics, error_allowed: float = 0.0) -> Irrad
     return Irradiance(out, _errors(list(bounds), float(np.finfo(out.dtype).eps) / 2))
 
 
-def _errors(bounds, rounding) -> list[ErrorTerm]:
+def _errors(bounds: Sequence[Bound], rounding: float) -> list[ErrorTerm]:
     """Return the largest errors of the bands' convolutions, with the `rounding` of their dtype."""
     most = max(b.relative for b in bounds) + rounding
     label = "convolution with the kernel"

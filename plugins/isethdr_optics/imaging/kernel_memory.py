@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core.pipeline.memory import Frame
@@ -10,8 +13,13 @@ from ..psf import kernels, scatter
 from ..pupil import sampled_pupil
 from . import wing_truncation
 
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Flare
 
-def kernel_bytes(lens, flares, frame: Frame) -> float:
+    from ..abilities import LensOptics
+
+
+def kernel_bytes(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> float:
     """Return the bytes of the kernels of all bands over a frame, and of the lattices that they are
     read from.
 

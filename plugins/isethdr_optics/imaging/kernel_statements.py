@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,10 @@ from ..pupil import sampled_pupil
 from . import wing_truncation
 from .field_optics import FieldOptics
 
+if TYPE_CHECKING:
+    from ..abilities import LensOptics
+    from ..psf.kernels import Kernels
+
 
 class Margin(NamedTuple):
     """Tiles of a field beyond what sensors see."""
@@ -22,7 +26,7 @@ class Margin(NamedTuple):
     of_window: bool = False  # True: beyond the sensors' window; False: beyond the camera's field
 
 
-def kernel_notes(lens, optics: FieldOptics, margin: Margin) -> list[Note]:
+def kernel_notes(lens: LensOptics, optics: FieldOptics, margin: Margin) -> list[Note]:
     """Return the errors of the kernels of a field, and what they leave out.
 
     Parameters
@@ -74,7 +78,7 @@ def kernel_notes(lens, optics: FieldOptics, margin: Margin) -> list[Note]:
     return [*notes, beyond]
 
 
-def _light_beyond_kernels(kernels) -> list[Note]:
+def _light_beyond_kernels(kernels: Kernels) -> list[Note]:
     """Return the share of the light that falls beyond the kernels."""
     if isinstance(kernels, wing_truncation.TruncatedKernels):
         return wing_truncation.notes(kernels)

@@ -8,6 +8,9 @@ again the exact way.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import scipy.fft as sf
 
@@ -17,7 +20,11 @@ RELATIVE = 3e-8  # of a pixel of the sum: what transforms are allowed
 SUMMED = 1e-12  # of a pixel: rounding of sums
 
 
-def overlaid(parts, shape, error_allowed: float = 0.0) -> tuple[np.ndarray, Bound]:
+def overlaid(
+    parts: Sequence[tuple[tuple[Any, ...], np.ndarray, np.ndarray]],
+    shape: tuple[int, int],
+    error_allowed: float = 0.0,
+) -> tuple[np.ndarray, Bound]:
     """Return the sum (y, x) of parts, and a bound on its error.
 
     Parameters
@@ -54,7 +61,12 @@ def overlaid(parts, shape, error_allowed: float = 0.0) -> tuple[np.ndarray, Boun
     return total, Bound(2 * relative + SUMMED, absolute, pixels)
 
 
-def _sums(parts, images, errors, shape):
+def _sums(
+    parts: Sequence[tuple[tuple[Any, ...], np.ndarray, np.ndarray]],
+    images: Sequence[np.ndarray],
+    errors: Sequence[float],
+    shape: tuple[int, int],
+) -> tuple[np.ndarray, np.ndarray]:
     total = np.zeros(shape)
     doubt = np.zeros(shape)
     for (window, _, _), image, error in zip(parts, images, errors):
@@ -63,7 +75,7 @@ def _sums(parts, images, errors, shape):
     return total, doubt
 
 
-def _by_transform(light, kernel):
+def _by_transform(light: np.ndarray, kernel: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the convolution, never below 0, and a bound on a pixel's error: white rounding, 10
     standard deviations.
     """

@@ -8,7 +8,8 @@ digits than that of all others. What the functionals miss of it is added by dire
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,12 @@ from .accuracy_shares import TRANSFORMS
 from .field_optics import FieldOptics
 from .threads import threads
 
+if TYPE_CHECKING:
+    from isethdr_core.pipeline.demand import Response
+
+    from ..psf.kernel_spectra import Part
+    from .spectral_fit import Basis, Fit
+
 FUNCTIONALS = "functionals"  # key of the error of the functionals of the spectrum
 
 
@@ -35,7 +42,7 @@ class Photocurrent(NamedTuple):
     terms: tuple[ErrorTerm, ...]  # of the functionals and of the transforms
 
 
-def photocurrent(cube, optics: FieldOptics, response) -> Photocurrent | None:
+def photocurrent(cube: np.ndarray, optics: FieldOptics, response: Response) -> Photocurrent | None:
     """Return photocurrent of mixed radiance; None where irradiance is as fast, or more exact.
 
     Parameters
@@ -98,7 +105,9 @@ def photocurrent(cube, optics: FieldOptics, response) -> Photocurrent | None:
     return Photocurrent(out, names, efficiency, (functionals, rounding))
 
 
-def _planes(cube, relative, fit):
+def _planes(
+    cube: np.ndarray, relative: np.ndarray, fit: Fit
+) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Return two functions of rows: functionals for the near and for the far part of the kernels.
 
     The bands are read once. Call the first function for all rows before the second: it keeps the
@@ -111,7 +120,7 @@ def _planes(cube, relative, fit):
     far_planes = np.empty((len(project) - count, *cube.shape[1:]), cube.dtype)
     relative = None if relative is None else relative.astype(cube.dtype)
 
-    def near_planes(rows):
+    def near_planes(rows: slice) -> np.ndarray:
         planes = matrix_product(project, cube[:, rows])
         if relative is not None:
             planes *= relative[rows]
@@ -121,7 +130,14 @@ def _planes(cube, relative, fit):
     return near_planes, lambda rows: far_planes[:, rows]
 
 
-def _convolve(out, weights, basis, planes, part, apply) -> float:
+def _convolve(
+    out: np.ndarray,
+    weights: np.ndarray,
+    basis: Basis,
+    planes: Callable[..., Any],
+    part: Part,
+    apply: Callable[..., Any],
+) -> float:
     """Add a part's convolutions to `out`; return a bound on the rounding of any tile."""
     combine = weights[:, None, :] * basis.predict.T * part.peaks
     norm, largest = channels(out, planes, combine, part.blocks, part.size, apply)
@@ -129,7 +145,7 @@ def _convolve(out, weights, basis, planes, part, apply) -> float:
     return error(norm * gain, largest, part.size, part.single)
 
 
-def _functional_count(fit) -> str:
+def _functional_count(fit: Fit) -> str:
     return (
         f"{len(fit.near.project)} (and {len(fit.far.project)} far from a lamp)"
         if fit.far
@@ -137,7 +153,9 @@ def _functional_count(fit) -> str:
     )
 
 
-def _distinct_channels(efficiency, names):
+def _distinct_channels(
+    efficiency: np.ndarray, names: tuple[str, str, str]
+) -> tuple[np.ndarray, list[str]]:
     """Return the distinct rows (channel, wavelength), each with the name of its first channel."""
     _, first = np.unique(efficiency, axis=0, return_index=True)
     first.sort()

@@ -4,7 +4,9 @@ in blocks of tiles.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +14,13 @@ from isethdr_core.physics.convolution.spectral import matrix_product
 from isethdr_core.physics.radiometry import photons_per_energy
 
 from .threads import threads
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Response
+
+    from ..abilities import PupilOptics
 
 MOST_BLOCKS = 96  # along an axis
 
@@ -34,7 +43,9 @@ class PhotoelectronMap:
     squares: np.ndarray
 
 
-def map_photoelectrons(lens, mixed, relative, response) -> PhotoelectronMap:
+def map_photoelectrons(
+    lens: PupilOptics, mixed: xr.DataArray, relative: np.ndarray, response: Response
+) -> PhotoelectronMap:
     """Return the photoelectron map of mixed radiance.
 
     Parameters
@@ -54,7 +65,7 @@ def map_photoelectrons(lens, mixed, relative, response) -> PhotoelectronMap:
     block = block_of(mixed.shape[1:])
     whole = np.empty(values.shape[1:], values.dtype)
 
-    def strip(start):
+    def strip(start: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         rows_of_strip = values[:, start : start + block]
         charges = matrix_product(rows, rows_of_strip)
         charges *= relative[start : start + block] if np.ndim(relative) else relative
@@ -81,17 +92,17 @@ def map_photoelectrons(lens, mixed, relative, response) -> PhotoelectronMap:
     )
 
 
-def electrons(response, wavelength_nm):
+def electrons(response: Response, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return electrons per m2 and second of an irradiance of 1 W m-2 nm-1, (channel, band)."""
     return response.efficiency(wavelength_nm) * photons_per_energy(wavelength_nm)
 
 
-def block_of(shape) -> int:
+def block_of(shape: tuple[int, ...]) -> int:
     """Return the tiles of a block along either axis of a frame."""
     return max(1, -(-max(shape) // MOST_BLOCKS))
 
 
-def sums(planes, block: int, power: int = 1):
+def sums(planes: np.ndarray, block: int, power: int = 1) -> np.ndarray:
     """Return sums over blocks of the first or second power of planes (..., y, x), as float64.
 
     Parameters
@@ -105,5 +116,5 @@ def sums(planes, block: int, power: int = 1):
     return _columns(np.add, np.stack(rows, axis=-2), block)
 
 
-def _columns(reduce, rows, block):
+def _columns(reduce: Callable[..., Any], rows: np.ndarray, block: int) -> np.ndarray:
     return reduce.reduceat(rows.astype(float), np.arange(0, rows.shape[-1], block), axis=-1)

@@ -7,7 +7,9 @@ energy of any region is conserved.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +24,14 @@ from isethdr_core.uncertainty.error_terms import ErrorTerm
 from ..abilities import TracesColour
 from ..field import lateral_colour, omissions
 from ..psf.error_parts import term
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.data.camera_geometry import Identity
+    from isethdr_core.physics.optics.distortion import AngleTable, BrownConrady, KannalaBrandt
+
+    from ..abilities import LensOptics
 
 BORDER_POINTS = 129  # along each side of the field
 CHECKED = 65  # x 65 points of the field at which a map must not fold
@@ -60,7 +70,7 @@ class SensorPlane:
         relative = self.relative[y, x] if np.ndim(self.relative) else self.relative
         return replace(self, relative=relative, x=self.x[x], y=self.y[y])
 
-    def move(self, values) -> np.ndarray:
+    def move(self, values: np.ndarray) -> np.ndarray:
         """Return irradiance (..., y, x) moved from the field's tiles to the sensor's.
 
         Without distortion this is the same array.
@@ -72,7 +82,7 @@ class SensorPlane:
             out[plane] = self.move_band(values[plane], plane[-1])
         return out
 
-    def move_band(self, values, band: int) -> np.ndarray:
+    def move_band(self, values: np.ndarray, band: int) -> np.ndarray:
         """Return the light (y, x) of one band moved from the field's tiles to the sensor's."""
         shape = len(self.y), len(self.x)
         if self.areas is not None:
@@ -85,7 +95,7 @@ class SensorPlane:
             else lateral_colour.moved(values, self.scales[band], shape)
         )
 
-    def covered(self, mixed):
+    def covered(self, mixed: xr.DataArray) -> xr.DataArray:
         """Return `mixed` padded with dark tiles to the size of the sensor.
 
         Flares may add light there.
@@ -117,7 +127,7 @@ class SensorPlane:
             **{k: v for k, v in mixed.attrs.items() if k != "units"},
         )
 
-    def cut(self, added):
+    def cut(self, added: xr.DataArray) -> xr.DataArray:
         """Return the middle of irradiance on a larger grid of the same pitch."""
         if added.sizes["y"] == len(self.y) and added.sizes["x"] == len(self.x):
             return added
@@ -125,7 +135,7 @@ class SensorPlane:
         return added[:, top : top + len(self.y), left : left + len(self.x)]
 
 
-def without_geometry(lens):
+def without_geometry(lens: LensOptics) -> LensOptics:
     """Return the lens with the blur of its axis, without distortion and falloff.
 
     Kernels depend on neither.
@@ -135,7 +145,7 @@ def without_geometry(lens):
     return replace(axis, distortion="none", falloff="none", lateral_colour_percent={}, **traced)
 
 
-def sensor_plane(lens, mixed) -> SensorPlane:
+def sensor_plane(lens: LensOptics, mixed: xr.DataArray) -> SensorPlane:
     """Return the sensor plane of a lens for the field of `mixed`.
 
     The sensor's tiles have the pitch of the field's tiles. They cover the largest centred rectangle
@@ -191,7 +201,7 @@ def sensor_plane(lens, mixed) -> SensorPlane:
 
 
 def image_size(
-    lens, width: float, height: float, projection: str = "tangent"
+    lens: LensOptics, width: float, height: float, projection: str = "tangent"
 ) -> tuple[float, float]:
     """Return (width, height) of the largest centred rectangle on the sensor plane whose light comes
     from a field, in focal lengths; at most 1e-6 too large.
@@ -218,7 +228,14 @@ def image_size(
     return width * scale, height * scale
 
 
-def _relative_illumination(lens, distortion_map, x, y, projection, widest):
+def _relative_illumination(
+    lens: LensOptics,
+    distortion_map: BrownConrady | Identity | KannalaBrandt,
+    x: np.ndarray,
+    y: np.ndarray,
+    projection: str,
+    widest: float,
+) -> tuple[dict[str, dict[Any, Any] | str] | dict[str, str] | float | np.ndarray, ...]:
     """Return the factor of the field's tiles, (y, x) or 1.0, and the attributes for it."""
     falloff = lens.falloff_to(widest)
     if falloff == "none":
@@ -242,7 +259,9 @@ def _relative_illumination(lens, distortion_map, x, y, projection, widest):
     return on_sensor * distortion_map.area_ratio(u, v), {"falloff": "table", "falloff_table": table}
 
 
-def _check_no_fold(distortion_map, half):
+def _check_no_fold(
+    distortion_map: AngleTable | BrownConrady | KannalaBrandt, half: Sequence[float]
+) -> None:
     try:
         u, v = np.meshgrid(*(np.linspace(-h, h, CHECKED) for h in half))
         single = distortion_map.area_ratio(u, v) > 0
@@ -256,7 +275,7 @@ def _check_no_fold(distortion_map, half):
         )
 
 
-def _inscribed_scale(distortion_map, half) -> float:
+def _inscribed_scale(distortion_map: BrownConrady | KannalaBrandt, half: Sequence[float]) -> float:
     """Return the largest s for which the light of the rectangle +-s `half` on the sensor comes from
     within +-`half` of the field.
     """
@@ -277,7 +296,7 @@ def _inscribed_scale(distortion_map, half) -> float:
     return low
 
 
-def _tiles(count, width, pitch):
+def _tiles(count: int, width: float | np.ndarray, pitch: float | np.ndarray) -> np.ndarray:
     """Return the centres of as many tiles as fit, symmetric about the axis.
 
     Their number differs from `count` by a multiple of two.
@@ -292,7 +311,9 @@ def _tiles(count, width, pitch):
     return quantities.centres(fits, fits * pitch)
 
 
-def _error_of_uniform_light(uniform, attrs, sensor) -> ErrorTerm:
+def _error_of_uniform_light(
+    uniform: np.ndarray, attrs: dict[str, Any], sensor: Sequence[np.ndarray]
+) -> ErrorTerm:
     """Return the error of uniform light against the relative illumination of the attributes."""
     x, y = np.meshgrid(*sensor)
     stated = camera_geometry.relative_illumination(attrs, x, y)
@@ -304,7 +325,9 @@ def _error_of_uniform_light(uniform, attrs, sensor) -> ErrorTerm:
     return term(worst, "relative", "measured", label, key="uniform light")
 
 
-def _largest_stretch(distortion_map, half) -> float:
+def _largest_stretch(
+    distortion_map: AngleTable | BrownConrady | KannalaBrandt, half: Sequence[float]
+) -> float:
     """Return the largest relative stretch of an image by distortion."""
     u, v = np.meshgrid(*(np.linspace(-h, h, 17) * (1 - 1e-4) for h in half))
     step = 1e-5 * max(half)

@@ -4,7 +4,9 @@ the sensor's noise. A functional is a weighted sum of the bands.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +21,12 @@ from isethdr_core.physics.convolution.spectral import matrix_product
 from ..psf.kernel_spectra import NEAR
 from . import bright_tiles
 from .accuracy_shares import FUNCTIONALS
+
+if TYPE_CHECKING:
+    from isethdr_core.pipeline.demand import Response
+
+    from ..psf.kernels import Kernels
+    from .field_optics import FieldOptics
 
 BRIGHT = 100.0  # a tile is bright with this multiple of the median
 MOST_BRIGHT = 16384  # bright tiles
@@ -43,7 +51,7 @@ class Basis:
     project: np.ndarray  # (functional, band)
     predict: np.ndarray  # (band, functional)
 
-    def missed(self, spectra):
+    def missed(self, spectra: np.ndarray) -> np.ndarray:
         """Return the part of spectra (..., band) that is not predicted."""
         return spectra - spectra @ self.project.T @ self.predict.T
 
@@ -60,7 +68,13 @@ class Fit:
     sample_count: int
 
 
-def fit(cube, optics, weights, response, apply=map) -> Fit | None:
+def fit(
+    cube: np.ndarray,
+    optics: FieldOptics,
+    weights: np.ndarray,
+    response: Response,
+    apply: Callable[..., Any] = map,
+) -> Fit | None:
     """Return the fewest functionals that are accurate enough for a sensor; None if too many.
 
     Parameters
@@ -96,7 +110,9 @@ def fit(cube, optics, weights, response, apply=map) -> Fit | None:
     samples = _ErrorSamples(light, weights, kernels, response)
     allowed = TOLERATED * response.noise_fraction_allowed
 
-    def fewest(exact_functionals, points, noise_share_of):
+    def fewest(
+        exact_functionals: np.ndarray, points: np.ndarray, noise_share_of: Callable[..., Any]
+    ) -> tuple[Basis | float | None, ...]:
         """Return the first basis whose `share` of the noise is allowed, and that share; (None,
         share) where there is none.
         """
@@ -127,7 +143,7 @@ def fit(cube, optics, weights, response, apply=map) -> Fit | None:
     return far and Fit(near, far, bright, samples.radii, max(first, share), samples.sample_count)
 
 
-def _rate(cube, total, apply):
+def _rate(cube: np.ndarray, total: np.ndarray, apply: Callable[..., Any]) -> np.ndarray:
     """Return the light of each tile as one row; `total` weights the bands."""
     rows = total[None].astype(cube.dtype)
     first = range(0, cube.shape[1], ROWS)
@@ -136,7 +152,7 @@ def _rate(cube, total, apply):
     ).ravel()
 
 
-def _tiles(rate, shape):
+def _tiles(rate: np.ndarray, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
     """Return flat indices of the bright tiles, and of other tiles on a regular grid."""
     height, width = shape
     steps = [max(1, int(n // np.sqrt(SPECTRA * n / (height + width - n)))) for n in shape]
@@ -149,7 +165,7 @@ def _tiles(rate, shape):
     return bright, np.setdiff1d(others, bright)
 
 
-def _spectra(cube, factor, tiles):
+def _spectra(cube: np.ndarray, factor: np.ndarray, tiles: np.ndarray) -> np.ndarray:
     return np.stack([band.ravel()[tiles] for band in cube], axis=1) * factor[tiles, None]
 
 
@@ -170,7 +186,9 @@ class _ErrorSamples:
     Light reaches the samples from adjacent tiles and from distant bright tiles.
     """
 
-    def __init__(self, light: _Light, weights, kernels, response):
+    def __init__(
+        self, light: _Light, weights: np.ndarray, kernels: Kernels, response: Response
+    ) -> None:
         cube = light.cube
         factor = light.factor
         bright = light.bright
@@ -223,7 +241,7 @@ class _ErrorSamples:
         self.beyond_near = self._beyond(bright_tiles.RADII[0])
         self.single_light = self._from_single(self.single)
 
-    def _beyond(self, radius):
+    def _beyond(self, radius: int) -> np.ndarray:
         """Return the kernels (point, band) at the sampled points just beyond `radius` tiles."""
         y, x = (
             np.arange(n) * step + first - middle
@@ -237,7 +255,7 @@ class _ErrorSamples:
         )[:TARGETS]
         return self.points.reshape(-1, self.points.shape[2])[order]
 
-    def around_tiles(self, near) -> float:
+    def around_tiles(self, near: Basis) -> float:
         """Return the largest error expected of light from a tile and its neighbours."""
         return WORST[0] * float(
             self._share(
@@ -246,7 +264,7 @@ class _ErrorSamples:
             ).max(initial=0.0)
         )
 
-    def of_bright(self, near, far) -> float:
+    def of_bright(self, near: Basis, far: Basis) -> float:
         """Return the largest error expected of light from bright tiles, together and single."""
         parts = (self.missed_near, near), (self.beyond, far)
         missed_light = sum(
@@ -265,11 +283,11 @@ class _ErrorSamples:
         """Number of sampled values."""
         return self.near_light.size + self.far_light.size + self.single_light.size
 
-    def _from_neighbours(self, spectra):
+    def _from_neighbours(self, spectra: np.ndarray) -> np.ndarray:
         """Return the photocurrent (tile, channel) of light from each tile and its neighbours."""
         return np.einsum("nub,ub->nb", spectra, self.core) @ self.weights.T
 
-    def _from_single(self, spectra):
+    def _from_single(self, spectra: np.ndarray) -> np.ndarray:
         """Return the photocurrent (source, point, channel) around single bright tiles."""
         return np.einsum(
             "sb,jb,pb->spj",
@@ -279,12 +297,12 @@ class _ErrorSamples:
             optimize=["einsum_path", (0, 1), (0, 1)],
         )
 
-    def _share(self, error, light):
+    def _share(self, error: np.ndarray, light: np.ndarray) -> np.ndarray:
         scale = self.response.area_exposure_m2_s
         noise = np.sqrt(max(self.response.read_noise_e, 1.0) ** 2 + scale * np.abs(light))
         return scale * np.abs(error) / noise
 
-    def _kernels(self, offsets):
+    def _kernels(self, offsets: np.ndarray) -> np.ndarray:
         """Return kernels (target, source, band) at the sampled points nearest to `offsets`.
 
         `offsets` (target, source, 2) are in tiles.

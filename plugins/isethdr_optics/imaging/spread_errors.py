@@ -10,9 +10,9 @@ computed pattern can have the same sign everywhere, and is summed linearly.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,15 @@ from ..psf.exact_core import kept_cores
 from ..psf.wings import tile_sums
 from .accuracy_shares import KERNELS
 from .photoelectron_map import PhotoelectronMap, block_of, map_photoelectrons, sums
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Response
+
+    from ..abilities import LensOptics
+    from ..psf.kernels import Kernels
+    from .field_optics import FieldOptics
 
 # of the error that the lens states; finer lattices need too much memory and gain little
 FINER_FACTORS = (0.5, 0.25)
@@ -38,7 +47,9 @@ ERROR_LEFT_BY_HALVING = 0.35
 STATED_OVER_TRUE = 2.0
 
 
-def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray] | None:
+def spread_errors(
+    mixed: xr.DataArray, optics: FieldOptics, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
     """Return (deviation, bound) of the light on the sensor's tiles; None where it is not known.
 
     Both are arrays (channel, y, x), in the unit of `weights` times irradiance.
@@ -76,7 +87,7 @@ def spread_errors(mixed, optics, weights) -> tuple[np.ndarray, np.ndarray] | Non
     return tuple(optics.sensor.move(_tiles(a, block, (ny, nx))) for a in out)
 
 
-def are_exact(kernels_of_field) -> bool:
+def are_exact(kernels_of_field: Kernels | None) -> bool:
     """Return whether kernels have no error but rounding."""
     return (
         kernels_of_field is None
@@ -85,7 +96,13 @@ def are_exact(kernels_of_field) -> bool:
     )
 
 
-def fine_enough(make_kernels, lens, mixed, relative, response):
+def fine_enough(
+    make_kernels: Callable[..., Any],
+    lens: LensOptics,
+    mixed: xr.DataArray,
+    relative: float | np.ndarray,
+    response: Response | None,
+) -> tuple[Kernels | PhotoelectronMap | float | None, ...]:
     """Return (kernels, their `noise_share`, photoelectron map).
 
     The errors of the kernels are below the sensor's noise in this scene. Where this cannot be
@@ -128,7 +145,9 @@ def fine_enough(make_kernels, lens, mixed, relative, response):
     return best, share, electron_map
 
 
-def _with_wider_core(kernels_of_field, electron_map: PhotoelectronMap, response, allowed: float):
+def _with_wider_core(
+    kernels_of_field: Kernels, electron_map: PhotoelectronMap, response: Response, allowed: float
+) -> Kernels:
     """Return kernels from one pattern with the smallest exact core that is accurate enough.
 
     If no core is enough by itself, fine rings surround it. If fine rings are not enough either,
@@ -155,7 +174,9 @@ def _with_wider_core(kernels_of_field, electron_map: PhotoelectronMap, response,
     return kernels.with_core(kernels_of_field, quick[-1]) if quick else kernels_of_field
 
 
-def noise_share(kernels_of_field, electron_map: PhotoelectronMap, response) -> float:
+def noise_share(
+    kernels_of_field: Kernels, electron_map: PhotoelectronMap, response: Response
+) -> float:
     """Return the 99th percentile of the tiles' errors over the noise of the sensor's charge.
 
     The noise of a tile is never overstated: its light is a lower bound.
@@ -174,7 +195,7 @@ def noise_share(kernels_of_field, electron_map: PhotoelectronMap, response) -> f
 
 
 def _share_of_noise(
-    electron_map: PhotoelectronMap, response, error_kernels: _ErrorKernels
+    electron_map: PhotoelectronMap, response: Response, error_kernels: _ErrorKernels
 ) -> float:
     shares = [0.0]
     for row, total, least in zip(electron_map.weights, electron_map.sums, electron_map.least):
@@ -200,7 +221,7 @@ class _ErrorKernels(NamedTuple):
     light: Kernel  # of the worst band
 
 
-def _error_kernels(kernels_of_field, block, frame) -> _ErrorKernels:
+def _error_kernels(kernels_of_field: Kernels, block: int, frame: tuple[int, int]) -> _ErrorKernels:
     """Return the error kernels; they are kept with the kernels, which never change."""
     cache = kernels_of_field.__dict__.setdefault("_error_kernels", {})
     if (block, frame) not in cache:
@@ -217,7 +238,7 @@ def _error_kernels(kernels_of_field, block, frame) -> _ErrorKernels:
 
 
 def _beyond_cores(
-    kernels_of_field, electron_map: PhotoelectronMap, sizes
+    kernels_of_field: Kernels, electron_map: PhotoelectronMap, sizes: Sequence[int]
 ) -> Iterator[_ErrorKernels]:
     """Yield the error kernels with an exact core of each of `sizes` tiles, in rising order."""
     error_kernels = _error_kernels(kernels_of_field, electron_map.block, electron_map.frame)
@@ -233,7 +254,7 @@ def _beyond_cores(
         )
 
 
-def _worst(kernels_of_field) -> tuple[int, np.ndarray]:
+def _worst(kernels_of_field: Kernels) -> tuple[int, np.ndarray]:
     """Return the band with the largest errors, and the error of every band relative to it."""
     points, steps, first = kernels_of_field.sampled
     offsets = [np.arange(n) - n // 2 for n in kernels_of_field.bands[0].shape]
@@ -250,7 +271,7 @@ def _worst(kernels_of_field) -> tuple[int, np.ndarray]:
     return worst, share / share[worst]
 
 
-def _deviation(kernels_of_field, band, y, x) -> np.ndarray:
+def _deviation(kernels_of_field: Kernels, band: int, y: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Return the relative error of a band's kernel at the offsets `y`, `x` in tiles."""
     octave = kernel_sampling_error.octave_of(y[:, None], x)
     tiles = np.maximum(np.abs(y)[:, None], np.abs(x))
@@ -262,7 +283,7 @@ def _deviation(kernels_of_field, band, y, x) -> np.ndarray:
     return out
 
 
-def _squares(kernels_of_field, kernel, band) -> np.ndarray:
+def _squares(kernels_of_field: Kernels, kernel: np.ndarray, band: int) -> np.ndarray:
     """Return the squares of a band's errors."""
     y, x = (np.arange(n) - n // 2 for n in kernel.shape)
     out = _deviation(kernels_of_field, band, y, x)
@@ -270,13 +291,13 @@ def _squares(kernels_of_field, kernel, band) -> np.ndarray:
     return np.square(out, out=out)
 
 
-def _in_blocks(part, block, frame) -> Kernel:
+def _in_blocks(part: np.ndarray, block: int, frame: tuple[int, int]) -> Kernel:
     """Return a kernel of tiles as a kernel of blocks, prepared for images of the frame."""
     blocks = [-(-n // block) for n in frame]  # kernels may end before the frame does
     return prepare(tile_sums(_padded(part, block), block).astype(float) / block**2, blocks)
 
 
-def _convolved(light, kernel) -> np.ndarray:
+def _convolved(light: np.ndarray, kernel: Kernel) -> np.ndarray:
     """Return the convolution of light (y, x), with negative values set to 0."""
     if not kernel.spectrum.size:  # nothing is spread anywhere
         return np.zeros(light.shape)
@@ -284,7 +305,7 @@ def _convolved(light, kernel) -> np.ndarray:
     return np.maximum(out * kernel.peak, 0.0)
 
 
-def _convolved_with_bound(light, kernel):
+def _convolved_with_bound(light: np.ndarray, kernel: Kernel) -> np.ndarray:
     """Return an upper bound on the convolution of light (y, x): a bound on rounding is added.
 
     Rounding is some 1e-16 of the lamps' light in every tile, far below the noise. Direct sums are
@@ -297,13 +318,13 @@ def _convolved_with_bound(light, kernel):
     return (np.maximum(out, 0.0) + rounding) * kernel.peak
 
 
-def _padded(kernel, block):
+def _padded(kernel: np.ndarray, block: int) -> np.ndarray:
     """Return a kernel padded with zeros to whole blocks."""
     padding = [-(-(n // 2) // block) * block + block - 1 - n // 2 for n in kernel.shape]
     return np.pad(kernel, [(m, m) for m in padding])
 
 
-def _tiles(blocks, block, shape):
+def _tiles(blocks: np.ndarray, block: int, shape: tuple[int, int]) -> np.ndarray:
     return (
         blocks.repeat(block, axis=1)
         .repeat(block, axis=2)[:, : shape[0], : shape[1]]

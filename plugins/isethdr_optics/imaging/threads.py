@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import cache
+from typing import Any
 
 from threadpoolctl import ThreadpoolController
 
@@ -21,7 +23,7 @@ def cpus() -> int:
 
 
 @contextmanager
-def threads():
+def threads() -> Iterator[Callable[[Callable[[Any], Any], Iterable[Any]], list[Any]]]:
     """Give `apply(function, items)`, which returns a list as `map` would, worked on by several
     threads; several callers may share it.
 
@@ -30,12 +32,12 @@ def threads():
     """
     count = min(cpus(), MOST_THREADS)
 
-    def apply(function, items):
+    def apply(function: Callable[..., Any], items: range) -> list[Any]:
         items = list(items)
         results = [None] * len(items)
         numbers = deque(range(len(items)))
 
-        def work():
+        def work() -> None:
             while True:
                 try:
                     number = numbers.popleft()
@@ -57,7 +59,7 @@ def threads():
 
 
 @contextmanager
-def executor(count: int):
+def executor(count: int) -> Iterator[ThreadPoolExecutor]:
     """Give a pool of `count` threads; a linear algebra library has one thread meanwhile.
 
     Its own threads would go on spinning when they are done, beside those of the pool: kernels with
@@ -68,7 +70,7 @@ def executor(count: int):
 
 
 @cache
-def _libraries():
+def _libraries() -> ThreadpoolController:
     """Return what controls the linear algebra libraries of this process; to look for them takes
     milliseconds.
     """

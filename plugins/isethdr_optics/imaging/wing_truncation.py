@@ -9,9 +9,10 @@ noise, and kernels are not truncated.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from .photoelectron_map import electrons
 if TYPE_CHECKING:
     import xarray as xr
 
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import LensOptics, PupilOptics
     from .sensor_plane import SensorPlane
 
 SHARE = 0.5  # of the error allowed of light
@@ -98,7 +102,11 @@ class FieldOnSensor:
 
 
 def truncated_kernels(
-    make_kernels, lens, flares, field: FieldOnSensor, response
+    make_kernels: Callable[..., Any],
+    lens: LensOptics,
+    flares: Sequence[Flare],
+    field: FieldOnSensor,
+    response: Response | None,
 ) -> TruncatedKernels | None:
     """Return kernels that end where a sensor sees no difference; None if none end early.
 
@@ -197,18 +205,24 @@ class Light:
         return self.relative[self._step // 2 :: self._step, self._step // 2 :: self._step]
 
     @cached_property
-    def brightest(self):
+    def brightest(self) -> np.ndarray:
         """The brightest light, per band."""
         return self._most(self.cube)
 
-    def brightest_sampled(self):
+    def brightest_sampled(self) -> np.ndarray:
         """Return the brightest light of the sampled tiles, per band."""
         return self._most(self.sampled)
 
-    def _most(self, cube):
+    def _most(self, cube: np.ndarray) -> np.ndarray:
         return cube.max(axis=(1, 2)).astype(float) * float(np.max(self.relative))
 
-    def share(self, outside, centre=1.0, everywhere: bool = False, most=None) -> float:
+    def share(
+        self,
+        outside: np.ndarray,
+        centre: float | np.ndarray = 1.0,
+        everywhere: bool = False,
+        most: np.ndarray | None = None,
+    ) -> float:
         """Return the largest error over the least noise.
 
         Parameters
@@ -225,7 +239,7 @@ class Light:
         scale = self.response.area_exposure_m2_s
         return float(np.max(scale * error / np.sqrt(read_noise_e**2 + scale * light)))
 
-    def _least(self, weights, everywhere):
+    def _least(self, weights: np.ndarray, everywhere: bool) -> np.ndarray:
         """Return the least light of any tile, per channel."""
         if not everywhere:
             return (np.tensordot(weights, self.sampled, 1) * self.factor).min(axis=(1, 2))
@@ -235,7 +249,12 @@ class Light:
         return (planes * self.relative).min(axis=(1, 2))
 
 
-def _core(lens, wavelength_nm, pitch_um, shape) -> tuple[int, int]:
+def _core(
+    lens: PupilOptics,
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    shape: tuple[int, int],
+) -> tuple[int, int]:
     """Return the tiles (y, x) within which kernels are exact: a shorter kernel saves no time."""
     blur = sampled_pupil.blur_um(lens, float(wavelength_nm.min()))
     return tuple(

@@ -57,7 +57,7 @@ def _words(line: str) -> list[str]:
 class _File:
     """The part of a file that has been read; commands act on the last surface."""
 
-    def __init__(self, lens: LensData, path: Path, problems: Problems):
+    def __init__(self, lens: LensData, path: Path, problems: Problems) -> None:
         self.lens = lens
         self.path = path
         self.problems = problems

@@ -57,7 +57,7 @@ class PlaceLens(DiffractionLimitedLens):
             )
         return self._pupil_scales[wavelength_nm]
 
-    def input_files(self):
+    def input_files(self) -> tuple[Any, ...]:
         """Return the files that the traced lens names."""
         return self.traced.input_files() if self.traced is not None else ()
 
@@ -89,7 +89,12 @@ class FieldLens(DiffractionLimitedLens):
         return node_lens(self, self.wavefront_at(angle_rad), azimuth_rad, angle_rad)
 
 
-def node_lens(lens, more_um, azimuth_rad: float, angle_rad: float | None = None) -> PlaceLens:
+def node_lens(
+    lens: DiffractionLimitedLens,
+    more_um: dict[int, float],
+    azimuth_rad: float,
+    angle_rad: float | None = None,
+) -> PlaceLens:
     """Return the lens of one place.
 
     Parameters
@@ -141,7 +146,7 @@ def _turned_ellipse(meridional: float, sagittal: float, azimuth_rad: float) -> M
     return (mean + straight, skew), (skew, mean - straight)
 
 
-def _colour_alone(lens):
+def _colour_alone(lens: DiffractionLimitedLens) -> DiffractionLimitedLens:
     """Return the lens without what its colour does not depend on: kernels are kept under its
     name.
     """

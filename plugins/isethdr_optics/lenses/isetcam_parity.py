@@ -8,15 +8,24 @@ function in the frequency domain, and made positive by abs().
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core.physics.diffraction import diffraction_mtf
+
+if TYPE_CHECKING:
+    from .thin_lens import DiffractionLimitedLens
 
 BORDER = 1e-9  # of the largest irradiance: what the padding holds
 
 
 def optical_image(
-    lens, radiance, wavelength_nm, field_deg: float, um_per_degree: float
+    lens: DiffractionLimitedLens,
+    radiance: np.ndarray,
+    wavelength_nm: np.ndarray,
+    field_deg: float,
+    um_per_degree: float,
 ) -> np.ndarray:
     """Return the optical image of radiance, padding included.
 

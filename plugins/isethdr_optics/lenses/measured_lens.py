@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -21,6 +21,12 @@ from ..measured.spread import Share, around, kernel, shares, spread
 from ..measured.table import MeasuredTable, load, table_path
 from .limits import FNumber, FocalLength, Transmittance
 from .thin_lens import IdealLens
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import ArrayLike
+
+    from ..flare.haze import HazeFlare
 
 
 @dataclass(frozen=True)
@@ -40,7 +46,7 @@ class MeasuredLens:
     # / (4 N^2)
     pupil: Literal["tangent", "aplanatic"] = "tangent"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         self._table()
 
@@ -64,7 +70,9 @@ class MeasuredLens:
         self._check_reach(width / 2, height / 2, projection)
         return self._geometry().image_size_m(width, height, projection)
 
-    def __call__(self, mixed, flares=()):
+    def __call__(
+        self, mixed: xr.DataArray, flares: Sequence[Any] | dict[str, HazeFlare] = ()
+    ) -> xr.DataArray:
         """Return irradiance of mixed radiance; scatter and added light of `flares` are honoured.
 
         Raises
@@ -96,7 +104,7 @@ class MeasuredLens:
         self._state(table, light)
         return light.copy(data=out)
 
-    def psf(self, wavelength_nm, pitch_um=1.0, size=256):
+    def psf(self, wavelength_nm: ArrayLike, pitch_um: float = 1.0, size: int = 256) -> xr.DataArray:
         """Return the point spread function on the axis, integrated over samples.
 
         Parameters
@@ -150,7 +158,7 @@ class MeasuredLens:
             self.f_number, self.focal_length_mm, self.transmittance, self.pupil, **more
         )
 
-    def _radii(self, light) -> tuple[float, ...]:
+    def _radii(self, light: xr.DataArray) -> tuple[float, ...]:
         """Return the radii on the sensor of the table's field angles, in focal lengths."""
         table = self._table()
         angles = np.radians(table.field_deg)
@@ -161,7 +169,7 @@ class MeasuredLens:
         is_equidistant = light.attrs.get("projection") == "equidistant"
         return tuple((angles if is_equidistant else np.tan(angles)).tolist())
 
-    def _state(self, table: MeasuredTable, light) -> None:
+    def _state(self, table: MeasuredTable, light: xr.DataArray) -> None:
         _state_interpolation(table)
         outside = 1 - float(table.energy.min())
         if outside > 0:
@@ -229,7 +237,7 @@ def _change(psf: np.ndarray, axis: int, first: int) -> float:
     return float(np.abs(psf.take(second, axis) - psf.take(first, axis)).sum((-2, -1)).max())
 
 
-def _places(radii: tuple[float, ...], table: MeasuredTable, light) -> list[Share]:
+def _places(radii: tuple[float, ...], table: MeasuredTable, light: xr.DataArray) -> list[Share]:
     f_m = 1e-3 * light.attrs["focal_length_mm"]
     return shares(table, np.array(radii), light.x.values / f_m, light.y.values / f_m)
 

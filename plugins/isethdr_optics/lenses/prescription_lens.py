@@ -4,10 +4,11 @@ lens prescription.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import tan
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -28,6 +29,12 @@ from ..psf.error_parts import POINT_SPREAD, term
 from .field_point_lens import FieldLens
 from .limits import ErrorAllowed, Falloff
 from .thin_lens import DiffractionLimitedLens
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ..prescription.prescription import Prescription
+    from ..prescription.wavefront import Wavefront
 
 # wavelengths at which wavefronts are traced, whatever the bands: a band must not depend on
 # others
@@ -68,7 +75,7 @@ class PrescribedLens(FieldLens):
 
     accuracy_knobs = (SPECKLE_KNOB, PLACES_KNOB)  # no field
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         self.real()
 
@@ -105,7 +112,9 @@ class PrescribedLens(FieldLens):
             for share, around in self._traced_around(angle_rad, wavelength_nm)
         )
 
-    def _traced_around(self, angle_rad, wavelength_nm):
+    def _traced_around(
+        self, angle_rad: float, wavelength_nm: float
+    ) -> list[tuple[float, Wavefront]]:
         """Return [(share, wavefront), ...] of the traced wavelengths on either side of one."""
         step = (float(wavelength_nm) - FIRST_NM) // STEP_NM
         low, high = (FIRST_NM + STEP_NM * (step + k) for k in (0, 1))
@@ -117,7 +126,7 @@ class PrescribedLens(FieldLens):
             if share
         ]
 
-    def magnification_at(self, tangent, wavelength_nm: float):
+    def magnification_at(self, tangent: np.ndarray, wavelength_nm: float) -> np.ndarray:
         """Return heights on the sensor of traced chief rays of a wavelength over those of the
         reference, at field tangents; 1: no lateral colour.
         """
@@ -159,13 +168,13 @@ class PrescribedLens(FieldLens):
         terms, share = _traced_apodization(self.real(), float(angle_rad))
         return dict(terms) if share > EVEN else {}
 
-    def input_files(self):
+    def input_files(self) -> tuple[Any, ...]:
         """Return the user's own prescription file, if one is named: its content is part of a run's
         name.
         """
         return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
 
-    def real(self):
+    def real(self) -> Prescription:
         """Return the `Prescription`, scaled and stopped down."""
         return _as_used(load(self.prescription), self.focal_length_mm, self.f_number)
 
@@ -190,7 +199,7 @@ class PrescribedLens(FieldLens):
             / moved
         )
 
-    def gains_sr(self, wavelength_nm):
+    def gains_sr(self, wavelength_nm: np.ndarray) -> np.ndarray:
         """Return irradiance / radiance on the axis of bands, sr: colour makes the entrance pupil
         larger or smaller.
         """
@@ -227,7 +236,7 @@ class PrescribedLens(FieldLens):
             return self.distortion
         return _traced_distortion(self.real(), angle_rad)
 
-    def falloff_to(self, angle_rad: float):
+    def falloff_to(self, angle_rad: float) -> str | dict[float, float]:
         """Return cos4, none or {field angle deg: relative illumination on the sensor} up to
         `angle_rad`, traced by default.
         """
@@ -281,7 +290,7 @@ class PrescribedLens(FieldLens):
         axis, areas = _areas(self.real(), (0.0, abs(float(tangent))))
         return float(areas / axis)
 
-    def relative_illumination(self, tangent):
+    def relative_illumination(self, tangent: ArrayLike) -> np.ndarray:
         """Return irradiance of a uniform scene at field tangents, 1 on the axis, as it would be
         without distortion.
         """
@@ -289,7 +298,7 @@ class PrescribedLens(FieldLens):
         area = _areas(self.real(), (0.0, *tangent))
         return (1 + tangent**2) ** -2 * area[1:] / area[0]
 
-    def limits(self, widest_rad: float, wavelength_nm) -> list[Note]:
+    def limits(self, widest_rad: float, wavelength_nm: np.ndarray) -> list[Note]:
         """Return the effects of the prescription that this lens neglects, and the errors of its
         model, at the border of the design field.
 
@@ -330,13 +339,13 @@ class PrescribedLens(FieldLens):
             return [*notes, aberrations]
         return [*notes, *self._limits_of_places(widest, wavelength_nm)]
 
-    def _limits_of_places(self, widest: float, wavelength_nm) -> list[Note]:
+    def _limits_of_places(self, widest: float, wavelength_nm: np.ndarray) -> list[Note]:
         """Return the errors of how the pupil and the wavefront of places are drawn."""
         real = self.real()
         fitted = [_traced_wavefront(real, a)[1] for a in (0.0, widest)]
         between = max(_between_um(self, a, float(wavelength_nm[0])) for a in (0.0, widest))
 
-        def shape_error(value, unit, label, key) -> ErrorTerm:
+        def shape_error(value: float, unit: str, label: str, key: str) -> ErrorTerm:
             return term(
                 value, unit, "measured", label, key=key, acts_on=Quantity.OTHER, part=POINT_SPREAD
             )
@@ -371,7 +380,7 @@ class PrescribedLens(FieldLens):
         off_arcs = rims(real, float(np.tan(widest)))[1]
         return [*notes, shape_error(off_arcs, "radii of the stop", label, "rims")]
 
-    def _uneven(self, widest_rad, waves):
+    def _uneven(self, widest_rad: float, waves: np.ndarray) -> float:
         """Return how far uniform light is from throughput x relative illumination at most, over
         that on the axis.
         """
@@ -390,7 +399,7 @@ class PrescribedLens(FieldLens):
         return float(np.abs(notes_of_angles - stated[:, None]).max() / stated[0])
 
 
-def _between_um(lens, angle_rad, wavelength_nm):
+def _between_um(lens: PrescribedLens, angle_rad: float, wavelength_nm: float) -> float:
     """Return how wrong the wavefront is half way between the traced wavelengths around one, um rms
     without tilt.
     """
@@ -409,12 +418,12 @@ def _between_um(lens, angle_rad, wavelength_nm):
 
 
 @lru_cache(maxsize=16)
-def _as_used(prescription, focal_length_mm, f_number):
+def _as_used(prescription: Prescription, focal_length_mm: float, f_number: float) -> Prescription:
     return prescription.scaled(focal_length_mm).stopped(f_number)
 
 
 @lru_cache(maxsize=16)
-def _traced_distortion(real, angle_rad):
+def _traced_distortion(real: Prescription, angle_rad: float) -> dict[str, list[float] | str]:
     for more in (BEYOND, 1.0):
         tangent = more * np.linspace(0, np.tan(max(angle_rad, 1e-3)), FIELD_POINTS)[1:]
         try:
@@ -432,20 +441,28 @@ def _traced_distortion(real, angle_rad):
 
 
 @lru_cache(maxsize=256)
-def _traced_magnification(real, tangents, wavelength_nm):
+def _traced_magnification(
+    real: Prescription, tangents: tuple[float, ...], wavelength_nm: float
+) -> tuple[float, ...]:
     near_axis = 1e-3 * max(max(tangents), 1e-3)  # on the axis there is no height to compare
     field = np.maximum(tangents, near_axis)
     return tuple(chief_mm(real, field, wavelength_nm) / chief_mm(real, field, real.reference_nm))
 
 
-def _traced_wavefront(real, angle_rad, wavelength_nm=None):
+def _traced_wavefront(
+    real: Prescription, angle_rad: float, wavelength_nm: float | None = None
+) -> Wavefront:
     return zernike_um(real, tan(angle_rad), wavelength_nm or real.reference_nm)
 
 
-def _traced_apodization(real, angle_rad):
+def _traced_apodization(
+    real: Prescription, angle_rad: float
+) -> tuple[float | tuple[tuple[Any, ...], ...], ...]:
     return amplitude(real, tan(angle_rad), real.reference_nm)
 
 
 @lru_cache(maxsize=256)
-def _areas(real, tangents, wavelength_nm=None):
+def _areas(
+    real: Prescription, tangents: Sequence[float], wavelength_nm: float | None = None
+) -> np.ndarray:
     return pupil_area_mm2(real, tangents, wavelength_nm)

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -38,6 +38,19 @@ from .limits import (
     ObjectDistance,
     Transmittance,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import ArrayLike
+
+    from isethdr_core.pipeline.demand import Response
+    from isethdr_core.pipeline.imaging_plan import FieldAhead, ImagingOutline
+    from isethdr_core.pipeline.memory import Frame
+    from isethdr_core.plugins.protocols import Flare
+    from isethdr_core.uncertainty.error_terms import ErrorMaps
+
+    from ..plan.depth_layers import DefocusedPlan
+    from ..plan.lens_plan import LensPlan
 
 
 @dataclass(frozen=True)
@@ -69,10 +82,12 @@ class IdealLens:
     aperture_loss = False  # no flare blocks any,
     lateral_colour = "none"  # and no chief rays are traced
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _check(self)
 
-    def __call__(self, mixed, flares=(), error_allowed=0.0):
+    def __call__(
+        self, mixed: xr.DataArray, flares: Sequence[Flare] = (), error_allowed: float = 0.0
+    ) -> xr.DataArray:
         """Return irradiance of mixed radiance.
 
         Parameters
@@ -84,7 +99,9 @@ class IdealLens:
         """
         return imaged(self.plan(flares, mixed, None, LightBudget(error_allowed)), mixed)
 
-    def photocurrent(self, mixed, flares, response):
+    def photocurrent(
+        self, mixed: xr.DataArray, flares: Sequence[Flare], response: Response
+    ) -> xr.DataArray:
         """Return photocurrent of mixed radiance in the window of a sensor's response, or irradiance
         where that is better for its light.
 
@@ -97,7 +114,13 @@ class IdealLens:
         budget = LightBudget(response.error_allowed, response.window_m)
         return imaged(self.plan(flares, mixed, response, budget), mixed)
 
-    def plan(self, flares, field, response=None, budget=None):
+    def plan(
+        self,
+        flares: Sequence[Flare],
+        field: xr.DataArray,
+        response: Response | None = None,
+        budget: LightBudget | None = None,
+    ) -> DefocusedPlan | LensPlan:
         """Return the plan of imaging a field: what of its tiles, bands, kernels, wings and ghosts
         is needed.
 
@@ -118,7 +141,9 @@ class IdealLens:
 
         return plan(self, _sequence(flares), field, response, budget or LightBudget())
 
-    def outline(self, flares, ahead, budget):
+    def outline(
+        self, flares: Sequence[Flare], ahead: FieldAhead, budget: LightBudget
+    ) -> ImagingOutline:
         """Return what the plan will need and certainly leave out, before the light is known.
 
         Parameters
@@ -129,7 +154,7 @@ class IdealLens:
         """
         return outlined(self, _sequence(flares), ahead, budget)
 
-    def limits(self, widest_rad: float, wavelength_nm) -> list[Note]:
+    def limits(self, widest_rad: float, wavelength_nm: np.ndarray) -> list[Note]:
         """Return what of the lens's design its model leaves out, and the errors of that: nothing.
 
         Parameters
@@ -151,7 +176,7 @@ class IdealLens:
         rule = irradiance_factor if self.pupil == "tangent" else irradiance_factor_aplanatic
         return self.transmittance * rule(self.f_number, self.magnification)
 
-    def gains_sr(self, wavelength_nm):
+    def gains_sr(self, wavelength_nm: np.ndarray) -> np.ndarray:
         """Return irradiance / radiance on the axis of bands with a clean round stop, sr."""
         return np.full(len(wavelength_nm), self.throughput_sr())
 
@@ -161,7 +186,7 @@ class IdealLens:
         """
         return self.distortion
 
-    def falloff_to(self, angle_rad: float):
+    def falloff_to(self, angle_rad: float) -> str | dict[float, float]:
         """Return cos4, none or {field angle deg: relative illumination on the sensor} of a field up
         to `angle_rad`.
         """
@@ -184,7 +209,7 @@ class IdealLens:
             for side in image_size(self, width, height, projection)
         )
 
-    def held_bytes(self, frame, flares) -> dict[str, float]:
+    def held_bytes(self, frame: Frame, flares: Sequence[Flare]) -> dict[str, float]:
         """Return {name: bytes} of the kernels of an `isethdr_core.pipeline.memory.Frame`.
 
         The patterns from which they are computed are included; without blur all is 0.
@@ -197,7 +222,7 @@ class IdealLens:
 
         return {"point spread kernels": kernel_bytes(self, _sequence(flares), frame)}
 
-    def expected_s(self, frame, flares) -> float | None:
+    def expected_s(self, frame: Frame, flares: Sequence[Flare]) -> float | None:
         """Return the seconds that the light of an `isethdr_core.pipeline.memory.Frame` takes, with
         the kernels that are at hand; None where the lens cannot tell.
         """
@@ -205,7 +230,13 @@ class IdealLens:
 
         return expected_s(self, _sequence(flares), frame)
 
-    def light_errors(self, mixed, flares, weights, response=None):
+    def light_errors(
+        self,
+        mixed: xr.DataArray,
+        flares: Sequence[Flare],
+        weights: np.ndarray,
+        response: Response | None = None,
+    ) -> ErrorMaps:
         """Return the errors of the light of `mixed` due to the kernels' errors.
 
         Parameters
@@ -222,7 +253,13 @@ class IdealLens:
         plan = self.plan(flares, mixed, response)
         return plan.light_errors(mixed, weights)
 
-    def spread_errors(self, mixed, flares, weights, response=None):
+    def spread_errors(
+        self,
+        mixed: xr.DataArray,
+        flares: Sequence[Flare],
+        weights: np.ndarray,
+        response: Response | None = None,
+    ) -> ErrorMaps:
         """Return `light_errors` under its earlier name, with a warning; accepted until version 1.0.
 
         Parameters
@@ -241,7 +278,7 @@ class IdealLens:
         """Return the lens that has all depths in focus."""
         return self if self.focus_m == "hyperfocal" else replace(self, focus_m="hyperfocal")
 
-    def keeps_light(self, flares) -> bool:
+    def keeps_light(self, flares: Sequence[Flare]) -> bool:
         """Return whether the light of every tile stays where the tile is: no blur, no flare,
         nothing moved.
         """
@@ -249,7 +286,13 @@ class IdealLens:
             flares or self.blurs or self.distortion != "none" or self.lateral_colour_percent
         )
 
-    def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=()):
+    def psf(
+        self,
+        wavelength_nm: ArrayLike,
+        pitch_um: float = 1.0,
+        size: int = 256,
+        flares: Sequence[Flare] = (),
+    ) -> xr.DataArray:
         """Return the point spread function (wavelength, y, x): all light on the sample at index
         size // 2.
 
@@ -302,7 +345,14 @@ class DiffractionLimitedLens(IdealLens):
         """
         return 1.0
 
-    def psf(self, wavelength_nm, pitch_um=1.0, size=256, flares=(), integrated=None):
+    def psf(
+        self,
+        wavelength_nm: float | list[int],
+        pitch_um: float = 1.0,
+        size: int = 256,
+        flares: Sequence[Flare] = (),
+        integrated: bool | None = None,
+    ) -> xr.DataArray:
         """Return the point spread function of the lens with `flares`, on the axis.
 
         Parameters
@@ -326,11 +376,11 @@ class DiffractionLimitedLens(IdealLens):
         )
 
 
-def _sequence(flares) -> tuple:
+def _sequence(flares: Sequence[Flare]) -> tuple:
     return tuple(flares.values()) if isinstance(flares, Mapping) else tuple(flares)
 
 
-def _check(lens):
+def _check(lens: IdealLens) -> None:
     check_ranges(lens)
     if os.environ.get("ISETHDR_ARRAYS"):
         device_transfer()  # raises an error if the device is missing
@@ -354,7 +404,7 @@ def _check_focus(focus_m: str | float, focal_length_mm: float) -> None:
         )
 
 
-def _check_geometry(lens):
+def _check_geometry(lens: IdealLens) -> None:
     if isinstance(lens.distortion, dict):
         distortion_map(lens.distortion)
     if isinstance(lens.falloff, str):

@@ -28,7 +28,7 @@ class WavefrontLens(FieldLens):
 
     accuracy_knobs = (SPECKLE_KNOB, PLACES_KNOB)  # no field
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         _check_field(self)
 
@@ -75,7 +75,7 @@ class WavefrontLens(FieldLens):
         }
 
 
-def _check_field(lens):
+def _check_field(lens: WavefrontLens) -> None:
     angles = list(lens.field_zernike_um)
     if angles and (
         len(angles) < 2 or angles[0] != 0 or any(a >= b for a, b in zip(angles, angles[1:]))

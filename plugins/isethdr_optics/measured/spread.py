@@ -81,7 +81,9 @@ def around(table: MeasuredTable, wavelength_nm: float) -> list[tuple[int, float]
     return [(k, s) for k, s in ((low, 1 - part), (low + 1, part)) if s > 0]
 
 
-def kernel(psf: np.ndarray, pitch_um: float, tile_um: tuple[float, float], azimuth: float):
+def kernel(
+    psf: np.ndarray, pitch_um: float, tile_um: tuple[float, float], azimuth: float
+) -> np.ndarray:
     """Return the kernel (y, x) of tiles of a point spread (y, x), turned by an azimuth.
 
     Parameters
@@ -114,7 +116,9 @@ def kernel(psf: np.ndarray, pitch_um: float, tile_um: tuple[float, float], azimu
     return out.reshape(shape)
 
 
-def _corners(y, x, shape) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def _corners(
+    y: np.ndarray, x: np.ndarray, shape: tuple[int, int]
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     row = np.floor(y).astype(np.intp)
     column = np.floor(x).astype(np.intp)
     down = y - row

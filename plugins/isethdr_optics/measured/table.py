@@ -90,7 +90,9 @@ def load(name: str, figures: str, f_number: float) -> MeasuredTable:
 
 
 @lru_cache(maxsize=4)
-def _load(path: Path, changed: int, beside: Path | None, changed_2: int, f_number: float):
+def _load(
+    path: Path, changed: int, beside: Path | None, changed_2: int, f_number: float
+) -> MeasuredTable:
     if path.suffix.lower() == ".csv":
         data = point_spread(rows_of(path, COLUMNS), f_number, path)
     else:

@@ -26,7 +26,7 @@ from ..psf import kernels
 if TYPE_CHECKING:
     from isethdr_core.plugins.protocols import Flare
 
-    from ..lenses.thin_lens import DiffractionLimitedLens, IdealLens
+    from ..abilities import LensOptics, PupilOptics
 
 # CPU seconds for a million tiles x bands, on 2 GHz server cores beside other work
 # (docs/explanation/lens_kernel_choices.md)
@@ -42,7 +42,7 @@ TRACED = 1.8  # times all of that where the colour of every field point is trace
 TRACED_S = 4.0  # and chief rays, rims, exit pupils and wavefronts of a prescription
 
 
-def expected_s(lens: IdealLens, flares: Sequence[Flare], frame: Frame) -> float | None:
+def expected_s(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> float | None:
     """Return the expected seconds of a lens for the light of a frame; None without blur.
 
     Parameters
@@ -88,9 +88,7 @@ def expected_s(lens: IdealLens, flares: Sequence[Flare], frame: Frame) -> float 
     return float(seconds / min(cpus(), MOST_THREADS) ** 0.5)
 
 
-def _field_s(
-    lens: DiffractionLimitedLens, flares: Sequence[Flare], frame: Frame, made: bool
-) -> float:
+def _field_s(lens: PupilOptics, flares: Sequence[Flare], frame: Frame, made: bool) -> float:
     """Return the CPU seconds that point spreads take which vary over the field.
 
     Parameters

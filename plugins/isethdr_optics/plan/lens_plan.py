@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import weakref
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ from .region import Region, errors_on_window
 
 if TYPE_CHECKING:
     import xarray as xr
+    from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +60,7 @@ class LensPlan:
         return self._image(self.region.of(mixed))
 
     @each_component
-    def _image(self, mixed):
+    def _image(self, mixed: xr.DataArray) -> xr.DataArray:
         if self.optics.kernels is not None:
             ledger.rest_part(SPREAD)  # terms of the plan act on it
         cube = np.asarray(mixed.values)
@@ -94,7 +96,7 @@ class LensPlan:
             quantities.check_irradiance(light)
         return self.region.widened(light, self.response and self.response.efficiency)
 
-    def light_errors(self, mixed, weights) -> ErrorMaps:
+    def light_errors(self, mixed: xr.DataArray, weights: np.ndarray) -> ErrorMaps:
         """Return the errors (channel, y, x) of the light of `mixed` from the kernels' errors.
 
         Parameters
@@ -111,11 +113,13 @@ class LensPlan:
         maps = ErrorMaps(*deviation_and_bound, KERNELS, "kernels beyond their exact core")
         return errors_on_window(maps, self.lens, self.optics, self.region.window_m)
 
-    def _placed(self, values, make_quantity, first, **attrs):
+    def _placed(
+        self, values: np.ndarray, make_quantity: Callable[..., Any], first: ArrayLike, **attrs: Any
+    ) -> xr.DataArray:
         """Return make_quantity(values, first, x, y, ...) of light moved to the sensor plane."""
         sensor = self.optics.sensor
 
-        def placed(values_there):
+        def placed(values_there: np.ndarray) -> xr.DataArray:
             return self._on_sensor(make_quantity, values_there, first, **attrs)
 
         if sensor.keeps_grid:
@@ -129,7 +133,9 @@ class LensPlan:
                 ledger.light_part(retiling.BORDER, placed(losses.of_border))
         return placed(moved)
 
-    def _on_sensor(self, make_quantity, values, first, **attrs):
+    def _on_sensor(
+        self, make_quantity: Callable[..., Any], values: np.ndarray, first: ArrayLike, **attrs: Any
+    ) -> xr.DataArray:
         """Return make_quantity(values, first, x, y, ...) with the attributes of the lens."""
         lens = self.lens
         optics = self.optics
@@ -159,7 +165,7 @@ class LensPlan:
                 light.attrs[name] = pitch_um * 1e-6
         return light
 
-    def _added(self, mixed):
+    def _added(self, mixed: xr.DataArray) -> Iterator[np.ndarray]:
         """Yield the irradiance (wavelength, y, x) that replaces truncated wings, and of flares."""
         optics = self.optics
         shape = (len(optics.wavelength_nm), len(optics.sensor.y), len(optics.sensor.x))

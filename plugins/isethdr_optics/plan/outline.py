@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +16,15 @@ from isethdr_core.pipeline.window import SLIVER
 
 from ..field.omissions import known_ahead
 
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Flare
 
-def outline(lens, flares, ahead: FieldAhead, budget: LightBudget) -> ImagingOutline:
+    from ..abilities import LensOptics
+
+
+def outline(
+    lens: LensOptics, flares: Sequence[Flare], ahead: FieldAhead, budget: LightBudget
+) -> ImagingOutline:
     """Return the outline of the plan of a lens; arguments as
     `isethdr_core.plugins.protocols.OutlinesImaging.outline`.
 
@@ -32,7 +41,9 @@ def outline(lens, flares, ahead: FieldAhead, budget: LightBudget) -> ImagingOutl
     return ImagingOutline(margin=not in_place, left_out=tuple(left_out))
 
 
-def _bands(offered_nm, sensed_nm) -> list[LeftOut]:
+def _bands(
+    offered_nm: tuple[float, ...] | None, sensed_nm: tuple[float, ...] | None
+) -> list[LeftOut]:
     """Return the outer bands that no sensor sees."""
     if not offered_nm or not sensed_nm:
         return []
@@ -49,7 +60,9 @@ def _bands(offered_nm, sensed_nm) -> list[LeftOut]:
     ]
 
 
-def _tiles(lens, size, window_m) -> list[LeftOut]:
+def _tiles(
+    lens: LensOptics, size: tuple[float, float, str] | None, window_m: tuple[float, float] | None
+) -> list[LeftOut]:
     """Return the share of the camera's field that no sensor sees."""
     if size is None or window_m is None:
         return []

@@ -8,6 +8,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,6 +34,14 @@ from .lens_plan import LensPlan
 from .region import region
 from .window import window_view
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import LensOptics, PupilOptics
+    from .window import WindowView
+
 WORTH = 1.5e6  # tiles x bands: convolving fewer is faster than finding functionals
 # Share of the kernels' error. Functionals with a quarter of that error add 3 % to the root sum of
 # squares. With a smaller share, scenes with bright lamps would be convolved band by band, several
@@ -41,7 +50,11 @@ NOT_WORTH = 0.25
 
 
 def plan(
-    lens, flares, field, response: Response | None, budget: LightBudget
+    lens: LensOptics,
+    flares: Sequence[Flare],
+    field: xr.DataArray,
+    response: Response | None,
+    budget: LightBudget,
 ) -> LensPlan | DefocusedPlan:
     """Return the plan of imaging a field; arguments as
     `isethdr_core.plugins.protocols.PlansImaging.plan`.
@@ -82,7 +95,12 @@ def plan(
 
 
 def _plan(
-    lens, flares, field, response, budget: LightBudget, of_depth: Sequence[Note] | None = None
+    lens: LensOptics,
+    flares: Sequence[Flare],
+    field: xr.DataArray,
+    response: Response | None,
+    budget: LightBudget,
+    of_depth: Sequence[Note] | None = None,
 ) -> LensPlan:
     """Return the plan of a lens that spreads the light of all depths alike, with the notes of what
     that leaves out; None: those of a lens at its hyperfocal distance.
@@ -130,7 +148,12 @@ def _plan(
     return LensPlan(lens, flares, part, optics, error_allowed, remaining, *_sorted(notes), checked)
 
 
-def complete_plan(lens, flares, field, response: Response | None = None) -> LensPlan:
+def complete_plan(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    field: xr.DataArray,
+    response: Response | None = None,
+) -> LensPlan:
     """Return the plan that leaves nothing out: full kernels; functionals for a field of any size.
 
     Parameters
@@ -154,7 +177,7 @@ def _sorted(notes: list[Note]) -> tuple[tuple[ErrorTerm, ...], tuple[LeftOut, ..
     return terms, tuple(note for note in notes if isinstance(note, LeftOut))
 
 
-def _remaining_response(view, faint: float) -> Response:
+def _remaining_response(view: WindowView, faint: float) -> Response:
     """Return the response with the share of its noise that is left for the convolutions."""
     allowed = view.response.noise_fraction_allowed
     used = view.optics.noise_share + truncation_noise_share(view.optics.kernels) + faint
@@ -162,13 +185,13 @@ def _remaining_response(view, faint: float) -> Response:
     return replace(view.response, noise_fraction_allowed=remaining)
 
 
-def _widest_rad(mixed) -> float:
+def _widest_rad(mixed: xr.DataArray) -> float:
     """Return the largest angle off the axis of a field's tiles."""
     x, y = (np.abs(mixed[d].values).max() for d in ("x", "y"))
     return float(angle_rad(x, y, projection_of(mixed)))
 
 
-def _margin(mixed) -> Margin:
+def _margin(mixed: xr.DataArray) -> Margin:
     """Return the tiles of a field beyond the sensors' window, or else beyond the camera's field."""
     if beyond := mixed.attrs.get("tiles_beyond"):
         return Margin(beyond, of_window=True)

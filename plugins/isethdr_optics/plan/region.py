@@ -6,8 +6,9 @@ Tiles that no sensor sees are dropped if the lens spreads no light.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,10 @@ from ..imaging.field_optics import FieldOptics
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import LensOptics
 
 UNSEEN = "no sensor responds to them"
 
@@ -53,7 +58,7 @@ class Region:
             mixed = mixed.sel(wavelength=self.coordinates["wavelength"][self.kept])
         return mixed if self.tiles is None else core.cut(mixed, self.tiles)
 
-    def widened(self, light: xr.DataArray, efficiency) -> xr.DataArray:
+    def widened(self, light: xr.DataArray, efficiency: Callable[..., Any] | None) -> xr.DataArray:
         """Return the light in the window, with the dropped bands added as dark.
 
         Parameters
@@ -87,7 +92,9 @@ class RegionOfField(NamedTuple):
     left_out: list[LeftOut]
 
 
-def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> RegionOfField:
+def region(
+    lens: LensOptics, flares: Sequence[Flare], field: xr.DataArray, budget: LightBudget
+) -> RegionOfField:
     """Return the region of a field that a lens has to image.
 
     Parameters
@@ -120,12 +127,14 @@ def region(lens, flares, field: xr.DataArray, budget: LightBudget) -> RegionOfFi
     return RegionOfField(chosen, chosen.of(full_field), left_out)
 
 
-def on_window(light, window_m):
+def on_window(light: xr.DataArray, window_m: tuple[float, float] | None) -> xr.DataArray:
     """Return the light within a centred window, (width, height) in metres; None: all."""
     return light if window_m is None else light.isel(core.tiles(light, window_m))
 
 
-def errors_on_window(errors: ErrorMaps, lens, optics: FieldOptics, window_m):
+def errors_on_window(
+    errors: ErrorMaps, lens: LensOptics, optics: FieldOptics, window_m: tuple[float, float] | None
+) -> ErrorMaps:
     """Return the part of error maps (channel, y, x) within a window, as `on_window` for light.
 
     Parameters
@@ -167,14 +176,16 @@ def tiles_left_out(
     )
 
 
-def _lit_bands(mixed, offered_nm) -> tuple[tuple[float, ...], list[LeftOut]]:
+def _lit_bands(
+    mixed: xr.DataArray, offered_nm: tuple[float, ...]
+) -> tuple[tuple[float, ...], list[LeftOut]]:
     """Return the bands of `offered_nm` from the first to the last with light, and a row for others.
 
     Dark bands between two lit bands are kept.
     """
     waves = tuple(map(float, offered_nm))
 
-    def first(order) -> int | None:
+    def first(order: Iterable[int]) -> int | None:
         return next((k for k in order if mixed.sel(wavelength=waves[k]).values.any()), None)
 
     ends = first(range(len(waves))), first(reversed(range(len(waves))))

@@ -10,8 +10,9 @@ outside the window therefore disables cropping; a lamp within it does not.
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -33,6 +34,12 @@ from .region import UNSEEN, tiles_left_out
 if TYPE_CHECKING:
     import xarray as xr
 
+    from isethdr_core.physics.convolution.mirrored import Mirrored
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import LensOptics, PupilOptics
+    from ..imaging.sensor_plane import SensorPlane
+
 SHARE = 0.25  # of the error allowed of light
 WORTH = 0.75  # of all tiles: if more are left, cropping does not pay for the kernel it needs
 GUESS_FACTOR = 1.1  # margin of a guess from one band; the bound is then checked with all bands
@@ -49,7 +56,9 @@ class WindowView(NamedTuple):
     notes: tuple[Note, ...] = ()  # the tiles that are left out, and the error of doing so
 
 
-def window_view(lens, mixed, flares, response) -> WindowView:
+def window_view(
+    lens: LensOptics, mixed: xr.DataArray, flares: Sequence[Flare], response: Response | None
+) -> WindowView:
     """Return the tiles whose light matters to sensors of `response`, and their optics.
 
     All tiles are kept if the response states no window, with distortion, lateral colour, ghosts or
@@ -87,7 +96,9 @@ def window_view(lens, mixed, flares, response) -> WindowView:
     return view._replace(notes=tuple(notes))
 
 
-def _window_tiles(lens, mixed, flares, response):
+def _window_tiles(
+    lens: LensOptics, mixed: xr.DataArray, flares: Sequence[Flare], response: Response | None
+) -> Any | None:
     """Return the slices {y, x} of the tiles in the window; None if all tiles are kept."""
     if response is None or response.window_m is None or not lens.blurs or lens.field_varies:
         return None
@@ -104,7 +115,14 @@ def _window_tiles(lens, mixed, flares, response):
     return None if core.cut(mixed, inside) is mixed else inside
 
 
-def _without_dark_tiles(lens, mixed, flares, response, plane, inner):
+def _without_dark_tiles(
+    lens: PupilOptics,
+    mixed: xr.DataArray,
+    flares: Sequence[Flare],
+    response: Response,
+    plane: SensorPlane,
+    inner: Any,
+) -> tuple[WindowView, int, float] | None:
     """Return (`WindowView`, reach, bound) without distant dark tiles; None if all tiles matter.
 
     `reach` is in tiles from the window; `bound` is the error over the sensor's noise.
@@ -168,7 +186,9 @@ def _without_dark_tiles(lens, mixed, flares, response, plane, inner):
     return WindowView(tiles, near, optics, remaining), reach, share
 
 
-def _within_kernels(mixed, view: WindowView, plane, inner, reach) -> WindowView:
+def _within_kernels(
+    mixed: xr.DataArray, view: WindowView, plane: SensorPlane, inner: Any, reach: int
+) -> WindowView:
     """Return the view of the tiles within the kernels' reach, at most `reach` from the window."""
     optics_of_view = view.optics
     tiles, near = _tiles_around(
@@ -185,7 +205,9 @@ def _within_kernels(mixed, view: WindowView, plane, inner, reach) -> WindowView:
     return WindowView(tiles, near, optics_of_near, view.response)
 
 
-def _tiles_around(mixed, inner, reach):
+def _tiles_around(
+    mixed: xr.DataArray, inner: dict[str, slice], reach: Sequence[int]
+) -> tuple[dict[str, slice] | None, xr.DataArray]:
     """Return the tiles {y, x} within `reach` (y, x) of a window, None for all, and their radiance.
 
     The attribute `tiles_beyond` of the radiance is the number of tiles (y, x) beyond the window.
@@ -201,7 +223,7 @@ def _tiles_around(mixed, inner, reach):
     return tiles, part.assign_attrs(tiles_beyond=beyond)
 
 
-def _largest_reach(inner, frame) -> int:
+def _largest_reach(inner: Any, frame: tuple[int, int]) -> int:
     """Return the tiles beyond the window that may stay for cropping to pay; -1 if it never pays."""
     reach = -1
     sides = [(inner[d].start, inner[d].stop, n) for d, n in zip(("y", "x"), frame)]
@@ -212,11 +234,11 @@ def _largest_reach(inner, frame) -> int:
     return reach
 
 
-def _brightest(mixed, inner, factor):
+def _brightest(mixed: xr.DataArray, inner: Any, factor: float) -> Callable[..., Any]:
     """Return function(reach) -> brightest light per band of tiles beyond it."""
     rows, columns = (mixed.values.max(axis=axis) for axis in (2, 1))
 
-    def brightest(reach):
+    def brightest(reach: int) -> np.ndarray:
         beyond = [
             side
             for d, maxima in (("y", rows), ("x", columns))
@@ -230,7 +252,7 @@ def _brightest(mixed, inner, factor):
     return brightest
 
 
-def _beyond(kernel, reach) -> float:
+def _beyond(kernel: Mirrored | np.ndarray, reach: int) -> float:
     """Return the energy of a kernel beyond `reach` tiles from its middle, along either axis."""
     return 1 - float(
         kernel[tuple(slice(max(n // 2 - reach, 0), n // 2 + reach + 1) for n in kernel.shape)].sum(

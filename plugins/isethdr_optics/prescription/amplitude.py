@@ -11,7 +11,9 @@ the axis too, which means a lens without coma, has a uniform amplitude here (Abb
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +24,9 @@ from .coatings import Powers
 from .exit_pupil import pupil_rays
 from .rays import HIGHEST, entering, fitted
 
+if TYPE_CHECKING:
+    from .prescription import Prescription
+
 # of the places in the exit pupil where the amplitude is evaluated
 RADII = 24
 AZIMUTHS = 48
@@ -31,7 +36,7 @@ LEAST = 1e-7  # coefficients below are rounding
 
 @lru_cache(maxsize=256)
 def amplitude(
-    lens, tangent: float, wavelength_nm: float
+    lens: Prescription, tangent: float, wavelength_nm: float
 ) -> tuple[tuple[tuple[int, float], ...], float]:
     """Return the amplitude over the exit pupil, ((OSA index, value), ...), and its rms variation.
 
@@ -80,31 +85,37 @@ def amplitude(
     )
 
 
-def _power(lens, wavelength_nm):
+def _power(lens: Prescription, wavelength_nm: float) -> Callable[..., Any]:
     powers = Powers(lens, wavelength_nm)
 
-    def transmitted(k, reflects, forward, cosine):
+    def transmitted(
+        k: int, reflects: bool, forward: bool, cosine: np.ndarray
+    ) -> float | np.ndarray:
         passed = powers(k, reflects, forward, cosine[None])
         return passed if np.isscalar(passed) else passed[0]
 
     return transmitted
 
 
-def _fit(terms, places, values) -> dict[int, float]:
+def _fit(
+    terms: Sequence[int], places: Sequence[np.ndarray], values: np.ndarray
+) -> dict[int, float]:
     return dict(zip(terms, map(float, fitted(zernike_basis(terms, *places), values))))
 
 
-def _at(terms, x, y):
+def _at(terms: dict[int, float], x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.polynomial.polynomial.polyval2d(x, y, polynomial(terms))
 
 
-def _area(first, second, x, y):
+def _area(
+    first: dict[int, float], second: dict[int, float], x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
     """Return the Jacobian of two functions of places in the exit pupil."""
     (xx, xy), (yx, yy) = (_slopes(terms, x, y) for terms in (first, second))
     return np.abs(xx * yy - xy * yx)
 
 
-def _slopes(terms, x, y):
+def _slopes(terms: dict[int, float], x: np.ndarray, y: np.ndarray) -> Iterator[Any]:
     return (
         (_at(terms, x + a, y + b) - _at(terms, x - a, y - b)) / (2 * STEP)
         for a, b in ((STEP, 0.0), (0.0, STEP))

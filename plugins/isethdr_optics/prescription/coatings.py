@@ -14,21 +14,26 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from isethdr_core.physics.optics.glass import index
 from isethdr_core.physics.optics.thin_film import quarter_wave_nm, reflect_unpolarised
+
+if TYPE_CHECKING:
+    from .prescription import Prescription
 
 # entries of the tables; linear interpolation has a measured error of 1e-5, except near the critical
 # angle
 COSINES = 513
 
 
-def _mgf2(wavelength_nm):
+def _mgf2(wavelength_nm: np.ndarray) -> list[tuple[np.ndarray, float]]:
     return [(index("MgF2", wavelength_nm), quarter_wave_nm(float(index("MgF2", 550.0)), 550.0))]
 
 
-def _multilayer(wavelength_nm):
+def _multilayer(wavelength_nm: np.ndarray) -> list[tuple[float, float]]:
     return [
         (1.38, quarter_wave_nm(1.38, 520.0)),
         (2.05, quarter_wave_nm(2.05, 520.0, 2.0)),
@@ -36,11 +41,11 @@ def _multilayer(wavelength_nm):
     ]
 
 
-def _broadband(wavelength_nm):
+def _broadband(wavelength_nm: np.ndarray) -> list[tuple[float, float]]:
     return [(1.38, 94.9), (2.05, 136.7), (1.38, 41.0), (2.05, 20.8), (1.38, 43.7)]
 
 
-def _infrared_cut(wavelength_nm):
+def _infrared_cut(wavelength_nm: np.ndarray) -> list[tuple[float, float]]:
     half = (1.46, quarter_wave_nm(1.46, 850.0, 0.5))
     high = (2.35, quarter_wave_nm(2.35, 850.0))
     return [half, high, half] * 9
@@ -55,7 +60,7 @@ COATINGS = {
 }
 
 
-def layers(coating: str, wavelength_nm):
+def layers(coating: str, wavelength_nm: np.ndarray) -> list[Any]:
     """Return [(index, thickness_nm), ...] from the air to the glass."""
     return COATINGS[coating](wavelength_nm)
 
@@ -67,14 +72,21 @@ class Powers:
     that broadcasts to it.
     """
 
-    def __init__(self, prescription, wavelength_nm, sensor_reflectance: float = 0.0):
+    def __init__(
+        self,
+        prescription: Prescription,
+        wavelength_nm: float | tuple[float],
+        sensor_reflectance: float = 0.0,
+    ) -> None:
         self.prescription = prescription
         self.wavelength_nm = np.atleast_1d(np.asarray(wavelength_nm, float))
         self.indices = prescription.indices(self.wavelength_nm)
         self.sensor_reflectance = sensor_reflectance
         self._tables = {}
 
-    def __call__(self, k, reflects, forward, cosine):
+    def __call__(
+        self, k: int, reflects: bool, forward: bool, cosine: np.ndarray
+    ) -> float | np.ndarray:
         """Return the fraction of unpolarised power that is reflected or transmitted.
 
         The sensor absorbs all light that it does not reflect; its transmittance is 1 here.
@@ -93,17 +105,17 @@ class Powers:
         reflectance = self._reflectance(k, forward, cosine)
         return reflectance if reflects else self._transmittance(k, reflectance)
 
-    def at_normal(self, k) -> np.ndarray:
+    def at_normal(self, k: int) -> np.ndarray:
         """Return the reflectance of a surface at normal incidence, (band,)."""
         return np.broadcast_to(
             self(k, True, True, np.ones((len(self.wavelength_nm), 1))), (len(self.wavelength_nm), 1)
         )[:, 0]
 
     @staticmethod
-    def _transmittance(_k, reflectance):
+    def _transmittance(_k: int, reflectance: np.ndarray) -> np.ndarray:
         return 1 - reflectance  # all layers here are lossless
 
-    def _reflectance(self, k, forward, cosine):
+    def _reflectance(self, k: int, forward: bool, cosine: np.ndarray) -> np.ndarray:
         if (k, forward) not in self._tables:
             self._tables[k, forward] = self._table(k, forward)
         table = self._tables[k, forward]
@@ -114,7 +126,7 @@ class Powers:
         flat = table.ravel()
         return flat[start + low] * (1 - part) + flat[start + low + 1] * part
 
-    def _table(self, k, forward):
+    def _table(self, k: int, forward: bool) -> np.ndarray:
         lens = self.prescription
         wave = self.wavelength_nm[:, None]
         stack = [

@@ -12,6 +12,7 @@ plane.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -103,7 +104,9 @@ def pupil_rays(
     return PupilRays(filled, np.stack([x, y]), lag_mm, image_mm, scale)
 
 
-def _directions_of_stop(lens, image_mm, wavelength_nm, filled):
+def _directions_of_stop(
+    lens: Prescription, image_mm: float, wavelength_nm: float, filled: FilledStop
+) -> tuple[np.ndarray, np.ndarray]:
     """Return direction cosines (x, y) from the exit sphere to the image, and `PupilRays.lag_mm`;
     finite for a pupil at infinity too.
     """
@@ -117,7 +120,9 @@ def _directions_of_stop(lens, image_mm, wavelength_nm, filled):
     return (along * direction - curvature * foot)[:2], curvature * off2 / (1 + along)
 
 
-def _sphere_curvature_per_mm(lens, image_mm, indices):
+def _sphere_curvature_per_mm(
+    lens: Prescription, image_mm: float, indices: Sequence[float | np.ndarray]
+) -> float:
     """Return 1 / the radius of the sphere around an image point through the paraxial exit pupil;
     below 0 for one behind the sensor.
     """
@@ -133,7 +138,7 @@ def _sphere_curvature_per_mm(lens, image_mm, indices):
     return float(matrix[1, 1] * np.sign(depth) / np.hypot(depth, matrix[1, 1] * image_mm))
 
 
-def _ellipse(filled, cosines) -> ExitPupil:
+def _ellipse(filled: FilledStop, cosines: np.ndarray) -> ExitPupil:
     """Return the ellipse nearest to the border of the stop in direction cosines, from polynomials
     fitted over the stop.
     """

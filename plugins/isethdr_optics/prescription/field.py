@@ -5,16 +5,21 @@ anything is computed.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics.projection import angle_rad
 
+if TYPE_CHECKING:
+    from ..abilities import PupilOptics
+    from ..lenses.prescription_lens import PrescribedLens
+
 DARK = 0.01  # of the area of the beam on the axis
 MARGIN = 1.2  # times the camera's field: what renderers add around it has to be traced too
 
 
-def check(lens, width: float, height: float, projection: str) -> None:
+def check(lens: PrescribedLens, width: float, height: float, projection: str) -> None:
     """Raise ConfigError where rims leave next to nothing of the beam towards a corner of the field,
     or where rays miss a surface just beyond.
 
@@ -38,7 +43,7 @@ def check(lens, width: float, height: float, projection: str) -> None:
         lens.wavefront_at(widest)
 
 
-def state(lens, width: float, height: float, projection: str) -> None:
+def state(lens: PupilOptics, width: float, height: float, projection: str) -> None:
     """State in the ledger the vignetting in the corners of a field wider than the design field.
 
     Parameters
@@ -59,16 +64,16 @@ def state(lens, width: float, height: float, projection: str) -> None:
         )
 
 
-def _corner(width, height, projection) -> float:
+def _corner(width: float, height: float, projection: str) -> float:
     return float(angle_rad(width / 2, height / 2, projection))
 
 
-def _remaining_share(lens, angle) -> float:
+def _remaining_share(lens: PrescribedLens, angle: float) -> float:
     """Return the area of the beam from an angle off the axis over that on it."""
     return lens.beam(math.tan(angle)) if angle < math.pi / 2 else 0.0
 
 
-def _fits(lens, width, height, projection) -> float:
+def _fits(lens: PrescribedLens, width: float, height: float, projection: str) -> float:
     """Return the horizontal field, degrees, of the same aspect whose corners are at the border of
     the design field.
     """

@@ -10,13 +10,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics import paraxial
 from isethdr_core.physics.optics.ray_trace import Start, collimated, follow, sequential
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from isethdr_core.physics.optics.ray_trace import Rays
+
+    from .prescription import Prescription
 
 AIM_MM = 1e-12  # of the stop's radius: how well chief rays are aimed
 GRID = 160  # rays across the front, for areas
@@ -25,7 +32,7 @@ REACH = 1.5  # radii of the entrance pupil around its middle, in which rays coun
 SEARCH_GRID = 40  # rays across it that find the beam
 
 
-def chief_mm(lens, tangent, wavelength_nm: float) -> np.ndarray:
+def chief_mm(lens: Prescription, tangent: float | np.ndarray, wavelength_nm: float) -> np.ndarray:
     """Return where rays through the middle of the stop meet the sensor, mm, for field tangents;
     aimed by the secant method.
 
@@ -43,7 +50,12 @@ def chief_mm(lens, tangent, wavelength_nm: float) -> np.ndarray:
     return _aimed(lens, tangent, wavelength_nm, 0.0).position_mm[0]
 
 
-def _aimed(lens, tangent, wavelength_nm, relative_height):
+def _aimed(
+    lens: Prescription,
+    tangent: float | np.ndarray,
+    wavelength_nm: float,
+    relative_height: float,
+) -> Rays:
     """Return rays (meridional, along x) that meet the stop at `relative_height` of its radius."""
     indices = lens.indices(wavelength_nm)
     front = lens.surfaces[0].z_mm
@@ -53,7 +65,7 @@ def _aimed(lens, tangent, wavelength_nm, relative_height):
     stop_height_mm = relative_height * lens.surfaces[lens.stop].semi_diameter_mm
     scale = lens.surfaces[lens.stop].semi_diameter_mm
 
-    def miss(x):
+    def miss(x: np.ndarray) -> np.ndarray:
         start = collimated(x, 0 * x, front, tangent, 0 * tangent)
         return follow(lens.surfaces, indices, to_stop, start).position_mm[0] - stop_height_mm
 
@@ -87,7 +99,9 @@ def _aimed(lens, tangent, wavelength_nm, relative_height):
     return rays
 
 
-def distortion(lens, tangent, wavelength_nm: float | None = None) -> np.ndarray:
+def distortion(
+    lens: Prescription, tangent: ArrayLike, wavelength_nm: float | None = None
+) -> np.ndarray:
     """Return (chief ray's height - f tan) / (f tan) at field tangents; 0 on the axis.
 
     Parameters
@@ -103,7 +117,7 @@ def distortion(lens, tangent, wavelength_nm: float | None = None) -> np.ndarray:
     return np.divide(height - ideal, ideal, out=np.zeros_like(ideal), where=tangent != 0)
 
 
-def _sensor_scale_mm(lens, wavelength_nm):
+def _sensor_scale_mm(lens: Prescription, wavelength_nm: float) -> float:
     """Return height / tangent of the paraxial chief ray: the focal length where the sensor is in
     focus.
     """
@@ -116,7 +130,7 @@ def _sensor_scale_mm(lens, wavelength_nm):
 
 
 @lru_cache(maxsize=64)
-def working_f_number(lens, wavelength_nm: float | None = None) -> float:
+def working_f_number(lens: Prescription, wavelength_nm: float | None = None) -> float:
     """Return 1 / (2 sin u') of the traced marginal ray."""
     rays = _aimed(lens, np.zeros(1), wavelength_nm or lens.reference_nm, 1 - 1e-9)
     return float(1 / (2 * np.abs(rays.direction[0, 0])))
@@ -129,7 +143,7 @@ class Spot(NamedTuple):
     centroid_mm: float  # distance of the centroid from the axis, towards the field point's image
 
 
-def spot(lens, tangent: float) -> Spot:
+def spot(lens: Prescription, tangent: float) -> Spot:
     """Return the spot of a field point at the reference wavelength: parallel light that fills the
     entrance beam evenly.
 
@@ -147,7 +161,9 @@ def spot(lens, tangent: float) -> Spot:
     front = lens.surfaces[0].z_mm
     pupil_z, pupil_radius = paraxial.entrance_pupil(lens.surfaces[:-1], indices)
 
-    def traced(low, high, count):
+    def traced(
+        low: np.ndarray, high: np.ndarray, count: int
+    ) -> tuple[np.ndarray, np.ndarray, Rays]:
         """Return cell centres along x and y (count), and rays (y, x) between two corners."""
         x, y = ((np.arange(count) + 0.5) / count * (b - a) + a for a, b in zip(low, high))
         start = collimated(*np.meshgrid(x, y), front, tangent, 0.0)
@@ -173,7 +189,10 @@ def spot(lens, tangent: float) -> Spot:
 
 
 def pupil_area_mm2(
-    lens, tangent, wavelength_nm: float | None = None, grid: int = GRID
+    lens: Prescription,
+    tangent: ArrayLike,
+    wavelength_nm: float | None = None,
+    grid: int = GRID,
 ) -> np.ndarray:
     """Return, per field tangent, the area of the entrance beam that reaches the sensor, in a plane
     across the axis, mm2.
@@ -206,7 +225,7 @@ def pupil_area_mm2(
     return np.array(out)
 
 
-def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> float:
+def seen_sr(lens: Prescription, height_mm: float, wavelength_nm: float, grid: int = GRID) -> float:
     """Return irradiance over radiance of a uniform scene at a point of the sensor, sr.
 
     Rays are traced from the sensor back through all rims into the scene. E = L times the integral
@@ -244,7 +263,7 @@ def seen_sr(lens, height_mm: float, wavelength_nm: float, grid: int = GRID) -> f
     return float(np.sum(inside * (z / distance) ** 2 / distance**2)) * (2 * half / grid) ** 2
 
 
-def _inside(margin):
+def _inside(margin: np.ndarray) -> np.ndarray:
     """Return the part of every cell of a grid of rays that gets through, to first order in the
     smallest margin along the ray.
     """
@@ -254,7 +273,9 @@ def _inside(margin):
         return np.nan_to_num(np.clip(0.5 + margin / (np.abs(gx) + np.abs(gy)), 0, 1))
 
 
-def relative_illumination(lens, tangent, wavelength_nm: float | None = None) -> np.ndarray:
+def relative_illumination(
+    lens: Prescription, tangent: np.ndarray, wavelength_nm: float | None = None
+) -> np.ndarray:
     """Return irradiance of a uniform scene at field tangents over that on the axis.
 
     E = L dOmega cos A / dA' with A the entrance area, dOmega = cos^3 d(tangent)^2 and dA' the area

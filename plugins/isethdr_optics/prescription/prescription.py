@@ -14,6 +14,7 @@ focus at `reference_nm`. Rows with `role` infrared_filter or cover_glass are the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -56,7 +57,7 @@ class Prescription:
     half_field_deg: float
     reference_nm: float = 587.56
 
-    def indices(self, wavelength_nm) -> list:
+    def indices(self, wavelength_nm: float | np.ndarray) -> list[float | np.ndarray]:
         """Return the refractive index of every medium; equal media are the same object."""
         try:
             index_of = {m: glass.index(m, wavelength_nm) for m in set(self.media)}
@@ -146,7 +147,7 @@ def load(name: str) -> Prescription:
 
 
 @lru_cache(maxsize=32)
-def _read(path, _changed):
+def _read(path: str, _changed: int) -> Prescription:
     import yaml
 
     try:
@@ -236,7 +237,7 @@ def parse(data: dict) -> Prescription:
     return lens
 
 
-def _surface(where, row, z):
+def _surface(where: str, row: dict[str, float | str], z: float) -> Surface:
     _check_keys(where, row, ROW)
     radius = _number(where, row, "radius_mm", np.inf)
     if radius == 0 or np.isnan(radius):
@@ -261,7 +262,7 @@ def _surface(where, row, z):
     )
 
 
-def _number(where, row, key, default) -> float:
+def _number(where: str, row: dict[str, float | str], key: str, default: float) -> float:
     """Return a number of a mapping."""
     value = row.get(key, default)
     if not isinstance(value, (int, float)) or isinstance(value, bool) or np.isnan(value):
@@ -269,7 +270,7 @@ def _number(where, row, key, default) -> float:
     return float(value)
 
 
-def _thickness(where, row):
+def _thickness(where: str, row: dict[str, float | str]) -> float:
     thickness = _number(where, row, "thickness_mm", 0.0)
     if not 0 <= thickness < np.inf:
         raise ConfigError(
@@ -279,7 +280,7 @@ def _thickness(where, row):
     return thickness
 
 
-def _coating(where, row, media):
+def _coating(where: str, row: dict[str, float | str], media: Sequence[str]) -> str:
     coating = str(row.get("coating", "none"))
     if coating not in COATINGS:
         raise ConfigError(
@@ -298,7 +299,7 @@ def _coating(where, row, media):
     return coating
 
 
-def _check_stop(name, surfaces, media):
+def _check_stop(name: str, surfaces: Sequence[Surface], media: Sequence[str]) -> None:
     stops = [k for k, s in enumerate(surfaces) if s.is_stop]
     if len(stops) != 1:
         raise ConfigError(
@@ -316,13 +317,13 @@ def _check_stop(name, surfaces, media):
         )
 
 
-def _check_keys(where, data, allowed):
+def _check_keys(where: str, data: dict[str, float | str], allowed: tuple[str, ...]) -> None:
     for key in data:
         if key not in allowed:
             raise ConfigError(f"{where}: key {key!r} is unknown{did_you_mean(key, allowed)}")
 
 
-def _check_f_number(f_number, name):
+def _check_f_number(f_number: float, name: str) -> None:
     if not isinstance(f_number, int | float) or not f_number >= 0.5:
         raise ConfigError(
             f"prescription {name!r}: f_number is {f_number!r}; expected at least 0.5, the limit of"

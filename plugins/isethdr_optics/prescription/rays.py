@@ -4,13 +4,19 @@ and polynomials fitted to it.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics import paraxial
 from isethdr_core.physics.optics.ray_trace import Rays, collimated, follow, sequential
+
+if TYPE_CHECKING:
+    from isethdr_core.physics.optics.ray_trace import Start
+
+    from .prescription import Prescription
 
 RAYS = 41  # across the entrance pupil
 HIGHEST = 8  # radial degree that is fitted
@@ -25,14 +31,16 @@ class FilledStop(NamedTuple):
     within: np.ndarray  # which rays count
 
 
-def fitted(basis, values) -> np.ndarray:
+def fitted(basis: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the coefficients of least squares; by the normal equations, as Zernike terms over a
     filled disc are nearly orthogonal.
     """
     return np.linalg.solve(basis.T @ basis, basis.T @ values)
 
 
-def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0) -> FilledStop:
+def filling(
+    lens: Prescription, tangent: float, wavelength_nm: float, reach: float = 1.0
+) -> FilledStop:
     """Return rays from a field tangent along +x over the stop; those count that reach the sensor.
 
     Parameters
@@ -61,7 +69,7 @@ def filling(lens, tangent: float, wavelength_nm: float, reach: float = 1.0) -> F
     return FilledStop(rays, stop, within)
 
 
-def entering(lens, indices, tangent):
+def entering(lens: Prescription, indices: Sequence[float | np.ndarray], tangent: float) -> Start:
     """Return (position, direction) of parallel light over the entrance pupil and somewhat more.
 
     Parameters

@@ -6,7 +6,9 @@ exit pupil, in which the stop is a unit disc. A circle is fitted to points where
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +16,9 @@ from isethdr_core.physics.optics.zernike import order, polynomial, zernike_basis
 
 from .exit_pupil import pupil_rays
 from .rays import HIGHEST, fitted
+
+if TYPE_CHECKING:
+    from .prescription import Prescription
 
 # of the places in the stop that are looked at
 RADII = 48
@@ -25,7 +30,7 @@ TOUCHED = 1e-6  # of a rim's radius: how far beyond it a beam of the same size c
 
 
 @lru_cache(maxsize=256)
-def rims(lens, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
+def rims(lens: Prescription, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
     """Return the discs (x, radius), centred on the meridional plane, that cut the stop for light
     from a field tangent along +x.
 
@@ -73,7 +78,7 @@ def rims(lens, tangent: float) -> tuple[tuple[tuple[float, float], ...], float]:
     return tuple(discs[n] for n in _needed(cuts)), worst
 
 
-def _needed(cuts) -> list[int]:
+def _needed(cuts: Sequence[Any]) -> list[int]:
     """Return which of the masks (radius, azimuth) cut a place that none of the others does; one of
     those that are the same.
     """
@@ -85,7 +90,7 @@ def _needed(cuts) -> list[int]:
     return needed
 
 
-def _heights(basis, hits) -> list:
+def _heights(basis: np.ndarray, hits: Sequence[list[np.ndarray]]) -> list:
     """Return a function of places (x, y) in the stop for every surface: how far out rays cross it
     there, 1 on its rim.
 
@@ -100,7 +105,7 @@ def _heights(basis, hits) -> list:
         for hit, used in zip(zip(*hits), (even, ~even))
     ]
 
-    def one(k):
+    def one(k: int) -> Callable[..., Any]:
         powers = [
             polynomial(dict(zip(terms, coefficients[:, k]))) for terms, coefficients in across
         ]
@@ -109,7 +114,7 @@ def _heights(basis, hits) -> list:
     return [one(k) for k in range(len(hits))]
 
 
-def _crossings(height, x0, y0):
+def _crossings(height: Callable[..., Any], x0: float, y0: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the places (x, y) in the stop, on straight lines from (x0, y0), where `height` passes
     1.
     """
@@ -129,7 +134,7 @@ def _crossings(height, x0, y0):
     return x0 + low[cut] * dx[cut], y0 + low[cut] * dy[cut]
 
 
-def _circle(x, y):
+def _circle(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
     """Return the centre on the x axis and the radius of the circle nearest to points, and the
     distance of the farthest from it.
     """

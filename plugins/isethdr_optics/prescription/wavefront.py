@@ -16,6 +16,8 @@ from .exit_pupil import pupil_rays
 from .rays import HIGHEST, entering, fitted
 
 if TYPE_CHECKING:
+    from isethdr_core.physics.optics.ray_trace import Rays, Start
+
     from .prescription import Prescription
 
 
@@ -64,7 +66,13 @@ def zernike_um(lens: Prescription, tangent: float, wavelength_nm: float) -> Wave
     )
 
 
-def _paths_mm(lens, indices, start, rays, image):
+def _paths_mm(
+    lens: Prescription,
+    indices: list[float | np.ndarray],
+    start: Start,
+    rays: Rays,
+    image: np.ndarray,
+) -> np.ndarray:
     """Return optical path lengths from a wave in front of the lens to the foot of `image` on every
     ray.
     """

@@ -4,17 +4,22 @@ square over the stop is 1.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from isethdr_core.physics.optics import pupil as shapes
 from isethdr_core.physics.optics.zernike import wavefront_um
 
+if TYPE_CHECKING:
+    from isethdr_core.physics.optics.pupil import Convex
+
 SAMPLES = 384  # across the stop, from which the share of an opening's light is known to 1e-4
 
 
-def amplitude(terms, x, y) -> np.ndarray:
+def amplitude(terms: tuple[tuple[int, float], ...], x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the amplitude (y, x), float32, of ((OSA index, value), ...) at places in stop radii, y
     down.
 
@@ -28,7 +33,9 @@ def amplitude(terms, x, y) -> np.ndarray:
 
 
 @lru_cache(maxsize=64)
-def share(terms, opening, dirt, radius_mm: float) -> float:
+def share(
+    terms: Sequence[tuple[int, float]], opening: Convex, dirt: tuple[Any, ...], radius_mm: float
+) -> float:
     """Return the light that uneven light sends through an opening with dirt over that of even
     light; 1 for the whole stop.
 

@@ -39,10 +39,12 @@ def stop_from_pupil(lens: MapsPupil) -> np.ndarray:
 
 
 @lru_cache(maxsize=64)
-def _mapped(terms, matrix_up):
+def _mapped(
+    terms: tuple[tuple[int, float], ...], matrix_up: tuple[tuple[float, float], tuple[float, float]]
+) -> tuple[tuple[int, float], ...]:
     return tuple((j, c) for j, c in mapped(dict(terms), matrix_up).items() if abs(c) > ROUNDING)
 
 
-def _matrix_up(lens) -> Matrix:
+def _matrix_up(lens: MapsPupil) -> Matrix:
     (xx, xy), (yx, yy) = lens.pupil_matrix
     return (xx, -xy), (-yx, yy)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import cmath
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +20,12 @@ from ..abilities import DrawsPupil
 from . import apodization
 from .pupil_map import over_pupil, stop_from_pupil
 from .wavefronts import coefficients_um, slopes, steepest_um
+
+if TYPE_CHECKING:
+    from isethdr_core.physics.optics.pupil import Convex
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import PupilOptics
 
 CORE_SAMPLES = 768  # across the stop: kernel values to 1e-4 (L1), measured against 3072
 # across the stop for a narrow image, and per wavelength x f-number of its width
@@ -51,12 +59,12 @@ BLOCK = 16  # cells, per axis, that are divided alike
 UNRESOLVED = 0.8
 
 
-def radius_mm(lens) -> float:
+def radius_mm(lens: PupilOptics) -> float:
     """Return the radius of the round stop, mm."""
     return lens.focal_length_mm / lens.f_number / 2
 
 
-def reach_mm(lens) -> float:
+def reach_mm(lens: PupilOptics) -> float:
     """Return the distance from the axis, mm, beyond which the pupil is dark: the stop's radius, or
     more where its image is larger.
     """
@@ -65,7 +73,7 @@ def reach_mm(lens) -> float:
     )
 
 
-def check_dirt(lens, flares) -> None:
+def check_dirt(lens: PupilOptics, flares: Sequence[Flare]) -> None:
     """Refuse so much dirt that its overlaps cannot be drawn, before any other work.
 
     It is tried where there are so many grains and scratches that seconds are well spent; few large
@@ -79,30 +87,30 @@ def check_dirt(lens, flares) -> None:
         terms(lens, flares, ANY_NM)
 
 
-def stop_mm2(lens) -> float:
+def stop_mm2(lens: PupilOptics) -> float:
     """Return the area of the clean stop as the image sees it, mm2."""
     matrix = lens.pupil_matrix
     return np.pi * radius_mm(lens) ** 2 * (abs(float(np.linalg.det(matrix))) if matrix else 1.0)
 
 
-def distance_mm(lens) -> float:
+def distance_mm(lens: PupilOptics) -> float:
     """Return the distance from the pupil to the image, mm: focal length x (1 + magnification)."""
     return lens.focal_length_mm * (1 + lens.magnification)
 
 
-def scaled_nm(lens, wavelength_nm: float) -> float:
+def scaled_nm(lens: PupilOptics, wavelength_nm: float) -> float:
     """Return the wavelength, nm, whose diffraction pattern has the size of this one's, with the
     pupil that shapes are drawn in.
     """
     return wavelength_nm / lens.pupil_scale(wavelength_nm)
 
 
-def blur_um(lens, wavelength_nm: float) -> float:
+def blur_um(lens: PupilOptics, wavelength_nm: float) -> float:
     """Return wavelength x working f-number, um: the reciprocal of the highest spatial frequency."""
     return scaled_nm(lens, wavelength_nm) * 1e-3 * distance_mm(lens) / (2 * radius_mm(lens))
 
 
-def axis_mm(lens, pitch_mm: float) -> np.ndarray:
+def axis_mm(lens: PupilOptics, pitch_mm: float) -> np.ndarray:
     """Return cell centres, symmetric about the axis, that cover the pupil with a cell to spare on
     either side.
     """
@@ -110,7 +118,7 @@ def axis_mm(lens, pitch_mm: float) -> np.ndarray:
     return (np.arange(2 * half) - half + 0.5) * pitch_mm
 
 
-def _shapes(lens, flares) -> tuple:
+def _shapes(lens: PupilOptics, flares: Sequence[Flare]) -> tuple:
     """Return the stop cut by rims and every iris, and all dirt: (opening, ((shape, loss of
     amplitude, delay um or nothing), ...)).
     """
@@ -125,7 +133,7 @@ def _shapes(lens, flares) -> tuple:
     return opening, tuple(loss for _, dirt in shapes_of_flares for loss in dirt)
 
 
-def terms(lens, flares, wavelength_nm: float | None = None) -> list:
+def terms(lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: float | None = None) -> list:
     """Return the stop and all flares with shapes as one sum of (shape, weight); weights are complex
     where dirt delays light.
 
@@ -153,14 +161,19 @@ _energy = lru_cache(maxsize=16)(shapes.energy)
 
 
 @lru_cache(maxsize=16)
-def _terms(opening, dirt, wavelength_nm, pupil_matrix):
+def _terms(
+    opening: Convex,
+    dirt: Sequence[Any],
+    wavelength_nm: float | None,
+    pupil_matrix: tuple[tuple[float, float], tuple[float, float]] | None,
+) -> list[tuple[Convex, complex]]:
     parts = _overlaps(opening, tuple(d[0] for d in dirt))
     if pupil_matrix is not None:
         parts = [(part.mapped(pupil_matrix), shapes_inside) for part, shapes_inside in parts]
     return shapes.weighted(parts, [_loss(*d[1:], wavelength_nm=wavelength_nm) for d in dirt])
 
 
-def _loss(loss, delay_um=0.0, *, wavelength_nm):
+def _loss(loss: float, delay_um: float = 0.0, *, wavelength_nm: float | None) -> complex:
     """Return 1 - transmission of one shape of dirt; complex where it delays light."""
     return (
         1 - (1 - loss) * cmath.exp(2j * cmath.pi * 1e3 * delay_um / wavelength_nm)
@@ -169,18 +182,25 @@ def _loss(loss, delay_um=0.0, *, wavelength_nm):
     )
 
 
-def delays_um(lens, flares) -> set[float]:
+def delays_um(lens: PupilOptics, flares: Sequence[Flare]) -> set[float]:
     """Return the optical path differences, um, that shapes of dirt add; none where all dirt takes
     amplitude alone.
     """
     return _delays(_shapes(lens, flares)[1])
 
 
-def _delays(dirt):
+def _delays(dirt: tuple[Any, ...]) -> set[Any] | set[float]:
     return {d[2] for d in dirt if len(d) > 2 and d[2]}
 
 
-def amplitude(lens, flares, x_mm, y_mm, wavelength_nm: float, points: int = 3) -> np.ndarray:
+def amplitude(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    wavelength_nm: float,
+    points: int = 3,
+) -> np.ndarray:
     """Return the mean amplitude transmission (y, x) of each cell, real or complex, without the
     wavefront.
 
@@ -203,7 +223,14 @@ def amplitude(lens, flares, x_mm, y_mm, wavelength_nm: float, points: int = 3) -
     return out
 
 
-def _sampled(flare, pupil_matrix, x_mm, y_mm, wavelength_nm, points):
+def _sampled(
+    flare: TransmitsPupil,
+    pupil_matrix: tuple[tuple[float, float], tuple[float, float]] | None,
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    wavelength_nm: float,
+    points: int,
+) -> np.ndarray:
     """Return the means over cells of a third-party pupil, which is asked at places of the stop."""
     (xx, xy), (yx, yy) = np.linalg.inv(pupil_matrix) if pupil_matrix is not None else np.eye(2)
     step_x = x_mm[1] - x_mm[0]
@@ -234,7 +261,7 @@ def _sampled(flare, pupil_matrix, x_mm, y_mm, wavelength_nm, points):
     return np.broadcast_to(mean, (len(y_mm), len(x_mm)))
 
 
-def has_phase(lens, flares) -> bool:
+def has_phase(lens: PupilOptics, flares: Sequence[Flare]) -> bool:
     """Return whether the pupil may be complex: without phase a point spread function equals its
     mirror image.
     """
@@ -243,7 +270,7 @@ def has_phase(lens, flares) -> bool:
     ) or not all_shapes(flares)
 
 
-def round_and_clean(lens, flares) -> bool:
+def round_and_clean(lens: PupilOptics, flares: Sequence[Flare]) -> bool:
     """Return whether the pupil is the round stop alone, without phase, rims, blades or dirt: its
     point spread has a closed form.
     """
@@ -253,7 +280,9 @@ def round_and_clean(lens, flares) -> bool:
     )
 
 
-def phase_change(lens, flares, first_nm: float, last_nm: float) -> float:
+def phase_change(
+    lens: PupilOptics, flares: Sequence[Flare], first_nm: float, last_nm: float
+) -> float:
     """Return by how much the phase of lens and dirt differs between two wavelengths, radians rms
     over the pupil (piston apart).
 
@@ -274,11 +303,17 @@ def phase_change(lens, flares, first_nm: float, last_nm: float) -> float:
     return 2 * np.pi * float(np.sqrt(np.sum(np.square(waves))))
 
 
-def _turns_per_cell(lens, step_mm: float, wavelength_nm: float) -> float:
+def _turns_per_cell(lens: PupilOptics, step_mm: float, wavelength_nm: float) -> float:
     return steepest_um(lens, wavelength_nm) * step_mm / radius_mm(lens) / (wavelength_nm * 1e-3)
 
 
-def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
+def with_wavefront(
+    lens: PupilOptics,
+    cells: np.ndarray,
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    wavelength_nm: float,
+) -> np.ndarray:
     """Return the cells times exp(2 pi i OPD / wavelength) of the lens; refuse a phase the cells
     cannot follow.
 
@@ -308,7 +343,14 @@ def with_wavefront(lens, cells, x_mm, y_mm, wavelength_nm: float) -> np.ndarray:
     return out
 
 
-def _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm):
+def _turned(
+    lens: PupilOptics,
+    wavefront: dict[int, float],
+    cells: np.ndarray,
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    wavelength_nm: float,
+) -> np.ndarray:
     """Return rows of cells times the phase at their centres and what the mean over a cell leaves of
     it.
 
@@ -336,7 +378,9 @@ def _turned(lens, wavefront, cells, x_mm, y_mm, wavelength_nm):
     return out
 
 
-def _opd_um(lens, wavefront, x, y) -> np.ndarray:
+def _opd_um(
+    lens: PupilOptics, wavefront: dict[int, float], x: np.ndarray, y: np.ndarray
+) -> np.ndarray:
     """Return the optical path difference (y, x) in the open part of every cell, micrometres; `x`
     and `y` in pupil radii, y up.
 
@@ -360,7 +404,7 @@ def _opd_um(lens, wavefront, x, y) -> np.ndarray:
     return out
 
 
-def _uneven_amplitude(lens, x_mm, y_mm):
+def _uneven_amplitude(lens: PupilOptics, x_mm: np.ndarray, y_mm: np.ndarray) -> np.ndarray:
     """Return the amplitude (y, x) of light that does not fill the stop evenly, over cells of the
     pupil.
     """
@@ -368,7 +412,14 @@ def _uneven_amplitude(lens, x_mm, y_mm):
     return apodization.amplitude(terms, x_mm / radius_mm(lens), y_mm / radius_mm(lens))
 
 
-def resolved(lens, flares, x_mm, y_mm, wavelength_nm: float, cells=None) -> np.ndarray:
+def resolved(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    wavelength_nm: float,
+    cells: np.ndarray | None = None,
+) -> np.ndarray:
     """Return the means over cells of amplitude times phase, from cells as fine as the wavefront
     asks.
 
@@ -391,7 +442,13 @@ def resolved(lens, flares, x_mm, y_mm, wavelength_nm: float, cells=None) -> np.n
     return _finely(lens, flares, x_mm, y_mm, wavelength_nm)
 
 
-def _finely(lens, flares, x_mm, y_mm, wavelength_nm):
+def _finely(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    wavelength_nm: float,
+) -> np.ndarray:
     """Return the means over cells of products on finer cells, as fine as the wavefront asks in each
     block.
     """
@@ -411,7 +468,7 @@ def _finely(lens, flares, x_mm, y_mm, wavelength_nm):
     return out
 
 
-def _runs(lens, x_mm, y_mm, wavelength_nm):
+def _runs(lens: PupilOptics, x_mm: np.ndarray, y_mm: np.ndarray, wavelength_nm: float) -> Any:
     """Return [(columns, parts), ...] of a strip of rows: blocks side by side that are divided
     alike, those beyond the rim left out.
     """
@@ -446,12 +503,18 @@ def _runs(lens, x_mm, y_mm, wavelength_nm):
     return runs
 
 
-def _distances(low, high):
+def _distances(low: float, high: float) -> tuple[float, float]:
     """Return the least and the largest distance from 0 of an interval."""
     return (0.0 if low <= 0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
 
 
-def _product(lens, flares, x_mm, y_mm, wavelength_nm):
+def _product(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    wavelength_nm: float,
+) -> np.ndarray:
     """Return amplitude times phase on a block of fine cells."""
     cells = amplitude(lens, flares, x_mm, y_mm, wavelength_nm, points=1)
     wavefront = coefficients_um(lens, wavelength_nm)
@@ -462,7 +525,14 @@ def _product(lens, flares, x_mm, y_mm, wavelength_nm):
     )
 
 
-def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> list[np.ndarray]:
+def folded(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: float,
+    cells_mm: tuple[float, float],
+    period: tuple[int, int],
+    offsets: tuple[tuple[float, float], tuple[float, float]],
+) -> list[np.ndarray]:
     """Return the pupil with its wavefront in smooth cells, summed modulo `period`, for several
     offsets; see `lattice.fold_cells`.
 
@@ -479,7 +549,7 @@ def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> lis
     count_y, count_x = (2 * (int(np.ceil(reach_mm(lens) / c)) + 1) for c in cells_mm)
     x, y = ((np.arange(2 * n) + 0.5 - n) * h for n, h in ((count_x, half_x), (count_y, half_y)))
 
-    def blocks():
+    def blocks() -> Iterator[tuple[int, int, np.ndarray]]:
         for start in range(0, len(y), 64):
             rows = y[start : start + 64]
             nearest = 0.0 if rows[0] * rows[-1] <= 0 else min(abs(rows[0]), abs(rows[-1])) - half_y
@@ -496,7 +566,7 @@ def folded(lens, flares, wavelength_nm: float, cells_mm, period, offsets) -> lis
     return lattices.fold_cells(blocks(), (len(y), len(x)), period, offsets)
 
 
-def phase_mean(turns) -> np.ndarray | float:
+def phase_mean(turns: np.ndarray) -> np.ndarray | float:
     """Return what the mean over a cell leaves of a phase of `turns` wavelengths (y, x) at its
     centre, float32: sinc of the slopes.
 
@@ -515,14 +585,16 @@ def phase_mean(turns) -> np.ndarray | float:
     return np.broadcast_to(out, turns.shape)
 
 
-def phase_samples(lens, wavelength_nm: float) -> float:
+def phase_samples(lens: PupilOptics, wavelength_nm: float) -> float:
     """Return the samples across the stop at which the wavefront changes by a quarter wave from one
     to the next at most.
     """
     return 8 * steepest_um(lens, wavelength_nm) / (wavelength_nm * 1e-3)
 
 
-def core_pitch_mm(lens, extent_um: float, wavelength_nm: float, least: int = CORE_SAMPLES) -> float:
+def core_pitch_mm(
+    lens: PupilOptics, extent_um: float, wavelength_nm: float, least: int = CORE_SAMPLES
+) -> float:
     """Return a pupil pitch that resolves the stop, an image `extent_um` wide, and the wavefront (a
     quarter wave per sample).
 
@@ -549,7 +621,7 @@ def core_pitch_mm(lens, extent_um: float, wavelength_nm: float, least: int = COR
     return diameter / samples
 
 
-def open_energy_mm2(lens, flares, wavelength_nm: float) -> float:
+def open_energy_mm2(lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: float) -> float:
     """Return the integral of |a|^2 over the pupil, mm2: from areas where all is shapes.
 
     Else from a grid of means over cells, `diffraction.energy_of`.
@@ -581,6 +653,6 @@ def open_energy_mm2(lens, flares, wavelength_nm: float) -> float:
     return energy
 
 
-def all_shapes(flares) -> bool:
+def all_shapes(flares: Sequence[Flare]) -> bool:
     """Return whether every pupil flare states exact shapes."""
     return all(isinstance(f, DrawsPupil) or not isinstance(f, TransmitsPupil) for f in flares)

@@ -4,15 +4,20 @@ coefficients; and how steep they are.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.optics.zernike import Slopes, slopes_um
 
+if TYPE_CHECKING:
+    from ..abilities import PupilOptics
 
-def coefficients_um(lens, wavelength_nm: float) -> dict[int, float]:
+
+def coefficients_um(lens: PupilOptics, wavelength_nm: float) -> dict[int, float]:
     """Return the lens's wavefront at one wavelength: {OSA index: micrometres rms}.
 
     A focus that lies dz beyond the sensor is a wavefront of dz rho^2 / (8 N^2), N the working
@@ -29,7 +34,7 @@ def coefficients_um(lens, wavelength_nm: float) -> dict[int, float]:
     return out
 
 
-def _focal_shift_um(lens, wavelength_nm):
+def _focal_shift_um(lens: PupilOptics, wavelength_nm: float) -> float:
     table = {float(w): s for w, s in lens.focal_shift_um.items()}
     wavelengths_nm = sorted(table)
     if not wavelengths_nm[0] <= wavelength_nm <= wavelengths_nm[-1]:
@@ -42,14 +47,14 @@ def _focal_shift_um(lens, wavelength_nm):
     return float(np.interp(wavelength_nm, wavelengths_nm, [table[w] for w in wavelengths_nm]))
 
 
-def steepest_um(lens, wavelength_nm: float) -> float:
+def steepest_um(lens: PupilOptics, wavelength_nm: float) -> float:
     """Return the largest gradient of the lens's wavefront, micrometres per radius of the stop that
     the f-number says.
     """
     return float(slopes(lens, wavelength_nm).largest.max())
 
 
-def slopes(lens, wavelength_nm: float) -> Slopes:
+def slopes(lens: PupilOptics, wavelength_nm: float) -> Slopes:
     """Return the largest gradient of the lens's wavefront at distances from the axis in the stop.
 
     Distances are in radii of the stop; gradients are over the pupil as the image sees it, in
@@ -65,5 +70,5 @@ def slopes(lens, wavelength_nm: float) -> Slopes:
 
 
 @lru_cache(maxsize=256)
-def _slopes(wavefront):
+def _slopes(wavefront: Sequence[Any]) -> Slopes:
     return slopes_um(dict(wavefront))  # asked for by every block of a pupil

@@ -202,7 +202,9 @@ def test_modules_of_the_lens_import_each_other_in_one_direction():
         for p in ROOT.rglob("*.py")
         if p.name != "__init__.py"
     }
-    imports = {name: imported(name, path) & files.keys() for name, path in files.items()}
+    imports = {
+        name: imported(name, path, for_types=False) & files.keys() for name, path in files.items()
+    }
     while imports:
         ground = {name for name, needs in imports.items() if not needs & imports.keys()}
         assert ground, f"a circle among {sorted(imports)}"
@@ -240,11 +242,22 @@ def test_only_what_the_core_calls_writes_into_the_ledger():
     assert sorted({file for file, _ in found}) == sorted(STAGES)
 
 
-def imported(name: str, path: Path) -> set[str]:
-    """Return the modules that a file may import, with all names that it takes from packages."""
+def is_for_types(node: ast.stmt) -> bool:
+    """Return whether a statement is `if TYPE_CHECKING: ...`."""
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+
+
+def imported(name: str, path: Path, for_types: bool = True) -> set[str]:
+    """Return the modules that a file may import, with all names that it takes from packages.
+
+    `for_types`: with those that only type checkers import.
+    """
     package = name.split(".")[:-1]
     out = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    if not for_types:
+        tree.body = [node for node in tree.body if not is_for_types(node)]
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             out |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):

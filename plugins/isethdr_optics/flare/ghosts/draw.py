@@ -4,9 +4,14 @@ fineness, keeping the energy.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from .trace import Beam
 
 FINE_BINS = 96  # across the longer side: bins of direction in which lamps are looked for
 BLOCKS = 5  # across the longer side: what is not bright is summed in these
@@ -27,7 +32,9 @@ class Source:
     power: np.ndarray  # (band,) W m-2 nm-1 through a plane across the axis
 
 
-def sources(power, x, y, pitch) -> tuple[list[Source], float]:
+def sources(
+    power: np.ndarray, x: np.ndarray, y: np.ndarray, pitch: Sequence[float]
+) -> tuple[list[Source], float]:
     """Return light sources of an image, and the share of the light that is summed in blocks.
 
     Bright bins become sources of their own, at their centroid and as wide as their light; the rest
@@ -80,11 +87,11 @@ def sources(power, x, y, pitch) -> tuple[list[Source], float]:
     return point_sources, float(remaining.sum() / power.sum())
 
 
-def _bin_of(tiles, per_bin):
+def _bin_of(tiles: int, per_bin: int) -> np.ndarray:
     return np.arange(tiles) // per_bin
 
 
-def _source(light, x, y, pitch):
+def _source(light: np.ndarray, x: np.ndarray, y: np.ndarray, pitch: Sequence[float]) -> Source:
     total = light.sum(axis=0)
     along_x = total.sum(axis=0) / total.sum()
     along_y = total.sum(axis=1) / total.sum()
@@ -103,7 +110,9 @@ class Canvas:
     what falls just outside.
     """
 
-    def __init__(self, bands: int, x_mm, y_mm, pitch_mm):
+    def __init__(
+        self, bands: int, x_mm: np.ndarray, y_mm: np.ndarray, pitch_mm: Sequence[float]
+    ) -> None:
         self.bands = bands
         self.shape = (len(y_mm), len(x_mm))
         self.pitch = pitch_mm  # (y, x)
@@ -111,13 +120,15 @@ class Canvas:
         self.grids: dict[int, np.ndarray] = {}
         self.outside = np.zeros(bands)
 
-    def _grid(self, level):
+    def _grid(self, level: int) -> np.ndarray:
         if level not in self.grids:
             size = [-(-n // 2**level) + 4 for n in self.shape]
             self.grids[level] = np.zeros((self.bands, *size))
         return self.grids[level]
 
-    def draw(self, x_mm, y_mm, flux, blur_mm: float = 0.0):
+    def draw(
+        self, x_mm: np.ndarray, y_mm: np.ndarray, flux: np.ndarray, blur_mm: float = 0.0
+    ) -> None:
         """Add points (band, n) of `flux`, each shared linearly by the four nearest cells.
 
         A source `blur_mm` from its middle to its border, seen in the ghost, is drawn on cells of
@@ -183,7 +194,7 @@ class Canvas:
         return out
 
 
-def _interpolation(fine, coarse, size):
+def _interpolation(fine: int, coarse: int, size: int) -> np.ndarray:
     """Return the (fine, coarse) matrix of linear interpolation; coarse cell k is centred at size (k
     - 3/2) - 1/2 fine cells.
     """
@@ -203,7 +214,7 @@ class Iris:
     rotation_deg: float  # of the first corner, from x towards y
     radius_mm: float  # of the stop
 
-    def margin(self, x_mm, y_mm) -> np.ndarray:
+    def margin(self, x_mm: np.ndarray, y_mm: np.ndarray) -> np.ndarray:
         """Return how far inside the nearest blade points of the stop lie, in apothems; below 0 they
         are blocked.
         """
@@ -213,7 +224,14 @@ class Iris:
         return 1 - farthest / (self.radius_mm * np.cos(half))
 
 
-def points(source: Source, low, high, tangents, limits, iris: Iris | None = None):
+def points(
+    source: Source,
+    low: Beam,
+    high: Beam,
+    tangents: tuple[float, float],
+    limits: tuple[float, float, float, float],
+    iris: Iris | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Return (x mm, y mm, flux) (band, n) of one ghost of one source, and the half width of the
     source in it, mm.
 
@@ -232,11 +250,11 @@ def points(source: Source, low, high, tangents, limits, iris: Iris | None = None
     along, across = (source.x / radius, source.y / radius) if radius > 0 else (1.0, 0.0)
     part = (radius - tangents[0]) / (tangents[1] - tangents[0])
 
-    def woven(first, last):
+    def woven(first: np.ndarray, last: np.ndarray) -> np.ndarray:
         mixed = first * (1 - part) + last * part
         return (weave @ mixed @ weave.T).reshape(len(mixed), -1)
 
-    def spread(name):
+    def spread(name: str) -> np.ndarray:
         return woven(getattr(low, name), getattr(high, name))
 
     x, y, weight, margin = (spread(k) for k in ("x_mm", "y_mm", "weight", "margin"))
@@ -252,7 +270,7 @@ def points(source: Source, low, high, tangents, limits, iris: Iris | None = None
     return x * along - y * across, x * across + y * along, flux, blur
 
 
-def _scale_mm(low, high, tangents):
+def _scale_mm(low: Beam, high: Beam, tangents: tuple[float, float]) -> float:
     """Return by how many mm a ghost moves on the sensor per tangent of its source, the larger of
     radially and around.
     """
@@ -264,7 +282,7 @@ def _scale_mm(low, high, tangents):
     return max(abs(far_mm - near_mm) / (tangents[1] - tangents[0]), abs(far_mm) / tangents[1])
 
 
-def _interpolation_of_nodes(nodes, count):
+def _interpolation_of_nodes(nodes: int, count: int) -> np.ndarray:
     at = (np.arange(count) + 0.5) / count * (nodes - 1)
     low = np.minimum(at.astype(int), nodes - 2)
     out = np.zeros((count, nodes))

@@ -4,9 +4,12 @@ plane.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from threading import Lock
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from cachetools import LRUCache
@@ -23,6 +26,14 @@ from ...prescription.prescription import check_coating, load
 from ..added_light import added_light
 from .draw import Canvas, Iris, points, sources
 from .trace import beams, boxes, rank, split
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ...abilities import LensOptics, PupilOptics
+    from ...prescription.prescription import Prescription
+    from .draw import Source
+    from .trace import Pair
 
 PART = "light of ghosts"  # the part of the light that the errors of ghosts act on
 
@@ -56,33 +67,35 @@ class GhostFlare:
         ),
     )
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         load(self.prescription)
         if self.coating:
             check_coating(self.coating)
 
-    def input_files(self):
+    def input_files(self) -> tuple[Any, ...]:
         """Return the user's own prescription file, if any. Its content is part of a run's name."""
         return (self.prescription,) if self.prescription.endswith((".yaml", ".yml")) else ()
 
-    def irradiance(self, lens, mixed):
+    def irradiance(self, lens: LensOptics, mixed: xr.DataArray) -> xr.DataArray:
         """Return the irradiance of the ghosts, W m-2 nm-1, on the tiles of `mixed`."""
         return _irradiance(self, lens, mixed)
 
-    def of_lens(self, lens):
+    def of_lens(self, lens: LensOptics) -> Prescription:
         """Return the prescription with this coating, focal length and f-number of `lens`."""
         real = load(self.prescription).scaled(lens.focal_length_mm).stopped(lens.f_number)
         return real.with_coating(self.coating) if self.coating else real
 
-    def iris(self, lens):
+    def iris(self, lens: LensOptics) -> Iris | None:
         """Return the `draw.Iris` of this flare in `lens`, None where it is round."""
         if self.blades < 3:
             return None
         real = self.of_lens(lens)
         return Iris(self.blades, self.rotation_deg, real.surfaces[real.stop].semi_diameter_mm)
 
-    def pairs(self, lens, wavelength_nm, largest_tangent: float):
+    def pairs(
+        self, lens: LensOptics, wavelength_nm: np.ndarray, largest_tangent: float
+    ) -> tuple[list[Any], ...]:
         """Return two lists of `trace.Pair`: those to trace, strongest first; the others, weakest
         first.
 
@@ -98,7 +111,12 @@ class GhostFlare:
         return split(ranked, self.error_allowed / 2)  # the other half: weak ghosts of weak lamps
 
 
-def ghost_seconds(flare: GhostFlare, lens, wavelength_nm, largest_tangent: float) -> float:
+def ghost_seconds(
+    flare: GhostFlare,
+    lens: PupilOptics,
+    wavelength_nm: np.ndarray,
+    largest_tangent: float,
+) -> float:
     """Return the CPU seconds of the ghosts of a typical night, with `TYPICAL_SOURCES` sources.
 
     Parameters
@@ -125,16 +143,23 @@ _lock = Lock()  # reading an entry changes the order of the cache
 
 
 @lru_cache(maxsize=8)
-def _powers(real, wavelength_nm, sensor_reflectance):
+def _powers(
+    real: Prescription, wavelength_nm: Sequence[float], sensor_reflectance: float
+) -> Powers:
     return Powers(real, wavelength_nm, sensor_reflectance)
 
 
 @lru_cache(maxsize=32)
-def _ranked(real, wavelength_nm, largest_tangent, sensor_reflectance):
+def _ranked(
+    real: Prescription,
+    wavelength_nm: Sequence[float],
+    largest_tangent: float,
+    sensor_reflectance: float,
+) -> list[Pair]:
     return rank(_powers(real, wavelength_nm, sensor_reflectance), largest_tangent)
 
 
-def _irradiance(flare, lens, mixed):
+def _irradiance(flare: GhostFlare, lens: LensOptics, mixed: xr.DataArray) -> xr.DataArray:
     from isethdr_core.cli.progress import track
 
     quantities.check_mixed(mixed)
@@ -173,7 +198,9 @@ def _irradiance(flare, lens, mixed):
     return added
 
 
-def _worth_drawing(light_sources, traced, error_allowed):
+def _worth_drawing(
+    light_sources: Sequence[Any], traced: Sequence[Any], error_allowed: float
+) -> tuple[float | list[Any], ...]:
     """Return [(source, pair), ...] without the weakest, and the share of the light of the weakest.
 
     The share is at most `error_allowed`.
@@ -189,7 +216,7 @@ def _worth_drawing(light_sources, traced, error_allowed):
     ], float(share[order[:few]].sum())
 
 
-def _tangents(source, largest):
+def _tangents(source: Source, largest: float) -> tuple[float, float]:
     """Return two field tangents around a source: those of its radial bin, or of its extent if that
     is wider.
     """
@@ -202,7 +229,13 @@ def _tangents(source, largest):
     return float(max(middle - reach, 0.0)), float(middle + reach)
 
 
-def _beams_of(real, powers, pair, intervals, iris) -> dict:
+def _beams_of(
+    real: Prescription,
+    powers: Powers,
+    pair: Pair,
+    intervals: Sequence[tuple[float, float]],
+    iris: bool,
+) -> dict:
     """Return {(low, high) tangents: (box, beam at low, beam at high)}, cached in the process.
 
     The value is None if no light passes.
@@ -241,7 +274,14 @@ def _beams_of(real, powers, pair, intervals, iris) -> dict:
     return beams_of_intervals
 
 
-def _record_errors(ledger, traced, weak_pairs, weak_share, in_blocks, added):
+def _record_errors(
+    ledger: ModuleType,
+    traced: Sequence[Any],
+    weak_pairs: Sequence[Any],
+    weak_share: float,
+    in_blocks: float,
+    added: xr.DataArray,
+) -> None:
     label = (
         "ghosts of lamps, 99 % of the tiles; the mean error of a tile is 0.04, of the flux 0.006"
     )

@@ -8,8 +8,9 @@ magnification. This holds for paraxial rays; with real rays the peak is up to `P
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,15 @@ from ...imaging import wing_truncation
 from ...imaging.photoelectron_map import electrons
 from ...psf.error_parts import term
 from .ghost_flare import GhostFlare
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Response
+    from isethdr_core.plugins.protocols import Flare
+
+    from ...abilities import LensOptics
+    from ...imaging.field_optics import FieldOptics
 
 SHARE = 0.25  # of the error allowed of light
 # measured, 6.8 at most: uniform light, four prescriptions at f/4 to f/8, coatings none, mgf2,
@@ -32,7 +42,9 @@ class BrightGhosts(GhostFlare):
 
     faint: tuple[tuple[int, int], ...] = ()  # (front, back)
 
-    def pairs(self, lens, wavelength_nm, largest_tangent: float):
+    def pairs(
+        self, lens: LensOptics, wavelength_nm: np.ndarray, largest_tangent: float
+    ) -> tuple[list[Any], ...]:
         """Return (traced, left out), as `GhostFlare.pairs`.
 
         Parameters
@@ -54,7 +66,13 @@ class LimitedFlares(NamedTuple):
     notes: tuple[Note, ...] = ()  # what was left out, and its error
 
 
-def without_faint_ghosts(lens, mixed, flares, optics, response) -> LimitedFlares:
+def without_faint_ghosts(
+    lens: LensOptics,
+    mixed: xr.DataArray,
+    flares: Sequence[Flare],
+    optics: FieldOptics,
+    response: Response,
+) -> LimitedFlares:
     """Return the flares without the ghosts that are too faint for the sensor.
 
     Parameters
@@ -98,7 +116,14 @@ def without_faint_ghosts(lens, mixed, flares, optics, response) -> LimitedFlares
     return LimitedFlares(tuple(out), total, tuple(notes))
 
 
-def _faint(flare, lens, mixed, wave, unit, allowed):
+def _faint(
+    flare: GhostFlare,
+    lens: LensOptics,
+    mixed: xr.DataArray,
+    wave: np.ndarray,
+    unit: float,
+    allowed: float,
+) -> tuple[float | list[Any] | tuple[Any, ...], ...]:
     """Return the pairs (front, back) whose ghosts together stay below `allowed`, bound and notes.
 
     `unit` is the peak ghost of a pair with share and magnification 1, over the sensor's noise.

@@ -6,7 +6,9 @@ ghosts come out in the orientation of the image.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +16,9 @@ from isethdr_core.physics.optics import glass, paraxial
 from isethdr_core.physics.optics.ray_trace import Start, collimated, follow, ghost_path
 
 from ...prescription.coatings import Powers
+
+if TYPE_CHECKING:
+    from ...prescription.prescription import Prescription
 
 SCAN = 36  # rays across the front to find where a ghost's light enters
 NODES = 16  # rays across that box; even: half of them on either side of the meridional plane
@@ -76,7 +81,12 @@ def rank(powers: Powers, largest_tangent: float) -> list[Pair]:
     return sorted(pairs, key=lambda p: -p.share)
 
 
-def _beam(lens, path, steps, tangents):
+def _beam(
+    lens: Prescription,
+    path: Sequence[tuple[int, bool]],
+    steps: Sequence[np.ndarray],
+    tangents: np.ndarray,
+) -> tuple[float, float]:
     """Return (largest area over the tangents, half width on the axis) of what passes all apertures
     of a path.
     """
@@ -92,7 +102,9 @@ def _beam(lens, path, steps, tangents):
     return float(np.pi / 2 * max(chord.max(), 0.0) * width.min()), float(width.min())
 
 
-def _to_middle(lens, path, steps):
+def _to_middle(
+    lens: Prescription, path: Sequence[tuple[int, bool]], steps: Sequence[np.ndarray]
+) -> float:
     """Return the height, per tangent, of the ray through the middle of the stop at its first
     crossing.
     """
@@ -129,7 +141,9 @@ class Beam:
     stops: tuple = ()  # (x mm, y mm) of every crossing of the stop, for an iris that is not round
 
 
-def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
+def boxes(
+    lens: Prescription, pair: Pair, intervals: Sequence[tuple[float, float]], wavelength_nm: float
+) -> list:
     """Return, per (low, high) field tangents, the box (x, x, y, y) at the front vertex that holds a
     ghost's light, or None.
 
@@ -169,7 +183,7 @@ def boxes(lens, pair: Pair, intervals, wavelength_nm: float) -> list:
     return out
 
 
-def _front_half_mm(lens, indices):
+def _front_half_mm(lens: Prescription, indices: Sequence[float | np.ndarray]) -> float:
     first = lens.surfaces[0]
     if np.isfinite(first.semi_diameter_mm):
         # oblique light crosses the vertex plane displaced by tangent x sag
@@ -177,7 +191,14 @@ def _front_half_mm(lens, indices):
     return 2 * paraxial.entrance_pupil(lens.surfaces[:-1], indices)[1]
 
 
-def beams(lens, powers: Powers, pair: Pair, tangents, limits, iris: bool = False) -> list[Beam]:
+def beams(
+    lens: Prescription,
+    powers: Powers,
+    pair: Pair,
+    tangents: Sequence[float],
+    limits: Sequence[tuple[float, float, float, float]],
+    iris: bool = False,
+) -> list[Beam]:
     """Trace a ghost in all bands of `powers` from field tangents (along x), each through a grid of
     `NODES` x `NODES` rays over its own box of `limits`.
 
@@ -207,7 +228,7 @@ def beams(lens, powers: Powers, pair: Pair, tangents, limits, iris: bool = False
     indices = {m: np.reshape(glass.index(m, traced), (-1, 1, 1, 1)) for m in set(lens.media)}
     weight = np.ones((len(wave), *x.shape))
 
-    def passed_on(k, reflects, forward, cosine):
+    def passed_on(k: int, reflects: bool, forward: bool, cosine: np.ndarray) -> float:
         nonlocal weight
         weight = weight * powers(k, reflects, forward, cosine[nearest])
         return 1.0
@@ -220,10 +241,10 @@ def beams(lens, powers: Powers, pair: Pair, tangents, limits, iris: bool = False
     )
     valid = np.isfinite(rays.margin)
 
-    def mirrored(half, sign=1):
+    def mirrored(half: np.ndarray, sign: int = 1) -> np.ndarray:
         return np.concatenate([sign * half[:, :, ::-1], half], axis=2)
 
-    def banded(value, sign=1):
+    def banded(value: np.ndarray, sign: int = 1) -> np.ndarray:
         return mirrored(np.einsum("bk,ktyx->btyx", between, np.where(valid, value, 0.0)), sign)
 
     parts = [banded(rays.position_mm[0]), banded(rays.position_mm[1], -1), mirrored(weight)]
@@ -234,7 +255,7 @@ def beams(lens, powers: Powers, pair: Pair, tangents, limits, iris: bool = False
         if lens.surfaces[k].is_stop
     ]
 
-    def at(value, t):
+    def at(value: np.ndarray, t: int) -> np.ndarray:
         return np.ascontiguousarray(value[:, t], np.float32)
 
     return [
@@ -243,6 +264,6 @@ def beams(lens, powers: Powers, pair: Pair, tangents, limits, iris: bool = False
     ]
 
 
-def _between(wave, traced):
+def _between(wave: np.ndarray, traced: np.ndarray) -> np.ndarray:
     """Return the (band, traced) matrix of linear interpolation."""
     return np.stack([np.interp(wave, traced, one) for one in np.eye(len(traced))], axis=1)
