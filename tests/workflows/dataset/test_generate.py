@@ -102,6 +102,7 @@ def test_a_scene_that_fails_is_recorded_and_the_others_go_on(recipe):
     path = folder_of("tiny") / "failed" / f"{failing[0]:05d}.txt"
     assert "Traceback" in path.read_text()
     assert all(record.seconds > 0 and record.stored_bytes > 0 for record in dataset.made)
+    assert all(0 < record.cpu_seconds for record in dataset.made)
     problems = verify(dataset)
     assert [(p.number, "failed" in p.what) for p in problems] == [(n, True) for n in failing]
 
@@ -172,6 +173,20 @@ def test_more_scenes_continue_a_dataset_and_another_seed_is_refused(recipe):
     assert read_dataset("tiny").count == 3  # a smaller count forgets nothing
     with pytest.raises(ConfigError, match=r"seed=1.*generate tiny_2"):
         generate(Request("tiny", count=3, seed=2, recipe=recipe), silent)
+
+
+def test_a_stored_dataset_is_not_tried_again(recipe, monkeypatch):
+    """Trying lays out a street for each value of the recipe: half a minute for the bundled ones."""
+    request = Request("tiny", count=1, seed=1, recipe=recipe)
+    generate(request, silent)
+    tried = []
+    monkeypatch.setattr(module, "tried", lambda family, overrides: tried.append(family))
+    begun(request)
+    begun(Request("tiny", count=3, seed=1, recipe=recipe))
+    assert tried == []
+    with pytest.raises(ConfigError, match="generate tiny_2"):
+        begun(Request("tiny", count=1, seed=1, recipe=recipe, overrides=("scene.fails=false",)))
+    assert tried == ["plain", "bright", "bright"]
 
 
 @pytest.mark.parametrize(

@@ -17,9 +17,9 @@ from isethdr_workflows.dataset.summary import (
 
 
 def records(seconds):
-    """Return records of scenes that took so long."""
+    """Return records of scenes that took so long, the processor half as long."""
     return [
-        SceneRecord(number, "plain", f"plain-{number}", (), ("a",), s, 1000)
+        SceneRecord(number, "plain", f"plain-{number}", (), ("a",), s, s / 2, 1000)
         for number, s in enumerate(seconds)
     ]
 
@@ -28,6 +28,13 @@ def test_equal_scenes_take_their_number_times_one():
     expected = runtime_estimate(records([30.0] * 6), 60)
     assert (expected.seconds.value, expected.seconds.low, expected.seconds.high) == (1800.0,) * 3
     assert expected.stored_bytes.value == 60_000
+    assert expected.cpu_seconds.value == 900.0
+
+
+def test_processor_time_needs_a_record_of_each_scene():
+    """Records of earlier versions have none."""
+    older = SceneRecord(6, "plain", "plain-6", (), ("a",), 30.0, stored_bytes=1000)
+    assert runtime_estimate([*records([30.0] * 6), older], 60).cpu_seconds is None
 
 
 def test_nothing_is_left_of_a_dataset_that_is_made():

@@ -265,6 +265,10 @@ def print_runtime_estimate(
         ("time, one after the other", *(time_text(v) for v in (time.value, time.low, time.high))),
         ("disk", *(f"{v / 1e9:.3g} GB" for v in (size.value, size.low, size.high))),
     ]
+    if expected.cpu_seconds is not None:  # other work on the machine slows the clock alone
+        cpu = expected.cpu_seconds
+        limits = (cpu.value, cpu.low, cpu.high)
+        rows.insert(1, ("processor time", *(time_text(v) for v in limits)))
     if price is not None:
         rows.append(
             ("cost", *(f"{price * v / 3600:.2f}" for v in (time.value, time.low, time.high)))

@@ -62,6 +62,7 @@ class SceneRecord:
     overrides: tuple[str, ...]
     stores: tuple[str, ...] = ()  # names in `scenes/` of the home; none where it failed
     seconds: float = 0.0  # of scene and renderer
+    cpu_seconds: float = 0.0  # the same, of the processor; 0 where it was not recorded
     stored_bytes: int = 0
     noise: Mapping[str, float] = field(default_factory=dict)  # relative, by light group
     objects: tuple[Mapping[str, Any], ...] = ()
@@ -95,6 +96,26 @@ def begin(wanted: Definition) -> Definition:
     definition = wanted if stored is None else _with_count(stored, wanted.count)
     _write(folder / DEFINITION, json.dumps(asdict(definition), indent=1))
     return definition
+
+
+def is_tried(name: str, recipe_text: str, overrides: tuple[str, ...]) -> bool:
+    """Return whether a dataset is stored with these values: they were tried before that.
+
+    Parameters
+    ----------
+    name : of the dataset.
+    recipe_text : recipe as YAML.
+    overrides : of all scenes, after those of the recipe.
+
+    Raises
+    ------
+    CatalogError : the stored definition is damaged.
+    """
+    folder = folder_of(name)
+    if not (folder / DEFINITION).exists():
+        return False
+    stored = read_definition(folder)
+    return stored.recipe_text == recipe_text and stored.overrides == overrides
 
 
 def _drawn_from(definition: Definition) -> tuple[int, str, tuple[str, ...]]:
