@@ -30,12 +30,12 @@ __getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
-def isethdr_components():
+def isethdr_components() -> list[Component]:
     """Return the image signal processors."""
     return COMPONENTS
 
 
 @hookimpl
-def isethdr_config_paths():
+def isethdr_config_paths() -> list[str]:
     """Return the presets: `isp=merge_isetcam`."""
     return ["pkg://isethdr_isp.conf"]

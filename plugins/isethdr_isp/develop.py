@@ -4,6 +4,7 @@ the noise of the samples.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,11 +14,11 @@ from isethdr_core.data import camera_geometry
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.physics.colour.colour_spaces import colour_matrix
 from isethdr_core.physics.photometry import xyz_weights
-from isethdr_core.truth import VARIANCE_KNOWN, make_picture, variance_known, with_undenoised
+from isethdr_core.truth import VARIANCE_KNOWN, make_picture, with_undenoised
 
 from .demosaic.denoise import denoised
 from .demosaic.interpolation import array_period
-from .demosaic.methods import FOLLOWS_VARIANCE, interpolate
+from .demosaic.methods import FOLLOWS_VARIANCE, STATES_VARIANCE, chosen, interpolate
 from .development_fields import Development
 from .readout.defects import MAP, corrected
 from .readout.noise_propagation import independent
@@ -36,8 +37,9 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
         (y, x).
     reads : `electrons.Readout` of the charge whose electrons these are.
     captures : the captures Dataset, for the filter array, the grid and the lens.
-    how : the fields of the isp. A denoised picture also holds the picture before denoising, whose
-        variance is known (`truth.before_denoising`).
+    how : the fields of the isp. A denoised picture also holds the picture before denoising
+        (`truth.before_denoising`), by the bilinear demosaic where `how.demosaic` states no
+        variance.
     balance : the light whose grey is reproduced exactly.
     """
     if how.denoise not in DENOISERS:
@@ -53,16 +55,21 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
         response, captures.wavelength.values, balance, how.design_snr, dark_var_e2
     )
     attrs = picture_attrs(captures, response, how, balance, dark_var_e2)
-    picture = _developed(merged, captures, how, matrix, attrs)
+    filters = captures["filter"].values
+    names = [str(name) for name in captures["channel"].values]
+    how = replace(how, demosaic=chosen(how.demosaic, filters, names))
     if how.denoise == "none":
-        return picture
-    cell = array_period(captures["filter"].values)
+        return _developed(merged, captures, how, matrix, attrs)
+    known = how if how.demosaic in STATES_VARIANCE else replace(how, demosaic="bilinear")
+    plain = _developed(merged, captures, known, matrix, attrs)
     smooth = denoised(
-        merged, cell, how.demosaic in FOLLOWS_VARIANCE, strength=how.nl_means_strength
+        merged,
+        array_period(filters),
+        how.demosaic in FOLLOWS_VARIANCE,
+        strength=how.nl_means_strength,
     )
     attrs[VARIANCE_KNOWN] = False
-    developed = _developed(smooth, captures, how, matrix, attrs)
-    return with_undenoised(developed, picture) if variance_known(picture) else developed
+    return with_undenoised(_developed(smooth, captures, how, matrix, attrs), plain)
 
 
 def _developed(merged, captures, how: Development, matrix, attrs: dict):

@@ -9,7 +9,7 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 
 
-def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> np.ndarray:
+def hdr_white(displayed: np.ndarray, filled: np.ndarray, start: float = 0.95, blur_px: float = 1.0) -> np.ndarray:
     """Return displayed linear RGB blended to white where the mosaic is nearly full.
 
     Parameters
@@ -49,7 +49,7 @@ def hdr_white(displayed, filled, start: float = 0.95, blur_px: float = 1.0) -> n
         )
     kernel = np.exp(-0.5 * (np.arange(-2, 3) / blur_px) ** 2)
 
-    def smooth(values):
+    def smooth(values: np.ndarray) -> np.ndarray:
         return correlate1d(
             correlate1d(values, kernel, axis=0, mode="constant"), kernel, axis=1, mode="constant"
         )

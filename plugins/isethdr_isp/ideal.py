@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +16,9 @@ from .readout.combine import single_capture
 from .readout.electrons import check_captures, chosen, falloff, readouts
 from .spectra import light
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 @dataclass(frozen=True)
 class IdealIsp:
@@ -21,7 +26,7 @@ class IdealIsp:
     samples every channel.
     """
 
-    def __call__(self, captures):
+    def __call__(self, captures: xr.Dataset) -> xr.Dataset:
         """Return the picture; exact when the channels span the colour matching functions and there
         is no filter array.
 

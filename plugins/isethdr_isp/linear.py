@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from dataclasses import dataclass
 
 from isethdr_core.errors import ConfigError, did_you_mean
@@ -14,6 +16,9 @@ from .readout.combine import fold, read_charge
 from .readout.electrons import check_captures, chosen, readouts
 from .scene_light import illuminant
 from .spectra import light
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,7 @@ class LinearIsp(Development):
             )
         super().check_shot(form)
 
-    def __call__(self, captures):
+    def __call__(self, captures: xr.Dataset) -> xr.Dataset:
         """Return the picture of one capture; a pixel is valid when no saturated sample went into
         it.
         """

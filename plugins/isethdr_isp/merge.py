@@ -10,6 +10,7 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError, UnitError, did_you_mean
 
+from .demosaic.methods import AUTOMATIC
 from .develop import PictureNoise, develop, finish, floor_e2, picture_attrs, solve_matrix
 from .development_fields import Development
 from .readout.black_level import with_black_level
@@ -62,7 +63,7 @@ class MergeIsp(Development):
             ("demosaic", "bilinear"),
             ("denoise", "none"),
         ):
-            if getattr(self, field) != only:
+            if getattr(self, field) not in (only, AUTOMATIC):
                 raise ConfigError(
                     f"isp.{field}={getattr(self, field)} cannot merge upper and lower case filters"
                     f" of one array; expected {only}"

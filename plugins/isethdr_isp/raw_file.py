@@ -7,6 +7,8 @@ JSON.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import json
 from fractions import Fraction
 from pathlib import Path
@@ -20,6 +22,9 @@ from isethdr_core.physics.photometry import xyz_weights
 from .demosaic.interpolation import array_period
 from .readout.electrons import check_captures, chosen, readouts
 from .spectra import light, radiances
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # of the tag CFAPlaneColor; C is clear, as W
 COLOURS = {
@@ -40,7 +45,7 @@ D65 = 21  # of the tag CalibrationIlluminant1
 LARGEST = 65535
 
 
-def write_dng(captures, path, capture: str = "") -> Path:
+def write_dng(captures: xr.Dataset, path: Path, capture: str = "") -> Path:
     """Write one capture as DNG; return the path.
 
     Parameters
@@ -78,7 +83,7 @@ def write_dng(captures, path, capture: str = "") -> Path:
     return Path(path)
 
 
-def tags(capture, names, mono: bool) -> list[tuple]:
+def tags(capture: xr.Dataset, names: list[str], mono: bool) -> list[tuple]:
     """Return (code, type, count, value) of every tag of one capture.
 
     Parameters
@@ -145,13 +150,13 @@ def tags(capture, names, mono: bool) -> list[tuple]:
     return entries
 
 
-def _cell(capture):
+def _cell(capture: xr.Dataset) -> np.ndarray:
     """Return the filters (row, column) of one cell of the array."""
     filters = capture["filter"].values
     return filters[tuple(slice(n) for n in array_period(filters))]
 
 
-def planes_in_order(capture) -> list[int]:
+def planes_in_order(capture: xr.Dataset) -> list[int]:
     """Return the channels in the order of the file's planes.
 
     Developers take the second of three planes for green, which a cell holds twice. So the channel
@@ -166,7 +171,7 @@ def planes_in_order(capture) -> list[int]:
     return order
 
 
-def camera_matrix(response, wavelength_nm) -> np.ndarray:
+def camera_matrix(response: np.ndarray, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return the matrix (channel, 3) from XYZ to the camera: exact for daylight, least squares over
     surfaces for the rest.
 
@@ -179,7 +184,7 @@ def camera_matrix(response, wavelength_nm) -> np.ndarray:
     return colour_matrix(samples @ weights.T, samples @ camera.T, weights @ white, camera @ white)
 
 
-def _description(capture) -> str:
+def _description(capture: xr.Dataset) -> str:
     numbers = {
         name: float(capture[name].values[0])
         for name in (
@@ -201,7 +206,7 @@ def _description(capture) -> str:
     return json.dumps({"capture": str(capture["capture"].values[0]), **numbers})
 
 
-def _check(capture, names, raw) -> None:
+def _check(capture: xr.Dataset, names: list[str], raw: np.ndarray) -> None:
     top = float(capture["top_dn"].values[0])
     if (
         not np.issubdtype(raw.dtype, np.integer)
@@ -223,7 +228,7 @@ def _check(capture, names, raw) -> None:
         )
 
 
-def _check_array(capture, names) -> None:
+def _check_array(capture: xr.Dataset, names: list[str]) -> None:
     """Refuse a filter array that a DNG cannot name, or that developers open with other filters than
     it has.
     """
@@ -249,5 +254,5 @@ def _ratio(value: float) -> tuple[int, int]:
     return fraction.numerator, fraction.denominator
 
 
-def _ratios(values) -> tuple[int, ...]:
+def _ratios(values: np.ndarray) -> tuple[int, ...]:
     return tuple(part for value in np.ravel(values) for part in _ratio(float(value)))

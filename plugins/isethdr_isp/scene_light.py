@@ -7,6 +7,8 @@ White balance and colour matrix follow it.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from itertools import combinations
 
 import numpy as np
@@ -17,6 +19,9 @@ from .demosaic.interpolation import array_period
 from .readout.electrons import Readout, readouts
 from .spectra import LIGHTS, Illuminant, Mixture, light
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 AUTOMATIC = "automatic"
 REFERENCE = "daylight"  # captures are compared in this light; also the answer where nothing is seen
 # a cell brighter than this multiple of the percentile is a lamp, or its glare
@@ -25,7 +30,7 @@ LAMP_MULTIPLE = 2.0
 STEPS = 100  # of a mixture's share
 
 
-def illuminant(captures, balance: str) -> Illuminant:
+def illuminant(captures: xr.Dataset, balance: str) -> Illuminant:
     """Return the light that `balance` names, or for "automatic" the one found in `captures`. The
     ledger states how well its channel ratios fit.
     """
@@ -46,7 +51,7 @@ def illuminant(captures, balance: str) -> Illuminant:
     return mixture
 
 
-def channel_means(reads: list[Readout], filters, channels: int) -> np.ndarray | None:
+def channel_means(reads: list[Readout], filters: np.ndarray, channels: int) -> np.ndarray | None:
     """Return the mean of each channel over the cells of the filter array that hold no lamp and no
     saturated sample, in cd/m2 of daylight; None of one channel, or where some mean is not above 0.
 
@@ -81,7 +86,7 @@ def channel_means(reads: list[Readout], filters, channels: int) -> np.ndarray | 
     return means if len(means) == channels and np.all(means > 0) else None
 
 
-def nearest_mixture(means, read: Readout, wavelength_nm) -> tuple[Mixture, float]:
+def nearest_mixture(means: np.ndarray, read: Readout, wavelength_nm: np.ndarray) -> tuple[Mixture, float]:
     """Return the mixture of two lights whose white has the channel ratios of `means`, and how far
     these are apart: rms over channels of the logarithm's difference.
 

@@ -39,7 +39,7 @@ class Mixture(NamedTuple):
 Illuminant = str | Mixture
 
 
-def light(name: Illuminant, wavelength_nm) -> np.ndarray:
+def light(name: Illuminant, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return the spectral radiance (wavelength) of a perfect white in this light, W m-2 sr-1 nm-1,
     scaled to 1 cd/m2.
     """
@@ -58,7 +58,7 @@ def light(name: Illuminant, wavelength_nm) -> np.ndarray:
     return shape / (xyz_weights(w)[1] @ shape)
 
 
-def reflectances(wavelength_nm) -> np.ndarray:
+def reflectances(wavelength_nm: np.ndarray) -> np.ndarray:
     """Return smooth reflectances (surface, wavelength), 0..1: a grey, edges up and down, bands up
     and down.
 
@@ -76,7 +76,7 @@ def reflectances(wavelength_nm) -> np.ndarray:
     return np.array(out)
 
 
-def radiances(wavelength_nm, lights: Sequence[Illuminant] = LIGHTS) -> np.ndarray:
+def radiances(wavelength_nm: np.ndarray, lights: Sequence[Illuminant] = LIGHTS) -> np.ndarray:
     """Return every reflectance in every light (sample, wavelength), each scaled to 1 cd/m2: all
     count alike.
     """
@@ -85,5 +85,5 @@ def radiances(wavelength_nm, lights: Sequence[Illuminant] = LIGHTS) -> np.ndarra
     return lit / (lit @ xyz_weights(w)[1])[:, None]
 
 
-def _bell(w, centre, sigma):
+def _bell(w: np.ndarray, centre: int, sigma: int) -> np.ndarray:
     return np.exp(-(((w - centre) / sigma) ** 2) / 2)

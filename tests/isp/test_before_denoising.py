@@ -29,6 +29,13 @@ def test_it_holds_the_picture_before(shot):
     assert before_denoising(smooth).identical(plain.drop_vars("source").assign(source=plain.source))
 
 
+@pytest.mark.parametrize("demosaic", ["guided", "automatic"])
+def test_a_demosaic_without_variance_keeps_the_bilinear_picture_before(shot, demosaic):
+    captures, _ = shot
+    smooth = MergeIsp(denoise="nl_means", demosaic=demosaic)(captures)
+    assert before_denoising(smooth).identical(MergeIsp()(captures))
+
+
 def test_a_picture_that_is_not_denoised_is_itself(shot):
     plain = MergeIsp()(shot[0])
     assert before_denoising(plain) is plain

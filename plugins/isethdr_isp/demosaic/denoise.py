@@ -8,6 +8,8 @@ is needed, which could leave a bias (docs/explanation/isp.md compares the two).
 
 from __future__ import annotations
 
+from typing import Any
+
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -109,7 +111,7 @@ class _Totals:
             self.weight2 = self.weight.copy()
             self.first2, self.second2 = np.zeros((2, *shape), np.float32)
 
-    def add(self, p, q, w) -> None:
+    def add(self, p: Any, q: Any, w: np.ndarray) -> None:
         """Add the samples at `q` to the sums of those at `p`, and the other way round.
 
         Parameters
@@ -175,7 +177,7 @@ def _averages(samples: _Samples, cell_shape: tuple[int, int], with_variance: boo
     return totals.averages()
 
 
-def stabilised(x, variance, valid):
+def stabilised(x: np.ndarray, variance: np.ndarray, valid: np.ndarray) -> np.ndarray:
     """Return values (y, x) with a noise of 1: the integral of dx / sqrt(Var(x) + 3/8).
 
     Parameters
@@ -211,7 +213,7 @@ def stabilised(x, variance, valid):
     return np.interp(x, means, height) + outside_table
 
 
-def likeness(first, second, beside=(0, 0)):
+def likeness(first: np.ndarray, second: np.ndarray, beside: tuple[int, int]=(0, 0)) -> np.ndarray:
     """Return weights (y, x) in (0, 1] by the mean squared difference of stabilised surroundings; 1
     where noise explains it.
 
@@ -231,7 +233,7 @@ def likeness(first, second, beside=(0, 0)):
     return np.exp(weights, out=weights)
 
 
-def _box_sums(values, beside=(0, 0)):
+def _box_sums(values: np.ndarray, beside: tuple[int, int]=(0, 0)) -> np.ndarray:
     """Return sums over squares of `PATCH` = 5 values a side, mirrored at the border; `beside` as in
     `likeness`.
     """
@@ -260,7 +262,7 @@ def _box_sums(values, beside=(0, 0)):
     return sums
 
 
-def shifts(cell_shape, shape):
+def shifts(cell_shape: tuple[int, int], shape: tuple[int, int]) -> list[Any]:
     """Return half of the shifts (rows, columns) that keep the filter array, row by row. The other
     half are their opposites.
     """
@@ -273,6 +275,6 @@ def shifts(cell_shape, shape):
     ]
 
 
-def pair(count: int, shift: int):
+def pair(count: int, shift: int) -> Any:
     """Return the two slices of an axis that lie `shift` apart."""
     return slice(max(-shift, 0), count - max(shift, 0)), slice(max(shift, 0), count + min(shift, 0))

@@ -9,6 +9,8 @@ the outermost pixel, which keeps the phase of the array.
 
 from __future__ import annotations
 
+from typing import Any
+
 from functools import lru_cache
 
 import numpy as np
@@ -21,7 +23,7 @@ LARGEST_RADIUS = 8  # pixels; covers arrays of period 8, the largest in producti
 EXACT = 1e-9  # largest error of the moments of a plane that counts as determined
 
 
-def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
+def demosaic(mosaic: np.ndarray, filters: np.ndarray, channels: int, variance: np.ndarray | None=None, bad: np.ndarray | None=None) -> tuple[np.ndarray | None, ...]:
     """Return every channel at every pixel.
 
     Parameters
@@ -49,7 +51,7 @@ def demosaic(mosaic, filters, channels: int, variance=None, bad=None):
     return interpolated(rule, mosaic), variances, using_invalid(rule, bad)
 
 
-def interpolated(rule: Kernels, mosaic) -> np.ndarray:
+def interpolated(rule: Kernels, mosaic: np.ndarray) -> np.ndarray:
     """Return the channels (channel, y, x) that a linear demosaic makes of a mosaic (y, x)."""
     planes = np.zeros((len(rule.kernels[0].weights), *rule.shape))
     for block in (block for kernel in rule.kernels for block in kernel.blocks()):
@@ -61,7 +63,7 @@ def interpolated(rule: Kernels, mosaic) -> np.ndarray:
     return planes
 
 
-def using_invalid(rule: Kernels, bad) -> np.ndarray:
+def using_invalid(rule: Kernels, bad: np.ndarray | None) -> np.ndarray:
     """Return which pixels (y, x) use a sample that is `bad`, (y, x) bool or None for none."""
     using = np.zeros(rule.shape, bool)
     if bad is None or not np.any(bad):
@@ -72,7 +74,7 @@ def using_invalid(rule: Kernels, bad) -> np.ndarray:
     return using
 
 
-def bilinear(filters, channels: int) -> Kernels:
+def bilinear(filters: np.ndarray, channels: int) -> Kernels:
     """Return the bilinear rule for a periodic filter array (y, x).
 
     Raises
@@ -110,7 +112,7 @@ def _rule_of(data: bytes, dtype: str, shape: tuple[int, ...], channels: int) -> 
     return Kernels(kernels, filters.shape)
 
 
-def folded(row, column, taps, shape, repeat_edge: bool = False) -> Kernel:
+def folded(row: np.ndarray, column: np.ndarray, taps: list[list[tuple[Any, ...]]], shape: tuple[int, int], repeat_edge: bool = False) -> Kernel:
     """Return the kernel of a group of pixels, with samples beyond the border mirrored inside.
 
     Parameters
@@ -150,7 +152,7 @@ def _with_edge(index: int, count: int) -> int:
     return index if index < count else 2 * count - 1 - index
 
 
-def plane_weights(where) -> list[tuple[int, int, float]]:
+def plane_weights(where: np.ndarray) -> list[tuple[int, int, float]]:
     """Return (dy, dx, weight) of the samples that give the value at the centre.
 
     The weights minimise sum w^2 / tent under sum w = 1 and sum w dx = sum w dy = 0, in the smallest
@@ -196,7 +198,7 @@ def _solved(window: bytes, side: int) -> list[tuple[int, int, float]]:
     return list(zip(*(v[keep].tolist() for v in best)))
 
 
-def places(filters):
+def places(filters: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray], int]:
     """Return the rows and the columns grouped by equal surroundings, and the radius of the
     surroundings.
     """
@@ -217,7 +219,7 @@ def places(filters):
     return (*groups, radius)
 
 
-def array_period(filters) -> tuple[int, int]:
+def array_period(filters: np.ndarray) -> tuple[int, int]:
     """Return rows and columns after which a filter array (y, x) repeats; UnitError where it does
     not within 8.
     """
@@ -225,7 +227,7 @@ def array_period(filters) -> tuple[int, int]:
     return _period(filters), _period(filters.T)
 
 
-def _period(filters) -> int:
+def _period(filters: np.ndarray) -> int:
     """Return the smallest shift along the first axis that does not change the pattern."""
     for period in range(1, LARGEST_RADIUS + 1):
         if period >= len(filters) or np.array_equal(filters[period:], filters[:-period]):

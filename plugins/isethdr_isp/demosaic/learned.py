@@ -29,7 +29,7 @@ AT_ONCE = 1 << 16  # pixels whose neighbourhoods are held in memory
 LETTERS = "RGBW"  # channels come in this order
 
 
-def learned(mosaic, filters, names, variance, table=None) -> np.ndarray:
+def learned(mosaic: np.ndarray, filters: np.ndarray, names: list[str], variance: np.ndarray, table: dict[str, np.ndarray] | None=None) -> np.ndarray:
     """Return the channels (channel, y, x) of a mosaic of electrons.
 
     Parameters
@@ -78,7 +78,7 @@ def _blocks(trained: np.ndarray, kinds: np.ndarray) -> Iterator[tuple]:
                 yield trained[y, x, kind], (row * rows + y, column * columns + x)
 
 
-def neighbourhoods(image, cell_shape):
+def neighbourhoods(image: np.ndarray, cell_shape: tuple[int, int]) -> np.ndarray:
     """Return (y, x, 7, 7), the samples around every pixel; beyond the border those of the outermost
     cell are repeated.
     """
@@ -86,7 +86,7 @@ def neighbourhoods(image, cell_shape):
     return np.lib.stride_tricks.sliding_window_view(image[np.ix_(*inside)], (SIDE, SIDE))
 
 
-def _inside(count: int, period: int):
+def _inside(count: int, period: int) -> np.ndarray:
     """Return positions 0..count - 1 that replace -3..count + 2, each at the same phase of the
     array.
     """
@@ -97,7 +97,7 @@ def _inside(count: int, period: int):
     return np.clip(index, 0, count - 1)  # for a picture smaller than a cell
 
 
-def matching(filters, names, table):
+def matching(filters: np.ndarray, names: list[str], table: dict[str, np.ndarray]) -> np.ndarray:
     """Return the filters (row, column, class, channel, tap) of a filter array.
 
     Parameters
@@ -167,7 +167,7 @@ def sampled(cell: str) -> np.ndarray:
     return is_sampled
 
 
-def exact(filters, cell: str) -> np.ndarray:
+def exact(filters: np.ndarray, cell: str) -> np.ndarray:
     """Return filters (row, column, class, channel, tap) whose sums are exactly 1 over their own
     channel and 0 over every other.
     """

@@ -21,7 +21,7 @@ WINDOW = 5  # pixels
 COUNT = (len(SNR_EDGES) + 1) * (len(SHARE_EDGES) + 2)
 
 
-def classes(mosaic, filters, variance) -> np.ndarray:
+def classes(mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray) -> np.ndarray:
     """Return the class (y, x), 0..COUNT - 1, of every pixel.
 
     Parameters
@@ -51,7 +51,7 @@ def classes(mosaic, filters, variance) -> np.ndarray:
     )
 
 
-def _change(mosaic, filters, variance, axis):
+def _change(mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the local mean of the squared difference between the two neighbours along `axis`,
     where they have the same filter; its expectation from noise alone; and the number of
     differences.
@@ -67,7 +67,7 @@ def _change(mosaic, filters, variance, axis):
     return change, noise, share * WINDOW**2
 
 
-def _neighbours(values, axis):
+def _neighbours(values: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the values before and after every pixel along `axis`; mirrored at the border."""
     padded = np.moveaxis(
         np.pad(values, 1, mode="reflect")[(slice(None), slice(1, -1))[:: 1 if axis == 0 else -1]],
@@ -77,7 +77,7 @@ def _neighbours(values, axis):
     return np.moveaxis(padded[:-2], 0, axis), np.moveaxis(padded[2:], 0, axis)
 
 
-def local_mean(values):
+def local_mean(values: np.ndarray) -> np.ndarray:
     """Return the mean (y, x) over a window around every pixel; mirrored at the border."""
     from scipy.ndimage import uniform_filter
 

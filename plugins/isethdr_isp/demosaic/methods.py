@@ -8,6 +8,7 @@ Bayer, a learned one.
 | `malvar`   | Bayer  | exact: the filters are linear                                 |
 | `menon`    | Bayer  | not stated: the directions follow the noise                   |
 | `learned`  | Bayer, RG/WB, RGBW 4 x 4 | not stated: the choice of filters follows the noise |
+| `automatic` | any   | as the method that `chosen` takes for the array               |
 """
 
 from __future__ import annotations
@@ -23,12 +24,22 @@ from isethdr_core.extras import needed
 
 from ..readout.noise_propagation import Kernels, NoiseMap
 from . import learned
-from .interpolation import bilinear, demosaic, folded, interpolated, places, using_invalid
+from .interpolation import (
+    array_period,
+    bilinear,
+    demosaic,
+    folded,
+    interpolated,
+    places,
+    using_invalid,
+)
 
 BAYER_ALONE = ("malvar", "menon")
 BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 METHODS = ("bilinear", "guided", "malvar", "menon", "learned")
+AUTOMATIC = "automatic"  # `chosen` replaces it by one of the methods
 FOLLOWS_VARIANCE = ("guided", "learned")  # their result depends on the variance of the mosaic
+STATES_VARIANCE = ("bilinear", "malvar")
 # pixels, half of the guided method's window: holds 4 samples or more of every channel of a 4 x 4
 # array
 RADIUS = 3
@@ -65,8 +76,7 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
         raise ConfigError(f"isp demosaic {method!r} is unknown{did_you_mean(method, METHODS)}")
     if method == "learned" and len(names) > 1:
         _state_unknown_variance(method)
-        planes = learned.learned(mosaic, filters, names, variance)
-        return Interpolated(planes, _dilated(bad, learned.RADIUS), None)
+        return _learned(mosaic, filters, names, variance, bad)
     if method == "malvar":
         planes = bayer(method, mosaic, filters, names)
         return Interpolated(planes, _dilated(bad, REACH), malvar_kernels(filters, names))
@@ -91,6 +101,25 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
     return Interpolated(planes, invalid, rule)
 
 
+def chosen(method: str, filters, names: list[str]) -> str:
+    """Return the method itself, or the one that "automatic" takes for a filter array: `learned`
+    where filters are trained for it, else `guided`.
+
+    Parameters
+    ----------
+    method : one of `METHODS`, or "automatic".
+    filters : (y, x) number of the channel that each pixel samples.
+    names : name of each channel.
+    """
+    if method != AUTOMATIC:
+        return method
+    filters = np.asarray(filters)
+    rows, columns = array_period(filters)
+    cell = ["".join(names[k] for k in row) for row in filters[:rows, :columns]]
+    trained = any(learned.is_shifted(cell, array) for array in learned.arrays())
+    return "learned" if trained and min(filters.shape) >= learned.SIDE else "guided"
+
+
 def check_array(method: str, cell: Sequence[str]) -> None:
     """Raise ConfigError where a demosaic method is not for a filter array.
 
@@ -113,6 +142,17 @@ def check_array(method: str, cell: Sequence[str]) -> None:
             f"isp.demosaic is {method!r} and the filter array {'/'.join(cell)}; "
             "expected a Bayer array, for example RG/GB; type isp.demosaic=guided"
         )
+
+
+def _learned(mosaic, filters, names: list[str], variance, bad) -> Interpolated:
+    """Return the planes of the learned filters. Pixels with a sample in their filter that is not
+    valid take the bilinear rule, which reaches fewer samples.
+    """
+    planes = learned.learned(mosaic, filters, names, variance)
+    rule = bilinear(filters, len(names))
+    if bad.any():
+        planes = np.where(_dilated(bad, learned.RADIUS), interpolated(rule, mosaic), planes)
+    return Interpolated(planes, using_invalid(rule, bad), None)
 
 
 def _state_unknown_variance(method: str) -> None:

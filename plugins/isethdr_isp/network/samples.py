@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,6 +26,9 @@ from ..readout.shading import shading
 from ..spectra import light, radiances
 from .contract import Contract
 from .fields import NetworkFields
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 UNIT_LIGHT = "daylight"  # a grey in it has as many electrons in `xyz` as in the unit's channel
 NEAR_PX = 9  # window in which variances of samples are averaged: it holds every filter
@@ -64,7 +69,7 @@ class Shot:
         return ~self.planes.valid.any(axis=0)
 
 
-def shot(captures, how: NetworkFields, apart: bool) -> Shot:
+def shot(captures: xr.Dataset, how: NetworkFields, apart: bool) -> Shot:
     """Return the planes of a captures Dataset.
 
     Parameters

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core import ledger
@@ -9,10 +11,13 @@ from isethdr_core.errors import UnitError
 
 from .electrons import linear_dn
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 BLACK = "optical_black"  # variable of the captures, (capture, black_row, x) DN
 
 
-def with_black_level(captures, source: str):
+def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
     """Return captures with the `black_dn` of the black level that `source` names.
 
     Measured, black level and mean dark charge are the mean linear DN over all optical black pixels

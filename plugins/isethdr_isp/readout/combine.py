@@ -88,7 +88,7 @@ class Charge:
     reads: tuple[WeightedRead, ...] = ()  # the readings and their shares of `t_e`
 
 
-def read_charge(reads: list[Readout], per_light) -> Charge:
+def read_charge(reads: list[Readout], per_light: np.ndarray) -> Charge:
     """Return one charge from all reads of it: those below their top, weighted by 1 / read variance.
 
     The weights do not depend on the light, so there is no bias. Shot noise that the reads share is
@@ -166,13 +166,13 @@ def fold(charges: list[Charge]) -> Merged:
     return Merged(z, z_var, valid, source, fixed_pattern(reads, z, z_var))
 
 
-def _relative(per_light, reference):
+def _relative(per_light: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Return the sensitivity of a charge over that of another, 1 where both are 0."""
     sensitive = np.asarray(reference) > 0
     return np.divide(per_light, reference, out=np.ones(np.shape(sensitive)), where=sensitive)
 
 
-def weight(t, charge: Charge, short: Charge, ratio):
+def weight(t: np.ndarray, charge: Charge, short: Charge, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the weight G of the more sensitive charge, and its derivative.
 
     Parameters

@@ -11,7 +11,7 @@ from .combine import Merged
 MAP = "defect"  # variable of the captures, (y, x) bool
 
 
-def corrected(merged: Merged, defect, cell_shape: tuple[int, int]) -> Merged:
+def corrected(merged: Merged, defect: np.ndarray, cell_shape: tuple[int, int]) -> Merged:
     """Return the mosaic with every defect replaced by the mean of opposite neighbours.
 
     There are two pairs of neighbours at the period of the filter array: above and below, left and

@@ -4,6 +4,8 @@ electron of a capture.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,6 +16,9 @@ from isethdr_core.physics.radiometry import photons_per_energy
 
 from .fixed_pattern import DeviceSpread, check_device_spread, device_spread
 from .nonlinear_response import bent_response, check_responses
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PER_CAPTURE = (
     "exposure_s",
@@ -66,14 +71,14 @@ class Readout:
         return charge_variance(self.charge_e, self.read_var_e2)
 
 
-def charge_variance(charge_e, read_var_e2):
+def charge_variance(charge_e: np.ndarray, read_var_e2: float | np.ndarray) -> np.ndarray:
     """Return the estimated variance, e^2, of one read of a Poisson charge; kept above 0 where noise
     made it negative.
     """
     return np.maximum(charge_e + read_var_e2, VARIANCE_FLOOR * read_var_e2)
 
 
-def readouts(captures, white_radiance) -> list[Readout]:
+def readouts(captures: xr.Dataset, white_radiance: np.ndarray) -> list[Readout]:
     """Return every capture in electrons, in the captures' order.
 
     Parameters
@@ -136,14 +141,14 @@ def readouts(captures, white_radiance) -> list[Readout]:
     return reads
 
 
-def decompanded(captures, i: int):
+def decompanded(captures: xr.Dataset, i: int) -> tuple[float | np.ndarray, ...]:
     """Return linear DN (y, x) of capture `i`, linear DN per code there (y, x), and at the top; 1
     without companding.
     """
     return linear_dn(captures, i, captures["raw"].values[i].astype(float))
 
 
-def linear_dn(captures, i: int, raw):
+def linear_dn(captures: xr.Dataset, i: int, raw: np.ndarray) -> tuple[float | np.ndarray, ...]:
     """Return linear DN of codes `raw` of capture `i`, linear DN per code there, and at the top; 1
     without companding.
 
@@ -174,7 +179,7 @@ def linear_dn(captures, i: int, raw):
     )
 
 
-def falloff(captures) -> np.ndarray:
+def falloff(captures: xr.Dataset) -> np.ndarray:
     """Return the relative illumination (y, x) that the lens states for these pixels, 1 on the
     axis.
     """
@@ -184,7 +189,7 @@ def falloff(captures) -> np.ndarray:
     )
 
 
-def check_captures(captures) -> None:
+def check_captures(captures: xr.Dataset) -> None:
     """Raise UnitError unless `captures` holds all that docs/reference/contracts.md lists, with sane
     values.
     """
@@ -269,7 +274,7 @@ def check_captures(captures) -> None:
     check_device_spread(captures)
 
 
-def _check_companding(captures):
+def _check_companding(captures: xr.Dataset) -> None:
     """Refuse a table that cannot be inverted: half of one, too short, or not rising."""
     present = [name for name in ("companding_dn", "companding_linear_dn") if name in captures]
     if not present:
@@ -294,7 +299,7 @@ def _check_companding(captures):
             )
 
 
-def chosen(captures, name: str):
+def chosen(captures: xr.Dataset, name: str) -> xr.Dataset:
     """Return the captures Dataset with only the capture called `name`; the first one when the name
     is empty.
     """

@@ -8,6 +8,8 @@ deviation, so their weights add before they are squared.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -16,6 +18,9 @@ import numpy as np
 from isethdr_core.errors import UnitError
 
 from .noise_propagation import Alike, NoisePart, SampleNoise
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TERMS = ("prnu", "dark_spread_e", "dsnu_e", "column_e", "row_e")  # optional variables of captures
 SILICON = "silicon"
@@ -58,7 +63,7 @@ class WeightedRead(NamedTuple):
     sensitivity: np.ndarray | float = 1.0
 
 
-def device_spread(captures, i: int, offset_gain: np.ndarray | float = 1.0) -> DeviceSpread:
+def device_spread(captures: xr.Dataset, i: int, offset_gain: np.ndarray | float = 1.0) -> DeviceSpread:
     """Return the spread between devices that one capture states.
 
     A term that the captures lack is 0; without `silicon`, `charge` takes its place.
@@ -74,7 +79,7 @@ def device_spread(captures, i: int, offset_gain: np.ndarray | float = 1.0) -> De
     return DeviceSpread(**terms, silicon=int(silicon), offset_gain=offset_gain)
 
 
-def check_device_spread(captures) -> None:
+def check_device_spread(captures: xr.Dataset) -> None:
     """Raise UnitError unless the optional terms are finite, 0 or above, one per capture."""
     for name in (*TERMS, SILICON):
         if name not in captures:
@@ -91,7 +96,7 @@ def check_device_spread(captures) -> None:
             )
 
 
-def fixed_pattern(reads: list[WeightedRead], signal_e, variance_e2) -> SampleNoise:
+def fixed_pattern(reads: list[WeightedRead], signal_e: np.ndarray, variance_e2: np.ndarray) -> SampleNoise:
     """Return the fixed-pattern variance of a merged mosaic: the mean over an ensemble of devices.
 
     Parameters

@@ -15,6 +15,8 @@ used.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from typing import NamedTuple
 
 import numpy as np
@@ -28,8 +30,11 @@ from .electrons import Readout, charge_variance, readouts
 from .fixed_pattern import fixed_pattern
 from .shading import shading
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def is_interleaved(captures) -> bool:
+
+def is_interleaved(captures: xr.Dataset) -> bool:
     """Return whether some colour is sampled both by upper and by lower case pixels."""
     names = {str(name) for name in captures["channel"].values}
     return any(name.islower() and name.upper() in names for name in names)
@@ -46,7 +51,7 @@ class Interleaved(NamedTuple):
     read: Readout
 
 
-def merge_interleaved(captures, balance: Illuminant, shading_csv: str = "") -> Interleaved:
+def merge_interleaved(captures: xr.Dataset, balance: Illuminant, shading_csv: str = "") -> Interleaved:
     """Return the capture as electrons of upper case pixels, one channel per colour.
 
     A colour with letters of one case only keeps its channel. Dark charge is subtracted, and

@@ -31,7 +31,7 @@ def inverse_variance(groups: list[list[Readout]], per_light: list[np.ndarray]) -
     return joined_rows([_inverse_variance(groups, per_light, rows) for rows in blocks])
 
 
-def _inverse_variance(groups, per_light, rows: slice) -> Merged:
+def _inverse_variance(groups: list[list[Readout]], per_light: list[np.ndarray], rows: slice) -> Merged:
     charges = [
         read_charge([read.of_rows(rows) for read in reads], light[rows])
         for reads, light in zip(groups, per_light)
@@ -39,7 +39,7 @@ def _inverse_variance(groups, per_light, rows: slice) -> Merged:
     return fold(charges)
 
 
-def isetcam(groups, per_light) -> Merged:
+def isetcam(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
     """Return ISETCam's rule 'saturated' (sensorComputeArray.m): the widest read of the most
     sensitive charge that is good.
 
@@ -49,14 +49,14 @@ def isetcam(groups, per_light) -> Merged:
     return _descend([[max(reads, key=lambda r: r.top_e)] for reads in groups], per_light)
 
 
-def average(groups, per_light) -> Merged:
+def average(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
     """Return the paper's rule: the plain mean of the good reads of the most sensitive charge that
     has one.
     """
     return _descend(groups, per_light)
 
 
-def poisson_sum(groups, per_light) -> Merged:
+def poisson_sum(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
     """Return the sum of charge over the sum of sensitivity of all good reads (Hanji et al. 2020,
     Poisson estimator).
     """
@@ -90,11 +90,11 @@ RULES = {
 }
 
 
-def _good(read: Readout):
+def _good(read: Readout) -> np.ndarray:
     return read.charge_e < SHARE * read.top_e
 
 
-def _descend(groups, per_light) -> Merged:
+def _descend(groups: list[list[Readout]], per_light: list[np.ndarray]) -> Merged:
     """Return the mean of the good reads of the most sensitive charge that has one; else the widest
     read of the least sensitive charge.
     """

@@ -32,7 +32,7 @@ class NoisePart(NamedTuple):
         """Return whether all samples are independent."""
         return self.rows == "same" and self.columns == "same"
 
-    def samples(self):
+    def samples(self) -> float | np.ndarray:
         """Return the noise (y, x) in the form that `weighted` takes: standard deviations where
         samples share a deviation, else variances. One standard deviation, where it is the same for
         all samples.
@@ -49,7 +49,7 @@ class NoisePart(NamedTuple):
             by_deviation.setdefault(key, []).append(number)
         return list(by_deviation.values())
 
-    def weighted(self, weights, groups, near) -> np.ndarray:
+    def weighted(self, weights: np.ndarray, groups: list[list[int]], near: np.ndarray) -> np.ndarray:
         """Return the variance (out, pixel) of weighted sums of samples.
 
         Parameters
@@ -62,7 +62,7 @@ class NoisePart(NamedTuple):
             return weights**2 @ near
         return sum((weights[:, group] @ near[group]) ** 2 for group in groups)
 
-    def gain(self, weights, groups) -> np.ndarray:
+    def gain(self, weights: np.ndarray, groups: list[list[int]]) -> np.ndarray:
         """Return the variance (out,) of `weights` (out, sample) times samples of variance 1."""
         return sum(weights[:, group].sum(axis=1) ** 2 for group in groups)
 
@@ -73,19 +73,19 @@ class SampleNoise:
 
     parts: tuple[NoisePart, ...] = ()
 
-    def scaled(self, factor) -> SampleNoise:
+    def scaled(self, factor: np.ndarray) -> SampleNoise:
         """Return the noise of the samples times `factor`, (y, x) or a number."""
         square = np.square(factor)
         return SampleNoise(
             tuple(part._replace(variance_e2=part.variance_e2 * square) for part in self.parts)
         )
 
-    def total_e2(self):
+    def total_e2(self) -> float | np.ndarray:
         """Return the variance (y, x) of the samples, e^2; 0.0 where there is no noise."""
         return sum((part.variance_e2 for part in self.parts), 0.0)
 
 
-def independent(variance_e2) -> SampleNoise:
+def independent(variance_e2: np.ndarray) -> SampleNoise:
     """Return the noise of independent samples (y, x)."""
     return SampleNoise((NoisePart(np.asarray(variance_e2, float)),))
 
@@ -93,7 +93,7 @@ def independent(variance_e2) -> SampleNoise:
 class NoiseMap(Protocol):
     """A demosaic as a linear map of the samples."""
 
-    def variance(self, matrix, noise: SampleNoise) -> np.ndarray:
+    def variance(self, matrix: np.ndarray, noise: SampleNoise) -> np.ndarray:
         """Return the variance (out, y, x) of `matrix` (out, channel) times the interpolated
         channels.
         """
@@ -126,7 +126,7 @@ class Kernel(NamedTuple):
         ]
 
 
-def _slice(index) -> slice:
+def _slice(index: np.ndarray) -> slice:
     """Return a regular index array as a slice: a view instead of a copy."""
     step = int(index[1] - index[0]) if len(index) > 1 else 1
     return slice(int(index[0]), int(index[-1]) + 1, step)
@@ -139,7 +139,7 @@ class Kernels:
     kernels: list[Kernel]
     shape: tuple[int, int]  # rows and columns of the mosaic
 
-    def variance(self, matrix, noise: SampleNoise) -> np.ndarray:
+    def variance(self, matrix: np.ndarray, noise: SampleNoise) -> np.ndarray:
         """Return the variance (out, y, x) of `matrix` (out, channel) times the channels that the
         kernels make.
 

@@ -4,11 +4,16 @@ linear.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from dataclasses import dataclass
 
 import numpy as np
 
 from isethdr_core.errors import UnitError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NAMES = ("response_dn", "response_e", "response_variance_e2")
 
@@ -23,14 +28,14 @@ class BentResponse:
     electrons: np.ndarray  # dark charge included
     variance_e2: np.ndarray  # of one reading, the shot noise of the light included
 
-    def electrons_at(self, dn) -> np.ndarray:
+    def electrons_at(self, dn: float | np.ndarray) -> np.ndarray:
         """Return the electrons that have to arrive for `dn`. Below the first entry the first
         segment is extended.
         """
         slope = (self.electrons[1] - self.electrons[0]) / (self.dn[1] - self.dn[0])
         return np.interp(dn, self.dn, self.electrons) + slope * np.minimum(dn - self.dn[0], 0.0)
 
-    def electrons_per_dn(self, dn) -> np.ndarray:
+    def electrons_per_dn(self, dn: np.ndarray) -> np.ndarray:
         """Return the slope of the table at `dn`, electrons per DN; below the first entry, the slope
         of the first segment.
         """
@@ -38,13 +43,13 @@ class BentResponse:
         segment = np.searchsorted(self.dn, dn, side="right") - 1
         return slopes[np.clip(segment, 0, len(slopes) - 1)]
 
-    def read_variance_e2(self, dn) -> np.ndarray:
+    def read_variance_e2(self, dn: np.ndarray) -> np.ndarray:
         """Return the variance of a reading less the Poisson noise of the light, e^2, 0 or above."""
         poisson = np.maximum(np.interp(dn, self.dn, self.electrons), 0.0)
         return np.maximum(np.interp(dn, self.dn, self.variance_e2) - poisson, 0.0)
 
 
-def bent_response(captures, i: int) -> BentResponse | None:
+def bent_response(captures: xr.Dataset, i: int) -> BentResponse | None:
     """Return the table of capture `i` without its padding; None where the capture is linear."""
     if NAMES[0] not in captures:
         return None
@@ -53,7 +58,7 @@ def bent_response(captures, i: int) -> BentResponse | None:
     return BentResponse(*columns) if columns.shape[1] else None
 
 
-def check_responses(captures) -> None:
+def check_responses(captures: xr.Dataset) -> None:
     """Refuse a table that cannot be used: incomplete, too short, not rising, without a variance."""
     present = [name for name in NAMES if name in captures]
     if not present:

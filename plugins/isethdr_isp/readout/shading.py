@@ -7,6 +7,9 @@ relative to the axis. Four even powers of the radius fit any lens without sharp 
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import csv
 
 import numpy as np
@@ -16,12 +19,16 @@ from isethdr_core.errors import ConfigError, UnitError
 from ..spectra import light
 from .electrons import check_captures, chosen, falloff, readouts
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+    import xarray as xr
+
 POWERS = (0, 2, 4, 6, 8)
 ENTRIES = 65
 COLUMNS = ("radius_mm", "relative_illumination")
 
 
-def shading(captures, path: str = "") -> np.ndarray:
+def shading(captures: xr.Dataset, path: str = "") -> np.ndarray:
     """Return the relative illumination (y, x) of these pixels: by the table at `path`, or as the
     lens states it.
 
@@ -43,12 +50,12 @@ def shading(captures, path: str = "") -> np.ndarray:
     return np.interp(radius_of_pixels, radius_mm, relative)
 
 
-def radii_mm(captures) -> np.ndarray:
+def radii_mm(captures: xr.Dataset) -> np.ndarray:
     """Return the distance (y, x) of every pixel from the axis, mm on the sensor."""
     return 1e3 * np.hypot(captures.x.values[None, :], captures.y.values[:, None])
 
 
-def measured_shading(captures, capture: str = ""):
+def measured_shading(captures: xr.Dataset, capture: str = "") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (radius_mm, relative, standard_error) of a lens, from captures of a flat field.
 
     Every channel is fitted by an even polynomial of the radius. All samples have the same weight,
@@ -104,7 +111,7 @@ def measured_shading(captures, capture: str = ""):
     return grid * largest, relative, error
 
 
-def write_shading(path, radius_mm, relative) -> None:
+def write_shading(path: Path, radius_mm: ArrayLike, relative: ArrayLike) -> None:
     """Write a measured table for `isp.shading_csv`.
 
     Parameters
@@ -119,7 +126,7 @@ def write_shading(path, radius_mm, relative) -> None:
         writer.writerows(zip(np.asarray(radius_mm).tolist(), np.asarray(relative).tolist()))
 
 
-def read_shading(path) -> tuple[np.ndarray, np.ndarray]:
+def read_shading(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """Return (radius_mm, relative) of a table."""
     try:
         with open(path, newline="") as file:

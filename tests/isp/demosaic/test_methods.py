@@ -7,7 +7,8 @@ import sys
 import numpy as np
 import pytest
 from isethdr_isp import LinearIsp, MergeIsp
-from isethdr_isp.demosaic.methods import METHODS, interpolate
+from isethdr_isp.demosaic.learned import RADIUS
+from isethdr_isp.demosaic.methods import METHODS, chosen, interpolate
 from isethdr_isp.readout.noise_propagation import independent
 from isethdr_isp.spectra import light
 
@@ -137,6 +138,35 @@ def test_methods_that_follow_the_picture_state_no_variance_and_say_so(bench, met
     assert f"variance of demosaic {method}" in row.left_out[0].what
     assert not variance_known(picture) and np.isnan(total_variance(picture).values).all()
     assert variance_known(LinearIsp()(bench.make(np.full((24, 32), 50.0))))
+
+
+def test_automatic_takes_learned_filters_where_they_are_trained():
+    rg_wb = np.array([[0, 1], [3, 2]])
+    trained = [(BAYER, "RGB"), (BAYER[::-1], "RGB"), (rg_wb, "RGBW"), (RGBW_4X4, "RGBW")]
+    for cell, names in trained:
+        assert chosen("automatic", tiled(cell), list(names)) == "learned"
+        assert chosen("bilinear", tiled(cell), list(names)) == "bilinear"
+    ryyb = np.array([[0, 1], [1, 2]]), "RYB"
+    for cell, names in (ryyb, (np.zeros((1, 1), int), "C")):
+        assert chosen("automatic", tiled(cell), list(names)) == "guided"
+    # smaller than a filter
+    assert chosen("automatic", tiled(BAYER, (6, 40)), list("RGB")) == "guided"
+
+
+def test_near_samples_that_are_not_valid_learned_is_bilinear():
+    """So a clipped lamp makes no more pixels invalid, and its value reaches no further."""
+    filters = tiled(BAYER)
+    mosaic = np.take_along_axis(textured(3), filters[None], 0)[0]
+    bad = np.zeros(SHAPE, bool)
+    bad[30, 41] = True
+    args = mosaic, filters, list("RGB"), np.full(SHAPE, 4.0)
+    clean, _, _ = interpolate("learned", *args, np.zeros(SHAPE, bool))
+    found = interpolate("learned", *args, bad)
+    plain = interpolate("bilinear", *args, bad)
+    np.testing.assert_array_equal(found.invalid, plain.invalid)
+    near = np.zeros(SHAPE, bool)
+    near[30 - RADIUS : 31 + RADIUS, 41 - RADIUS : 42 + RADIUS] = True
+    np.testing.assert_array_equal(found.planes, np.where(near, plain.planes, clean))
 
 
 @pytest.mark.parametrize("method", METHODS)
