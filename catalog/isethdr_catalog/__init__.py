@@ -25,16 +25,22 @@ from __future__ import annotations
 
 import logging
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 from isethdr_core.hookspecs import hookimpl
 
 from . import report
 
+if TYPE_CHECKING:
+    import typer
+
+    from isethdr_core.plugins.component import Stage
+
 log = logging.getLogger(__name__)
 
 
 @hookimpl
-def isethdr_commands(app) -> None:
+def isethdr_commands(app: typer.Typer) -> None:
     """Add `isethdr catalog` and `isethdr reproduce`."""
     from .commands import REPRODUCE_HELP, catalog, reproduce_run
 
@@ -43,7 +49,7 @@ def isethdr_commands(app) -> None:
 
 
 @hookimpl
-def isethdr_after_stage(stage):
+def isethdr_after_stage(stage: Stage) -> None:
     """Write the report beside the store once a whole run is done, if it is asked for; one that is
     there already stays. Write the page of a sweep once all of its jobs are done.
     """

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +39,7 @@ class Adoption:
     reason: str
 
 
-def adopt(folder) -> list[Adoption]:
+def adopt(folder: Path) -> list[Adoption]:
     """Give every store of format 1 in a home folder a manifest. Stores with a manifest are
     skipped.
     """
@@ -52,7 +54,7 @@ def adopt(folder) -> list[Adoption]:
     return adoptions
 
 
-def adopt_store(path) -> bool:
+def adopt_store(path: Path) -> bool:
     """Give one store a manifest.
 
     Returns
@@ -150,7 +152,7 @@ def _replace_root(path: Path, data: bytes) -> None:
     temporary.replace(path / ROOT_FILE)
 
 
-def _write(path: Path, write, content) -> None:
+def _write(path: Path, write: Callable[..., Any], content: Manifest | bytes) -> None:
     try:
         write(path, content)
     except OSError as error:

@@ -29,7 +29,7 @@ NESTED = (
 )
 
 
-def records(path, folder) -> list[dict]:
+def records(path: Path, folder: Path) -> list[dict]:
     """Return the records of the store `path`, which is stated relative to `folder`.
 
     Raises
@@ -135,7 +135,7 @@ def _flatten(value: dict, prefix: str, flat_attributes: dict) -> None:
             flat_attributes[f"{prefix}.{key}"] = inner
 
 
-def _plain(value) -> bool:
+def _plain(value: int | str | list[str]) -> bool:
     scalar = (str, int, float, bool)
     return (
         isinstance(value, scalar)
@@ -145,5 +145,5 @@ def _plain(value) -> bool:
     )
 
 
-def _number(value, otherwise: float) -> float:
+def _number(value: float, otherwise: float) -> float:
     return float(value) if isinstance(value, (int, float)) else otherwise

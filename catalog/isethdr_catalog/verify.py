@@ -32,7 +32,7 @@ class Report:
         return "; ".join(self.problems) or whole
 
 
-def verify(folder) -> list[Report]:
+def verify(folder: Path) -> list[Report]:
     """Return a report for every store of a home folder, and one for every temporary file of an
     interrupted write.
     """
@@ -44,7 +44,7 @@ def verify(folder) -> list[Report]:
     return [verify_store(path) for path in stores(folder)] + unfinished
 
 
-def verify_store(path) -> Report:
+def verify_store(path: Path) -> Report:
     """Return the problems of one store: its attributes, its manifest, the bytes of every file.
 
     A store without a manifest (format 1) is decoded instead: its chunks carry checksums, but a file

@@ -9,7 +9,9 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 
 
-def hdr_white(displayed: np.ndarray, filled: np.ndarray, start: float = 0.95, blur_px: float = 1.0) -> np.ndarray:
+def hdr_white(
+    displayed: np.ndarray, filled: np.ndarray, start: float = 0.95, blur_px: float = 1.0
+) -> np.ndarray:
     """Return displayed linear RGB blended to white where the mosaic is nearly full.
 
     Parameters

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.pipeline.early_checks import ShotForm

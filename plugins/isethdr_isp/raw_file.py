@@ -7,11 +7,10 @@ JSON.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import json
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 

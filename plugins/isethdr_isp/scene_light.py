@@ -7,9 +7,8 @@ White balance and colour matrix follow it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -86,7 +85,9 @@ def channel_means(reads: list[Readout], filters: np.ndarray, channels: int) -> n
     return means if len(means) == channels and np.all(means > 0) else None
 
 
-def nearest_mixture(means: np.ndarray, read: Readout, wavelength_nm: np.ndarray) -> tuple[Mixture, float]:
+def nearest_mixture(
+    means: np.ndarray, read: Readout, wavelength_nm: np.ndarray
+) -> tuple[Mixture, float]:
     """Return the mixture of two lights whose white has the channel ratios of `means`, and how far
     these are apart: rms over channels of the logarithm's difference.
 

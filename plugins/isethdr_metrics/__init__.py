@@ -49,6 +49,6 @@ __getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
-def isethdr_components():
+def isethdr_components() -> list[Component]:
     """Return the metrics."""
     return COMPONENTS

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,11 @@ from isethdr_core.data.scores import Score
 
 from .regions import luminances, regions_of
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Demand
+
 
 @dataclass(frozen=True)
 class PixelShares:
@@ -18,11 +24,13 @@ class PixelShares:
     object.
     """
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Add the instance labels to the demand."""
         return demand.with_labels("instance")
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Score]:
         """Return `valid_share` and `saturated_share` per region; both are exact counts.
 
         A picture without the variable `saturated` (`isethdr_core.data.saturation`) counts every

@@ -3,8 +3,9 @@ share."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from isethdr_core.data.derived_once import intervals_wanted, once
 from isethdr_core.errors import UnitError
 from isethdr_core.truth import check_picture, total_variance, variance_known
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 # the frame is cut into 12 x 12 blocks; noise and scene are taken as independent between them
 BLOCKS = 12
 RESAMPLES = 400
@@ -20,7 +24,7 @@ FEWEST_BLOCKS = 8  # with fewer, resampling gives no valid interval: it is NaN
 NAN = float("nan")
 
 
-def check_pair(picture, truth) -> None:
+def check_pair(picture: xr.Dataset, truth: xr.Dataset) -> None:
     """Raise UnitError unless picture and truth are pictures on the same grid."""
     check_picture(picture, "picture")
     check_picture(truth, "truth")
@@ -31,22 +35,22 @@ def check_pair(picture, truth) -> None:
         )
 
 
-def luminances(picture, truth):
+def luminances(picture: xr.Dataset, truth: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return Y of picture and truth and which pixels are valid, each (y, x); not to be changed."""
     check_pair(picture, truth)
     return _luminance(picture), _luminance(truth), picture["valid"].values
 
 
-def _luminance(picture) -> np.ndarray:
+def _luminance(picture: xr.Dataset) -> np.ndarray:
     return once("luminance", (picture,), lambda: picture["xyz"].values[..., 1].astype(float))
 
 
-def luminance_variance(picture) -> np.ndarray:
+def luminance_variance(picture: xr.Dataset) -> np.ndarray:
     """Return the variance (y, x) of the luminance of a pixel, (cd/m2)^2: temporal and fixed
     pattern; not to be changed.
     """
 
-    def variance():
+    def variance() -> np.ndarray:
         # of this one channel: the sum over all three would take three times as long
         of_luminance = picture.isel(xyz_channel=[1])
         return total_variance(of_luminance).values[..., 0].astype(float)
@@ -54,7 +58,7 @@ def luminance_variance(picture) -> np.ndarray:
     return once("luminance variance", (picture,), variance)
 
 
-def variance_stated(picture, score: str, unit: str) -> bool:
+def variance_stated(picture: xr.Dataset, score: str, unit: str) -> bool:
     """Return whether the picture states its variance. If not, state that `score` is left out.
 
     Parameters
@@ -76,12 +80,12 @@ class Region(NamedTuple):
     mask: np.ndarray  # bool, of the window
     shape: tuple[int, int]  # of the frame
 
-    def of(self, values) -> np.ndarray:
+    def of(self, values: np.ndarray) -> np.ndarray:
         """Return the values (y, x) of its pixels, flat."""
         return values[self.window][self.mask]
 
 
-def regions_of(shape, labels) -> list[Region]:
+def regions_of(shape: tuple[int, int], labels: xr.Dataset | None) -> list[Region]:
     """Return the whole frame as "", then each labelled object that has a pixel in it.
 
     Names come from the object table; an object without an entry is called by its number.
@@ -89,7 +93,9 @@ def regions_of(shape, labels) -> list[Region]:
     return once(("regions", tuple(shape)), (labels,), lambda: _regions(tuple(shape), labels))
 
 
-def frame_and_objects(shape, labels):
+def frame_and_objects(
+    shape: tuple[int, int], labels: xr.Dataset | None
+) -> Iterator[tuple[str, np.ndarray]]:
     """Yield (name, mask of the frame's shape) of each of `regions_of`."""
     for region in regions_of(shape, labels):
         mask = np.zeros(shape, bool)
@@ -97,7 +103,7 @@ def frame_and_objects(shape, labels):
         yield region.name, mask
 
 
-def _regions(shape, labels) -> list[Region]:
+def _regions(shape: tuple[int, int], labels: xr.Dataset | None) -> list[Region]:
     from scipy.ndimage import find_objects
 
     everywhere = slice(0, shape[0]), slice(0, shape[1])
@@ -130,7 +136,7 @@ def _regions(shape, labels) -> list[Region]:
     return regions
 
 
-def median_interval(values, independent: int):
+def median_interval(values: np.ndarray, independent: int) -> tuple[float, float, float]:
     """Return (median, low, high) of a list of `values`: 95 % by the order statistics of
     `independent` draws.
 
@@ -152,7 +158,7 @@ def median_shares(independent: int) -> list[float]:
     return [0.5, max(0.5 - spread, 0.0), min(0.5 + spread, 1.0)]
 
 
-def mean_interval(values, mask):
+def mean_interval(values: np.ndarray, mask: np.ndarray) -> tuple[float, float, float]:
     """Return (mean, low, high) of `values` (y, x) over `mask`: 95 % by resampling blocks of the
     frame.
     """
@@ -163,7 +169,9 @@ def mean_interval(values, mask):
     return mean_of(values, Region("", window, mask[window], mask.shape))
 
 
-def mean_of(values, region: Region, use=None):
+def mean_of(
+    values: np.ndarray, region: Region, use: np.ndarray | None = None
+) -> tuple[float, float, float]:
     """Return (mean, low, high) of `values` (y, x) over a region: 95 % by resampling blocks.
 
     Parameters

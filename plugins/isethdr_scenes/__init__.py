@@ -34,6 +34,10 @@
 | iset_exr_files | the files of such a scene: EXR and MAT |
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
@@ -41,6 +45,10 @@ from .contact_sheets.command import things_app
 from .iset_import.command import import_command
 from .photometry.command import lamp_command
 from .roads.pictures.command import roads_command
+
+if TYPE_CHECKING:
+    import typer
+
 
 COMPONENTS = [
     Component("scene", "night_drive", "isethdr_scenes.night_drive:NightDrive"),
@@ -62,13 +70,13 @@ __getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
-def isethdr_components():
+def isethdr_components() -> list[Component]:
     """Return the scenes."""
     return COMPONENTS
 
 
 @hookimpl
-def isethdr_commands(app):
+def isethdr_commands(app: typer.Typer) -> None:
     """Add `isethdr lamp`, `isethdr import-iset`, `isethdr things` and `isethdr roads`."""
     app.command("lamp")(lamp_command)
     app.command("import-iset")(import_command)
@@ -77,6 +85,6 @@ def isethdr_commands(app):
 
 
 @hookimpl
-def isethdr_config_paths():
+def isethdr_config_paths() -> list[str]:
     """Return the presets' folder."""
     return ["pkg://isethdr_scenes.conf"]

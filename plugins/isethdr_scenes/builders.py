@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 from isethdr_core.scene import Camera, Model, Placed, SceneDescription, fog_of
 
@@ -20,6 +21,14 @@ from .placement import Spot, eye
 from .sky.choice import sky_of_scene
 from .variation import varied
 
+if TYPE_CHECKING:
+    import numpy as np
+
+    from .geometry.mesh.piece import Assembly, Piece
+    from .geometry.surroundings.ground import Ground
+    from .night_drive import NightDrive
+    from .tunnel import Tunnel
+
 PLANTS = {
     "oak": lambda: plants.broadleaf("oak", 9.5, seed=1),
     "birch": lambda: plants.broadleaf("birch", 11.5, 20000, 5, "bark_pale"),
@@ -28,7 +37,7 @@ PLANTS = {
 }
 
 
-def _grass(ground):
+def _grass(ground: Ground) -> Assembly:
     near_grass = plants.grass(
         road.tufts(ground, (2, 22), (5.0, 9.5), 70, ground.seed), "near", 0.25, ground.seed
     )
@@ -38,7 +47,7 @@ def _grass(ground):
     return piece.Assembly("grass").add(*near_grass.parts, *far_grass.parts)
 
 
-def _deer(antlers, head_up):
+def _deer(antlers: bool, head_up: float) -> Assembly:
     return deer.deer(
         height=0.98 if antlers else 0.86,
         antlers=antlers,
@@ -75,7 +84,12 @@ IN_PLACE = ("road", "field", "grass", "guard_rail", "tunnel")  # built in world 
 
 
 def describe(
-    name: str, scene, ground, spots: list[Spot], target, light: dict[str, str]
+    name: str,
+    scene: NightDrive | Tunnel,
+    ground: Ground,
+    spots: list[Spot],
+    target: np.ndarray,
+    light: dict[str, str],
 ) -> SceneDescription:
     """Return the description of a `scene` (a component with the fields of camera, sky and road
     surface) whose camera looks at `target`.
@@ -112,7 +126,7 @@ def describe(
 
 
 def place(
-    spots: list[Spot], ground, spectra: dict[str, str], beam: str = "dipped_r112_b"
+    spots: list[Spot], ground: Ground, spectra: dict[str, str], beam: str = "dipped_r112_b"
 ) -> tuple[dict[str, Model], tuple[Placed, ...]]:
     """Return the models and the placed objects of `spots`; `spectra` names a lamp spectrum per
     light group, `beam` the family of all headlamps that are on.
@@ -160,7 +174,7 @@ def _built(recipe: tuple) -> Model:
 def _switched(model: Model, lamps: tuple[str, ...], spectra: dict[str, str]) -> Model:
     """Return the model with only the kinds in `lamps` on, in the spectra asked for."""
 
-    def switch(part):
+    def switch(part: Piece) -> Piece:
         lamp = part.lamp
         if lamp is None or lamp.kind not in lamps:
             return replace(part, lamp=None) if lamp else part
@@ -181,7 +195,7 @@ def _with_beam(model: Model, beam: str) -> Model:
         return model
     pattern = family(beam)
 
-    def fit(part):
+    def fit(part: Piece) -> Piece:
         if part.lamp is None or part.lamp.kind != "low_beam":
             return part
         lamp = replace(part.lamp, table=pattern.table, intensity_cd=pattern.intensity_cd)

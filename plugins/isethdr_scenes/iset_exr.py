@@ -49,7 +49,7 @@ class IsetExr:
     # mean luminance to which each group is scaled (ISET: 100); 0 keeps absolute radiance
     normalise_cd_m2: Luminance = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         if "\0" in self.folder:
             raise ConfigError(f"folder is {self.folder!r}; expected the path of a folder")
@@ -59,7 +59,7 @@ class IsetExr:
                 "type for example scene.scene_id=1112184733"
             )
 
-    def input_files(self):
+    def input_files(self) -> tuple[Path, Path, Path, Path]:
         """Return the files that the scene is read from: their content is part of a run's name.
 
         Raises
@@ -154,11 +154,11 @@ class IsetExr:
         ds.attrs.update(scene_id=self.scene_id, objects=[])
         return ds
 
-    def _scale(self, light, nm) -> float:
+    def _scale(self, light: np.ndarray, nm: np.ndarray) -> float:
         mean = float(luminance(light, nm).mean())
         return self.normalise_cd_m2 / mean if mean > 0 else 1.0
 
-    def _labels(self, shape) -> dict:
+    def _labels(self, shape: tuple[int, int]) -> dict:
         labels = {}
         for label, suffix, read in (
             ("instance", "_instanceID.exr", files.read_instance),
@@ -183,7 +183,7 @@ class IsetExr:
             labels[label] = values
         return labels
 
-    def _path(self, suffix: str):
+    def _path(self, suffix: str) -> Path:
         return Path(self.folder).expanduser() / f"{self.scene_id}{suffix}"
 
     def _missing(self) -> CatalogError:

@@ -89,7 +89,7 @@ def groups_of(kinds: Iterable[str]) -> tuple[str, ...]:
     return ("sky", *sorted({KINDS[kind].group for kind in kinds}))
 
 
-def lamp(kind: str, axis) -> Lamp:
+def lamp(kind: str, axis: tuple[float, float, float]) -> Lamp:
     """Return the lamp `kind` of `KINDS` that points along `axis` (model coordinates; any
     length).
     """
@@ -112,7 +112,7 @@ def _table_of(kind: Kind) -> IntensityTable | None:
     return family(kind.family).table if kind.family else None
 
 
-def lamp_of_family(kind: str, axis, name: str) -> Lamp:
+def lamp_of_family(kind: str, axis: tuple[float, float, float], name: str) -> Lamp:
     """Return the lamp `kind` with the table and the intensity of the family `name` in place of its
     own: a motorcycle's brake lamp is a `brake` of other candela.
 

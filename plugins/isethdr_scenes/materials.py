@@ -9,6 +9,8 @@ measurements: see `road_surfaces`. Retroreflectors are in `retro_reflectors`.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from isethdr_core.scene import Material, Spectrum, flat
 
 from .coloured import PREFIX, material_of
@@ -16,6 +18,9 @@ from .living_spectra import LIVING, SKINS
 from .retro_reflectors import AMBER_OVER_RED, RED_OVER_WHITE, luminous_mean, retro_reflection
 from .road_surfaces import DEFAULT, RoadSurfaceName, road_materials
 from .textures import textured
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Model
 
 Nodes = float | list[tuple[float, float]]
 
@@ -216,7 +221,9 @@ MATERIALS: dict[str, Material] = (
 )
 
 
-def used(models, road_surface: RoadSurfaceName = DEFAULT, seed: int = 0) -> dict[str, Material]:
+def used(
+    models: dict[str, Model], road_surface: RoadSurfaceName = DEFAULT, seed: int = 0
+) -> dict[str, Material]:
     """Return the materials that the parts of `models` name, with textures of that seed; asphalt and
     markings by surface, and what an asset pack states as a colour.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.plugins.ranges import Range, Seed, check_ranges
@@ -15,6 +15,12 @@ from .placement import OWN_LANE_M, plan
 from .road_surfaces import DEFAULT, RoadSurfaceName
 from .sky.choice import SkyName, check_sky
 from .validation import check_order
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import SceneDescription
+
+    from .geometry.surroundings.ground import Ground
+    from .placement import Spot
 
 # where the things of the scene still stand beside each other
 Oncoming = Annotated[float, Range(12, 80)]  # metres
@@ -87,12 +93,12 @@ class NightDrive:
     # (docs/explanation/fog.md)
     visibility_m: Visibility | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         check_order(self)
         check_sky(self.sky, self.hour)
 
-    def __call__(self):
+    def __call__(self) -> SceneDescription:
         """Build the scene.
 
         Returns
@@ -110,10 +116,10 @@ class NightDrive:
         _, spots = self.plan()
         return groups_of(kind for spot in spots for kind in spot.lamps)
 
-    def camera_field(self):
+    def camera_field(self) -> tuple[float, float, str]:
         """Return (width, height, projection) of the camera's field."""
         return camera_field(self.horizontal_field_deg, self.aspect, self.projection)
 
-    def plan(self):
+    def plan(self) -> tuple[Ground, list[Spot]]:
         """Return (ground, spots): where everything stands, without building a mesh."""
         return plan(self)

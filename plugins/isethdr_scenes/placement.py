@@ -8,10 +8,14 @@ line. Random numbers are drawn in a fixed order, so that the same seed gives the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .geometry.surroundings.ground import EDGE_M, Ground
+
+if TYPE_CHECKING:
+    from .night_drive import NightDrive
 
 OWN_LANE_M = -1.75  # middle of the camera's lane
 # own headlamps: metres ahead of the camera, to either side, above the road
@@ -83,7 +87,7 @@ def eye(ground: Ground, camera_height_m: float) -> np.ndarray:
     return ground.on(0.0, OWN_LANE_M, camera_height_m)
 
 
-def bearing_deg(point, seen_from) -> float:
+def bearing_deg(point: np.ndarray, seen_from: np.ndarray) -> float:
     """Return the horizontal angle of a point to the left of +x, seen from another."""
     d = np.asarray(point, float) - seen_from
     return float(np.degrees(np.arctan2(d[1], d[0])))
@@ -95,7 +99,7 @@ def oncoming_lamp(ground: Ground, s_m: float) -> np.ndarray:
     return ground.on(s_m - ahead, -OWN_LANE_M + side, height)
 
 
-def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from) -> float:
+def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from: np.ndarray) -> float:
     """Return the s in m, 6 to 150, at which a walker at `y_m` is seen at that bearing, which falls
     with s.
 
@@ -120,7 +124,7 @@ def walk_beside(ground: Ground, y_m: float, bearing: float, seen_from) -> float:
     return brentq(beyond_deg, nearest, farthest)
 
 
-def traffic(drive, ground: Ground, s: dict, rng) -> list[Spot]:
+def traffic(drive: NightDrive, ground: Ground, s: dict, rng: np.random.Generator) -> list[Spot]:
     """Return the vehicles: one ahead, one oncoming, one parked, and further ones up to a drawn
     number.
 
@@ -184,7 +188,7 @@ def traffic(drive, ground: Ground, s: dict, rng) -> list[Spot]:
     return spots[:count]
 
 
-def living(drive, ground: Ground, s: dict, rng) -> list[Spot]:
+def living(drive: NightDrive, ground: Ground, s: dict, rng: np.random.Generator) -> list[Spot]:
     """Return the people and animals: a walker beside the oncoming headlamps, a rider, deer, and
     some more.
 
@@ -245,7 +249,7 @@ def living(drive, ground: Ground, s: dict, rng) -> list[Spot]:
     return spots[: people + 1] + deer[:animals]  # the bicycle is no person
 
 
-def plants(drive, rng) -> list[Spot]:
+def plants(drive: NightDrive, rng: np.random.Generator) -> list[Spot]:
     """Return trees and bushes on both sides of the road, none on the house."""
     spots = []
     total = int(rng.integers(drive.trees[0], drive.trees[1] + 1))
@@ -271,7 +275,7 @@ def plants(drive, rng) -> list[Spot]:
     return spots
 
 
-def furniture(drive, ground: Ground, rng) -> list[Spot]:
+def furniture(drive: NightDrive, ground: Ground, rng: np.random.Generator) -> list[Spot]:
     """Return what was built: road, land, grass, guard rail, street lamps, posts, a house, and the
     own headlamps.
 
@@ -318,7 +322,7 @@ def furniture(drive, ground: Ground, rng) -> list[Spot]:
     ]
 
 
-def shrubs(drive, s: dict) -> list[Spot]:
+def shrubs(drive: NightDrive, s: dict) -> list[Spot]:
     """Return shrubs on both verges, in groups, none where deer stand or before them."""
     rng = np.random.default_rng([drive.seed, SHRUBS])
     spots = []
@@ -334,7 +338,7 @@ def shrubs(drive, s: dict) -> list[Spot]:
     return spots
 
 
-def plan(drive) -> tuple[Ground, list[Spot]]:
+def plan(drive: NightDrive) -> tuple[Ground, list[Spot]]:
     """Return the ground and the spots of all objects of a `night_drive`; the same seed, the same
     plan.
     """

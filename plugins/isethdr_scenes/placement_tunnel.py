@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .geometry.surroundings.ground import Ground
 from .geometry.surroundings.tube import LUMINAIRE_M, LUMINAIRE_Z_M, WALKWAY_M
 from .placement import BRAKING, DRIVING, OWN_LAMPS, OWN_LANE_M, PLANTS, Spot
 
+if TYPE_CHECKING:
+    from .tunnel import Tunnel
+
 CLOSED_M = -80.0  # the dark end behind the camera
 OUTSIDE_M = 220.0  # land beyond the exit
 WALKWAY_Y_M = 4.9
 
 
-def plan(tunnel) -> tuple[Ground, list[Spot]]:
+def plan(tunnel: Tunnel) -> tuple[Ground, list[Spot]]:
     """Return the ground and the spots of all objects of a `tunnel`; the same seed, the same
     plan.
     """
@@ -83,7 +88,7 @@ def plan(tunnel) -> tuple[Ground, list[Spot]]:
     return ground, spots + _trees(tunnel, s["exit"], rng)
 
 
-def _trees(tunnel, exit_m: float, rng) -> list[Spot]:
+def _trees(tunnel: Tunnel, exit_m: float, rng: np.random.Generator) -> list[Spot]:
     kinds, shares = zip(*((kind, share) for kind, (share, _) in PLANTS.items()))
     spots = []
     for k in range(int(rng.integers(tunnel.trees[0], tunnel.trees[1] + 1))):

@@ -157,7 +157,7 @@ class Street:
     # (docs/how-to/asset_packs.md)
     assets: tuple[str, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         check_order(self)
         check_sky(self.sky, self.hour)
@@ -330,7 +330,7 @@ class Street:
                 "",
             )
 
-    def camera_field(self):
+    def camera_field(self) -> tuple[float, float, str]:
         """Return (width, height, projection) of the camera's field."""
         return camera_field(self.horizontal_field_deg, self.aspect, self.projection)
 

@@ -44,10 +44,10 @@ __getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
-def isethdr_components():
+def isethdr_components() -> list[Component]:
     return COMPONENTS
 
 
 @hookimpl
-def isethdr_config_paths():
+def isethdr_config_paths() -> list[str]:
     return ["pkg://isethdr_sensors.conf"]

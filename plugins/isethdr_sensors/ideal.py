@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from isethdr_core.pipeline.early_checks import ShotForm
 from isethdr_core.plugins.ranges import check_ranges
@@ -14,6 +14,13 @@ from .sampling.pixel_grid import pixel_counts, pixel_need
 from .sensor_model import Photodiode, Reading, SensorModel
 from .spectral.colour_filter_array import cell
 from .spectral.quantum_efficiency import narrow
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Demand
+    from isethdr_core.pipeline.memory import Need
+    from isethdr_core.runs.seeds import Generator
 
 
 @dataclass(frozen=True)
@@ -40,13 +47,13 @@ class IdealSensor:
     # file with own quantum efficiency curves: wavelength_nm and one column per filter
     qe_csv: str = ""
 
-    def input_files(self):
+    def input_files(self) -> tuple[Any, ...]:
         """Return the user's own curves, if they are named: their content is part of a run's
         name.
         """
         return (self.qe_csv,) if self.qe_csv else ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         self.model()
 
@@ -67,11 +74,11 @@ class IdealSensor:
             noise=False,
         )
 
-    def __call__(self, light, generator=None):
+    def __call__(self, light: xr.DataArray, generator: Generator | None = None) -> xr.Dataset:
         """Return captures of one shot; `generator` is not used."""
         return take_shot(self.model(), light, generator)
 
-    def expected(self, light):
+    def expected(self, light: xr.DataArray) -> xr.DataArray:
         """Return mean electrons (capture, y, x)."""
         return expected_electrons(self.model(), light)
 
@@ -80,17 +87,17 @@ class IdealSensor:
         names = tuple(reading.capture for reading in self.model().readings)
         return ShotForm(names, cell(self.cfa))
 
-    def check_field(self, width_m: float, height_m: float):
+    def check_field(self, width_m: float, height_m: float) -> None:
         """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
-    def pixel_need(self, width_m: float, height_m: float):
+    def pixel_need(self, width_m: float, height_m: float) -> Need:
         """Return the memory of the pixels over an image of this size, in metres, as
         `isethdr_core.pipeline.memory.Need`.
         """
         return pixel_need(self.model(), width_m, height_m)
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Return the demand for the sensor's window, without the outer bands in which it
         is blind.
         """

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ShotForm
@@ -44,6 +45,17 @@ from .spectral.response import ask, full_scale_e
 from .timing import auto_exposure
 from .timing.exposure_limits import exposure_limits
 from .timing.exposure_timing import shot_time_s
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Demand
+    from isethdr_core.pipeline.memory import Need
+    from isethdr_core.runs.seeds import Generator
+    from isethdr_core.sequence.exposure import SettledExposure
+
+    from .sensor_model import Photodiode, Reading
+    from .timing.auto_exposure import Automatic
 
 
 @dataclass(frozen=True)
@@ -126,13 +138,13 @@ class ImagingSensor:
     # keeps the captures apart
     combine_bits: Literal[0, 20, 24] = 0
 
-    def input_files(self):
+    def input_files(self) -> tuple[Any, ...]:
         """Return the user's own curves, if they are named: their content is part of a run's
         name.
         """
         return (self.qe_csv,) if self.qe_csv else ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         auto_exposure.check(self)
         model = self.model()
@@ -177,7 +189,12 @@ class ImagingSensor:
             floor_e, self.after_gain_noise_uv, conversion_gain_uv_per_e, analog_gain
         )
 
-    def assemble(self, photodiodes, readings, **more) -> SensorModel:
+    def assemble(
+        self,
+        photodiodes: Sequence[Photodiode],
+        readings: Iterator[Any] | list[Reading],
+        **more: Any,
+    ) -> SensorModel:
         """Return the model of these photodiodes and readings.
 
         Parameters
@@ -243,13 +260,13 @@ class ImagingSensor:
         if self.exposure_rule != "fixed":
             exposure_limits(self, focal_length_m)
 
-    def __call__(self, light, generator):
+    def __call__(self, light: xr.DataArray, generator: Generator | None) -> xr.Dataset:
         """Return captures of one shot, at the exposure solved for this light unless it is fixed."""
         if self.exposure_rule != "fixed":
             return auto_exposure.exposed(self, light, generator)
         return self.take(light, generator)
 
-    def automatic(self, light):
+    def automatic(self, light: xr.DataArray) -> Automatic:
         """Return the exposure that the sensor chooses for this light."""
         return auto_exposure.one_for_all(self, light)
 
@@ -258,7 +275,7 @@ class ImagingSensor:
         """Longest automatic exposure; None where it is fixed."""
         return None if self.exposure_rule == "fixed" else self.exposure_max_s
 
-    def settled_exposure(self, light):
+    def settled_exposure(self, light: xr.DataArray) -> SettledExposure:
         """Return the exposure that the sensor chooses for this light, and its limits."""
         return auto_exposure.settled_exposure(self, light)
 
@@ -277,7 +294,7 @@ class ImagingSensor:
             )
         return auto_exposure.at_exposure(self, exposure)
 
-    def take(self, light, generator):
+    def take(self, light: xr.DataArray, generator: Generator | None) -> xr.Dataset:
         """Return captures of one shot at `exposure_s`."""
         return take_shot(self.model(), light, generator)
 
@@ -288,7 +305,7 @@ class ImagingSensor:
             model = chip_combination.combined_model(model)
         return full_scale_e(model)
 
-    def expected(self, light):
+    def expected(self, light: xr.DataArray) -> xr.DataArray:
         """Return mean electrons (capture, y, x), dark charge included."""
         return expected_electrons(self.model(), light)
 
@@ -299,7 +316,7 @@ class ImagingSensor:
             names = (chip_combination.CAPTURE,)
         return ShotForm(names, cell(self.cfa), self.black_rows)
 
-    def check_field(self, width_m: float, height_m: float):
+    def check_field(self, width_m: float, height_m: float) -> None:
         """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""
         pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
 
@@ -311,13 +328,13 @@ class ImagingSensor:
         fixed = self.exposure_rule == "fixed"
         return shot_time_s(self.model(), rows, self.exposure_s if fixed else self.exposure_max_s)
 
-    def pixel_need(self, width_m: float, height_m: float):
+    def pixel_need(self, width_m: float, height_m: float) -> Need:
         """Return the memory of the pixels over an image of this size, in metres, as
         `isethdr_core.pipeline.memory.Need`.
         """
         return pixel_need(self.model(), width_m, height_m)
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Return the demand for the sensor's window, without the outer bands in which it is blind,
         and with its response.
         """

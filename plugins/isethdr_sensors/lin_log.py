@@ -5,6 +5,7 @@ capture.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
@@ -17,6 +18,14 @@ from .one_reading import OneReadingSensor
 from .readout.captures import with_response
 from .readout.lin_log_response import STRAIGHT_E, response
 from .sensor_model import Photodiode, SensorModel
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.physics.detector.charge_dynamics import Well
+    from isethdr_core.runs.seeds import Generator
+
+    from .sensor_model import Reading
 
 # largest of 13 levels, default fields (docs/explanation/charge_dynamics.md); below 1e-4 away from
 # the bend
@@ -47,7 +56,7 @@ class LinLogSensor(OneReadingSensor):
         self.check_bend(reading)
         return self.assemble([Photodiode("pixel", **self.diode_terms())], [reading])
 
-    def check_bend(self, reading):
+    def check_bend(self, reading: Reading) -> None:
         """Refuse a sensor whose range ends below the knee if it has no codes that decide the
         resolution of the table.
         """
@@ -70,7 +79,7 @@ class LinLogSensor(OneReadingSensor):
                 )
             )
 
-    def well(self):
+    def well(self) -> Well:
         """Return the pixel's soft knee."""
         return soft_knee.well(self.knee_e, self.thermal_e, self.knee_e_per_s, self.temperature_c)
 
@@ -78,7 +87,7 @@ class LinLogSensor(OneReadingSensor):
         """Return the knee, because exposures are metered for the linear part."""
         return [min(self.knee_e, *super().full_scale_e())]
 
-    def take(self, light, generator):
+    def take(self, light: xr.DataArray, generator: Generator | None) -> xr.Dataset:
         """Return captures of one shot at `exposure_s`, with the table that reads it back; light is
         constant over the exposure.
         """

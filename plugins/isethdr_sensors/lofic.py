@@ -5,7 +5,7 @@ the spilled charge.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from .charge import soft_knee
 from .charge.soft_knee_shot import SoftKneePixel, take_shot
@@ -26,6 +26,12 @@ from .limits import (
 )
 from .readout.converter import converter
 from .sensor_model import Photodiode, Reading, SensorModel
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.physics.detector.charge_dynamics import Well
+    from isethdr_core.runs.seeds import Generator
 
 CAPTURES = ("LCG", "HCG")
 
@@ -117,10 +123,10 @@ class LoficSensor(ImagingSensor):
             ),
         )
 
-    def well(self):
+    def well(self) -> Well:
         """Return the photodiode's soft knee."""
         return soft_knee.well(self.knee_e, self.thermal_e, self.knee_e_per_s, self.temperature_c)
 
-    def take(self, light, generator):
+    def take(self, light: xr.DataArray, generator: Generator | None) -> xr.Dataset:
         """Return captures of one shot at `exposure_s`."""
         return take_shot(SoftKneePixel(self.model(), self.well(), (True, False)), light, generator)

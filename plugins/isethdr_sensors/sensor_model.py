@@ -6,8 +6,10 @@ with this model only.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
+from typing import Any
 
 from isethdr_core.errors import ConfigError
 
@@ -91,7 +93,7 @@ class SensorModel:
     combine_bits: int = 0  # of one code for all readings, made on the chip; 0: all leave it
     combine_companding: tuple[tuple[float, float], ...] = ()  # knees of that code
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("exposure_s", "pitch_um", "peak_qe"):
             _expect(getattr(self, name), name, lambda v: 0 < v < inf, "a finite number above 0")
         _expect(
@@ -184,7 +186,7 @@ class SensorModel:
         return self.exposure_s * diode.exposure_share
 
 
-def _expect(value, name, allowed, expected):
+def _expect(value: float, name: str, allowed: Callable[..., Any], expected: str) -> None:
     if not allowed(value):  # also refuses NaN, for which every comparison is false
         raise ConfigError(
             f"sensor.{name} is {value!r}; expected {expected}; type sensor.{name}=<number>"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.sequence.exposure import Exposure
@@ -13,6 +13,11 @@ from .limits import Ratio
 from .sensor_model import SensorModel
 from .single import SingleSensor
 from .timing import auto_exposure
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from .timing.auto_exposure import Automatic
 
 
 @dataclass(frozen=True)
@@ -30,7 +35,7 @@ class StaggeredSensor(SingleSensor):
     # pixel, those between at equal ratios
     exposure_each: bool = False
 
-    def automatic(self, light):
+    def automatic(self, light: xr.DataArray) -> Automatic:
         """Return the exposures that the sensor chooses for this light."""
         if self.exposure_each:
             return auto_exposure.one_by_one(self, light)

@@ -16,11 +16,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from isethdr_core.storage.atomic_write import write_text
 
+if TYPE_CHECKING:
+    from isethdr_core.runs.run import Result
+    from isethdr_core.sweeps.table import SweepTable
 
-def write_report(result) -> Path:
+
+def write_report(result: Result) -> Path:
     """Write `<key>.html` beside the run's store and return its path; written whole or not at
     all.
     """
@@ -31,7 +36,7 @@ def write_report(result) -> Path:
     return path
 
 
-def write_sweep_page(table) -> Path:
+def write_sweep_page(table: SweepTable) -> Path:
     """Write `index.html` into the folder of a sweep and return its path."""
     from .sweep_page import PAGE, sweep_page
 

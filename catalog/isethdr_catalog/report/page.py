@@ -104,7 +104,7 @@ def _scene(result: Result) -> list[Figure]:
     return figures
 
 
-def _inside(version):
+def _inside(version: xr.Dataset) -> xr.Dataset:
     """Crop the overscan: show the camera's field only."""
     half_x = version.attrs["field_width"] / 2
     half_y = version.attrs["field_height"] / 2
@@ -121,7 +121,7 @@ def _views(
     return [pictures.shown(view, white, name, compressed) for name, view in named]
 
 
-def _range(scene) -> tuple[float, float] | None:
+def _range(scene: xr.Dataset) -> tuple[float, float] | None:
     """Return the range of luminances of the false colours, cd/m2; None for a scene of one
     luminance.
     """
@@ -144,7 +144,7 @@ def _profile(cameras: list[Look]) -> Markup:
     return plots.line_profile(profiles, floor)
 
 
-def _angles_deg(picture, row: int) -> np.ndarray:
+def _angles_deg(picture: xr.Dataset, row: int) -> np.ndarray:
     """Return the horizontal field angle, right positive, at which each pixel of a row looks through
     the lens, distortion and projection included.
     """
@@ -156,7 +156,7 @@ def _angles_deg(picture, row: int) -> np.ndarray:
     return np.degrees(np.arctan2(right, forward))
 
 
-def _labels(truth, white: float, compressed: float) -> Figure | None:
+def _labels(truth: xr.Dataset, white: float, compressed: float) -> Figure | None:
     if "instance" not in truth:
         return None
     return pictures.labelled(truth, white, compressed, truth, truth.attrs.get("objects") or [])

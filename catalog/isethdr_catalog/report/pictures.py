@@ -66,7 +66,7 @@ WHITE_OVER_MEDIAN = 4.0
 BELOW_WHITE_PERCENT = 90.0
 
 
-def shown_white_cd_m2(truth, seen: Sequence[xr.Dataset] = ()) -> float:
+def shown_white_cd_m2(truth: np.ndarray | xr.Dataset, seen: Sequence[xr.Dataset] = ()) -> float:
     """Return the luminance that the page shows as white, cd/m2.
 
     It is 2.5 times the white of the scores (`display_view.white_cd_m2`) or the brightest luminance,
@@ -89,7 +89,7 @@ def shown_white_cd_m2(truth, seen: Sequence[xr.Dataset] = ()) -> float:
     return max([of_truth, *of_pictures])
 
 
-def compression(scene, white_cd_m2: float) -> float:
+def compression(scene: np.ndarray | xr.Dataset, white_cd_m2: float) -> float:
     """Return the tone curve's compression that shows the scene's mean luminance as a middle grey,
     at most the view's default.
 
@@ -107,7 +107,10 @@ def compression(scene, white_cd_m2: float) -> float:
 
 
 def shown(
-    picture, white_cd_m2: float, caption: str, compressed: float = display_view.COMPRESSION
+    picture: xr.Dataset,
+    white_cd_m2: float,
+    caption: str,
+    compressed: float = display_view.COMPRESSION,
 ) -> Figure:
     """Return the display view of a picture or of xyz, with the luminance that is shown as white.
 
@@ -154,7 +157,7 @@ def power(exponent: float) -> tuple[str, int | None]:
     return (f"{10.0**e:g}", None) if -2 <= e <= 3 else ("10", e)
 
 
-def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict]:
+def largest_objects(objects: list[dict], instance: np.ndarray, count: int = 14) -> list[dict]:
     """Return the labelled objects with a box, largest first, without those that span the whole
     picture.
 
@@ -184,7 +187,9 @@ def largest_objects(objects: list[dict], instance, count: int = 14) -> list[dict
     return sorted(boxed, key=lambda o: -o["box"][2] * o["box"][3])[:count]
 
 
-def labelled(xyz, white_cd_m2: float, compressed: float, labels, objects: list[dict]) -> Figure:
+def labelled(
+    xyz: xr.Dataset, white_cd_m2: float, compressed: float, labels: xr.Dataset, objects: list[dict]
+) -> Figure:
     """Return a view with each object's pixels tinted, and its box and name drawn over it.
 
     Parameters

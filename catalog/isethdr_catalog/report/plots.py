@@ -5,12 +5,20 @@ seconds.
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
 
 from isethdr_core.extras import needed
 from isethdr_core.truth import before_denoising, total_variance
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+    from isethdr_core.uncertainty.ledger import Ledger
 
 # drawn in the page's own colour of text, so that a plot reads on a light and on a dark page
 TEXT = "#010203"
@@ -24,7 +32,7 @@ WIDTH = 5.4
 HEIGHT = 3.1
 
 
-def _svg(draw, width: float = WIDTH, height: float = HEIGHT) -> Markup:
+def _svg(draw: Callable[..., Any], width: float = WIDTH, height: float = HEIGHT) -> Markup:
     with needed("a plot of the report", extra="report"):
         import matplotlib
 
@@ -72,7 +80,7 @@ def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: floa
     Estimates at or below `floor` cd/m2, negative ones among them, are drawn at the floor.
     """
 
-    def draw(ax):
+    def draw(ax: Axes) -> None:
         for i, (name, (x, y)) in enumerate((k, v) for k, v in profiles.items() if k != "truth"):
             ax.semilogy(
                 x,
@@ -101,7 +109,7 @@ def line_profile(profiles: dict[str, tuple[np.ndarray, np.ndarray]], floor: floa
 def snr_against_luminance(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> Markup:
     """Return signal-to-noise ratio in dB against luminance: {camera: (cd/m2, dB)}."""
 
-    def draw(ax):
+    def draw(ax: Axes) -> None:
         for i, (name, (luminance, snr)) in enumerate(curves.items()):
             ax.semilogx(
                 luminance, snr, ".-", ms=3, lw=1.0, color=CYCLE[i % len(CYCLE)], label=legible(name)
@@ -114,7 +122,7 @@ def snr_against_luminance(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> M
     return _svg(draw)
 
 
-def _legend(ax) -> None:
+def _legend(ax: Axes) -> None:
     """Write the legend above the axes, where it hides no line."""
     ax.legend(
         frameon=False,
@@ -127,10 +135,10 @@ def _legend(ax) -> None:
     )
 
 
-def seconds(rows) -> Markup:
+def seconds(rows: Ledger) -> Markup:
     """Return seconds per stage as bars, longest first, the shortest together."""
 
-    def draw(ax):
+    def draw(ax: Axes) -> None:
         ranked = sorted(rows, key=lambda r: -r.seconds)
         longest = ranked[:9]
         others = ranked[9:]
@@ -144,7 +152,7 @@ def seconds(rows) -> Markup:
 
 
 def snr_curve(
-    picture, truth, bins_per_decade: int = 6, least: int = 20
+    picture: xr.Dataset, truth: xr.Dataset, bins_per_decade: int = 6, least: int = 20
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (cd/m2, dB): true luminance over the standard deviation that the picture itself
     states, for the median pixel of each bin.

@@ -8,10 +8,8 @@ is needed, which could leave a bias (docs/explanation/isp.md compares the two).
 
 from __future__ import annotations
 
-from typing import Any
-
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -213,7 +211,7 @@ def stabilised(x: np.ndarray, variance: np.ndarray, valid: np.ndarray) -> np.nda
     return np.interp(x, means, height) + outside_table
 
 
-def likeness(first: np.ndarray, second: np.ndarray, beside: tuple[int, int]=(0, 0)) -> np.ndarray:
+def likeness(first: np.ndarray, second: np.ndarray, beside: tuple[int, int] = (0, 0)) -> np.ndarray:
     """Return weights (y, x) in (0, 1] by the mean squared difference of stabilised surroundings; 1
     where noise explains it.
 
@@ -233,7 +231,7 @@ def likeness(first: np.ndarray, second: np.ndarray, beside: tuple[int, int]=(0, 
     return np.exp(weights, out=weights)
 
 
-def _box_sums(values: np.ndarray, beside: tuple[int, int]=(0, 0)) -> np.ndarray:
+def _box_sums(values: np.ndarray, beside: tuple[int, int] = (0, 0)) -> np.ndarray:
     """Return sums over squares of `PATCH` = 5 values a side, mirrored at the border; `beside` as in
     `likeness`.
     """

@@ -9,9 +9,8 @@ the outermost pixel, which keeps the phase of the array.
 
 from __future__ import annotations
 
-from typing import Any
-
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,13 @@ LARGEST_RADIUS = 8  # pixels; covers arrays of period 8, the largest in producti
 EXACT = 1e-9  # largest error of the moments of a plane that counts as determined
 
 
-def demosaic(mosaic: np.ndarray, filters: np.ndarray, channels: int, variance: np.ndarray | None=None, bad: np.ndarray | None=None) -> tuple[np.ndarray | None, ...]:
+def demosaic(
+    mosaic: np.ndarray,
+    filters: np.ndarray,
+    channels: int,
+    variance: np.ndarray | None = None,
+    bad: np.ndarray | None = None,
+) -> tuple[np.ndarray | None, ...]:
     """Return every channel at every pixel.
 
     Parameters
@@ -112,7 +117,13 @@ def _rule_of(data: bytes, dtype: str, shape: tuple[int, ...], channels: int) -> 
     return Kernels(kernels, filters.shape)
 
 
-def folded(row: np.ndarray, column: np.ndarray, taps: list[list[tuple[Any, ...]]], shape: tuple[int, int], repeat_edge: bool = False) -> Kernel:
+def folded(
+    row: np.ndarray,
+    column: np.ndarray,
+    taps: list[list[tuple[Any, ...]]],
+    shape: tuple[int, int],
+    repeat_edge: bool = False,
+) -> Kernel:
     """Return the kernel of a group of pixels, with samples beyond the border mirrored inside.
 
     Parameters

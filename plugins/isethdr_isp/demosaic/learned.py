@@ -29,7 +29,13 @@ AT_ONCE = 1 << 16  # pixels whose neighbourhoods are held in memory
 LETTERS = "RGBW"  # channels come in this order
 
 
-def learned(mosaic: np.ndarray, filters: np.ndarray, names: list[str], variance: np.ndarray, table: dict[str, np.ndarray] | None=None) -> np.ndarray:
+def learned(
+    mosaic: np.ndarray,
+    filters: np.ndarray,
+    names: list[str],
+    variance: np.ndarray,
+    table: dict[str, np.ndarray] | None = None,
+) -> np.ndarray:
     """Return the channels (channel, y, x) of a mosaic of electrons.
 
     Parameters

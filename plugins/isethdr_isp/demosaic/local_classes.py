@@ -51,7 +51,9 @@ def classes(mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray) -> np
     )
 
 
-def _change(mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _change(
+    mosaic: np.ndarray, filters: np.ndarray, variance: np.ndarray, axis: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the local mean of the squared difference between the two neighbours along `axis`,
     where they have the same filter; its expectation from noise alone; and the number of
     differences.

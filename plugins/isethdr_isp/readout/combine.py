@@ -172,7 +172,9 @@ def _relative(per_light: np.ndarray, reference: np.ndarray) -> np.ndarray:
     return np.divide(per_light, reference, out=np.ones(np.shape(sensitive)), where=sensitive)
 
 
-def weight(t: np.ndarray, charge: Charge, short: Charge, ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def weight(
+    t: np.ndarray, charge: Charge, short: Charge, ratio: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the weight G of the more sensitive charge, and its derivative.
 
     Parameters

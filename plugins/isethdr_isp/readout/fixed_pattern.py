@@ -8,10 +8,8 @@ deviation, so their weights add before they are squared.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -63,7 +61,9 @@ class WeightedRead(NamedTuple):
     sensitivity: np.ndarray | float = 1.0
 
 
-def device_spread(captures: xr.Dataset, i: int, offset_gain: np.ndarray | float = 1.0) -> DeviceSpread:
+def device_spread(
+    captures: xr.Dataset, i: int, offset_gain: np.ndarray | float = 1.0
+) -> DeviceSpread:
     """Return the spread between devices that one capture states.
 
     A term that the captures lack is 0; without `silicon`, `charge` takes its place.
@@ -96,7 +96,9 @@ def check_device_spread(captures: xr.Dataset) -> None:
             )
 
 
-def fixed_pattern(reads: list[WeightedRead], signal_e: np.ndarray, variance_e2: np.ndarray) -> SampleNoise:
+def fixed_pattern(
+    reads: list[WeightedRead], signal_e: np.ndarray, variance_e2: np.ndarray
+) -> SampleNoise:
     """Return the fixed-pattern variance of a merged mosaic: the mean over an ensemble of devices.
 
     Parameters

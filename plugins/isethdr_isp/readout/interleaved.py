@@ -15,9 +15,7 @@ used.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -51,7 +49,9 @@ class Interleaved(NamedTuple):
     read: Readout
 
 
-def merge_interleaved(captures: xr.Dataset, balance: Illuminant, shading_csv: str = "") -> Interleaved:
+def merge_interleaved(
+    captures: xr.Dataset, balance: Illuminant, shading_csv: str = ""
+) -> Interleaved:
     """Return the capture as electrons of upper case pixels, one channel per colour.
 
     A colour with letters of one case only keeps its channel. Dark charge is subtracted, and

@@ -31,7 +31,9 @@ def inverse_variance(groups: list[list[Readout]], per_light: list[np.ndarray]) -
     return joined_rows([_inverse_variance(groups, per_light, rows) for rows in blocks])
 
 
-def _inverse_variance(groups: list[list[Readout]], per_light: list[np.ndarray], rows: slice) -> Merged:
+def _inverse_variance(
+    groups: list[list[Readout]], per_light: list[np.ndarray], rows: slice
+) -> Merged:
     charges = [
         read_charge([read.of_rows(rows) for read in reads], light[rows])
         for reads, light in zip(groups, per_light)

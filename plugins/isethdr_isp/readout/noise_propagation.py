@@ -49,7 +49,9 @@ class NoisePart(NamedTuple):
             by_deviation.setdefault(key, []).append(number)
         return list(by_deviation.values())
 
-    def weighted(self, weights: np.ndarray, groups: list[list[int]], near: np.ndarray) -> np.ndarray:
+    def weighted(
+        self, weights: np.ndarray, groups: list[list[int]], near: np.ndarray
+    ) -> np.ndarray:
         """Return the variance (out, pixel) of weighted sums of samples.
 
         Parameters

@@ -7,10 +7,9 @@ relative to the axis. Four even powers of the radius fit any lens without sharp 
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import csv
 
 import numpy as np
 
@@ -20,8 +19,8 @@ from ..spectra import light
 from .electrons import check_captures, chosen, falloff, readouts
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
     import xarray as xr
+    from numpy.typing import ArrayLike
 
 POWERS = (0, 2, 4, 6, 8)
 ENTRIES = 65
@@ -55,7 +54,9 @@ def radii_mm(captures: xr.Dataset) -> np.ndarray:
     return 1e3 * np.hypot(captures.x.values[None, :], captures.y.values[:, None])
 
 
-def measured_shading(captures: xr.Dataset, capture: str = "") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def measured_shading(
+    captures: xr.Dataset, capture: str = ""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (radius_mm, relative, standard_error) of a lens, from captures of a flat field.
 
     Every channel is fitted by an even polynomial of the radius. All samples have the same weight,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,13 @@ from isethdr_core.truth import before_denoising
 
 from ..limits import Fewest, Ring
 from ..regions import NAN, luminance_variance, luminances, regions_of, variance_stated
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Demand
+
+    from ..regions import Region
 
 # variance of a mean over pixels, over that of independent pixels: 3 x 3 demosaic, at most
 SHARED_NOISE = 9.0
@@ -43,14 +50,16 @@ class ObjectContrast:
     ring: Ring = 0.2  # width of the ring around an object / square root of the object's area
     fewest_pixels: Fewest = 9  # objects with fewer valid pixels get no score
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Ask for the instance labels."""
         return demand.with_labels("instance")
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Any]:
         """Return five scores per object: object_contrast, object_contrast_truth,
         object_contrast_snr, object_d_prime, object_d_prime_clutter.
 
@@ -124,7 +133,7 @@ class ObjectContrast:
                 )
         return scores
 
-    def _ring(self, region):
+    def _ring(self, region: Region) -> Region:
         """Return the pixels around `region` within the ring's width, at least two pixels wide."""
         from scipy.ndimage import distance_transform_cdt
 
@@ -169,5 +178,5 @@ def detectability(inside: Sample, around: Sample) -> Detectability:
     return Detectability(float(by_noise), float(with_clutter))
 
 
-def _weber(value, surround) -> float:
+def _weber(value: float, surround: float) -> float:
     return float((value - surround) / surround) if surround else float("nan")

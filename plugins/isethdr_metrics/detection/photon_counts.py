@@ -4,6 +4,7 @@ to 0 electrons.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +49,7 @@ class Mixture(NamedTuple):
     variance: np.ndarray  # (signal,)
 
 
-def of_signals(bright: Signal, dark: Signal, contrast, interval: float) -> np.ndarray:
+def of_signals(bright: Signal, dark: Signal, contrast: np.ndarray, interval: float) -> np.ndarray:
     """Return `contrast_detection.pair_probability` of flat arrays; each signal has its own step.
 
     Parameters
@@ -85,7 +86,7 @@ class Estimate(NamedTuple):
     bound: np.ndarray
 
 
-def estimated(bright: Signal, dark: Signal, contrast, interval: float) -> Estimate:
+def estimated(bright: Signal, dark: Signal, contrast: np.ndarray, interval: float) -> Estimate:
     """Return the probability of each pair for normal noise, corrected for its skewness.
 
     Parameters
@@ -164,7 +165,7 @@ def _limited(signal: Signal) -> Signal:
     return signal._replace(step=np.minimum(signal.step, most))
 
 
-def _electrons(signal: Signal):
+def _electrons(signal: Signal) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean counts, and the variance of the normal noise in electrons squared."""
     lit = (signal.step > 0) & (signal.mean > 0)
     step = np.where(lit, signal.step, 1.0)
@@ -190,7 +191,7 @@ def _mixture(signal: Signal, kind: int) -> Mixture:
     return Mixture(weight, signal.step[:, None] * electrons, rest_e2 * signal.step**2)
 
 
-def _range(counts):
+def _range(counts: np.ndarray) -> tuple[int, int]:
     """Return first count and number of counts that hold all but 1e-6 of these Poisson laws."""
     low = float(counts.min())
     high = float(counts.max())
@@ -198,7 +199,7 @@ def _range(counts):
     return first, int(high + 5 * np.sqrt(high) + 6) - first
 
 
-def _two_points(counts):
+def _two_points(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return weights, places and variance of two points with the third and fourth cumulant of a
     Poisson law.
 
@@ -218,7 +219,9 @@ def _two_points(counts):
     return np.stack([1 - upper, upper], 1), counts[:, None] + places, t
 
 
-def _pieces(pairs, bright: Signal, dark: Signal, of_counts: bool):
+def _pieces(
+    pairs: np.ndarray, bright: Signal, dark: Signal, of_counts: bool
+) -> Iterator[np.ndarray]:
     """Yield groups of `pairs` with like counts, small enough for memory."""
     if not len(pairs):
         return
@@ -243,7 +246,11 @@ def _pieces(pairs, bright: Signal, dark: Signal, of_counts: bool):
 
 
 def _of_counts(
-    out: np.ndarray, pairs: np.ndarray, signals: tuple[Signal, Signal], contrast, interval: float
+    out: np.ndarray,
+    pairs: np.ndarray,
+    signals: tuple[Signal, Signal],
+    contrast: np.ndarray,
+    interval: float,
 ) -> np.ndarray:
     """Write the probabilities of these pairs into `out`, counts on both sides; return those that
     are left because they have no noise but that of counts.
@@ -267,7 +274,7 @@ def _of_counts(
     return pairs[left]
 
 
-def _sum(bright: Mixture, dark: Mixture, contrast, interval: float):
+def _sum(bright: Mixture, dark: Mixture, contrast: np.ndarray, interval: float) -> np.ndarray:
     """Return the probability of mixtures: the weighted sum of that of their components."""
     weight = bright.weight[:, :, None] * dark.weight[:, None, :]
     between = wedges_between(bright.variance, dark.variance, contrast, interval)

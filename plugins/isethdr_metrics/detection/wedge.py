@@ -70,7 +70,9 @@ class Wedges(NamedTuple):
         return np.stack([np.cos(angle) / first, np.sin(angle) / second])
 
 
-def wedges_between(bright_variance, dark_variance, contrast, interval: float) -> Wedges:
+def wedges_between(
+    bright_variance: np.ndarray, dark_variance: np.ndarray, contrast: np.ndarray, interval: float
+) -> Wedges:
     """Return the wedge of measured contrasts within `contrast` (1 +- `interval`).
 
     Parameters
@@ -107,7 +109,9 @@ def wedges_between(bright_variance, dark_variance, contrast, interval: float) ->
     )
 
 
-def probability_between(wedges: Wedges, bright, dark, pair=None) -> np.ndarray:
+def probability_between(
+    wedges: Wedges, bright: np.ndarray, dark: np.ndarray, pair: np.ndarray | None = None
+) -> np.ndarray:
     """Return the probability that two normal levels lie in a wedge.
 
     Parameters
@@ -136,7 +140,9 @@ def probability_between(wedges: Wedges, bright, dark, pair=None) -> np.ndarray:
     return np.where(noise_free, without_noise(mean, total), out) if some_free else out
 
 
-def measured_negative(wedges: Wedges, pair, bright, dark) -> np.ndarray:
+def measured_negative(
+    wedges: Wedges, pair: np.ndarray, bright: np.ndarray, dark: np.ndarray
+) -> np.ndarray:
     """Return the probability of the wedge opposite to each: both levels are measured negative.
 
     Parameters
@@ -156,7 +162,9 @@ def measured_negative(wedges: Wedges, pair, bright, dark) -> np.ndarray:
     return out
 
 
-def _opposite_by_sides(wedges: Wedges, pair, bright, dark, square) -> np.ndarray:
+def _opposite_by_sides(
+    wedges: Wedges, pair: np.ndarray, bright: np.ndarray, dark: np.ndarray, square: np.ndarray
+) -> np.ndarray:
     """Return the probability of the wedge opposite to each, from those of the four sectors between
     its sides; `square` is not needed.
     """
@@ -166,7 +174,9 @@ def _opposite_by_sides(wedges: Wedges, pair, bright, dark, square) -> np.ndarray
     return both_positive(h, k, wedges.correlation[pair]) - (ndtr(h) + ndtr(k) - 1)
 
 
-def _opposite(wedges: Wedges, pair, bright, dark, square) -> np.ndarray:
+def _opposite(
+    wedges: Wedges, pair: np.ndarray, bright: np.ndarray, dark: np.ndarray, square: np.ndarray
+) -> np.ndarray:
     """Return the probability of the wedge opposite to each, by quadrature over its angle.
 
     `square` : squared distance of the mean from the tip, in units of the deviations.
@@ -183,7 +193,7 @@ def _opposite(wedges: Wedges, pair, bright, dark, square) -> np.ndarray:
     return wedges.half_angle[pair] * np.exp(-square / 2) * total / (2 * np.pi)
 
 
-def _tail(x) -> np.ndarray:
+def _tail(x: np.ndarray) -> np.ndarray:
     """Return 1 - x M(x), M being Mills's ratio of normal probabilities."""
     at = np.abs(x)
     over = np.full_like(at, NUMERATOR[-1])
@@ -200,7 +210,13 @@ def _tail(x) -> np.ndarray:
     return over
 
 
-def skewness_effect(wedges: Wedges, bright, dark, bright_third, dark_third) -> np.ndarray:
+def skewness_effect(
+    wedges: Wedges,
+    bright: np.ndarray,
+    dark: np.ndarray,
+    bright_third: np.ndarray,
+    dark_third: np.ndarray,
+) -> np.ndarray:
     """Return the approximate change of a wedge's probability by the skewness of the levels.
 
     It is the probability with skewed levels less that with normal levels.
@@ -224,7 +240,9 @@ def skewness_effect(wedges: Wedges, bright, dark, bright_third, dark_third) -> n
     return out
 
 
-def both_positive(h, k, rho):
+def both_positive(
+    h: float | np.ndarray, k: float | np.ndarray, rho: float | np.ndarray
+) -> float | np.ndarray:
     """Return P(h + u > 0 and k + v > 0) for standard normals u and v of correlation `rho`.
 
     Parameters
@@ -246,7 +264,7 @@ def both_positive(h, k, rho):
     return (ndtr(h) + ndtr(k)) / 2 - t_h - t_k - correction
 
 
-def without_noise(mean, total) -> np.ndarray:
+def without_noise(mean: tuple[np.ndarray, np.ndarray], total: np.ndarray) -> np.ndarray:
     """Return 1.0 where a contrast lies in the interval, ends included, and 0.0 elsewhere.
 
     Parameters

@@ -4,7 +4,9 @@ definitions.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.special import ndtri
@@ -19,6 +21,9 @@ from ..limits import Darkest
 from ..regions import NAN, luminance_variance, luminances, variance_stated
 from .noise_line import dark_medians, line_through
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 # chance that noise alone passes for a signal in a picture without any
 FALSE_ALARM = 1e-3
 
@@ -32,10 +37,12 @@ class DynamicRange:
     # share of the pixels, from the darkest, whose variance is taken as the noise of the dark
     darkest_share: Darkest = 0.2
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Any]:
         """Return the range in dB by three definitions, and its ends in cd/m2.
 
         | score                      | lower end                                           |
@@ -118,7 +125,7 @@ def highest_of_noise(noise: float, pixels: int) -> float:
     return float(-ndtri(FALSE_ALARM / pixels) * noise)
 
 
-def lower_ends(light, noise) -> dict[str, float]:
+def lower_ends(light: np.ndarray, noise: np.ndarray) -> dict[str, float]:
     """Return the luminance of each definition, cd/m2, from the line through light and noise
     variance.
     """
@@ -130,7 +137,7 @@ def lower_ends(light, noise) -> dict[str, float]:
     }
 
 
-def jackknife_sd(ends) -> float:
+def jackknife_sd(ends: Sequence[Any]) -> float:
     """Return the standard deviation of the logarithm of a lower end from its values without one
     group each (Efron 1982, eq. 3.1).
     """

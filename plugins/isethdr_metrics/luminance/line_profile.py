@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Luminance, Row
 from ..regions import luminance_variance, luminances, mean_interval
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -23,10 +27,12 @@ class LineProfile:
     row: Row = -1  # pixel row; -1 takes the row of the brightest pixel of the reference picture
     floor_cd_m2: Luminance = 1e-3  # lower luminances are raised to this value
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Score]:
         """Return the rms difference of the two log10 profiles over the row, with a 95 % interval by
         resampling twelfths of the row.
         """
@@ -37,7 +43,7 @@ class LineProfile:
         ).tolist()
         return [Score("line_profile_error", value, "log10", "", low, high)]
 
-    def profile(self, picture, truth) -> dict:
+    def profile(self, picture: xr.Dataset, truth: xr.Dataset) -> dict:
         """Return row, x_m, log10_picture, log10_truth (log10 cd/m2), log10_low, log10_high (95 % of
         the noise), valid.
         """
@@ -49,7 +55,7 @@ class LineProfile:
         row = self.row if self.row >= 0 else int(np.unravel_index(np.argmax(true), true.shape)[0])
         spread = 1.96 * np.sqrt(luminance_variance(picture)[row])
 
-        def log(values):
+        def log(values: np.ndarray) -> np.ndarray:
             return np.log10(np.fmax(values, self.floor_cd_m2))
 
         return {

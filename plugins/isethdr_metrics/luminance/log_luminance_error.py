@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,11 @@ from isethdr_core.plugins.ranges import check_ranges
 from ..limits import Luminance
 from ..regions import luminances, mean_of, regions_of
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Demand
+
 
 @dataclass(frozen=True)
 class LogLuminanceError:
@@ -21,14 +27,16 @@ class LogLuminanceError:
     # lower luminances are raised to this value, because an estimate of 0 or less has no logarithm
     floor_cd_m2: Luminance = 1e-3
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Ask for the instance labels."""
         return demand.with_labels("instance")
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Score]:
         """Return one score per region, in log10 units (0.3 is a factor of two).
 
         A saturated pixel counts with the luminance that the picture gives it, which is the highest

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,16 +12,23 @@ from isethdr_core.data.scores import Score
 
 from ..regions import NAN, frame_and_objects, luminance_variance, luminances
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Demand
+
 
 @dataclass(frozen=True)
 class MeanLuminance:
     """Mean luminance of the valid pixels, in cd/m2, for the frame and for each object."""
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Ask for the instance labels."""
         return demand.with_labels("instance")
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Any]:
         """Return one score per region with valid pixels. The interval follows from the stated
         variance.
         """

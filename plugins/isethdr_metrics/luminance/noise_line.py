@@ -23,7 +23,9 @@ class NoiseLine(NamedTuple):
     step: float  # cd/m2: the effective luminance of one electron
 
 
-def noise_line(luminance, variance, darkest_share: float = DARKEST_SHARE) -> NoiseLine:
+def noise_line(
+    luminance: np.ndarray, variance: np.ndarray, darkest_share: float = DARKEST_SHARE
+) -> NoiseLine:
     """Return the line through the variances of the darker pixels.
 
     Parameters
@@ -44,7 +46,7 @@ def noise_line(luminance, variance, darkest_share: float = DARKEST_SHARE) -> Noi
     return line_through(*dark_medians(luminance, variance, darkest_share))
 
 
-def dark_medians(luminance, variance, darkest_share: float) -> tuple:
+def dark_medians(luminance: np.ndarray, variance: np.ndarray, darkest_share: float) -> tuple:
     """Return median luminance and variance of groups of dark pixels, the darkest first.
 
     Parameters
@@ -58,7 +60,7 @@ def dark_medians(luminance, variance, darkest_share: float) -> tuple:
     return medians(luminance, variance, max(REACH * noise, float(luminance[dark].max())))
 
 
-def medians(luminance, variance, reach: float) -> tuple:
+def medians(luminance: np.ndarray, variance: np.ndarray, reach: float) -> tuple:
     """Return median luminance and variance of groups of pixels, the darkest first.
 
     Parameters
@@ -81,7 +83,7 @@ def medians(luminance, variance, reach: float) -> tuple:
     return tuple(np.array([np.median(v[part]) for part in enough]) for v in (luminance, variance))
 
 
-def line_through(luminance, variance) -> NoiseLine:
+def line_through(luminance: np.ndarray, variance: np.ndarray) -> NoiseLine:
     """Return the line by relative least squares, with read and shot noise not negative."""
     from scipy.optimize import nnls
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from isethdr_core.plugins.ranges import check_ranges
 from ..limits import Guard
 from ..regions import NAN, luminances, mean_interval
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 @dataclass(frozen=True)
 class NormalizedFlare:
@@ -24,10 +28,12 @@ class NormalizedFlare:
     # border around a source, in pixels, that is not counted as flare: the blur of the source itself
     guard: Guard = 5
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Any]:
         """Return the mean and the 99th percentile over the valid pixels beyond the guard.
 
         IEEE Std 2020-2024 divides a picture of one lamp in the dark by the level of the lamp in a

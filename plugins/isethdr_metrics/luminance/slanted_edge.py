@@ -5,6 +5,7 @@ segments of the edge.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import stdtrit
@@ -15,6 +16,9 @@ from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import HalfWidth
 from ..regions import NAN, luminances
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 OVERSAMPLING = 4  # samples a pixel across the edge, as in ISO 12233
 # rows: one passage of the edge through a pixel at 5 degrees, so that a segment holds all phases
@@ -33,10 +37,12 @@ class SlantedEdgeResponse:
 
     half_width: HalfWidth = 32  # pixels on each side of the edge that are used
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Score]:
         """Return slanted_edge_mtf50 (cycles per pixel) and slanted_edge_nyquist, with 95 %
         intervals, and the rows used.
 
@@ -85,7 +91,7 @@ class SlantedEdgeResponse:
             )
         return [*scores, Score("slanted_edge_rows", float(curve["rows"]), "rows")]
 
-    def curve(self, picture, truth) -> dict:
+    def curve(self, picture: xr.Dataset, truth: xr.Dataset) -> dict:
         """Return cycles_per_pixel, response, resampled (draw, frequency), angle_deg, rows,
         segments; empty without an edge.
 
@@ -153,7 +159,7 @@ class SlantedEdgeResponse:
         }
 
 
-def _line(true):
+def _line(true: np.ndarray) -> tuple[float, float] | None:
     """Return (slope, offset) of column = offset + slope * row along the one upright edge of `true`,
     or None.
     """
@@ -180,13 +186,13 @@ def _line(true):
     return slope, offset
 
 
-def _room(slope, offset, shape) -> int:
+def _room(slope: float, offset: float, shape: tuple[int, int]) -> int:
     """Return the number of pixels beside the edge, on the narrower side, over all rows."""
     ends = offset, offset + slope * (shape[0] - 1)
     return int(min(min(ends), shape[1] - 1 - max(ends)))
 
 
-def _line_spread(count, across, total):
+def _line_spread(count: np.ndarray, across: np.ndarray, total: np.ndarray) -> np.ndarray:
     """Return the windowed line spread from the sums of one resample of segments."""
     filled = count > 0
     # samples do not fill a bin evenly, so the bin is placed at their mean position
@@ -197,13 +203,13 @@ def _line_spread(count, across, total):
     return line * _window(len(line))
 
 
-def _window(count: int):
+def _window(count: int) -> np.ndarray:
     """Return a Tukey window: flat over the middle half, a cosine at both ends."""
     edge = np.minimum(np.arange(count), np.arange(count)[::-1]) / (count - 1)
     return np.where(edge < 0.25, 0.5 - 0.5 * np.cos(4 * np.pi * edge), 1.0)
 
 
-def _falls_to_half(frequency, response) -> float:
+def _falls_to_half(frequency: np.ndarray, response: np.ndarray) -> float:
     """Return where the response first falls below a half, cycles per pixel; the last frequency
     where it never does.
     """

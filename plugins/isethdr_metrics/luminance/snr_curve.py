@@ -5,6 +5,7 @@ truth.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from isethdr_core.truth import before_denoising
 
 from ..limits import Bins, Luminance
 from ..regions import check_pair, luminance_variance, luminances, median_interval, variance_stated
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PIXELS_PER_INDEPENDENT = 9  # demosaic makes neighbours alike: one pixel in 3 x 3 is independent
 # a median lies between the smallest and the largest of n values but for 2 * 0.5**n: 95 % takes 6
@@ -32,10 +36,12 @@ class SnrCurve:
     luminances_cd_m2: tuple[Luminance, ...] = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
     bins_per_decade: Bins = 6  # number of bins of true luminance per decade
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Any]:
         """Return one score per luminance with enough pixels near it, named snr_at_<cd/m2>.
 
         A bin of true luminance is used where it has at least `FEWEST_PIXELS` valid pixels. The
@@ -64,7 +70,7 @@ class SnrCurve:
             scores.append(Score(f"snr_at_{level:g}", value, "dB", "", value + low, value + high))
         return scores
 
-    def _at(self, rows, nearest: int, level: float) -> float:
+    def _at(self, rows: dict[str, np.ndarray], nearest: int, level: float) -> float:
         """Return the SNR in dB at `level` cd/m2, on the line through the nearest two rows.
 
         The second row is the next one on the other side of the level. Where there is none within
@@ -84,7 +90,7 @@ class SnrCurve:
             slope = 10.0  # dB per decade
         return float(snr[nearest] - slope * x[nearest])
 
-    def curve(self, picture, truth) -> dict:
+    def curve(self, picture: xr.Dataset, truth: xr.Dataset) -> dict:
         """Return the table, one row per bin of true luminance that holds a valid pixel.
 
         Returns
@@ -99,7 +105,7 @@ class SnrCurve:
         y, true, valid = luminances(picture, truth)
         use = valid & (true > 0)
 
-        def bins():
+        def bins() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
             bin_of = np.floor(np.log10(true[use]) * self.bins_per_decade + 1e-9).astype(int)
             lowest = bin_of.min(initial=0)
             counts = np.bincount(bin_of - lowest)
@@ -110,10 +116,10 @@ class SnrCurve:
         key = "bins", self.bins_per_decade, valid.tobytes()
         present, count, index, order = once(key, (truth,), bins)
 
-        def mean(values):
+        def mean(values: np.ndarray) -> np.ndarray:
             return np.bincount(index, values[use], minlength=len(present)) / count
 
-        def medians(values):
+        def medians(values: np.ndarray) -> np.ndarray:
             parts = np.split(values[use][order], np.cumsum(count)[:-1])
             return (
                 np.array(

@@ -5,7 +5,7 @@ older CIE 94 and CIE 76.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -18,6 +18,11 @@ from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import White
 from ..regions import luminances, mean_of, regions_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Demand
 
 
 @dataclass(frozen=True)
@@ -40,14 +45,16 @@ class Ciede2000:
     # picture without lamps
     white_cd_m2: White = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Add the instance labels to the demand."""
         return demand.with_labels("instance")
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Score]:
         """Return the colour difference of each region, and the white that was used.
 
         Pixels that are brighter than the white in the reference picture are left out, because

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -16,6 +16,11 @@ from isethdr_core.plugins.ranges import check_ranges
 from ..limits import Compression, White
 from ..regions import luminances, mean_of, regions_of
 from .structural_similarity import similarity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Demand
 
 
 @dataclass(frozen=True)
@@ -35,14 +40,16 @@ class Ssim:
     # strength of the tone map of isethdr_core.display.display_view; 0 is linear
     compression: Compression = 100.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Add the instance labels to the demand."""
         return demand.with_labels("instance")
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Score]:
         """Return the mean of the similarity map per region and the white that was used.
 
         The window is a Gaussian of 1.5 pixels, 11 wide, as in the paper. The three display channels

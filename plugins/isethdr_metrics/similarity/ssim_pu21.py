@@ -5,7 +5,7 @@ encoding.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -14,6 +14,11 @@ from isethdr_core.errors import UnitError
 
 from ..regions import frame_and_objects, luminances, mean_interval
 from .structural_similarity import similarity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.demand import Demand
 
 # for which PU21 was fitted
 LOWEST_CD_M2 = 0.005
@@ -40,11 +45,13 @@ class SsimPu21:
     # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
     MEAN_OF_PARTS: ClassVar[bool] = True
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Add the instance labels to the demand."""
         return demand.with_labels("instance")
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Score]:
         """Return the mean of the similarity map per region, and the share of the frame whose
         luminance PU21 cannot hold.
 
@@ -69,7 +76,7 @@ class SsimPu21:
         return [*scores, Score("ssim_pu21_clamped", float(max(clamped)), "share of the frame")]
 
 
-def pu21(luminance_cd_m2):
+def pu21(luminance_cd_m2: float | np.ndarray) -> float | np.ndarray:
     """Return PU21 code values of luminances in cd/m2, which are first clamped to 0.005 .. 10 000;
     100 cd/m2 gives 256.
     """

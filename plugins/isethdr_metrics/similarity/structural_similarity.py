@@ -12,7 +12,7 @@ TAPS = np.exp(-0.5 * (np.arange(REACH + 1) - REACH) ** 2 / SIGMA**2)
 TAPS /= 2 * TAPS.sum() - TAPS[-1]
 
 
-def similarity(first, second, data_range: float) -> np.ndarray:
+def similarity(first: np.ndarray, second: np.ndarray, data_range: float) -> np.ndarray:
     """Return the map (y, x) of structural similarity (Wang, Bovik, Sheikh, Simoncelli 2004, eq. 13)
     of two planes of one kind of float.
 
@@ -55,7 +55,7 @@ def similarity(first, second, data_range: float) -> np.ndarray:
     return out
 
 
-def windowed(values) -> np.ndarray:
+def windowed(values: np.ndarray) -> np.ndarray:
     """Return the means of `values` (y, x) over the window, for the (y, x) less `REACH` on each side
     where all of it lies within.
     """

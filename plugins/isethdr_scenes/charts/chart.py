@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -22,6 +23,10 @@ from isethdr_core.uncertainty.error_terms import Quantity
 
 from ..limits import BandStep, Field, Luminance, Tiles
 from .daylight import DAYLIGHT_K, daylight
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from colour import SpectralDistribution
 
 STEPS = 20  # of the midpoint rule in a band: 2e-6 for tungsten light in bands of 10 nm
 
@@ -53,7 +58,7 @@ class Chart:
         ),
     )
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         widest = 150 if self.projection == "tangent" else 360
         if self.horizontal_field_deg > widest:
@@ -74,7 +79,7 @@ class Chart:
         """Return the light groups. By default a chart is lit by the group `sky` alone."""
         return ("sky",)
 
-    def camera_field(self):
+    def camera_field(self) -> tuple[float, float, str]:
         """Return (width, height, projection) of the chart."""
         return camera_field(self.horizontal_field_deg, self.width / self.height, self.projection)
 
@@ -82,12 +87,12 @@ class Chart:
         """Return (rows, columns) of tiles; a chart has none beyond its field."""
         return self.height, self.width
 
-    def bands_nm(self):
+    def bands_nm(self) -> np.ndarray:
         """Return the band centres, nm, from `first_nm` up to at most `last_nm`."""
         count = math.floor((self.last_nm - self.first_nm) / self.step_nm + 1e-9) + 1
         return self.first_nm + self.step_nm * np.arange(count)
 
-    def white(self):
+    def white(self) -> np.ndarray:
         """Return the illuminant's radiance per cd/m2, (wavelength,) W m-2 sr-1 nm-1: its luminance
         is 1.
 
@@ -105,7 +110,7 @@ class Chart:
             )
         return np.asarray(relative / unit)
 
-    def tiles(self):
+    def tiles(self) -> tuple[np.ndarray, np.ndarray, float]:
         """Return x (width,), y (height,) tile centres and the pitch of a tile, in the projection's
         unit.
         """
@@ -114,7 +119,7 @@ class Chart:
         pitch = field / self.width
         return centres(self.width, field), centres(self.height, pitch * self.height), pitch
 
-    def dataset(self, groups: dict, **labels):
+    def dataset(self, groups: dict, **labels: np.ndarray) -> xr.Dataset:
         """Return the chart's scene radiance Dataset from {group: (wavelength, y, x) radiance} and
         labels.
         """
@@ -150,7 +155,9 @@ class Chart:
         return ds
 
 
-def band_means(spectrum, bands_nm, steps: int = STEPS):
+def band_means(
+    spectrum: Callable[..., Any], bands_nm: np.ndarray, steps: int = STEPS
+) -> np.ndarray:
     """Return the means of `spectrum(wavelength_nm)` over the bands whose borders lie half way
     between `bands_nm`.
 
@@ -166,7 +173,7 @@ def band_means(spectrum, bands_nm, steps: int = STEPS):
     return spectrum(bands_nm[:, None] + inside * band_widths_nm(bands_nm)[:, None]).mean(1)
 
 
-def table(distribution):
+def table(distribution: SpectralDistribution) -> Callable[..., Any]:
     """Return a function of the wavelength in nm from a colour-science distribution.
 
     It is linear between the table's wavelengths, and constant beyond its ends.
@@ -197,12 +204,12 @@ def chart_object(
     }
 
 
-def category_of(instance):
+def category_of(instance: np.ndarray) -> np.ndarray:
     """Return the category label (y, x) of an instance label: `chart` for every instance, else 0."""
     return np.where(instance > 0, CATEGORIES["chart"], 0).astype(np.uint16)
 
 
-def illuminant(name: str):
+def illuminant(name: str) -> Callable[..., Any]:
     """Return a function of the wavelength in nm: the relative spectrum of D65, A or E."""
     if name == "E":
         return lambda nm: np.ones_like(nm)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 
-def disc(x, y, pitch: float, centre_x: float, centre_y: float, radius: float) -> np.ndarray:
+def disc(
+    x: np.ndarray, y: np.ndarray, pitch: float, centre_x: float, centre_y: float, radius: float
+) -> np.ndarray:
     """Return the fraction (y, x) of each tile that a disc covers; all lengths in one unit.
 
     The area of the disc between its centre and each tile corner is known in closed form; the tile's
@@ -26,7 +28,7 @@ def disc(x, y, pitch: float, centre_x: float, centre_y: float, radius: float) ->
     return np.clip(area, 0.0, 1.0)  # rounding only: 1e-16 of the disc
 
 
-def half_plane(x, y, pitch: float, angle_deg: float) -> np.ndarray:
+def half_plane(x: np.ndarray, y: np.ndarray, pitch: float, angle_deg: float) -> np.ndarray:
     """Return the fraction (y, x) of each tile right of a line through the origin, `angle_deg`
     clockwise from upright.
 
@@ -55,7 +57,7 @@ def half_plane(x, y, pitch: float, angle_deg: float) -> np.ndarray:
     )
 
 
-def _disc_corner(right, bottom):
+def _disc_corner(right: np.ndarray, bottom: np.ndarray) -> np.ndarray:
     """Return the area of the unit disc within 0..right and 0..bottom, odd in both: the integral of
     min(bottom, sqrt(1 - x^2)).
     """
@@ -68,6 +70,6 @@ def _disc_corner(right, bottom):
     return np.sign(right) * np.sign(bottom) * area
 
 
-def _half(t):
+def _half(t: np.ndarray) -> np.ndarray:
     """Return the integral of sqrt(1 - x^2) from 0 to t."""
     return (t * np.sqrt(1 - t**2) + np.arcsin(t)) / 2

@@ -5,8 +5,10 @@ colour-science, which takes a second.
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +18,7 @@ DAYLIGHT_K = {
 }
 
 
-def daylight(temperature_k: float):
+def daylight(temperature_k: float) -> Callable[..., Any]:
     """Return a function of the wavelength in nm: daylight of a correlated colour temperature of
     4000 to 25,000 K, 100 at 560 nm.
 
@@ -40,7 +42,7 @@ def daylight(temperature_k: float):
 
 
 @cache
-def _components():
+def _components() -> list[np.ndarray]:
     """Return wavelength_nm, S0, S1, S2 (CIE 15:2018, table 6)."""
     with files(__package__).joinpath("cie_daylight.csv").open() as file:
         rows = list(csv.DictReader(file))

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..limits import Decades, Luminance
 from .chart import Chart
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -18,7 +22,7 @@ class LuminanceRamp(Chart):
     # logarithm (base 10) of the luminance ratio of the last and the first column
     decades: Decades = 8.0
 
-    def __call__(self):
+    def __call__(self) -> xr.Dataset:
         """Return scene radiance with the single group `sky`; first and last column hold the end
         values exactly.
         """

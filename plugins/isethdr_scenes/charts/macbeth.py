@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from isethdr_core.extras import needed
 
 from ..limits import Gap
 from .chart import Chart, band_means, category_of, chart_object, table
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ROWS = 4
 COLUMNS = 6
@@ -22,7 +26,7 @@ class Macbeth(Chart):
 
     gap: Gap = 0.1  # width of the black frame between two patches / spacing of the patches
 
-    def reflectances(self):
+    def reflectances(self) -> tuple[list[str], np.ndarray]:
         """Return the names and the band means of the reflectance, (24, wavelength), left to right,
         top to bottom.
 
@@ -35,7 +39,7 @@ class Macbeth(Chart):
         bands = self.bands_nm()
         return list(patches), np.stack([band_means(table(sd), bands) for sd in patches.values()])
 
-    def __call__(self):
+    def __call__(self) -> xr.Dataset:
         """Return scene radiance with the single group `sky`, and each patch as an object."""
         names, reflectance = self.reflectances()
         # in tiles: (6, width) and (4, height), the fraction of each tile that a column or row of
@@ -68,7 +72,7 @@ class Macbeth(Chart):
         return ds
 
 
-def _bars(tiles: int, bars: int, gap: float):
+def _bars(tiles: int, bars: int, gap: float) -> np.ndarray:
     """Return (bars, tiles): the fraction of each tile that each of `bars` equal bars covers,
     exactly.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from isethdr_core.plugins.ranges import Range
 from ..limits import Diameter, Luminance
 from .chart import Chart, category_of, chart_object
 from .coverage import disc, half_plane
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Time = Annotated[float, Range(0, 1000)]  # seconds
 FrameRate = Annotated[float, Range(1e-3, 1e6)]  # 1/s
@@ -44,7 +47,7 @@ class MovingTarget(Chart):
         """Return the light groups: bar and ground, and the lamp."""
         return ("sky", "headlights")
 
-    def __call__(self):
+    def __call__(self) -> xr.Dataset:
         """Return scene radiance: group `headlights` holds the lamp, `sky` the bar and the
         ground.
         """
@@ -98,7 +101,7 @@ def _tangent(angle_deg: float) -> float:
     return math.tan(math.radians(angle_deg))
 
 
-def _bar(x, y, pitch: float, centre: float, width: float) -> np.ndarray:
+def _bar(x: np.ndarray, y: np.ndarray, pitch: float, centre: float, width: float) -> np.ndarray:
     """Return the share (y, x) of each tile that an upright bar covers."""
     left = half_plane(x - (centre - width / 2), y, pitch, 0.0)
     return left - half_plane(x - (centre + width / 2), y, pitch, 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from isethdr_core.errors import ConfigError
 from ..limits import Diameter, Discs, Luminance, Step
 from .chart import Chart, category_of, chart_object
 from .coverage import disc
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,7 @@ class PointLights(Chart):
     discs: Discs = 5  # number of discs
     step: Step = 10.0  # luminance of a disc / luminance of the next disc
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if (
             self.discs * self._radius() * 2 > self._row_width()
@@ -45,7 +49,7 @@ class PointLights(Chart):
         """Return the luminance of each disc, left to right."""
         return [self.luminance_cd_m2 * self.step**-k for k in range(self.discs)]
 
-    def __call__(self):
+    def __call__(self) -> xr.Dataset:
         """Return scene radiance: group `headlights` holds the discs, `sky` the ground around
         them.
         """

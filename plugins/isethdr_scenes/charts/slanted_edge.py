@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ..limits import Angle, Contrast
 from .chart import Chart
 from .coverage import half_plane
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -16,7 +20,7 @@ class SlantedEdge(Chart):
     angle_deg: Angle = 5.0  # angle of the edge, clockwise from vertical
     contrast_ratio: Contrast = 10.0  # luminance of the bright side / luminance of the dark side
 
-    def __call__(self):
+    def __call__(self) -> xr.Dataset:
         """Return scene radiance with the single group `sky`; the bright side has
         `luminance_cd_m2`.
         """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from ..geometry.vehicles.headlamp import own_headlamps
 from ..lamp_spectra import sky_of
 from ..materials import used
 from ..things import Thing, build
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Part
 
 SKY_CD_M2 = 4000.0
 FIELD_DEG = 34.0
@@ -51,7 +55,7 @@ def scene_of(thing: Thing) -> SceneDescription:
 def _lit(model: Model) -> Model:
     """Return the model with the lamps of driving on."""
 
-    def switched(part):
+    def switched(part: Part) -> Part:
         return replace(part, lamp=None) if part.lamp and part.lamp.kind in OFF else part
 
     return Model(model.name, tuple(switched(part) for part in model.parts))

@@ -21,7 +21,7 @@ class MeasuredLamp(NamedTuple):
     intensity_cd: float
 
 
-def from_polar(c_deg, gamma_deg, candela) -> MeasuredLamp:
+def from_polar(c_deg: np.ndarray, gamma_deg: np.ndarray, candela: np.ndarray) -> MeasuredLamp:
     """Return a lamp of C planes and gamma angles, degrees, whose axis is gamma 0.
 
     Parameters
@@ -42,7 +42,9 @@ def from_polar(c_deg, gamma_deg, candela) -> MeasuredLamp:
     return _lamp(side, side, _looked_up(c_deg, gamma_deg, candela, plane, gamma))
 
 
-def from_level(right_deg, up_deg, candela, polar_axis_level: bool) -> MeasuredLamp:
+def from_level(
+    right_deg: np.ndarray, up_deg: np.ndarray, candela: np.ndarray, polar_axis_level: bool
+) -> MeasuredLamp:
     """Return a lamp of angles to the right and up, degrees, increasing, and candela (right, up).
 
     `polar_axis_level`: type B of LM-63, whose planes turn about a level axis; else type A, whose
@@ -69,12 +71,18 @@ def from_level(right_deg, up_deg, candela, polar_axis_level: bool) -> MeasuredLa
     return _lamp(left_nodes, above, _looked_up(right, above, value, x, y))
 
 
-def _looked_up(first, second, values, at_first, at_second):
+def _looked_up(
+    first: np.ndarray,
+    second: np.ndarray,
+    values: np.ndarray,
+    at_first: np.ndarray,
+    at_second: np.ndarray,
+) -> np.ndarray:
     look = RegularGridInterpolator((first, second), values, bounds_error=False, fill_value=0.0)
     return look(np.stack(np.broadcast_arrays(at_first, at_second), -1))
 
 
-def _lamp(left_rad, up, value):
+def _lamp(left_rad: np.ndarray, up: np.ndarray, value: np.ndarray) -> MeasuredLamp:
     peak = float(np.max(value, initial=0.0))
     if not np.isfinite(value).all() or np.min(value) < 0 or peak == 0:
         raise ConfigError(

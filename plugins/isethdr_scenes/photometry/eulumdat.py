@@ -53,7 +53,9 @@ def read_ldt(path: Path) -> MeasuredLamp:
     return from_polar(c_deg, gamma_deg, candela * factor * flux / 1000)
 
 
-def _whole_turn(symmetry, c_deg, candela):
+def _whole_turn(
+    symmetry: int, c_deg: np.ndarray, candela: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return C planes from 0 to 360 degrees and their candela, where one plane (symmetry 1), a half
     (2: C0 to C180, 3: C90 to C270) or a quarter (4) stands for all.
     """

@@ -8,6 +8,7 @@ lamps of a bicycle.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -82,6 +83,8 @@ def family(name: str) -> LampPattern:
     return _pattern(left, up, value, signal.rules)
 
 
-def _pattern(left, up, value, rules):
+def _pattern(
+    left: np.ndarray, up: np.ndarray, value: np.ndarray, rules: Sequence[str]
+) -> LampPattern:
     peak = float(value.max())
     return LampPattern(IntensityTable(left, up, value / peak), peak, rules)

@@ -63,7 +63,7 @@ def read_ies(path: Path) -> MeasuredLamp:
     return from_level(level, vertical, candela, TYPES[photometry] == "B")
 
 
-def whole_turn(planes, candela):
+def whole_turn(planes: np.ndarray, candela: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return C planes from 0 to 360 degrees and their candela (planes, angles), completed by the
     symmetry that the last plane tells: 0 round, 90 quarters, 180 halves.
     """
@@ -81,7 +81,9 @@ def whole_turn(planes, candela):
     return planes, candela
 
 
-def _check(path, vertical, level, photometry, values):
+def _check(
+    path: Path, vertical: np.ndarray, level: np.ndarray, photometry: int, values: int
+) -> None:
     rising = all((np.diff(v) > 0).all() for v in (vertical, level))
     if photometry not in TYPES or not rising or not values:
         raise ConfigError(

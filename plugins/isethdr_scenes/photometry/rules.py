@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -84,7 +85,7 @@ def check(table: IntensityTable, intensity_cd: float, rules: str) -> list[Findin
     return [findings[rule.name] for rule in sets[rules]]
 
 
-def _rule(rows):
+def _rule(rows: Sequence[dict[str, str]]) -> Rule:
     first = rows[0]
     places = [(float(r["left_deg"] or 0), float(r["up_deg"] or 0)) for r in rows]
     if first["kind"] == "box":
@@ -100,7 +101,7 @@ def _rule(rows):
     )
 
 
-def _values(table, rule):
+def _values(table: IntensityTable, rule: Rule) -> np.ndarray:
     left, up = np.array(rule.places).T
     if rule.kind == "largest":
         return table.value.max(keepdims=True)
@@ -117,11 +118,11 @@ def _values(table, rule):
     return table.at(x, y)
 
 
-def _steps(low, high):
+def _steps(low: float | np.ndarray, high: float | np.ndarray) -> np.ndarray:
     return np.linspace(low, high, min(round((high - low) / STEP_DEG), MOST_TRIED) + 1)
 
 
-def within(corners, x, y) -> np.ndarray:
+def within(corners: tuple[tuple[float, float], ...], x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return which points lie in a polygon or on its border: a ray to the right crosses it an odd
     number of times.
 

@@ -88,7 +88,7 @@ class PictureFile:
         ),
     )
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         if self.first_nm > self.last_nm:
             raise ConfigError(

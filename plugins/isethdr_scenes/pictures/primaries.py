@@ -20,7 +20,7 @@ CHROMATICITIES = {
 SAME = 2e-3  # of a chromaticity: files round theirs to three digits
 
 
-def to_xyz(chromaticities) -> np.ndarray:
+def to_xyz(chromaticities: tuple[float, ...]) -> np.ndarray:
     """Return the matrix (3, 3) from linear RGB to XYZ, Y = 1 for (1, 1, 1) (SMPTE RP 177-1993).
 
     Parameters
@@ -80,7 +80,7 @@ def luminance_of(values: np.ndarray, channels: tuple[str, ...], primaries: Prima
     return np.tensordot(to_xyz(CHROMATICITIES[primaries])[1], values, 1)
 
 
-def named(chromaticities) -> str | None:
+def named(chromaticities: tuple[float, ...]) -> str | None:
     """Return the name of chromaticities that a file states; None for others."""
     chromaticities_given = np.asarray(chromaticities, float)
     for name, standard in CHROMATICITIES.items():

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..roads.road import Road
 from .buildings import Panels, panels
 from .site import Foot, Site
+
+if TYPE_CHECKING:
+    from ..roads.road import Mark
+
 
 # from the road's edge
 RAIL_BESIDE_M = 0.7
@@ -45,7 +51,7 @@ def place_barriers(site: Site) -> int:
     return placed + site.put_all(posts, 0.05)
 
 
-def _board(site: Site, road: Road, mark, number: int, rng: np.random.Generator) -> Foot:
+def _board(site: Site, road: Road, mark: Mark, number: int, rng: np.random.Generator) -> Foot:
     """Return a board of road works where the road has a beacon."""
     x, y = road.line.points(mark.s_m, mark.t_m)
     heading = float(road.line.at(mark.s_m).heading_rad) + np.pi

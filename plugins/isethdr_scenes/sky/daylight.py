@@ -8,7 +8,8 @@ sky of half a degree. Low suns come out brighter than measured illuminance: `hou
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
+from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from isethdr_core.data.sky import sky_direction, sky_elevations_deg
 from isethdr_core.extras import needed
 
 from .grid import COLUMNS, ROWS
+
+if TYPE_CHECKING:
+    from mitsuba import Emitter
 
 WAVELENGTH_NM = np.arange(320.0, 721.0, 40.0)  # of Mitsuba's tables, linear between
 LOWEST_DEG = 0.5  # of directions, and of the sun
@@ -59,7 +63,9 @@ def daylight(sun_deg: float, turbidity: float) -> Daylight:
     return Daylight(full_sphere, sun)
 
 
-def _emitter(mi, altitude_deg, turbidity, sun, sky):
+def _emitter(
+    mi: ModuleType, altitude_deg: float, turbidity: float, sun: float, sky: float
+) -> Emitter:
     return mi.load_dict(
         {
             "type": "sunsky",
@@ -73,7 +79,7 @@ def _emitter(mi, altitude_deg, turbidity, sun, sky):
     )
 
 
-def _radiance(emitter, mi, directions):
+def _radiance(emitter: Emitter, mi: ModuleType, directions: np.ndarray) -> np.ndarray:
     out = np.zeros((*directions.shape[:-1], len(WAVELENGTH_NM)))
     si = mi.SurfaceInteraction3f()
     for place in np.ndindex(directions.shape[:-1]):

@@ -8,8 +8,9 @@ moon, of airglow and stars, and of towns is added at all hours.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -80,7 +81,7 @@ def dome_of(state: SkyState) -> SkyDome:
     return SkyDome(parts, shining)
 
 
-def _before_sky(disc, dome):
+def _before_sky(disc: SkyDisc, dome: SkyDome) -> SkyDisc:
     """Return a disc with the light of the air in front of it."""
     nm = np.asarray(dome.wavelength_nm)
     air_light = np.interp(NM, nm, dome.radiance(disc.direction(), nm), right=0.0)
@@ -125,7 +126,7 @@ def sun_and_sky(state: SkyState) -> _Light:
     return _Light(sky, replace(disc, radiance=_table(radiance * scale)))
 
 
-def _towards_twilight(altitude, day, lux):
+def _towards_twilight(altitude: float, day: np.ndarray, lux: float) -> np.ndarray:
     """Return the sky between day and night with an illuminance of `lux`.
 
     It equals `day` for a sun at 0.5 degrees, and twilight at -5 degrees.
@@ -141,7 +142,7 @@ def _towards_twilight(altitude, day, lux):
     return mixed * max(lux, 0.0)
 
 
-def _moonlight(state):
+def _moonlight(state: SkyState) -> _Light:
     sky = np.zeros((ROWS // 2 + 1, COLUMNS, len(NM)))
     total = float(moon_illuminance_lx(state.moon_elevation_deg, state.moon_phase_deg))
     if total == 0:
@@ -167,7 +168,7 @@ def _moonlight(state):
     return _Light(sky, replace(disc, radiance=_table(beam / luminance_of(beam) * luminance)))
 
 
-def _parts(cube, nm):
+def _parts(cube: np.ndarray, nm: np.ndarray) -> tuple[SkyPart, SkyPart, SkyPart, SkyPart]:
     """Return the parts of radiance (row, column, wavelength): the mean spectrum times hat functions
     of wavelength, each with the ratio of directions as its pattern. All are 0 or more.
     """
@@ -186,7 +187,7 @@ def _parts(cube, nm):
     )
 
 
-def _with_ground(above, down):
+def _with_ground(above: np.ndarray, down: np.ndarray) -> np.ndarray:
     """Return the whole sphere: land in the sky's light below the horizon."""
     land = down * GROUND / np.pi
     depth = -sky_elevations_deg(ROWS)[: ROWS // 2]
@@ -195,7 +196,7 @@ def _with_ground(above, down):
     return np.concatenate([below, above])
 
 
-def _irradiance(above, nm, discs):
+def _irradiance(above: np.ndarray, nm: np.ndarray, discs: Sequence[Any]) -> np.ndarray:
     full_sphere = np.concatenate([np.zeros((ROWS // 2, *above.shape[1:])), above])
     out = np.array([cosine_integral(full_sphere[..., k]) for k in range(len(nm))])
     for disc in discs:
@@ -203,17 +204,17 @@ def _irradiance(above, nm, discs):
     return out
 
 
-def _horizontal(luminance):
+def _horizontal(luminance: np.ndarray) -> float:
     """Return the illuminance, lx, by luminance (row, column) from the horizon on."""
     return cosine_integral(np.concatenate([np.zeros((ROWS // 2, COLUMNS)), luminance]))
 
 
-def _extended(dome):
+def _extended(dome: SkyDome) -> np.ndarray:
     nm = np.asarray(dome.wavelength_nm)
     return np.interp(NM, nm, dome.irradiance(nm), right=0.0)
 
 
-def _turned(values, azimuth_deg):
+def _turned(values: np.ndarray, azimuth_deg: float) -> np.ndarray:
     """Return values (row, column, ...) of a light at azimuth 0 for one at `azimuth_deg`."""
     step = azimuth_deg / (360 / COLUMNS)
     columns = int(np.floor(step))
@@ -222,16 +223,16 @@ def _turned(values, azimuth_deg):
     return (1 - fraction) * shifted + fraction * np.roll(shifted, 1, axis=1)
 
 
-def _from_sun():
+def _from_sun() -> np.ndarray:
     around = np.arange(COLUMNS) * (360 / COLUMNS)
     return np.where(around > 180, around - 360, around)
 
 
-def _elevations():
+def _elevations() -> np.ndarray:
     return sky_elevations_deg(ROWS)[ROWS // 2 :]
 
 
-def _on_grid(values):
+def _on_grid(values: np.ndarray) -> np.ndarray:
     """Return spectra of `daylight` at NM; 0 beyond their data."""
     at = np.clip((NM - WAVELENGTH_NM[0]) / (WAVELENGTH_NM[1] - WAVELENGTH_NM[0]), 0, None)
     low = np.minimum(at.astype(int), len(WAVELENGTH_NM) - 2)
@@ -239,14 +240,14 @@ def _on_grid(values):
     return np.where(NM <= WAVELENGTH_NM[-1], out, 0.0)
 
 
-def _smooth(value, low, high):
+def _smooth(value: float, low: float, high: float) -> float:
     t = float(np.clip((value - low) / (high - low), 0, 1))
     return t * t * (3 - 2 * t)
 
 
-def _table(values):
+def _table(values: np.ndarray) -> Spectrum:
     return _spectrum(NM, values)
 
 
-def _spectrum(nm, values):
+def _spectrum(nm: np.ndarray, values: np.ndarray) -> Spectrum:
     return Spectrum(tuple(nm.tolist()), tuple(np.asarray(values, float).tolist()))

@@ -8,6 +8,9 @@ middle, without refraction. The authors state errors of 0.02 to 0.03 in the loga
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -60,7 +63,9 @@ def moon_phase_factor(phase_deg: float) -> float:
     return float(10 ** (-8.68e-3 * phase_deg - 2.2e-9 * phase_deg**4))
 
 
-def _fit(pieces, altitude):
+def _fit(
+    pieces: Sequence[tuple[float, tuple[Any, ...]]], altitude: float | np.ndarray
+) -> np.ndarray:
     """Return 10 to the power of the polynomial whose piece holds the altitude; level below."""
     altitude = np.maximum(altitude, pieces[-1][0])
     out = np.zeros(np.shape(altitude))

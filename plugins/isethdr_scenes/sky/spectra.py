@@ -53,27 +53,27 @@ def luminance_of(spectra: npt.ArrayLike, wavelength_nm: np.ndarray = NM) -> np.n
     return np.asarray(spectra) @ (LM_PER_W * v_lambda(wavelength_nm) * (NM[1] - NM[0]))
 
 
-def _sun():
+def _sun() -> np.ndarray:
     return planck_radiance(NM, SUN_K)
 
 
-def _twilight():
+def _twilight() -> np.ndarray:
     return _sun() * air.molecules(NM) ** PALE * np.exp(-OZONE_AIR_MASSES * air.ozone(NM))
 
 
-def _glow():
+def _glow() -> np.ndarray:
     return _sun() * air.haze(NM) * air.transmission(NM, GLOW_AIR_MASSES)
 
 
-def _moonlight():
+def _moonlight() -> np.ndarray:
     return _sun() * (NM / 550) ** MOON_EXPONENT
 
 
-def _moonlit_air():
+def _moonlit_air() -> np.ndarray:
     return _moonlight() * (air.molecules(NM) + air.haze(NM)) * air.transmission(NM, 1.5)
 
 
-def _natural():
+def _natural() -> np.ndarray:
     stars = planck_radiance(NM, STARS_K)
     smooth = 0.6 + 0.4 * stars / stars.max()
     out = smooth.copy()
@@ -84,7 +84,7 @@ def _natural():
     return out
 
 
-def _city():
+def _city() -> np.ndarray:
     parts = [spectrum_of(name).at(NM) for name in ("sodium", "led_white")]
     # the tables end at 780 nm, where both have next to no light
     return sum(p / luminance_of(p) for p in parts) * (NM <= 780)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 
-def bloom(charge_e, full_well_e: float, percent: float) -> np.ndarray:
+def bloom(charge_e: np.ndarray, full_well_e: float, percent: float) -> np.ndarray:
     """Return the charge (y, x) after `percent` of every excess has flowed along its column; the
     rest is drained.
 
@@ -28,7 +28,7 @@ def bloom(charge_e, full_well_e: float, percent: float) -> np.ndarray:
     return (down_first + up_first) / 2
 
 
-def _run(capped_e, excess, full_well_e):
+def _run(capped_e: np.ndarray, excess: np.ndarray, full_well_e: float) -> np.ndarray:
     """Return the charge after every row's excess has run to the rows below it."""
     charge_e = capped_e.copy()
     carry = np.zeros(capped_e.shape[1])

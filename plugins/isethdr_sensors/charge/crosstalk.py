@@ -13,6 +13,8 @@ pixels"). It keeps the colour of the filter that it came through.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from isethdr_core.errors import ConfigError
@@ -42,7 +44,7 @@ def kernel(optical_percent: float, electrical_percent: float) -> np.ndarray:
     return convolve2d(*parts)
 
 
-def stray_share(model: SensorModel, wavelength_nm) -> np.ndarray:
+def stray_share(model: SensorModel, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return the share of a pixel's light that its neighbours collect, per wavelength;
     `optical_crosstalk_percent` holds at 550 nm.
     """
@@ -62,7 +64,7 @@ def stray_share(model: SensorModel, wavelength_nm) -> np.ndarray:
     return share
 
 
-def parts(qe, model: SensorModel, wavelength_nm) -> list[np.ndarray]:
+def parts(qe: np.ndarray, model: SensorModel, wavelength_nm: np.ndarray) -> list[np.ndarray]:
     """Return the (channel, wavelength) electrons per photon that stay and that go astray as light;
     all of them where none does.
 
@@ -78,7 +80,7 @@ def parts(qe, model: SensorModel, wavelength_nm) -> list[np.ndarray]:
     return [qe * (1 - share), qe * share]
 
 
-def spread(parts_e, model: SensorModel) -> np.ndarray:
+def spread(parts_e: Sequence[np.ndarray], model: SensorModel) -> np.ndarray:
     """Return mean light electrons after crosstalk, (y, x), from those of `parts`; the border
     mirrors, so that the sum stays.
     """
@@ -95,7 +97,7 @@ def spread(parts_e, model: SensorModel) -> np.ndarray:
     return out
 
 
-def mixed_efficiency(qe, model: SensorModel, wavelength_nm) -> np.ndarray:
+def mixed_efficiency(qe: np.ndarray, model: SensorModel, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return the (channel, wavelength) electrons per photon of an evenly lit sensor, crosstalk
     between filters included.
 
@@ -120,7 +122,7 @@ def mixed_efficiency(qe, model: SensorModel, wavelength_nm) -> np.ndarray:
     return out
 
 
-def _kernels(model):
+def _kernels(model: SensorModel) -> list[np.ndarray]:
     """Return where the electrons of each of `parts` are collected: light that stays, light that
     goes astray.
     """

@@ -9,14 +9,14 @@ import numpy as np
 from isethdr_core.physics.detector.noise import LARGEST_MEAN_E
 
 
-def limit_charge(charge_e, full_well_e: float) -> np.ndarray:
+def limit_charge(charge_e: np.ndarray, full_well_e: float) -> np.ndarray:
     """Return the charge that stays, electrons. The limit applies after the shot noise, because
     electrons spill and not their mean.
     """
     return np.minimum(charge_e, full_well_e)
 
 
-def limit_mean(mean_e, full_well_e: float) -> np.ndarray:
+def limit_mean(mean_e: np.ndarray, full_well_e: float) -> np.ndarray:
     """Return the mean charge cut where every draw of 64 bits fills the well anyway, so that no
     light is too strong.
 
@@ -28,7 +28,7 @@ def limit_mean(mean_e, full_well_e: float) -> np.ndarray:
     )
 
 
-def full(charge_e, full_well_e: float) -> np.ndarray:
+def full(charge_e: np.ndarray, full_well_e: float) -> np.ndarray:
     """Return where the charge is only a lower limit: a full well, or more electrons than can be
     counted.
 

@@ -11,6 +11,8 @@ from isethdr_core.physics.detector.charge_dynamics import Well
 if TYPE_CHECKING:
     from isethdr_core.physics.detector.charge_dynamics import Well
 
+    from ..imaging_sensor import ImagingSensor
+
 # at which `thermal_e` is given
 REFERENCE_C = 60.0
 REFERENCE_K = 333.15
@@ -27,7 +29,7 @@ class HasSoftKnee(Protocol):
         ...
 
 
-def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: float):
+def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: float) -> Well:
     """Return the `charge_dynamics.Well` of these fields; `thermal_e` is proportional to the
     absolute temperature.
 
@@ -41,7 +43,7 @@ def well(knee_e: float, thermal_e: float, knee_e_per_s: float, temperature_c: fl
     return Well(knee_e, thermal_e * (1 + (temperature_c - REFERENCE_C) / REFERENCE_K), knee_e_per_s)
 
 
-def check(sensor) -> None:
+def check(sensor: ImagingSensor) -> None:
     """Refuse fields of `sensor` that describe no knee. Refuse blooming too, because overflowing
     charge has its own path here.
     """

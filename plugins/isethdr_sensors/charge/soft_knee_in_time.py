@@ -7,7 +7,9 @@ at the end.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,10 +21,14 @@ from isethdr_core.physics.detector.noise import poisson
 from isethdr_core.physics.detector.random_words import words
 from isethdr_core.physics.detector.temporal_modulation import light_s
 
+if TYPE_CHECKING:
+    from isethdr_core.physics.detector.temporal_modulation import Modulation
+    from isethdr_core.runs.seeds import Generator
+
 MOST_PIECES = 10_000
 
 
-def check(components, exposure_s: float) -> None:
+def check(components: Sequence[tuple[Modulation, np.ndarray]], exposure_s: float) -> None:
     """Refuse lamps that switch too often within one exposure to follow every switch."""
     modulations = [m for m, _ in components]
     if count(modulations, exposure_s) > MOST_PIECES:
@@ -35,7 +41,7 @@ def check(components, exposure_s: float) -> None:
         )
 
 
-def untouched_e(spilled_e: float, exposure_s: float, soft) -> float:
+def untouched_e(spilled_e: float, exposure_s: float, soft: Well) -> float:
     """Return the arrived electrons up to which at most `spilled_e` spill whenever they arrive: as
     if all came at once, at the start.
 
@@ -50,7 +56,7 @@ def untouched_e(spilled_e: float, exposure_s: float, soft) -> float:
     )
 
 
-def worst_spill(charge_e: float, exposure_s: float, soft) -> float:
+def worst_spill(charge_e: float, exposure_s: float, soft: Well) -> float:
     """Return the largest share of `charge_e` that may have spilled, whenever it arrived.
 
     Parameters
@@ -72,7 +78,12 @@ class Exposure:
 
 
 def stays(
-    total_e, components, start_s, exposure: Exposure, generator, first_row: int
+    total_e: np.ndarray,
+    components: Sequence[tuple[Modulation, np.ndarray]],
+    start_s: np.ndarray,
+    exposure: Exposure,
+    generator: Generator | None,
+    first_row: int,
 ) -> np.ndarray:
     """Return the charge that stays in the photodiode, (y, x) of a block of rows; the rest of
     `total_e` has spilled.
@@ -145,7 +156,13 @@ def stays(
     return charge
 
 
-def _varying(total_e, components, start_s, exposure_s, soft) -> np.ndarray:
+def _varying(
+    total_e: np.ndarray,
+    components: Sequence[tuple[Modulation, np.ndarray]],
+    start_s: np.ndarray,
+    exposure_s: float,
+    soft: Well,
+) -> np.ndarray:
     """Return the mean charge left of `total_e` by exact quadrature, (y, x); arguments as in
     `stays`.
     """
@@ -153,7 +170,7 @@ def _varying(total_e, components, start_s, exposure_s, soft) -> np.ndarray:
     scale = np.divide(total_e, mean, out=np.zeros_like(total_e), where=mean > 0) / exposure_s
     rates = [(m, part * scale) for m, part in components]
 
-    def arriving(begin_s, duration_s):
+    def arriving(begin_s: np.ndarray, duration_s: np.ndarray) -> np.ndarray:
         return sum(rate * light_s(m, begin_s, duration_s) for m, rate in rates)
 
     charge_left = 0.0

@@ -4,8 +4,10 @@ charge kept apart.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +23,13 @@ from ..readout import captures, converter, shot
 from ..sensor_model import SensorModel
 from ..timing import exposure_timing
 from . import full_well, soft_knee_in_time
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.runs.seeds import Generator
+
+    from ..sensor_model import Reading
 
 # share of the knee's charge that may have spilled where a reading still counts as linear
 LINEAR_WITHIN = 1e-4
@@ -40,7 +49,7 @@ class SoftKneePixel:
     collects: tuple[bool, ...]
 
 
-def take_shot(pixel: SoftKneePixel, light, generator):
+def take_shot(pixel: SoftKneePixel, light: xr.DataArray, generator: Generator | None) -> xr.Dataset:
     """Return the captures of one shot.
 
     Parameters
@@ -126,7 +135,13 @@ def _state_in_time(pixel: SoftKneePixel) -> None:
         )
 
 
-def readings(pixel: SoftKneePixel, light_e, generator, block_rows: int | None = None, in_time=None):
+def readings(
+    pixel: SoftKneePixel,
+    light_e: np.ndarray,
+    generator: Generator | None,
+    block_rows: int | None = None,
+    in_time: Sequence[tuple[Modulation, np.ndarray]] | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
     """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons (y, x);
     parameters as in `take_shot`.
 
@@ -177,7 +192,9 @@ def readings(pixel: SoftKneePixel, light_e, generator, block_rows: int | None = 
     return raw, saturated
 
 
-def arrived(mean_e, capacity_e: float, generator, first_row: int) -> np.ndarray:
+def arrived(
+    mean_e: np.ndarray, capacity_e: float, generator: Generator | None, first_row: int
+) -> np.ndarray:
     """Return the electrons that arrive in a block of rows, (y, x): Poisson counts, or the means
     without a generator.
 
@@ -199,7 +216,12 @@ def arrived(mean_e, capacity_e: float, generator, first_row: int) -> np.ndarray:
 
 
 def stays(
-    arrived_e, untouched_e: float, exposure_s: float, soft, generator, first_row: int
+    arrived_e: np.ndarray,
+    untouched_e: float,
+    exposure_s: float,
+    soft: Well,
+    generator: Generator | None,
+    first_row: int,
 ) -> np.ndarray:
     """Return the charge that stays in the photodiode, (y, x); the rest of `arrived_e` spilled.
 
@@ -225,7 +247,7 @@ def stays(
     return charge
 
 
-def linear_top_dn(reading, exposure_s: float, soft, spilled_e: float) -> float:
+def linear_top_dn(reading: Reading, exposure_s: float, soft: Well, spilled_e: float) -> float:
     """Return the largest code up to which at most `spilled_e` of the arrived charge have left the
     photodiode.
 

@@ -34,7 +34,7 @@ def pixel_map(stream: tuple, rows: int, columns: int) -> np.ndarray:
     return out
 
 
-def factor(relative_rms: float, stream: tuple, rows: int, columns: int):
+def factor(relative_rms: float, stream: tuple, rows: int, columns: int) -> float | np.ndarray:
     """Return factors around 1, (y, x) float32 and never negative, or the number 1 where there is no
     spread.
 
@@ -106,7 +106,9 @@ class OffsetSpread(NamedTuple):
     stream: tuple = ()  # key of their random numbers
 
 
-def offset_e(pixel: OffsetSpread, column: OffsetSpread, row: OffsetSpread, rows: int, columns: int):
+def offset_e(
+    pixel: OffsetSpread, column: OffsetSpread, row: OffsetSpread, rows: int, columns: int
+) -> float | np.ndarray:
     """Return the persistent offset of a reading, electrons: (y, x), (1, x) or the number 0.
 
     Parameters

@@ -37,7 +37,9 @@ class ReadBack(NamedTuple):
     digital: bool  # entries are whole codes, one apart, and readings are rounded to them
 
 
-def scatter_of_readings(table: ReadBack, slopes, plain_e2, off_bend_e2) -> np.ndarray:
+def scatter_of_readings(
+    table: ReadBack, slopes: np.ndarray, plain_e2: np.ndarray, off_bend_e2: np.ndarray
+) -> np.ndarray:
     """Return the variance of a reading less the electrons that it stands for, (entry,), e^2. The
     result rises through the bend.
 
@@ -100,7 +102,7 @@ def every(entries: int) -> int:
     return max(entries // LEVELS, 1)
 
 
-def readings(table: ReadBack, arrived_e) -> np.ndarray:
+def readings(table: ReadBack, arrived_e: np.ndarray) -> np.ndarray:
     """Return the readings (level, count, noise) of mean arrived electrons (level,), DN. `SHARE`
     holds their probabilities.
     """
@@ -111,7 +113,7 @@ def readings(table: ReadBack, arrived_e) -> np.ndarray:
     return np.clip(np.floor(at + 0.5) if table.digital else at, table.dn[0], table.dn[-1])
 
 
-def shares_of_entries(dn, at) -> np.ndarray:
+def shares_of_entries(dn: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Return the share (level, entry) of each entry in the readings of each level; between entries
     a reading is shared by distance.
     """

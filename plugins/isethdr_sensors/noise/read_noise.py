@@ -37,7 +37,9 @@ def input_referred_e(
     return hypot(floor_e, after_gain_uv / (conversion_gain_uv_per_e * analog_gain))
 
 
-def read_noise(read_noise_e, stream: tuple, first_row: int, rows: int, columns: int):
+def read_noise(
+    read_noise_e: float | np.ndarray, stream: tuple, first_row: int, rows: int, columns: int
+) -> np.ndarray:
     """Return (y, x) float32 electrons of zero mean and rms `read_noise_e` for `rows` rows from
     `first_row`.
 

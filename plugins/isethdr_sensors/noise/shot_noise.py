@@ -4,10 +4,15 @@ exposure.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from isethdr_core.physics.detector import noise
 
+if TYPE_CHECKING:
+    import numpy as np
 
-def collect(mean_e, stream: tuple, first_row: int):
+
+def collect(mean_e: np.ndarray, stream: tuple, first_row: int) -> np.ndarray:
     """Return whole electrons, (y, x) float64, for the mean of rows `first_row`... of the sensor.
 
     Parameters

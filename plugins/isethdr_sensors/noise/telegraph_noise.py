@@ -18,7 +18,7 @@ from isethdr_core.physics.detector import random_words
 from .fixed_pattern import below
 
 
-def steps_e(step_e: float, percent: float, stream: tuple, rows: range, columns: int):
+def steps_e(step_e: float, percent: float, stream: tuple, rows: range, columns: int) -> np.ndarray:
     """Return the (y, x) float32 step of every pixel's trap in `rows`, electrons; 0 without a trap.
 
     Parameters
@@ -37,7 +37,7 @@ def steps_e(step_e: float, percent: float, stream: tuple, rows: range, columns: 
     return out
 
 
-def telegraph_noise(steps, stream: tuple, first_row: int) -> np.ndarray:
+def telegraph_noise(steps: np.ndarray, stream: tuple, first_row: int) -> np.ndarray:
     """Return the noise of the traps of a block of rows in one reading, (y, x) electrons.
 
     Parameters

@@ -4,8 +4,9 @@ read it back.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import hypot
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,6 +18,10 @@ from ..noise import telegraph_noise
 from ..noise.dark_current import dark_electrons
 from ..spectral.colour_filter_array import channels
 from . import companding, converter
+
+if TYPE_CHECKING:
+    from ..sampling.pixel_grid import PixelGrid
+    from ..sensor_model import Reading, SensorModel
 
 FROM_LIGHT = ("f_number", "focal_length_mm", "throughput_sr", *camera_geometry.CARRIED)
 
@@ -30,7 +35,9 @@ class Mosaic(NamedTuple):
     qe: np.ndarray  # (channel, wavelength) electrons per photon, the same for all captures
 
 
-def captures(model, light, grid, mosaic: Mosaic) -> xr.Dataset:
+def captures(
+    model: SensorModel, light: xr.DataArray, grid: PixelGrid, mosaic: Mosaic
+) -> xr.Dataset:
     """Return the captures Dataset of docs/reference/contracts.md.
 
     Parameters
@@ -53,7 +60,9 @@ def captures(model, light, grid, mosaic: Mosaic) -> xr.Dataset:
         "row_e": [r.row_e for r in readings],
     }
 
-    def per_capture(values, units, dtype=float):
+    def per_capture(
+        values: Iterator[Any] | list[float], units: str, dtype: type = float
+    ) -> tuple[str, np.ndarray, dict[str, str]]:
         return "capture", np.array(list(values), dtype), {"units": units}
 
     dataset = xr.Dataset(
@@ -120,7 +129,9 @@ def captures(model, light, grid, mosaic: Mosaic) -> xr.Dataset:
     return dataset
 
 
-def with_response(captures: xr.Dataset, table) -> xr.Dataset:
+def with_response(
+    captures: xr.Dataset, table: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> xr.Dataset:
     """Return captures of one reading with its response table: linear DN, electrons, variance."""
     names = ("response_dn", "response_e", "response_variance_e2")
     for name, values, units in zip(names, table, ("DN", "e", "e2"), strict=True):
@@ -128,7 +139,7 @@ def with_response(captures: xr.Dataset, table) -> xr.Dataset:
     return captures
 
 
-def electrons(model, grid, values) -> xr.DataArray:
+def electrons(model: SensorModel, grid: PixelGrid, values: np.ndarray) -> xr.DataArray:
     """Return (capture, y, x) electrons on the pixel grid.
 
     Parameters
@@ -142,7 +153,7 @@ def electrons(model, grid, values) -> xr.DataArray:
     )
 
 
-def _tables(readings):
+def _tables(readings: tuple[Reading]) -> np.ndarray:
     """Return linear and companded DN (capture, entry) of all readings; short tables end in NaN."""
     knees = [
         companding.table(r.companding or ((converter.top_code(r),) * 2,), converter.top_code(r))
@@ -159,5 +170,5 @@ def _tables(readings):
     )
 
 
-def _grid(model, grid):
+def _grid(model: SensorModel, grid: PixelGrid) -> dict[str, np.ndarray]:
     return {"capture": names(r.capture for r in model.readings), "y": grid.y_m, "x": grid.x_m}

@@ -130,7 +130,9 @@ def combined_model(model: SensorModel) -> SensorModel:
     return replace(model, photodiodes=(wide_model,), readings=(code,), combine_bits=0)
 
 
-def combine(model: SensorModel, raw, saturated) -> tuple[np.ndarray, np.ndarray]:
+def combine(
+    model: SensorModel, raw: np.ndarray, saturated: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the codes (1, y, x) that leave the chip, and which of them measure no light.
 
     Parameters
@@ -161,7 +163,7 @@ def combine(model: SensorModel, raw, saturated) -> tuple[np.ndarray, np.ndarray]
     return codes[None], last_lost[None]
 
 
-def weight(own_e, source: Source) -> np.ndarray:
+def weight(own_e: np.ndarray, source: Source) -> np.ndarray:
     """Return the weight of a reading at `own_e` electrons of its own."""
     begin, end = (share * source.top_e for share in RAMP)
     return np.clip((end - own_e) / (end - begin), 0.0, 1.0)
@@ -216,7 +218,7 @@ def response(model: SensorModel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return dn, electrons, variance
 
 
-def code_steps(code: Reading, dn) -> np.ndarray:
+def code_steps(code: Reading, dn: np.ndarray) -> np.ndarray:
     """Return the width of a code that leaves the chip, in linear DN, at linear `dn`."""
     if not code.companding:
         return np.ones_like(dn)
@@ -225,5 +227,5 @@ def code_steps(code: Reading, dn) -> np.ndarray:
     return slope[np.clip(np.searchsorted(linear, dn, side="right") - 1, 0, len(slope) - 1)]
 
 
-def _electrons(reading: Reading, raw) -> np.ndarray:
+def _electrons(reading: Reading, raw: np.ndarray) -> np.ndarray:
     return (raw.astype(float) - reading.black_dn) / reading.gain_dn_per_e

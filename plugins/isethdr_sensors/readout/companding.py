@@ -4,12 +4,14 @@ it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from isethdr_core.errors import ConfigError
 
 
-def table(knees, top_code: float) -> tuple[np.ndarray, np.ndarray]:
+def table(knees: Sequence[tuple[float, float]], top_code: float) -> tuple[np.ndarray, np.ndarray]:
     """Return (linear DN, companded DN) of the knees with (0, 0) in front, both increasing.
 
     Parameters
@@ -44,7 +46,9 @@ def table(knees, top_code: float) -> tuple[np.ndarray, np.ndarray]:
     return linear, companded
 
 
-def compand(linear_dn, knees, top_code: float) -> np.ndarray:
+def compand(
+    linear_dn: np.ndarray, knees: Sequence[tuple[float, float]], top_code: float
+) -> np.ndarray:
     """Return whole companded codes of linear codes.
 
     Parameters
@@ -56,7 +60,9 @@ def compand(linear_dn, knees, top_code: float) -> np.ndarray:
     return np.floor(np.interp(linear_dn, *table(knees, top_code)) + 0.5)
 
 
-def decompand(companded_dn, knees, top_code: float) -> np.ndarray:
+def decompand(
+    companded_dn: np.ndarray, knees: Sequence[tuple[float, float]], top_code: float
+) -> np.ndarray:
     """Return linear codes; wrong by at most half a companded code times the local squeeze.
 
     Parameters

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import erfc, exp, inf, isfinite, pi, sqrt
 
 import numpy as np
@@ -81,7 +82,7 @@ def quantisation_e(reading: Reading) -> float:
     return 1.0 / reading.gain_dn_per_e if reading.bits else 0.0
 
 
-def raw_dtype(readings):
+def raw_dtype(readings: Sequence[Reading]) -> type:
     """Return the type that holds every reading's codes: uint16, uint32, or float32 when a converter
     is off.
     """
@@ -94,7 +95,7 @@ def raw_dtype(readings):
     return np.uint16 if max(tops) < 2**16 else np.uint32
 
 
-def digitise(electrons, reading: Reading) -> np.ndarray:
+def digitise(electrons: np.ndarray, reading: Reading) -> np.ndarray:
     """Return linear DN, float64 and whole numbers when the converter is on, within 0 and the top
     code.
     """
@@ -107,7 +108,7 @@ def digitise(electrons, reading: Reading) -> np.ndarray:
     return np.clip(np.floor(dn, out=dn), 0.0, top_code(reading), out=dn)
 
 
-def integral_nonlinearity_dn(dn, reading: Reading):
+def integral_nonlinearity_dn(dn: np.ndarray, reading: Reading) -> np.ndarray:
     """Return how far the converter lies above a straight line, DN: one period of a sine from black
     to the top code.
 
@@ -156,7 +157,7 @@ def state_nonlinearity(reading: Reading) -> None:
         )
 
 
-def companded(linear_dn, reading: Reading):
+def companded(linear_dn: np.ndarray, reading: Reading) -> np.ndarray:
     """Return the codes that leave the sensor."""
     return (
         companding.compand(linear_dn, reading.companding, top_code(reading))

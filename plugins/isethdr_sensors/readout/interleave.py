@@ -10,7 +10,7 @@ from ..sensor_model import SensorModel
 from ..spectral.colour_filter_array import channels, filter_map
 
 
-def dark_map(model: SensorModel, rows: int, columns: int):
+def dark_map(model: SensorModel, rows: int, columns: int) -> float | np.ndarray:
     """Return the (y, x) dark charge of every pixel relative to an upper case one, or the number 1.
 
     The black clamp puts darkness of both kinds of pixels at the level of the upper case pixels,

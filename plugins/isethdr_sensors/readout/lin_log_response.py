@@ -9,6 +9,7 @@ the electrons that arrived.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,11 @@ from isethdr_core.physics.detector.noise import LARGEST_MEAN_E
 from ..charge.soft_knee_shot import linear_top_dn
 from ..noise.lin_log_variance import ReadBack, scatter_of_readings
 from . import converter
+
+if TYPE_CHECKING:
+    from isethdr_core.physics.detector.charge_dynamics import Well
+
+    from ..sensor_model import Reading
 
 ENTRIES = 1024  # entries of the nonlinear part, if there are no codes that decide the number
 STRAIGHT_E = 1e-6  # electrons spilled up to which the table is a straight line
@@ -32,7 +38,7 @@ FINITE_E = 1e60  # end of the table while it is computed: its square is still fi
 
 @lru_cache(maxsize=8)  # each shot of a camera reads the same table, which takes 0.1 s
 def response(
-    reading, exposure_s: float, soft, noise: bool = True
+    reading: Reading, exposure_s: float, soft: Well, noise: bool = True
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (DN, electrons, e^2): one entry per code beyond the linear part, so that no
     interpolation is needed there.
@@ -93,7 +99,7 @@ def response(
         # about it add up
         off_bend_e2 = np.maximum(as_mean(bent, scatter_e2, width_dn), read_var_e2)
 
-        def response_dn(count):
+        def response_dn(count: np.ndarray) -> np.ndarray:
             charge_e, _ = flow(0.0, count / exposure_s, exposure_s, soft)
             return reading.black_dn + reading.gain_dn_per_e * charge_e
 
@@ -109,7 +115,9 @@ def response(
     return table
 
 
-def without_bias(dn, mean_wanted, width_dn, lowest: float) -> tuple[np.ndarray, np.ndarray]:
+def without_bias(
+    dn: np.ndarray, mean_wanted: np.ndarray, width_dn: np.ndarray, lowest: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the rising table (entry,) whose mean over the noise is `mean_wanted` at each entry,
     and its variance over the noise there.
 
@@ -133,7 +141,7 @@ def without_bias(dn, mean_wanted, width_dn, lowest: float) -> tuple[np.ndarray, 
     return out, (values - mean[:, None]) ** 2 @ SHARE
 
 
-def as_mean(dn, mean_wanted, width_dn) -> np.ndarray:
+def as_mean(dn: np.ndarray, mean_wanted: np.ndarray, width_dn: np.ndarray) -> np.ndarray:
     """Return the positive table (entry,) whose mean over the noise is `mean_wanted`, where that is
     straight or exponential within the noise.
 
@@ -151,7 +159,7 @@ def as_mean(dn, mean_wanted, width_dn) -> np.ndarray:
     return out
 
 
-def over_noise(dn, table, width_dn) -> np.ndarray:
+def over_noise(dn: np.ndarray, table: np.ndarray, width_dn: np.ndarray) -> np.ndarray:
     """Return the table at the readings (entry, node) of a normal distribution around each entry.
 
     Parameters

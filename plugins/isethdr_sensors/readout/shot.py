@@ -4,7 +4,8 @@ converter.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -28,8 +29,16 @@ from ..spectral.quantum_efficiency import line_error, quantum_efficiency, smooth
 from ..timing import exposure_timing
 from . import captures, chip_combination, converter, interleave, optical_black
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def take_shot(model: SensorModel, light, generator):
+    from isethdr_core.runs.seeds import Generator
+
+    from ..sampling.pixel_grid import PixelGrid
+    from ..sensor_model import Reading
+
+
+def take_shot(model: SensorModel, light: xr.DataArray, generator: Generator | None) -> xr.Dataset:
     """Return the captures of one shot.
 
     Parameters
@@ -68,7 +77,7 @@ def take_shot(model: SensorModel, light, generator):
     return captures.with_response(out, chip_combination.response(model))
 
 
-def check_generator(model: SensorModel, generator) -> None:
+def check_generator(model: SensorModel, generator: Generator | None) -> None:
     """Raise ConfigError if a sensor with noise has no generator."""
     if model.noise and generator is None:
         raise ConfigError(
@@ -81,7 +90,7 @@ DEFECT = "defect"  # variable of the captures: the device's map of defects
 PLACE_IN_BAND = "place in band"  # key of what is left out: where in its bands light lies
 
 
-def expected_electrons(model: SensorModel, light):
+def expected_electrons(model: SensorModel, light: xr.DataArray) -> xr.DataArray:
     """Return the mean electrons of light and dark charge, DataArray (capture, y, x), without noise,
     full well or converter.
 
@@ -99,7 +108,7 @@ def expected_electrons(model: SensorModel, light):
     return captures.electrons(model, grid, np.stack(mean_e))
 
 
-def state_errors(model: SensorModel, light) -> None:
+def state_errors(model: SensorModel, light: xr.DataArray) -> None:
     """State in the ledger what every shot of `model` leaves out: the position of light within
     bands, and the nonlinearity and the lower end of the converter.
     """
@@ -126,7 +135,7 @@ def state_errors(model: SensorModel, light) -> None:
             converter.check_black_level(reading)
 
 
-def _mean_spectrum(light):
+def _mean_spectrum(light: xr.DataArray) -> np.ndarray | None:
     """Return the (band,) mean irradiance of light; None of photocurrent, whose spectrum is not
     known any more.
     """
@@ -139,7 +148,9 @@ def _mean_spectrum(light):
     )
 
 
-def light_electrons(model: SensorModel, light):
+def light_electrons(
+    model: SensorModel, light: xr.DataArray
+) -> tuple[PixelGrid, np.ndarray, np.ndarray, list[np.ndarray]]:
     """Return the pixel grid, the filters (y, x), the quantum efficiency (channel, wavelength) with
     crosstalk between filters, and per photodiode the mean light electrons (y, x) of the exposure.
     """
@@ -148,7 +159,9 @@ def light_electrons(model: SensorModel, light):
     return grid, filters, qe, light_e
 
 
-def component_electrons(model: SensorModel, light):
+def component_electrons(
+    model: SensorModel, light: xr.DataArray
+) -> tuple[PixelGrid, np.ndarray, np.ndarray, list[tuple[Any, ...]]]:
     """Return as `light_electrons`, but at last [(Modulation, per photodiode (y, x) electrons at the
     mean light over time), ...].
     """
@@ -168,7 +181,9 @@ def component_electrons(model: SensorModel, light):
     )
 
 
-def _mean_electrons(model, light, grid, filters, qe):
+def _mean_electrons(
+    model: SensorModel, light: xr.DataArray, grid: PixelGrid, filters: np.ndarray, qe: np.ndarray
+) -> list[np.ndarray]:
     """Return per photodiode the mean light electrons (y, x) of the exposure to constant light."""
     x = light.x.values
     y = light.y.values
@@ -193,7 +208,12 @@ def _mean_electrons(model, light, grid, filters, qe):
     ]
 
 
-def readings(model: SensorModel, light_e, generator, block_rows: int | None = None):
+def readings(
+    model: SensorModel,
+    light_e: Sequence[np.ndarray],
+    generator: Generator | None,
+    block_rows: int | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
     """Return `raw` DN and `saturated`, both (capture, y, x), from the mean light electrons of each
     photodiode.
 
@@ -222,7 +242,7 @@ def readings(model: SensorModel, light_e, generator, block_rows: int | None = No
     step = block_rows or rows_per_block(width)
     blocks = [slice(y, min(y + step, height)) for y in range(0, height, step)]
 
-    def charge(k, rows):
+    def charge(k: int, rows: slice) -> np.ndarray:
         mean_e = light_e[k][rows] * part(prnu[k], rows) + part(dark[k], rows)
         return _charge(model, model.photodiodes[k], mean_e, generator, rows.start)
 
@@ -256,7 +276,13 @@ def dark_charge_e(model: SensorModel, diode: Photodiode) -> float:
     return dark_electrons(diode.dark_e_per_s, model.exposure_of(diode), model.temperature_c)
 
 
-def _charge(model, diode, mean_e, generator, first_row):
+def _charge(
+    model: SensorModel,
+    diode: Photodiode,
+    mean_e: np.ndarray,
+    generator: Generator | None,
+    first_row: int,
+) -> np.ndarray:
     if model.noise:
         mean_e = (
             np.minimum(mean_e, LARGEST_MEAN_E)
@@ -274,7 +300,14 @@ class ReadingNoise(NamedTuple):
     width_e: Any  # rms of the read noise
 
 
-def read_dn(model: SensorModel, reading, electrons, noise: ReadingNoise, generator, first_row: int):
+def read_dn(
+    model: SensorModel,
+    reading: Reading,
+    electrons: np.ndarray,
+    noise: ReadingNoise,
+    generator: Generator | None,
+    first_row: int,
+) -> np.ndarray:
     """Return the linear DN (y, x) of one reading of a block of rows.
 
     Parameters
@@ -310,7 +343,9 @@ def read_dn(model: SensorModel, reading, electrons, noise: ReadingNoise, generat
     return converter.digitise(electrons, reading)
 
 
-def device_maps(model: SensorModel, generator, height: int, width: int):
+def device_maps(
+    model: SensorModel, generator: Generator | None, height: int, width: int
+) -> tuple[list[float | np.ndarray], ...]:
     """Return per photodiode the PRNU factor and the dark electrons, per reading offset and read
     noise: maps, rows or numbers.
 
@@ -363,7 +398,7 @@ def device_maps(model: SensorModel, generator, height: int, width: int):
     return prnu, dark, offsets, widths
 
 
-def defects(model: SensorModel, generator, height: int, width: int) -> np.ndarray:
+def defects(model: SensorModel, generator: Generator, height: int, width: int) -> np.ndarray:
     """Return the device's map of defects, (y, x) bool: pixels in which some photodiode is hot by
     `defect_e_per_s` or more.
 
@@ -382,6 +417,6 @@ def defects(model: SensorModel, generator, height: int, width: int) -> np.ndarra
     return defective
 
 
-def part(values, rows: slice):
+def part(values: float | np.ndarray, rows: slice) -> float | np.ndarray:
     """Return the block of a map; a number or a single row of columns serves every block."""
     return values[rows] if np.ndim(values) and values.shape[0] > 1 else values

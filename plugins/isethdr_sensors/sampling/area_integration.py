@@ -7,6 +7,8 @@ any resampling.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.sparse import csr_array
 
@@ -16,7 +18,9 @@ from isethdr_core.physics.resampling.area import integrate_tiles
 from .pixel_grid import PixelGrid
 
 
-def electrons_per_m2_s(irradiance, wavelength_nm, qe) -> np.ndarray:
+def electrons_per_m2_s(
+    irradiance: np.ndarray, wavelength_nm: np.ndarray, qe: np.ndarray
+) -> np.ndarray:
     """Return (channel, y, x) float64 electrons per m2 and second on the light's own tiles.
 
     Sum over bands of irradiance * band width / photon energy * quantum efficiency.
@@ -42,7 +46,12 @@ def electrons_per_m2_s(irradiance, wavelength_nm, qe) -> np.ndarray:
 
 
 def electrons_per_s(
-    channel_planes, x_m, y_m, grid: PixelGrid, filters, fill_factor: float
+    channel_planes: np.ndarray,
+    x_m: np.ndarray,
+    y_m: np.ndarray,
+    grid: PixelGrid,
+    filters: np.ndarray,
+    fill_factor: float,
 ) -> np.ndarray:
     """Return the electrons per second (y, x) that the photodiode of each pixel collects.
 
@@ -62,7 +71,7 @@ def electrons_per_s(
     return np.maximum(out, 0.0, out=out)  # sums of differences may round just below 0
 
 
-def lattices(filters):
+def lattices(filters: np.ndarray) -> Iterator[tuple[slice, slice, int]]:
     """Yield (columns, rows, channel): slices with the pixels of one channel; each pixel once."""
     row_period, column_period = (_period(f) for f in (filters, filters.T))
     for y in range(row_period):
@@ -70,7 +79,7 @@ def lattices(filters):
             yield slice(x, None, column_period), slice(y, None, row_period), filters[y, x]
 
 
-def _period(filters) -> int:
+def _period(filters: np.ndarray) -> int:
     """Return the smallest shift along the first axis that maps the pattern onto itself; the full
     length if there is none.
     """

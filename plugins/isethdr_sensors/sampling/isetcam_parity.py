@@ -28,7 +28,14 @@ class ClippedNoise(NamedTuple):
     at_swing: float
 
 
-def pixel_rate(photons, spectral_qe, band_nm, sample_um, pixel_um, filters):
+def pixel_rate(
+    photons: np.ndarray,
+    spectral_qe: np.ndarray,
+    band_nm: float,
+    sample_um: float,
+    pixel_um: float,
+    filters: np.ndarray,
+) -> np.ndarray:
     """Return (y, x) electrons per m2 and second at pixel centres by ISETCam's rule
     (spatialIntegration, regridOI2ISA).
 
@@ -77,7 +84,9 @@ class VoltageReadout:
     offset_v: float = 0.0
 
 
-def volts(rate, exposure_s: float, photodiode_m2: float, readout: VoltageReadout) -> np.ndarray:
+def volts(
+    rate: np.ndarray, exposure_s: float, photodiode_m2: float, readout: VoltageReadout
+) -> np.ndarray:
     """Return noise-free volts (y, x) (sensorCompute, noise flag 0).
 
     Parameters
@@ -142,7 +151,7 @@ def clipped_noise(
     )
     inside, low, high = _inside(middle, width, swing_v)
 
-    def moment(order, about):
+    def moment(order: int, about: float) -> float:
         within = sum(
             comb(order, j) * (middle - about) ** (order - j) * width**j * inside[j]
             for j in range(order + 1)
@@ -157,7 +166,7 @@ def clipped_noise(
     )
 
 
-def _counts(mean_e):
+def _counts(mean_e: float) -> tuple[np.ndarray, np.ndarray]:
     """Return whole electron counts within 12 standard deviations and their probabilities, by
     ISETCam's rule (noiseShot).
     """
@@ -170,7 +179,9 @@ def _counts(mean_e):
     return count, np.diff(ndtr((np.append(count, count[-1] + 1) - 0.5 - mean_e) / np.sqrt(mean_e)))
 
 
-def _inside(middle, width, swing):
+def _inside(
+    middle: np.ndarray, width: np.ndarray, swing: float
+) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
     """Return the integrals of z^j phi(z), j = 0..4, over volts between 0 and `swing`, and the
     weights at or beyond both ends.
     """
@@ -189,5 +200,5 @@ def _inside(middle, width, swing):
     return integrals, ndtr(a), ndtr(-b)
 
 
-def _centres(count, pitch):
+def _centres(count: int, pitch: float | np.ndarray) -> np.ndarray:
     return (np.arange(count) - (count - 1) / 2) * pitch

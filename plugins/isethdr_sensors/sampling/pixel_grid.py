@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from isethdr_core.pipeline import memory
 from isethdr_core.quantities import tile_pitch
 
 from ..sensor_model import SensorModel
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # at the largest moment of a run, of pictures and scores and of every capture: measured
 PIXEL_BYTES = 175
@@ -29,7 +33,7 @@ class PixelGrid:
     pitch_m: float
 
 
-def pixel_grid(light, pitch_um: float, rows: int = 0, columns: int = 0) -> PixelGrid:
+def pixel_grid(light: xr.DataArray, pitch_um: float, rows: int = 0, columns: int = 0) -> PixelGrid:
     """Return the grid of `rows` x `columns` pixels, centred; 0 fills the camera's nominal field.
 
     Tiles beyond `field_width` and `field_height` of the light are not part of the field.
@@ -107,7 +111,7 @@ def window_m(pitch_um: float, rows: int, columns: int) -> tuple[float, float] | 
     )
 
 
-def _count(field_m, pitch, asked_count, name, direction):
+def _count(field_m: float, pitch: float, asked_count: int, name: str, direction: str) -> int:
     fits = int(np.floor(field_m / pitch * (1 + ROUNDING)))
     if fits < 1:
         raise ConfigError(
@@ -124,7 +128,7 @@ def _count(field_m, pitch, asked_count, name, direction):
     return asked_count or fits
 
 
-def check_tiles(light, grid: PixelGrid) -> None:
+def check_tiles(light: xr.DataArray, grid: PixelGrid) -> None:
     """Refuse light that does not cover the pixels. State in the ledger if its tiles are coarser
     than the pixels.
 

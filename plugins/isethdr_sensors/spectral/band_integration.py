@@ -30,7 +30,7 @@ class Nodes(NamedTuple):
     band: np.ndarray  # index of the band
 
 
-def pieces(wavelength_nm, breaks_nm=()) -> Pieces:
+def pieces(wavelength_nm: np.ndarray, breaks_nm: np.ndarray = ()) -> Pieces:
     """Return the pieces of bands whose borders lie half way between their centres.
 
     Parameters
@@ -48,7 +48,7 @@ def pieces(wavelength_nm, breaks_nm=()) -> Pieces:
     return Pieces(low, high, np.clip(np.searchsorted(borders, (low + high) / 2) - 1, 0, len(w) - 1))
 
 
-def nodes(wavelength_nm, breaks_nm=()) -> Nodes:
+def nodes(wavelength_nm: np.ndarray, breaks_nm: np.ndarray = ()) -> Nodes:
     """Return the Gauss-Legendre points of the `pieces` of bands; arguments as there."""
     low, high, band = pieces(wavelength_nm, breaks_nm)
     at, weight = np.polynomial.legendre.leggauss(POINTS)
@@ -57,7 +57,7 @@ def nodes(wavelength_nm, breaks_nm=()) -> Nodes:
     return Nodes((middle + half * at).ravel(), (half * weight).ravel(), np.repeat(band, POINTS))
 
 
-def photon_means(curve, at: Nodes, nodes_used=None) -> np.ndarray:
+def photon_means(curve: np.ndarray, at: Nodes, nodes_used: np.ndarray | None = None) -> np.ndarray:
     """Return the mean of a curve over each band, weighted by photons of a constant energy spectrum.
 
     Parameters
@@ -78,7 +78,13 @@ def photon_means(curve, at: Nodes, nodes_used=None) -> np.ndarray:
     )
 
 
-def smooth_spectrum_error(response, curves, at: Nodes, wavelength_nm, spectrum=None) -> float:
+def smooth_spectrum_error(
+    response: np.ndarray,
+    curves: np.ndarray,
+    at: Nodes,
+    wavelength_nm: np.ndarray,
+    spectrum: np.ndarray | None = None,
+) -> float:
     """Return the largest relative error of a channel's electrons, for smooth spectra with known
     band means.
 

@@ -5,6 +5,7 @@ bands matter.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,13 +17,20 @@ from ..sensor_model import SensorModel
 from . import band_integration, spectral_curves
 from .colour_filter_array import channels
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from isethdr_core.pipeline.demand import Demand
+
+    from .band_integration import Nodes
+
 # of the largest quantum efficiency: bands below it at both ends need not be rendered
 NEGLIGIBLE = 1e-6
 BLIND = 0.02  # of a curve's peak: a table may end here
 BEYOND_NM = 10.0  # light may lie so much beyond the end of a table, as sub-bands of its last band
 
 
-def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
+def quantum_efficiency(model: SensorModel, wavelength_nm: ArrayLike) -> np.ndarray:
     """Return (channel, band) electrons per photon of light that is even over each band; channels as
     `colour_filter_array.channels`.
 
@@ -46,7 +54,7 @@ def quantum_efficiency(model: SensorModel, wavelength_nm) -> np.ndarray:
     )
 
 
-def spectral_curve(model: SensorModel, wavelength_nm) -> np.ndarray:
+def spectral_curve(model: SensorModel, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return (channel, wavelength) electrons per photon at single wavelengths; channels as
     `colour_filter_array.channels`.
     """
@@ -62,7 +70,7 @@ def spectral_curve(model: SensorModel, wavelength_nm) -> np.ndarray:
     return qe
 
 
-def _with_response(model, qe, w):
+def _with_response(model: SensorModel, qe: np.ndarray, w: np.ndarray) -> np.ndarray:
     """Return the quantum efficiency of the bands; raise ConfigError if all of it is 0."""
     if qe.any():
         return qe
@@ -73,14 +81,14 @@ def _with_response(model, qe, w):
     )
 
 
-def _breaks_nm(model) -> np.ndarray:
+def _breaks_nm(model: SensorModel) -> np.ndarray:
     """Return the wavelengths at which the model's curves have corners."""
     if model.qe_csv:
         return spectral_curves.read_csv(model.qe_csv)["wavelength_nm"]
     return np.array(spectral_curves.FITTED_NM)
 
 
-def _nodes_in_table(model, at, w):
+def _nodes_in_table(model: SensorModel, at: Nodes, w: np.ndarray) -> np.ndarray | None:
     """Return a mask of the nodes that a band's mean uses: those within the table, if the band's
     centre is within it. None without a table.
     """
@@ -92,7 +100,9 @@ def _nodes_in_table(model, at, w):
     return within | ~centre_within[at.band]
 
 
-def smooth_spectrum_error(model: SensorModel, wavelength_nm, spectrum=None) -> float:
+def smooth_spectrum_error(
+    model: SensorModel, wavelength_nm: np.ndarray, spectrum: np.ndarray | None = None
+) -> float:
     """Return a bound on the relative error of a channel's electrons due to the assumption that
     light is constant over each band.
 
@@ -113,7 +123,7 @@ def smooth_spectrum_error(model: SensorModel, wavelength_nm, spectrum=None) -> f
     )
 
 
-def line_error(model: SensorModel, wavelength_nm) -> float:
+def line_error(model: SensorModel, wavelength_nm: np.ndarray) -> float:
     """Return a bound on the error for any spectrum, including a line at the edge of its band.
 
     A band holds only the mean of its energy, so light anywhere within it counts with the mean
@@ -136,7 +146,7 @@ def line_error(model: SensorModel, wavelength_nm) -> float:
     )
 
 
-def narrow(model: SensorModel, demand):
+def narrow(model: SensorModel, demand: Demand) -> Demand:
     """Return the demand for the sensor's window, without the outer bands in which it is blind. The
     effect is bounded in the ledger.
     """
@@ -162,7 +172,7 @@ def narrow(model: SensorModel, demand):
     return replace(demand, wavelength_nm=tuple(needed_nm))
 
 
-def _curve(model, letter, w):
+def _curve(model: SensorModel, letter: str, w: np.ndarray) -> np.ndarray:
     if letter.islower() and model.lower_case_share != 1.0:
         return model.lower_case_share * _curve(model, letter.upper(), w)
     letter = letter.upper()
@@ -184,7 +194,9 @@ def _curve(model, letter, w):
     return model.peak_qe * spectral_curves.filter_curve(letter, w)
 
 
-def _check_cover(path, letter, table_nm, values, w):
+def _check_cover(
+    path: str, letter: str, table_nm: np.ndarray, values: np.ndarray, w: np.ndarray
+) -> None:
     """Refuse a table that ends at a wavelength where the filter still transmits and the light has
     energy.
     """

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from ..sampling import area_integration
 from ..sensor_model import SensorModel
 from .colour_filter_array import channels
 from .quantum_efficiency import quantum_efficiency
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CLOSE = 1e-12  # relative: two computations of one quantum efficiency
 
@@ -71,7 +75,7 @@ def full_scale_e(model: SensorModel) -> list[float]:
     ]
 
 
-def _efficiency(model, wavelength_nm) -> np.ndarray:
+def _efficiency(model: SensorModel, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return (channel, wavelength) electrons per photon; channels as in `crosstalk.parts`, one part
     after the other.
     """
@@ -80,13 +84,13 @@ def _efficiency(model, wavelength_nm) -> np.ndarray:
     )
 
 
-def check_light(light) -> None:
+def check_light(light: xr.DataArray) -> None:
     """Raise UnitError unless `light` is irradiance or photocurrent on the sensor plane."""
     photocurrent = light.attrs.get("units") == quantities.PHOTOCURRENT
     (quantities.check_photocurrent if photocurrent else quantities.check_irradiance)(light)
 
 
-def channel_planes(model: SensorModel, light, qe) -> list[np.ndarray]:
+def channel_planes(model: SensorModel, light: xr.DataArray, qe: np.ndarray) -> list[np.ndarray]:
     """Return per part of `crosstalk.parts` the electrons per m2 and second (channel, y, x) on the
     light's own tiles.
 

@@ -12,6 +12,7 @@ same RGB shapes times 0.62.
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -50,7 +51,7 @@ AR0132AT = {
 LETTERS = (*AR0132AT, "C", "Y", "M")
 
 
-def check_letters(letters) -> None:
+def check_letters(letters: str | Sequence[str]) -> None:
     """Raise ConfigError for a letter without a curve.
 
     A lower case letter is the same filter on a less sensitive pixel.
@@ -64,7 +65,7 @@ def check_letters(letters) -> None:
             )
 
 
-def filter_curve(letter: str, wavelength_nm) -> np.ndarray:
+def filter_curve(letter: str, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return the relative quantum efficiency of a filter.
 
     Outside 380-780 nm it is the value at the end of this range.
@@ -86,7 +87,7 @@ def filter_curve(letter: str, wavelength_nm) -> np.ndarray:
     )
 
 
-def infrared_cut(wavelength_nm) -> np.ndarray:
+def infrared_cut(wavelength_nm: np.ndarray) -> np.ndarray:
     """Return the transmittance of a camera's blocking filter, ultraviolet and infrared.
 
     Three edges fitted to ISETCam's public measured filter, 380-780 nm: residual rms 0.020, largest
@@ -94,7 +95,7 @@ def infrared_cut(wavelength_nm) -> np.ndarray:
     """
     nm = np.asarray(wavelength_nm, float)
 
-    def edge(centre, width):
+    def edge(centre: float | np.ndarray, width: float | np.ndarray) -> float | np.ndarray:
         return 1.0 / (1.0 + np.exp(np.clip((nm - centre) / width, -700, 700)))
 
     return 0.98 * edge(414.16, -2.88) * edge(645.85, 31.16) * edge(685.37, 4.22)

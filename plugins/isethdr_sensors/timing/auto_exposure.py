@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from math import inf
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,16 @@ from isethdr_core.sequence.exposure import Exposure, ExposureLimits, SettledExpo
 
 from .exposure_limits import exposure_limits, whole_periods_s
 from .metering import RULES, Metering, meter
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.runs.seeds import Generator
+
+    from ..bayer import BayerSensor
+    from ..imaging_sensor import ImagingSensor
+    from ..single import SingleSensor
+    from ..staggered import StaggeredSensor
 
 LOG_TOLERANCE = 1e-12  # of the natural logarithm of the exposure
 
@@ -45,7 +55,7 @@ class Solved(NamedTuple):
     residual: float  # of the metered level against its target, relative
 
 
-def check(sensor) -> None:
+def check(sensor: ImagingSensor) -> None:
     """Refuse a rule, a target or limits that no exposure can meet."""
     if sensor.exposure_rule not in RULES:
         raise ConfigError(
@@ -67,7 +77,7 @@ def check(sensor) -> None:
     exposure_limits(sensor, None)
 
 
-def exposed(sensor, light, generator):
+def exposed(sensor: ImagingSensor, light: xr.DataArray, generator: Generator) -> xr.Dataset:
     """Return the captures of `sensor` at the exposure and gain that it chooses for this light.
 
     The attribute `exposure_iterations` is the number of steps, and `analog_gain_factor` the factor
@@ -86,13 +96,13 @@ def exposed(sensor, light, generator):
     return out
 
 
-def at_exposure(sensor, exposure: Exposure):
+def at_exposure(sensor: ImagingSensor, exposure: Exposure) -> ImagingSensor:
     """Return `sensor` with this exposure and gain, fixed. Its captures keep their ratios."""
     fixed = sensor.with_gain(exposure.gain) if exposure.gain > 1 else sensor
     return replace(fixed, exposure_rule="fixed", exposure_s=exposure.exposure_s)
 
 
-def settled_exposure(sensor, light) -> SettledExposure:
+def settled_exposure(sensor: SingleSensor, light: xr.DataArray) -> SettledExposure:
     """Return the exposure and gain that `sensor` chooses for this light, and their limits."""
     limits = exposure_limits(sensor, 1e-3 * light.attrs["focal_length_mm"])
     hertz = sensor.exposure_flicker_hz
@@ -107,13 +117,13 @@ def settled_exposure(sensor, light) -> SettledExposure:
     )
 
 
-def one_for_all(sensor, light) -> Automatic:
+def one_for_all(sensor: ImagingSensor, light: xr.DataArray) -> Automatic:
     """Return the exposure solved by the rule of `sensor`; captures keep their ratios."""
     solution = settle(sensor, light)
     return Automatic(Exposure(solution.exposure_s, solution.gain), solution.iterations)
 
 
-def one_by_one(sensor, light) -> Automatic:
+def one_by_one(sensor: StaggeredSensor, light: xr.DataArray) -> Automatic:
     """Return the exposures of a staggered sensor, solved one by one.
 
     The rule determines the first exposure, the brightest pixel, lamps included, the last one. The
@@ -147,13 +157,13 @@ def one_by_one(sensor, light) -> Automatic:
     return Automatic(exposure, first.iterations + more)
 
 
-def solve(sensor, light) -> tuple[float, int]:
+def solve(sensor: BayerSensor, light: xr.DataArray) -> tuple[float, int]:
     """Return the exposure in seconds and the iterations, as `settle` does."""
     solution = settle(sensor, light)
     return solution.exposure_s, solution.iterations
 
 
-def settle(sensor, light) -> Solved:
+def settle(sensor: ImagingSensor, light: xr.DataArray) -> Solved:
     """Return the exposure and the gain solved for `light`; the residual goes to the ledger.
 
     Mean electrons, dark charge included, are proportional to the exposure, so they are computed
@@ -179,20 +189,20 @@ def settle(sensor, light) -> Solved:
     return solution
 
 
-def _settled(sensor, light) -> Solved:
+def _settled(sensor: ImagingSensor, light: xr.DataArray) -> Solved:
     sensor = metered(sensor)
     electrons_per_s = sensor.expected(time_mean(light)).values / sensor.exposure_s
     return settled_at(sensor, electrons_per_s, 1e-3 * light.attrs["focal_length_mm"])
 
 
-def metered(sensor):
+def metered(sensor: ImagingSensor) -> ImagingSensor:
     """Return the sensor as it is metered: each reading by itself."""
     if sensor.combine_bits:
         return replace(sensor, combine_bits=0, companding=())
     return sensor
 
 
-def settled_at(sensor, electrons_per_s: np.ndarray, focal_length_m: float) -> Solved:
+def settled_at(sensor: ImagingSensor, electrons_per_s: np.ndarray, focal_length_m: float) -> Solved:
     """Return the exposure and the gain solved for mean electrons; nothing goes to the ledger.
 
     Parameters
@@ -232,7 +242,9 @@ def settled_at(sensor, electrons_per_s: np.ndarray, focal_length_m: float) -> So
     return Solved(exposure_s, gain, iterations, limit, abs(at / target - 1))
 
 
-def _met(level: Callable[[float], float], least: float, most: float, target: float):
+def _met(
+    level: Callable[[float], float], least: float, most: float, target: float
+) -> tuple[float, int]:
     """Return where the rising `level` meets `target` between two limits, and the iterations of
     Brent's method; the nearer limit and 0 where it does not.
     """

@@ -8,9 +8,12 @@ of phase and row.
 from __future__ import annotations
 
 from math import ceil, floor, inf
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from isethdr_core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from ..imaging_sensor import ImagingSensor
 
 ASIDE_M = 5.0  # of the object beside the lane
 AHEAD_M = 20.0  # of the object at the start of the exposure
@@ -45,7 +48,7 @@ def motion_limit_s(speed_m_s: float, focal_length_m: float, pitch_m: float) -> f
     return path_m / speed_m_s
 
 
-def exposure_limits(sensor, focal_length_m: float | None) -> Limits:
+def exposure_limits(sensor: ImagingSensor, focal_length_m: float | None) -> Limits:
     """Return the limits of the automatic exposure of `sensor`.
 
     Parameters

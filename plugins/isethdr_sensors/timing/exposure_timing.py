@@ -8,12 +8,18 @@ interleaved shorter exposure ends with the longer one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from isethdr_core.physics.detector.temporal_modulation import constant, relative_light, row_starts_s
 
 from ..sensor_model import Photodiode, SensorModel
 from ..spectral.colour_filter_array import channels
+
+if TYPE_CHECKING:
+    from isethdr_core.physics.detector.temporal_modulation import Modulation
 
 
 def starts_s(model: SensorModel, diode: Photodiode, rows: int) -> np.ndarray:
@@ -41,7 +47,9 @@ def shot_time_s(model: SensorModel, rows: int, exposure_s: float) -> float:
     return model.line_time_s * (rows - 1) + exposure_s * last
 
 
-def relative(model: SensorModel, diode: Photodiode, modulation, filters):
+def relative(
+    model: SensorModel, diode: Photodiode, modulation: Modulation, filters: np.ndarray
+) -> float | np.ndarray:
     """Return the light that falls into each exposure over that of the mean over time: (rows, 1),
     (y, x), or 1 for constant light.
 
@@ -66,7 +74,9 @@ def relative(model: SensorModel, diode: Photodiode, modulation, filters):
     )
 
 
-def together(model: SensorModel, parts, filters) -> list:
+def together(
+    model: SensorModel, parts: Sequence[tuple[Modulation, list[Any]]], filters: np.ndarray
+) -> list:
     """Return per photodiode the mean electrons (y, x) of the exposure as it falls in time.
 
     Parameters

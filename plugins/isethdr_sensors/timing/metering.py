@@ -27,7 +27,7 @@ class Metering(NamedTuple):
     lamp_ratio: float  # of a lamp over `LAMP_PERCENTILE`; inf: nothing is a lamp
 
 
-def meter(how: Metering, share) -> Callable[[float], float]:
+def meter(how: Metering, share: np.ndarray) -> Callable[[float], float]:
     """Return the metered level as a function of a factor on the light, rising with it.
 
     Parameters
@@ -51,7 +51,7 @@ def meter(how: Metering, share) -> Callable[[float], float]:
     return lambda factor: float(np.sum(weight * np.minimum(first * factor, 1.0)))
 
 
-def _brightest(plane, lamp_ratio: float) -> float:
+def _brightest(plane: np.ndarray, lamp_ratio: float) -> float:
     """Return the brightest of the pixels (y, x) that are no lamps."""
     if np.isinf(lamp_ratio):
         return float(plane.max())

@@ -179,12 +179,14 @@ def front_lamps(b: Body, part: Piece | None, shape: LampShape, half: float) -> N
             rest = _pane_lamp(b, rest, kind, tag, (s, y0, y1, z - h, z + h), material)
 
 
-def _pane_lamp(b, part, kind, tag, where, material):
+def _pane_lamp(
+    b: Body, part: Piece | None, kind: str, tag: str, where: tuple[float, ...], material: str
+) -> Piece | None:
     """Cut a rectangular lens; return what is left of `part`."""
     s, y0, y1, z0, z1 = where
     outline = polygon([(y0, z0), (y1, z0), (y1, z1), (y0, z1)], 0.006)
 
-    def outside(p, grow=0.0):
+    def outside(p: Piece | None, grow: float = 0.0) -> np.ndarray:
         u, _, z, y = b.at(p)
         return np.maximum(outline(s * y, z) - grow, u - 0.6)
 
@@ -198,7 +200,7 @@ def _pane_lamp(b, part, kind, tag, where, material):
     return rest
 
 
-def side_lamp(at, side: float, kind: str, name: str) -> list[Piece]:
+def side_lamp(at: np.ndarray, side: float, kind: str, name: str) -> list[Piece]:
     """Return a small amber lamp on a side: a marker or a repeater of the indicator.
 
     Parameters

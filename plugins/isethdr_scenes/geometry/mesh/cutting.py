@@ -4,14 +4,19 @@ along.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .piece import Piece, compact, face_areas, flat, unit
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
-def cut(part, value):
+
+def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
     """Split along value = 0 (one value per vertex) -> (negative side, positive side, seam).
 
     The seam is (k, 2, 2, 3): segments of the cut line, each end with position and normal.
@@ -28,7 +33,7 @@ def cut(part, value):
     row = np.arange(len(t))
     a, b, c = (t[row, (lone[mixed] + k) % 3] for k in range(3))
 
-    def crossing(p, q):
+    def crossing(p: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         w = (value[p] / (value[p] - value[q]))[:, None]
         return v[p] + w * (v[q] - v[p]), unit(n[p] + w * (n[q] - n[p]))
 
@@ -54,7 +59,7 @@ def cut(part, value):
     )
 
 
-def hem(seam, shift, name: str, material: str) -> Piece:
+def hem(seam: np.ndarray, shift: float | np.ndarray, name: str, material: str) -> Piece:
     """Return the strip from a seam to its copy moved by `shift`: a vector, or a distance along the
     normals, m.
 
@@ -76,12 +81,12 @@ def hem(seam, shift, name: str, material: str) -> Piece:
     return flat(replace(strip, faces=strip.faces[solid]))
 
 
-def polygon(points, r=0.0):
+def polygon(points: ArrayLike, r: float = 0.0) -> Callable[..., Any]:
     """Signed distance (negative inside) to a closed 2-D polygon grown by r with round corners."""
     a = np.asarray(points, float)
     b = np.roll(a, -1, 0)
 
-    def distance(p, q):
+    def distance(p: np.ndarray, q: np.ndarray) -> np.ndarray:
         x, y = (np.asarray(c, float) for c in (p, q))
         nearest2 = np.full(x.shape, np.inf)
         odd = np.zeros(x.shape, bool)
@@ -102,7 +107,7 @@ def polygon(points, r=0.0):
     return distance
 
 
-def curve(points, sigma=0.0):
+def curve(points: Sequence[tuple[float, float]], sigma: float = 0.0) -> Callable[..., Any]:
     """Function through (x, y) points, corners rounded by a Gaussian of width sigma."""
     from scipy.ndimage import gaussian_filter1d
 
@@ -114,7 +119,7 @@ def curve(points, sigma=0.0):
     return lambda q: np.interp(q, t, s)
 
 
-def subdivide(piece):
+def subdivide(piece: Piece) -> Piece:
     """Return the piece with every face split into four at the middles of its edges."""
     v = piece.vertices
     n = piece.normals

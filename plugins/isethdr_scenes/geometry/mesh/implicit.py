@@ -6,6 +6,9 @@ around its surface.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 
 from isethdr_core.extras import needed
@@ -13,7 +16,7 @@ from isethdr_core.extras import needed
 from .piece import Piece, unit
 
 
-def cone(a, b, ra: float, rb: float):
+def cone(a: np.ndarray, b: np.ndarray, ra: float, rb: float) -> Callable[..., Any]:
     """Return the field of a capsule from `a` to `b` whose radius runs from `ra` to `rb`, m.
 
     Parameters
@@ -29,7 +32,7 @@ def cone(a, b, ra: float, rb: float):
     along = b - a
     size2 = max(((b - a) ** 2).sum(), 1e-12)
 
-    def distance(p):
+    def distance(p: np.ndarray) -> np.ndarray:
         w = p - a
         t = np.clip((w @ along) / size2, 0, 1)
         x, y, z = (w[:, k] - t * along[k] for k in range(3))
@@ -40,7 +43,9 @@ def cone(a, b, ra: float, rb: float):
     return distance
 
 
-def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
+def blend(
+    fields: Sequence[Callable[..., Any]], k: float = 0.03, folds: float = 0.0, seed: int = 0
+) -> Callable[..., Any]:
     """Return the smooth union of `fields`; they melt together where they differ by less than `k`
     metres.
 
@@ -63,7 +68,7 @@ def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
     ]
     phase = rng.uniform(0, 2 * np.pi, 5)
 
-    def distance(p):
+    def distance(p: np.ndarray) -> np.ndarray:
         distance = fields[0](p)
         for field in fields[1:]:
             d = field(p)
@@ -81,7 +86,7 @@ def blend(fields, k: float = 0.03, folds: float = 0.0, seed: int = 0):
     return distance
 
 
-def skin_of(field, step: float, name: str, material: str) -> Piece:
+def skin_of(field: Callable[..., Any], step: float, name: str, material: str) -> Piece:
     """Return the zero surface of a field, sampled every `step` metres; normals are the field's own
     gradient.
 
@@ -107,7 +112,7 @@ def skin_of(field, step: float, name: str, material: str) -> Piece:
     return Piece(name, vertices, faces, material, unit(slope))
 
 
-def _sampled(field, axes, step: float) -> np.ndarray:
+def _sampled(field: Callable[..., Any], axes: Sequence[np.ndarray], step: float) -> np.ndarray:
     """Return the field on a grid: exact near its surface, elsewhere the value in the middle of a
     block of 4 x 4 x 4.
 

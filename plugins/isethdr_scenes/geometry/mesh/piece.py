@@ -6,13 +6,18 @@ Units are metres. Models stand on z = 0, look along +x, and have +y on their lef
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from isethdr_core.scene import Model, Part
 
 from ...lamps import lamp
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Lamp
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +26,7 @@ class Piece(Part):
 
     material: str = "plastic_black"
 
-    def moved(self, matrix) -> Piece:
+    def moved(self, matrix: np.ndarray) -> Piece:
         """Return the piece moved by a (4, 4) matrix; a mirroring matrix keeps the faces outward."""
         m = np.asarray(matrix, float)
         turn = m[:3, :3]
@@ -35,7 +40,7 @@ class Piece(Part):
         )
         return replace(self, vertices=vertices, faces=faces, normals=normals, lamp=lit)
 
-    def named(self, name: str, material: str | None = None, lamp=None) -> Piece:
+    def named(self, name: str, material: str | None = None, lamp: Lamp | None = None) -> Piece:
         """Return the piece under another name, with another material or lamp where given.
 
         Parameters
@@ -63,7 +68,7 @@ class Assembly:
         self.parts += [p for p in pieces if len(p.faces)]
         return self
 
-    def moved(self, matrix, name: str | None = None) -> Assembly:
+    def moved(self, matrix: np.ndarray, name: str | None = None) -> Assembly:
         """Return a copy moved by a (4, 4) matrix."""
         return Assembly(name or self.name, [p.moved(matrix) for p in self.parts])
 
@@ -85,12 +90,18 @@ class Assembly:
         return Model(name or self.name, tuple(parts))
 
 
-def unit(v):
+def unit(v: np.ndarray) -> np.ndarray:
     """Return `v` (..., 3) scaled to length 1 along its last axis."""
     return v / np.maximum(np.sqrt((v * v).sum(-1, keepdims=True)), 1e-12)
 
 
-def pose(x=0.0, y=0.0, z=0.0, yaw=0.0, scale=(1, 1, 1)) -> np.ndarray:
+def pose(
+    x: float = 0.0,
+    y: float = 0.0,
+    z: float = 0.0,
+    yaw: float = 0.0,
+    scale: tuple[int, int, int] = (1, 1, 1),
+) -> np.ndarray:
     """Return the (4, 4) matrix: scale, then turn by `yaw` degrees about z, then shift.
 
     Parameters
@@ -109,7 +120,7 @@ def pose(x=0.0, y=0.0, z=0.0, yaw=0.0, scale=(1, 1, 1)) -> np.ndarray:
     return m
 
 
-def shift(x, y, z) -> np.ndarray:
+def shift(x: float, y: float, z: float) -> np.ndarray:
     """Return the (4, 4) matrix of a shift.
 
     Parameters
@@ -130,7 +141,7 @@ def mirrored(piece: Piece, name: str | None = None) -> Piece:
     )
 
 
-def join(pieces, name: str) -> Piece:
+def join(pieces: Sequence[Piece], name: str) -> Piece:
     """Return pieces as one, with the material and lamp of the first."""
     first = np.cumsum([0] + [len(p.vertices) for p in pieces])
     normals = None if pieces[0].normals is None else np.concatenate([p.normals for p in pieces])
@@ -152,7 +163,7 @@ def face_areas(part: Part) -> np.ndarray:
     return _cross(v, f) / 2
 
 
-def vertex_normals(vertices, faces) -> np.ndarray:
+def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return area-weighted normals (n, 3); vertices at the same place share one normal."""
     face = _cross(vertices, faces)
     position = np.round(vertices * 1e5).astype(np.int64)
@@ -170,7 +181,7 @@ def vertex_normals(vertices, faces) -> np.ndarray:
     return unit(total[ids])
 
 
-def _cross(v, f):
+def _cross(v: np.ndarray, f: np.ndarray) -> np.ndarray:
     """Return the cross product (m, 3) of two sides of each face: along the outward normal, twice as
     long as the area.
     """
@@ -211,7 +222,7 @@ def compact(piece: Piece) -> Piece:
     )
 
 
-def lit(piece: Piece, kind: str, axis) -> list[Piece]:
+def lit(piece: Piece, kind: str, axis: tuple[float, float, float]) -> list[Piece]:
     """Return [emitting piece, housing]: only the faces within 60 degrees of `axis` emit.
 
     Parameters

@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .piece import Piece, cross, flat, unit, vertex_normals
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 # directions that a tube's sides are drawn from: the second where a path runs along the first
 SIDEWAYS = np.array([0.31, 0.17, 0.94])
 OTHERWISE = np.array([0.9, 0.4, 0.17])
 
 
-def grid(points, name="grid", material="plastic_black", close_u=False, close_v=False, smooth=True):
+def grid(
+    points: np.ndarray,
+    name: str = "grid",
+    material: str = "plastic_black",
+    close_u: bool = False,
+    close_v: bool = False,
+    smooth: bool = True,
+) -> Piece:
     """Return a grid of quads as triangles.
 
     Parameters
@@ -39,7 +51,13 @@ def grid(points, name="grid", material="plastic_black", close_u=False, close_v=F
     return replace(part, normals=vertex_normals(v, f)) if smooth else flat(part)
 
 
-def ball(centre=(0, 0, 0), radii=(1, 1, 1), name="ball", material="plastic_black", n=12):
+def ball(
+    centre: np.ndarray = (0, 0, 0),
+    radii: tuple[float, float, float] = (1, 1, 1),
+    name: str = "ball",
+    material: str = "plastic_black",
+    n: int = 12,
+) -> Piece:
     """Return an ellipsoid of `n` rings.
 
     Parameters
@@ -56,7 +74,14 @@ def ball(centre=(0, 0, 0), radii=(1, 1, 1), name="ball", material="plastic_black
     return grid((p * radii + centre)[::-1], name, material, close_v=True)
 
 
-def box(centre, size, name="box", material="plastic_black", r=0.0, n=3):
+def box(
+    centre: Sequence[float],
+    size: tuple[float, float, float],
+    name: str = "box",
+    material: str = "plastic_black",
+    r: float = 0.0,
+    n: int = 3,
+) -> Piece:
     """Return a box whose edges are rounded by radius `r`, m, in `n` steps.
 
     Parameters
@@ -92,7 +117,14 @@ def box(centre, size, name="box", material="plastic_black", r=0.0, n=3):
     return replace(part, normals=d[::-1].reshape(-1, 3))
 
 
-def lathe(profile, name="lathe", material="plastic_black", n=32, axis="y", turn=(0, 2 * np.pi)):
+def lathe(
+    profile: Sequence[tuple[float, float]],
+    name: str = "lathe",
+    material: str = "plastic_black",
+    n: int = 32,
+    axis: str = "y",
+    turn: Sequence[float] = (0, 2 * np.pi),
+) -> Piece:
     """Return a profile of (radius, height) turned about an axis through `turn`, radians.
 
     The outside is right when the profile goes up along the axis; a disc that looks along the axis
@@ -117,7 +149,14 @@ def lathe(profile, name="lathe", material="plastic_black", n=32, axis="y", turn=
     return grid(np.stack(p, -1), name, material, close_u=full)
 
 
-def tube(path, radius, name="tube", material="plastic_black", sides=8, caps=True):
+def tube(
+    path: ArrayLike,
+    radius: float | list[float],
+    name: str = "tube",
+    material: str = "plastic_black",
+    sides: int = 8,
+    caps: bool = True,
+) -> Piece:
     """Return a round tube along a polyline (k, 3); `radius` is a number or one per point, m.
 
     Parameters

@@ -11,7 +11,9 @@ from .person import Person, figure
 from .poses import two_bone
 
 
-def bicycle(colour="paint_blue", crank=35.0):
+def bicycle(
+    colour: str = "paint_blue", crank: float = 35.0
+) -> tuple[Assembly, list[np.ndarray], list[np.ndarray], np.ndarray]:
     """Return (bicycle, pedals, grips, saddle) with the wheels on y = 0; `crank` in degrees; the
     last three are points (3,).
     """

@@ -13,7 +13,7 @@ EYE_M = (0.016, 0.015, 0.016)  # half axes; a third of the ball lies in the head
 STRIDE_M = 0.16  # of its walk
 
 
-def _on_skin(skin, inside, direction) -> np.ndarray:
+def _on_skin(skin: np.ndarray, inside: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Return where a ray from a point inside the head leaves it, less a third of an eye: the mean
     of the skin's vertices about that direction.
     """
@@ -24,7 +24,14 @@ def _on_skin(skin, inside, direction) -> np.ndarray:
     return inside + (distances[close].mean() - EYE_M[0] / 3) * towards
 
 
-def deer(name="deer", height=1.0, antlers=True, head_up=1.0, turn=0.0, seed=0):
+def deer(
+    name: str = "deer",
+    height: float = 1.0,
+    antlers: bool = True,
+    head_up: float = 1.0,
+    turn: float = 0.0,
+    seed: int = 0,
+) -> Assembly:
     """Return a deer that walks along +x.
 
     Parameters

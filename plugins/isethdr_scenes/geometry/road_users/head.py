@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..mesh.cutting import cut
 from ..mesh.implicit import blend, cone, skin_of
 from ..mesh.primitives import ball
 
+if TYPE_CHECKING:
+    from ..mesh.piece import Assembly
+    from .person import Person
 
-def head(m, c, neck, look):
+
+def head(m: Assembly, c: np.ndarray, neck: np.ndarray, look: Person) -> None:
     """Add a head at joint `c` (3,) above joint `neck` to the assembly `m`; `look` is a `Person`.
 
     Parameters

@@ -57,7 +57,9 @@ LOOKS = (
 )
 
 
-def figure(j, look=Person(), name="person", seed=0):
+def figure(
+    j: dict[str, np.ndarray], look: Person = Person(), name: str = "person", seed: int = 0
+) -> Assembly:
     """Clothed body around joints.
 
     Parameters
@@ -182,7 +184,13 @@ def figure(j, look=Person(), name="person", seed=0):
     return out
 
 
-def pedestrian(look=Person(), phase=0.12, name="pedestrian", seed=0, stride=26.0):
+def pedestrian(
+    look: Person = Person(),
+    phase: float = 0.12,
+    name: str = "pedestrian",
+    seed: int = 0,
+    stride: float = 26.0,
+) -> Assembly:
     """Return a walker who stands on z = 0; `phase` of the gait 0..1, `stride` of the hips in
     degrees.
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..mesh.piece import unit
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
-def walk(phase=0.12, stride=26.0, arms=24.0):
+
+def walk(phase: float = 0.12, stride: float = 26.0, arms: float = 24.0) -> dict[str, np.ndarray]:
     """Joints of a walker, 1.76 m tall, in mid-stride; phase 0..1 is one full cycle.
 
     Parameters
@@ -59,7 +64,7 @@ def walk(phase=0.12, stride=26.0, arms=24.0):
     return j
 
 
-def two_bone(a, b, l1, l2, bend):
+def two_bone(a: np.ndarray, b: np.ndarray, l1: float, l2: float, bend: ArrayLike) -> np.ndarray:
     """Middle joint of a chain from a to b, bent towards `bend`.
 
     Parameters

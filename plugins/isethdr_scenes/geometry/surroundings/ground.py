@@ -45,7 +45,9 @@ class Ground:
     # s range of a paved stretch on the right, for a parked vehicle
     lay_by_m: tuple[float, float] | None = None
 
-    def points(self, s, y=0.0, z=0.0) -> np.ndarray:
+    def points(
+        self, s: float | np.ndarray, y: float | np.ndarray = 0.0, z: float | np.ndarray = 0.0
+    ) -> np.ndarray:
         """Return world points (..., 3) at `s`, `y` and height `z` over the datum.
 
         Parameters
@@ -59,7 +61,7 @@ class Ground:
         r = 1 / k - y
         return np.stack([r * np.sin(k * s), 1 / k - r * np.cos(k * s), z], -1)
 
-    def height(self, s, y) -> np.ndarray:
+    def height(self, s: float, y: float) -> np.ndarray:
         """Return the height of the ground, m."""
         s = np.asarray(s, float)
         y = np.asarray(y, float)
@@ -70,7 +72,7 @@ class Ground:
         paved = ramp * (y < -EDGE_M + 0.1) * np.clip((9.5 + y) / 1.5, 0, 1)
         return z + paved * (-0.13 - z)
 
-    def on(self, s, y, above=0.0) -> np.ndarray:
+    def on(self, s: float, y: float, above: float = 0.0) -> np.ndarray:
         """Return world points (..., 3) on the ground.
 
         Parameters
@@ -97,7 +99,7 @@ class Ground:
         z = float(self.height(s, y)) if z is None else z
         return pose(*self.points(s, y, z), yaw=np.degrees(self.curvature_per_m * s) + turn_deg)
 
-    def _waves(self, s, y):
+    def _waves(self, s: np.ndarray, y: np.ndarray) -> float | np.ndarray:
         rng = np.random.default_rng(self.seed)
         out = 0.0
         for f, amplitude in WAVES:

@@ -8,7 +8,9 @@ from ..mesh.piece import Assembly, Piece, flat, lit
 from ..mesh.primitives import box, grid
 
 
-def house(name="house", seed=0, size=(9.0, 7.0, 5.2)):
+def house(
+    name: str = "house", seed: int = 0, size: tuple[float, float, float] = (9.0, 7.0, 5.2)
+) -> Assembly:
     """Gable house with windows, a door and a chimney; long side faces -y.
 
     Parameters

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..mesh.piece import Assembly, Piece, join, unit
@@ -12,7 +14,14 @@ BOUGH_STEPS = 6
 BOUGH_LIFT = 0.06  # added to the direction at each step, upwards
 
 
-def cards(centres, normals, along, size_m, name, material):
+def cards(
+    centres: np.ndarray,
+    normals: np.ndarray,
+    along: np.ndarray,
+    size_m: Sequence[float | np.ndarray],
+    name: str,
+    material: str,
+) -> Piece:
     """Return leaves, kites of two folded triangles, as one piece.
 
     Parameters
@@ -45,7 +54,14 @@ def cards(centres, normals, along, size_m, name, material):
     )
 
 
-def _bough(rng, start, heading, length, radius, wander):
+def _bough(
+    rng: np.random.Generator,
+    start: np.ndarray,
+    heading: np.ndarray,
+    length: float,
+    radius: float,
+    wander: float,
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the path (points, 3) of a bough and its radii, m. It sways by `wander`, and rises."""
     p = start
     d = heading
@@ -57,7 +73,9 @@ def _bough(rng, start, heading, length, radius, wander):
     return np.array(out), radius * np.linspace(1, 0.55, BOUGH_STEPS + 1)
 
 
-def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
+def broadleaf(
+    name: str = "tree", height: float = 9.0, leaves: int = 26000, seed: int = 0, bark: str = "bark"
+) -> Assembly:
     """Deciduous tree: four generations of boughs, folded leaf kites around the twigs.
 
     Parameters
@@ -72,7 +90,9 @@ def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
     wood = []
     twigs = []
 
-    def grow(start, heading, length, radius, generation):
+    def grow(
+        start: np.ndarray, heading: np.ndarray, length: float, radius: float, generation: int
+    ) -> None:
         path, r = _bough(rng, start, heading, length, radius, 0.12 if generation else 0.05)
         wood.append(tube(path, r, "wood", bark, max(4, 10 - 2 * generation), False))
         if generation >= 3:
@@ -117,7 +137,9 @@ def broadleaf(name="tree", height=9.0, leaves=26000, seed=0, bark="bark"):
     )
 
 
-def conifer(name="conifer", height=11.0, needles=30000, seed=0):
+def conifer(
+    name: str = "conifer", height: float = 11.0, needles: int = 30000, seed: int = 0
+) -> Assembly:
     """Spruce: whorls of drooping boughs with sprays of needles.
 
     Parameters
@@ -181,7 +203,7 @@ def conifer(name="conifer", height=11.0, needles=30000, seed=0):
     )
 
 
-def bush(name="bush", size=1.3, leaves=5000, seed=0):
+def bush(name: str = "bush", size: float = 1.3, leaves: int = 5000, seed: int = 0) -> Assembly:
     """Return a bush of that size, m: a lumpy shell of leaves on a few stems.
 
     Parameters
@@ -222,7 +244,9 @@ def bush(name="bush", size=1.3, leaves=5000, seed=0):
     )
 
 
-def grass(points, name="grass", height=0.28, seed=0, dry=0.25):
+def grass(
+    points: np.ndarray, name: str = "grass", height: float = 0.28, seed: int = 0, dry: float = 0.25
+) -> Assembly:
     """One blade per root point: three bent segments narrowing to a tip.
 
     Parameters

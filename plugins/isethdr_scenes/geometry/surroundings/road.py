@@ -16,7 +16,9 @@ STUD_FACE_M = (0.085, 0.014)  # of the reflector, 12 cm2
 CRACKS = 14  # sealed cracks on the whole road
 
 
-def _strip(ground, s, y, name, material, above=0.0):
+def _strip(
+    ground: Ground, s: np.ndarray, y: np.ndarray, name: str, material: str, above: float = 0.0
+) -> Piece:
     s, y = np.meshgrid(s, y, indexing="ij")
     return grid(ground.on(s, y, above), name, material)
 

@@ -60,7 +60,7 @@ def guard_rail(ground: Ground, start_m: float, end_m: float, y: float) -> Assemb
     return m
 
 
-def marker_post():
+def marker_post() -> Assembly:
     """Return a delineator post of 1 m with a black band and a reflector that faces -x."""
     return Assembly("marker_post").add(
         box((0, 0, 0.5), (0.10, 0.12, 1.0), "post", "lamp_white", 0.03),
@@ -69,7 +69,7 @@ def marker_post():
     )
 
 
-def street_lamp(name="street_lamp", tall=8.0, reach=1.8):
+def street_lamp(name: str = "street_lamp", tall: float = 8.0, reach: float = 1.8) -> Assembly:
     """Return a street lamp: pole at the origin, arm towards +y over the road, luminaire emitting
     downwards.
 

@@ -66,7 +66,9 @@ def sign(name: SignName) -> Assembly:
     return out.add(*(_panel(scale * np.array(f), at, 3, "figure", "plate_ink") for f in figures))
 
 
-def _panel(outline, at, layer: int, name: str, material: str) -> Piece:
+def _panel(
+    outline: np.ndarray, at: tuple[float, float], layer: int, name: str, material: str
+) -> Piece:
     """Return a flat piece that faces -x, the `layer`-th in front of x, from the (left, up) corners
     of a convex outline as its viewers see it.
     """

@@ -50,7 +50,7 @@ def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
     skin[-1] = end_m
     bulge = outline + SKIN_M * np.sign(outline - [0, SPRING_M / 2])
 
-    def sheet(low, high, name, material):
+    def sheet(low: int, high: int, name: str, material: str) -> Piece:
         """Strip of the lining between two indices of the outline."""
         along, k = np.meshgrid(s, np.arange(low, high + 1), indexing="ij")
         return grid(ground.points(along, outline[k, 0], outline[k, 1]), name, material)
@@ -75,13 +75,13 @@ def tunnel(ground: Ground, start_m: float, end_m: float) -> Assembly:
     return m.add(_end_wall(ground, start_m, outline), _portal(ground, end_m, outline))
 
 
-def _end_wall(ground, s, outline) -> Piece:
+def _end_wall(ground: Ground, s: float, outline: np.ndarray) -> Piece:
     rim = ground.points(s, outline[:, 0], outline[:, 1])
     middle = np.broadcast_to(rim.mean(0), rim.shape)
     return grid(np.stack([middle, rim], 0), "end", "gap", close_v=True)
 
 
-def _portal(ground, s, outline) -> Piece:
+def _portal(ground: Ground, s: float, outline: np.ndarray) -> Piece:
     """Wall around the mouth, seen from outside; it keeps the sky off the back of the lining."""
     direction = outline - [0, SPRING_M / 2]
     outer = direction * (PORTAL_M / np.linalg.norm(direction, axis=1, keepdims=True)) + [

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ...lamps import lamp_of_family
 from ..mesh.piece import Piece, lit, shift
 from ..mesh.primitives import ball, box, lathe, tube
 from ..vehicles.wheels import plate
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 AHEAD = (1.0, 0.0, 0.0)
 BEHIND = (-1.0, 0.0, 0.0)
@@ -55,7 +60,7 @@ def wheel(x: float, radius: float, width: float, spokes: int, wired: bool = Fals
     return [piece.moved(shift(x, 0, radius)) for piece in out]
 
 
-def fork(axle, head, spread: float, material: str) -> list[Piece]:
+def fork(axle: np.ndarray, head: np.ndarray, spread: float, material: str) -> list[Piece]:
     """Return both legs of a fork from the axle to the steering head, `spread` apart, m.
 
     Parameters
@@ -79,7 +84,9 @@ def fork(axle, head, spread: float, material: str) -> list[Piece]:
     return out
 
 
-def guard(x: float, z: float, radius: float, width: float, turn, material: str) -> Piece:
+def guard(
+    x: float, z: float, radius: float, width: float, turn: tuple[float, float], material: str
+) -> Piece:
     """Return a mudguard about an axle, over angles `turn` in radians from ahead, upwards.
 
     Parameters
@@ -126,7 +133,7 @@ def mirrors(x: float, half: float, z: float) -> list[Piece]:
     return out
 
 
-def head_lamp(at, radius: float, housing: str) -> list[Piece]:
+def head_lamp(at: np.ndarray, radius: float, housing: str) -> list[Piece]:
     """Return a round headlamp with a position lamp below its middle; `at` is the lens.
 
     Parameters
@@ -148,7 +155,7 @@ def head_lamp(at, radius: float, housing: str) -> list[Piece]:
     ]
 
 
-def rear_lamps(at, width: float = 0.16) -> list[Piece]:
+def rear_lamps(at: ArrayLike, width: float = 0.16) -> list[Piece]:
     """Return tail lamp and brake lamp side by side in one housing; `at` is the middle of its
     back.
     """
@@ -165,7 +172,7 @@ def rear_lamps(at, width: float = 0.16) -> list[Piece]:
     return out
 
 
-def indicators(front, rear) -> list[Piece]:
+def indicators(front: tuple[float, float, float], rear: tuple[float, float, float]) -> list[Piece]:
     """Return four indicators on stalks; `front` and `rear` are the left ones, (x, y, z)."""
     out = []
     for at, kind, axis, family in (

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,11 +13,17 @@ from ..mesh.piece import join
 from ..mesh.primitives import lathe
 from .shell import loft
 
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Lamp
+
+    from ..mesh.piece import Piece
+    from .shell import Shell
+
 
 class Body:
     """The shell as one painted sheet; `take` cuts a region out of the paint."""
 
-    def __init__(self, shell, axles=(), tyre=0.33):
+    def __init__(self, shell: Shell, axles: Sequence[float] = (), tyre: float = 0.33) -> None:
         """Start with the whole skin as paint.
 
         Parameters
@@ -31,12 +39,14 @@ class Body:
         self.paint = loft(shell, axles, tyre)
         self.parts = []
 
-    def at(self, part=None):
+    def at(
+        self, part: Piece | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return u, |y|, z, y in metres of the vertices of a part, by default the paint."""
         v = (part or self.paint).vertices
         return self.shell.length / 2 - v[:, 0], np.abs(v[:, 1]), v[:, 2], v[:, 1]
 
-    def top_at(self, u, y):
+    def top_at(self, u: float, y: float) -> float:
         """Return the height of the outer skin above (u, y), m."""
         v = np.concatenate(
             [self.paint.vertices] + [p.vertices for p in self.parts if len(p.vertices)]
@@ -44,7 +54,15 @@ class Body:
         d = np.hypot(v[:, 0] - self.shell.length / 2 + u, v[:, 1] - y)
         return v[d < 0.06, 2].max() if (d < 0.06).any() else float(self.upper(u))
 
-    def take(self, name, material, value, sunk=0.0, rim=None, lamp=None):
+    def take(
+        self,
+        name: str,
+        material: str,
+        value: np.ndarray,
+        sunk: float = 0.0,
+        rim: str | None = None,
+        lamp: Lamp | None = None,
+    ) -> Piece:
         """Cut the region with value < 0 out of the paint; `sunk` (m) moves it inwards, and a
         surface of the material `rim` closes the step.
 
@@ -66,11 +84,13 @@ class Body:
             self.parts.append(inside)
         return inside
 
-    def open(self, value):
+    def open(self, value: np.ndarray) -> None:
         """Remove the region with value < 0 from the paint."""
         _, self.paint, _ = cut(self.paint, value)
 
-    def carve(self, part, name, material, value, lamp=None):
+    def carve(
+        self, part: Piece, name: str, material: str, value: np.ndarray, lamp: Lamp | None = None
+    ) -> tuple[Piece, Piece]:
         """Cut the region with value < 0 out of an earlier part. Return the region and the rest,
         which replace the part.
 
@@ -88,7 +108,7 @@ class Body:
         self.parts += [p for p in (inside, outside) if len(p.faces)]
         return inside, outside
 
-    def refine(self, part, values):
+    def refine(self, part: Piece, values: Callable[..., list[np.ndarray]]) -> Piece:
         """Cut the mesh of an earlier part along lines, and leave all of it there. A band between
         the lines that is thinner than the mesh can then be carved. Return the part.
 
@@ -103,7 +123,13 @@ class Body:
         self.parts = [finer if p is part else p for p in self.parts]
         return finer
 
-    def line(self, distance, where, half=0.005, material="gap"):
+    def line(
+        self,
+        distance: Callable[..., Any],
+        where: Callable[..., Any],
+        half: float = 0.005,
+        material: str = "gap",
+    ) -> None:
         """Cut a thin dark gap along distance(part) = 0 where where(part) < 0; both return one value
         per vertex, m.
 
@@ -120,7 +146,7 @@ class Body:
         self.parts.append(hit.named("gap", material))
         self.paint = join([remaining, below, miss], "body")
 
-    def arches(self, gap=0.045, depth=0.30):
+    def arches(self, gap: float = 0.045, depth: float = 0.30) -> None:
         """Open the wheel houses and line them, `gap` wider than the tyres and `depth` deep, m."""
         for a in self.axles:
             r = self.tyre + gap
@@ -143,7 +169,7 @@ class Body:
                 well = lathe(prof, "wheel_house", "gap", 28, turn=(-np.pi * 0.62, np.pi * 0.62))
                 self.parts.append(replace(well, vertices=well.vertices + [x, 0, self.tyre + 0.01]))
 
-    def lining(self, z_min, material="interior"):
+    def lining(self, z_min: float, material: str = "interior") -> Piece:
         """Return the dark inner skin of the cabin above `z_min`: what is still paint, 3 cm inwards,
         facing inwards.
         """

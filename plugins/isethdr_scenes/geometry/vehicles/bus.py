@@ -16,7 +16,13 @@ from .shell import Shell
 from .wheels import Wheel, plate, wheel
 
 
-def bus(name="bus", length=11.8, paint="paint_yellow", lower="paint_red", seed=0):
+def bus(
+    name: str = "bus",
+    length: float = 11.8,
+    paint: str = "paint_yellow",
+    lower: str = "paint_red",
+    seed: int = 0,
+) -> Assembly:
     """Return a city bus with its doors on the right.
 
     Parameters

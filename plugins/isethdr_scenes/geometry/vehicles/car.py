@@ -5,6 +5,7 @@ fittings.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from .car_rear import rear
 from .car_shapes import Car
 from .shell import Shell
 from .wheels import Wheel, wheel
+
+if TYPE_CHECKING:
+    from ..mesh.piece import Piece
 
 TRACK_INSET_M = 0.125
 TYRE_WIDTH_M = 0.215
@@ -80,7 +84,7 @@ def build(car: Car, name: str = "car", seed: int = 0) -> Assembly:
     return model
 
 
-def _screens(b: Body, c: Car):
+def _screens(b: Body, c: Car) -> None:
     """Windscreen and rear window; a panel van has two panes at the rear, apart by 12 to 16 cm."""
     cowl, top, back, base = (c.roof[k] for k in (2, 3, 5, 6))
     _screen(
@@ -114,7 +118,7 @@ def _screen(b: Body, c: Car, pane: _Pane) -> None:
     y = c.width / 2 * 0.93 * (1 - c.lean * np.maximum(z - shoulder, 0)) - pane.margin_m
     outline = polygon(np.concatenate([np.stack([y, z], 1), np.stack([-y, z], 1)[::-1]]), 0.015)
 
-    def outside(part, post):
+    def outside(part: Piece | None, post: float | np.ndarray) -> np.ndarray:
         u, ay, zz, _ = b.at(part)
         parts = [outline(ay, zz), pane.u_m[0] - u, u - pane.u_m[1]]
         return np.max(parts + [post - ay] if post else parts, 0)
@@ -124,7 +128,7 @@ def _screen(b: Body, c: Car, pane: _Pane) -> None:
     b.carve(trim, pane.name, pane.material, outside(trim, pane.post_m))
 
 
-def _side_windows(b: Body, c: Car):
+def _side_windows(b: Body, c: Car) -> None:
     """Windows under the roof line and above the belt, posts between them; tinted behind the middle
     post.
     """
@@ -159,11 +163,11 @@ def _side_windows(b: Body, c: Car):
     b.carve(side, "side_window.rear", "glass_tinted", c.doors[1] - b.at(side)[0])
 
 
-def _door_gaps(b: Body, c: Car):
+def _door_gaps(b: Body, c: Car) -> None:
     sill = c.clearance + 0.13
     half = c.width / 2
 
-    def off_the_door(p):
+    def off_the_door(p: Piece) -> np.ndarray:
         u, ay, z, _ = b.at(p)
         return np.max([sill - z, z - b.belt(u) - 0.04, 0.5 * half - ay], 0)
 
@@ -175,20 +179,20 @@ def _door_gaps(b: Body, c: Car):
         )
     ends = (c.doors[0], c.doors[1] if front_only else c.doors[2] - 0.1)
 
-    def beyond_the_doors(p):
+    def beyond_the_doors(p: Piece) -> np.ndarray:
         u, ay, _, _ = b.at(p)
         return np.max([ends[0] - u, u - ends[1], 0.5 * half - ay], 0)
 
     b.line(lambda p: b.at(p)[2] - sill, beyond_the_doors)
 
 
-def _lid_gaps(b: Body, c: Car):
+def _lid_gaps(b: Body, c: Car) -> None:
     """Edges of the hood, and of the trunk lid or the rear doors."""
     cowl = c.roof[2]
     base = c.roof[6]
     half = c.width / 2
 
-    def off_the_hood(p):
+    def off_the_hood(p: Piece) -> np.ndarray:
         u, _, z, _ = b.at(p)
         return np.max([u - cowl[0] + 0.02, 0.10 - u, b.belt(u) - z], 0)
 
@@ -209,7 +213,7 @@ def _lid_gaps(b: Body, c: Car):
     )
 
 
-def _sills(b: Body, c: Car, axles):
+def _sills(b: Body, c: Car, axles: tuple[float, float]) -> None:
     u, ay, z, _ = b.at()
     if c.cladding:
         ring = np.min([np.hypot(u - a, z - c.tyre) - c.tyre - 0.095 for a in axles], 0)
@@ -219,7 +223,7 @@ def _sills(b: Body, c: Car, axles):
         b.take("sill", "plastic_black", z - c.clearance - 0.045)
 
 
-def _bed(b: Body, c: Car):
+def _bed(b: Body, c: Car) -> None:
     """Sink the bed of a pickup between its side walls, and mark the tailgate."""
     front = c.roof[6][0] + 0.12
     half = c.width / 2
@@ -236,7 +240,7 @@ def _bed(b: Body, c: Car):
     b.line(lambda p: b.at(p)[1] - half * 0.76, lambda p: np.maximum(behind(p), low - b.at(p)[2]))
 
 
-def _open_roof(b: Body, c: Car):
+def _open_roof(b: Body, c: Car) -> None:
     """Take away roof and side walls above the belt, except the frame of the windscreen."""
     top = c.roof[3]
     base = c.roof[6]

@@ -12,7 +12,7 @@ from .car_shapes import Car
 ROWS_M = (0.36, 1.22, 2.08)  # seats behind the top of the windscreen
 
 
-def fittings(model: Assembly, b: Body, c: Car):
+def fittings(model: Assembly, b: Body, c: Car) -> None:
     """Add mirrors, door handles, roof rails, wipers and aerial.
 
     Parameters
@@ -111,7 +111,7 @@ def fittings(model: Assembly, b: Body, c: Car):
         )
 
 
-def interior(model: Assembly, b: Body, c: Car):
+def interior(model: Assembly, b: Body, c: Car) -> None:
     """Add dashboard, steering wheel, seats and floor.
 
     Parameters

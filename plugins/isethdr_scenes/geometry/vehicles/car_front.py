@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...lamps import lamp
@@ -18,7 +20,7 @@ NARROW_M = 0.88  # half the width
 FORWARD = (1.0, 0.0, 0.0)
 
 
-def front(b: Body, c: Car):
+def front(b: Body, c: Car) -> None:
     """Cut grille, headlamps (see `headlamp`), position lamps, intake and fog lamps; add badge and
     plate.
     """
@@ -124,7 +126,13 @@ def _housing(c: Car, closer: float, z0: float, z1: float) -> list[tuple[float, f
     ]
 
 
-def _daytime(b: Body, house: Piece, where: tuple[int, str], corners, place: str) -> Piece:
+def _daytime(
+    b: Body,
+    house: Piece,
+    where: tuple[int, str],
+    corners: Sequence[tuple[float, float]],
+    place: str,
+) -> Piece:
     """Cut a daytime running lamp out of a headlamp; return the rest of the headlamp."""
     side, tag = where
     _, ay, z, y = b.at(house)

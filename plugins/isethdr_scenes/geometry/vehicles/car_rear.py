@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..mesh.cutting import cut, polygon
@@ -11,8 +13,11 @@ from .body import Body
 from .car_shapes import Car
 from .wheels import plate
 
+if TYPE_CHECKING:
+    from ..mesh.piece import Piece
 
-def rear(b: Body, c: Car):
+
+def rear(b: Body, c: Car) -> None:
     """Cut tail lamps (tail, brake, indicator, reverse from outside to inside) and diffuser; add the
     attached parts.
     """
@@ -39,7 +44,7 @@ def rear(b: Body, c: Car):
             ("reverse", "lamp_white", 0.91, 1.0),
         ):
 
-            def band(part, f0=f0, f1=f1, s=s):
+            def band(part: Piece, f0: float = f0, f1: float = f1, s: int = s) -> list[np.ndarray]:
                 """Return the values that are all below 0 within the lamp."""
                 _, ay, z, y = b.at(part)
                 t = (z1 - z) / (z1 - z0) if tall else (y1 - ay) / (y1 - y0)

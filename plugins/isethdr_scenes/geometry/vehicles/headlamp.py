@@ -35,7 +35,9 @@ def round_lamp(body: Body, part: Piece | None, shape: RoundLamp) -> Piece | None
     shape : kind, side, place, radius and material of the lamp.
     """
 
-    def beyond(p, r):  # distance outside the circle; the rear of the body never counts
+    def beyond(
+        p: Piece, r: float | np.ndarray
+    ) -> np.ndarray:  # distance outside the circle; the rear of the body never counts
         u, _, z, y = body.at(p)
         return np.maximum(np.hypot(y - shape.centre_m[0], z - shape.centre_m[1]) - r, u - 0.6)
 

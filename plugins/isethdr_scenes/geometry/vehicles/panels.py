@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from ..mesh.cutting import polygon
 from ..mesh.piece import Piece
 from ..mesh.primitives import box, tube
 from .body import Body
+
+if TYPE_CHECKING:
+    from ..mesh.piece import Assembly
 
 FRONT = (1.0, 0.0, 0.0)
 BACK = (-1.0, 0.0, 0.0)
@@ -35,7 +38,7 @@ def cut_region(b: Body, region: Region) -> Piece:
     """Cut a region out of the paint and return it."""
     shape = polygon(region.outline, 0.012)
 
-    def value(part, grow=0.0):
+    def value(part: Piece, grow: float = 0.0) -> np.ndarray:
         u, ay, z, y = b.at(part)
         half = b.shell.width / 2
         if region.face == "front":
@@ -52,7 +55,13 @@ def cut_region(b: Body, region: Region) -> Piece:
     return b.carve(frame, region.name, region.material, value(frame))[0]
 
 
-def mirrors(model, x, half, z, size=(0.10, 0.22, 0.42)):
+def mirrors(
+    model: Assembly,
+    x: float,
+    half: float,
+    z: float,
+    size: tuple[float, float, float] = (0.10, 0.22, 0.42),
+) -> None:
     """Add a mirror on an arm on either side.
 
     Parameters

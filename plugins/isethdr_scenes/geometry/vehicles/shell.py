@@ -5,7 +5,9 @@ In the vehicle files u is the distance from the front end (x = length / 2 - u).
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -39,12 +41,12 @@ class Shell:
     step: float = 0.055
     flare: float = 0.018  # bulge around the wheels
 
-    def profiles(self):
+    def profiles(self) -> tuple[Callable[..., Any], Callable[..., Any]]:
         """Return the roof line and the shoulder line as functions of u."""
         return curve(self.upper, self.soft), curve(self.belt, self.soft)
 
 
-def _half_width(s, u):
+def _half_width(s: Shell, u: np.ndarray) -> np.ndarray:
     out = np.ones_like(u)
     for d, (r, _, share) in ((u, s.front_round), (s.length - u, s.rear_round)):
         t = np.clip(d / r, 0, 1)
@@ -52,7 +54,7 @@ def _half_width(s, u):
     return s.width / 2 * out
 
 
-def _stations(s):
+def _stations(s: Shell) -> np.ndarray:
     a = max(s.front_round[:2])
     ends = a * (1 - np.cos(np.linspace(0, np.pi / 2, 15)))
     b = max(s.rear_round[:2])
@@ -61,7 +63,7 @@ def _stations(s):
     return np.concatenate([ends, mid, rear])
 
 
-def loft(shell: Shell, axles=(), tyre: float = 0.33) -> Piece:
+def loft(shell: Shell, axles: Sequence[float] = (), tyre: float = 0.33) -> Piece:
     """Return the closed skin of a body, with smooth normals; `axles` (u, m) and `tyre` radius make
     it bulge.
 
@@ -126,7 +128,7 @@ def loft(shell: Shell, axles=(), tyre: float = 0.33) -> Piece:
     return grid(full, "body", "paint", close_v=True)
 
 
-def _cap(loop, sign):
+def _cap(loop: np.ndarray, sign: int) -> np.ndarray:
     mid = np.array([loop[0, 0], 0, 0.5 * (loop[:, 2].min() + loop[:, 2].max())])
     k = np.linspace(0, 1, 12)[:-1][:, None, None]
     p = mid + (loop - mid) * k
@@ -134,7 +136,7 @@ def _cap(loop, sign):
     return p
 
 
-def _bulge(s, p, axles, tyre):
+def _bulge(s: Shell, p: np.ndarray, axles: Sequence[float], tyre: float) -> np.ndarray:
     out = np.zeros(p.shape[:2])
     for a in axles:
         r = np.hypot(p[..., 0] - a, p[..., 2] - tyre)
@@ -143,7 +145,7 @@ def _bulge(s, p, axles, tyre):
     return out
 
 
-def _superellipse(n, up, across):
+def _superellipse(n: float, up: int, across: int) -> tuple[np.ndarray, np.ndarray]:
     """Points of y^n + z^n = 1 from (1, 0) to (0, 1), denser towards the corner; without the
     first.
     """

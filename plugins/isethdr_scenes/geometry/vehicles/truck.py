@@ -14,13 +14,13 @@ from .wheels import Wheel, plate, wheel
 
 
 def truck(
-    name="truck",
-    box_length=6.1,
-    box_height=2.45,
-    paint="paint_blue",
-    box_paint="box_white",
-    stripe="paint_orange",
-):
+    name: str = "truck",
+    box_length: float = 6.1,
+    box_height: float = 2.45,
+    paint: str = "paint_blue",
+    box_paint: str = "box_white",
+    stripe: str = "paint_orange",
+) -> Assembly:
     """Return a rigid truck, 8.5 m long with the default box.
 
     Parameters

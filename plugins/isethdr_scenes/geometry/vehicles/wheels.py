@@ -157,7 +157,14 @@ def wheel(shape: Wheel, x: float, y: float, name: str = "wheel") -> list[Piece]:
     return out
 
 
-def plate(x, z, facing, size_m=(0.52, 0.112), ink=7, seed=0):
+def plate(
+    x: float,
+    z: float,
+    facing: int,
+    size_m: tuple[float, float] = (0.52, 0.112),
+    ink: int = 7,
+    seed: int = 0,
+) -> list[Piece]:
     """Return a licence plate with random dark glyphs.
 
     Parameters

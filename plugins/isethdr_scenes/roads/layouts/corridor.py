@@ -26,7 +26,7 @@ TAPER_M = 40.0  # over which lanes narrow before road works
 class Layout:
     """A network, and where the camera's car starts in it."""
 
-    def __init__(self, network: Network, start: LaneKey, start_m: float):
+    def __init__(self, network: Network, start: LaneKey, start_m: float) -> None:
         self.network = network
         self.start = start
         self.start_m = start_m

@@ -38,7 +38,7 @@ class Canvas:
 
     FINER = 2
 
-    def __init__(self, centre: Floats, size_m: float, pixels: int):
+    def __init__(self, centre: Floats, size_m: float, pixels: int) -> None:
         pixels *= self.FINER
         self.image = Image.new("RGB", (pixels, pixels), LAND)
         self.draw = ImageDraw.Draw(self.image)

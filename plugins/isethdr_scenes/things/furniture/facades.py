@@ -36,7 +36,9 @@ class Front:
         """Outward unit vector."""
         return np.array([*self.outward, 0.0], float)
 
-    def at(self, right_m, up_m, out_m=0.0) -> np.ndarray:
+    def at(
+        self, right_m: float | np.ndarray, up_m: float | np.ndarray, out_m: float = 0.0
+    ) -> np.ndarray:
         """Return points (..., 3) to the right of the middle, above the foot, before the wall.
 
         Parameters

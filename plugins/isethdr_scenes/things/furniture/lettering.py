@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 # strokes: points "xy" of a grid 4 wide and 6 high
@@ -42,7 +44,7 @@ SPACING = 6.0  # from one letter to the next, in cells
 WIDTH = 0.95  # of a stroke, in cells
 
 
-def stroke_patches(points, width: float) -> list[np.ndarray]:
+def stroke_patches(points: np.ndarray, width: float) -> list[np.ndarray]:
     """Return a polyline (n, 2) as convex quads (4, 2), each lengthened by half its width."""
     points = np.asarray(points, float)
     patches = []
@@ -55,7 +57,9 @@ def stroke_patches(points, width: float) -> list[np.ndarray]:
     return patches
 
 
-def text_patches(text: str, height: float, middle=(0.0, 0.0)) -> list[np.ndarray]:
+def text_patches(
+    text: str, height: float, middle: Sequence[float] = (0.0, 0.0)
+) -> list[np.ndarray]:
     """Return a line of text as convex quads (4, 2) of (right, up), centred at `middle`.
 
     Parameters

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from ...geometry.mesh.piece import Assembly, Piece, face_areas, flat
 from ...geometry.mesh.primitives import box
 from ...lamps import lamp
 from ..ranges import drawn, generator, read
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 FILE = "furniture.yaml"
 
@@ -31,7 +35,7 @@ def numbers(family: str, variant: int) -> tuple[dict, np.random.Generator]:
     return drawn(family_data(family), rng), rng
 
 
-def boxes(centres, sizes, name: str, material: str) -> Piece:
+def boxes(centres: ArrayLike, sizes: ArrayLike, name: str, material: str) -> Piece:
     """Return boxes as one piece, shaded flat.
 
     Parameters
@@ -51,7 +55,7 @@ def boxes(centres, sizes, name: str, material: str) -> Piece:
     return Piece(name, vertices.reshape(-1, 3), faces.reshape(-1, 3), material, normals)
 
 
-def quads(corners, name: str, material: str) -> Piece:
+def quads(corners: ArrayLike, name: str, material: str) -> Piece:
     """Return quads as one piece, shaded flat.
 
     Parameters
@@ -66,7 +70,7 @@ def quads(corners, name: str, material: str) -> Piece:
     return flat(Piece(name, corners.reshape(-1, 3), faces, material))
 
 
-def shining(piece: Piece, kind: str, axis, candela: float | None = None) -> Piece:
+def shining(piece: Piece, kind: str, axis: ArrayLike, candela: float | None = None) -> Piece:
     """Return the piece as a lamp of that kind.
 
     Its intensity is `candela`; without it, the kind's intensity is that of a square metre.

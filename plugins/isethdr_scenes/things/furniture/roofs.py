@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,7 +85,9 @@ def roof_pieces(roof: Roof, material: str, wall: str) -> list[Piece]:
     return pieces
 
 
-def _triangle(corners, side: int, name: str, material: str) -> Piece:
+def _triangle(
+    corners: Sequence[tuple[float, float, float]], side: int, name: str, material: str
+) -> Piece:
     """Return a triangle that faces to `side` along y."""
     points = np.asarray(corners, float)
     normal = np.cross(points[1] - points[0], points[2] - points[0])

@@ -62,7 +62,7 @@ def extent(name: str, radius_m: float) -> tuple[float, float, float]:
     return float(high[0] - low[0]), float(low[1]), float(high[1])
 
 
-def face(name: str, radius_m: float, at) -> list[Piece]:
+def face(name: str, radius_m: float, at: tuple[float, float, float]) -> list[Piece]:
     """Return the layers of a face that looks along +x.
 
     Parameters
@@ -94,7 +94,7 @@ def _inside(rim: np.ndarray, width: float) -> np.ndarray:
     return rim + (two - one) * (width / sine)[:, None]
 
 
-def _figure(figure: dict, radius_m: float, at) -> list[Piece]:
+def _figure(figure: dict, radius_m: float, at: tuple[float, float, float]) -> list[Piece]:
     material = COLOURS[figure.get("colour", "black")]
     layer = 3 + int(figure.get("layer", 0))
     patches = _patches(figure)
@@ -122,7 +122,14 @@ def _patches(figure: dict) -> list[np.ndarray]:
     return [np.asarray(figure["polygon"], float)]
 
 
-def _panel(corners, at, layer: int, name: str, material: str, back: bool = False) -> Piece:
+def _panel(
+    corners: np.ndarray,
+    at: tuple[float, float, float],
+    layer: int,
+    name: str,
+    material: str,
+    back: bool = False,
+) -> Piece:
     """Return a flat convex piece, the `layer`-th before x, that looks along +x (`back`: -x)."""
     x, y, z = at
     right, up = np.asarray(corners, float).T

@@ -128,7 +128,7 @@ def _candela(kind: str) -> float:
     return KINDS[kind].intensity_cd
 
 
-def _lens(centre, kind: str, outwards_deg: float, name: str) -> Piece:
+def _lens(centre: tuple[float, int, float], kind: str, outwards_deg: float, name: str) -> Piece:
     """Return a lens that faces down, whose beam is turned towards +x."""
     x, y, z = centre
     half_x = LENS_M[0] / 2

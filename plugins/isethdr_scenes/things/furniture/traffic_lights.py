@@ -93,7 +93,7 @@ def build(thing: Thing, detail: Detail) -> Assembly:
     return out.add(*_head((length / 2 - HOOD_M - HEAD_M[0] / 2, end_y, height), sides))
 
 
-def _head(middle, sides: int) -> list[Piece]:
+def _head(middle: tuple[float, float, float], sides: int) -> list[Piece]:
     """Return a housing with three lenses that look along +x, and a hood over each."""
     x, y, z = middle
     front = x + HEAD_M[0] / 2

@@ -5,6 +5,7 @@ Coordinates are those of a head whose joint is the origin, 0.235 m from chin to 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,7 +83,9 @@ class _Place:
     def point(self, x: float, y: float, z: float) -> np.ndarray:
         return self.at + self.scale * np.array([x, y, z])
 
-    def limb(self, a, b, radius_a: float, radius_b: float) -> Limb:
+    def limb(
+        self, a: Sequence[float], b: Sequence[float], radius_a: float, radius_b: float
+    ) -> Limb:
         return Limb(self.point(*a), self.point(*b), self.scale * radius_a, self.scale * radius_b)
 
     def local(self, points: np.ndarray) -> np.ndarray:
