@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
+from isethdr_workflows.dataset.record import SceneRecord
 from isethdr_workflows.paper.fig8_9_networks import (
     CLASSICAL,
     NETWORK,
     RGB,
     RGBW,
+    Filters,
     Found,
+    known_of,
     paper_fig8_9_networks,
     rows_of,
 )
+from isethdr_workflows.training.learned_picture.road_scores import HeldOut
+from isethdr_workflows.training.picture.roads import Road
 
 from isethdr_core.errors import ConfigError
 
@@ -58,6 +64,17 @@ def test_differences_are_paired_by_road_and_cross_where_they_should(score, sign)
 def test_equal_cameras_have_no_crossing():
     same = row(10.0, "ssim", CLASSICAL)
     assert same["difference"] == 0 and math.isnan(same["crossing_lux"])
+
+
+def test_scores_beside_a_model_serve_if_they_are_of_all_illuminances():
+    scores = {"ssim": 0.5, "psnr_db": 20.0, "ciede2000": 5.0}
+    known = {(lux, "a"): HeldOut(lux, "a", scores, scores) for lux in (0.1, 1.0)}
+    filters = Filters(None, [], None, {0.1: {}, 1.0: {}}, known)
+    road = Road(SceneRecord(0, "plain", "a", ()), Path("a"))
+    kept = known_of(RGB, filters, road)
+    assert kept == [Found(RGB, lux, "a", scores, scores) for lux in (0.1, 1.0)]
+    assert known_of(RGB, filters._replace(best={0.1: {}, 3.0: {}}), road) == []
+    assert known_of(RGB, filters, Road(SceneRecord(1, "plain", "b", ()), Path("b"))) == []
 
 
 def test_a_missing_model_is_refused_before_any_work():

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from isethdr_isp import MergeIsp
 from isethdr_workflows.accuracy.isp_cost import Cost
-from isethdr_workflows.training.learned_picture import study
+from isethdr_workflows.training.learned_picture import road_scores, study
 from isethdr_workflows.training.learned_picture.contest import Contest, Shot
 from isethdr_workflows.training.learned_picture.diagram import NETWORK
 from isethdr_workflows.training.learned_picture.settings import (
@@ -85,6 +85,29 @@ def test_a_row_is_the_paired_difference_over_roads():
     assert "nl_means_strength=1.0" in row["best_classical"]
 
 
+def test_a_camera_without_a_network_has_its_classical_picture_and_the_matrix_alone():
+    unknown = dict.fromkeys(SIGNS, math.nan)
+    rows = [compared(name, 1.0)._replace(network=unknown) for name in "abc"]
+    costs = {
+        NETWORK: study.UNKNOWN,
+        Setting(): Cost(1.0, 10.0),
+        **dict.fromkeys(study.FEWER.values(), Cost(0.5, 5.0)),
+    }
+    row = study.row_of(0.1, "psnr_db", rows, Setting(), costs)
+    assert math.isnan(row["network"]) and math.isnan(row["difference"])
+    assert (row["classical"], row["classical_low"], row["matrix_alone"]) == (20.0, 20.0, 20.0)
+    assert row["roads"] == 3
+    every = [
+        row._replace(classical={s: row.classical[Setting()] for s in costs if s != NETWORK})
+        for row in rows
+    ]
+    assert [one.setting for one in study.work(0.1, every, Setting(), costs).points] == [
+        "bilinear",
+        "guided",
+        "best classical",
+    ]
+
+
 def test_the_grid_is_kept(tmp_path):
     search = Search(smooth_score)
     search.best()
@@ -96,6 +119,24 @@ def test_the_grid_is_kept(tmp_path):
     assert best_in(path) == {0.1: search.best()}
     best = max(rows, key=lambda row: float(row["ssim"]))
     assert float(best["strength"]) == WANTED["ssim"][0] and best["lux"] == "0.1"
+
+
+def test_scores_of_roads_are_read_again_for_the_same_model_and_camera_alone(tmp_path):
+    model = tmp_path / "model.onnx"
+    model.write_bytes(b"one")
+    path = tmp_path / road_scores.FILE
+    typed = ["sensor=typical_bayer"]
+    rows = [compared(road, better) for road, better in (("a", 1.0), ("b", 2.0))]
+    every = study.scores_by_road([Contest(None, 0.1)], [rows], [dict.fromkeys(SIGNS, Setting())])
+    made_with = road_scores.made_with(model, typed)
+    assert road_scores.read(path, made_with) == {}
+    road_scores.write(path, made_with, every)
+    found = road_scores.read(path, made_with)
+    assert list(found) == [(0.1, "a"), (0.1, "b")] and list(found.values()) == every
+    assert found[0.1, "b"].network == rows[1].network
+    assert road_scores.read(path, road_scores.made_with(model, [*typed, "lens=ideal"])) == {}
+    model.write_bytes(b"two")
+    assert road_scores.read(path, road_scores.made_with(model, typed)) == {}
 
 
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path):

@@ -16,7 +16,9 @@ from isethdr_core.plugins.registry import build
 
 from ..dataset.study.intervals import mean_over_roads
 from ..detection.levels import crossing
+from ..training.learned_picture import road_scores
 from ..training.learned_picture.contest import Contest, Shot, scores_of
+from ..training.learned_picture.road_scores import HeldOut
 from ..training.learned_picture.settings import GRID_FILE, SIGNS, Scores, Setting, best_in
 from ..training.learned_picture.study import SEED, together
 from ..training.picture.camera import TrainingCamera, camera_of
@@ -34,12 +36,20 @@ SHOWN_LUX = (0.1, 1.0)
 
 
 class Filters(NamedTuple):
-    """A camera with one kind of filters, its network and its best classical settings."""
+    """A camera with one kind of filters, its network and its best classical settings.
+
+    Parameters
+    ----------
+    best : classical settings by illuminance and score.
+    known : scores that the study `learned_picture` has left beside the model, by illuminance and
+        road.
+    """
 
     camera: TrainingCamera
     overrides: list[str]
     network: Any
-    best: dict[float, dict[str, Setting]]  # by illuminance and score
+    best: dict[float, dict[str, Setting]]
+    known: dict[tuple[float, str], HeldOut]
 
 
 class Found(NamedTuple):
@@ -67,7 +77,8 @@ def paper_fig8_9_networks(
     ----------
     overrides : overrides of the config of both cameras, such as the lens.
     rgb, rgbw : ONNX files of `isp=network`; `classical_grid.csv` of the study `learned_picture`
-        stands beside each of them, and names the illuminances.
+        stands beside each of them, and names the illuminances. Its `held_out_scores.csv` of the
+        same model, camera and roads saves the computation.
     sensors : sensors of the two models, separated by a comma.
     dataset : name of a dataset of the home, or the folder of one in another home.
     part : part of the dataset: test, or validation.
@@ -97,10 +108,16 @@ def paper_fig8_9_networks(
     sheet: list[list[Any]] = []
     for road in held_out:
         for name, filters in cameras.items():
+            kept = known_of(name, filters, road)
+            found += kept
+            drawn = bool(picture) and road is at_night
+            if kept and not drawn:
+                continue
             view = lit(road, filters.camera, filters.overrides)
             shots = {lux: Contest(filters.camera, lux).shot(view, SEED) for lux in filters.best}
-            found += together(found_of, [(name, filters, road, *one) for one in shots.items()])
-            if picture and road is at_night:
+            if not kept:
+                found += together(found_of, [(name, filters, road, *one) for one in shots.items()])
+            if drawn:
                 sheet.append([shown(filters, shots[lux]) for lux in shown_lux(shots)])
     rows = rows_of(found)
     if picture:
@@ -137,8 +154,10 @@ def filters_of(rgb: str, rgbw: str, sensors: str, overrides: Sequence[str]) -> d
         camera = camera_of(settings)
         network = build("isp", "network", model=model)
         network.check_shot(camera.sensor.shot_form())
-        best = best_in(Path(model).resolve().parent / GRID_FILE)
-        found[name] = Filters(camera, settings, network, best)
+        beside = Path(model).resolve().parent
+        made_with = road_scores.made_with(Path(model), settings)
+        known = road_scores.read(beside / road_scores.FILE, made_with)
+        found[name] = Filters(camera, settings, network, best_in(beside / GRID_FILE), known)
     levels = [sorted(filters.best) for filters in found.values()]
     if levels[0] != levels[1]:
         raise ConfigError(
@@ -146,6 +165,25 @@ def filters_of(rgb: str, rgbw: str, sensors: str, overrides: Sequence[str]) -> d
             " expected the same illuminances; type isethdr study learned_picture with one lux="
         )
     return found
+
+
+def known_of(name: str, filters: Filters, road: Road) -> list[Found]:
+    """Return the scores of a road that stand beside the model; none unless they are of all
+    illuminances.
+
+    Parameters
+    ----------
+    name : name of the filters, RGB or RGBW.
+    filters : camera with its network and classical settings.
+    road : stored scene.
+    """
+    of_road = road.record.road
+    kept = [filters.known.get((lux, of_road)) for lux in filters.best]
+    return [
+        Found(name, one.lux, of_road, one.network, one.classical)
+        for one in kept
+        if one is not None and None not in kept
+    ]
 
 
 def found_of(name: str, filters: Filters, road: Road, lux: float, shot: Shot) -> Found:

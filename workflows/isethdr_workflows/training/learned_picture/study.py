@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -20,6 +21,7 @@ from ...accuracy.isp_cost import Cost, costs_alone
 from ...dataset.study.intervals import mean_over_roads
 from ..picture.camera import TrainingCamera, camera_of
 from ..picture.roads import TRAIN, Road, lit, roads_of
+from . import road_scores
 from .contest import Contest, Shot, matrix_alone, scores_of
 from .diagram import NETWORK, work_of
 from .settings import GRID, GRID_FILE, SIGNS, Scores, Search, Setting
@@ -33,13 +35,14 @@ FEWER = {
     "guided": Setting("guided", 0.0),
 }
 DRAWN = "ciede2000"
+UNKNOWN = Cost(math.nan, math.nan)
 
 
 class Compared(NamedTuple):
     """Scores of one held-out road at one illuminance."""
 
     road: str
-    network: Scores
+    network: Scores  # NaN without a network
     classical: dict[Setting, Scores]
     matrix_alone: Scores
 
@@ -52,31 +55,35 @@ def learned_picture(
     lux: str = "0.01,0.1,1,10",
     files: str = "",
 ) -> list[dict]:
-    """Return network minus best classical development on held-out roads, with 95 % intervals.
+    """Return network minus best classical development on held-out roads, with 95 % intervals; of a
+    camera without a network, the best classical development and the colour matrix alone.
 
     Parameters
     ----------
     overrides : overrides of the config: the sensor that the model is for, and the lens.
-    model : ONNX file of `isp=network`.
+    model : ONNX file of `isp=network`; empty: the columns of the network hold NaN.
     dataset : name of a dataset of the home, or the folder of one in another home.
     part : part of the dataset: test, or validation.
     lux : mean illuminances of the sensor plane, parted by commas; what is above the 95th
         percentile of a picture counts as that.
     files : folder for `classical_grid.csv`, the scores of all classical settings that were tried on
-        three training roads, and `work_precision.png`, error against CPU seconds, which needs
-        Matplotlib; "" takes the model's own.
+        three training roads, `held_out_scores.csv`, the scores of each road, and
+        `work_precision.png`, error against CPU seconds, which needs Matplotlib; "" takes the
+        model's own.
 
     Returns
     -------
-    rows with lux, score, network, classical, difference with low and high, roads, matrix_alone
-    (no noise, no mosaic: what the colour matrix leaves), CPU seconds and peak memory of one
-    picture, best_classical.
+    rows with lux, score, network, classical with classical_low and classical_high, difference with
+    low and high, roads, matrix_alone (no noise, no mosaic: what the colour matrix leaves), CPU
+    seconds and peak memory of one picture, best_classical.
     """
-    if not model:
-        raise ConfigError("learned_picture needs a model; type model=FILE.onnx")
+    if not (model or files):
+        raise ConfigError(
+            "learned_picture has neither a model nor a folder for its tables; expected one of both;"
+            " type model=FILE.onnx, or files=FOLDER for a camera without a network"
+        )
     camera = camera_of(overrides)
-    network = build("isp", "network", model=model)
-    network.check_shot(camera.sensor.shot_form())
+    network = network_of(model, camera)
     folder = writable(files or str(Path(model).resolve().parent))
     roads = roads_of(dataset)
     held_out = roads.of(part)
@@ -100,6 +107,10 @@ def learned_picture(
             rows.append(scores)
     costs = costs_of(model, shots[-1], {s for of in best for s in of.values()})
     write_grid(folder / GRID_FILE, contests, searches)
+    if model:
+        made_with = road_scores.made_with(Path(model), overrides)
+        rows = scores_by_road(contests, found, best)
+        road_scores.write(folder / road_scores.FILE, made_with, rows)
     if find_spec("matplotlib") is not None:
         works = [
             work(contest.lux, rows, of[DRAWN], costs)
@@ -111,6 +122,40 @@ def learned_picture(
         for contest, rows, of in zip(contests, found, best)
         for score in SIGNS
     ]
+
+
+def scores_by_road(
+    contests: Sequence[Contest],
+    found: Sequence[Sequence[Compared]],
+    best: Sequence[dict[str, Setting]],
+) -> list[road_scores.HeldOut]:
+    """Return the scores of every road, each classical score by its best setting.
+
+    Parameters
+    ----------
+    contests : one for each illuminance.
+    found : scores of the roads, for each contest.
+    best : best settings by score, for each contest.
+    """
+    return [
+        road_scores.HeldOut(
+            contest.lux,
+            row.road,
+            row.network,
+            {score: row.classical[of[score]][score] for score in SIGNS},
+        )
+        for contest, rows, of in zip(contests, found, best)
+        for row in rows
+    ]
+
+
+def network_of(model: str, camera: TrainingCamera) -> Any:
+    """Return the isp that runs a network, checked for the camera; None without a model."""
+    if not model:
+        return None
+    network = build("isp", "network", model=model)
+    network.check_shot(camera.sensor.shot_form())
+    return network
 
 
 def together(call: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
@@ -169,12 +214,15 @@ def compared(road: Road, shot: Shot, network: Any, settings: set[Setting]) -> Co
     ----------
     road : stored scene.
     shot : captures of the road and its true picture.
-    network : isp that runs the network.
+    network : isp that runs the network; None: its scores are NaN.
     settings : classical settings.
     """
+    learned = dict.fromkeys(SIGNS, math.nan)
+    if network is not None:
+        learned = scores_of(network(shot.captures), shot.reference)
     return Compared(
         road.record.road,
-        scores_of(network(shot.captures), shot.reference),
+        learned,
         {setting: mean_scores([shot], setting) for setting in settings},
         scores_of(matrix_alone(shot, "automatic"), shot.reference),
     )
@@ -185,14 +233,16 @@ def costs_of(model: str, shot: Shot, settings: set[Setting]) -> dict[Any, Cost]:
 
     Parameters
     ----------
-    model : file of the network.
+    model : file of the network; empty: its cost is NaN.
     shot : captures that are developed.
     settings : classical settings.
     """
     every = list(settings | set(FEWER.values()))
-    isps = [("merge", setting.fields()) for setting in every]
-    costs = costs_alone([*isps, (NETWORK, {"model": model})], shot.captures)
-    return dict(zip([*every, NETWORK], costs, strict=True))
+    isps: list[tuple[str, dict[str, Any]]] = [("merge", one.fields()) for one in every]
+    if model:
+        isps.append((NETWORK, {"model": model}))
+    costs = costs_alone(isps, shot.captures)
+    return dict(zip([*every, NETWORK], [*costs, *([] if model else [UNKNOWN])], strict=True))
 
 
 def writable(folder: str) -> Path:
@@ -238,16 +288,20 @@ def row_of(
     network = [row.network[score] for row in rows]
     classical = [row.classical[setting][score] for row in rows]
     differences = np.subtract(network, classical).tolist()
-    difference = mean_over_roads(differences, [row.road for row in rows])
+    names = [row.road for row in rows]
+    difference = mean_over_roads(differences, names)
+    alone = mean_over_roads(classical, names)
     return {
         "lux": lux,
         "score": score,
         "network": float(np.mean(network)),
-        "classical": float(np.mean(classical)),
+        "classical": alone.value,
+        "classical_low": alone.low,
+        "classical_high": alone.high,
         "difference": difference.value,
         "low": difference.low,
         "high": difference.high,
-        "roads": difference.roads,
+        "roads": alone.roads,
         "matrix_alone": float(np.mean([row.matrix_alone[score] for row in rows])),
         "network_cpu_s": costs[NETWORK].cpu_s,
         "classical_cpu_s": costs[setting].cpu_s,
@@ -273,7 +327,9 @@ def work(lux: float, rows: Sequence[Compared], best: Setting, costs: dict[Any, C
         for name, s in named.items()
     ]
     network = float(np.mean([row.network[DRAWN] for row in rows]))
-    return work_of(lux, "CIEDE2000", [*points, (NETWORK, network, costs[NETWORK])])
+    if math.isfinite(network):
+        points.append((NETWORK, network, costs[NETWORK]))
+    return work_of(lux, "CIEDE2000", points)
 
 
 def write_grid(path: Path, contests: Sequence[Contest], searches: Sequence[Search]) -> None:

@@ -1,0 +1,76 @@
+"""Scores of held-out roads beside a model: figures of the same roads read them."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from .settings import SIGNS, Scores
+
+FILE = "held_out_scores.csv"
+KEYS = ("model_sha256", "overrides", "lux", "road")
+
+
+class HeldOut(NamedTuple):
+    """Scores of one road at one illuminance.
+
+    Parameters
+    ----------
+    classical : each score by the setting that is best for it.
+    """
+
+    lux: float
+    road: str
+    network: Scores
+    classical: Scores
+
+
+def write(path: Path, made_with: tuple[str, str], rows: Iterable[HeldOut]) -> None:
+    """Write the scores of a model.
+
+    Parameters
+    ----------
+    path : file of the table, CSV.
+    made_with : digest of the model, and the overrides as typed: `made_with`.
+    rows : scores of all roads and illuminances.
+    """
+    columns = [f"{kind}_{score}" for kind in ("network", "classical") for score in SIGNS]
+    with open(path, "w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*KEYS, *columns])
+        for row in rows:
+            values = [*row.network.values(), *row.classical.values()]
+            writer.writerow([*made_with, row.lux, row.road, *values])
+
+
+def made_with(model: Path, overrides: Sequence[str]) -> tuple[str, str]:
+    """Return the digest of a model's file, and the overrides of its camera in one text."""
+    return hashlib.sha256(model.read_bytes()).hexdigest(), " ".join(overrides)
+
+
+def read(path: Path, of: tuple[str, str]) -> dict[tuple[float, str], HeldOut]:
+    """Return scores by illuminance and road; none without the file, or of another model or other
+    overrides.
+
+    Parameters
+    ----------
+    path : file of the table, CSV.
+    of : as `made_with` returns it.
+    """
+    if not path.is_file():
+        return {}
+    found = {}
+    with open(path, newline="") as file:
+        for row in csv.DictReader(file):
+            if (row["model_sha256"], row["overrides"]) != of:
+                return {}
+            network, classical = (
+                {score: float(row[f"{kind}_{score}"]) for score in SIGNS}
+                for kind in ("network", "classical")
+            )
+            one = HeldOut(float(row["lux"]), row["road"], network, classical)
+            found[one.lux, one.road] = one
+    return found
