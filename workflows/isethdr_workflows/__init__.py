@@ -61,6 +61,7 @@ STUDIES = {
 # of these a terminal shows a summary; the file of rows holds all
 SHOWN = {
     "accuracy": "accuracy.summary:by_knob",
+    "detection": "questions.tables:for_people",
     "detector_scores": "detectors.study:of_everything",
     "dirt": "questions.tables:for_people",
     "render_noise": "questions.tables:for_people",

@@ -25,6 +25,7 @@ from isethdr_workflows.detection.page import (
 from isethdr_workflows.detection.questions import BUNDLED, QUESTIONS, question_of
 from isethdr_workflows.detection.recall import recalls
 from isethdr_workflows.detection.results import CurvePoint, Results
+from isethdr_workflows.detection.study import summary
 from isethdr_workflows.detection.tables import (
     Found,
     compared_with,
@@ -156,6 +157,19 @@ def test_the_page_and_the_tables_name_everything():
     assert "2 roads give no interval" in page(two, lines(two.rows)).replace("\n", " ")
 
 
+def test_the_rows_of_the_command_hold_both_measures_with_their_intervals():
+    told = [
+        replace(row, told_apart=0.5 + row.found / 2) for row in rows([0.2, 0.6, 0.4], [0.4] * 3)
+    ]
+    of = {(row["table"], row["camera"]): row for row in summary(results(told))}
+    one, two = (of["light and distance", camera] for camera in "ab")
+    assert one["row"] == "night, 30 to 60 m" and one["found"] == pytest.approx(0.4)
+    assert one["told_apart"] == pytest.approx(0.7) and math.isnan(one["told_apart_less_first"])
+    # differences of 0.1, -0.1, 0: Student 4.303 times 0.1 over the root of 3
+    assert two["told_apart_less_first"] == pytest.approx(0.0)
+    assert two["told_apart_less_first_high"] == pytest.approx(4.303 * 0.1 / 3**0.5, rel=1e-3)
+
+
 def test_a_curve_is_drawn_with_its_crossing():
     asked = replace(QUESTIONS["dark"], levels=(0.1, 1.0))
     points = [CurvePoint(c, x, x / 2, 0.0, x, 3, 3) for c in "ab" for x in (0.1, 1.0)]
@@ -167,6 +181,28 @@ def test_a_curve_is_drawn_with_its_crossing():
     assert "crossing,level,a,,,0.3162" in means_csv(cells, [])
     assert "| 0.1 | 3 | 0.900 (" in markdown(cells, []).partition("Counted:")[2]
     assert "told apart,0.1,b,3,3,0.9" in means_csv(cells, [])
+
+
+def test_curves_of_many_cameras_stand_below_each_other():
+    """At most 105 columns of text with names of 25 letters."""
+    asked = replace(QUESTIONS["dark"], levels=(0.1, 1.0, 3.0))
+    names = [f"typical_split_pixel_{k}_bit" for k in range(16)]
+    objects = {0.1: 3, 1.0: 3, 3.0: 2}  # the highest level that most objects reach is 1 lux
+    points = [
+        CurvePoint(name, x, 0.5, 0.25, 0.75, count, 3, 0.125, 0.0, 0.25)
+        for name in names
+        for x, count in objects.items()
+    ]
+    cells = replace(results([]), asked=asked, cameras=tuple(names), curve=tuple(points))
+    both = {names[0]: crossing((0.1, 1.0), np.array([[0.2, 0.8]] * 3), ["1", "2", "3"], 0.5)}
+    cells = replace(cells, counted_curve=tuple(points), crossings=both, counted_crossings=both)
+    text = markdown(cells, [])
+    row = (
+        f"| {names[0]} | 0.316 (0.316 to 0.316) | 0.316 (0.316 to 0.316) | 0.125 (0.000 to 0.250) |"
+    )
+    assert row in text and "told apart at 1 lux, less" in text
+    assert f"| {names[1]} | 3 | 2 | 0.500 (0.250 to 0.750) | 0.500 (0.250 to 0.750) |" in text
+    assert max(len(line) for line in text.splitlines() if line.startswith("| typ")) <= 105
 
 
 def test_the_question_of_darkness_asks_all_bundled_sensors():

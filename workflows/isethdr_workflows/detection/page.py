@@ -35,6 +35,7 @@ TOO_MANY = 2.0  # false alarms counted over those stated
 OVERSTATED = 0.05  # share of objects
 
 
+MOST_ABREAST = 4  # cameras whose columns stand beside each other in Markdown
 COUNTED_TABLES = ("all", "class", "light")  # of which counting has tables of its own
 BESIDE_TABLES = ("all", "class", "light", "distance")  # with d' of noise, transfer and recall
 
@@ -185,7 +186,12 @@ def drawing(results: Results) -> dict[str, object]:
 
 
 def markdown(results: Results, tables: Sequence[Line]) -> str:
-    """Return the main table as Markdown, and what counting says of it."""
+    """Return the main table as Markdown, and what counting says of it; curves of many cameras stand
+    below each other.
+    """
+    if results.curve and len(results.cameras) > MOST_ABREAST:
+        both = (_crossing_table(results), _level_table(results))
+        return "\n".join([_markdown(*both[0]), counted_text(results), _markdown(*both[1])])
     if results.curve:
         main = _curve_table(results, results.curve, results.crossings)
         beside = _curve_table(results, results.counted_curve, results.counted_crossings)
@@ -240,6 +246,47 @@ def _lines_table(results: Results, tables: Sequence[Line]) -> tuple[list[str], l
     return head, rows
 
 
+def _unit(results: Results) -> str:
+    return "lux on the object" if results.asked.unit == "object_lux" else "lux on the sensor"
+
+
+def _crossing_table(results: Results) -> tuple[list[str], list[list[str]]]:
+    """Return, for each camera, the levels at which it loses, and the pairs that it tells apart less
+    the first camera, at the highest level of those that most objects reach.
+    """
+    first = results.cameras[0]
+    counted_of = {(one.camera, one.level): one for one in results.counted_curve}
+    most = max(one.objects for one in results.counted_curve)
+    level = max(one.level for one in results.counted_curve if one.objects == most)
+    rows = []
+    for camera in results.cameras:
+        key = camera if results.asked.unit == "object_lux" else f"{first} over {camera}"
+        crossings = (results.crossings.get(key), results.counted_crossings.get(key))
+        cells = ["–" if one is None else crossing_text(one) for one in crossings]
+        rows.append([camera, *cells, less_text(counted_of[camera, level])])
+    unit = _unit(results)
+    head = ["camera", f"{unit}: half found", f"{unit}: three quarters of pairs told apart"]
+    if results.asked.unit != "object_lux":
+        head = ["camera", f"{unit}: found as often", f"{unit}: told apart as often"]
+    return [*head, f"told apart at {level:g} lux, less {first}"], rows
+
+
+def _level_table(results: Results) -> tuple[list[str], list[list[str]]]:
+    """Return the share found and the pairs told apart by each camera at each level."""
+    counted_of = {(one.camera, one.level): one for one in results.counted_curve}
+    rows = [
+        [
+            one.camera,
+            f"{one.level:g}",
+            str(one.objects),
+            found_text(one),
+            found_text(counted_of[one.camera, one.level]),
+        ]
+        for one in results.curve
+    ]
+    return ["camera", _unit(results), "objects", "found", "told apart"], rows
+
+
 def beside_text(known: Sequence[Recall]) -> str:
     """Return what the columns of the table of d', contrast transfer and recall hold.
 
@@ -284,7 +331,6 @@ def d_text(mean: Mean) -> str:
 def _curve_table(
     results: Results, curve: Sequence[CurvePoint], crossings: Mapping[str, Crossing]
 ) -> tuple[list[str], list[list[str]]]:
-    unit = "lux on the object" if results.asked.unit == "object_lux" else "lux on the sensor"
     by_level: dict[float, list[CurvePoint]] = {}
     for point in curve:
         by_level.setdefault(point.level, []).append(point)
@@ -302,7 +348,7 @@ def _curve_table(
         for name, one in crossings.items()
     ]
     less = [f"{name} less {results.cameras[0]}" for name in results.cameras[1:]]
-    return [unit, "objects", *results.cameras, *less], rows
+    return [_unit(results), "objects", *results.cameras, *less], rows
 
 
 def found_text(point: CurvePoint) -> str:

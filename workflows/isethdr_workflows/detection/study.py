@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,8 @@ from isethdr_core.storage.object_home.calls import kept_here
 
 from ..dataset.generate import Generated, generated
 from ..dataset.record import SceneRecord, read_dataset
-from ..dataset.study.intervals import mean_over_roads
+from ..dataset.study.intervals import Mean, mean_over_roads
+from ..questions.tables import columns
 from .exposing import even
 from .frame import CLASSES, Frame, Thing, kind_of, noisier
 from .imaging import (
@@ -39,7 +40,8 @@ from .threads import at_once
 
 RENDERED = ", rendered without"  # after the name of a camera
 NOISIER = ", twice the render noise"
-PRINTED = ("all", "class", "light")  # tables
+PRINTED = ("all", "class", "light", "light and distance")  # tables
+NOTHING = Mean(math.nan, math.nan, math.nan, 0, 0)
 MOST_FACTOR = 10.0  # light is scaled this much beyond the levels, because objects differ
 
 
@@ -425,21 +427,54 @@ def summary(results: Results) -> list[dict]:
     of light. The CSV file holds all tables.
     """
     if results.asked.levels:
-        return [vars(point) for point in results.curve]
-    return [
-        {
-            "table": line.table,
-            "row": line.name,
-            "camera": camera,
-            "objects": line.objects,
-            "found": line.means[k].value,
-            "low": line.means[k].low,
-            "high": line.means[k].high,
-            "noise_only": line.noise_only[k],
-            "median_d": line.median_d[k],
-            "contrast_transfer": line.transfer[k].value,
+        return _curve_rows(results)
+    told_apart = {(line.table, line.name): line for line in lines(counted(results.rows))}
+    rows = []
+    for line in lines(results.rows):
+        if line.table not in PRINTED:
+            continue
+        pairs = told_apart.get((line.table, line.name))
+        for k, camera in enumerate(results.cameras):
+            row: dict[str, Any] = {
+                "table": line.table,
+                "row": line.name,
+                "camera": camera,
+                "objects": line.objects,
+            }
+            row |= columns("found", line.means[k])
+            row |= columns("told_apart", pairs.means[k] if pairs else NOTHING)
+            less = pairs.differences[k - 1] if pairs and k else NOTHING
+            row |= columns("told_apart_less_first", less)
+            row |= columns("noise_only_d", line.noise_only_d[k])
+            row |= columns("contrast_transfer", line.transfer[k])
+            rows.append(row | {"noise_only": line.noise_only[k], "median_d": line.median_d[k]})
+    return rows
+
+
+def _curve_rows(results: Results) -> list[dict]:
+    """Return the rows of curves: share found and pairs told apart at each level."""
+    told_apart = {(one.camera, one.level): one for one in results.counted_curve}
+    rows = []
+    for one in results.curve:
+        pairs = told_apart[one.camera, one.level]
+        row: dict[str, Any] = {
+            "camera": one.camera,
+            "level": one.level,
+            "objects": one.objects,
+            "roads": one.roads,
         }
-        for line in lines(results.rows)
-        if line.table in PRINTED
-        for k, camera in enumerate(results.cameras)
-    ]
+        row |= {"found": one.found, "found_low": one.low, "found_high": one.high}
+        row |= {
+            "told_apart": pairs.found,
+            "told_apart_low": pairs.low,
+            "told_apart_high": pairs.high,
+        }
+        rows.append(
+            row
+            | {
+                "told_apart_less_first": pairs.difference,
+                "told_apart_less_first_low": pairs.difference_low,
+                "told_apart_less_first_high": pairs.difference_high,
+            }
+        )
+    return rows
