@@ -23,8 +23,10 @@ from isethdr_workflows.training.picture.settings import Settings
 from isethdr_workflows.training.picture.sheets import Patches
 from isethdr_workflows.training.torch_library import torch
 
+from isethdr_core import generator
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.onnx_session import open_session
+from isethdr_core.plugins.registry import build
 
 TINY = {"pictures": 3, "picture_px": 48, "patch_px": 48, "batch": 2, "checks": 3}
 BAYER = ["sensor=bayer"]
@@ -252,6 +254,28 @@ def test_captures_apart_are_joined_by_the_network():
     assert inputs[0].shape == (1, 3, 32, 48)
     xyz, variance = network(*inputs)
     assert xyz.shape == variance.shape == (1, 3, 32, 48)
+
+
+def test_a_network_that_joins_captures_is_trained_written_and_run(own_home):
+    """From settings to a picture of a shot of all captures; six steps say nothing of quality."""
+    typed = ["sensor=split_pixel"]
+    run = training.trained(settings(captures="apart"), typed, lambda line: None)
+    recipe = training.recipe_text(run.settings, typed)
+    result = finish.finished(run, recipe, lambda line: None)
+    assert result.difference <= export.AGREEMENT
+    session = open_session(result.model, feature="a test")
+    names = list(camera_of(typed).captures)
+    assert len(names) > 1 and json.loads(session.metadata["isethdr"])["captures"] == names
+    isp = build("isp", "network", model=str(result.model))
+    sensor = build("sensor", "split_pixel", rows=SIDE, columns=SIDE)
+    isp.check_shot(sensor.shot_form())
+    scene = build("scene", "uniform", width=SIDE, height=SIDE, luminance_cd_m2=20.0)()
+    mixed = build("lighting", "ideal")(scene)
+    focal_mm = SIDE * 1e-3 * sensor.pitch_um / mixed.attrs["field_width"]
+    light = build("lens", "ideal", focal_length_mm=focal_mm, falloff="none")(mixed)
+    picture = isp(sensor(light, generator(1)))
+    # the fitted start alone gives the light of an even grey within 20 %
+    assert float(picture.xyz.values[8:-8, 8:-8, 1].mean()) == pytest.approx(20.0, rel=0.2)
 
 
 def test_a_view_loss_is_said_in_the_card(own_home):
