@@ -4,6 +4,8 @@ reasons.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ..config.composition import compose
 from ..motion.run_time import sub_frame_work
 from ..pipeline import memory_estimate, runtime_estimate
@@ -15,7 +17,7 @@ from .terminal import console as open_console
 from .terminal import print_text
 
 
-def print_plan(overrides) -> None:
+def print_plan(overrides: Sequence[str]) -> None:
     """Print the stages that a run would compute, the stored results, and the omissions with their
     reasons.
     """

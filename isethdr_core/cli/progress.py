@@ -7,19 +7,23 @@ terminal, nothing is shown or imported. Work of less than two seconds is not sho
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
+from typing import TYPE_CHECKING, Any
 
 from .terminal import console
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 SHOWN_AFTER_S = 2.0
 _is_hidden = ContextVar("is_hidden", default=False)
 
 
 @contextmanager
-def hidden():
+def hidden() -> Iterator[None]:
     """Show nothing of the stages in the block: the jobs of a sweep have one line together."""
     before = _is_hidden.set(True)
     try:
@@ -29,7 +33,7 @@ def hidden():
 
 
 @contextmanager
-def shown(title: str, total: float | None = None):
+def shown(title: str, total: float | None = None) -> Iterator[Callable[[], None]]:
     """Show `title` and the seconds it takes while the block runs; yield a function that counts one
     part of `total` as done.
     """
@@ -64,7 +68,7 @@ def track(items: Iterable, title: str, total: int | None = None) -> Iterator:
 
 
 @cache
-def _display():
+def _display() -> Progress:
     """Return the one display of this process: rich draws nested stages and bars below each
     other.
     """
@@ -80,7 +84,7 @@ def _display():
     class Late(Progress):
         """Tasks show once they have taken a while, so that quick stages do not flicker."""
 
-        def get_renderables(self):
+        def get_renderables(self) -> Iterator[Any]:
             yield self.make_tasks_table(
                 [t for t in self.tasks if (t.elapsed or 0.0) > SHOWN_AFTER_S]
             )

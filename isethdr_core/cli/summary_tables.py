@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
-from typing import Any, TypeVar
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rich.table import Table
 
@@ -17,10 +17,16 @@ from ..uncertainty.ledger import Row
 from .terminal import console as open_console
 from .terminal import print_path, print_text, text_width
 
+if TYPE_CHECKING:
+    from ..pipeline.memory_estimate import Expected
+    from ..runs.run import Result
+    from ..uncertainty.error_terms import ErrorTerm
+    from ..uncertainty.ledger import Ledger, LeftOut
+
 Key = TypeVar("Key")
 
 
-def print_result(result) -> None:
+def print_result(result: Result) -> None:
     """Print the ledger, the scores of the cameras side by side, and the paths of store and
     report."""
     console = open_console()
@@ -74,14 +80,14 @@ def target_texts(targets: dict[str, Any]) -> list[str]:
     return texts
 
 
-def remarks(result) -> list[str]:
+def remarks(result: Result) -> list[str]:
     """Return remarks on the scores: cameras whose shares of valid pixels differ."""
     unlike = unlike_shares(result.scores)
     frame = shares_remark(unlike[""]) if "" in unlike else ""
     return [remark for remark in (frame, objects_remark(unlike)) if remark]
 
 
-def print_statements(ledger) -> None:
+def print_statements(ledger: Ledger) -> None:
     """Print every error and omission that the stages of a ledger state, one paragraph for each.
 
     A table with columns for both would need a terminal of 200 columns.
@@ -97,7 +103,7 @@ def print_statements(ledger) -> None:
                 print_text(text, indent="  ", hanging="      ")
 
 
-def ledger_table(ledger, expected: dict | None = None) -> Table:
+def ledger_table(ledger: Ledger, expected: dict | None = None) -> Table:
     """Return stage, seconds, `expected` seconds, peak memory, the largest stated error and the
     number of omissions; all metrics of one camera are one row.
     """
@@ -125,7 +131,7 @@ def ledger_table(ledger, expected: dict | None = None) -> Table:
     return table
 
 
-def metrics_together(ledger) -> list:
+def metrics_together(ledger: Ledger) -> list:
     """Return the rows with all metrics of one camera in one, so that the table of a run fits a
     screen.
     """
@@ -188,7 +194,7 @@ def runtime_estimate_table(expected: dict) -> Table:
     return table
 
 
-def memory_text(peak) -> str:
+def memory_text(peak: Expected) -> str:
     """Return the expected peak memory of a run, with its parts from the largest on.
 
     Parameters
@@ -205,7 +211,7 @@ def memory_text(peak) -> str:
     )
 
 
-def worst_text(notes) -> str:
+def worst_text(notes: Sequence[Any]) -> str:
     """Return the largest error that is comparable with the first one, and how many more there
     are.
     """
@@ -222,7 +228,7 @@ def worst_text(notes) -> str:
     return f"{worst.value:.3g}{_after_value(worst.unit)} ({worst.how}){more}"
 
 
-def error_text(note) -> str:
+def error_text(note: ErrorTerm) -> str:
     """Return one stated error as text: value, unit, how it is known, and its label."""
     label = f": {note.label}" if note.label else ""
     return f"{note.value:.3g}{_after_value(note.unit)} ({note.how}){label}"
@@ -233,13 +239,13 @@ def _after_value(unit: str) -> str:
     return "" if unit == "1" else f" {unit}"
 
 
-def omission_text(omission) -> str:
+def omission_text(omission: LeftOut) -> str:
     """Return one omission as text: what, why, and the largest change that it can make."""
     bound = f"{omission.bound:.3g} {omission.unit}".rstrip()
     return f"{omission.what}: {omission.why} (bound {bound})"
 
 
-def score_table(result) -> Table:
+def score_table(result: Result) -> Table:
     """Return one row per metric of the whole picture and one column per camera. The report also has
     scores of objects.
     """

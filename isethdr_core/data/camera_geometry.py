@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -22,6 +22,13 @@ from ..physics.optics import distortion as maps
 from ..physics.optics import projection as projections
 from ..physics.resampling.overlap import borders, overlap_areas
 from .quantities import tile_pitch
+
+if TYPE_CHECKING:
+    from scipy.sparse._csr import csr_array
+
+    from ..physics.optics.distortion import AngleTable, BrownConrady, KannalaBrandt, OnAngles
+
+    DistortionMap: TypeAlias = "AngleTable | BrownConrady | KannalaBrandt | OnAngles | Identity"
 
 # attributes of the lines of sight of pixels: sensor and isp pass them on
 PLACES = (
@@ -47,18 +54,20 @@ EDGE_POINTS = 65  # along each side of a box
 class Identity:
     """A lens that keeps the grid."""
 
-    def forward(self, x, y):
+    def forward(
+        self, x: float | np.ndarray, y: float | np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return (x, y)."""
         return np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
 
     inverse = forward
 
-    def area_ratio(self, x, y):
+    def area_ratio(self, x: float | np.ndarray, y: float | np.ndarray) -> np.ndarray:
         """Return 1 everywhere."""
         return np.ones(np.broadcast_shapes(np.shape(x), np.shape(y)))
 
 
-def projection_of(data) -> str:
+def projection_of(data: xr.DataArray | xr.Dataset) -> str:
     """Return the projection of a field, by its attribute; 'tangent' where none is stated. UnitError
     for an unknown one.
     """
@@ -71,7 +80,9 @@ def projection_of(data) -> str:
     return projection
 
 
-def distortion_map(distortion, projection: str = "tangent"):
+def distortion_map(
+    distortion: str | dict[str, float | str] | None, projection: str = "tangent"
+) -> DistortionMap:
     """Return the map of {model: brown_conrady | kannala_brandt | table, its numbers...}, or
     `Identity` for none.
 
@@ -89,7 +100,7 @@ def distortion_map(distortion, projection: str = "tangent"):
 
 
 @lru_cache(maxsize=32)
-def _map(text, projection):
+def _map(text: str, projection: str) -> Any:
     parameters = json.loads(text)
     if not parameters:
         return Identity()
@@ -117,7 +128,7 @@ def _map(text, projection):
     return maps.on_projection(lens, projection)
 
 
-def _numbers(model: str, key: str, value):
+def _numbers(model: str, key: str, value: float | list[float]) -> float | tuple[float, ...]:
     """Return a number, or the tuple of a list of numbers, as a distortion model takes it."""
     for number in value if isinstance(value, list) else [value]:
         plain = isinstance(number, (int, float)) and not isinstance(number, bool)
@@ -130,14 +141,16 @@ def _numbers(model: str, key: str, value):
     return tuple(map(float, value)) if isinstance(value, list) else float(value)
 
 
-def map_of(data):
+def map_of(data: xr.DataArray | xr.Dataset) -> DistortionMap:
     """Return the map from field coordinates to the sensor that the attributes of light, captures or
     a picture state.
     """
     return distortion_map(data.attrs.get("distortion"), projection_of(data))
 
 
-def relative_illumination(attrs, x, y) -> np.ndarray:
+def relative_illumination(
+    attrs: dict[str, Any], x: float | np.ndarray, y: float | np.ndarray
+) -> np.ndarray:
     """Return the irradiance of a uniform scene over throughput x radiance, at sensor positions in
     focal lengths (broadcast).
 
@@ -162,7 +175,7 @@ def relative_illumination(attrs, x, y) -> np.ndarray:
     return (projections.cos4(u, v, projection) if kind == "cos4" else 1.0) / lens.area_ratio(u, v)
 
 
-def table_values(table, angle_deg) -> np.ndarray:
+def table_values(table: dict[str, list[float]], angle_deg: np.ndarray) -> np.ndarray:
     """Return values of {angle_deg, relative} at angles: monotone cubic in the angle; ConfigError
     beyond the table's end.
     """
@@ -178,7 +191,13 @@ def table_values(table, angle_deg) -> np.ndarray:
     return PchipInterpolator(angles, values)(np.minimum(angle_deg, angles[-1]))
 
 
-def field_areas(lens, x_in, y_in, x_out, y_out):
+def field_areas(
+    lens: DistortionMap,
+    x_in: np.ndarray,
+    y_in: np.ndarray,
+    x_out: np.ndarray,
+    y_out: np.ndarray,
+) -> csr_array:
     """Return the (sensor tile, field tile) matrix of shared areas, in field coordinates. The last
     two results are kept in the process.
 
@@ -196,7 +215,7 @@ def field_areas(lens, x_in, y_in, x_out, y_out):
 
 
 @lru_cache(maxsize=2)
-def _areas(lens, *grids):
+def _areas(lens: DistortionMap, *grids: bytes) -> csr_array:
     return overlap_areas(
         *(np.frombuffer(g) for g in grids[:2]), lens, *(np.frombuffer(g) for g in grids[2:])
     )
@@ -256,7 +275,13 @@ def mean_over_pixels(
     return means.reshape(*np.shape(tiles)[:-2], len(y), len(x))
 
 
-def _widened(lens, x_in, y_in, x_out, y_out):
+def _widened(
+    lens: DistortionMap,
+    x_in: np.ndarray,
+    y_in: np.ndarray,
+    x_out: np.ndarray,
+    y_out: np.ndarray,
+) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray], int]:
     """Return the borders with as many tiles more on every side of the field as the sensor's tiles
     reach beyond it, and how many that are.
     """
@@ -277,7 +302,13 @@ def _widened(lens, x_in, y_in, x_out, y_out):
     return (x_in, y_in, x_out, y_out), more
 
 
-def box_on_sensor(lens, left, top, right, bottom) -> tuple[float, float, float, float]:
+def box_on_sensor(
+    lens: DistortionMap,
+    left: float,
+    top: float,
+    right: float,
+    bottom: float,
+) -> tuple[float, float, float, float]:
     """Return (left, top, right, bottom) in focal lengths of the smallest box around the image of a
     rectangle of the field.
 

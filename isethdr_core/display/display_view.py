@@ -13,7 +13,7 @@ import struct
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,10 @@ from ..extras import needed
 from ..physics.colour.colour_spaces import linear_srgb, srgb_encode
 from .tone_mapping import OPERATORS
 from .white_balance import balanced
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import ArrayLike
 
 # a lamp is brighter than this times the 95th percentile; the whitest snow is 30 times asphalt
 LAMP_MULTIPLE = 100.0
@@ -33,7 +37,7 @@ SATURATION_GAIN = 2.3892
 SATURATION_EXPONENT = 0.8552
 
 
-def lamp_mask(luminance) -> np.ndarray:
+def lamp_mask(luminance: np.ndarray) -> np.ndarray:
     """Return which pixels (y, x) are lamps: brighter than 100 times the 95th percentile of
     `luminance`.
     """
@@ -41,7 +45,7 @@ def lamp_mask(luminance) -> np.ndarray:
     return y > LAMP_MULTIPLE * max(float(np.percentile(y, LAMP_PERCENTILE)), 0.0)
 
 
-def white_cd_m2(truth, lamps=None) -> float:
+def white_cd_m2(truth: np.ndarray | xr.Dataset, lamps: np.ndarray | None = None) -> float:
     """Return the luminance shown as white: the 99th percentile of the truth without its lamps.
 
     Parameters
@@ -58,7 +62,7 @@ def white_cd_m2(truth, lamps=None) -> float:
     return white if white > 0 else float(y.max()) if y.max() > 0 else 1.0
 
 
-def white_pixels(luminance, lamps=None) -> np.ndarray:
+def white_pixels(luminance: np.ndarray, lamps: np.ndarray | None = None) -> np.ndarray:
     """Return the pixels (y, x) whose percentile is the white: all but the lamps, or all if there
     are only lamps; parameters as `white_cd_m2`.
     """
@@ -66,7 +70,7 @@ def white_pixels(luminance, lamps=None) -> np.ndarray:
     return ~mask if not mask.all() else np.ones(mask.shape, bool)
 
 
-def luminance(picture) -> np.ndarray:
+def luminance(picture: np.ndarray | xr.Dataset) -> np.ndarray:
     """Return Y (y, x) in cd/m2 of a picture Dataset, an xyz array (y, x, 3) or a luminance array
     (y, x).
     """
@@ -83,7 +87,7 @@ def luminance(picture) -> np.ndarray:
     )
 
 
-def tone(relative, compression: float = COMPRESSION) -> np.ndarray:
+def tone(relative: np.ndarray, compression: float = COMPRESSION) -> np.ndarray:
     """Return displayed luminance 0..1 from luminance relative to white: log(1 + a t) / log(1 + a),
     t clipped to 0..1.
 
@@ -95,7 +99,7 @@ def tone(relative, compression: float = COMPRESSION) -> np.ndarray:
     return t if compression == 0 else np.log1p(compression * t) / np.log1p(compression)
 
 
-def saturation(relative, compression: float = COMPRESSION) -> np.ndarray:
+def saturation(relative: np.ndarray, compression: float = COMPRESSION) -> np.ndarray:
     """Return the share of colour to keep at each tone, 0..1. A picture compressed by `tone` then
     looks as colourful as the light.
 
@@ -116,11 +120,11 @@ def saturation(relative, compression: float = COMPRESSION) -> np.ndarray:
 
 
 def display(
-    picture,
+    picture: xr.Dataset,
     white_cd_m2: float,
     compression: float = COMPRESSION,
     operator: str = "global",
-    white_xyz=None,
+    white_xyz: ArrayLike | None = None,
     natural_colour: bool = False,
 ) -> np.ndarray:
     """Return the picture as a display would show it: uint8 sRGB (y, x, 3).
@@ -162,11 +166,11 @@ def _within_gamut(linear: np.ndarray, grey: np.ndarray) -> np.ndarray:
 
 
 def _displayed(
-    picture,
+    picture: xr.Dataset,
     white_cd_m2: float,
     compression: float,
     operator: str = "global",
-    white_xyz=None,
+    white_xyz: ArrayLike | None = None,
     natural_colour: bool = False,
 ) -> np.ndarray:
     """Return sRGB code values 0..1 (y, x, 3); arguments as `display`."""
@@ -196,8 +200,11 @@ def _displayed(
 
 
 def false_colour(
-    luminance_cd_m2, low: float | None = None, high: float | None = None, colormap: str = "inferno"
-):
+    luminance_cd_m2: np.ndarray,
+    low: float | None = None,
+    high: float | None = None,
+    colormap: str = "inferno",
+) -> tuple[np.ndarray, tuple[float, float]]:
     """Return luminance as colours on a logarithmic scale.
 
     Parameters
@@ -225,7 +232,7 @@ def false_colour(
     return matplotlib.colormaps[colormap](position, bytes=True)[..., :3], (low, high)
 
 
-def write_exr(picture, path, primaries: str = "xyz") -> Path:
+def write_exr(picture: np.ndarray | xr.Dataset, path: Path, primaries: str = "xyz") -> Path:
     """Write a picture as OpenEXR, float32, linear, cd/m2, negative estimates kept; return the path.
 
     Parameters
@@ -267,8 +274,8 @@ class ToneMapping:
 
 
 def write_png(
-    picture,
-    path,
+    picture: xr.Dataset,
+    path: Path,
     shown_white_cd_m2: float | None = None,
     transfer: str = "srgb",
     tone_mapping: ToneMapping = ToneMapping(),
@@ -326,7 +333,7 @@ def write_png(
     return path
 
 
-def pq_encode(cd_m2) -> np.ndarray:
+def pq_encode(cd_m2: float | np.ndarray) -> np.ndarray:
     """Return PQ code values 0..1 of absolute light, clipped to 0..10 000 cd/m2 (SMPTE ST 2084:2014,
     eq. 5.2).
     """
@@ -334,7 +341,7 @@ def pq_encode(cd_m2) -> np.ndarray:
     return ((3424 / 4096 + 2413 / 128 * y) / (1 + 2392 / 128 * y)) ** (2523 / 32)
 
 
-def _xyz(picture) -> np.ndarray:
+def _xyz(picture: xr.Dataset) -> np.ndarray:
     values = np.asarray(picture["xyz"].values if hasattr(picture, "data_vars") else picture, float)
     if values.ndim != 3 or values.shape[-1] != 3:
         raise UnitError(

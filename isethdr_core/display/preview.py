@@ -10,11 +10,17 @@ averaging loses part of it (docs/explanation/accuracy.md).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..data.quantities import check_scene_form
 from ..errors import UnitError
 from ..physics.photometry import xyz
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 REACH = 5  # tiles to each side that are searched for similar ones
 PATCH = 3  # side of the surroundings that are compared, tiles
@@ -26,7 +32,7 @@ DISTANCE = 0.1  # relative difference of two distances at which a weight has fal
 FAR = 1e6
 
 
-def tristimulus(scene) -> np.ndarray:
+def tristimulus(scene: xr.Dataset) -> np.ndarray:
     """Return X, Y, Z (light_group, 3, y, x) of scene radiance, cd/m2."""
     check_scene_form(scene)
     return np.stack(
@@ -37,7 +43,7 @@ def tristimulus(scene) -> np.ndarray:
     )
 
 
-def denoised(scene) -> np.ndarray:
+def denoised(scene: xr.Dataset) -> np.ndarray:
     """Return X, Y, Z (light_group, 3, y, x) of scene radiance with less noise, cd/m2; each group by
     itself.
 
@@ -59,7 +65,7 @@ def denoised(scene) -> np.ndarray:
     )
 
 
-def guides(scene):
+def guides(scene: xr.Dataset) -> Callable[[Any, Any], np.ndarray | float]:
     """Return a function of two windows of the frame (slices): the weight, 0 to 1, with which their
     labels allow tiles to be averaged.
     """
@@ -67,7 +73,7 @@ def guides(scene):
         name: scene[name].values for name in ("instance", "normal", "distance") if name in scene
     }
 
-    def similarity(p, q):
+    def similarity(p: Any, q: Any) -> np.ndarray | float:
         weight = 1.0
         if "instance" in lookup:
             weight = weight * (lookup["instance"][p] == lookup["instance"][q])
@@ -87,7 +93,9 @@ def guides(scene):
     return similarity
 
 
-def averaged(xyz, noise, similarity) -> np.ndarray:
+def averaged(
+    xyz: np.ndarray, noise: np.ndarray, similarity: Callable[[Any, Any], np.ndarray | float]
+) -> np.ndarray:
     """Return X, Y, Z (3, y, x) of one light group, each tile averaged with similar tiles around it.
 
     Parameters

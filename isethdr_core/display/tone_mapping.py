@@ -8,6 +8,8 @@ not darken the other.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..physics.colour.colour_spaces import srgb_decode, srgb_encode
@@ -32,7 +34,7 @@ DARKEST = 1e-5
 BRIGHTEST = 1e3
 
 
-def exposure_fusion(relative) -> np.ndarray:
+def exposure_fusion(relative: np.ndarray) -> np.ndarray:
     """Return displayed linear luminance 0..1 (y, x): exposures of the picture blended where each
     shows most.
 
@@ -61,7 +63,7 @@ def exposure_fusion(relative) -> np.ndarray:
     return srgb_decode(_collapsed(blended))
 
 
-def local_laplacian(relative) -> np.ndarray:
+def local_laplacian(relative: np.ndarray) -> np.ndarray:
     """Return displayed linear luminance 0..1 (y, x): large contrasts compressed, small ones kept,
     without halos.
 
@@ -93,17 +95,17 @@ def local_laplacian(relative) -> np.ndarray:
     return np.clip(np.where(np.asarray(relative) > 0, luminance, 0.0), 0.0, 1.0)
 
 
-def _contrast(image):
+def _contrast(image: np.ndarray) -> np.ndarray:
     from scipy.ndimage import laplace
 
     return laplace(image, mode="mirror")
 
 
-def _depth(shape) -> int:
+def _depth(shape: tuple[int, int]) -> int:
     return max(min(LEVELS, int(np.log2(max(min(shape), 1))) - 1), 0)
 
 
-def _gaussian(image) -> list:
+def _gaussian(image: np.ndarray) -> list:
     """Return the picture and ever smaller ones, each blurred and taken at every second pixel (Burt,
     Adelson 1983).
     """
@@ -113,7 +115,7 @@ def _gaussian(image) -> list:
     return levels
 
 
-def _laplacian(image) -> list:
+def _laplacian(image: np.ndarray) -> list:
     """Return the differences between successive blurs, finest first, and the coarsest blur."""
     steps = _gaussian(image)
     return [fine - _enlarged(coarse, fine.shape) for fine, coarse in zip(steps[:-1], steps[1:])] + [
@@ -121,7 +123,7 @@ def _laplacian(image) -> list:
     ]
 
 
-def _collapsed(bands):
+def _collapsed(bands: Sequence[np.ndarray]) -> np.ndarray:
     """Return the picture of a Laplacian pyramid."""
     image = bands[-1]
     for band in bands[-2::-1]:
@@ -129,7 +131,7 @@ def _collapsed(bands):
     return image
 
 
-def _blurred(image):
+def _blurred(image: np.ndarray) -> np.ndarray:
     from scipy.ndimage import convolve1d
 
     for axis in (0, 1):
@@ -137,7 +139,7 @@ def _blurred(image):
     return image
 
 
-def _enlarged(image, shape):
+def _enlarged(image: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     wide = np.zeros(shape)
     wide[::2, ::2] = image
     weight = np.zeros(shape)

@@ -7,14 +7,20 @@ appearance in daylight.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..errors import UnitError
 from ..extras import needed
 from ..physics.colour.colour_spaces import D65_XYZ
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import ArrayLike
 
-def balanced(xyz, white_xyz) -> np.ndarray:
+
+def balanced(xyz: ArrayLike, white_xyz: ArrayLike) -> np.ndarray:
     """Return XYZ (y, x, 3) adapted from a light to D65: its white becomes a neutral of the same
     luminance (von Kries 1902).
 
@@ -54,7 +60,7 @@ def balanced(xyz, white_xyz) -> np.ndarray:
     return np.asarray(xyz, float) @ adapted.T
 
 
-def grey_world(picture, lamps=None) -> np.ndarray:
+def grey_world(picture: xr.Dataset, lamps: np.ndarray | None = None) -> np.ndarray:
     """Return XYZ with Y = 1 of the scene's light, estimated as the mean over the picture (Buchsbaum
     1980).
 

@@ -41,7 +41,7 @@ class KeptTable:
     A file that cannot be read or written counts as empty: a cache must never stop a run.
     """
 
-    def __init__(self, path: Path | None):
+    def __init__(self, path: Path | None) -> None:
         self._path = path
         self._read: dict[str, Any] = {}
         self._new: dict[str, Any] = {}
@@ -111,7 +111,7 @@ class CodeCache:
     folder : where they are kept between processes; None: nowhere.
     """
 
-    def __init__(self, folder: Path | None):
+    def __init__(self, folder: Path | None) -> None:
         version = f"{RULES}_{sys.version_info.major}.{sys.version_info.minor}"
         self._kept_facts = KeptTable(folder and folder / f"code_facts_{version}.sqlite")
         self._kept_digests = KeptTable(folder and folder / f"code_digests_{version}.sqlite")

@@ -139,7 +139,9 @@ class Sources:
     cache : cache of the facts about each file.
     """
 
-    def __init__(self, folders: Iterable[Path] | None = None, cache: CodeCache | None = None):
+    def __init__(
+        self, folders: Iterable[Path] | None = None, cache: CodeCache | None = None
+    ) -> None:
         self._folders = None if folders is None else [str(folder) for folder in folders]
         self.cache = cache or CodeCache(cache_folder())
         self._tops: dict[str, str] = {}
@@ -312,7 +314,7 @@ def _installed(path: str) -> bool:
 class CodeReader:
     """Resolve imports over the text of packages, and digest what they reach."""
 
-    def __init__(self, sources: Sources | None = None, rules: Rules | None = None):
+    def __init__(self, sources: Sources | None = None, rules: Rules | None = None) -> None:
         self.sources = sources or Sources()
         self.rules = rules or Rules()
         self._modules: dict[str, _Module] = {}

@@ -146,7 +146,7 @@ class _Scope:
 class _NormalForm:
     """Write a module's syntax tree as text, references and strings numbered as they come."""
 
-    def __init__(self, tree: ast.Module):
+    def __init__(self, tree: ast.Module) -> None:
         self._tree = tree
         self._out: list[str] = []
         self._references: dict[Reference, int] = {}

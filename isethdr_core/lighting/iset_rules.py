@@ -33,7 +33,7 @@ class IsetLighting:
     draws: tuple[Share, Share, Share] | None = None
     seed: Seed = 0  # seed of the random luminances
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
     def __call__(self, radiance: xr.Dataset) -> xr.DataArray:
@@ -77,7 +77,9 @@ class IsetLighting:
                 )
 
 
-def iset_levels(dynamic_range: float, draws) -> tuple[float, float, float, float]:
+def iset_levels(
+    dynamic_range: float, draws: tuple[float, float, float]
+) -> tuple[float, float, float, float]:
     """Return the luminances, cd/m2, for headlights, streetlights, other (maxima) and sky (30th
     percentile).
 

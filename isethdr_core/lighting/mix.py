@@ -4,6 +4,9 @@ bands.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..data import quantities
@@ -14,11 +17,14 @@ from ..physics.detector.temporal_modulation import Modulation, constant
 from ..uncertainty import ledger
 from .modulation import check_groups
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 # the bands of one inner chunk of a stored cube: a block decompresses each chunk once
 BLOCK_BANDS = 8
 
 
-def group_names(ds) -> list[str]:
+def group_names(ds: xr.Dataset) -> list[str]:
     """Return the names of the light groups of a scene radiance Dataset after the checks that read
     no light.
     """
@@ -32,7 +38,7 @@ def group_names(ds) -> list[str]:
     return names
 
 
-def all_weights(named, others: float, groups) -> dict[str, float]:
+def all_weights(named: dict[str, float], others: float, groups: Sequence[str]) -> dict[str, float]:
     """Return the weight of every group of the scene.
 
     Parameters
@@ -55,7 +61,12 @@ def all_weights(named, others: float, groups) -> dict[str, float]:
     return {g: float(named.get(g, others)) for g in groups}
 
 
-def mix(ds, weights: dict[str, float], modulation=None, **attrs):
+def mix(
+    ds: xr.Dataset,
+    weights: dict[str, float],
+    modulation: dict[Any, Any] | None = None,
+    **attrs: Any,
+) -> xr.DataArray:
     """Return mixed radiance: the sum over groups of weight times radiance.
 
     Sums in float64 and rounds once, so that mixing is linear to half a unit of float32. A group of
@@ -119,7 +130,9 @@ def mix(ds, weights: dict[str, float], modulation=None, **attrs):
     )
 
 
-def _parts(weights, modulation) -> dict[Modulation, dict[str, float]]:
+def _parts(
+    weights: dict[str, float], modulation: dict[Any, Any]
+) -> dict[Modulation, dict[str, float]]:
     """Return the groups that have light, with their weights, by how they vary; constant ones
     first.
     """
@@ -130,7 +143,7 @@ def _parts(weights, modulation) -> dict[Modulation, dict[str, float]]:
     return {m: {g: weights[g] for g, of in how.items() if of == m} for m in order}
 
 
-def _sum(ds, weights: dict[str, float]) -> np.ndarray:
+def _sum(ds: xr.Dataset, weights: dict[str, float]) -> np.ndarray:
     """Return the (wavelength, y, x) float32 sum over `weights` of weight times radiance."""
     cube = ds["radiance"]
     summed = np.empty(cube.shape[1:], np.float32)
@@ -147,7 +160,7 @@ def _sum(ds, weights: dict[str, float]) -> np.ndarray:
     return summed
 
 
-def luminance_map(ds, group: str) -> np.ndarray:
+def luminance_map(ds: xr.Dataset, group: str) -> np.ndarray:
     """Return the luminance of one group at weight 1 within the camera's field, (y, x) float64,
     cd/m2.
 
@@ -166,7 +179,7 @@ def luminance_map(ds, group: str) -> np.ndarray:
     return luminance
 
 
-def field_size(ds) -> tuple[float, float]:
+def field_size(ds: xr.Dataset) -> tuple[float, float]:
     """Return the camera's full field (width, height) in tangents; all tiles where the scene states
     none.
     """
@@ -175,11 +188,11 @@ def field_size(ds) -> tuple[float, float]:
     return quantities.full_field(ds)
 
 
-def _blocks(count: int):
+def _blocks(count: int) -> Any:
     return [slice(i, min(i + BLOCK_BANDS, count)) for i in range(0, count, BLOCK_BANDS)]
 
 
-def _read(ds, group: str, bands: slice) -> np.ndarray:
+def _read(ds: xr.Dataset, group: str, bands: slice) -> np.ndarray:
     """Return one block of one group in float64, checked to be finite and not negative."""
     position = [str(g) for g in ds.light_group.values].index(group)
     block = ds["radiance"].isel(light_group=position, wavelength=bands).values.astype(np.float64)

@@ -4,6 +4,7 @@ ranges.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from ..data.temporal_modulation import wrong
@@ -30,7 +31,7 @@ def parse(table: dict[str, Any], seed: int) -> dict[str, Modulation]:
     }
 
 
-def check_groups(table, groups) -> None:
+def check_groups(table: dict[Any, Any], groups: Sequence[str]) -> None:
     """Raise ConfigError where a modulation names a group that the scene does not have."""
     for name in table:
         if name not in groups:

@@ -6,12 +6,14 @@ every weight.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 _LARGEST_STEP = 200  # doublings in a bracket search: 60 decades, more than any light
 
 
-def statistic(luminance, name: str, percentile: float = 50.0) -> float:
+def statistic(luminance: np.ndarray, name: str, percentile: float = 50.0) -> float:
     """Return a statistic of a luminance map, in its unit.
 
     Parameters
@@ -27,12 +29,12 @@ def statistic(luminance, name: str, percentile: float = 50.0) -> float:
     return percentile_of(luminance, percentile)
 
 
-def percentile_of(luminance, percentile: float) -> float:
+def percentile_of(luminance: np.ndarray, percentile: float) -> float:
     """Return Hazen's percentile of a luminance map; 100 is the maximum, 0 the minimum."""
     return float(np.percentile(luminance, percentile, method="hazen"))
 
 
-def dynamic_range(luminance, low_percentile: float, high_percentile: float) -> float:
+def dynamic_range(luminance: np.ndarray, low_percentile: float, high_percentile: float) -> float:
     """Return the ratio of two percentiles of a luminance map; infinite over black, NaN where all is
     black.
 
@@ -46,7 +48,7 @@ def dynamic_range(luminance, low_percentile: float, high_percentile: float) -> f
         return float(np.divide(high, low))
 
 
-def weight_for_mean(other_light, ambient, mean: float) -> float:
+def weight_for_mean(other_light: np.ndarray, ambient: np.ndarray, mean: float) -> float:
     """Return w >= 0 so that other_light + w * ambient has the mean `mean`.
 
     The result is 0 if the mean of the other light alone exceeds `mean`, and 1 without ambient
@@ -62,7 +64,9 @@ def weight_for_mean(other_light, ambient, mean: float) -> float:
     return max(0.0, float((mean - other_light.mean()) / mean_ambient)) if mean_ambient > 0 else 1.0
 
 
-def weight_for_percentile(other_light, ambient, percentile: float, target_value: float) -> float:
+def weight_for_percentile(
+    other_light: np.ndarray, ambient: np.ndarray, percentile: float, target_value: float
+) -> float:
     """Return w >= 0 so that the percentile of other_light + w * ambient is `target_value`.
 
     The percentile never falls with w, so that a bracket and Brent's method find w. If no w reaches
@@ -76,7 +80,7 @@ def weight_for_percentile(other_light, ambient, percentile: float, target_value:
     target_value : percentile to reach, in the unit of the maps.
     """
 
-    def miss(w):
+    def miss(w: float) -> float:
         return percentile_of(other_light + w * ambient, percentile) - target_value
 
     peak = ambient.max()
@@ -95,7 +99,11 @@ def weight_for_percentile(other_light, ambient, percentile: float, target_value:
 
 
 def weight_for_dynamic_range(
-    other_light, ambient, target_ratio: float, low_percentile: float, high_percentile: float
+    other_light: np.ndarray,
+    ambient: np.ndarray,
+    target_ratio: float,
+    low_percentile: float,
+    high_percentile: float,
 ) -> float:
     """Return w >= 0 so that two percentiles of other_light + w * ambient have the ratio
     `target_ratio`.
@@ -113,7 +121,7 @@ def weight_for_dynamic_range(
     low_percentile, high_percentile : percentiles of the luminance, percent.
     """
 
-    def ratio(w):
+    def ratio(w: float) -> float:
         return dynamic_range(other_light + w * ambient, low_percentile, high_percentile)
 
     bright = other_light.max()
@@ -137,7 +145,7 @@ def _log_miss(reached: float, target_value: float) -> float:
     return float(np.log(min(reached, 1e300) / target_value))
 
 
-def _root(function, low: float, high: float) -> float:
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
     """Return the root between two brackets to the precision of float64, even if it is very
     small.
     """

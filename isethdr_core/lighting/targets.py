@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -22,8 +22,10 @@ from .modulation import check_groups, parse
 from .weights import without_dark_groups
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
 
+    from ..physics.detector.temporal_modulation import Modulation
     from ..pipeline.demand import Demand
 
 # relative: a target is met within this; the searches end at 1e-14, sums of float32 light at 1e-7
@@ -56,7 +58,7 @@ class TargetsLighting:
     seed: Seed = 0  # seed of targets and phases that are ranges
     WITHIN_FIELD: ClassVar[bool] = True  # tiles beyond the field do not change the weights
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         self._varying()
         for t in target.parse(self.targets):
@@ -158,14 +160,14 @@ class TargetsLighting:
         """Return the demand without the groups whose weight is known to be 0."""
         return without_dark_groups(demand, self._known(), self.others)
 
-    def _known(self):
+    def _known(self) -> dict[str, float]:
         """Return the weights that are known in advance to be 0."""
         known = {**self.weights, **{t.group: t.high for t in target.parse(self.targets)}}
         if self._moving():
             known |= {g: known.get(g, self.others) or 1.0 for g in self._moves()}
         return known
 
-    def _varying(self):
+    def _varying(self) -> dict[str, Modulation]:
         """Return the modulation of the groups whose weight may differ from 0."""
         known = self._known()
         return {
@@ -174,13 +176,15 @@ class TargetsLighting:
             if known.get(g, self.others) != 0
         }
 
-    def _level(self):
+    def _level(self) -> tuple[str, float, float] | None:
         """Return (statistic, percentile, cd/m2) of the picture's level, or None."""
         if self.median_cd_m2 is not None:
             return "percentile", 50.0, self.median_cd_m2
         return None if self.mean_cd_m2 is None else ("mean", 0.0, self.mean_cd_m2)
 
-    def _solve(self, radiance, groups):
+    def _solve(
+        self, radiance: xr.Dataset, groups: Sequence[str]
+    ) -> tuple[dict[str, float], dict[Any, Any]]:
         """Return the weight of every group, and {name: {wanted, reached}} of every target."""
         # read once, and only where a target asks
         map_of = cache(lambda group: mix.luminance_map(radiance, group))
@@ -202,7 +206,12 @@ class TargetsLighting:
         }
         return weights, {**lamps, **picture}
 
-    def _move(self, start, weights, map_of):
+    def _move(
+        self,
+        start: dict[str, float],
+        weights: dict[str, float],
+        map_of: Callable[[str], np.ndarray],
+    ) -> tuple[dict[str, float], dict[str, dict[str, float]]]:
         """Return the weights after moving those of the groups `start`, then of all groups, to the
         picture's targets. Also return the values reached.
         """
@@ -236,14 +245,16 @@ class TargetsLighting:
         return weights, picture
 
 
-def _statistic(radiance, t: target.Target, map_of) -> float:
+def _statistic(
+    radiance: xr.DataArray, t: target.Target, map_of: Callable[[str], np.ndarray]
+) -> float:
     """Return the statistic a target speaks of, cd/m2, of its group at weight 1."""
     if t.statistic == "lamp_axis":
         return _lamp_axis(radiance, t)
     return solver.statistic(map_of(t.group), t.statistic, t.percentile)
 
 
-def _lamp_axis(radiance, t: target.Target) -> float:
+def _lamp_axis(radiance: xr.DataArray, t: target.Target) -> float:
     """Return the luminance on its axis, cd/m2 at weight 1, of the brightest lamp that the target
     means; 0 without one.
     """
@@ -263,7 +274,7 @@ def _lamp_axis(radiance, t: target.Target) -> float:
     )
 
 
-def _report(targets) -> str:
+def _report(targets: dict[Any, Any]) -> str:
     """State the largest residual in the ledger. Return the targets that were not reached, with
     their residuals, as one text.
     """

@@ -33,7 +33,7 @@ class WeightsLighting:
     seed: Seed = 0  # seed of phases that are ranges
     WITHIN_FIELD: ClassVar[bool] = True  # tiles beyond the field do not change the weights
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         self._varying()
 
@@ -55,7 +55,7 @@ class WeightsLighting:
         """Return the demand without the groups of weight 0."""
         return without_dark_groups(demand, self.weights, self.others)
 
-    def _varying(self):
+    def _varying(self) -> dict[Any, Any]:
         """Return the modulation of the groups that have a weight."""
         return {
             g: m
@@ -63,7 +63,7 @@ class WeightsLighting:
             if self.weights.get(g, self.others) != 0
         }
 
-    def _scale(self, radiance, group):
+    def _scale(self, radiance: xr.DataArray, group: str) -> float:
         mean = float(mix.luminance_map(radiance, group).mean())
         if mean == 0:
             ledger.left_out(
@@ -87,7 +87,7 @@ class IdealLighting:
         return mix.mix(radiance, dict.fromkeys(mix.group_names(radiance), 1.0))
 
 
-def without_dark_groups(demand: Demand, weights, others: float) -> Demand:
+def without_dark_groups(demand: Demand, weights: dict[str, float], others: float) -> Demand:
     """Return the demand without the groups of weight 0, and state each in the ledger.
 
     If neither the demand nor the weights list all groups, the groups of the scene are unknown, and

@@ -76,7 +76,9 @@ class _Moment(NamedTuple):
     ids: list[str]
 
 
-def in_motion(chain: Chain, demand: Demand, rows: Ledger, config: Any, still: Still):
+def in_motion(
+    chain: Chain, demand: Demand, rows: Ledger, config: Any, still: Still
+) -> Moving | None:
     """Return the light of a shot during which the scene moves, as `Moving`; None if it stands
     still, or if the settings of the chain do not ask for motion.
 
@@ -205,7 +207,9 @@ def _on_grid(scene: xr.Dataset, grid: xr.Dataset) -> xr.Dataset:
     return cut.assign_coords(y=grid.y, x=grid.x)
 
 
-def _mixed(lighting: Any, moments: list[_Moment], still: xr.DataArray, shot_s: float):
+def _mixed(
+    lighting: Any, moments: list[_Moment], still: xr.DataArray, shot_s: float
+) -> xr.DataArray:
     """Return mixed radiance (component, wavelength, y, x) of all sub-frames, with the weights and
     the lamps' modulation of the first one.
     """

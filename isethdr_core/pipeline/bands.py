@@ -6,6 +6,9 @@ distance to its neighbours.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..errors import UnitError
@@ -15,11 +18,17 @@ from ..plugins.ranges import LEAST_NM, MOST_NM
 from ..uncertainty import ledger
 from .demand import Demand
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import ArrayLike
+
+    from ..plugins.protocols import Scene
+
 BANDS = "bands"  # key of the ledger entry for bands left out of the light
 UNSEEN = 1e-6  # of the largest colour matching function: beyond, a band adds nothing to the truth
 
 
-def offered_nm(source) -> tuple[float, ...] | None:
+def offered_nm(source: Scene) -> tuple[float, ...] | None:
     """Return the band centres, nm, that a scene or renderer would make; None if it does not state
     them in advance.
 
@@ -39,7 +48,9 @@ def offered_nm(source) -> tuple[float, ...] | None:
     return bands_nm
 
 
-def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
+def for_sensors_and_truth(
+    offered: tuple[float, ...] | None, sensed: tuple[float, ...] | None
+) -> tuple[float, ...] | None:
     """Return the bands out of `offered` that the sensors (`sensed`) or the truth need; None where
     that is all of them, or not known.
     """
@@ -63,7 +74,7 @@ def for_sensors_and_truth(offered, sensed) -> tuple[float, ...] | None:
     return needed
 
 
-def of_demand(scene, demand: Demand):
+def of_demand(scene: xr.Dataset, demand: Demand) -> xr.Dataset:
     """Return the scene radiance at the bands of `demand`, unread; all of it where the demand names
     none or others.
     """
@@ -82,7 +93,7 @@ def of_demand(scene, demand: Demand):
     return scene.sel(wavelength=list(bands))
 
 
-def outer(flags) -> slice:
+def outer(flags: ArrayLike) -> slice:
     """Return the slice from the first to the last true entry, of two entries at least; everything
     where none is true.
     """
@@ -94,7 +105,7 @@ def outer(flags) -> slice:
     return slice(first, last + 1) if first < last else slice(max(last - 1, 0), max(last - 1, 0) + 2)
 
 
-def sensed_nm(sensors, bands) -> tuple[float, ...]:
+def sensed_nm(sensors: Iterable[Any], bands: ArrayLike) -> tuple[float, ...]:
     """Return those of `bands` that at least one sensor needs."""
     all_bands = Demand(wavelength_nm=tuple(map(float, bands)))
     needed_nm: set[float] = set()

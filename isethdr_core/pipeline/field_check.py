@@ -8,6 +8,8 @@ in the ledger how it treats light at the border (`StatesFieldBorder`).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 from ..plugins.protocols import (
     ChecksCameraField,
@@ -17,6 +19,9 @@ from ..plugins.protocols import (
     KnowsItsField,
     StatesFieldBorder,
 )
+
+if TYPE_CHECKING:
+    from ..plugins.protocols import Lens, Renderer, Scene
 
 
 def camera_field(
@@ -38,7 +43,7 @@ def camera_field(
 PARAXIAL_FIELD = 1e-6  # tangent of a field so narrow that no lens distorts it
 
 
-def check_fields(scene, lens, sensors) -> None:
+def check_fields(scene: Scene, lens: Lens, sensors: Iterable[Any]) -> None:
     """Raise ConfigError if a sensor is larger than the image of the camera's field, or its settings
     do not fit the lens. Nothing is checked if the field is not known in advance.
 
@@ -59,13 +64,13 @@ def check_fields(scene, lens, sensors) -> None:
             sensor.check_focal_length(narrow_m / PARAXIAL_FIELD)
 
 
-def check_rendered(scene, renderer) -> None:
+def check_rendered(scene: Scene, renderer: Renderer | None) -> None:
     """Raise ConfigError where a renderer cannot put its tiles on the camera's field."""
     if isinstance(scene, KnowsItsField) and isinstance(renderer, ChecksCameraField):
         renderer.check_field(*scene.camera_field())
 
 
-def state_field(scene, lens) -> None:
+def state_field(scene: Scene, lens: Lens) -> None:
     """Let a lens state in the ledger how it treats light at the border of the camera's field."""
     if isinstance(scene, KnowsItsField) and isinstance(lens, StatesFieldBorder):
         lens.state_field(*scene.camera_field())

@@ -9,11 +9,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..plugins.protocols import CountsRenderMemory
 from . import memory
 from .runtime_estimate import OTHER_SETTINGS, newest, pixel_bytes
+
+if TYPE_CHECKING:
+    from .chain import Chain
+    from .demand import Demand
 
 PROGRAM = "program"
 PROGRAM_BYTES = 1.1e8  # Python and the libraries of a run; ledgers show 100 to 145 MB for its plan
@@ -32,7 +36,9 @@ class Expected(NamedTuple):
         return max(sum(self.parts.values()) + self.more_bytes, PROGRAM_BYTES)
 
 
-def stated_parts(chain, frame: memory.Frame | None, rendered: bool) -> dict[str, float] | None:
+def stated_parts(
+    chain: Chain, frame: memory.Frame | None, rendered: bool
+) -> dict[str, float] | None:
     """Return {what: bytes} of a run, as its components state it; None where its frame is not known.
 
     Parameters
@@ -54,7 +60,9 @@ def stated_parts(chain, frame: memory.Frame | None, rendered: bool) -> dict[str,
     return parts | {f"pixels of {name}": size for name, size in pixel_bytes(chain).items()}
 
 
-def expected_memory(chain, config: dict, missing, frame: memory.Frame | None) -> Expected | None:
+def expected_memory(
+    chain: Chain, config: dict, missing: Demand | None, frame: memory.Frame | None
+) -> Expected | None:
     """Return the peak memory that is expected of a run; None where its frame is not known.
 
     Parameters
@@ -82,7 +90,7 @@ def expected_memory(chain, config: dict, missing, frame: memory.Frame | None) ->
     return Expected(parts, more)
 
 
-def _kind(config: dict, missing) -> tuple[str, bool]:
+def _kind(config: dict, missing: Demand | None) -> tuple[str, bool]:
     """Return the renderer of a run to come, and whether it renders."""
     return (config.get("renderer") or {}).get("name", ""), missing is not None
 

@@ -14,7 +14,7 @@ rendering (`EstimatesRendering`). Sub-frames of a shot that moves are made and i
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,6 +37,9 @@ from .memory import Frame
 
 if TYPE_CHECKING:
     from ..motion.run_time import SubFrameWork
+    from ..plugins.protocols import Renderer
+    from .chain import Chain
+    from .demand import Demand
 
 NEWEST = 32  # number of stored runs, and of stored scenes, that are read: each takes a millisecond
 RENDERING = ("scene", "renderer")  # stages that a run lacks where its radiance is stored
@@ -65,9 +68,9 @@ OTHER_SETTINGS = 4.0
 
 
 def expected_s(
-    chain,
+    chain: Chain,
     config: dict,
-    missing,
+    missing: Demand | None,
     frame: Frame | None = None,
     moving: SubFrameWork | None = None,
 ) -> dict[str, float]:
@@ -155,7 +158,7 @@ def _parts(run: Mapping[str, Any]) -> int:
     return run.get(PARTS) or 1
 
 
-def pixel_bytes(chain) -> dict[str, float]:
+def pixel_bytes(chain: Chain) -> dict[str, float]:
     """Return {camera: memory of its pixels, bytes}, to which the time of its stages is
     proportional; cameras that do not state it are left out.
     """
@@ -169,7 +172,7 @@ def pixel_bytes(chain) -> dict[str, float]:
     }
 
 
-def imaging_s(chain, frame: Frame | None) -> float | None:
+def imaging_s(chain: Chain, frame: Frame | None) -> float | None:
     """Return the seconds that the lens expects to need for a frame; None if it has no estimate."""
     if frame is None or not (
         plans_imaging(chain.lens) and isinstance(chain.lens, EstimatesImaging)
@@ -178,7 +181,7 @@ def imaging_s(chain, frame: Frame | None) -> float | None:
     return chain.lens.expected_s(frame, tuple(chain.flares.values()))
 
 
-def rendering_s(chain, frame: Frame, missing) -> float | None:
+def rendering_s(chain: Chain, frame: Frame, missing: Demand) -> float | None:
     """Return the seconds that the renderer expects to need for a frame; None if it has no estimate.
 
     Parameters
@@ -192,7 +195,7 @@ def rendering_s(chain, frame: Frame, missing) -> float | None:
     return chain.renderer.rendering_s(frame, missing.groups and len(missing.groups))
 
 
-def _correction(runs, stage: str, expected: float) -> float:
+def _correction(runs: Iterable[dict[str, Any]], stage: str, expected: float) -> float:
     """Return the ratio of measured to estimated time in the stored run with the most similar
     estimate; 1 without a stored run.
     """
@@ -209,7 +212,7 @@ def _correction(runs, stage: str, expected: float) -> float:
     return nearest[stage][1] / expected if stage in nearest else 1.0
 
 
-def stages(chain, config: dict, missing) -> list[str]:
+def stages(chain: Chain, config: dict, missing: Demand | None) -> list[str]:
     """Return the names of the stages that a run will have, in their order.
 
     Parameters
@@ -286,12 +289,12 @@ def size(config: dict, kind: str) -> float:
     return _tiles(source) * (_bands(source) if kind in IN_BANDS else 1)
 
 
-def _tiles(source) -> float:
+def _tiles(source: dict[str, int | str]) -> float:
     sides = source.get("width"), source.get("height")
     return math.prod(sides) if all(map(_positive, sides)) else 1.0
 
 
-def _bands(source) -> float:
+def _bands(source: dict[str, int | str]) -> float:
     """Return the number of bands; 1 if the fields of a plugin's component do not give it."""
     first, last, step = (source.get(key) for key in ("first_nm", "last_nm", "step_nm"))
     valid = all(map(_positive, (first, last, step))) and last >= first
@@ -302,7 +305,9 @@ def _positive(value: Any) -> bool:
     return isinstance(value, (int, float)) and 0 < value < math.inf
 
 
-def _rendering(renderer, settings: dict, missing, attributes) -> float:
+def _rendering(
+    renderer: Renderer | None, settings: dict, missing: Demand, attributes: dict[str, float | str]
+) -> float:
     """Return the work of rendering the `missing` radiance, relative to that of a stored scene:
     tiles x bands x paths of all light groups.
     """
@@ -329,7 +334,7 @@ def _rendering(renderer, settings: dict, missing, attributes) -> float:
     )
 
 
-def _finer(renderer, stored_share: float | None) -> float:
+def _finer(renderer: Renderer | None, stored_share: float | None) -> float:
     """Return the ratio of samples that a smaller share of the cameras' noise takes, relative to
     `stored_share`; 1 if either rendering goes by something else.
     """
@@ -337,7 +342,7 @@ def _finer(renderer, stored_share: float | None) -> float:
     return (stored_share / share) ** 2 if stored_share and share else 1.0
 
 
-def _expected_paths(renderer, paths: float, noise: float | None) -> float:
+def _expected_paths(renderer: Renderer | None, paths: float, noise: float | None) -> float:
     """Return the number of samples per tile that a light group is expected to take.
 
     A renderer without an estimate is expected to take as many as its stored rendering.
@@ -347,7 +352,9 @@ def _expected_paths(renderer, paths: float, noise: float | None) -> float:
     return paths
 
 
-def _nearer(nearest: Nearest, row, ratio: float, unlike: float = 1.0) -> None:
+def _nearer(
+    nearest: Nearest, row: dict[str, float | str], ratio: float, unlike: float = 1.0
+) -> None:
     """Take the estimate from a row of a ledger if it is more like than those before. A row with
     CPU time is always more like than one without: what that one took may be mostly waiting.
 
@@ -362,7 +369,7 @@ def _nearer(nearest: Nearest, row, ratio: float, unlike: float = 1.0) -> None:
         nearest[row["stage"]] = unlikeness, ratio * _busy_s(row)
 
 
-def _busy_s(row) -> float:
+def _busy_s(row: dict[str, float | str]) -> float:
     """Return the seconds of a stage without its waiting for other programs."""
     cpu_s = row.get("cpu_s")  # earlier versions stored none
     return row["seconds"] if cpu_s is None else min(row["seconds"], cpu_s)

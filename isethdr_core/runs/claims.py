@@ -23,6 +23,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,9 @@ def claimed(
         claim.release()
 
 
-def _acquired(folder: Path, name: str, tell, rhythm: Rhythm) -> tuple[_Claim, bool]:
+def _acquired(
+    folder: Path, name: str, tell: Callable[..., Any], rhythm: Rhythm
+) -> tuple[_Claim, bool]:
     waited = False
     watch = _Watch(rhythm)
     while True:

@@ -105,7 +105,7 @@ def _versions() -> dict[str, str]:
     return versions
 
 
-def input_digests(*components) -> dict[str, str]:
+def input_digests(*components: Any) -> dict[str, str]:
     """Return a digest of every file that a component names in its method `input_files()`, by path.
 
     A missing file is skipped here: the component itself raises an error that says what it expected.

@@ -10,13 +10,13 @@ receives `{group: Known}` with the stored paths of each light group.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..data.scene_description import SceneDescription
 from ..errors import CatalogError, ConfigError
@@ -60,6 +60,12 @@ from .processor import kernels
 from .provenance import described, fingerprint, input_digests, libraries, versions
 from .sample_accumulation import ALL_BANDS, Known, holds, known
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from omegaconf.dictconfig import DictConfig
+
+    from ..plugins.protocols import Scene
+
 ROUNDING = "store rounding"  # key of the rounding of stored radiance
 NOISE = "accumulated noise"  # key of the noise of several renderings together; part: light group
 
@@ -100,7 +106,9 @@ def effort(chain: Chain) -> tuple[str, ...]:
     return tuple(renderer.effort_fields) if isinstance(renderer, NamesItsEffort) else ()
 
 
-def scene_radiance(chain: Chain, demand: Demand, rows: Ledger, config, by_noise: bool = False):
+def scene_radiance(
+    chain: Chain, demand: Demand, rows: Ledger, config: DictConfig, by_noise: bool = False
+) -> tuple[xr.Dataset, list[str]]:
     """Return (scene radiance, store ids). Stored radiance is read; missing radiance is rendered and
     stored.
 
@@ -275,7 +283,7 @@ def _held(chain: Chain, demand: Demand, stores: list[dict]) -> tuple[list[dict],
     return serving, what_is_missing(serving, on_grid, goes_on(chain), limit_share(chain, demand))
 
 
-def goes_on(chain: Chain):
+def goes_on(chain: Chain) -> Callable[..., bool] | None:
     """Return the renderer's method `enough`; None if it cannot continue from stored radiance."""
     return chain.renderer.enough if isinstance(chain.renderer, AccumulatesSamples) else None
 
@@ -289,7 +297,9 @@ def limit_share(chain: Chain, demand: Demand) -> float | None:
     return chain.renderer.limit_share()
 
 
-def known_of(chain: Chain, stores: list[dict], missing: Demand, groups) -> dict[str, Known] | None:
+def known_of(
+    chain: Chain, stores: list[dict], missing: Demand, groups: tuple[str, str]
+) -> dict[str, Known] | None:
     """Return the stored paths of each light group at the missing bands; None if the renderer cannot
     continue from them.
 
@@ -308,7 +318,7 @@ def known_of(chain: Chain, stores: list[dict], missing: Demand, groups) -> dict[
     return {group: k if k.paths > 1 else Known(next=k.next) for group, k in stored.items()}
 
 
-def rendered_now(scene):
+def rendered_now(scene: Scene) -> SceneDescription | xr.Dataset:
     """Return the result of a scene plugin. A scene description defines the scene, so its error is
     0.
     """
@@ -318,7 +328,9 @@ def rendered_now(scene):
     return result
 
 
-def opened(folder, stores: list[dict], demand: Demand, rows: Ledger, earlier_ids=()):
+def opened(
+    folder: Path, stores: list[dict], demand: Demand, rows: Ledger, earlier_ids: Sequence[Any] = ()
+) -> xr.Dataset:
     """Return the radiance of all stores as one lazy Dataset. Restate the errors of those that an
     earlier run rendered.
 
@@ -366,7 +378,12 @@ def rounding_term(largest: float) -> ErrorTerm:
     return ErrorTerm(source, Quantity.RADIANCE, None, largest, RELATIVE, "bound", label)
 
 
-def _record_pooled(joined, stores, earlier_ids, terms) -> None:
+def _record_pooled(
+    joined: xr.Dataset,
+    stores: Sequence[dict[str, float | str] | dict[str, str]],
+    earlier_ids: Sequence[Any],
+    terms: Sequence[ErrorTerm],
+) -> None:
     """State the noise of each light group of pooled stores, and how many of their paths were there
     before this run.
     """
@@ -394,7 +411,10 @@ def _record_pooled(joined, stores, earlier_ids, terms) -> None:
 
 
 def what_is_missing(
-    stores: list[dict], demand: Demand, enough=None, share: float | None = None
+    stores: list[dict],
+    demand: Demand,
+    enough: Callable[..., bool] | None = None,
+    share: float | None = None,
 ) -> Demand | None:
     """Return the demand for groups and bands that no store holds; None if all are stored.
 
@@ -427,7 +447,13 @@ def what_is_missing(
     )
 
 
-def _groups_have(stores, group, band, enough, share) -> bool:
+def _groups_have(
+    stores: Sequence[dict[str, float | str]],
+    group: str,
+    band: float | None,
+    enough: Callable[..., bool] | None,
+    share: float,
+) -> bool:
     holding = [s for s in stores if holds(s, group, band)]
     if enough is None or not holding or any(group in s["absent_groups"] for s in holding):
         return bool(holding)
@@ -437,7 +463,7 @@ def _groups_have(stores, group, band, enough, share) -> bool:
     return enough(known_now.paths, known_now.noise)
 
 
-def _known(chain, scene):
+def _known(chain: Chain, scene: xr.Dataset) -> xr.Dataset:
     if isinstance(scene, SceneDescription):
         raise ConfigError(
             f"scene {scene.name!r} is geometry and needs a renderer; type for example"
@@ -446,7 +472,7 @@ def _known(chain, scene):
     return scene
 
 
-def stored(folder, recipe: str) -> list[dict]:
+def stored(folder: Path, recipe: str) -> list[dict]:
     """Return the root attributes of every complete store of a recipe; damaged ones are skipped."""
     attributes = []
     for path in sorted(folder.glob(f"{recipe}-*.zarr")):
@@ -503,14 +529,14 @@ class _Request(NamedTuple):
         known_rest = self.known and {group: self.known[group] for group in rest}
         return self._replace(demand=demand, known=known_rest)
 
-    def render(self):
+    def render(self) -> xr.Dataset:
         """Return what the renderer makes of the request."""
         if self.known is None:
             return self.renderer(self.description, self.demand)
         return self.renderer(self.description, self.demand, self.known)
 
 
-def _radiance(chain: Chain, request: _Request, folder: Path):
+def _radiance(chain: Chain, request: _Request, folder: Path) -> xr.Dataset:
     """Return the radiance of a request: rendered, or taken over from other frames."""
     if not request.taken:
         return request.render()
@@ -528,7 +554,7 @@ def _radiance(chain: Chain, request: _Request, folder: Path):
     return taken_over(folder, scene, request.taken, request.description.light_groups())
 
 
-def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config) -> dict:
+def _render(chain: Chain, request: _Request, recipe: str, rows: Ledger, config: DictConfig) -> dict:
     """Render the missing radiance, store it, and return the root attributes of the new store."""
     description = request.description
     demand = request.demand

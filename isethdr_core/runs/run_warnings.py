@@ -69,7 +69,9 @@ def sentence(warning: dict) -> str:
     return f"{warning['camera']}: {warning['key']} is {value:.3g} {unit} (limit {limit:g} {unit})"
 
 
-def saturated_share_outside_lamps(picture, truth, labels) -> float:
+def saturated_share_outside_lamps(
+    picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset
+) -> float:
     """Return the share of pixels outside lamps that are saturated in every capture; 0 if all are
     lamps.
 

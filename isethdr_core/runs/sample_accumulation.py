@@ -9,6 +9,7 @@ good as one rendering of all paths. Stores never change: they are pooled when th
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 ALL_BANDS = (None,)  # a demand without bands asks for all bands of the renderer
@@ -23,7 +24,7 @@ class Known:
     next: int = 0  # the first path that no rendering has followed
 
 
-def pooled(spans) -> list[int]:
+def pooled(spans: Sequence[tuple[int, int] | None]) -> list[int]:
     """Return which of `spans`, (first, end) or None, are pooled: the spans without overlap that
     contain the most paths together.
 
@@ -44,7 +45,7 @@ def pooled(spans) -> list[int]:
     return sorted(best[-1][1])
 
 
-def pooled_noise(paths, noises) -> float | None:
+def pooled_noise(paths: Sequence[int], noises: Sequence[float]) -> float | None:
     """Return the relative noise of the mean of independent renderings, each with the weight of its
     `paths`; None where all are dark.
 
@@ -58,7 +59,7 @@ def pooled_noise(paths, noises) -> float | None:
     ) / sum(paths)
 
 
-def holds(attributes: dict, group: str, band) -> bool:
+def holds(attributes: dict, group: str, band: float | None) -> bool:
     """Return whether a store holds one light group at a band, or records the group as dark.
 
     Parameters
@@ -73,7 +74,7 @@ def holds(attributes: dict, group: str, band) -> bool:
     )
 
 
-def known(stores: list[dict], group: str, bands) -> Known:
+def known(stores: list[dict], group: str, bands: Sequence[float | None]) -> Known:
     """Return the stored paths of a light group that hold at all of `bands`: those of the band with
     the fewest paths.
 

@@ -14,8 +14,10 @@ zarr library.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +25,9 @@ from ..errors import CatalogError
 from ..runs.names import check_path
 from .encoding import compression, jsonable, tiling
 from .manifest import FileRecord, file_record
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BYTES = {"name": "bytes", "configuration": {"endian": "little"}}
 CHECKSUM = {"name": "crc32c"}
@@ -63,7 +68,7 @@ def write_group(root: Path, key: str, attributes: dict) -> dict[str, FileRecord]
     return written | _write_metadata(root, folder, "group", attributes=attributes)
 
 
-def write_dataset(root: Path, key: str, ds) -> dict[str, FileRecord]:
+def write_dataset(root: Path, key: str, ds: xr.Dataset) -> dict[str, FileRecord]:
     """Write a Dataset as a group of a store.
 
     Parameters
@@ -96,9 +101,10 @@ def write_dataset(root: Path, key: str, ds) -> dict[str, FileRecord]:
 
 
 def consolidate(root: Path) -> dict[str, FileRecord]:
-    """Repeat in each group of the store `root` the metadata of all that is below it.
+    """Repeat in the root, and in each group of arrays, the metadata of all that is below it.
 
-    Plain xarray looks for it in the group that it opens, and warns where it is missing.
+    Plain xarray looks for it in the group that it opens, and warns where it is missing. A group
+    that holds groups alone, such as `captures`, is opened through the root.
 
     Returns
     -------
@@ -118,6 +124,11 @@ def consolidate(root: Path) -> dict[str, FileRecord]:
             for name, other in nodes.items()
             if name not in (".", key) and name.startswith(start)
         }
+        holds_arrays = any(
+            other["node_type"] == "array" for name, other in below.items() if "/" not in name
+        )
+        if key != "." and not holds_arrays:
+            continue
         inline = {"kind": "inline", "must_understand": False, "metadata": below}
         rest = {k: v for k, v in node.items() if k not in ("zarr_format", "node_type")}
         rest["consolidated_metadata"] = inline
@@ -125,7 +136,9 @@ def consolidate(root: Path) -> dict[str, FileRecord]:
     return written
 
 
-def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileRecord]:
+def _write_array(
+    root: Path, folder: Path, variable: xr.Variable, pool: ThreadPoolExecutor
+) -> dict[str, FileRecord]:
     values = variable.values
     shard = tuple(max(1, size) for size in values.shape)
     if values.dtype == object and all(isinstance(value, str) for value in values.flat):
@@ -157,7 +170,9 @@ def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileReco
             }
         ]
         encoded = _sharded(chunk, encoded, pool)
-    alike = not sharded and _all_alike(values)
+    # light is always written, so that a shard that is lost is seen
+    may_be_left_out = not sharded or values.dtype.kind in "biu"
+    alike = may_be_left_out and _all_alike(values)
     folder.mkdir()
     written = _write_metadata(
         root,
@@ -181,14 +196,19 @@ def _write_array(root: Path, folder: Path, variable, pool) -> dict[str, FileReco
     return written
 
 
-def _all_alike(values) -> bool:
+def _all_alike(values: np.ndarray) -> bool:
     """Return whether there is a value and all others are the same, bit by bit: 0 is not -0."""
+    if values.size == 0:
+        return False
     if values.dtype == object:
         return len(set(values.flat)) == 1
-    return len({value.tobytes() for value in values.flat}) == 1
+    bits = np.ascontiguousarray(values).view(f"u{values.itemsize}")
+    return bool((bits == bits.flat[0]).all())
 
 
-def _parts(values, shape):
+def _parts(
+    values: np.ndarray, shape: Sequence[int]
+) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
     """Yield (place, part) of a regular grid of parts of `shape`, in the order of the format; those
     at the end may be smaller.
     """
@@ -209,13 +229,13 @@ def _parts(values, shape):
         )
 
 
-def _text(values) -> list[bytes]:
+def _text(values: np.ndarray) -> list[bytes]:
     """Return texts in the codec vlen-utf8: how many, then each with its length before it."""
     texts = [value.encode() for value in values.flat]
     return _checked(b"".join([_size(len(texts)), *(_size(len(text)) + text for text in texts)]))
 
 
-def _blosc(configuration):
+def _blosc(configuration: dict[str, int | str]) -> Callable[..., Any]:
     """Return a function(values) -> list of bytes: compressed, and a checksum that turns a flipped
     bit into an error.
     """
@@ -234,17 +254,19 @@ def _blosc(configuration):
     )
 
 
-def _sharded(chunk, encoded, pool):
+def _sharded(
+    chunk: Sequence[int], encoded: Callable[..., Any], pool: ThreadPoolExecutor
+) -> Callable[..., Any]:
     """Return a function(values) -> list of bytes of a shard: its chunks, then the start and length
     of each.
     """
 
-    def one(positioned) -> list[bytes]:
+    def one(positioned: Sequence[np.ndarray | tuple[int, ...]]) -> list[bytes]:
         _, part = positioned
         short = [(0, whole - size) for whole, size in zip(chunk, part.shape, strict=True)]
         return encoded(np.pad(part, short) if np.any(short) else part)
 
-    def shard(values) -> list[bytes]:
+    def shard(values: np.ndarray) -> list[bytes]:
         chunks = list(pool.map(one, _parts(values, chunk)))
         lengths = np.array([sum(map(len, chunk_bytes)) for chunk_bytes in chunks], "<u8")
         return [buffer for chunk_bytes in chunks for buffer in chunk_bytes] + _checked(
@@ -264,9 +286,12 @@ def _size(number: int) -> bytes:
     return number.to_bytes(4, "little")
 
 
-def _write_metadata(root: Path, folder: Path, node_type: str, **content) -> dict[str, FileRecord]:
+def _write_metadata(
+    root: Path, folder: Path, node_type: str, **content: Any
+) -> dict[str, FileRecord]:
     file = folder / METADATA
     content = {"zarr_format": 3, "node_type": node_type, **content}
-    encoded_json = json.dumps(content, allow_nan=False).encode()
+    # without spaces, which are a tenth of the metadata
+    encoded_json = json.dumps(content, allow_nan=False, separators=(",", ":")).encode()
     file.write_bytes(encoded_json)
     return {file.relative_to(root).as_posix(): file_record([encoded_json])}

@@ -30,7 +30,7 @@ def write_text(path: Path, text: str) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def remove_leftovers(folder) -> list[Path]:
+def remove_leftovers(folder: Path) -> list[Path]:
     """Remove the temporary files of ended writers of this machine from `folder`, and return their
     paths.
     """

@@ -15,7 +15,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,7 +49,7 @@ ONE_CHUNK_EACH = ("xyz_channel",)  # a chunk of like numbers compresses better
 SHUFFLED_TOGETHER = 8
 
 
-def keep_mantissa_bits(values, bits: int = KEEPBITS) -> np.ndarray:
+def keep_mantissa_bits(values: np.ndarray, bits: int = KEEPBITS) -> np.ndarray:
     """Round float32 values to `bits` explicit mantissa bits, to nearest, ties to even (so without
     bias).
 
@@ -134,7 +134,7 @@ def portable(ds: xr.Dataset, keepbits: int | None) -> xr.Dataset:
     return ds.assign(changed)  # all at once: xarray aligns everything at every single one
 
 
-def compression(variable) -> dict:
+def compression(variable: xr.Variable) -> dict:
     """Return the configuration of the codec blosc for a variable that holds numbers."""
     how = {"cname": "zstd", "clevel": 3, "blocksize": 0}
     if variable.dtype == np.float64:
@@ -180,7 +180,7 @@ def tiling(sizes: dict) -> tuple[tuple[int, ...], tuple[int, ...]]:
     return tuple(chunks), tuple(shards)
 
 
-def jsonable(value):
+def jsonable(value: Any) -> Any:
     """Return `value` made of JSON types only; NaN and infinities become the strings of the zarr v3
     standard.
     """
@@ -213,7 +213,7 @@ def jsonable(value):
 _NOT_FINITE = {"NaN": float("nan"), "Infinity": float("inf"), "-Infinity": float("-inf")}
 
 
-def restored(value):
+def restored(value: Any) -> Any:
     """Return the original of a `jsonable` value, as far as JSON can hold it: NaN and infinities
     become numbers again.
     """

@@ -8,6 +8,9 @@ over all stores with different paths (`sample_accumulation`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import xarray as xr
 from xarray.backends import BackendArray
@@ -15,11 +18,14 @@ from xarray.core import indexing
 
 from ..runs.sample_accumulation import pooled, pooled_noise
 
+if TYPE_CHECKING:
+    from xarray.core.indexing import BasicIndexer, OuterIndexer
+
 # number of a scene, position of the group in it, position of the band, weight
 Plane = tuple[int, int, int, float]
 
 
-def join_scenes(scenes: list[xr.Dataset], groups_asked=None) -> xr.Dataset:
+def join_scenes(scenes: list[xr.Dataset], groups_asked: Sequence[str] | None = None) -> xr.Dataset:
     """Return the first scene, extended by the groups, bands, labels and paths of the other scenes.
 
     Parameters
@@ -96,7 +102,7 @@ def join_scenes(scenes: list[xr.Dataset], groups_asked=None) -> xr.Dataset:
     return joined
 
 
-def _held(scenes) -> dict[str, dict[float, list[Plane]]]:
+def _held(scenes: Sequence[xr.Dataset]) -> dict[str, dict[float, list[Plane]]]:
     """Return {group: {band in nm: the planes whose weighted sum is the light}}."""
     every: dict[str, dict] = {}
     for k, scene in enumerate(scenes):
@@ -109,7 +115,9 @@ def _held(scenes) -> dict[str, dict[float, list[Plane]]]:
     }
 
 
-def _weighted(planes, scenes, group) -> list[Plane]:
+def _weighted(
+    planes: Sequence[tuple[int, int, int]], scenes: Sequence[xr.Dataset], group: str
+) -> list[Plane]:
     pooled_planes = [
         planes[n]
         for n in pooled([(scenes[k].attrs.get("path_span") or {}).get(group) for k, _, _ in planes])
@@ -121,12 +129,17 @@ def _weighted(planes, scenes, group) -> list[Plane]:
     ]
 
 
-def _paths(scene, group) -> int:
+def _paths(scene: xr.Dataset, group: str) -> int:
     first, end = (scene.attrs.get("path_span") or {}).get(group, (0, 0))
     return end - first
 
 
-def _ways(planes_held, bands, scenes, group) -> list[tuple]:
+def _ways(
+    planes_held: dict[float, list[tuple[Any, ...]]],
+    bands: Sequence[float],
+    scenes: Sequence[xr.Dataset],
+    group: str,
+) -> list[tuple]:
     """Return the different ways in which bands of a group are put together, each as ((scene,
     position of the group, weight), ...).
     """
@@ -135,7 +148,9 @@ def _ways(planes_held, bands, scenes, group) -> list[tuple]:
     )
 
 
-def _noise(scenes, combinations, group):
+def _noise(
+    scenes: Sequence[xr.Dataset], combinations: Sequence[tuple[tuple[Any, ...]]], group: str
+) -> str | None:
     """Return the noise that is stated of a group: of the bands that are known worst. None where
     none is.
     """
@@ -151,7 +166,7 @@ def _noise(scenes, combinations, group):
     return (noises[0] if len(combinations) == 1 else max(noises)) if noises else None
 
 
-def _noise_planes(scenes, combinations) -> np.ndarray:
+def _noise_planes(scenes: Sequence[xr.Dataset], combinations: Sequence[Any]) -> np.ndarray:
     """Return the standard errors (xyz_channel, y, x) of X, Y and Z of a group.
 
     Stores combined in the same way are independent, so their squares add up. Bands combined in
@@ -164,7 +179,7 @@ def _noise_planes(scenes, combinations) -> np.ndarray:
     return sum(np.sqrt(squares(way)) for way in combinations).astype(np.float32)
 
 
-def _half_planes(scenes, combinations) -> np.ndarray:
+def _half_planes(scenes: Sequence[xr.Dataset], combinations: Sequence[Any]) -> np.ndarray:
     """Return the differences (y, x) between the half buffers of a group: averaged over stores
     like the light itself, and summed over bands that are combined in different ways.
     """
@@ -180,18 +195,18 @@ class _Joined(BackendArray):
     `planes[group][wavelength]` lists them.
     """
 
-    def __init__(self, variables: list[xr.Variable], planes: list[list[list[Plane]]]):
+    def __init__(self, variables: list[xr.Variable], planes: list[list[list[Plane]]]) -> None:
         self.parts = variables
         self.planes = planes
         self.shape = (len(planes), len(planes[0]), *variables[0].shape[2:])
         self.dtype = variables[0].dtype
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: BasicIndexer | OuterIndexer) -> np.ndarray:
         return indexing.explicit_indexing_adapter(
             key, self.shape, indexing.IndexingSupport.OUTER, self._read
         )
 
-    def _read(self, key):
+    def _read(self, key: Any) -> np.ndarray:
         indices = [np.arange(n)[k] for n, k in zip(self.shape, key, strict=True)]
         groups, bands, *inside = (np.atleast_1d(w) for w in indices)
         # a mean is summed in float64; light from a single store is returned bit for bit
@@ -216,7 +231,7 @@ class _Joined(BackendArray):
         )
 
 
-def _run(positions: np.ndarray):
+def _run(positions: np.ndarray) -> Any:
     """Return positions that follow each other as a slice, which a store reads as one piece; others
     as they are.
     """

@@ -33,7 +33,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import accumulate
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -237,7 +237,7 @@ def stored_files(root: Path) -> Iterable[str]:
             yield Path(folder, name).relative_to(root).as_posix()
 
 
-def check_whole(root: Path, key: str, record: FileRecord, content) -> None:
+def check_whole(root: Path, key: str, record: FileRecord, content: bytes | np.ndarray) -> None:
     """Raise CatalogError if a file differs from what was written.
 
     Parameters
@@ -256,7 +256,7 @@ def check_whole(root: Path, key: str, record: FileRecord, content) -> None:
         raise damaged(root, key, OTHER_BYTES)
 
 
-def check_parts(root: Path, key: str, record: FileRecord, start: int, content) -> bool:
+def check_parts(root: Path, key: str, record: FileRecord, start: int, content: Any) -> bool:
     """Compare the CRC-32C of parts of a shard with the manifest.
 
     Parameters
@@ -326,5 +326,5 @@ def _other_size(size: int, expected: int) -> str:
     return f"has {size} bytes, {expected} were written"
 
 
-def _json(content) -> bytes:
+def _json(content: dict[str, Any]) -> bytes:
     return json.dumps(content, allow_nan=False).encode()

@@ -7,7 +7,13 @@ is then the same along a whole row and compresses to almost nothing.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from xarray.core.variable import Variable
 
 FIXED_PATTERN = "fixed_pattern_variance"  # equals `truth.FIXED_PATTERN`; avoids its imports
 ROUNDING = "rounding"  # attribute of a rounded variable: its largest error
@@ -36,7 +42,7 @@ UNDENOISED = "undenoised_"  # as `reference_picture.UNDENOISED`
 DENOISED_NOTE = "at most 1/200 of the standard deviation before denoising"
 
 
-def rounded_picture(ds) -> dict:
+def rounded_picture(ds: xr.Dataset) -> dict:
     """Return the rounded variables of a picture, by name; empty where `ds` is no picture.
 
     Parameters
@@ -61,7 +67,7 @@ def rounded_picture(ds) -> dict:
     return rounded_notes | {undenoised_names[n]: variable for n, variable in rounded.items()}
 
 
-def _rounded(variables: dict, before_denoising=None) -> dict:
+def _rounded(variables: dict, before_denoising: Variable | None = None) -> dict:
     """Return the rounded variables of one picture by name, empty where they are none.
 
     Parameters
@@ -105,7 +111,7 @@ def _quanta(name: str, values: dict) -> np.ndarray:
     return quanta
 
 
-def _by_variance(values, variance, share: float) -> np.ndarray:
+def _by_variance(values: np.ndarray, variance: np.ndarray | None, share: float) -> np.ndarray:
     """Return the spacing of a grid that rounds by `share` of the standard deviation at most; where
     there is no variance, that of `EXACT_BITS`.
     """
@@ -117,18 +123,18 @@ def _by_variance(values, variance, share: float) -> np.ndarray:
     return np.where(noisy, _power_of_two(2 * share * sigma), quanta)
 
 
-def _relative(values, bits: int) -> np.ndarray:
+def _relative(values: np.ndarray, bits: int) -> np.ndarray:
     """Return the spacing of numbers with `bits` mantissa bits at each value."""
     return _power_of_two(np.where(np.isfinite(values), np.abs(values), 1.0)) * 2.0**-bits
 
 
-def _power_of_two(values) -> np.ndarray:
+def _power_of_two(values: np.ndarray) -> np.ndarray:
     """Return the largest power of two that is at most each value above 0."""
     whole = np.maximum(values, TINY * 2.0**64)
     return (whole.view(np.int64) & EXPONENT).view(np.float64)
 
 
-def _on_grids(values, quanta, row_shifts: int) -> np.ndarray:
+def _on_grids(values: np.ndarray, quanta: np.ndarray, row_shifts: int) -> np.ndarray:
     """Return float32 values (y, x, 3) on grids of the spacing `quanta`, shifted by row for Y."""
     on_grid = np.empty(values.shape, np.float32)
     shifts = _shifts(len(values), row_shifts)[:, None]

@@ -8,6 +8,7 @@ import os
 from abc import ABC, abstractmethod
 from collections.abc import AsyncGenerator, AsyncIterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from zarr.abc.store import ByteRequest, OffsetByteRequest, RangeByteRequest
 from zarr.core.buffer import Buffer, BufferPrototype
@@ -146,7 +147,7 @@ class ManifestStore(CheckedReads, LocalStore):
         byte_ranges: Sequence[ByteRequest | None],
         *,
         prototype: BufferPrototype,
-        **_,
+        **_: Any,
     ) -> Sequence[tuple[int, Buffer | None]]:
         """Return the same as `get_ranges`, without an event loop.
 

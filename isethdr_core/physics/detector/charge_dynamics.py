@@ -304,7 +304,7 @@ def steady_charge(current_e_per_s: float, well: Well, leak_per_s: float = 0.0) -
 
 def _odds(
     charge_e: float, arrived_e: np.ndarray, log_memory_s: np.ndarray, well: Well
-) -> tuple[float | np.ndarray, ...]:
+) -> tuple[float | np.ndarray, float | np.ndarray]:
     """Return (log(b J), s).
 
     s is the log of the share of its first charge that the well loses, over the share that it keeps.

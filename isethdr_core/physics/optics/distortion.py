@@ -41,7 +41,9 @@ class BrownConrady:
     p1: float = 0.0
     p2: float = 0.0
 
-    def forward(self, x: np.ndarray, y: np.ndarray) -> tuple[float | np.ndarray, ...]:
+    def forward(
+        self, x: float | np.ndarray, y: float | np.ndarray
+    ) -> tuple[float | np.ndarray, float | np.ndarray]:
         """Return distorted (x, y): x (1 + k1 r^2 + ...) + 2 p1 x y + p2 (r^2 + 2 x^2), and y
         alike.
         """
@@ -53,7 +55,9 @@ class BrownConrady:
             y * radial + self.p1 * (r2 + 2 * y**2) + 2 * self.p2 * x * y,
         )
 
-    def _jacobian(self, x: np.ndarray, y: np.ndarray) -> tuple[float | np.ndarray, ...]:
+    def _jacobian(
+        self, x: np.ndarray, y: np.ndarray
+    ) -> tuple[float | np.ndarray, float | np.ndarray, float | np.ndarray]:
         r2 = x**2 + y**2
         radial = 1 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
         steep = 2 * (self.k1 + r2 * (2 * self.k2 + 3 * r2 * self.k3))
@@ -112,7 +116,7 @@ class _Radial:
 
     def forward(
         self, x: float | np.ndarray, y: float | np.ndarray
-    ) -> tuple[float | np.ndarray, ...]:
+    ) -> tuple[float | np.ndarray, float | np.ndarray]:
         """Return distorted (x, y) of tangents."""
         return _radially(x, y, lambda r: self.radius(np.arctan(r)))
 
@@ -283,7 +287,7 @@ class OnAngles:
 
     def forward(
         self, x: float | np.ndarray, y: float | np.ndarray
-    ) -> tuple[float | np.ndarray, ...]:
+    ) -> tuple[float | np.ndarray, float | np.ndarray]:
         """Return distorted (x, y) of angles; ValueError where the lens has none."""
         if isinstance(self.lens, _Radial):
             return _radially(x, y, self.lens.radius)
@@ -356,7 +360,7 @@ def _tangent(angle: np.ndarray) -> float | np.ndarray:
 
 def _radially(
     x: np.ndarray, y: np.ndarray, function: Callable[..., Any]
-) -> tuple[float | np.ndarray, ...]:
+) -> tuple[float | np.ndarray, float | np.ndarray]:
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
     r = np.hypot(x, y)
     if np.any(~np.isfinite(r)):

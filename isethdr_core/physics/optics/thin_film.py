@@ -18,7 +18,7 @@ def reflect(
     layers: list[Any],
     cos_in: float | np.ndarray,
     wavelength_nm: float | np.ndarray,
-) -> tuple[float | np.ndarray, ...]:
+) -> tuple[float | np.ndarray, float | np.ndarray, float | np.ndarray, float | np.ndarray]:
     """Return reflectance and transmittance of a stack, for both polarisations.
 
     Parameters
@@ -122,7 +122,7 @@ def _admittance_p(index: float | np.ndarray, normal: np.ndarray) -> complex | np
 
 def _assembly(
     first: float | np.ndarray, layers: list[Any], last: complex | np.ndarray
-) -> tuple[float | np.ndarray, ...]:
+) -> tuple[float | np.ndarray, float | np.ndarray]:
     """Return (R, T) of layers between two media, by their characteristic matrices.
 
     Parameters

@@ -28,7 +28,7 @@ def demosaic(
     channels: int,
     variance: np.ndarray | None = None,
     bad: np.ndarray | None = None,
-) -> tuple[np.ndarray | None, ...]:
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
     """Return every channel at every pixel.
 
     Parameters

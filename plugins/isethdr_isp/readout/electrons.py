@@ -140,14 +140,16 @@ def readouts(captures: xr.Dataset, white_radiance: np.ndarray) -> list[Readout]:
     return reads
 
 
-def decompanded(captures: xr.Dataset, i: int) -> tuple[float | np.ndarray, ...]:
+def decompanded(captures: xr.Dataset, i: int) -> tuple[np.ndarray, float | np.ndarray, float]:
     """Return linear DN (y, x) of capture `i`, linear DN per code there (y, x), and at the top; 1
     without companding.
     """
     return linear_dn(captures, i, captures["raw"].values[i].astype(float))
 
 
-def linear_dn(captures: xr.Dataset, i: int, raw: np.ndarray) -> tuple[float | np.ndarray, ...]:
+def linear_dn(
+    captures: xr.Dataset, i: int, raw: np.ndarray
+) -> tuple[np.ndarray, float | np.ndarray, float]:
     """Return linear DN of codes `raw` of capture `i`, linear DN per code there, and at the top; 1
     without companding.
 

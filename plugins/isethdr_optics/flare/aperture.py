@@ -18,6 +18,9 @@ A flare is a frozen dataclass with any of these methods; a lens honours every on
 `irradiance(lens, mixed)`
     light added on the sensor plane (ghosts), W m-2 nm-1, (wavelength, y, x) on the tiles of
     `mixed`.
+`radiance(lens, mixed)`
+    the radiance that something in front of the lens leaves (drops on a windscreen): mixed radiance
+    on the tiles of `mixed`, which may have components.
 """
 
 from __future__ import annotations
@@ -134,7 +137,7 @@ class ApertureFlare:
         ]
         return transmission(opening, losses, x_mm, y_mm)
 
-    def pupil_shapes(self, radius_mm: float) -> tuple[Convex | list[Any], ...]:
+    def pupil_shapes(self, radius_mm: float) -> tuple[Convex, list[Any]]:
         """Return the iris and its dirt as convex shapes, for a lens whose stop has `radius_mm`."""
         radius = self.radius_mm or radius_mm
         dust = Dust(

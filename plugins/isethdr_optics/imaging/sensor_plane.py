@@ -235,7 +235,7 @@ def _relative_illumination(
     y: np.ndarray,
     projection: str,
     widest: float,
-) -> tuple[dict[str, dict[Any, Any] | str] | dict[str, str] | float | np.ndarray, ...]:
+) -> tuple[float | np.ndarray, dict[str, dict[Any, Any] | str] | dict[str, str]]:
     """Return the factor of the field's tiles, (y, x) or 1.0, and the attributes for it."""
     falloff = lens.falloff_to(widest)
     if falloff == "none":

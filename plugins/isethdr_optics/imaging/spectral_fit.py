@@ -112,7 +112,7 @@ def fit(
 
     def fewest(
         exact_functionals: np.ndarray, points: np.ndarray, noise_share_of: Callable[..., Any]
-    ) -> tuple[Basis | float | None, ...]:
+    ) -> tuple[Basis | None, float]:
         """Return the first basis whose `share` of the noise is allowed, and that share; (None,
         share) where there is none.
         """

@@ -21,6 +21,7 @@ from isethdr_core.uncertainty.propagation import within
 
 from ..psf import kernel_sampling_error, kernels
 from ..psf.exact_core import kept_cores
+from ..psf.scaled_pattern import CoreSize
 from ..psf.wings import tile_sums
 from .accuracy_shares import KERNELS
 from .photoelectron_map import PhotoelectronMap, block_of, map_photoelectrons, sums
@@ -102,7 +103,7 @@ def fine_enough(
     mixed: xr.DataArray,
     relative: float | np.ndarray,
     response: Response | None,
-) -> tuple[Kernels | PhotoelectronMap | float | None, ...]:
+) -> tuple[Kernels | None, float, PhotoelectronMap | None]:
     """Return (kernels, their `noise_share`, photoelectron map).
 
     The errors of the kernels are below the sensor's noise in this scene. Where this cannot be
@@ -130,8 +131,8 @@ def fine_enough(
         if share <= allowed:
             return best, share, electron_map
         if best.scaled is not None:
-            best = _with_wider_core(best, electron_map, response, allowed)
-            return best, noise_share(best, electron_map, response), electron_map
+            best, share = _with_wider_core(best, electron_map, response, allowed)
+            return best, share, electron_map
         for finer in (
             FINER_FACTORS if ERROR_LEFT_BY_HALVING * share <= allowed else FINER_FACTORS[1:]
         ):
@@ -147,18 +148,39 @@ def fine_enough(
 
 def _with_wider_core(
     kernels_of_field: Kernels, electron_map: PhotoelectronMap, response: Response, allowed: float
-) -> Kernels:
-    """Return kernels from one pattern with the smallest exact core that is accurate enough.
+) -> tuple[Kernels, float]:
+    """Return kernels from one pattern with the smallest exact core that is accurate enough, and
+    their `noise_share`.
 
     If no core is enough by itself, fine rings surround it. If fine rings are not enough either,
     they are left out, and the core takes no more time than the kernels did. Beside a lamp the
     nearest rings have the largest errors, so that a wider core costs less than finer rings in the
-    whole frame.
+    whole frame. The errors of fine rings are known once they are there: where these are larger
+    than expected, the core is widened again.
     """
     sizes = kernels.wider_cores(kernels_of_field)
-    # of the rings outside each core
-    error_kernels = _beyond_cores(kernels_of_field, electron_map, [size.tiles for size in sizes])
-    shares = [_share_of_noise(electron_map, response, one) for one in error_kernels]
+    found = _with_expected_core(kernels_of_field, electron_map, response, allowed, sizes)
+    share = noise_share(found, electron_map, response)
+    if share <= allowed or found.wide is None or not found.fine_rings:
+        return found, share
+    wider = [size for size in sizes if size.tiles > found.wide.tiles]
+    shares = _shares_beyond_cores(found, electron_map, response, wider)
+    enough = [size for size, left in zip(wider, shares) if left <= CORE_SHARE * allowed]
+    if wider:
+        found = kernels.with_core(found, (enough or wider[-1:])[0].tiles)
+        share = noise_share(found, electron_map, response)
+    return found, share
+
+
+def _with_expected_core(
+    kernels_of_field: Kernels,
+    electron_map: PhotoelectronMap,
+    response: Response,
+    allowed: float,
+    sizes: Sequence[CoreSize],
+) -> Kernels:
+    """Return kernels with the size of the core that the errors of usual rings ask for."""
+    shares = _shares_beyond_cores(kernels_of_field, electron_map, response, sizes)
     choices = (
         ((False, 1.0), (True, FINE_RINGS_LEAVE))
         if kernels.fine_rings_fit(kernels_of_field)
@@ -172,6 +194,17 @@ def _with_wider_core(
             return kernels.with_core(kernels_of_field, sizes[-1].tiles, fine_rings)
     quick = [size.tiles for size in sizes if size.quick]
     return kernels.with_core(kernels_of_field, quick[-1]) if quick else kernels_of_field
+
+
+def _shares_beyond_cores(
+    kernels_of_field: Kernels,
+    electron_map: PhotoelectronMap,
+    response: Response,
+    sizes: Sequence[CoreSize],
+) -> list[float]:
+    """Return the share of the noise that rings outside each size of the core err by."""
+    error_kernels = _beyond_cores(kernels_of_field, electron_map, [size.tiles for size in sizes])
+    return [_share_of_noise(electron_map, response, one) for one in error_kernels]
 
 
 def noise_share(

@@ -457,7 +457,7 @@ def _traced_wavefront(
 
 def _traced_apodization(
     real: Prescription, angle_rad: float
-) -> tuple[float | tuple[tuple[Any, ...], ...], ...]:
+) -> tuple[tuple[tuple[Any, ...], ...], float]:
     return amplitude(real, tan(angle_rad), real.reference_nm)
 
 

@@ -345,7 +345,12 @@ def read_dn(
 
 def device_maps(
     model: SensorModel, generator: Generator | None, height: int, width: int
-) -> tuple[list[float | np.ndarray], ...]:
+) -> tuple[
+    list[float | np.ndarray],
+    list[float | np.ndarray],
+    list[float | np.ndarray],
+    list[float | np.ndarray],
+]:
     """Return per photodiode the PRNU factor and the dark electrons, per reading offset and read
     noise: maps, rows or numbers.
 

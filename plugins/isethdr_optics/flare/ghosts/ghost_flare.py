@@ -200,7 +200,7 @@ def _irradiance(flare: GhostFlare, lens: LensOptics, mixed: xr.DataArray) -> xr.
 
 def _worth_drawing(
     light_sources: Sequence[Any], traced: Sequence[Any], error_allowed: float
-) -> tuple[float | list[Any], ...]:
+) -> tuple[list[Any], float]:
     """Return [(source, pair), ...] without the weakest, and the share of the light of the weakest.
 
     The share is at most `error_allowed`.

@@ -123,7 +123,7 @@ def _faint(
     wave: np.ndarray,
     unit: float,
     allowed: float,
-) -> tuple[float | list[Any] | tuple[Any, ...], ...]:
+) -> tuple[tuple[Any, ...], float, list[Any]]:
     """Return the pairs (front, back) whose ghosts together stay below `allowed`, bound and notes.
 
     `unit` is the peak ghost of a pair with share and magnification 1, over the sensor's noise.

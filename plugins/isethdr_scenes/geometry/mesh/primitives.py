@@ -75,7 +75,7 @@ def ball(
 
 
 def box(
-    centre: Sequence[float],
+    centre: tuple[float, float, float],
     size: tuple[float, float, float],
     name: str = "box",
     material: str = "plastic_black",
@@ -123,7 +123,7 @@ def lathe(
     material: str = "plastic_black",
     n: int = 32,
     axis: str = "y",
-    turn: Sequence[float] = (0, 2 * np.pi),
+    turn: tuple[float, float] = (0, 2 * np.pi),
 ) -> Piece:
     """Return a profile of (radius, height) turned about an axis through `turn`, radians.
 

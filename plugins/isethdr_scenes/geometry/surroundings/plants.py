@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..mesh.piece import Assembly, Piece, join, unit
@@ -18,7 +16,7 @@ def cards(
     centres: np.ndarray,
     normals: np.ndarray,
     along: np.ndarray,
-    size_m: Sequence[float | np.ndarray],
+    size_m: tuple[float | np.ndarray, float | np.ndarray],
     name: str,
     material: str,
 ) -> Piece:

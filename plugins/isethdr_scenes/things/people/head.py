@@ -5,7 +5,6 @@ Coordinates are those of a head whose joint is the origin, 0.235 m from chin to 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,7 +83,11 @@ class _Place:
         return self.at + self.scale * np.array([x, y, z])
 
     def limb(
-        self, a: Sequence[float], b: Sequence[float], radius_a: float, radius_b: float
+        self,
+        a: tuple[float, float, float],
+        b: tuple[float, float, float],
+        radius_a: float,
+        radius_b: float,
     ) -> Limb:
         return Limb(self.point(*a), self.point(*b), self.scale * radius_a, self.scale * radius_b)
 
