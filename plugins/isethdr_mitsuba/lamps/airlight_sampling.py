@@ -14,7 +14,7 @@ Talbot 2005, eq. 5 (resampled importance sampling).
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import drjit as dr
 import mitsuba as mi
@@ -23,6 +23,13 @@ import numpy as np
 from ..paths.camera_rays import OF_CANDIDATE, stream
 from ..paths.device_memory import aligned
 from .spatial_sampling import MOST_TRIED, areas, blocks_of, shares_of, slots_of, votes
+
+if TYPE_CHECKING:
+    from ..paths.camera_rays import Camera
+    from ..paths.fog_tables import FogTables
+    from ..paths.hits import HitTables
+    from ..world.view import View
+    from .lamp_tables import LampTables
 
 RAYS = 2  # of each block that are tried
 PLACES = 8  # along each of them
@@ -38,7 +45,7 @@ class Segment:
     Dr.Jit would take apart.
     """
 
-    def __init__(self, ray, end, turn):
+    def __init__(self, ray: Any, end: Any, turn: Any) -> None:
         """Describe a stretch of a ray in fog.
 
         Parameters
@@ -66,7 +73,7 @@ class Aimed(NamedTuple):
 class Angles:
     """The angles that places along a ray subtend at a point."""
 
-    def __init__(self, ray, end, point):
+    def __init__(self, ray: Any, end: Any, point: Any) -> None:
         """Measure the angles under which a point sees a ray.
 
         Parameters
@@ -81,11 +88,11 @@ class Angles:
         self.first = dr.atan2(-self.middle, self.beside)
         self.span = dr.maximum(dr.atan2(end - self.middle, self.beside) - self.first, 1e-6)
 
-    def place(self, u):
+    def place(self, u: Any) -> Any:
         """Return the place, m, at the share `u` of the angles."""
         return self.middle + self.beside * dr.tan(self.first + u * self.span)
 
-    def density(self, along):
+    def density(self, along: Any) -> Any:
         """Return the density, 1/m, of places whose angles are even."""
         off = along - self.middle
         return self.beside / (self.span * (dr.square(self.beside) + dr.square(off)))
@@ -94,13 +101,13 @@ class Angles:
 class AirlightLamps:
     """Device tables of the probabilities with which lamps are chosen for the airlight of blocks."""
 
-    def __init__(self, lamps, fog):
+    def __init__(self, lamps: LampTables, fog: FogTables) -> None:
         """`lamps` : LampTables. `fog` : FogTables."""
         self.scene = None
         self.lamps = lamps
         self.fog = fog
 
-    def aim(self, scene, hits, camera, view):
+    def aim(self, scene: Any, hits: HitTables, camera: Camera, view: View) -> None:
         """Compute the probabilities. Call this before `choose`.
 
         Parameters
@@ -136,13 +143,15 @@ class AirlightLamps:
         self.tries = dr.opaque(mi.UInt32, CANDIDATES)
         dr.eval(self.chance, *self.slots)
 
-    def _pick(self, g, along, block, active):
+    def _pick(self, g: int, along: Any, block: Any, active: Any) -> Any:
         """Return a lamp of group number `g`, drawn by its probability at a block."""
         count = self.count[g]
         slot = dr.minimum(mi.UInt32(along * mi.Float(count)), count - 1)
         return dr.gather(mi.UInt32, self.slots[g], block * count + slot, active)
 
-    def sent(self, ray, along, lamp, point, normal, active):
+    def sent(
+        self, ray: Any, along: Any, lamp: Any, point: Any, normal: Any, active: Any
+    ) -> tuple[Any, Any, Any]:
         """Return what a point of a lamp sends to the camera by way of a place on the ray, without
         shadows, cd m-2 per metre of ray and square metre of lamp; and the unit vector and the
         distance, m, from the place to the point.
@@ -167,7 +176,9 @@ class AirlightLamps:
         return level / dr.square(away), way, away
 
     @dr.syntax
-    def choose(self, g: int, rng, segment, block, active):
+    def choose(
+        self, g: int, rng: np.random.Generator, segment: Any, block: Any, active: Any
+    ) -> Any:
         """Return the `Aimed` of a `Segment`.
 
         One of `CANDIDATES` pairs of a lamp's point and a place is kept, in proportion to what it
@@ -224,7 +235,9 @@ class AirlightLamps:
         return Aimed(row, kept_along, kept_towards, kept_away, total / mi.Float(self.tries))
 
 
-def _tried(scene, hits, camera, view, air) -> np.ndarray:
+def _tried(
+    scene: Any, hits: HitTables, camera: Camera, view: View, air: AirlightLamps
+) -> np.ndarray:
     """Return the airlight (ray, lamp) of `RAYS` rays of each block, up to one factor."""
     side, across, down = blocks_of(view)
     placed = air.lamps.placed

@@ -7,12 +7,19 @@ its tables.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from .device_grids import DeviceGrids
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from ..world.view import View
 
 PLUGIN = "isethdr_beam_lamp"
 NEAR_CLIP_M = 1e-3
@@ -21,7 +28,9 @@ NEAR_CLIP_M = 1e-3
 NEVER = 1e-7
 
 
-def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False):
+def beam_lamp(
+    placed: PlacedLamp, hidden_from: np.ndarray | None = None, mirrored_only: bool = False
+) -> Any:
     """Return a new Mitsuba emitter for `placed`, to be attached to the mesh of its triangles.
 
     Parameters
@@ -58,7 +67,7 @@ def beam_lamp(placed: PlacedLamp, hidden_from=None, mirrored_only: bool = False)
     return emitter
 
 
-def film(wavelength_nm, step_nm: float, width: int, height: int) -> dict:
+def film(wavelength_nm: ArrayLike, step_nm: float, width: int, height: int) -> dict:
     """Return a film with one top-hat channel per band, whose channels are integrals over the band
     (divide by step_nm).
 
@@ -88,7 +97,7 @@ def film(wavelength_nm, step_nm: float, width: int, height: int) -> dict:
     return out
 
 
-def sensor(view, film_entry: dict) -> dict:
+def sensor(view: View, film_entry: dict) -> dict:
     """Return the Mitsuba pinhole camera of `view`; its tiles must be square."""
     origin = [float(v) for v in view.origin_m]
     matrix = np.eye(4)
@@ -112,9 +121,9 @@ def sensor(view, film_entry: dict) -> dict:
     }
 
 
-def _beam_class():
+def _beam_class() -> type:
     class BeamLamp(mi.Emitter):
-        def __init__(self, properties):
+        def __init__(self, properties: Any) -> None:
             super().__init__(properties)
             self.radiance = properties.get_emissive_texture("radiance", 1.0)
             get = lambda name: (
@@ -132,7 +141,7 @@ def _beam_class():
             self.m_flags = mi.EmitterFlags.Surface
             self.m_needs_sample_3 = True
 
-        def follow_grid(self, placed):
+        def follow_grid(self, placed: PlacedLamp) -> None:
             if dr.is_jit_v(mi.Float):
                 grids = DeviceGrids([placed])
                 number = dr.opaque(mi.UInt32, 0)
@@ -143,10 +152,10 @@ def _beam_class():
                 highest = placed.grid.value.max()
                 self.grid_pattern = lambda d, _: float(placed.grid.at(np.array(d)) / highest)
 
-        def traverse(self, callback):
+        def traverse(self, callback: Any) -> None:
             callback.put("radiance", self.radiance, mi.ParamFlags.Differentiable)
 
-        def light(self, si, outwards, normal, active):
+        def light(self, si: Any, outwards: Any, normal: Any, active: Any) -> Any:
             pattern = 1.0
             if self.grid_pattern is not None:
                 pattern = (self.grid_pattern(outwards, active) + self.floor) / (1 + self.floor)
@@ -164,7 +173,7 @@ def _beam_class():
                 0.0,
             )
 
-        def eval(self, si, active=True):
+        def eval(self, si: Any, active: Any = True) -> Any:
             if not self.on:
                 return mi.Spectrum(0)
             outwards = si.to_world(si.wi)
@@ -176,7 +185,7 @@ def _beam_class():
             )
             return self.light(si, outwards, si.n, mi.Bool(active) & far)
 
-        def sample_direction(self, it, sample, active=True):
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> tuple[Any, Any]:
             if self.mirrored_only:
                 nothing = mi.DirectionSample3f()
                 nothing.pdf = 0.0
@@ -187,7 +196,7 @@ def _beam_class():
             value = self.light(_at(it, ds), -ds.d, ds.n, active)
             return ds, value / dr.select(active, ds.pdf, 1.0)
 
-        def pdf_direction(self, it, ds, active=True):
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             if self.mirrored_only:
                 # rays from surfaces that a spot lights get no weight; rays from mirrors use no
                 # density
@@ -196,22 +205,22 @@ def _beam_class():
                 dr.dot(ds.d, ds.n) < 0, self.get_shape().pdf_direction(it, ds, active), 0.0
             )
 
-        def eval_direction(self, it, ds, active=True):
+        def eval_direction(self, it: Any, ds: Any, active: bool = True) -> Any:
             return self.light(_at(it, ds), -ds.d, ds.n, active)
 
-        def sample_wavelengths(self, si, sample, active=True):
+        def sample_wavelengths(self, si: Any, sample: Any, active: bool = True) -> Any:
             return self.radiance.sample_spectrum(si, mi.math.sample_shifted(sample), active)
 
-        def bbox(self):
+        def bbox(self) -> Any:
             return self.get_shape().bbox()
 
-        def to_string(self):
+        def to_string(self) -> str:
             return "BeamLamp[]"
 
     return BeamLamp
 
 
-def _at(it, ds):
+def _at(it: Any, ds: Any) -> Any:
     si = dr.zeros(mi.SurfaceInteraction3f)
     si.p = ds.p
     si.n = ds.n

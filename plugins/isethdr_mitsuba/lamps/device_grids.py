@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -15,7 +17,7 @@ NONE = -1.0  # where a lamp's first cell would stand: it has no grid
 class DeviceGrids:
     """Device tables of the grids of some lamps; no code for them where no lamp has one."""
 
-    def __init__(self, lamps: list[PlacedLamp]):
+    def __init__(self, lamps: list[PlacedLamp]) -> None:
         """Lay the grids of `lamps`, by their numbers, one after the other."""
         with_grid = [p for p in lamps if p.grid is not None]
         self.any = bool(with_grid)
@@ -43,7 +45,7 @@ class DeviceGrids:
         self.quads = mi.Float(np.concatenate(quads).ravel().tolist())
         dr.eval(self.rows, self.quads)
 
-    def pattern(self, lamp, direction, axis, otherwise, active):
+    def pattern(self, lamp: Any, direction: Any, axis: Any, otherwise: Any, active: Any) -> Any:
         """Return the luminance relative to the largest towards the unit vector `direction`, which
         leaves the lamp; `otherwise` of lamps without a grid.
 
@@ -78,7 +80,7 @@ class DeviceGrids:
         return dr.select(has_grid, dr.select(inside, dr.lerp(low, high, over), 0), otherwise)
 
 
-def _cell(place, count):
+def _cell(place: Any, count: int) -> tuple[Any, Any]:
     """Return the number of the cell and the place in it, from -count / 2..count / 2."""
     along = dr.clip(place + count / 2, 0, count)
     cell = dr.minimum(mi.UInt32(along), count - 1)

@@ -14,8 +14,12 @@ are as far apart as its own.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import IntensityTable
 
 BENDS = (4.0, 12.0)
 LEAST_BEND = 1.0
@@ -37,7 +41,7 @@ class IntensityGrid:
     reach: tuple[float, float]  # x and y of the last nodes
     bends: tuple[float, float] = BENDS  # a and b
 
-    def at(self, direction) -> np.ndarray:
+    def at(self, direction: np.ndarray) -> np.ndarray:
         """Return the luminance, cd/m2, towards unit vectors (..., 3); 0 backwards and beyond."""
         place = [np.asarray(direction, float) @ v for v in (self.axis, self.left, self.up)]
         forward, aside, above = place
@@ -66,14 +70,20 @@ class IntensityGrid:
         return np.stack(corners, -1).reshape(-1, 4)
 
 
-def _cell(place, count):
+def _cell(place: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the number of the cell and the place in it of `place`, -1..1 across the grid."""
     along = (np.clip(place, -1, 1) + 1) * (count / 2)
     cell = np.minimum(along.astype(int), count - 1)
     return cell, along - cell
 
 
-def intensity_grid(table, intensity_cd: float, axis, left, area_vectors) -> IntensityGrid:
+def intensity_grid(
+    table: IntensityTable,
+    intensity_cd: float,
+    axis: np.ndarray,
+    left: np.ndarray,
+    area_vectors: np.ndarray,
+) -> IntensityGrid:
     """Return the grid of a lamp.
 
     Parameters
@@ -108,7 +118,7 @@ def intensity_grid(table, intensity_cd: float, axis, left, area_vectors) -> Inte
     )
 
 
-def _bends(table) -> np.ndarray:
+def _bends(table: IntensityTable) -> np.ndarray:
     """Return the bends (2,) of the grid of a table."""
     angles = [np.asarray(table.left_deg), np.asarray(table.up_deg)]
     if min(min(-v[0], v[-1]) for v in angles) < WIDE_DEG:

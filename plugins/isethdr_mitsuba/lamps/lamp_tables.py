@@ -22,7 +22,7 @@ from .device_grids import DeviceGrids
 from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_table
 from .sky_dome import DomeTable, sky_rows
 from .sky_openings import SkyOpenings
-from .spatial_sampling import Chances, areas, light_at_points
+from .spatial_sampling import Chances, PlaceLight, areas, light_at_points, places_of
 
 # candidates for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to
 # 0.5-1.0 of itself
@@ -37,7 +37,8 @@ class LampTables:
     The target of a shadow ray is drawn for each group by resampled importance sampling (Talbot
     2005, eq. 5): `CANDIDATES` points on lamps of the group are drawn by the probabilities of
     `spatial_sampling.py`, each on its own part of the lamps. One of them is kept, in proportion to
-    the luminance that it would send without occlusion.
+    the light that it would send without occlusion, times the share of it that points of the place
+    have seen to arrive.
     """
 
     def __init__(
@@ -120,14 +121,14 @@ class LampTables:
         known = (
             light_at_points(scene, hits, camera, view, surfaces, self)
             if self.placed
-            else (np.zeros(0, int), np.zeros((0, 0)))
+            else PlaceLight(*np.zeros((2, places_of(view), 0)))
         )
         # all lamps may be switched off
         strength = (
             np.array([np.sqrt(p.peak_cd_m2 * p.area_m2) for p in self.placed])
             + np.finfo(float).tiny
         )
-        self.chances = Chances(camera, view, self.members, strength, *known)
+        self.chances = Chances(camera, view, self.members, strength, known)
 
     def has_lamps(self, g: int) -> bool:
         """Return whether group number `g` contains a lamp; the sky is not a lamp."""
@@ -236,12 +237,12 @@ class LampTables:
 
     @dr.syntax
     def choose(  # noqa: PLR0913 - variables of a compiled loop
-        self, g: int, rng, si, place, tries, start, active
+        self, g: int, rng, si, place, tries, turn, active
     ):
         """Return the target of a shadow ray.
 
-        Candidate k lies on a lamp of part k of `tries` equal parts of the group. Where in its part
-        goes by `start`, a random number of 2^32.
+        Candidate k lies on a lamp of part k of `tries` equal parts of the group. One of them is
+        kept, in proportion to its light and to the share of it that is expected to arrive.
 
         Parameters
         ----------
@@ -250,7 +251,7 @@ class LampTables:
         si : surface interaction that is lit.
         place : number of the place from which lamps are chosen.
         tries : number of candidates.
-        start : of 2^32, where in its part each candidate lies.
+        turn : two numbers of 2^32: where in its part each candidate lies, and which one is kept.
         active : lanes that take part.
 
         Returns
@@ -266,21 +267,26 @@ class LampTables:
         kept = mi.Float(0)
         total = mi.Float(0)
         density = mi.Float(1)
+        # one number decides on all candidates: what is left of it decides on the next
+        u = mi.Float(turn.y >> 8) * 2.0**-24
         k = mi.UInt32(0)
         while k < tries:
-            along = mi.Float(k) + mi.Float((start + k * OF_CANDIDATE) >> 8) * 2.0**-24
+            along = mi.Float(k) + mi.Float((turn.x + k * OF_CANDIDATE) >> 8) * 2.0**-24
             along /= mi.Float(tries)
             lamp = self.chances.pick(g, along, place, active)
             t = targets.pick(rng, lamp, active)
             p, d, sent, cos_here, each = self._candidate(g, lamp, t, rng, si, active)
             chance = self.chances.of(lamp, place, active)
             each *= chance
-            value = dr.select(chance > 0, sent * cos_here, 0)
+            value = sent * cos_here * self.chances.clear_share(lamp, place, active)
+            value = dr.select(chance > 0, value, 0)
             if dr.hint(self.fog is not None, mode="scalar"):
                 value *= self.fog.along(dr.norm(p - si.p))
             weight = dr.select(value > 0, value / each, 0)
             total += weight
-            take = (weight > 0) & (rng.next_float32() * total < weight)
+            part = weight / dr.maximum(total, 1e-30)
+            take = (weight > 0) & (u < part)
+            u = dr.select(take, u / part, (u - part) / dr.maximum(1 - part, 1e-7))
             triangle = dr.select(take, t, triangle)
             point = dr.select(take, p, point)
             direction = dr.select(take, d, direction)

@@ -9,7 +9,8 @@ once.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import drjit as dr
 import mitsuba as mi
@@ -35,7 +36,7 @@ class NearList(NamedTuple):
     slots: np.ndarray  # (block, slot) of the other lamps
 
 
-def near_list(known_lamps, slots, chance) -> NearList:
+def near_list(known_lamps: np.ndarray, slots: np.ndarray, chance: np.ndarray) -> NearList:
     """Return the near lamps of each block.
 
     Parameters
@@ -57,7 +58,7 @@ def near_list(known_lamps, slots, chance) -> NearList:
     return NearList(lamps, length, _without(slots, chance, near_mask))
 
 
-def _without(slots, chance, near_mask):
+def _without(slots: np.ndarray, chance: np.ndarray, near_mask: np.ndarray) -> np.ndarray:
     """Return slots (block, slot) without the near lamps, `near_mask` (block, lamp). Each other lamp
     has at least as many slots as before. A block without other lamps does not change.
     """
@@ -79,7 +80,9 @@ def _without(slots, chance, near_mask):
 class NearLamps:
     """Device lists of the near lamps of all groups."""
 
-    def __init__(self, lists: list[NearList | None], members, blocks: int):
+    def __init__(
+        self, lists: list[NearList | None], members: Sequence[list[Any]], blocks: int
+    ) -> None:
         """Copy the lists to the device.
 
         Parameters
@@ -100,7 +103,7 @@ class NearLamps:
         self.blocks = dr.opaque(mi.UInt32, blocks)
         dr.eval(*self.lamps, *self.lengths)
 
-    def length(self, g: int, block, active):
+    def length(self, g: int, block: Any, active: Any) -> Any:
         """Return the number of near lamps of group number `g` at a block.
 
         Parameters
@@ -111,7 +114,7 @@ class NearLamps:
         """
         return dr.gather(mi.UInt32, self.lengths[g], block, active)
 
-    def lamp(self, g: int, block, turn, active):
+    def lamp(self, g: int, block: Any, turn: Any, active: Any) -> Any:
         """Return the number of near lamp `turn` of group number `g` at a block.
 
         Parameters

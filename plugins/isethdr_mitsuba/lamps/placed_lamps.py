@@ -4,8 +4,10 @@ area.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +16,9 @@ from isethdr_core.physics.photometry import LM_PER_W, v_lambda
 from isethdr_core.scene import Lamp, Spectrum
 
 from .intensity_grid import IntensityGrid, intensity_grid
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import IntensityTable, Part, SceneDescription
 
 # grid on which emission spectra are tabulated and weighed, nm
 SPECTRUM_NM = np.arange(360.0, 831.0)
@@ -34,7 +39,7 @@ class PlacedLamp:
     cos_outer: float
     grid: IntensityGrid | None = None  # of a lamp with a table: stands for the cone
 
-    def relative(self, directions) -> np.ndarray:
+    def relative(self, directions: np.ndarray) -> np.ndarray:
         """Return luminance relative to the peak towards unit vectors (..., 3) that leave it."""
         if self.grid is None:
             return self.pattern(directions @ self.axis)
@@ -46,14 +51,14 @@ class PlacedLamp:
         """Area of all its triangles."""
         return float(np.linalg.norm(_area_vectors(self.triangles), axis=1).sum())
 
-    def pattern(self, cos_axis):
+    def pattern(self, cos_axis: np.ndarray) -> np.ndarray:
         """Return radiance relative to that on the axis, at the cosine of the angle from the axis
         of a round beam.
         """
         return (beam(cos_axis, self.cos_inner, self.cos_outer) + self.floor) / (1 + self.floor)
 
 
-def beam(cos_axis, cos_inner: float, cos_outer: float):
+def beam(cos_axis: np.ndarray, cos_inner: float, cos_outer: float) -> np.ndarray:
     """Return 1 within the inner cone, 0 beyond the outer, a smoothstep of the cosine between; 1
     everywhere if Lambertian.
 
@@ -73,7 +78,9 @@ def beam(cos_axis, cos_inner: float, cos_outer: float):
 LAMBERTIAN_COS = 1e-9
 
 
-def placed_lamps(description, normalise: str = "intensity", groups=None) -> list[PlacedLamp]:
+def placed_lamps(
+    description: SceneDescription, normalise: str = "intensity", groups: Sequence[str] | None = None
+) -> list[PlacedLamp]:
     """Return every lamp of `description` at its place.
 
     Parameters
@@ -95,7 +102,7 @@ def placed_lamps(description, normalise: str = "intensity", groups=None) -> list
     return out
 
 
-def world_triangles(part, pose) -> np.ndarray:
+def world_triangles(part: Part, pose: np.ndarray) -> np.ndarray:
     """Return the (n, 3, 3) triangles of `part` under `pose`; a mirroring pose keeps them facing
     outwards.
     """
@@ -104,7 +111,9 @@ def world_triangles(part, pose) -> np.ndarray:
     return tri[:, ::-1] if np.linalg.det(pose[:3, :3]) < 0 else tri
 
 
-def _place(part, pose, number, name, normalise, dark):
+def _place(
+    part: Part, pose: np.ndarray, number: int, name: str, normalise: str, dark: bool
+) -> PlacedLamp:
     lamp = part.lamp
     tri = world_triangles(part, pose)
     where = f"lamp {part.name!r} ({lamp.kind}) of object {name!r}"
@@ -150,7 +159,9 @@ def _place(part, pose, number, name, normalise, dark):
     )
 
 
-def _with_table(part, pose, number, name, axis):
+def _with_table(
+    part: Part, pose: np.ndarray, number: int, name: str, axis: np.ndarray
+) -> PlacedLamp:
     """Return a lamp whose candela is that of its table, whatever its faces; the largest luminance
     is its peak. Its flux follows from the table alone.
     """
@@ -176,7 +187,7 @@ def _with_table(part, pose, number, name, axis):
 
 
 @lru_cache(maxsize=64)  # lamps of one kind share their table
-def _table_flux(table) -> float:
+def _table_flux(table: IntensityTable) -> float:
     """Return the integral of a table over directions, sr, by the midpoint rule."""
     cells = 1000
     left, up = (
@@ -188,11 +199,11 @@ def _table_flux(table) -> float:
     return float(value.sum() * each)
 
 
-def _area_vectors(tri):
+def _area_vectors(tri: np.ndarray) -> np.ndarray:
     return np.cross(tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]) / 2
 
 
-def _beam_flux(vectors, axis, cos_inner, cos_outer):
+def _beam_flux(vectors: np.ndarray, axis: np.ndarray, cos_inner: float, cos_outer: float) -> float:
     """Return the flux, m2 sr, of faces with area `vectors` whose radiance is the beam pattern about
     `axis`.
     """

@@ -8,6 +8,8 @@ within 0.02 degrees from everywhere.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -15,10 +17,13 @@ import numpy as np
 from isethdr_core.errors import ConfigError
 from isethdr_core.scene import SkyDome
 
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Spectrum
+
 MOST_PARTS = 4
 
 
-def sky_rows(sky, wavelength_nm) -> np.ndarray:
+def sky_rows(sky: Spectrum | None, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return the radiances (row, wavelength) that make up a sky: one of a uniform sky, 0 of none,
     one for each part of a dome.
     """
@@ -30,7 +35,7 @@ def sky_rows(sky, wavelength_nm) -> np.ndarray:
 class DomeTable:
     """Device table of the patterns of a dome."""
 
-    def __init__(self, dome: SkyDome):
+    def __init__(self, dome: SkyDome) -> None:
         """Raise ConfigError where a dome has more than four parts."""
         if len(dome.parts) > MOST_PARTS:
             raise ConfigError(
@@ -46,7 +51,7 @@ class DomeTable:
         self.values = mi.Float(four.astype(np.float32).ravel().tolist())
         dr.eval(self.values)
 
-    def strengths(self, direction, active):
+    def strengths(self, direction: Any, active: Any) -> Any:
         """Return the strength of the parts, a vector of four, towards the unit vector `direction`;
         as `isethdr_core.data.sky.pattern_at`.
         """
@@ -64,7 +69,7 @@ class DomeTable:
         upper = dr.lerp(at(low + 1, left), at(low + 1, right), aside)
         return dr.lerp(lower, upper, above)
 
-    def light(self, spectra, place, row, direction, active):
+    def light(self, spectra: Any, place: Any, row: Any, direction: Any, active: Any) -> list[Any]:
         """Return the packets of radiance towards `direction`; `row` is that of the first part.
 
         Parameters

@@ -9,6 +9,7 @@ right for any rectangle, also where it is partly blocked or not the whole mouth.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
@@ -22,7 +23,7 @@ LEAST_COSINE = 1e-6
 class SkyOpenings:
     """Device tables of openings. A point sees those that it lies behind."""
 
-    def __init__(self, openings: Sequence[Opening]):
+    def __init__(self, openings: Sequence[Opening]) -> None:
         """`openings` : at least one."""
         first, second = (
             np.array([getattr(o, name) for o in openings], float)
@@ -44,7 +45,7 @@ class SkyOpenings:
         dr.eval(self.corner, self.first, self.second, self.normal)
         dr.eval(self.along, self.across, self.per_area)
 
-    def aim(self, rng, place, active):
+    def aim(self, rng: Any, place: Any, active: Any) -> tuple[Any, Any]:
         """Draw a direction towards a random point of a random opening.
 
         Parameters
@@ -65,7 +66,7 @@ class SkyOpenings:
         behind = active & (dr.dot(way, take(self.normal)) > LEAST_COSINE)
         return way, dr.select(behind, self.density(place, way, active), 0)
 
-    def density(self, place, way, active):
+    def density(self, place: Any, way: Any, active: Any) -> Any:
         """Return the density per solid angle with which `aim` draws the unit vector `way`.
 
         Parameters

@@ -6,7 +6,8 @@ lamps are therefore tested from a few points that the camera sees in each block 
 one further point that each of those sees: how much light would arrive, and whether something blocks
 it. The points of a block decide how paths choose lamps at their first surface in this block. The
 points of a cell of the world decide for all further surfaces in the cell. Each point has one vote.
-A quarter of the probability is shared equally among all lamps, so that none is left out.
+A quarter of the probability is shared equally among all lamps, so that none is left out. Where a
+shadow ray chooses among candidates, those whose lamp the points did not see count less.
 
 References
 ----------
@@ -21,6 +22,7 @@ from typing import NamedTuple
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from scipy import sparse
 
 from ..paths.camera_rays import stream
 from ..paths.device_memory import aligned
@@ -34,6 +36,16 @@ RINGS_M = 1.0, 300.0  # ... from its first to its last, each so many times as fa
 SLOTS = 4
 MOST_TRIED = 1 << 24  # lamps from points, at once
 CLEAR_M = 1e-3  # from a surface on
+# a candidate counts at least this much, also where no tested point of the place saw its lamp. With
+# 1,000 lamps among boxes the noise of the median tile changes by 3 % from 0.03 to 0.1
+LEAST_CLEAR = 0.05
+
+
+class PlaceLight(NamedTuple):
+    """What the tested points of each place know of the lamps, (place, lamp)."""
+
+    votes: np.ndarray  # sum of the shares of each lamp in the light of its group at the points
+    clear_share: np.ndarray  # of the lamp's light, that nothing blocks; 1 where nothing is known
 
 
 class Chances:
@@ -42,10 +54,11 @@ class Chances:
 
     A group has a list of lamps, `slots` (place, slot); all slots are equally likely. `chance`
     (place, lamp) is the share of slots that a lamp has. It is 0 in blocks where the lamp is `near`:
-    each path there sends it a shadow ray without chance.
+    each path there sends it a shadow ray without chance. `clear` (place, lamp) is the share of the
+    lamp's light that is expected to arrive, at least `LEAST_CLEAR`.
     """
 
-    def __init__(self, camera, view, members, strength, place, light):
+    def __init__(self, camera, view, members, strength, known: PlaceLight):
         """Make the tables.
 
         Parameters
@@ -54,11 +67,10 @@ class Chances:
         view : tiles of the frame.
         members : numbers of the lamps of each group.
         strength : (lamp,) weights of the lamps where nothing else is known.
-        place, light : (point,) places of the tested points, and the light (point, lamp) that
-            arrives there.
+        known : what tested points know of the lamps.
         """
         side, across, down = blocks_of(view)
-        places = across * down + CELLS[0] * CELLS[1]
+        places = places_of(view)
         chance = np.zeros((places, len(strength)))
         self.slots = []
         self.count = []
@@ -69,7 +81,7 @@ class Chances:
             slots = np.zeros((1, 1), int)
             near_lamps = None
             if len(mine):
-                voted = votes(places, place, light[:, mine])
+                voted = known.votes[:, mine]
                 own = slots_of(voted, strength[mine])
                 has_votes = voted[:blocks].any(1)
                 near_lamps = near_list(has_votes, own[:blocks], shares_of(own[:blocks], len(mine)))
@@ -85,13 +97,15 @@ class Chances:
             self.slots.append(mi.UInt32(aligned(slots, np.uint32)))
             self.count.append(dr.opaque(mi.UInt32, slots.shape[1]))
         self.chance = mi.Float(aligned(chance, np.float32))
+        clear = np.maximum(known.clear_share, LEAST_CLEAR)
+        self.clear = mi.Float(aligned(clear, np.float32))
         self.lamps = dr.opaque(mi.UInt32, len(strength))
         self.side, self.across, self.first_cell = (
             dr.opaque(mi.UInt32, n) for n in (side, across, across * down)
         )
         self.origin = camera.origin
         self.near = NearLamps(lists, members, blocks)
-        dr.eval(self.chance, *self.slots)
+        dr.eval(self.chance, self.clear, *self.slots)
 
     def block(self, row, column):
         """Return the place of tiles, from their rows and columns in the complete grid."""
@@ -129,6 +143,17 @@ class Chances:
         """
         return dr.gather(mi.Float, self.chance, place * self.lamps + lamp, active)
 
+    def clear_share(self, lamp, place, active):
+        """Return the share of a lamp's light that is expected to arrive at `place`.
+
+        Parameters
+        ----------
+        lamp : number of the lamp.
+        place : number of the place.
+        active : lanes that take part.
+        """
+        return dr.gather(mi.Float, self.clear, place * self.lamps + lamp, active)
+
 
 def cell_of(distance):
     """Return the number of the cell at the horizontal displacement `distance` from the camera."""
@@ -153,10 +178,21 @@ def votes(places: int, place, light) -> np.ndarray:
     place : (point,) place of each point.
     light : (point, lamp) that arrives at the points.
     """
-    out = np.zeros((places, light.shape[1]))
-    total = light.sum(1, keepdims=True)
-    np.add.at(out, place, np.divide(light, total, out=np.zeros(light.shape), where=total > 0))
-    return out
+    return _summed(places, place, light.sum(1, dtype=float)) @ light
+
+
+def _summed(places: int, place, level) -> sparse.csr_array:
+    """Return the matrix (place, point) that sums over the points at `place` (point,), each over its
+    `level` (point,). Points of level 0 do not count.
+    """
+    weight = np.divide(1.0, level, out=np.zeros(len(level)), where=level > 0)
+    return sparse.csr_array((weight, (place, np.arange(len(place)))), (places, len(place)))
+
+
+def places_of(view) -> int:
+    """Return the number of places: blocks of the picture, and cells of the world."""
+    _, across, down = blocks_of(view)
+    return across * down + CELLS[0] * CELLS[1]
 
 
 def blocks_of(view) -> tuple[int, int, int]:
@@ -195,9 +231,8 @@ def shares_of(slots, count: int) -> np.ndarray:
     )
 
 
-def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndarray, np.ndarray]:
-    """Return (place, light): the place of each point, and the light of each lamp there (point,
-    lamp), in one unit for all lamps. Occluded lamps give no light.
+def light_at_points(scene, hits, camera, view, surfaces, lamps) -> PlaceLight:
+    """Test all lamps from points of all places. Occluded lamps give no light.
 
     Parameters
     ----------
@@ -222,8 +257,9 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
         mi.Float(np.float32([p.area_m2 for p in placed])),
     )
     step = max(1, MOST_TRIED // len(placed))
-    place = []
-    light = []
+    places = places_of(view)
+    # votes, light with and without occlusion
+    sums = np.zeros((3, places, len(placed)))
     for start in range(0, points, step):
         number = dr.arange(mi.UInt32, min(step, points - start)) + start
         rng = stream(mi.UInt32(0), number, "blocks")
@@ -251,9 +287,26 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> tuple[np.ndar
             across * down + np.array(cell_of(met.point - camera.origin), int)
             for met in (first, second)
         ]
-        place += [np.array(block, int), *cells]
-        light += [lit[0], *lit]
-    return np.concatenate(place), np.concatenate(light)
+        for place, found in zip((np.array(block, int), *cells), (lit[0], *lit), strict=True):
+            for mine in lamps.members:
+                sums[:, :, mine] += _known(places, place, *(light[:, mine] for light in found))
+    clear_share = np.divide(sums[1], sums[2], out=np.ones_like(sums[1]), where=sums[2] > 0)
+    return PlaceLight(sums[0], clear_share)
+
+
+def _known(places: int, place, arriving, in_the_open) -> np.ndarray:
+    """Return sums (3, place, lamp) over points at `place` (point,): the votes, and the light with
+    and without occlusion, both relative to all light that the point would have without.
+
+    Parameters
+    ----------
+    places : number of places.
+    place : (point,) place of each point.
+    arriving : (point, lamp) light of the lamps of one group.
+    in_the_open : (point, lamp) the same without occlusion.
+    """
+    summed = _summed(places, place, in_the_open.sum(1, dtype=float))
+    return np.stack([votes(places, place, arriving), summed @ arriving, summed @ in_the_open])
 
 
 class _Bounds(NamedTuple):
@@ -285,8 +338,8 @@ def _met(scene, hits, surfaces, ray, active=True) -> _Met:
     return hit
 
 
-def _tried(scene, lamps, bounds: _Bounds, met: _Met) -> np.ndarray:
-    """Return the light of all lamps (point, lamp)."""
+def _tried(scene, lamps, bounds: _Bounds, met: _Met) -> tuple[np.ndarray, np.ndarray]:
+    """Return the light of all lamps (point, lamp), with and without occlusion."""
     count = len(lamps.placed)
     pair = dr.arange(mi.UInt32, dr.width(met.lit) * count)
     point = pair // count
@@ -304,11 +357,13 @@ def _tried(scene, lamps, bounds: _Bounds, met: _Met) -> np.ndarray:
     )
     if lamps.fog is not None:
         light *= lamps.fog.along(far)
-    lit &= light > 0
-    lit &= ~scene.ray_test(
-        mi.Ray3f(p + n * CLEAR_M, way, dr.maximum(far - 1.05 * away, 0), 0.0, mi.Spectrum(0)), lit
+    possible = lit & (light > 0)
+    clear = possible & ~scene.ray_test(
+        mi.Ray3f(p + n * CLEAR_M, way, dr.maximum(far - 1.05 * away, 0), 0.0, mi.Spectrum(0)),
+        possible,
     )
-    return np.array(dr.select(lit, light, 0)).reshape(-1, count)
+    shown = lambda where: np.array(dr.select(where, light, 0)).reshape(-1, count)
+    return shown(clear), shown(possible)
 
 
 def areas(triangles) -> np.ndarray:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import mitsuba as mi
 import numpy as np
 
 from .spots import Spot
+
+if TYPE_CHECKING:
+    from ..world.view import View
 
 POINTS = 2000  # of what the camera sees
 # share given by intensity alone: for light that reaches the camera over several surfaces
 EVERYWHERE = 0.2
 
 
-def seen_points(scene, view) -> np.ndarray:
+def seen_points(scene: Any, view: View) -> np.ndarray:
     """Return (n, 3) points, m, spread evenly over what the camera sees."""
     rows, columns = view.shape
     step = max(1, int(np.sqrt(rows * columns / POINTS)))
@@ -25,7 +30,7 @@ def seen_points(scene, view) -> np.ndarray:
     return np.reshape(points, (-1, 3))
 
 
-def illuminance(spots: list[Spot], points) -> tuple[np.ndarray, np.ndarray]:
+def illuminance(spots: list[Spot], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (spot, point) illuminance, lx, of faces turned towards each spot with nothing in
     between; and distance, m.
     """
@@ -38,7 +43,7 @@ def illuminance(spots: list[Spot], points) -> tuple[np.ndarray, np.ndarray]:
     return illuminance_lx, distance
 
 
-def shares(spots: list[Spot], lux) -> np.ndarray:
+def shares(spots: list[Spot], lux: np.ndarray) -> np.ndarray:
     """Return how often each spot is looked for; they sum to 1. `lux`: (spot, point) of
     `illuminance`.
     """
@@ -52,7 +57,7 @@ def shares(spots: list[Spot], lux) -> np.ndarray:
     return EVERYWHERE * strength / strength.sum() + (1 - EVERYWHERE) * useful / useful.sum()
 
 
-def extent_error(spots: list[Spot], lux, distance) -> float:
+def extent_error(spots: list[Spot], lux: np.ndarray, distance: np.ndarray) -> float:
     """Return the mean over points, weighted by light, of (radius / distance)^2: a disc against the
     point in its place.
 

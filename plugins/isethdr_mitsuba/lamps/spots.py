@@ -9,13 +9,17 @@ extent of the lamp is lost: penumbrae are sharp, and light close to the lamp is 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from .placed_lamps import LAMBERTIAN_COS, PlacedLamp, beam
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import IntensityTable
 
 PIECE_M = 0.3  # larger lamps become several spots
 # spots stand this far in front of the foremost point of their piece, out of its own shadow
@@ -45,7 +49,7 @@ class Spot:
     picture: np.ndarray  # (n, n) float32, largest value 1; y along the columns, x along the rows
     radius_m: float  # of the piece of lamp it stands for
 
-    def candela(self, directions) -> np.ndarray:
+    def candela(self, directions: np.ndarray) -> np.ndarray:
         """Return candela towards (..., 3) unit vectors, by the nearest texel."""
         x, y, z = np.moveaxis(directions @ self.frame, -1, 0)
         inside = z > np.cos(np.radians(self.cutoff_deg))
@@ -66,7 +70,7 @@ def spots(lamps: list[PlacedLamp]) -> list[Spot]:
     ]
 
 
-def _beam(number, lamp):
+def _beam(number: int, lamp: PlacedLamp) -> Iterator[Any]:
     if lamp.cos_inner <= LAMBERTIAN_COS:
         return
     if lamp.grid is not None:
@@ -87,7 +91,7 @@ def _beam(number, lamp):
         yield from _spot(number, centre, corners, _Cone(frame, cutoff, *_scaled(pattern * facing)))
 
 
-def _with_table(number, lamp):
+def _with_table(number: int, lamp: PlacedLamp) -> Iterator[Any]:
     """The table itself, from each piece as much as it shows of the area towards the axis."""
     axis = lamp.grid.axis
     frame = np.stack([lamp.grid.left, lamp.grid.up, axis], 1)
@@ -101,14 +105,14 @@ def _with_table(number, lamp):
 
 
 @cache
-def cone_deg(table) -> float:
+def cone_deg(table: IntensityTable) -> float:
     """Return the cone of a table's spot: the narrowest that keeps its light."""
     enough = (cone for cone in TABLE_DEG if lost_beyond(table, cone) <= LOST_LIGHT)
     return next(enough, TABLE_DEG[-1])
 
 
 @cache
-def lost_beyond(table, cone: float) -> float:
+def lost_beyond(table: IntensityTable, cone: float) -> float:
     """Return the share of a table's light outside the square picture of a spot of that cone,
     degrees.
     """
@@ -122,13 +126,13 @@ def lost_beyond(table, cone: float) -> float:
 
 
 @cache
-def _table_picture(table):
+def _table_picture(table: IntensityTable) -> tuple[float, np.ndarray]:
     """Return the largest value of a table and its picture, shared by all lamps that have it."""
     x, y, z = np.moveaxis(_directions(cone_deg(table), OF_TABLE), -1, 0)
     return _scaled(table.at(np.degrees(np.arctan2(x, z)), np.degrees(np.arcsin(y))))
 
 
-def _floor(number, lamp):
+def _floor(number: int, lamp: PlacedLamp) -> Iterator[Any]:
     """One spot for the faces of a piece with similar directions, as a flat face of their summed
     area.
     """
@@ -156,7 +160,7 @@ class _Cone(NamedTuple):
     picture: np.ndarray  # relative intensity over the cone
 
 
-def _spot(number, centre, corners, cone: _Cone):
+def _spot(number: int, centre: np.ndarray, corners: np.ndarray, cone: _Cone) -> Iterator[Any]:
     """Yield the spot of a piece of a lamp in front of all its corners, none where it is dark."""
     if cone.peak_cd > 0:
         frame = cone.frame
@@ -173,18 +177,18 @@ def _spot(number, centre, corners, cone: _Cone):
         )
 
 
-def _scaled(candela):
+def _scaled(candela: np.ndarray) -> tuple[float, np.ndarray]:
     peak = candela.max()
     return peak, (candela / peak if peak > 0 else candela).astype(np.float32)
 
 
 @cache
-def _cosine():
+def _cosine() -> np.ndarray:
     """The picture of a Lambertian face, shared by all spots that stand for one."""
     return _scaled(_directions(WIDEST_DEG, WIDE)[..., 2])[1]
 
 
-def _pieces(triangles, facing_of):
+def _pieces(triangles: np.ndarray, facing_of: Callable[..., Any]) -> Iterator[Any]:
     """Return (area vectors, centre, corners) of the triangles in each cell of PIECE_M; large
     triangles are cut up first.
     """
@@ -218,7 +222,7 @@ def _pieces(triangles, facing_of):
             )
 
 
-def _directions(cutoff_deg, count):
+def _directions(cutoff_deg: float | np.ndarray, count: int) -> np.ndarray:
     """Return (count, count, 3) unit vectors through the texel centres of a spot's picture, in its
     own axes.
     """
@@ -227,11 +231,11 @@ def _directions(cutoff_deg, count):
     return _unit(np.stack([x, y, np.ones_like(x)], -1))
 
 
-def _frame(axis):
+def _frame(axis: np.ndarray) -> np.ndarray:
     side = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     side /= np.linalg.norm(side)
     return np.stack([side, np.cross(axis, side), axis], 1)
 
 
-def _unit(vectors):
+def _unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)

@@ -7,7 +7,8 @@ areas. Rays to points on each piece determine its visible part.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import drjit as dr
 import mitsuba as mi
@@ -15,6 +16,13 @@ import numpy as np
 
 from ..world.triangle_chords import straightened
 from .placed_lamps import SPECTRUM_NM, emission_table
+
+if TYPE_CHECKING:
+    from isethdr_core.data.fog import Fog
+
+    from ..world.geometry import World
+    from ..world.view import View
+    from .placed_lamps import PlacedLamp
 
 POINTS = 64  # rays to each piece of a lamp on a tile
 NEAR_M = 1e-3  # lamps nearer than this plane in front of the pinhole are not seen
@@ -30,7 +38,14 @@ class Bands(NamedTuple):
     step_nm: float
 
 
-def visible_lamps(world, view, lamps, groups, bands: Bands, fog=None):
+def visible_lamps(
+    world: World,
+    view: View,
+    lamps: Sequence[Any],
+    groups: Sequence[str],
+    bands: Bands,
+    fog: Fog | None = None,
+) -> tuple[np.ndarray, float]:
     """Return the direct light of lamps on the tiles, and its largest error.
 
     Parameters
@@ -72,7 +87,7 @@ def visible_lamps(world, view, lamps, groups, bands: Bands, fog=None):
     return layer.reshape(len(groups), len(bands_nm), *view.shape), error
 
 
-def _lots(lamps, groups, view):
+def _lots(lamps: Sequence[Any], groups: Sequence[str], view: View) -> Iterator[Any]:
     """Yield lists of (number of a lamp, tiles, pieces on the grid, normals, corners), of some
     `CHUNK` pieces together: one launch of rays serves many lamps.
     """
@@ -94,7 +109,7 @@ def _lots(lamps, groups, view):
         yield lot
 
 
-def band_means(table, bands_nm, step_nm):
+def band_means(table: np.ndarray, bands_nm: np.ndarray, step_nm: float) -> np.ndarray:
     """Return (spectrum, band) means of tabulated spectra over bands of `step_nm`, exact for linear
     tables.
 
@@ -112,7 +127,9 @@ def band_means(table, bands_nm, step_nm):
     )
 
 
-def _pieces(placed, view):
+def _pieces(
+    placed: PlacedLamp, view: View
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return the lit triangles cut along tile borders: polygons (n, m, 2) on the grid, their tiles,
     and normal and a corner in camera axes.
     """
@@ -174,7 +191,7 @@ def _pieces(placed, view):
     )
 
 
-def _plane(axis, edge, sign, count):
+def _plane(axis: int, edge: float | np.ndarray, sign: int, count: int) -> np.ndarray:
     """Return (count, 3): its product with (x, y, 1) is `sign` times by how much the coordinate
     `axis` exceeds `edge`.
     """
@@ -183,7 +200,7 @@ def _plane(axis, edge, sign, count):
     return plane
 
 
-def cut(polygon, plane, least=0.0):
+def cut(polygon: np.ndarray, plane: np.ndarray, least: float = 0.0) -> np.ndarray:
     """Return convex polygons (n, m, 3) cut to plane . point >= least, as (n, m + 1, 3) (Sutherland,
     Hodgman 1974).
 
@@ -215,7 +232,9 @@ def cut(polygon, plane, least=0.0):
     return out
 
 
-def _luminances(world, view, lamps, lot):
+def _luminances(
+    world: World, view: View, lamps: Sequence[PlacedLamp], lot: Sequence[tuple[int, ...]]
+) -> Iterator[Any]:
     """Yield of each entry of a lot its lamp, tiles, each piece's area on the grid times the mean
     luminance of its visible part, its mean distance, m, and that visible part.
     """
@@ -235,7 +254,9 @@ def _luminances(world, view, lamps, lot):
         yield placed.lamp, tile, value, distance.mean(1), sees.mean(1)
 
 
-def _rays(view, flat, normal, corner):
+def _rays(
+    view: View, flat: np.ndarray, normal: np.ndarray, corner: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return each piece's area on the grid, and directions and distances of rays from the pinhole
     to points spread over it.
     """
@@ -251,7 +272,7 @@ def _rays(view, flat, normal, corner):
     return areas.sum(1), view.to_world(ray.reshape(-1, 3)), distance
 
 
-def _spread(flat, areas):
+def _spread(flat: np.ndarray, areas: np.ndarray) -> np.ndarray:
     """Return (n, POINTS, 2) points evenly over polygons given as fans of triangles with `areas`."""
     along = (np.arange(POINTS) + 0.5) / POINTS
     # golden section: evenly spread against `along`
@@ -270,7 +291,9 @@ def _spread(flat, areas):
     return corner * (1 - u) + second * u * (1 - v) + third * (u * v)
 
 
-def _sees(world, view, direction, distance, indices):
+def _sees(
+    world: World, view: View, direction: np.ndarray, distance: np.ndarray, indices: np.ndarray
+) -> np.ndarray:
     """Say for each ray from the pinhole whether it reaches the lamp of its number at `distance`
     unhindered.
     """

@@ -2,10 +2,12 @@
 
 The points of a tile are a low-discrepancy sequence (Roberts 2018: multiples of the powers of 1 /
 1.3247, the real root of x^3 = x + 1), moved by a random offset of each tile and pass. The
-wavelengths are multiples of the golden section, the directions multiples of the roots of 5 and 3,
-the lamps that candidates lie on multiples of the root of 2 (Richtmyer 1951), with offsets too. Each
-point has the same probability. All numbers are integers of 32 bits, which wrap around by
-themselves.
+wavelengths are multiples of the golden section, the directions multiples of the roots of 523 and
+11, the lamps that candidates lie on multiples of the root of 2, and the candidate that is kept
+multiples of the root of 83 (Richtmyer 1951), with offsets too. The roots are those of primes below
+700 whose pairs are spread most evenly over squares, at 16 to 1024 points, and that have no simple
+ratio to the others. Each point has the same probability. All numbers are integers of 32 bits, which
+wrap around by themselves.
 """
 
 from __future__ import annotations
@@ -19,12 +21,15 @@ import mitsuba as mi
 ACROSS = 0xC13FA9A9
 DOWN = 0x91E10DA6
 ALONG = 0x9E3779B9
-# 2^32 (5^0.5 - 2), (3^0.5 - 1)
-ASIDE = 0x3C6EF373
-UP = 0xBB67AE85
+# 2^32 (523^0.5 - 22), (11^0.5 - 3)
+ASIDE = 0xDE8372EF
+UP = 0x510E527F
 # 2^32 (2^0.5 - 1), (7^0.5 - 2)
 TURN = 0x6A09E667
 OF_CANDIDATE = 0xA54FF53A
+# 2^32 (83^0.5 - 9), and (19^0.5 - 4): from one surface of a path to the next
+CHOICE = 0x1C456002
+DEEPER = 0x5BE0CD19
 WHOLE = 2.0**-32
 
 
@@ -71,14 +76,14 @@ class Camera:
 
 def offsets(seed, numbers):
     """Return the random offsets of tiles: of the points (x, y), of the wavelengths, of the
-    directions (two numbers) and of the lamps, of 2^32.
+    directions (two numbers) and of the lamps (two numbers), of 2^32.
     """
     rng = stream(seed, numbers, "points")
     return (
         mi.Point2u(rng.next_uint32(), rng.next_uint32()),
         rng.next_uint32(),
         mi.Point2u(rng.next_uint32(), rng.next_uint32()),
-        rng.next_uint32(),
+        mi.Point2u(rng.next_uint32(), rng.next_uint32()),
     )
 
 

@@ -32,7 +32,20 @@ from ..world.geometry import World
 from ..world.materials import RAMP_NM
 from ..world.view import View
 from .airlight import from_lamps, from_sky
-from .camera_rays import ACROSS, ALONG, ASIDE, DOWN, TURN, UP, Camera, offsets, share, stream
+from .camera_rays import (
+    ACROSS,
+    ALONG,
+    ASIDE,
+    CHOICE,
+    DEEPER,
+    DOWN,
+    TURN,
+    UP,
+    Camera,
+    offsets,
+    share,
+    stream,
+)
 from .device_memory import aligned
 from .fog_tables import FogTables
 from .hits import HitTables
@@ -331,7 +344,7 @@ def _trace(tables, seed, items, entries, weights, max_depth):
     point += mi.Point2u(lane * ACROSS, lane * DOWN)
     along += lane * ALONG
     way += mi.Point2u(lane * ASIDE, lane * UP)
-    turn_of_lamps += lane * TURN
+    turn_of_lamps += mi.Point2u(lane * TURN, lane * CHOICE)
     # paths left that begin at `first`, where the camera's ray fell
     shares = mi.UInt32(0)
     first = dr.zeros(mi.SurfaceInteraction3f)
@@ -468,13 +481,14 @@ def _trace(tables, seed, items, entries, weights, max_depth):
         tries = dr.select(depth == 0, mi.UInt32(FIRST_CANDIDATES), mi.UInt32(CANDIDATES))
         for g in lit:
             if smooth & on[g]:
-                # from the first surface, lanes take turns among the lamps too
-                start = dr.select(depth == 0, turn_of_lamps, group_rng[g].next_uint32())
+                # lanes take turns among the lamps too, at each depth from another start
+                start = turn_of_lamps + mi.Point2u(depth * DEEPER, depth * DEEPER)
                 aimed = lamps.choose(g, group_rng[g], si, origin, tries, start, smooth)
                 has_lamp = _light_of(tables, _Vertex(si, material, place, colour, beta), aimed)
                 for k in range(packets):
                     total[g][k] += has_lamp[k]
-        turn_of_lamps += dr.select(depth == 0, lanes * TURN, 0)
+        taken = dr.select(depth == 0, lanes, 0)
+        turn_of_lamps += mi.Point2u(taken * TURN, taken * CHOICE)
         # at the first surface, one more shadow ray for each near lamp
         for g in lit:
             turn = mi.UInt32(0)

@@ -16,12 +16,19 @@ import drjit as dr
 import mitsuba as mi
 from isethdr_mitsuba.lamps.lamp_tables import LampTables
 from isethdr_mitsuba.lamps.placed_lamps import placed_lamps
-from isethdr_mitsuba.lamps.spatial_sampling import SLOTS, Chances
+from isethdr_mitsuba.lamps.spatial_sampling import (
+    LEAST_CLEAR,
+    SLOTS,
+    Chances,
+    PlaceLight,
+    places_of,
+)
 from isethdr_scenes.lamps import lamp
 
 DRAWN = 200_000
 HERE = np.array([-12.0, 3.0, -1.5])  # where light is looked for
 LEAST_P = 1e-4  # by chance: the seeds are fixed
+CELL = 64 * 36 + 5  # a cell of the world, where no lamp is near
 
 
 @pytest.fixture(autouse=True)
@@ -104,6 +111,62 @@ def test_points_are_spread_evenly_over_a_lamp_and_their_density_is_that(make):
         np.testing.assert_allclose(candela[seen], placed.lamp.intensity_cd * table[seen], rtol=0.03)
 
 
+def chances_of(light, clear_share):
+    """Chances of the lamps of one group, of which only the light in one cell is known."""
+    count = np.size(clear_share)
+    view = SimpleNamespace(whole=(36, 64))
+    camera = SimpleNamespace(origin=mi.Point3f(0))
+    votes = np.zeros((places_of(view), count))
+    votes[CELL] = light
+    known = PlaceLight(votes, np.ones(votes.shape) * clear_share)
+    return Chances(camera, view, [list(range(count))], np.ones(count), known)
+
+
+@pytest.mark.parametrize("clear_share", [(1.0, 1.0), (0.0, 1.0), (0.7, 0.2)])
+def test_what_is_expected_to_be_hidden_moves_rays_but_not_light(make, clear_share):
+    """Two lamps lit the same way: the kept one goes by the expected share, the light does not."""
+    brake = lamp("brake", (-1.0, 0.0, 0.0))
+    plate = make.part((make.quad(0.1, 0.05)[0], make.quad(0.1, 0.05)[1][:, ::-1]), "black")
+    plate = make.part((plate.vertices, plate.faces), "black", brake)
+    objects = [(f"b{y}", "car", (plate,), make.pose(0, y)) for y in (-1.0, 1.0)]
+    lamps = placed_lamps(make.describe(objects))
+    world = SimpleNamespace(table=lambda value_of, default=0: np.zeros(1, np.uint32))
+    tables = LampTables(world, lamps, ["other"])
+    tables.chances = chances_of([1.0, 1.0], clear_share)
+    si = surface_at((-12.0, 0.0, 0.0))  # as far from one as from the other
+    rng = mi.PCG32(size=DRAWN, initstate=5)
+    turn = mi.Point2u(rng.next_uint32(), rng.next_uint32())
+    place = mi.UInt32([CELL] * DRAWN)
+    tries = mi.UInt32(8)
+    _, point, _, level, _ = tables.choose(0, rng, si, place, tries, turn, mi.Bool(True))
+    level = np.array(level).astype(float)
+    right = np.array(point)[1] > 0
+    # inverse square law: candela over distance squared, and the cosine at the surface
+    far2 = 12.0**2 + 1
+    towards = placed_candela(lamps, np.array([-12.0, 0.0, 0.0]))
+    irradiance = towards * 12 / far2**1.5
+    for side in (0, 1):
+        found = level * (right == side) * 12 / np.sqrt(far2)
+        # 5 standard errors, and 0.1 % for the size of a lamp 0.1 m wide
+        within = 5 * found.std() / np.sqrt(DRAWN) + 1e-3 * irradiance[side]
+        assert found.mean() == pytest.approx(irradiance[side], abs=within)
+    expected = np.maximum(clear_share, LEAST_CLEAR)
+    # four of eight candidates lie on each lamp, all send alike to 1 %; 5 standard errors
+    share = expected[1] / expected.sum()
+    assert right.mean() == pytest.approx(share, abs=0.01 + 5 * np.sqrt(0.25 / DRAWN))
+
+
+def placed_candela(lamps, towards):
+    """Candela of lamps at the point `towards`, from their luminance and area."""
+    out = []
+    for placed in lamps:
+        way = towards - placed.triangles.reshape(-1, 3).mean(0)
+        way /= np.linalg.norm(way)
+        shown = -way[0] * placed.area_m2
+        out.append(float(placed.relative(way[None])[0]) * placed.peak_cd_m2 * shown)
+    return np.array(out)
+
+
 def _along(at, corner, to, other):
     """The coordinate along one side of a triangle of points of its plane."""
     e = to - corner
@@ -118,11 +181,9 @@ def _along(at, corner, to, other):
 def test_lamps_are_drawn_by_their_chances():
     """In a cell of the world, where nothing is near: uneven light of nine lamps."""
     count = 9
-    place = 64 * 36 + 5
+    place = CELL
     light = np.random.default_rng(2).lognormal(0, 2, (1, count))
-    view = SimpleNamespace(whole=(36, 64))
-    camera = SimpleNamespace(origin=mi.Point3f(0))
-    chances = Chances(camera, view, [list(range(count))], np.ones(count), np.array([place]), light)
+    chances = chances_of(light, np.ones(count))
     rng = mi.PCG32(size=DRAWN, initstate=11)
     places = mi.UInt32(np.full(DRAWN, place).tolist())
     drawn = np.array(chances.pick(0, rng.next_float32(), places, mi.Bool(True)))

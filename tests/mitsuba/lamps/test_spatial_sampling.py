@@ -121,6 +121,17 @@ def test_a_lamp_behind_a_wall_is_hardly_looked_at(make, monkeypatch):
         assert (bottom[:, half][alone] == np.eye(2)[1 - lamp]).all()
         own.append(lamp)
     assert sorted(own) == [0, 1]
+    # the points saw the own lamp whole, and the other one not at all
+    clear = np.array(kept[0].clear).reshape(-1, 2)[:blocks].reshape(36, 64, 2)[-6:]
+    for half, lamp in ((slice(26), own[0]), (slice(-26, None), own[1])):
+        assert np.median(clear[:, half, lamp]) == 1.0
+        assert np.median(clear[:, half, 1 - lamp]) == np.float32(spatial_sampling.LEAST_CLEAR)
+
+
+def nothing_known(view, lamps):
+    """What no point has told of any lamp."""
+    shape = spatial_sampling.places_of(view), lamps
+    return spatial_sampling.PlaceLight(np.zeros(shape), np.ones(shape))
 
 
 def test_light_is_the_same_and_noise_less_than_where_nothing_is_known_of_the_place(
@@ -151,7 +162,7 @@ def test_light_is_the_same_and_noise_less_than_where_nothing_is_known_of_the_pla
     by_place = followed()
     monkeypatch.setattr(
         "isethdr_mitsuba.lamps.lamp_tables.light_at_points",
-        lambda *_: (np.zeros(1, int), np.zeros((1, 24))),
+        lambda scene, hits, camera, view, *_: nothing_known(view, 24),
     )
     anywhere = followed()
     assert by_place.noise[0] < 0.6 * anywhere.noise[0]
