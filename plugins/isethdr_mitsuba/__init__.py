@@ -17,10 +17,18 @@
 | `world/`      | a scene description as Mitsuba objects, and the camera's grid of tiles         |
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from isethdr_core.component import Component, class_getter
 from isethdr_core.hookspecs import hookimpl
 
 from .doctor import doctor_command
+
+if TYPE_CHECKING:
+    import typer
+
 
 COMPONENTS = [
     Component("renderer", "mitsuba", "isethdr_mitsuba.renderer:MitsubaRenderer"),
@@ -29,15 +37,15 @@ __getattr__ = class_getter(__name__, COMPONENTS)
 
 
 @hookimpl
-def isethdr_components():
+def isethdr_components() -> list[Component]:
     return COMPONENTS
 
 
 @hookimpl
-def isethdr_commands(app):
+def isethdr_commands(app: typer.Typer) -> None:
     app.command("doctor")(doctor_command)
 
 
 @hookimpl
-def isethdr_config_paths():
+def isethdr_config_paths() -> list[str]:
     return ["pkg://isethdr_mitsuba.conf"]

@@ -12,7 +12,7 @@ from isethdr_core.scene import SceneDescription, SkyDome, Spectrum
 MOST_NAMED = 5
 
 
-def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm) -> None:
+def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm: np.ndarray) -> None:
     """Refuse bands whose centre lies beyond the data of something that is to be rendered.
 
     Parameters
@@ -44,7 +44,9 @@ def check_bands(description: SceneDescription, groups: Sequence[str], bands_nm) 
     )
 
 
-def _spectra(description, groups) -> Iterator[tuple[str, Spectrum | SkyDome]]:
+def _spectra(
+    description: SceneDescription, groups: Sequence[str]
+) -> Iterator[tuple[str, Spectrum | SkyDome]]:
     if "sky" in groups and description.sky is not None:
         yield "the sky", description.sky
     used = {}

@@ -100,7 +100,7 @@ def doctor() -> dict[str, str]:
     return stored["found"]
 
 
-def doctor_command(fresh: bool = False):
+def doctor_command(fresh: bool = False) -> None:
     """Show which renderer variants work, and what the others lack.
 
     The answer is kept for later calls; --fresh tests the variants again.
@@ -117,7 +117,7 @@ def doctor_command(fresh: bool = False):
         )
 
 
-def _probe(variant):
+def _probe(variant: str) -> str:
     done = subprocess.run(
         [sys.executable, "-c", PROBE, variant],
         check=False,
@@ -131,12 +131,12 @@ def _probe(variant):
     return f"exit status {done.returncode}: {last[:200]}"
 
 
-def _llvm_libraries():
+def _llvm_libraries() -> list[str]:
     folders = ("/usr/lib/*", "/usr/lib/llvm-*/lib", "/usr/lib64", "/opt/homebrew/opt/llvm/lib")
     return sorted(path for folder in folders for path in glob.glob(f"{folder}/libLLVM*.so*"))
 
 
-def _file():
+def _file() -> Path:
     return (
         Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
         / "isethdr"
@@ -144,14 +144,14 @@ def _file():
     )
 
 
-def _read():
+def _read() -> dict[str, dict[str, str] | str]:
     try:
         return json.loads(_file().read_text())
     except (OSError, ValueError):
         return {}
 
 
-def _write(content):
+def _write(content: dict[str, dict[str, str] | str]) -> None:
     try:
         _file().parent.mkdir(parents=True, exist_ok=True)
         _file().write_text(json.dumps(content))

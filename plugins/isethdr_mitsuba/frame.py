@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +25,12 @@ from .world.view import View, view_of
 if TYPE_CHECKING:
     import xarray as xr
 
+    from isethdr_core.data.scene_description import SceneDescription
     from isethdr_core.demand import Demand
 
+    from .paths.integrator import Paths
+    from .paths.passes import Estimate
+    from .renderer import MitsubaRenderer
     from .world.geometry import World
 
 
@@ -40,7 +45,9 @@ class Request:
     known: dict[str, Known] | None = None
 
 
-def render_frame(settings, description, request: Request, variant: str):
+def render_frame(
+    settings: MitsubaRenderer, description: SceneDescription, request: Request, variant: str
+) -> xr.Dataset:
     """Return the scene radiance Dataset.
 
     Parameters
@@ -155,7 +162,7 @@ class Cube(NamedTuple):
     bands_nm: np.ndarray
     view: View
 
-    def dataset(self, radiance: np.ndarray, **labels) -> xr.Dataset:
+    def dataset(self, radiance: np.ndarray, **labels: Any) -> xr.Dataset:
         """Return the labelled Dataset of an array (group, wavelength, row, column) of radiance."""
         view = self.view
         ds = scene_radiance(
@@ -173,7 +180,14 @@ class Cube(NamedTuple):
         return ds
 
 
-def needed_paths(settings, paths, instance, view, limit_at, known):
+def needed_paths(
+    settings: MitsubaRenderer,
+    paths: Paths,
+    instance: np.ndarray,
+    view: View,
+    limit_at: Callable[..., Any],
+    known: Known | None,
+) -> Estimate:
     """Return the estimate with more paths where the cameras need them (`paths.need_driven`).
 
     Parameters
@@ -202,7 +216,13 @@ class Built(NamedTuple):
     surfaces: dict  # of `world.materials.ramp_surfaces`, with which the world was built
 
 
-def follower(description, built: Built, lamps, cube: Cube, settings):
+def follower(
+    description: SceneDescription,
+    built: Built,
+    lamps: Sequence[Any],
+    cube: Cube,
+    settings: MitsubaRenderer,
+) -> Paths:
     """Return the integrator of all bands and groups of `cube` over a world
     (`paths.integrator.Paths`).
 
@@ -229,14 +249,16 @@ def follower(description, built: Built, lamps, cube: Cube, settings):
     return Paths(world, cube.view, tables, materials, cube.bands_nm, step_nm, depth, fog)
 
 
-def even_passes(paths):
+def even_passes(paths: Paths) -> Callable[..., Any]:
     """Return the function that `passes.estimate` calls for each pass. A pass covers all tiles
     evenly.
     """
     groups = len(paths.lamps.groups)
     bands = len(paths.wavelength_nm)
 
-    def one_pass(seed, samples, groups_wanted=None):
+    def one_pass(
+        seed: int, samples: int, groups_wanted: Sequence[int] | None = None
+    ) -> Iterator[Any]:
         sums = paths.even_pass(seed, samples, groups_wanted)
         for g in range(groups) if groups_wanted is None else groups_wanted:
             for band in range(bands):
@@ -257,7 +279,7 @@ def rare_light(samples: int) -> float:
     )
 
 
-def state_noise(result, groups, settings):
+def state_noise(result: Estimate, groups: Sequence[str], settings: MitsubaRenderer) -> None:
     """State the noise of each group in the ledger, with a remark if it exceeds the noise
     allowed.
 

@@ -8,6 +8,7 @@ not on the colour or the slope of the surface. Light that other surfaces reflect
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import drjit as dr
 import mitsuba as mi
@@ -21,6 +22,9 @@ from .lamps.placed_lamps import SPECTRUM_NM, PlacedLamp, placed_lamps
 from .lamps.sky_discs import FAR_M, disc_lamps
 from .world.geometry import World
 from .world.view import View
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Spectrum
 
 POINTS = 32  # of the tiles that show an object
 LAMP_POINTS = 4
@@ -157,7 +161,7 @@ def lamp_points(lamp: PlacedLamp) -> tuple[np.ndarray, np.ndarray]:
     return target, across[which] / np.maximum(size[which], 1e-300)[:, None]
 
 
-def from_sky(world: World, points: Points, sky) -> np.ndarray:
+def from_sky(world: World, points: Points, sky: SkyDome | Spectrum) -> np.ndarray:
     """Return the illuminance (point,) of the sky without sun and moon, lx.
 
     Parameters
@@ -187,7 +191,7 @@ def from_sky(world: World, points: Points, sky) -> np.ndarray:
     return np.pi * shine.reshape(points.count, -1).mean(1)
 
 
-def sky_luminance(sky, direction: np.ndarray) -> np.ndarray:
+def sky_luminance(sky: SkyDome | Spectrum, direction: np.ndarray) -> np.ndarray:
     """Return the luminance, cd/m2, of a sky towards unit vectors (n, 3)."""
     luminance = lambda spectrum: LM_PER_W * float(spectrum.at(SPECTRUM_NM) @ v_lambda(SPECTRUM_NM))
     if not isinstance(sky, SkyDome):
@@ -196,7 +200,7 @@ def sky_luminance(sky, direction: np.ndarray) -> np.ndarray:
     return sum(parts, np.zeros(len(direction)))
 
 
-def reaches(world: World, start_m, way, most_m) -> np.ndarray:
+def reaches(world: World, start_m: np.ndarray, way: np.ndarray, most_m: np.ndarray) -> np.ndarray:
     """Return which rays (n,) meet nothing on their way.
 
     Parameters

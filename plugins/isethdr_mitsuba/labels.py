@@ -4,7 +4,8 @@ and are exact.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import drjit as dr
 import mitsuba as mi
@@ -20,12 +21,24 @@ from .lamps.visible_lamps import NEAR_M, cut
 from .motion import motion_label
 from .world.triangle_chords import straightened
 
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Model, SceneDescription
+
+    from .world.geometry import World
+    from .world.view import View
+
 PAIRS = 1_000_000  # pairs of triangle and tile tested at a time; limits memory
 # share of a tile by which an edge may be curved on a grid of angles; boxes grow by twice that
 OFF = 0.25
 
 
-def label_tiles(world, view, description, label_names, normalise="intensity"):
+def label_tiles(
+    world: World,
+    view: View,
+    description: SceneDescription,
+    label_names: frozenset[Any] | frozenset[str],
+    normalise: str = "intensity",
+) -> tuple[dict[Any, Any] | dict[str, np.ndarray], list[Any] | None]:
     """Return the requested labels, and the table of objects if `instance` is among them; lamps are
     normalised as by the renderer.
 
@@ -78,14 +91,16 @@ def label_tiles(world, view, description, label_names, normalise="intensity"):
     return asked_labels | motion_label(description, view, labels), objects
 
 
-def instances(world, view) -> np.ndarray:
+def instances(world: World, view: View) -> np.ndarray:
     """Return the number (row, column) of the object at the centre of each tile; 0 for the sky."""
     x, y = (a.ravel() for a in np.meshgrid(view.x, view.y))
     hits = _first_hits(world, view.origin_m, view.to_world(view.rays(x, y)))
     return hits[0].reshape(view.shape)
 
 
-def cut_labels(cut, labels: dict, objects):
+def cut_labels(
+    cut: tuple[int, int], labels: dict, objects: Sequence[dict[str, int | str]] | None
+) -> tuple[dict[Any, Any] | dict[str, np.ndarray], list[Any] | None]:
     """Return labels and object table without the outermost `cut` (rows, columns). The boxes of
     objects are counted from the remaining tiles.
 
@@ -106,7 +121,12 @@ def cut_labels(cut, labels: dict, objects):
     return {name: values[rows, columns] for name, values in labels.items()}, moved
 
 
-def object_table(description, view, labels, illuminance) -> list[dict]:
+def object_table(
+    description: SceneDescription,
+    view: View,
+    labels: dict[str, np.ndarray],
+    illuminance: dict[int, dict[str, float]],
+) -> list[dict]:
     """Return the objects that are visible in at least one tile, as dictionaries of plain numbers
     and names.
 
@@ -154,7 +174,7 @@ class Whole(NamedTuple):
     box: list[float]  # [x, y, width, height] in tiles, not cut at the frame
 
 
-def whole_object(model, pose, view) -> Whole:
+def whole_object(model: Model, pose: np.ndarray, view: View) -> Whole:
     """Return the tiles that an object would cover with nothing in front of it, by rasterising its
     triangles, and its box.
 
@@ -204,7 +224,7 @@ def whole_object(model, pose, view) -> Whole:
     return Whole(int(covered.sum()), [*map(float, first), *map(float, (high - low) / pitch)])
 
 
-def truncation(box, view) -> float:
+def truncation(box: Sequence[float], view: View) -> float:
     """Return the share of the area of a box that lies outside the camera's field, 0..1."""
     rows, columns = view.in_field()
     inside = [
@@ -215,7 +235,7 @@ def truncation(box, view) -> float:
     return max(0.0, float(1 - inside[0] * inside[1] / area)) if area > 0 else 0.0
 
 
-def _reach_centres(flat, faces, view):
+def _reach_centres(flat: np.ndarray, faces: np.ndarray, view: View) -> np.ndarray:
     """Return which `faces` have a bounding box that may contain the centre of a tile. Most
     triangles of a fine mesh lie between the centres.
 
@@ -238,7 +258,7 @@ def _reach_centres(flat, faces, view):
     return some
 
 
-def fill(covered, view, triangles) -> None:
+def fill(covered: np.ndarray, view: View, triangles: np.ndarray) -> None:
     """Set `covered` at the tiles whose centre ray meets one of the `triangles` (n, 3, 3), in camera
     axes.
 
@@ -275,7 +295,7 @@ def fill(covered, view, triangles) -> None:
         covered[row[met], column[met]] = True
 
 
-def _tile_boxes(triangles, view):
+def _tile_boxes(triangles: np.ndarray, view: View) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the first and last tile (column, row) of the bounding box of each triangle, and which
     triangles have one.
     """
@@ -291,7 +311,9 @@ def _tile_boxes(triangles, view):
     return low, high, useful & some
 
 
-def _tiles_within(low, high, view):
+def _tiles_within(
+    low: np.ndarray, high: np.ndarray, view: View
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the first and last tile (column, row) whose centre lies within low to high (n, 2), and
     where such a tile exists.
     """
@@ -305,7 +327,7 @@ def _tiles_within(low, high, view):
     return low, high, (low <= high).all(1)
 
 
-def _boxes(triangles, view):
+def _boxes(triangles: np.ndarray, view: View) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the lowest and highest tangents (n, 2) of each triangle, and which triangles lie in
     front of the camera.
     """
@@ -324,7 +346,9 @@ def _boxes(triangles, view):
     return low, high, useful
 
 
-def _first_hits(world, origin, direction):
+def _first_hits(
+    world: World, origin: np.ndarray, direction: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     ray = mi.Ray3f(
         mi.Point3f(*(mi.Float(float(v)) for v in origin)),
         mi.Vector3f(*direction.T.astype(np.float32)),
@@ -344,7 +368,9 @@ def _first_hits(world, origin, direction):
     )
 
 
-def _first_hits_scalar(world, origin, direction):
+def _first_hits_scalar(
+    world: World, origin: np.ndarray, direction: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     number = np.zeros(len(direction), int)
     distance = np.full(len(direction), np.inf)
     normal = np.zeros((len(direction), 3))

@@ -7,14 +7,19 @@ the camera's turns alone.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core.data.quantities import MOTION
 
 from .world.view import View
 
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import SceneDescription
 
-def motion_label(description, view: View, labels: dict) -> dict[str, np.ndarray]:
+
+def motion_label(description: SceneDescription, view: View, labels: dict) -> dict[str, np.ndarray]:
     """Return the label `motion`, or nothing where the scene states no next frame.
 
     Parameters

@@ -142,7 +142,7 @@ class MitsubaRenderer:
     accuracy_knobs: ClassVar[tuple[AccuracyKnob, ...]] = ACCURACY_KNOBS
     RENDERS_FOG: ClassVar[bool] = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
         if self.first_nm > self.last_nm:
             raise ConfigError(
@@ -252,7 +252,7 @@ class MitsubaRenderer:
         request = Request(groups, bands, demand or Demand(), known)
         return render_frame(self, description, request, variant)
 
-    def _say_how_slow(self, groups, bands, projection):
+    def _say_how_slow(self, groups: int, bands: int, projection: str) -> None:
         tiles = self.width * self.height * (1 + 2 * self.margin) ** 2
         asked = self.decided()
         minutes = (
@@ -273,7 +273,7 @@ class MitsubaRenderer:
                 flush=True,
             )
 
-    def _groups(self, description, demand):
+    def _groups(self, description: SceneDescription, demand: Demand | None) -> list[str]:
         groups_of_scene = description.light_groups()
         if not groups_of_scene:
             raise ConfigError(
@@ -322,7 +322,7 @@ class MitsubaRenderer:
         """Return the centres of all bands, nm."""
         return tuple(map(float, self._bands(None)))
 
-    def _bands(self, demand):
+    def _bands(self, demand: Demand | None) -> np.ndarray:
         bands = self.first_nm + self.step_nm * np.arange(
             int((self.last_nm - self.first_nm) / self.step_nm + 1 + 1e-9)
         )

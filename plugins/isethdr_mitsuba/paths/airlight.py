@@ -9,16 +9,27 @@ directions by the phase function, until it leaves the fog and finds the sky, or 
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import drjit as dr
 import mitsuba as mi
 
 from ..lamps.airlight_sampling import NEARLY
 
+if TYPE_CHECKING:
+    import numpy as np
+
+    from isethdr_core.data.fog import Fog
+
+    from ..lamps.airlight_sampling import AirlightLamps, Segment
+
 MOST_SCATTERED = 200  # times that a walk is scattered
 CLEAR = 1e-3  # of the way to a surface: walks end before it
 
 
-def from_lamps(air, g: int, rng, segment, block, active):
+def from_lamps(
+    air: AirlightLamps, g: int, rng: Any, segment: Segment, block: Any, active: Any
+) -> tuple[Any, Any, list[Any]]:
     """Return the airlight of group number `g` along a `Segment`: row of the spectrum, level in
     cd/m2, and packets relative to the reference wavelength.
 
@@ -43,7 +54,9 @@ def from_lamps(air, g: int, rng, segment, block, active):
 
 
 @dr.syntax
-def from_sky(scene, fog, rng, segment, active):
+def from_sky(
+    scene: Any, fog: Fog | None, rng: np.random.Generator, segment: Any, active: Any
+) -> Any:
     """Return the packets of what fog along a `Segment` sends of the light of a uniform sky above
     the fog, relative to the sky.
 

@@ -11,7 +11,9 @@ name, so its light does not depend on the other groups.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
 import drjit as dr
@@ -30,6 +32,14 @@ from ..world.geometry import build_world
 from ..world.materials import coloured_surfaces, regular, times
 from ..world.view import check_square
 
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import SceneDescription, Spectrum
+
+    from ..lamps.placed_lamps import PlacedLamp
+    from ..lamps.spots import Spot
+    from ..renderer import MitsubaRenderer
+    from ..world.view import View
+
 BLOCK = 4
 WITHIN = 20  # number of wavelengths in a band over which spectra are averaged
 MAP = 512, 1024  # rows and columns of an environment map of the sky
@@ -39,7 +49,14 @@ UPRIGHT = np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 LOST_BEADS = 0.5
 
 
-def film_pass(description, view, lamps, groups, bands_nm, settings):
+def film_pass(
+    description: SceneDescription,
+    view: View,
+    lamps: Sequence[PlacedLamp],
+    groups: Sequence[str],
+    bands_nm: np.ndarray,
+    settings: MitsubaRenderer,
+) -> Callable[..., Any]:
     """Return the function that `passes.estimate` calls for each pass.
 
     Parameters
@@ -89,7 +106,7 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
 
     every = range(len(groups))
 
-    def one_pass(seed, samples, wanted=every):
+    def one_pass(seed: int, samples: int, wanted: Sequence[int] = every) -> Iterator[Any]:
         for g, group in ((g, groups[g]) for g in wanted):
             lit = sky if group == "sky" else []
             if lamp_scene is not None and switch(group):
@@ -113,7 +130,7 @@ def film_pass(description, view, lamps, groups, bands_nm, settings):
     return one_pass
 
 
-def _block(bands_nm, start, step_nm):
+def _block(bands_nm: np.ndarray, start: int, step_nm: float) -> list[float]:
     """Return four band centres from number `start` on. Missing bands are added beyond the
     last one.
     """
@@ -121,7 +138,9 @@ def _block(bands_nm, start, step_nm):
     return block + [block[-1] + step_nm * (k + 1) for k in range(BLOCK - len(block))]
 
 
-def _sky_scenes(description, span, bands_nm, step_nm):
+def _sky_scenes(
+    description: SceneDescription, span: tuple[float, float], bands_nm: np.ndarray, step_nm: float
+) -> list[tuple[Any, np.ndarray]]:
     """Return the scenes whose sum is the light of the sky, each with a factor per band."""
     if description.sky is None:
         return []
@@ -142,7 +161,7 @@ def _sky_scenes(description, span, bands_nm, step_nm):
     ]
 
 
-def _map(part, bands_nm, step_nm):
+def _map(part: Any, bands_nm: Any, step_nm: Any) -> Any:
     """Return an environment map of the pattern of a sky part. Also return the factor from the
     spectrum of the map, which Mitsuba gives to grey, to that of the part.
     """
@@ -169,7 +188,7 @@ def _map(part, bands_nm, step_nm):
     return light, part.spectrum.at(nm).mean(1) / own.mean(1)
 
 
-def _far_light(disc, span):
+def _far_light(disc: Any, span: Any) -> Any:
     """Return the sun or the moon as a light of one direction."""
     radiance = regular(disc.radiance, *span)
     return {
@@ -179,7 +198,13 @@ def _far_light(disc, span):
     }
 
 
-def _lamp_scene(description, view, lamps, groups, span):
+def _lamp_scene(
+    description: SceneDescription,
+    view: View,
+    lamps: Sequence[PlacedLamp],
+    groups: Sequence[str],
+    span: tuple[float, float],
+) -> tuple[Any, Callable[..., Any]]:
     """Return the Mitsuba scene of all lamps, and a function that switches on one group alone and
     returns whether the group has lamps.
     """
@@ -197,7 +222,7 @@ def _lamp_scene(description, view, lamps, groups, span):
     group_of = [lamps[s.lamp].lamp.group for s in lights]
     share = _shares(scene, view, lights, group_of, groups)
 
-    def switch(group):
+    def switch(group: str) -> bool:
         for k, own in enumerate(group_of):
             fields[f"spot{k:05d}.sampling_weight"] = float(share[k]) if own == group else 0.0
         fields.update()
@@ -208,7 +233,7 @@ def _lamp_scene(description, view, lamps, groups, span):
     return scene, switch
 
 
-def _picture(values):
+def _picture(values: np.ndarray) -> Any:
     return mi.load_dict(
         {
             "type": "bitmap",
@@ -219,7 +244,7 @@ def _picture(values):
     )
 
 
-def _spot(spot, spectrum, picture):
+def _spot(spot: Spot, spectrum: Spectrum, picture: Any) -> dict[str, float | str]:
     table = emission_table([spectrum])[0] * spot.peak_cd
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = spot.frame, spot.point
@@ -238,7 +263,9 @@ def _spot(spot, spectrum, picture):
     }
 
 
-def _shares(scene, view, lights, group_of, groups):
+def _shares(
+    scene: Any, view: View, lights: Sequence[Spot], group_of: Sequence[str], groups: Sequence[str]
+) -> np.ndarray:
     """Return the share of each spot within its group, and state the error of replacing extended
     lamps by spots.
     """

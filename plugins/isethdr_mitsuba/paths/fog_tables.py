@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from math import ceil
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from isethdr_core.data.fog import Fog
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 DEEPEST = 30.0  # optical depth at which rays end: e^-30 of the light is left
 
@@ -18,7 +22,7 @@ class FogTables:
     visibilities.
     """
 
-    def __init__(self, fog: Fog, wavelength_nm, camera_z_m: float):
+    def __init__(self, fog: Fog, wavelength_nm: ArrayLike, camera_z_m: float) -> None:
         """Make the tables of fog.
 
         Parameters
@@ -42,22 +46,22 @@ class FogTables:
         self.reach_m = number(DEEPEST / min(extinction.min(), fog.extinction_per_m))
         self.lobes = [(number(one.share), number(one.asymmetry)) for one in fog.lobes]
 
-    def transmission(self, distance):
+    def transmission(self, distance: Any) -> list[Any]:
         """Return the packets of the share of light that is left after `distance`, m."""
         return [dr.exp(-each * distance) for each in self.extinction]
 
-    def along(self, distance):
+    def along(self, distance: Any) -> Any:
         """Return the share of light left after `distance`, m, at the reference wavelength."""
         return dr.exp(-self.sampled * distance)
 
-    def to_border(self, place, way):
+    def to_border(self, place: Any, way: Any) -> Any:
         """Return how far it is, m, from a place along a unit vector to the upper or lower end of
         the fog; 0 beyond them.
         """
         end = dr.select(way.z > 0, self.top_m - place.z, place.z - self.bottom_m)
         return dr.minimum(dr.maximum(end, 0) / dr.maximum(dr.abs(way.z), 1e-6), self.reach_m)
 
-    def relative_to_sampled(self, distance):
+    def relative_to_sampled(self, distance: Any) -> list[Any]:
         """Return the packets of extinction times transmission over `distance`, m, relative to that
         at the reference wavelength.
         """
@@ -66,13 +70,13 @@ class FogTables:
             for each in self.extinction
         ]
 
-    def against_sampled(self, distance):
+    def against_sampled(self, distance: Any) -> list[Any]:
         """Return the packets of scattering times transmission over `distance`, m, relative to the
         extinction times transmission at the reference wavelength.
         """
         return [self.albedo * each for each in self.relative_to_sampled(distance)]
 
-    def phase(self, cosine):
+    def phase(self, cosine: Any) -> Any:
         """Return the phase function, 1/sr, at the cosine of the scattering angle."""
         total = mi.Float(0)
         for share, g in self.lobes:
@@ -81,7 +85,7 @@ class FogTables:
             total += share * (1 - g * g) / (4 * dr.pi * root * dr.sqrt(root))
         return total
 
-    def scattered(self, direction, rng):
+    def scattered(self, direction: Any, rng: Any) -> Any:
         """Return a direction drawn by the phase function around the unit vector `direction`."""
         pick = rng.next_float32()
         g = self.lobes[-1][1]

@@ -8,6 +8,8 @@ disk.
 
 from __future__ import annotations
 
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -19,7 +21,7 @@ from .device_memory import aligned
 class HitTables:
     """Device tables of the triangles of a world and of the places of its instances."""
 
-    def __init__(self, world: World):
+    def __init__(self, world: World) -> None:
         meshes = [s for s in world.shapes if s.pose is None]
         fields = [mi.traverse(s.shape) for s in meshes]
         positions, faces = (
@@ -61,7 +63,7 @@ class HitTables:
             self.turn,
         )
 
-    def meet(self, scene, ray, active):
+    def meet(self, scene: Any, ray: Any, active: Any) -> tuple[Any, Any]:
         """Return the SurfaceInteraction3f of the first hit of `ray`, with t (infinite without one),
         p, n, sh_frame, wi and wavelengths, and the shape's number.
 

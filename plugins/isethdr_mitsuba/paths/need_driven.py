@@ -11,6 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,7 @@ class Rounds:
     buffers: list[Tally] = field(default_factory=list)
     launches: int = 0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         shape = len(self.paths.lamps.groups), len(self.paths.wavelength_nm), self.instance.size
         self.buffers = [Tally.empty(*shape) for _ in range(2)]
         self.near = Neighbours(self.instance)
@@ -191,7 +192,7 @@ def render_by_need(
     return time.perf_counter() - start
 
 
-def estimate(rounds: Rounds, known: list[Known], seconds: float, judged) -> Estimate:
+def estimate(rounds: Rounds, known: list[Known], seconds: float, judged: Any) -> Estimate:
     """Return the light of both buffers, in the form of `passes.estimate`.
 
     Parameters

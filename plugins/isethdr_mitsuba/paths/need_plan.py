@@ -7,7 +7,7 @@ allocation over strata).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +30,9 @@ class Lot(NamedTuple):
     groups: np.ndarray  # (entry,) bits
 
 
-def needed(variance: np.ndarray, limit: np.ndarray, weights, group_us) -> np.ndarray:
+def needed(
+    variance: np.ndarray, limit: np.ndarray, weights: Sequence[float], group_us: np.ndarray
+) -> np.ndarray:
     """Return the paths (group, tile) that bring each tile's noise to its limit.
 
     Parameters

@@ -8,14 +8,19 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from isethdr_core.cli.progress import track
 from isethdr_core.physics.photometry import xyz_weights
 from isethdr_core.runs.sample_accumulation import Known, pooled_noise
+
+if TYPE_CHECKING:
+    from ..renderer import MitsubaRenderer
 
 LARGEST_PASS = 1024  # paths per tile and pass: float32 sums of more paths lose 1e-4 or more
 LEAST_PASSES = 4  # needed to estimate the spread
@@ -85,7 +90,12 @@ class Frame:
     judged: tuple[slice, slice] | None = None
 
 
-def estimate(one_pass, settings, frame: Frame, known=None) -> Estimate:
+def estimate(
+    one_pass: Callable[..., Any],
+    settings: MitsubaRenderer,
+    frame: Frame,
+    known: Known | None = None,
+) -> Estimate:
     """Return the mean over passes of different seeds.
 
     Parameters
@@ -125,7 +135,12 @@ def estimate(one_pass, settings, frame: Frame, known=None) -> Estimate:
     )
 
 
-def _refine(one_pass, settings, sums, tiles):
+def _refine(
+    one_pass: Callable[..., Any],
+    settings: MitsubaRenderer | SimpleNamespace,
+    sums: _Sums,
+    tiles: int,
+) -> None:
     """Add passes until the noise of each group is allowed; a group below the limit gets no more
     passes.
     """
@@ -157,7 +172,14 @@ def _refine(one_pass, settings, sums, tiles):
 class _Sums:
     """Sums over the passes so far."""
 
-    def __init__(self, known, wavelength_nm, shape, seed, judged):
+    def __init__(
+        self,
+        known: Sequence[Known],
+        wavelength_nm: np.ndarray,
+        shape: tuple[int, int],
+        seed: int,
+        judged: Any,
+    ) -> None:
         self.known = known
         self.seed = seed
         self.shape = shape
@@ -174,7 +196,7 @@ class _Sums:
         self.passes = np.zeros(groups, int)
         self.seconds = np.zeros(groups)
 
-    def alike(self, groups) -> list[list[int]]:
+    def alike(self, groups: range) -> list[list[int]]:
         """Return the `groups` groups in lists. The groups of one list have the same number of paths
         and the same next path, so that one pass serves them all.
         """
@@ -183,14 +205,16 @@ class _Sums:
             lots.setdefault((self._next(g), int(self.whole_paths()[g])), []).append(g)
         return list(lots.values())
 
-    def _next(self, g) -> int:
+    def _next(self, g: int) -> int:
         return self.known[g].next + int(self.paths[g])
 
-    def add_all(self, one_pass, sizes, groups, title):
+    def add_all(
+        self, one_pass: Callable[..., Any], sizes: Sequence[int], groups: Sequence[int], title: str
+    ) -> None:
         for samples in track(sizes, title) if sizes else ():
             self.add(one_pass, samples, groups)
 
-    def add(self, one_pass, samples, groups):
+    def add(self, one_pass: Callable[..., Any], samples: int, groups: Sequence[int]) -> None:
         # the number of the first path seeds a pass, so that equal paths get equal random numbers
         seed = int(
             np.random.SeedSequence(self.seed, spawn_key=(self._next(groups[0]),)).generate_state(1)[
@@ -216,19 +240,19 @@ class _Sums:
         self.passes[groups] += 1
         self.seconds[groups] += time.perf_counter() - start
 
-    def whole_paths(self):
+    def whole_paths(self) -> np.ndarray:
         return self.paths + [k.paths for k in self.known]
 
-    def whole_noise(self):
+    def whole_noise(self) -> np.ndarray:
         """Return, per group, the noise of the mean over new and known paths; NaN for a group
         without light.
         """
         return with_known(self.noise(), self.paths, self.known)
 
-    def mean(self):
+    def mean(self) -> np.ndarray:
         return self.total / np.maximum(self.paths, 1)[:, None, None]
 
-    def noise(self):
+    def noise(self) -> np.ndarray:
         """Return, per group, a robust standard error: half of the light has a smaller error, and
         this error is divided by 0.6745. For normal noise the result is the standard error.
 
@@ -254,14 +278,14 @@ class _Sums:
                     out[g] = group_noise(level[used], np.array(estimates), spread[used])
         return out
 
-    def _level(self, g):
+    def _level(self, g: int) -> np.ndarray:
         """Return the luminance (tile,) of group `g`."""
         return self.weights[1] @ self.total[g] / max(self.paths[g], 1)
 
-    def _judged(self, values):
+    def _judged(self, values: np.ndarray) -> np.ndarray:
         return values.reshape(self.shape)[self.judged].ravel()
 
-    def xyz_noise(self):
+    def xyz_noise(self) -> np.ndarray:
         """Return the standard errors of X, Y, Z (group, 3, row, column), cd/m2."""
         out = np.full((len(self.total), 3, *self.shape), np.nan)
         for g in range(len(out)):
@@ -269,7 +293,7 @@ class _Sums:
                 out[g] = self._standard_errors(g, (slice(None),) * 2)
         return out
 
-    def _standard_errors(self, g, of):
+    def _standard_errors(self, g: int, of: Any) -> np.ndarray:
         """Return the standard errors of X, Y, Z (3, row, column) of the tiles `of` (rows, columns).
         They follow from the spread of each tile and its neighbours.
 
@@ -289,7 +313,7 @@ class _Sums:
         )
         return np.where(level > 0, np.sqrt(per_light * (level + _around(level, 1)) / 2), 0.0)
 
-    def half_difference(self):
+    def half_difference(self) -> np.ndarray:
         """Return half of the luminance difference (group, row, column) between two halves of the
         paths, cd/m2.
 
@@ -304,7 +328,7 @@ class _Sums:
                 out[g] = self._half_differences(g)[0].reshape(self.shape)
         return out
 
-    def _half_differences(self, g):
+    def _half_differences(self, g: int) -> np.ndarray:
         """Return half the difference (split, tile) of each split of group `g`. A split is NaN if
         one half has nearly all paths; the first split is never NaN.
         """
@@ -314,7 +338,7 @@ class _Sums:
         return (self.apart[g] / self.paths[g] - share * self._level(g)) / np.sqrt(remaining)
 
 
-def group_noise(level, halves, spread) -> float:
+def group_noise(level: np.ndarray, halves: np.ndarray, spread: np.ndarray) -> float:
     """Return the noise of a group, as `_Sums.noise` defines it.
 
     Parameters
@@ -335,7 +359,7 @@ def group_noise(level, halves, spread) -> float:
     return max(of_halves, math.hypot(of_halves, of_tiles) / math.sqrt(2))
 
 
-def with_known(noise, paths, known) -> np.ndarray:
+def with_known(noise: np.ndarray, paths: np.ndarray, known: Sequence[Known]) -> np.ndarray:
     """Return the noise (group,) of the mean of new paths and those known before; NaN where there is
     no light.
 
@@ -353,7 +377,7 @@ def with_known(noise, paths, known) -> np.ndarray:
     return out
 
 
-def _around(values, reach):
+def _around(values: np.ndarray, reach: int) -> np.ndarray:
     """Return the mean (..., row, column) of the tiles within `reach` rows and columns of each.
 
     No running sum is used, because the rounding error of a lamp would remain in it.
@@ -365,7 +389,7 @@ def _around(values, reach):
     return sum(down[..., j : j + columns] for j in range(side)) / side**2
 
 
-def weighted_median(values, weights) -> float:
+def weighted_median(values: np.ndarray, weights: np.ndarray) -> float:
     """Return the value below which half of the weight lies."""
     order = np.argsort(values)
     below = np.cumsum(np.asarray(weights, float)[order])

@@ -12,6 +12,7 @@ trapezoid rule. Other bands, and products of spectra, are exact in the mean over
 from __future__ import annotations
 
 from math import ceil
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
@@ -24,7 +25,9 @@ class BandTable:
     the width `step_nm` around `wavelength_nm`.
     """
 
-    def __init__(self, rows, wavelength_nm, step_nm: float, means: int = 1):
+    def __init__(
+        self, rows: np.ndarray, wavelength_nm: np.ndarray, step_nm: float, means: int = 1
+    ) -> None:
         """Lay out the samples within the bands.
 
         Parameters
@@ -63,7 +66,7 @@ class BandTable:
         last = value[:, -self.means :]
         return np.concatenate([value, np.broadcast_to(last.mean(0), last.shape)], 1)
 
-    def on_device(self, u: float):
+    def on_device(self, u: float) -> Any:
         """Return `at(u)`, flat.
 
         The values pass through a list, because the renderer copies lists into aligned memory. It

@@ -7,7 +7,9 @@ surface of its own.)
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import mitsuba as mi
@@ -16,11 +18,14 @@ import numpy as np
 from ..lamps.placed_lamps import SPECTRUM_NM
 from .texture_noise import TextureTables
 
+if TYPE_CHECKING:
+    from ..world.geometry import World
+
 
 class SurfaceTables:
     """Device tables of the materials of a world of ramp surfaces (`materials.ramp_surfaces`)."""
 
-    def __init__(self, world, materials, surfaces):
+    def __init__(self, world: World, materials: Iterable[Any], surfaces: Iterable[Any]) -> None:
         """Make the tables of all materials.
 
         Parameters
@@ -47,17 +52,17 @@ class SurfaceTables:
         self.material_of = mi.UInt32(world.table(lambda s: s.material))
         dr.eval(self.kind, self.smooth, self.material_of)
 
-    def material_at(self, shape, active):
+    def material_at(self, shape: Any, active: Any) -> Any:
         """Return the number of the material of a shape."""
         return dr.gather(mi.UInt32, self.material_of, shape, active)
 
-    def is_smooth(self, material, active):
+    def is_smooth(self, material: Any, active: Any) -> Any:
         """Return whether the surface reflects light from a lamp in other ways than a mirror or a
         clear pane.
         """
         return dr.gather(mi.Bool, self.smooth, material, active)
 
-    def towards(self, material, si, direction, active):
+    def towards(self, material: Any, si: Any, direction: Any, active: Any) -> tuple[Any, Any]:
         """Return (value, density per solid angle) of the surface towards `direction` (local).
 
         Values hold reflectance 0 in channel 0 and reflectance 1 in channel 1; the truth is linear
@@ -75,7 +80,7 @@ class SurfaceTables:
             kind, [partial(_towards, surface) for surface in self.kinds], si, direction, active
         )
 
-    def onwards(self, material, si, pick, spot, active):
+    def onwards(self, material: Any, si: Any, pick: Any, spot: Any, active: Any) -> tuple[Any, Any]:
         """Draw a direction: return a BSDFSample3f and its value / density, as `towards`.
 
         Parameters
@@ -92,9 +97,9 @@ class SurfaceTables:
         )
 
 
-def _towards(surface, si, direction, active):
+def _towards(surface: Any, si: Any, direction: Any, active: Any) -> tuple[Any, Any]:
     return surface.eval_pdf(mi.BSDFContext(), si, direction, active)
 
 
-def _onwards(surface, si, pick, spot, active):
+def _onwards(surface: Any, si: Any, pick: Any, spot: Any, active: Any) -> tuple[Any, Any]:
     return surface.sample(mi.BSDFContext(), si, pick, spot, active)

@@ -75,7 +75,7 @@ class Tally:
 class Neighbours:
     """Sums over the neighbours of a tile that show the same object as the tile."""
 
-    def __init__(self, instance: np.ndarray):
+    def __init__(self, instance: np.ndarray) -> None:
         """`instance` : (row, column) number of the object that each tile shows."""
         self.shape = instance.shape
         each = range(-REACH, REACH + 1)

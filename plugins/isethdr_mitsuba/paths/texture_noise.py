@@ -7,9 +7,15 @@ and no seam.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Material
 
 SPAN = 1 << 20  # lattice cells that world coordinates may be off on either side of the origin
 
@@ -17,7 +23,7 @@ SPAN = 1 << 20  # lattice cells that world coordinates may be off on either side
 class TextureTables:
     """Device tables of the textures of materials; no code for them where none has one."""
 
-    def __init__(self, materials, first_row: int):
+    def __init__(self, materials: Sequence[Material], first_row: int) -> None:
         """`first_row` : row of the first second reflectance in the table of spectra; they stand in
         the order of the materials that have one.
         """
@@ -43,7 +49,7 @@ class TextureTables:
         self.seed = mi.UInt32(np.array(second, np.uint32)[:, 1])
         dr.eval(self.rows, self.second, self.seed)
 
-    def share(self, material, point, active):
+    def share(self, material: Any, point: Any, active: Any) -> tuple[Any, Any]:
         """Return the row of the second reflectance of a material and its share at a world point;
         the material's own row and 0 where it has none.
 
@@ -61,7 +67,7 @@ class TextureTables:
         return second, dr.select(textured, dr.clip(share, 0, 1), 0)
 
 
-def noise(place, seed):
+def noise(place: Any, seed: Any) -> Any:
     """Return smooth noise, -1..1, at `place` in cells of a lattice."""
     low = dr.floor(place)
     at = place - low
@@ -77,7 +83,7 @@ def noise(place, seed):
     return total
 
 
-def _random(corner, seed):
+def _random(corner: Any, seed: Any) -> Any:
     """Return a random value, -1..1, of a corner of the lattice (a hash after Mueller, 2012)."""
     h = corner.x * 0x8DA6B343 + corner.y * 0xD8163841 + corner.z * 0xCB1AB31F + seed * 0x9E3779B9
     for _ in range(2):

@@ -75,7 +75,7 @@ def even_work(tiles: int, samples: int, groups: int) -> Work:
     )
 
 
-def listed_work(tiles, paths, groups, stream: int = 0) -> Work:
+def listed_work(tiles: np.ndarray, paths: np.ndarray, groups: np.ndarray, stream: int = 0) -> Work:
     """Return the items of a list of different tiles.
 
     Parameters

@@ -5,13 +5,18 @@ Mitsuba's compiled cameras know tangents alone; here every ray asks Python, whic
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import mitsuba as mi
 import numpy as np
+
+if TYPE_CHECKING:
+    from .view import View
 
 PLUGIN = "isethdr_angle_sensor"
 
 
-def angle_sensor(view, film_entry: dict) -> dict:
+def angle_sensor(view: View, film_entry: dict) -> dict:
     """Return the Mitsuba camera of an equidistant `view`, of a scalar variant; `film_entry` as
     `beam_lamp.film`.
     """
@@ -36,9 +41,9 @@ def angle_sensor(view, film_entry: dict) -> dict:
     }
 
 
-def _sensor_class():
+def _sensor_class() -> type:
     class AngleSensor(mi.Sensor):
-        def __init__(self, properties):
+        def __init__(self, properties: Any) -> None:
             super().__init__(properties)
             self.corner = properties["left"], properties["top"]
             self.size = properties["width"], properties["height"]
@@ -47,8 +52,13 @@ def _sensor_class():
             self.origin = mi.Point3f(axes[:3, 3].tolist())
 
         def sample_ray(
-            self, time, wavelength_sample, position_sample, aperture_sample, active=True
-        ):
+            self,
+            time: Any,
+            wavelength_sample: Any,
+            position_sample: Any,
+            aperture_sample: Any,
+            active: bool = True,
+        ) -> Any:
             x, y = (c + s * float(p) for c, s, p in zip(self.corner, self.size, position_sample))
             theta = (x * x + y * y) ** 0.5
             across = np.sinc(theta / np.pi)  # sin(theta) / theta
@@ -65,17 +75,22 @@ def _sensor_class():
             return mi.Ray3f(self.origin, way, time, wavelengths), weight
 
         def sample_ray_differential(
-            self, time, wavelength_sample, position_sample, aperture_sample, active=True
-        ):
+            self,
+            time: Any,
+            wavelength_sample: Any,
+            position_sample: Any,
+            aperture_sample: Any,
+            active: bool = True,
+        ) -> Any:
             ray, weight = self.sample_ray(
                 time, wavelength_sample, position_sample, aperture_sample, active
             )
             return mi.RayDifferential3f(ray), weight
 
-        def bbox(self):
+        def bbox(self) -> Any:
             return mi.BoundingBox3f(self.origin, self.origin)
 
-        def to_string(self):
+        def to_string(self) -> str:
             return "AngleSensor[]"
 
     return AngleSensor

@@ -12,6 +12,8 @@ A is measured on the surface itself, by sampling it at fixed points.
 
 from __future__ import annotations
 
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -76,9 +78,9 @@ def mean_over_hemisphere(missing: np.ndarray) -> float:
     return float((4 * x**3 * np.interp(x, nodes, missing) * weight * half).sum())
 
 
-def _compensated_class():
+def _compensated_class() -> type:
     class CompensatedSurface(mi.BSDF):
-        def __init__(self, properties):
+        def __init__(self, properties: Any) -> None:
             super().__init__(properties)
             self.reflectance = properties.get_texture("reflectance", 1.0)
             self.inner = properties["inner"]
@@ -92,17 +94,19 @@ def _compensated_class():
             self.m_components = [*components, self.lobe]
             self.m_flags = self.inner.flags() | self.lobe
 
-        def traverse(self, callback):
+        def traverse(self, callback: Any) -> None:
             callback.put("reflectance", self.reflectance, mi.ParamFlags.Differentiable)
             callback.put("inner", self.inner, mi.ParamFlags.Differentiable)
 
-        def missing_at(self, cosine, active):
+        def missing_at(self, cosine: Any, active: Any) -> Any:
             along = dr.sqrt(dr.clip(cosine, 0, 1)) * (NODES - 1)
             first = dr.minimum(mi.UInt32(along), NODES - 2)
             ends = [dr.gather(mi.Float, self.missing, first + k, active) for k in (0, 1)]
             return dr.lerp(*ends, along - mi.Float(first))
 
-        def with_lobe(self, si, wo, inner, active):
+        def with_lobe(
+            self, si: Any, wo: Any, inner: tuple[Any, Any], active: Any
+        ) -> tuple[Any, Any]:
             """Return value and density of both, from those of the rough surface."""
             value, density = inner
             cos_i = mi.Frame3f.cos_theta(si.wi)
@@ -114,16 +118,18 @@ def _compensated_class():
             density = dr.lerp(density, cos_o * dr.inv_pi, chance)
             return dr.select(active, value, 0), dr.select(active, density, 0)
 
-        def eval_pdf(self, ctx, si, wo, active=True):
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
             return self.with_lobe(si, wo, self.inner.eval_pdf(ctx, si, wo, active), active)
 
-        def eval(self, ctx, si, wo, active=True):
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return self.eval_pdf(ctx, si, wo, active)[0]
 
-        def pdf(self, ctx, si, wo, active=True):
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return self.eval_pdf(ctx, si, wo, active)[1]
 
-        def sample(self, ctx, si, sample1, sample2, active=True):
+        def sample(
+            self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True
+        ) -> tuple[Any, Any]:
             cos_i = mi.Frame3f.cos_theta(si.wi)
             active = mi.Bool(active) & (cos_i > 0)
             chance = self.missing_at(cos_i, active)
@@ -142,7 +148,7 @@ def _compensated_class():
             )
             return drawn, dr.select(density > 0, value / density, 0)
 
-        def to_string(self):
+        def to_string(self) -> str:
             return f"CompensatedSurface[{self.inner}]"
 
     return CompensatedSurface

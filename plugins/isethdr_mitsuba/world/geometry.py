@@ -8,7 +8,9 @@ loader would join shapes, lose labels, break emitters written in Python, and mak
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import mitsuba as mi
@@ -18,6 +20,9 @@ from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.scene import Part
 
 from ..lamps.sky_discs import disc_mesh, discs_of
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Material, SceneDescription
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +47,7 @@ class World:
     scene: mi.Scene
     shapes: list[Shape]
 
-    def table(self, value_of, default: int = 0) -> np.ndarray:
+    def table(self, value_of: Callable[..., Any], default: int = 0) -> np.ndarray:
         """Return a table from the number that Mitsuba gives a shape to `value_of(Shape)`; `default`
         for unused numbers, including 0.
         """
@@ -70,11 +75,17 @@ class World:
         return poses, first, np.array(parts, np.uint32)
 
 
-def _numbers(shapes) -> np.ndarray:
+def _numbers(shapes: Iterator[Any]) -> np.ndarray:
     return np.array([int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(s))[0]) for s in shapes], int)
 
 
-def build_world(description, surfaces: dict, emitter_of=None, discs: bool = True, **extra) -> World:
+def build_world(
+    description: SceneDescription,
+    surfaces: dict,
+    emitter_of: Any = None,
+    discs: bool = True,
+    **extra: Any,
+) -> World:
     """Return the Mitsuba scene of `description`.
 
     Parameters
@@ -151,7 +162,7 @@ def build_world(description, surfaces: dict, emitter_of=None, discs: bool = True
     )
 
 
-def _darkest(materials) -> str:
+def _darkest(materials: dict[str, Material]) -> str:
     """Return the name of the opaque material with the lowest reflectance. Sun and moon use it,
     because they should reflect next to nothing.
     """
@@ -159,7 +170,7 @@ def _darkest(materials) -> str:
     return min(opaque or materials, key=lambda n: max(materials[n].reflectance.value))
 
 
-def _surface(surfaces, part):
+def _surface(surfaces: dict[str, Any], part: Part) -> Any:
     if part.material not in surfaces:
         raise ConfigError(
             f"part {part.name!r} has the unknown material {part.material!r}"
@@ -168,7 +179,7 @@ def _surface(surfaces, part):
     return surfaces[part.material]
 
 
-def _mesh(name, part, pose, surface, emitter=None):
+def _mesh(name: str, part: Part, pose: np.ndarray, surface: Any, emitter: Any = None) -> Any:
     vertices = np.asarray(part.vertices, float) @ pose[:3, :3].T + pose[:3, 3]
     faces = np.asarray(part.faces)
     if np.linalg.det(pose[:3, :3]) < 0:

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +19,9 @@ from isethdr_core.errors import ConfigError
 from isethdr_core.scene import Facets, Granular, Material, Spectrum, flat
 
 from .coat_energy import coat_energy
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import SceneDescription
 
 STEP_NM = 5.0  # spacing of the reflectance tables, nm
 RAMP_NM = (400.0, 500.0)  # where the reflectance of a ramp surface is 0 and 1
@@ -27,7 +32,7 @@ WORN_MARKING = Granular(
 )
 
 
-def ramp_surfaces(description) -> dict:
+def ramp_surfaces(description: SceneDescription) -> dict:
     """Return a BSDF per material, with reflectance 0 at RAMP_NM[0] and 1 at RAMP_NM[1]. Equal
     surfaces are shared, also between scenes.
     """
@@ -44,7 +49,7 @@ def ramp_surfaces(description) -> dict:
 
 
 @lru_cache(maxsize=256)
-def _ramp_surface(variant, kind, **roughness):
+def _ramp_surface(variant: str, kind: str, **roughness: Any) -> Any:
     """Return the BSDF with ramp reflectance. It is kept, because Mitsuba computes tables for each
     rough plastic (0.05 CPU s). `variant` is the Mitsuba variant of its types.
     """
@@ -53,7 +58,7 @@ def _ramp_surface(variant, kind, **roughness):
     return mi.load_dict(surface(Material(kind, kind, RAMP, **roughness), *RAMP_NM))
 
 
-def coloured_surfaces(description, first_nm: float, last_nm: float) -> dict:
+def coloured_surfaces(description: SceneDescription, first_nm: float, last_nm: float) -> dict:
     """Return a BSDF per material with its own reflectance between the two wavelengths.
 
     Parameters
@@ -70,7 +75,7 @@ def coloured_surfaces(description, first_nm: float, last_nm: float) -> dict:
     }
 
 
-def regular(spectrum, first_nm: float, last_nm: float, limit: float = np.inf) -> dict:
+def regular(spectrum: Spectrum, first_nm: float, last_nm: float, limit: float = np.inf) -> dict:
     """Return `spectrum` as an evenly spaced Mitsuba table that covers first_nm to last_nm.
 
     Parameters
@@ -97,7 +102,7 @@ def regular(spectrum, first_nm: float, last_nm: float, limit: float = np.inf) ->
     }
 
 
-def surface(material, first_nm: float, last_nm: float) -> dict:
+def surface(material: Material, first_nm: float, last_nm: float) -> dict:
     """Return the Mitsuba dictionary of `material` for wavelengths first_nm to last_nm.
 
     Opaque kinds reflect on both sides, so that the winding of a mesh does not matter. Glass
@@ -123,7 +128,7 @@ def surface(material, first_nm: float, last_nm: float) -> dict:
     return {"type": "twosided", "side": inner}
 
 
-def _opaque(material, table: dict) -> dict:
+def _opaque(material: Material, table: dict) -> dict:
     """Return the Mitsuba dictionary of an opaque `material` with the reflectance `table`."""
     if material.kind == "diffuse":
         return {"type": "diffuse", "reflectance": table}
@@ -138,7 +143,7 @@ def _opaque(material, table: dict) -> dict:
     return _single_facets(material, table)
 
 
-def _compensated(material, table: dict) -> dict:
+def _compensated(material: Material, table: dict) -> dict:
     """Return a rough surface with the lobe for the light that it loses between facets.
 
     In a scalar variant each path would call Python; there the base of a coat is brighter instead.
@@ -156,14 +161,14 @@ def _missing(variant: str, kind: str, roughness: float, index: float) -> np.ndar
     return _own_surfaces().missing_light(_single_facets(white, reflectance))
 
 
-def _own_surfaces():
+def _own_surfaces() -> ModuleType:
     """Return the module of our own Mitsuba surfaces, whose import imports Mitsuba."""
     from . import own_surfaces
 
     return own_surfaces
 
 
-def _single_facets(material, table: dict) -> dict:
+def _single_facets(material: Material, table: dict) -> dict:
     """Return Mitsuba's own coated or metallic surface, which follows light to one facet only."""
     rough = material.roughness > 0
     microfacets = (
@@ -195,7 +200,7 @@ def times(table: dict, factor: float) -> dict:
     return {**table, "values": ", ".join(f"{v:.9g}" for v in values)}
 
 
-def _granular_of(material) -> Granular:
+def _granular_of(material: Material) -> Granular:
     if material.granular is None:
         raise ConfigError(
             f"material {material.name!r} is of kind granular without lobes; expected them; type"
@@ -240,7 +245,7 @@ def _facets(facets: Facets) -> dict:
     }
 
 
-def _with_retro_reflection(material, base: dict, table: dict) -> dict:
+def _with_retro_reflection(material: Material, base: dict, table: dict) -> dict:
     """Return `base` on its share of the surface, and retro-reflection on the rest.
 
     In a scalar variant, beads on a whole road cost fourteen times as much as everything else,

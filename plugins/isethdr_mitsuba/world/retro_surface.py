@@ -7,9 +7,14 @@ its integral; t = 1 - cos(observation angle).
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import RetroReflection
 
 PLUGIN = "isethdr_retro_reflection"
 TINY = 1e-12
@@ -25,7 +30,7 @@ def spread(width: float, falloff: float) -> float:
     return 2 * np.pi * width / (falloff - 1) * (1 - (1 + 2 / width) ** (1 - falloff))
 
 
-def retro_surface(retro, reflectance: dict) -> dict:
+def retro_surface(retro: RetroReflection, reflectance: dict) -> dict:
     """Return the Mitsuba dictionary of the retro-reflecting part alone, at full strength.
 
     Parameters
@@ -46,9 +51,9 @@ def retro_surface(retro, reflectance: dict) -> dict:
     }
 
 
-def _retro_class():
+def _retro_class() -> type:
     class RetroSurface(mi.BSDF):
-        def __init__(self, properties):
+        def __init__(self, properties: Any) -> None:
             super().__init__(properties)
             self.reflectance = properties.get_texture("reflectance", 1.0)
             self.beads = bool(properties["beads"])
@@ -66,15 +71,15 @@ def _retro_class():
             self.m_components = [flag]
             self.m_flags = flag
 
-        def traverse(self, callback):
+        def traverse(self, callback: Any) -> None:
             callback.put("reflectance", self.reflectance, mi.ParamFlags.Differentiable)
 
-        def profile(self, wi, wo):
+        def profile(self, wi: Any, wo: Any) -> Any:
             # |wi - wo|^2 / 2 is 1 - cos without cancellation: 6e-6 of it is 0.2 degrees
             t = dr.squared_norm(wi - wo) / 2
             return dr.power(1 + t / self.width, -self.falloff)
 
-        def over_profile(self, wi, wo):
+        def over_profile(self, wi: Any, wo: Any) -> Any:
             """Return f cos_o / (R p)."""
             # scalar variants divide Python floats, which raise for 0
             cos_i = dr.maximum(mi.Frame3f.cos_theta(wi), TINY)
@@ -86,24 +91,26 @@ def _retro_class():
             loss = dr.power(tan2 / dr.square(self.entrance), self.half_power)
             return self.peak / cos_i * dr.exp(-loss)
 
-        def above(self, wi, wo, active):
+        def above(self, wi: Any, wo: Any, active: Any) -> Any:
             return mi.Bool(active) & (mi.Frame3f.cos_theta(wi) > 0) & (mi.Frame3f.cos_theta(wo) > 0)
 
-        def eval_pdf(self, ctx, si, wo, active=True):
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
             active = self.above(si.wi, wo, active)
             profile = dr.select(active, self.profile(si.wi, wo), 0)
             level = dr.select(active, profile * self.over_profile(si.wi, wo), 0)
             return self.reflectance.eval(si, active) * level, profile / self.spread
 
-        def eval(self, ctx, si, wo, active=True):
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return self.eval_pdf(ctx, si, wo, active)[0]
 
-        def pdf(self, ctx, si, wo, active=True):
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             return dr.select(
                 self.above(si.wi, wo, active), self.profile(si.wi, wo) / self.spread, 0
             )
 
-        def sample(self, ctx, si, sample1, sample2, active=True):
+        def sample(
+            self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True
+        ) -> tuple[Any, Any]:
             # the integral of p(t) is a power of 1 + t / width
             stretch = dr.power(1 - self.whole * sample2.x, 1 / (1 - self.falloff))
             t = dr.clip((stretch - 1) * self.width, 0, 2)
@@ -120,7 +127,7 @@ def _retro_class():
             weight = dr.select(active, self.spread * self.over_profile(si.wi, wo), 0)
             return drawn, self.reflectance.eval(si, active) * weight
 
-        def to_string(self):
+        def to_string(self) -> str:
             return f"RetroSurface[{self.summary}, beads={self.beads}]"
 
     return RetroSurface

@@ -7,7 +7,12 @@ behind the camera, where the grid ends.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
+
+if TYPE_CHECKING:
+    from .view import View
 
 LONGEST = 0.2  # rad: longest side that is not subdivided
 # each subdivision halves the sides; a triangle that is still bent surrounds the point behind the
@@ -15,7 +20,7 @@ LONGEST = 0.2  # rad: longest side that is not subdivided
 LEVELS = 16
 
 
-def straightened(triangles, view, off: float):
+def straightened(triangles: np.ndarray, view: View, off: float) -> tuple[np.ndarray, np.ndarray]:
     """Divide triangles until their sides are nearly straight on the grid of `view`.
 
     Parameters
@@ -54,7 +59,7 @@ def straightened(triangles, view, off: float):
     return tuple(np.concatenate(part) for part in zip(*done, strict=True))
 
 
-def _halves(triangles):
+def _halves(triangles: np.ndarray) -> np.ndarray:
     """Return the points (n, 3, 3) that halve the angle under which each side is seen (angle
     bisector theorem).
     """
@@ -64,7 +69,7 @@ def _halves(triangles):
     return triangles + share[..., None] * (after - triangles)
 
 
-def _widest(triangles):
+def _widest(triangles: np.ndarray) -> np.ndarray:
     """Return (n,) the largest angle under which a side of each triangle is seen, rad."""
     unit = triangles / np.maximum(np.linalg.norm(triangles, axis=-1, keepdims=True), 1e-300)
     return 2 * np.arcsin(

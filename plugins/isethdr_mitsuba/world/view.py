@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import count
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.physics.optics import projection as projections
 from isethdr_core.pipeline.field_check import camera_field
 from isethdr_core.quantities import LARGEST_HALF_FIELD_DEG
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Camera
 
 SQUARE = 1e-3  # largest relative difference between the sides of a tile that is called square
 UNITS = {"tangent": "tangents", "equidistant": "angles"}
@@ -62,27 +66,27 @@ class View:
         )
         return tuple(slice(c, n - c) for c, n in zip(beyond, self.shape))
 
-    def of(self, camera) -> View:
+    def of(self, camera: Camera) -> View:
         """Return the same grid of tiles before another camera."""
         right, down, forward = _axes(camera)
         origin = np.asarray(camera.position_m, float)
         return replace(self, origin_m=origin, right=right, down=down, forward=forward)
 
-    def to_camera(self, points_m) -> np.ndarray:
+    def to_camera(self, points_m: np.ndarray) -> np.ndarray:
         """Return (n, 3) world points in camera axes (right, down, forward), m."""
         return (np.asarray(points_m, float) - self.origin_m) @ np.stack(
             [self.right, self.down, self.forward], 1
         )
 
-    def to_world(self, directions) -> np.ndarray:
+    def to_world(self, directions: np.ndarray) -> np.ndarray:
         """Return (n, 3) camera directions (right, down, forward) in world axes."""
         return np.asarray(directions, float) @ np.stack([self.right, self.down, self.forward])
 
-    def rays(self, x, y) -> np.ndarray:
+    def rays(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return (..., 3) unit vectors in camera axes towards field coordinates (broadcast)."""
         return np.moveaxis(projections.direction(x, y, self.projection), 0, -1)
 
-    def coordinates(self, points) -> np.ndarray:
+    def coordinates(self, points: np.ndarray) -> np.ndarray:
         """Return (..., 2) field coordinates of points (..., 3) in camera axes; tangents only of
         what lies in front.
         """
@@ -97,7 +101,7 @@ class View:
         return np.stack([x * scale, y * scale], -1)
 
 
-def view_of(camera, width: int, height: int, margin: float) -> View:
+def view_of(camera: Camera, width: int, height: int, margin: float) -> View:
     """Return the view of `camera` with `width` x `height` tiles on its field, and the share
     `margin` of that as overscan on every side.
 
@@ -152,7 +156,7 @@ def view_of(camera, width: int, height: int, margin: float) -> View:
     return view
 
 
-def _axes(camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _axes(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the unit vectors (3,) right, down and forward of a camera in the world."""
     forward = np.subtract(camera.target_m, camera.position_m).astype(float)
     length = np.linalg.norm(forward)
@@ -204,7 +208,7 @@ def _square(width: int, height: int, aspect: float) -> bool:
     return abs(aspect * height / width - 1) <= SQUARE
 
 
-def _check_reach(view, camera, margin):
+def _check_reach(view: View, camera: Camera, margin: float) -> None:
     """Refuse tiles outside the directions of the grid, or with too much stretch, before anything is
     rendered.
     """
