@@ -27,7 +27,7 @@ from ..plugins.protocols import MovesInTime, NamesItsEffort
 from ..runs.radiance_cache import scene_radiance
 from ..uncertainty import ledger
 from ..uncertainty.ledger import Ledger
-from ..uncertainty.render_noise import HALVES, NOISE
+from ..uncertainty.render_noise import HALF_DIFFERENCE, NOISE
 from .moments import SubFrame, sub_frames, within
 from .shot_time import ShotTime, shot_time
 from .visible_motion import displacement
@@ -238,7 +238,7 @@ def _with_noise(still: xr.Dataset, moments: list[_Moment], shot_s: float) -> xr.
     """Return the scene at the start of a shot, with the noise of the mean over all sub-frames,
     which are independent; without noise where one of them states none.
     """
-    stated = [name for name in (NOISE, HALVES) if name in still]
+    stated = [name for name in (NOISE, HALF_DIFFERENCE) if name in still]
     unknown = [name for name in stated if any(name not in m.scene for m in moments)]
     out = still.drop_vars(unknown)
     for name in set(stated) - set(unknown):

@@ -49,7 +49,7 @@ def stated_parts(
     """
     if frame is None:
         return None
-    # beside lamps, which rendered scenes may have, kernels reach over the whole frame
+    # a rendered scene may have lamps, whose light a lens spreads over the whole frame
     seen = frame if chain.renderer is None else replace(frame, sensed=False)
     flares = tuple(chain.flares.values())
     parts = {PROGRAM: PROGRAM_BYTES, "light": memory.cube_bytes(frame)}

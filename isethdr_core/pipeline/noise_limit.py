@@ -93,8 +93,8 @@ def sharp_light(lens: Any, mixed: xr.DataArray) -> xr.DataArray | None:
     """Return the irradiance on the sensor plane without blur and flare, on the tiles of `mixed`;
     None if the lens distorts.
 
-    The lens images a few tiles on its axis, which is enough to measure its throughput without a
-    kernel of the whole field. Flare would add shot noise, so without flare the limit is too low
+    The lens images a few tiles on its axis, which is enough to measure its throughput without
+    imaging the whole field. Flare would add shot noise, so without flare the limit is too low
     rather than too high.
     """
     inside = window.tiles(mixed, [tile_pitch(mixed, d) for d in ("x", "y")])

@@ -1,4 +1,4 @@
-"""Kernels: the processor that computed a result, and the code that libraries selected for it.
+"""Processor: which one computed a result, and the code that libraries selected for it.
 
 NumPy, BLAS and just-in-time compilers select instructions by processor. Sums are then rounded in
 another order, and the last bits of a result may differ between two machines under one key. The

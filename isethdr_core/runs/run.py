@@ -269,7 +269,7 @@ def _compute(
     moving_work = sub_frame_work(chain, demand, newest("runs")) if chain.motion else None
     expected = expected_s(chain, settings, missing, frame, moving_work)
     stated = stated_parts(chain, frame, missing is not None)
-    own_s = imaging_s(chain, frame)  # an estimate, before this run adds kernels
+    own_s = imaging_s(chain, frame)  # estimated before this run stores results of its lens
     scene, ids = scene_radiance(chain, demand, rows, config)
     radiance = of_radiance(chain.scene, ids, demand) if reuse.is_on else None
     of_main = of_mixed(radiance, chain.lighting)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 # variable (light_group, xyz_channel, y, x) of a scene: standard errors of X, Y and Z, cd/m2
 NOISE = "xyz_noise"
 # variable (light_group, y, x): half of the luminance difference of half buffers A and B, cd/m2
-HALVES = "half_difference"
+HALF_DIFFERENCE = "half_difference"
 WINDOW_TILES = 3  # side of the window that tells noise from the scene
 
 
@@ -57,12 +57,12 @@ def relative_halves(scene: xr.Dataset, mixed: xr.DataArray) -> np.ndarray | None
     scene : scene radiance.
     mixed : mixed radiance of this scene.
     """
-    if HALVES not in scene:
+    if HALF_DIFFERENCE not in scene:
         return None
     apart = np.zeros(mixed.shape[1:])
     for k, group in enumerate(map(str, scene.light_group.values)):
         if weight := mixed.attrs["weights"].get(group, 0.0):
-            apart += weight * scene[HALVES].isel(light_group=k).values
+            apart += weight * scene[HALF_DIFFERENCE].isel(light_group=k).values
     if not np.isfinite(apart).all():
         return None
     level = luminance_cd_m2(mixed)

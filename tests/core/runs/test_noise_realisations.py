@@ -15,7 +15,7 @@ from isethdr_core.ledger import Ledger
 from isethdr_core.pipeline.chain import chain, imaging, plan, through_camera
 from isethdr_core.pipeline.shot import Shot
 from isethdr_core.runs.noise_realisations import over_draws
-from isethdr_core.uncertainty.render_noise import HALVES, luminance_cd_m2
+from isethdr_core.uncertainty.render_noise import HALF_DIFFERENCE, luminance_cd_m2
 from isethdr_core.uncertainty.score_intervals import RendererError
 
 
@@ -118,7 +118,7 @@ def test_the_intervals_of_a_rendered_scene_hold_the_noise_of_its_renderer():
     found = {}
     rows = {}
     for name, noise in (("exact", 0.0 * halves), ("noisy", halves), ("unknown", np.nan * halves)):
-        stored = scene.assign({HALVES: (("light_group", "y", "x"), noise)}).assign_attrs(
+        stored = scene.assign({HALF_DIFFERENCE: (("light_group", "y", "x"), noise)}).assign_attrs(
             rendered_s=1.0
         )
         random = hdr.generator(seed=0, device="A", scene="chart")

@@ -22,7 +22,7 @@ from isethdr_core.truth import make_picture, truth
 from isethdr_core.uncertainty import changed_scenes, score_errors
 from isethdr_core.uncertainty.changed_scenes import Pair, ScoredShot
 from isethdr_core.uncertainty.render_noise import (
-    HALVES,
+    HALF_DIFFERENCE,
     NOISE,
     direct_share,
     relative_halves,
@@ -50,7 +50,7 @@ def uniform_shot(relative, tiles=SMALL):
     groups = [str(g) for g in scene.light_group.values]
     # of the one group at weight 1
     level = quantities.tristimulus(build("lighting", "ideal")(scene)).xyz.values[..., 1]
-    scene[HALVES] = ("light_group", "y", "x"), np.stack([relative * level] * len(groups))
+    scene[HALF_DIFFERENCE] = ("light_group", "y", "x"), np.stack([relative * level] * len(groups))
     mixed = build("lighting", "weights", weights={groups[0]: 1.0})(scene)
     light = build(
         "lens",
@@ -154,16 +154,22 @@ def test_groups_weigh_as_in_the_light_and_a_single_pass_says_nothing():
         relative_halves(scene, doubled), relative_halves(scene, mixed), rtol=1e-6
     )
     np.testing.assert_allclose(relative_halves(scene, mixed), 0.1, rtol=1e-6)  # float32
-    assert relative_halves(scene.assign({HALVES: scene[HALVES] * np.nan}), mixed) is None
-    assert relative_halves(scene.drop_vars(HALVES), mixed) is None
+    assert (
+        relative_halves(scene.assign({HALF_DIFFERENCE: scene[HALF_DIFFERENCE] * np.nan}), mixed)
+        is None
+    )
+    assert relative_halves(scene.drop_vars(HALF_DIFFERENCE), mixed) is None
 
 
 def test_noise_without_halves_leaves_scores_without_errors_and_says_so():
     shot = uniform_shot(0.1)
     scene = shot.scene
     for noisy, said in (
-        (scene.drop_vars(HALVES), []),
-        (scene.drop_vars(HALVES).assign({NOISE: scene[HALVES]}), ["renderer noise in scores"]),
+        (scene.drop_vars(HALF_DIFFERENCE), []),
+        (
+            scene.drop_vars(HALF_DIFFERENCE).assign({NOISE: scene[HALF_DIFFERENCE]}),
+            ["renderer noise in scores"],
+        ),
     ):
         found = score_errors.of_scores(replace(shot, scene=noisy), [Mean()])
         assert found.errors == {} and found.terms == ()

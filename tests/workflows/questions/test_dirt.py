@@ -110,7 +110,7 @@ def test_mistakes_are_named_first(settings, message, isethdr_home):
 
 def test_a_change_that_is_told_and_leaves_the_limits_turns_an_answer():
     row = {"shapley": 0.2, "shapley_low": 0.1, "shapley_high": 0.3}
-    row |= {"halves": 0.05, "halves_low": 0.04, "halves_high": 0.06}
+    row |= {"half_buffers": 0.05, "half_buffers_low": 0.04, "half_buffers_high": 0.06}
     row |= {"denoised": -0.3, "denoised_low": -0.4, "denoised_high": -0.2}
     assert render_noise.changes(row) == "denoised"
     assert render_noise.changes(row | {"denoised_high": 0.1}) == "none"

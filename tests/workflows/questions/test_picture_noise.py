@@ -43,17 +43,17 @@ def test_a_change_is_the_mean_of_its_pairs_less_the_stored_result():
     row = rows["network less classical, RGB", "ssim"]
     assert row["stored"] == pytest.approx(0.1)
     assert row["stored_high"] - 0.1 == pytest.approx(4.303 * 0.01 / 3**0.5, rel=1e-3)
-    assert row["halves"] == pytest.approx(0.2) == row["halves_high"]
+    assert row["half_buffers"] == pytest.approx(0.2) == row["half_buffers_high"]
     assert row["other_half"] == pytest.approx(0.0) == row[DENOISED]
-    assert row["changes"] == "halves"
+    assert row["changes"] == "half_buffers"
     assert rows["network less classical, RGBW", "ssim"]["changes"] == "none"
-    assert rows["RGBW less RGB, networks", "ssim"]["halves"] == pytest.approx(-0.2)
+    assert rows["RGBW less RGB, networks", "ssim"]["half_buffers"] == pytest.approx(-0.2)
     assert rows["RGBW less RGB, classical", "ssim"]["changes"] == "none"
 
 
 def test_pictures_are_scored_against_the_noise_they_share_and_against_another():
     assert (STORED, STORED) in PAIRS
-    for of, against in CHANGES["halves"]:
+    for of, against in CHANGES["half_buffers"]:
         assert of == against
     for of, against in CHANGES["other_half"]:
         assert {of, against} == {"half_a", "half_b"}

@@ -50,7 +50,7 @@ UNIFORM = "uniform"  # the sky that is the same at all hours
 AS_BUILT = "ideal"  # the lighting that leaves each light group as the scene was built
 TRANSFER = "detection"  # key of the metric in the config
 OWN = ("report=false",)
-HALVES = "relative_halves"  # variable (y, x) of a prepared scene
+HALF_DIFFERENCE = "relative_half_difference"  # variable (y, x) of a prepared scene
 COMPOSING = Lock()  # Hydra has one state for the process
 
 
@@ -162,10 +162,10 @@ def prepared(
     xyz = tristimulus(mixed)
     luminance = xyz.xyz.values[..., 1].astype(float)
     within = inside(scene)
-    halves = relative_halves(scene, mixed)
+    difference = relative_halves(scene, mixed)
     kept = scene.drop_vars("radiance")
-    if halves is not None:
-        kept[HALVES] = (("y", "x"), halves)
+    if difference is not None:
+        kept[HALF_DIFFERENCE] = (("y", "x"), difference)
     ready = Prepared(
         record=record,
         condition=condition_of(config),
@@ -291,7 +291,8 @@ class View:
     dark_e: np.ndarray  # (capture,) electrons of dark charge at that exposure
     owners: np.ndarray  # (y, x) of pixels
     objects: list[dict[str, Any]]
-    halves: np.ndarray | None  # (y, x) of pixels, relative; None where the scene states none
+    # (y, x) of pixels, relative, of half buffers A and B; None where the scene states none
+    half_difference: np.ndarray | None
     exposing: Exposing  # chooses the exposure
     _boxes: dict[int, Boxes] = field(default_factory=dict)  # by rows of pixels in a cell
 
@@ -320,8 +321,8 @@ class View:
         stabiliser = Stabiliser(stated, 2 * float(light_e.max()))
         values = stabiliser.mosaic(light_e, filters)
         render = None
-        if self.halves is not None:
-            changed = stabiliser.mosaic(light_e * (1 + self.halves), filters)
+        if self.half_difference is not None:
+            changed = stabiliser.mosaic(light_e * (1 + self.half_difference), filters)
             render = cells(changed - values, filters, period).astype(np.float32)
         owners = self.owners[:: period[0], :: period[1]]
         colours = cells(values, filters, period)
@@ -388,6 +389,6 @@ def view(ready: Prepared, camera: CameraName, metered: xr.DataArray | None = Non
         dark_e=dark,
         owners=owners_of(labels["instance"].values, objects),
         objects=objects,
-        halves=labels[HALVES].values if HALVES in labels else None,
+        half_difference=labels[HALF_DIFFERENCE].values if HALF_DIFFERENCE in labels else None,
         exposing=exposure,
     )

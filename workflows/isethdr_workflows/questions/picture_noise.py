@@ -26,12 +26,12 @@ from ..training.picture.roads import TRAIN, Road, lit_scene, roads_of
 from .radiance_versions import STORED, changed
 from .tables import columns
 
-HALVES = ("half_a", "half_b")
+HALF_BUFFERS = ("half_a", "half_b")
 DENOISED = "denoised"
 # {change: [(version of the captures, version of the true picture), ...]}, averaged
 CHANGES: dict[str, tuple[tuple[str, str], ...]] = {
-    "halves": tuple((half, half) for half in HALVES),
-    "other_half": (HALVES, (HALVES[1], HALVES[0])),
+    "half_buffers": tuple((half, half) for half in HALF_BUFFERS),
+    "other_half": (HALF_BUFFERS, (HALF_BUFFERS[1], HALF_BUFFERS[0])),
     DENOISED: ((DENOISED, DENOISED),),
 }
 PAIRS = {pair for pairs in CHANGES.values() for pair in pairs} | {(STORED, STORED)}
@@ -74,7 +74,7 @@ def picture_noise(
     Returns
     -------
     rows with answer, lux, score, `stored` (the mean difference by the stored radiance) and its
-    changes, paired by road, all with 95 % limits over roads: `halves` (half the samples, twice the
+    changes, paired by road, all with 95 % limits over roads: `half_buffers` (half the samples, twice the
     variance of the renderer's noise), `other_half` (the same against the true picture of the other
     half) and `denoised`; `changes`: which of them differ from 0 and lead out of the limits of
     `stored`.

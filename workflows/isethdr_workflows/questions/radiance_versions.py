@@ -15,7 +15,7 @@ import numpy as np
 
 from isethdr_core.display.preview import denoised, tristimulus
 from isethdr_core.errors import ConfigError, UnitError, did_you_mean
-from isethdr_core.uncertainty.render_noise import HALVES
+from isethdr_core.uncertainty.render_noise import HALF_DIFFERENCE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,12 +25,14 @@ STORED = "stored"
 
 def _half(scene: xr.Dataset, sign: float) -> np.ndarray:
     """Return the luminance (light_group, y, x) of one half of the samples, cd/m2."""
-    if HALVES not in scene or not np.isfinite(scene[HALVES].values).all():
+    if HALF_DIFFERENCE not in scene or not np.isfinite(scene[HALF_DIFFERENCE].values).all():
         raise UnitError(
-            f"the scene has no variable {HALVES!r}: it was rendered in a single pass; expected a"
+            f"the scene has no variable {HALF_DIFFERENCE!r}: it was rendered in a single pass; expected a"
             " rendering of two passes or more"
         )
-    return np.maximum(tristimulus(scene)[:, 1] + sign * scene[HALVES].values.astype(float), 0.0)
+    return np.maximum(
+        tristimulus(scene)[:, 1] + sign * scene[HALF_DIFFERENCE].values.astype(float), 0.0
+    )
 
 
 # {version: luminance (light_group, y, x) of a scene, cd/m2}

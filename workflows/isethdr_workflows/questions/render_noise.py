@@ -17,7 +17,7 @@ from .radiance_versions import STORED
 from .tables import checked_page, columns, markdown, shown, write_page
 from .term_scores import SCORES, TERMS, Values
 
-HALVES = ("half_a", "half_b")
+HALF_BUFFERS = ("half_a", "half_b")
 DENOISED = "denoised"
 
 
@@ -42,20 +42,20 @@ def render_noise(
 
     Returns
     -------
-    rows with camera, score, term, `shapley` (loss by the stored radiance), `halves` and `denoised`
+    rows with camera, score, term, `shapley` (loss by the stored radiance), `half_buffers` and `denoised`
     (change of this loss, paired by scene, with 95 % limits over roads), `changes`: which of the two
     changes differs from 0 and leads out of the 95 % limits of `shapley`.
     """
     checked_page(page)
     asked = asked_of(dataset, cameras, scenes, shots, overrides)
-    answers = {version: scored(asked, version) for version in (STORED, *HALVES, DENOISED)}
+    answers = {version: scored(asked, version) for version in (STORED, *HALF_BUFFERS, DENOISED)}
     rows = rows_of(asked, answers)
     if page:
         head = ["camera", "score", "term", "Shapley", "half the samples", "denoised", "changes"]
         table = [
             [
                 *(str(row[name]) for name in ("camera", "score", "term")),
-                *(shown(row, name) for name in ("shapley", "halves", DENOISED)),
+                *(shown(row, name) for name in ("shapley", "half_buffers", DENOISED)),
                 str(row["changes"]),
             ]
             for row in rows
@@ -85,27 +85,27 @@ def rows_of(asked: Asked, answers: dict[str, list[dict[str, Values]]]) -> list[d
                     for version, found in answers.items()
                 }
                 stored = of[STORED]
-                halves = [
+                by_half_buffers = [
                     (a + b) / 2 - s
-                    for a, b, s in zip(*(of[h] for h in HALVES), stored, strict=True)
+                    for a, b, s in zip(*(of[h] for h in HALF_BUFFERS), stored, strict=True)
                 ]
                 smooth = [d - s for d, s in zip(of[DENOISED], stored, strict=True)]
                 row: dict[str, Any] = {"camera": camera, "score": score, "term": term}
                 row |= columns("shapley", mean_over_roads(stored, roads))
-                row |= columns("halves", mean_over_roads(halves, roads))
+                row |= columns("half_buffers", mean_over_roads(by_half_buffers, roads))
                 row |= columns(DENOISED, mean_over_roads(smooth, roads))
                 rows.append(row | {"changes": changes(row)})
     return rows
 
 
 def changes(row: dict[str, Any]) -> str:
-    """Return which changes alter a result: `halves`, `denoised`, both, or none.
+    """Return which changes alter a result: `half_buffers`, `denoised`, both, or none.
 
     A change alters a result if it differs from 0 with 95 % confidence and the changed value lies
     beyond the 95 % limits of the stored result.
     """
     found = []
-    for name in ("halves", DENOISED):
+    for name in ("half_buffers", DENOISED):
         told = row[f"{name}_low"] > 0 or row[f"{name}_high"] < 0
         after = row["shapley"] + row[name]
         inside = row["shapley_low"] <= after <= row["shapley_high"]
