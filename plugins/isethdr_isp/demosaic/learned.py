@@ -3,8 +3,9 @@ class.
 
 Local, linear, learned (Jiang, Tian, Farrell, Wandell 2017): a table of 7 x 7 filters, chosen by
 `local_classes`. Every filter sums to 1 over the samples of its own channel and to 0 over those of
-each other channel. The mean of a flat field of any colour is therefore kept in every class. The
-classes follow the noise, so no variance is stated.
+each other channel. The mean of a flat field of any colour is therefore kept in every class. Values
+stay within the range of the samples around them. The classes follow the noise, so no variance is
+stated.
 
 `isethdr study train_demosaic` trains the table on simulated pictures; `provenance` states how.
 """
@@ -60,7 +61,37 @@ def learned(
     planes = np.empty((len(names), *filters.shape))
     for weights, at in _blocks(trained, classes(mosaic, filters, variance)):
         planes[(slice(None), *at)] = weights @ samples[at].reshape(len(at[0]), -1).T
+    return _within_samples(planes, mosaic, filters)
+
+
+def _within_samples(planes, mosaic, filters) -> np.ndarray:
+    """Return planes (channel, y, x), limited in place to the range of each channel's own samples in
+    the window of a filter.
+
+    Beside a lamp, brighter than all steps of the training, filters with negative weights would make
+    pixels black.
+    """
+    for channel, plane in enumerate(planes):
+        at = filters == channel
+        low = _of_windows(np.minimum, np.where(at, mosaic, np.inf))
+        high = _of_windows(np.maximum, np.where(at, mosaic, -np.inf))
+        np.clip(plane, low, high, out=plane)
     return planes
+
+
+def _of_windows(extreme, values) -> np.ndarray:
+    """Return the least or greatest value (y, x) in the window of a filter around every pixel;
+    mirrored at the border.
+    """
+    padded = np.pad(values, RADIUS, mode="reflect")
+    height, width = values.shape
+    rows = padded[:height].copy()
+    for k in range(1, SIDE):
+        extreme(rows, padded[k : k + height], out=rows)
+    found = rows[:, :width].copy()
+    for k in range(1, SIDE):
+        extreme(found, rows[:, k : k + width], out=found)
+    return found
 
 
 def _blocks(trained: np.ndarray, kinds: np.ndarray) -> Iterator[tuple]:

@@ -84,6 +84,19 @@ def test_every_order_of_an_array_is_the_same_rule():
     np.testing.assert_array_equal(swapped[::-1], whole)
 
 
+@pytest.mark.parametrize("cell", load())
+def test_beside_a_lamp_no_value_leaves_the_range_of_the_samples(cell):
+    """A step of 1:10 000 is beyond all training: unlimited, the dark side falls far below 0."""
+    channels = channels_of(cell)
+    step = np.where(np.arange(SIDE) < 30, 1e5, 10.0) * np.ones((SIDE, 1))
+    colour = np.array([1.0, 0.6, 0.2, 1.8])[: len(channels), None, None]
+    filters = filters_of(cell)
+    mosaic = np.take_along_axis(colour * step, filters[None], 0)[0]
+    planes = learned(mosaic, filters, channels, mosaic) / colour
+    # rounding of sums of 1e5
+    assert planes.min() > 10 * (1 - 1e-9) and planes.max() < 1e5 * (1 + 1e-9)
+
+
 def test_classes_tell_flat_from_stripes_and_their_direction():
     rng = np.random.default_rng(2)
     stripes = np.broadcast_to(1000 + 600 * np.sin(2.2 * np.arange(SIDE)), (SIDE, SIDE))
