@@ -27,6 +27,7 @@ MADE_BY_READERS = {
     "detection_objects.csv",
     "detector_objects.csv",
     "detector_scores.csv",
+    "held_out_scores.csv",
     "objects.csv",
     "scores.csv",
 }

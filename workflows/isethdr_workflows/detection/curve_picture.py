@@ -13,6 +13,7 @@ from .results import CurvePoint, Results
 COLUMNS = 4
 PANEL_IN = (2.4, 1.75)  # width and height of a panel
 DPI = 110
+TEXT_PT = 8
 FOUND = "#2c6fad"
 APART = "#c0392b"
 
@@ -26,33 +27,22 @@ def draw_curves(results: Results, path: Path) -> None:
     path : file of the picture.
     """
     with needed("a picture of curves", extra="report"):
-        import matplotlib
-
-        matplotlib.use("Agg")
-        from matplotlib import pyplot as plt
+        from matplotlib.figure import Figure  # draws without a screen
     columns = min(COLUMNS, len(results.cameras))
     rows = -(-len(results.cameras) // columns)
-    with plt.rc_context({"font.size": 8, "axes.titlesize": 8.5}):
-        figure, every = plt.subplots(
-            rows,
-            columns,
-            figsize=(PANEL_IN[0] * columns, PANEL_IN[1] * rows + 0.5),
-            dpi=DPI,
-            sharex=True,
-            sharey=True,
-            layout="constrained",
-            squeeze=False,
-        )
-        for axes in every.flat[len(results.cameras) :]:
-            axes.axis("off")
-        for axes, camera in zip(every.flat, results.cameras):
-            panel(axes, results, camera)
-        handles = every[0, 0].get_legend_handles_labels()
-        figure.legend(*handles, loc="outside upper center", ncols=2, frameon=False)
-        on_object = results.asked.unit == "object_lux"
-        figure.supxlabel(f"lux on the {'object' if on_object else 'sensor'}", fontsize=8)
-        figure.savefig(path)
-        plt.close(figure)
+    figure = Figure(
+        figsize=(PANEL_IN[0] * columns, PANEL_IN[1] * rows + 0.5), dpi=DPI, layout="constrained"
+    )
+    every = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    for axes in every.flat[len(results.cameras) :]:
+        axes.axis("off")
+    for axes, camera in zip(every.flat, results.cameras):
+        panel(axes, results, camera)
+    handles = every[0, 0].get_legend_handles_labels()
+    figure.legend(*handles, loc="outside upper center", ncols=2, frameon=False)
+    on_object = results.asked.unit == "object_lux"
+    figure.supxlabel(f"lux on the {'object' if on_object else 'sensor'}", fontsize=TEXT_PT)
+    figure.savefig(path)
 
 
 def panel(axes: Any, results: Results, camera: str) -> None:
@@ -68,7 +58,9 @@ def panel(axes: Any, results: Results, camera: str) -> None:
     _curve(axes, results.curve, camera, ("found", FOUND))
     axes.axhline(LOST_APART, ls=":", color=APART, lw=0.8)
     axes.axhline(LOST, ls=":", color=FOUND, lw=0.8)
-    axes.set(xscale="log", ylim=(0, 1), title=camera)
+    axes.set(xscale="log", ylim=(0, 1))
+    axes.set_title(camera, fontsize=TEXT_PT)
+    axes.tick_params(labelsize=TEXT_PT)
     axes.grid(True, color="#eee")
 
 

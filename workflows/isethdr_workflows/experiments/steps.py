@@ -228,8 +228,8 @@ STEPS = (
         "dirt",
         "which share of the loss behind a dirty lens is scatter, ghosts, noise",
         (
-            f"study dirt dataset={DATASET} cameras=bayer scenes=20 {CROP} page={{home}}/{FOLDER}/dirt.md"
-            f" --csv {{home}}/{FOLDER}/dirt.csv",
+            f"study dirt dataset={DATASET} cameras=bayer scenes=20 {CROP}"
+            f" page={{home}}/{FOLDER}/dirt.md --csv {{home}}/{FOLDER}/dirt.csv",
         ),
         (f"{FOLDER}/dirt.md",),
         5.0,

@@ -1,5 +1,5 @@
-"""Study `picture_noise`: whether noise of the renderer, or denoising, changes what networks win over
-classical pictures, and RGBW over RGB.
+"""Study `picture_noise`: whether noise of the renderer, or denoising, changes what networks win
+over classical pictures, and RGBW over RGB.
 
 Each road is developed from the stored radiance and from versions of it. Its two half buffers are
 two renderings with different seeds and half the samples each. A picture from one of them is scored
@@ -74,10 +74,10 @@ def picture_noise(
     Returns
     -------
     rows with answer, lux, score, `stored` (the mean difference by the stored radiance) and its
-    changes, paired by road, all with 95 % limits over roads: `half_buffers` (half the samples, twice the
-    variance of the renderer's noise), `other_half` (the same against the true picture of the other
-    half) and `denoised`; `changes`: which of them differ from 0 and lead out of the limits of
-    `stored`.
+    changes, paired by road, all with 95 % limits over roads: `half_buffers` (half the samples,
+    twice the variance of the renderer's noise), `other_half` (the same against the true picture of
+    the other half) and `denoised`; `changes`: which of them differ from 0 and lead out of the
+    limits of `stored`.
 
     Raises
     ------
