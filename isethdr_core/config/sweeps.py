@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import compress
 from pathlib import Path
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -80,14 +81,18 @@ def _tried(parsed: list[Override]) -> list[str]:
     swept = {o.get_key_element() for o in parsed if o.is_sweep_override()} & set(KINDS)
     values = [_values(o) for o in parsed]
     first = [v[0] for v in values]
+    # settings of Hydra are tried once: with them, composing reads all config files again
+    is_of_chain = [not o.is_hydra_override() for o in parsed]
+    is_first = True
     for position, alternatives in enumerate(values):
         for alternative in alternatives if position == 0 else alternatives[1:]:
             job = [*first[:position], alternative, *first[position + 1 :]]
             choices = [o for o, tried in zip(job, values, strict=True) if len(tried) > 1]
             with _named(choices):
-                config = compose(job)
+                config = compose(job if is_first else list(compress(job, is_of_chain)))
                 labels_of(config)
                 chain(config)
+            is_first = False
     return [
         _one_choice(o) if o.get_key_element().lstrip("+").split(".")[0] in swept else o.input_line
         for o in parsed

@@ -13,6 +13,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from textwrap import shorten
 
 from ..errors import ConfigError
 from ..storage.atomic_write import write_text
@@ -20,6 +21,7 @@ from ..storage.home_folder import home
 
 RECORD = "sweep.json"
 JOBS = "jobs"
+LONGEST_COMMAND = 120  # characters of a command that a message repeats
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class Job:
     key: str = ""  # of its run, "" where it failed
     computed: bool = False  # False: it failed, or its run was stored before
     error: str = ""
+    ended: float = field(default_factory=time.time)  # seconds since 1970
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,8 @@ def check_free(sweep: Sweep) -> None:
     sweep_there = read_sweep(sweep.folder)
     if sweep_there is not None and sorted(sweep_there.overrides) != sorted(sweep.overrides):
         raise ConfigError(
-            f"the name {sweep.name!r} belongs to another sweep: {' '.join(sweep_there.overrides)};"
+            f"the name {sweep.name!r} belongs to another sweep:"
+            f" {shorten(' '.join(sweep_there.overrides), LONGEST_COMMAND, placeholder=' ...')};"
             f" expected a name that is free; type for example name={_free_name(sweep)}, or remove"
             f" the folder {sweep.folder}"
         )
@@ -124,16 +128,18 @@ def seconds_left(sweep: Sweep, jobs: Sequence[Job], now: float) -> float | None:
 
     Parameters
     ----------
-    sweep : sweep, with its start and its number of jobs.
+    sweep : sweep, with its number of jobs.
     jobs : finished jobs.
     now : seconds since 1970.
 
     Notes
     -----
-    The rate is that of the jobs computed since the sweep started, in however many processes. Jobs
-    to come are taken for ones that are not stored yet.
+    The rate is that of the jobs computed since the first one began, in however many processes: what
+    comes before, such as the composing of all jobs, is not repeated. Jobs to come are taken for
+    ones that are not stored yet.
     """
     computed = sum(job.computed for job in jobs)
     if not computed:
         return None
-    return (now - sweep.started) / computed * max(sweep.total - len(jobs), 0)
+    began = min(job.ended - job.seconds for job in jobs)
+    return (now - began) / computed * max(sweep.total - len(jobs), 0)

@@ -11,6 +11,7 @@ import signal
 import subprocess
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -78,6 +79,22 @@ def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> i
     return killed
 
 
+def check_equal(one: Path, other: Path, runs: int) -> None:
+    """Compare the stores of two homes: their names, all scores, and the captures to the last bit."""
+    assert stores(other).keys() == stores(one).keys() and not leftovers(other)
+    names = sorted(path.name for path in (one / "runs").glob("*.zarr"))
+    assert len(names) == runs
+    for name in names:
+        first, second = (
+            json.loads((home / "runs" / name / "zarr.json").read_text()) for home in (one, other)
+        )
+        assert first["attributes"]["scores"] == second["attributes"]["scores"]
+        first, second = (
+            open_run(home / "runs" / name).open("captures/bayer") for home in (one, other)
+        )
+        assert np.array_equal(first["raw"].values, second["raw"].values)
+
+
 needs_slurm = pytest.mark.skipif(
     bool(slurm_cluster.missing()),
     reason=f"SLURM lacks {', '.join(slurm_cluster.missing())}; type apt-get install slurm-wlm",
@@ -110,40 +127,41 @@ def test_a_sweep_on_slurm_survives_killed_processes(isethdr_home, tmp_path, monk
 
     done = isethdr(*sweep)  # in one process
     assert done.returncode == 0, done.stderr
-    expected = stores(isethdr_home)
-    assert stores(there).keys() == expected.keys() and not leftovers(there)
-    runs = sorted(path.name for path in (isethdr_home / "runs").glob("*.zarr"))
-    assert len(runs) == 24
-    for name in runs:
-        homes = (isethdr_home, there)
-        one, other = (json.loads((h / "runs" / name / "zarr.json").read_text()) for h in homes)
-        assert one["attributes"]["scores"] == other["attributes"]["scores"]
-        one, other = (open_run(h / "runs" / name).open("captures/bayer") for h in homes)
-        assert np.array_equal(one["raw"].values, other["raw"].values)
+    check_equal(isethdr_home, there, runs=24)
 
 
 @pytest.mark.slow
 @needs_slurm
-def test_chunks_on_slurm_store_what_one_process_stores(isethdr_home, tmp_path):
-    """One of two chunks is killed; the same command then computes what is missing."""
+@pytest.mark.parametrize(("runs", "workers", "kills"), [(6, 2, 1), (200, 20, 0)])
+def test_chunks_on_slurm_store_what_one_process_stores(
+    isethdr_home, tmp_path, runs, workers, kills
+):
+    """One of two chunks is killed, and the same command computes what is missing; 200 runs are one
+    array of 20 chunks.
+    """
     pytest.importorskip("submitit", reason="type pip install 'isethdr[slurm]'")
     image = np.geomspace(1, 1000, 8 * 12 * 3, dtype=np.float32).reshape(8, 12, 3)
     np.save(tmp_path / "image.npy", image)
     small = [text for text in SWEEP if not text.startswith(("seed", "sensor.exposure"))]
-    sweep = [*small, f"scene.path={tmp_path / 'image.npy'}", "seed=1,2,3,4,5,6"]
+    sweep = [*small, f"scene.path={tmp_path / 'image.npy'}", f"seed=range(1,{runs + 1})"]
     there = tmp_path / "cluster_home"
-    chunks = ["hydra/launcher=slurm_chunks", "hydra.launcher.workers=2"]
+    chunks = ["hydra/launcher=slurm_chunks", f"hydra.launcher.workers={workers}"]
     with slurm_cluster.cluster(tmp_path / "slurm") as variables:
+        if kills:
+            process = start(*sweep, *chunks, ISETHDR_HOME=str(there), **variables)
+            assert ended(process, variables, kills) == kills
+            _, err = process.communicate()
+            assert process.returncode == 1, err
+            assert f"1 of {workers} chunks ended early" in err, err
+            assert "type the same command again" in err, err
+            assert slurm_cluster.stop_jobs(variables)
         process = start(*sweep, *chunks, ISETHDR_HOME=str(there), **variables)
-        assert ended(process, variables, kills=1) == 1
         _, err = process.communicate()
-        assert process.returncode == 1, err
-        assert "1 of 2 chunks ended early" in err and "type the same command again" in err, err
-        assert slurm_cluster.stop_jobs(variables)
-        process = start(*sweep, *chunks, ISETHDR_HOME=str(there), **variables)
-        out, err = process.communicate()
         assert process.returncode == 0, err
-    done = isethdr(*sweep)  # in one process
-    assert done.returncode == 0, done.stderr
-    assert stores(there).keys() == stores(isethdr_home).keys() and not leftovers(there)
-    assert len(list((there / "runs").glob("*.zarr"))) == 6
+    returned = [path.name for path in there.glob("sweeps/cluster/.chunks/*_result.pkl")]
+    arrays = [name.partition("_")[0] for name in returned]
+    assert max(arrays.count(array) for array in arrays) == workers  # tasks of one array
+    process = start(*sweep)  # in one process, which may take more than ten minutes
+    _, err = process.communicate()
+    assert process.returncode == 0, err
+    check_equal(isethdr_home, there, runs)

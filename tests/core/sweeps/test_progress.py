@@ -38,7 +38,9 @@ def working(sweep, monkeypatch):
         clock[0] += seconds
         done = int((clock[0] - sweep.started) / RUN_S)
         for number in range(before, min(done, RUNS)):
-            write_job(sweep.folder, Job(number, (), RUN_S, f"key{number}", computed=True))
+            ended = sweep.started + RUN_S * (number + 1)
+            job = Job(number, (), RUN_S, f"key{number}", computed=True, ended=ended)
+            write_job(sweep.folder, job)
         return done > RUNS
 
     return wait
@@ -69,13 +71,13 @@ def test_a_terminal_shows_one_line(long_sweep, monkeypatch):
     ended = iter([False, True])
 
     def wait(_):
-        write_job(long_sweep.folder, Job(0, (), 5.0, "a", computed=True))
-        write_job(long_sweep.folder, Job(1, (), 5.0, error="glass broke"))
+        write_job(long_sweep.folder, Job(0, (), 5.0, "a", computed=True, ended=1030.0))
+        write_job(long_sweep.folder, Job(1, (), 5.0, error="glass broke", ended=1030.0))
         return next(ended)
 
     sweep_progress._drawn(SweepProgress(long_sweep), wait)
     said = out.getvalue()
-    assert "2 of 200 runs done, 1 failed, about 1 h 39 min left" in said
+    assert "2 of 200 runs done, 1 failed, about 16 min 30 s left" in said
     assert said.count("\n") == 1, "the line is drawn in its place"
 
 

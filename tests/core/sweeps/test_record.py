@@ -41,9 +41,9 @@ def test_the_same_command_has_the_same_name_in_any_order():
 
 
 def test_time_left_is_the_time_of_the_computed_jobs_times_those_to_come(isethdr_home):
-    sweep = replace(stored_sweep(isethdr_home), total=10)
-    stored = Job(0, (), 0.1, "a")
-    computed = Job(1, (), 5.0, "b", computed=True)
+    sweep = replace(stored_sweep(isethdr_home), total=10, started=200.0)
+    stored = Job(0, (), 0.5, "a", ended=1000.5)  # 800 s after the start of the sweep
+    computed = Job(1, (), 5.0, "b", computed=True, ended=1005.5)
     assert seconds_left(sweep, [stored], now=1020.0) is None
     assert seconds_left(sweep, [stored, computed], now=1020.0) == 20.0 * 8
     assert seconds_left(replace(sweep, total=2), [stored, computed], now=1020.0) == 0.0
