@@ -10,15 +10,17 @@ import numpy as np
 
 from isethdr_core import Demand
 from isethdr_core.config.composition import compose
-from isethdr_core.display.display_view import display, white_cd_m2
 from isethdr_core.display.preview import denoised, tristimulus
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.chain import chain
+
+from .dataset.page import shown
 
 LABELS = frozenset({"instance", "normal", "distance"})
 
 
 def preview(
+    *overrides: str,
     experiment: str = "night_drive",
     samples: int = 8,
     width: int = 320,
@@ -29,8 +31,10 @@ def preview(
 
     Parameters
     ----------
+    overrides : of scene, renderer and lighting, as those of `isethdr run`: scene=street_city
+        lighting=night_city.
     experiment : experiment whose scene, renderer and lighting are used.
-    samples, width : paths per tile, tiles across.
+    samples, width : paths per tile, tiles across; the height is 9/16 of the width.
     denoise : 1 averages similar tiles, 0 shows the rendering as it is.
     picture : file to write (png or jpg).
 
@@ -51,13 +55,15 @@ def preview(
             f"study preview: denoise is {denoise}; expected 1, or 0 to see the noise; type"
             " denoise=1"
         )
+    height = round(width * 9 / 16)
     built = chain(
         compose(
             [
                 f"experiment={experiment}",
+                *overrides,
                 f"renderer.samples={samples}",
                 f"renderer.width={width}",
-                f"renderer.height={round(width * 9 / 16)}",
+                f"renderer.height={height}",
             ]
         )
     )
@@ -67,7 +73,7 @@ def preview(
     looks = denoised(scene) if denoise else tristimulus(scene)
     cpu_s = time.process_time() - start
     whole = np.moveaxis(np.tensordot(list(weights.values()), looks, 1), 0, -1)
-    Image.fromarray(display(whole, white_cd_m2(whole))).save(picture)
+    Image.fromarray(shown(without_overscan(whole, height, width))).save(picture)
     rows = []
     for (group, weight), look, plain in zip(weights.items(), looks, tristimulus(scene)):
         light_kept = float(look[1].sum() / plain[1].sum()) if plain[1].any() else 1.0
@@ -82,6 +88,15 @@ def preview(
             }
         )
     return rows
+
+
+def without_overscan(xyz: np.ndarray, height: int, width: int) -> np.ndarray:
+    """Return the `height` rows and `width` columns in the middle of xyz (y, x, 3), or as many as
+    there are.
+    """
+    top = max(0, (xyz.shape[0] - height) // 2)
+    left = max(0, (xyz.shape[1] - width) // 2)
+    return xyz[top : top + height, left : left + width]
 
 
 def moved(denoised_y, plain_y) -> float:
