@@ -7,8 +7,9 @@ of earlier versions hold no CPU time; they are used only for stages that have no
 stage without a stored run gets no estimate.
 
 A lens may estimate its own time (`EstimatesImaging`): this estimate is corrected by the ratio of
-measured to estimated time in stored runs. A renderer may estimate a scene without a stored
-rendering (`EstimatesRendering`). Sub-frames of a shot that moves are made and imaged one by one.
+measured to estimated time in stored runs. A renderer may estimate its time, too
+(`EstimatesRendering`): the estimate is corrected by the stored rendering of the most similar size,
+of any scene. Sub-frames of a shot that moves are made and imaged one by one.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -65,6 +67,7 @@ SETTINGS = {
 Nearest = dict[str, tuple[tuple[bool, float], float]]
 # a stored stage with other settings is as unlike as one of this many times the size
 OTHER_SETTINGS = 4.0
+SIDES = ("height", "width")  # settings of a renderer
 
 
 def expected_s(
@@ -99,17 +102,19 @@ def expected_s(
                     )
                     _nearer(nearest, row, ratio, 1.0 if same else OTHER_SETTINGS)
     for attributes in newest("scenes") if missing is not None else ():
-        if same_class(attributes["scene"], chain.scene):
-            for row in attributes["ledger"]:
-                kind = row["stage"].split()[0]
-                if kind in RENDERING:
-                    _nearer(
-                        nearest,
-                        row,
-                        _rendering(chain.renderer, config["renderer"], missing, attributes)
-                        if kind == "renderer"
-                        else 1.0,
-                    )
+        same = same_class(attributes["scene"], chain.scene)
+        for row in attributes["ledger"]:
+            kind = row["stage"].split()[0]
+            if kind == "scene" and same:
+                _nearer(nearest, row, 1.0)
+            elif kind == "renderer":
+                settings = config["renderer"]
+                ratio = _estimated_ratio(chain, settings, missing, frame, attributes)
+                if ratio is not None:
+                    _nearer(nearest, row, ratio, 1.0 if same else OTHER_SETTINGS)
+                elif same:
+                    ratio = _rendering(chain.renderer, settings, missing, attributes)
+                    _nearer(nearest, row, ratio)
     rendering = f"renderer {config['renderer']['name']}" if missing is not None else ""
     if missing is not None and frame is not None and rendering not in nearest:
         seconds = rendering_s(chain, frame, missing)
@@ -193,6 +198,41 @@ def rendering_s(chain: Chain, frame: Frame, missing: Demand) -> float | None:
     if not isinstance(chain.renderer, EstimatesRendering):
         return None
     return chain.renderer.rendering_s(frame, missing.groups and len(missing.groups))
+
+
+def _estimated_ratio(
+    chain: Chain,
+    settings: Mapping[str, Any],
+    missing: Demand,
+    frame: Frame | None,
+    attributes: Mapping[str, Any],
+) -> float | None:
+    """Return the work of rendering a frame relative to that of a stored scene, by the renderer's
+    own estimate: it knows what does not grow with the tiles.
+
+    None where the renderer has no estimate, or where the stored scene is not one whole rendering of
+    the same kind.
+    """
+    renderer = chain.renderer
+    sides = [source.get(k) for source in (settings, attributes["renderer"]) for k in SIDES]
+    if frame is None or not isinstance(renderer, MeetsNoiseLimit) or not all(map(_positive, sides)):
+        return None
+    share = renderer.limit_share()
+    if share is None or attributes.get("limit_share") != share:
+        return None
+    all_groups = attributes["all_groups"]
+    partly = len(missing.groups or all_groups) < len(all_groups)
+    continued = any(first for first, _ in attributes.get("path_span", {}).values())
+    if partly or continued or attributes.get("groups_from"):
+        return None
+    height, width, stored_height, stored_width = sides
+    before = replace(
+        frame,
+        rows=round(frame.rows * stored_height / height),
+        columns=round(frame.columns * stored_width / width),
+    )
+    to_come, stored = (rendering_s(chain, f, missing) for f in (frame, before))
+    return to_come / stored if to_come and stored else None
 
 
 def _correction(runs: Iterable[dict[str, Any]], stage: str, expected: float) -> float:

@@ -34,11 +34,12 @@ NOISE_SHARE = 0.6
 ERROR_ALLOWED = 0.1
 LEAST_SAMPLES = 16  # samples per tile that are needed to estimate noise
 SCALAR = "scalar_spectral"
-# the main job at 640x360: CPU us of a tile, for the first paths and for those that follow, and
-# seconds for the scene's tables
-PILOT_US = 150.0
-NEED_US = 480.0
-WORLD_S = 25.0
+# a night drive: CPU us of a tile, for the first paths and for those that follow, and seconds for
+# compiling and the scene's tables. Two machines of two cores needed 630 and 930 us and 25 and 80 s;
+# stored renderings correct the estimate (isethdr_core.pipeline.runtime_estimate).
+PILOT_US = 190.0
+NEED_US = 610.0
+WORLD_S = 50.0
 # memory beside the pictures: 0.16 to 0.9 GB in ledgers of streets and night drives, 18 x 32 tiles
 # of 4 bands to 108 x 192 tiles of 31 bands
 RENDERING_BYTES = 5e8

@@ -277,6 +277,40 @@ def test_a_renderer_guesses_where_nothing_is_stored_of_the_scene(monkeypatch):
     assert seconds(None) is None  # all is stored
 
 
+def test_a_guess_is_corrected_by_a_stored_rendering_of_any_scene(monkeypatch):
+    """The stored rendering took three times its guess of 200 s (50 rows, 4 groups), so this one is
+    expected to take three times its own, 400 s.
+    """
+    config = plain(compose(FAST))
+    parts = replace(chain(compose(FAST)), renderer=Guesses())
+    config["renderer"] = {"name": "guesses", "width": 200, "height": 100}
+    stored = {
+        "scene": {"component": "scene/other"},
+        "renderer": {"width": 200, "height": 50},
+        "wavelength_nm": [500.0, 600.0],
+        "groups": ["lamps"],
+        "all_groups": ["lamps"],
+        "path_span": {"lamps": [0, 60]},
+        "limit_share": 0.5,
+        "ledger": [{"stage": "renderer guesses", "seconds": 900.0, "cpu_s": 600.0}],
+    }
+    frame = Frame(100, 200, (1e-3, 1e-3), (500.0, 600.0), True)
+
+    def seconds(**changed):
+        scenes = [{**stored, **changed}]
+        monkeypatch.setattr(runtime_estimate, "newest", lambda k: scenes if k == "scenes" else [])
+        return expected_s(parts, config, Demand(), frame)["renderer guesses"]
+
+    assert seconds() == pytest.approx(1200.0)
+    # other renderings tell nothing: coarser, continued, or with light of a third one
+    for changed in (
+        {"limit_share": 1.0},
+        {"path_span": {"lamps": [60, 90]}},
+        {"groups_from": {"lamps": "abc"}},
+    ):
+        assert seconds(**changed) == 400.0
+
+
 def test_a_smaller_share_of_the_noise_is_expected_to_take_more_samples():
     stored = {
         "renderer": {"width": 20, "height": 4},
