@@ -1,4 +1,4 @@
-"""Public path of `plugins.ranges`."""
+"""Ranges: the values that a field may have. Public path of `plugins.ranges`."""
 
 from .plugins.ranges import (
     Percent,

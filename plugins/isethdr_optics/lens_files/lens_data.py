@@ -21,7 +21,8 @@ class Row:
     label : the number of the surface in its file, for messages.
     terms : {power of r: coefficient, mm^(1 - power)} of the asphere.
     glass : as the file names it; "" for air.
-    automatic : the semi-diameter was computed by the program for its fields, not chosen.
+    automatic : whether the program computed the semi-diameter from its fields, so that nobody
+        chose it.
     """
 
     label: str
@@ -41,10 +42,11 @@ class LensData:
 
     Parameters
     ----------
-    entrance_pupil_mm, f_number : the aperture: its diameter, or the f-number, or neither; then the
-        stop's semi-diameter says it.
+    entrance_pupil_mm, f_number : the aperture, by its diameter or by the f-number. Without both,
+        the semi-diameter of the stop sets the aperture.
     far_object : whether the image distance is that of an object far away.
-    glasses : {name: what `physics.optics.glass.index` takes} that the file states itself.
+    glasses : glasses that the file itself defines, by name, as `physics.optics.glass.index` takes
+        them.
     """
 
     name: str
@@ -60,7 +62,7 @@ class LensData:
 
 @dataclass
 class Problems:
-    """What of a file cannot be imported, all of it named in one error."""
+    """Surfaces of a file that cannot be imported; one error names all of them."""
 
     messages: list[str] = field(default_factory=list)
 
@@ -78,11 +80,16 @@ class Problems:
 
 
 def number(text: str, where: str) -> float:
-    """Return a number of a file.
+    """Return the number that a text of a file states.
+
+    Parameters
+    ----------
+    text : as the file has it.
+    where : place in the file, for the error.
 
     Raises
     ------
-    ConfigError : it is none.
+    ConfigError : `text` is not a number.
     """
     try:
         value = float(text)

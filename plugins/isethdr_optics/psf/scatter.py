@@ -1,5 +1,5 @@
-"""Scatter: part of the light leaves the sharp image and is spread by angle; the sum stays the
-same.
+"""Scatter: flares spread a part of the light by angle, and take it from the sharp image. The
+energy stays the same.
 """
 
 from __future__ import annotations
@@ -36,16 +36,20 @@ def total(flare, wavelength_nm: float) -> float:
 
 
 def mix(kernel, flares, wavelength_nm: float, pitch_um, focal_length_mm: float) -> np.ndarray:
-    """Return (1 - scattered fraction) kernel + scatter per sample, for a (y, x) kernel whose axis
-    is at index size // 2.
+    """Return a kernel with the scatter of flares: (1 - scattered fraction) kernel + scatter per
+    sample, for one flare after the other.
 
     Parameters
     ----------
-    kernel : (y, x), its axis at index size // 2.
-    flares : flare components, of which some scatter.
+    kernel : point spread function (y, x), whose axis is at index size // 2.
+    flares : flares; those that do not scatter change nothing.
     wavelength_nm : wavelength, nm.
-    pitch_um : (y, x) of a tile, um.
-    focal_length_mm : of the lens.
+    pitch_um : side of a sample along y and x, um.
+    focal_length_mm : focal length of the lens, mm.
+
+    Raises
+    ------
+    ConfigError : a flare scatters all of the light, or a negative or infinite amount.
     """
     for flare in active(flares, wavelength_nm):
         part = total(flare, wavelength_nm)
@@ -60,8 +64,11 @@ def mix(kernel, flares, wavelength_nm: float, pitch_um, focal_length_mm: float) 
 
 
 def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
-    """Integrate scatter over samples: radially where it is steep, so that the axis sample has its
-    share whatever the peak.
+    """Return the scatter of a flare integrated over each sample (y, x).
+
+    Near the axis scatter may be steep. Samples there are divided; the axis sample is integrated
+    over the radius, so that its share is right for any peak. The sum is at most `part`, the
+    scattered fraction.
     """
     f = focal_length_mm * 1e3
     x = (np.arange(shape[1]) - shape[1] // 2) * pitch_um[1] / f
@@ -88,8 +95,7 @@ def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
         .sum((1, 3))
     )
     out[np.ix_(rows, cols)] = block * (px * py / fine**2)
-    # The axis sample: what lies inside the largest disc in it by the radial integral, the corners
-    # by sums.
+    # The axis sample: the largest disc inside it by the radial integral, its corners by sums.
     r = min(px, py) / 2
     edges = np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 200)]) * np.arctan(r)
     node, weight = np.polynomial.legendre.leggauss(6)
@@ -107,8 +113,8 @@ def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
 
 
 def _density(flare, wavelength_nm, x, y):
-    """Return scatter per unit of tangent-plane area: times cos^3, the solid angle of a flat
-    sensor's area.
+    """Return scatter per unit area of the tangent plane, at the tangents x and y of the angle. A
+    unit area there has a solid angle of cos^3.
     """
     r2 = x**2 + y**2
     return _values(flare, wavelength_nm, np.arctan(np.sqrt(r2))) * (1 + r2) ** -1.5

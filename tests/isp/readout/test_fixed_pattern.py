@@ -62,8 +62,8 @@ def uniform(level_cd_m2, pixels, pitch_um):
 
 
 def flat_of(sensor, electrons, pixels):
-    """Return the light that makes so many electrons in the most sensitive pixels of the most
-    sensitive capture.
+    """Return uniform light by which the most sensitive capture has `electrons` in its most
+    sensitive pixels.
     """
     one, none = (
         float(sensor.expected(uniform(level, 8, sensor.pitch_um)).max()) for level in (1.0, 1e-12)
@@ -72,8 +72,8 @@ def flat_of(sensor, electrons, pixels):
 
 
 def mean_of_device(sensor, flat, shot, generator):
-    """Return the captures of one device without temporal noise: what its fixed pattern makes of the
-    mean.
+    """Return the captures of one device without temporal noise: mean electrons with the device's
+    fixed pattern.
     """
     from isethdr_sensors.readout.shot import device_maps, light_electrons
 
@@ -90,8 +90,11 @@ def mean_of_device(sensor, flat, shot, generator):
 
 
 def ensemble(name, electrons, devices, pixels, **isp):
-    """Return stated over true variance of X, Y, Z: of an unknown device, of the shots of one, of
-    the devices' means.
+    """Return three ratios of stated to true variance, each for X, Y and Z.
+
+    - total variance: one shot of each of many devices;
+    - temporal variance: many shots of one device;
+    - variance of the fixed pattern: the means of many devices.
     """
     kind, fields = SENSORS[name]
     sensor = hdr.build("sensor", kind, **fields)
@@ -132,9 +135,10 @@ def ensemble(name, electrons, devices, pixels, **isp):
     ],
 )
 def test_the_stated_variance_is_that_of_an_unknown_device(name, electrons):
-    """Without the fixed pattern 0.67 and 0.27 of it were stated."""
+    """The temporal variance alone is 0.67 (split pixel) and 0.27 (LOFIC) of the true variance."""
     found = ensemble(name, electrons, devices=10, pixels=48)
-    # 10 devices of 1600 pixels, of which some 5 err alike: sqrt(2 / 3200) = 2.5 %; three of them
+    # 10 devices of 1600 pixels. About 5 neighbours share their error, which leaves 3200 independent
+    # values: sqrt(2 / 3200) = 2.5 %, three times
     np.testing.assert_allclose(found, 1.0, atol=0.08)
 
 
@@ -150,10 +154,10 @@ def test_the_stated_variance_is_that_of_an_unknown_device(name, electrons):
 def test_the_stated_variance_is_right_from_3_to_110000_electrons(name, levels):
     for electrons in levels:
         total, temporal, fixed = ensemble(name, electrons, devices=400, pixels=48)
-        # 400 devices of 1600 pixels, of which some 5 err alike: 0.4 %
+        # 400 devices of 1600 pixels, about 5 of which share their error: 0.4 %
         np.testing.assert_allclose([total, temporal], 1.0, atol=0.03)
-        # in the dark columns make most of the fixed part: 400 devices of 40 columns, pairs alike:
-        # 1.6 %; three of them
+        # In the dark, columns make most of the fixed pattern. 400 devices of 40 columns, of which
+        # two share their error: 1.6 %, three times
         np.testing.assert_allclose(fixed, 1.0, atol=0.05 if electrons < 100 else 0.03)
 
 
@@ -230,10 +234,10 @@ def test_columns_deviate_alike_through_the_demosaic():
     rng = np.random.default_rng(0)
     matrix = rng.standard_normal((3, 3))
     deviation = rng.uniform(1, 3, (12, 12))
-    # a column deviates by one normal number: the map's answers to each column, squared and added,
-    # are the variance
-    answers = [
+    # Each column deviates by a normal number of its own. The variance is therefore the sum over
+    # columns of the squared response to that column.
+    responses = [
         np.tensordot(matrix, interpolated(rule, deviation * column), 1) for column in np.eye(12)
     ]
     stated = rule.variance(matrix, SampleNoise((NoisePart(deviation**2, rows="any"),)))
-    np.testing.assert_allclose(np.square(answers).sum(0), stated, rtol=1e-12)
+    np.testing.assert_allclose(np.square(responses).sum(0), stated, rtol=1e-12)

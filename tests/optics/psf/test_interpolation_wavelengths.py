@@ -1,5 +1,5 @@
-"""Interpolation wavelengths: lattices of a few wavelengths for all bands, against lattices of each
-band's own; when they are not used.
+"""Interpolation wavelengths: kernels of all bands from the lattices of a few wavelengths agree with
+kernels from a lattice of each band's own. Where they would not, each band has its own lattice.
 """
 
 from dataclasses import dataclass
@@ -13,86 +13,80 @@ from isethdr_optics.pupil import sampled_pupil
 
 DIRT = ApertureFlare()
 LENS = WavefrontLens(zernike_um={4: 0.05, 8: 0.03, 12: 0.02})
-AT = ((10.0, 10.0), (30, 34))
+FRAME = ((10.0, 10.0), (30, 34))  # pitch of the tiles in um, rows and columns
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """A pupil of which nobody knows how its phase goes with wavelength."""
+    """A pupil that does not declare how its phase depends on wavelength."""
 
     def pupil(self, x_mm, y_mm, wavelength_nm):
         return np.ones(np.broadcast_shapes(np.shape(x_mm), np.shape(y_mm)))
 
 
 def plan(lens, flares=(DIRT,), wave=455.0, width=10.0):
-    return _Plan(lens, flares, (wave, width), wings.Grid(1, *AT))
+    """Return the plan of the kernels of one band: wavelength and width in nm."""
+    return _Plan(lens, flares, (wave, width), wings.Grid(1, *FRAME))
 
 
 def ring(lens, flares, wave, width=10.0):
-    given = plan(lens, flares, wave, width)
-    return wings.ring(
-        given,
-        given.reach,
-        wave,
-        width,
-        sampled_pupil.open_energy_mm2(lens, flares, wave),
-    )
+    """Return the kernel of one band beyond its exact core, and half the difference of two halves of
+    its points.
+    """
+    of_band = plan(lens, flares, wave, width)
+    open_mm2 = sampled_pupil.open_energy_mm2(lens, flares, wave)
+    return wings.ring(of_band, of_band.reach, wave, width, open_mm2)
+
+
+def lattice_step_nm(lens, flares=(DIRT,), width=10.0):
+    """Return the step between the interpolation wavelengths at 455 nm; 0: the band has its own
+    lattice.
+    """
+    return interpolation_wavelengths._cell(plan(lens, flares, width=width), 455.0, width)[1]
 
 
 @pytest.mark.parametrize("wave", [440.0, pytest.param(475.0, marks=pytest.mark.slow)])
-def test_between_interpolation_wavelengths_kernels_are_those_of_lattices_of_their_own(
-    monkeypatch, wave
-):
-    straight = interpolation_wavelengths.error(plan(LENS, wave=wave), wave, 10.0)
-    kernel, wrong = ring(LENS, (DIRT,), wave)
+def test_interpolated_kernels_agree_with_kernels_of_their_own_lattices(monkeypatch, wave):
+    stated = interpolation_wavelengths.error(plan(LENS, wave=wave), wave, 10.0)
+    interpolated, _ = ring(LENS, (DIRT,), wave)
     monkeypatch.setattr(interpolation_wavelengths, "APART", 0.0)
     assert interpolation_wavelengths.error(plan(LENS, wave=wave), wave, 10.0) == 0.0
-    own, own_wrong = ring(LENS, (DIRT,), wave)
-    seen = own_wrong != 0
-    found = np.abs(kernel - own)[seen].sum() / own[seen].sum()
-    # the lattices of two wavelengths have other points: that is part of what both halves differ by
-    assert (
-        0 < found < straight + 0.3 * kernel_sampling_error.by_octave(own_wrong, own).max()
-        and straight < 0.007
-    )
+    own, own_difference = ring(LENS, (DIRT,), wave)
+    beyond_core = own_difference != 0
+    l1_error = np.abs(interpolated - own)[beyond_core].sum() / own[beyond_core].sum()
+    # the lattices of two wavelengths have other points: a part of their own sampling error
+    sampling = kernel_sampling_error.by_octave(own_difference, own).max()
+    assert 0 < l1_error < stated + 0.3 * sampling
+    assert stated < 0.007
 
 
 @pytest.mark.slow
 def test_a_few_lattices_serve_many_bands_and_a_band_does_not_depend_on_the_others(monkeypatch):
-    made = []
+    computed_nm = []
     own = wings.own
     monkeypatch.setattr(
         wings,
         "own",
-        lambda plan, reach, wave, *rest: made.append(wave) or own(plan, reach, wave, *rest),
+        lambda plan, reach, wave, *rest: computed_nm.append(wave) or own(plan, reach, wave, *rest),
     )
     bands = np.arange(600.0, 651.0, 10.0)
-    together = _computed(LENS, (), bands, *AT)
+    together = _computed(LENS, (), bands, *FRAME)
     # at most once for each fineness that bands ask for
-    assert set(made) <= {540.0, 620.0, 700.0} and len(made) <= 3 * 3
-    alone = _computed(LENS, (), bands[2:5], *AT)
+    assert set(computed_nm) <= {540.0, 620.0, 700.0} and len(computed_nm) <= 3 * 3
+    alone = _computed(LENS, (), bands[2:5], *FRAME)
     np.testing.assert_array_equal(alone.bands[1], together.bands[3])
 
 
-def test_what_is_not_known_there_or_changes_too_fast_has_its_own():
-    assert (
-        interpolation_wavelengths._cell(plan(LENS), 455.0, 10.0)[1]
-        in interpolation_wavelengths.STEPS_NM
-    )
-    # 20 nm change it by more than a line follows
-    assert (
-        interpolation_wavelengths._cell(plan(WavefrontLens(zernike_um={8: 2.0})), 455.0, 10.0)[1]
-        == 0
-    )
-    # two lattices in place of one
-    assert interpolation_wavelengths._cell(plan(LENS, width=50.0), 455.0, 50.0)[1] == 0
-    assert interpolation_wavelengths._cell(plan(LENS, (Unknown(),)), 455.0, 10.0)[1] == 0
-    assert (
-        interpolation_wavelengths._cell(
-            plan(LENS, (ApertureFlare(dust_delay_um=5.0),)), 455.0, 10.0
-        )[1]
-        == 0
-    )
-    table = DiffractionLimitedLens(focal_shift_um={445.0: 0.0, 465.0: 0.1})
+def test_a_band_has_its_own_lattice_where_interpolation_would_be_wrong():
+    assert lattice_step_nm(LENS) in interpolation_wavelengths.STEPS_NM
+    # 20 nm change this wavefront by more than a straight line follows
+    assert lattice_step_nm(WavefrontLens(zernike_um={8: 2.0})) == 0
+    # a wide band would need two lattices in place of one
+    assert lattice_step_nm(LENS, width=50.0) == 0
+    # it is not known how the pupil depends on wavelength
+    assert lattice_step_nm(LENS, (Unknown(),)) == 0
+    # dust with a delay changes its phase too fast
+    assert lattice_step_nm(LENS, (ApertureFlare(dust_delay_um=5.0),)) == 0
     # the table ends before the next interpolation wavelength
-    assert interpolation_wavelengths._cell(plan(table), 455.0, 10.0)[1] == 0
+    table = DiffractionLimitedLens(focal_shift_um={445.0: 0.0, 465.0: 0.1})
+    assert lattice_step_nm(table) == 0

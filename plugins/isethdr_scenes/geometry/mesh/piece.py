@@ -27,7 +27,7 @@ class Piece(Part):
     material: str = "plastic_black"
 
     def moved(self, matrix: np.ndarray) -> Piece:
-        """Return the piece moved by a (4, 4) matrix; a mirroring matrix keeps the faces outward."""
+        """Return the piece moved by a (4, 4) matrix. Faces point outward also after a mirroring."""
         m = np.asarray(matrix, float)
         turn = m[:3, :3]
         vertices = self.vertices @ turn.T + m[:3, 3]
@@ -73,8 +73,8 @@ class Assembly:
         return Assembly(name or self.name, [p.moved(matrix) for p in self.parts])
 
     def model(self, name: str | None = None) -> Model:
-        """Return the finished model: one part per material, and one part per lamp, left and right
-        apart.
+        """Return the finished model: one part per material and one part per lamp. Left and right
+        lamps stay two parts.
 
         Fewer parts mean fewer shapes for the renderer. A lamp stays a part of its own because its
         intensity is that of the whole part.
@@ -155,8 +155,8 @@ def join(pieces: Sequence[Piece], name: str) -> Piece:
 
 
 def face_areas(part: Part) -> np.ndarray:
-    """Return the vector areas of the faces, m2 (m, 3): along the outward normal, as long as the
-    area.
+    """Return the vector area of each face, m2 (m, 3). Its direction is that of the outward normal,
+    its length is the area.
     """
     v = part.vertices
     f = part.faces
@@ -169,7 +169,7 @@ def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     position = np.round(vertices * 1e5).astype(np.int64)
     order = np.lexsort(position.T)
     ids = np.empty(len(position), np.intp)
-    # places counted, however far apart
+    # number the distinct places: a sorted vertex begins a new one if it differs from the last
     ids[order] = np.cumsum(np.append(False, (position[order[1:]] != position[order[:-1]]).any(1)))
     total = np.stack(
         [
@@ -182,8 +182,8 @@ def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
 
 
 def _cross(v: np.ndarray, f: np.ndarray) -> np.ndarray:
-    """Return the cross product (m, 3) of two sides of each face: along the outward normal, twice as
-    long as the area.
+    """Return the cross product (m, 3) of two sides of each face. Its direction is that of the
+    outward normal, its length is twice the area.
     """
     a = v[f[:, 0]]
     return cross(v[f[:, 1]] - a, v[f[:, 2]] - a)

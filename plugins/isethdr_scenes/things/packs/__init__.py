@@ -2,13 +2,13 @@
 
 | module     | content                                                              |
 |------------|----------------------------------------------------------------------|
-| manifest   | the form of `pack.yaml`                                              |
-| entries    | what the names of a manifest must be: groups, materials, lamps, files |
+| manifest   | fields of `pack.yaml`                                                |
+| entries    | checks that groups, materials, lamps and files of a manifest exist   |
 | mesh_file  | parts and colours of a GLB, OBJ or PLY, by trimesh                   |
 | soundness  | NaN, holes, faces without area, sizes beyond the range of a group    |
 | surfaces   | the material of each face                                            |
 | emitters   | the faces that are lamps                                             |
-| asset      | a mesh in metres with materials and lamps, and the thing that it is  |
+| asset      | a mesh in metres with materials and lamps, as a thing of a street    |
 | pack       | a folder read as a whole, with all its mistakes at once              |
 | report     | the table of `isethdr things check`                                  |
 """
