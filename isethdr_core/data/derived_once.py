@@ -82,6 +82,18 @@ def values_only() -> Iterator[None]:
         _values_only.reset(token)
 
 
+@contextmanager
+def with_intervals() -> Iterator[None]:
+    """Tell metrics that the intervals of their scores are used within the block, as they are
+    outside of `values_only`.
+    """
+    token = _values_only.set(False)
+    try:
+        yield
+    finally:
+        _values_only.reset(token)
+
+
 def intervals_wanted() -> bool:
     """Return whether the intervals of a metric's scores are used; otherwise they may be NaN."""
     return not _values_only.get()

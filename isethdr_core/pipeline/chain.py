@@ -29,6 +29,7 @@ from ..plugins.protocols import (
     KnowsItsField,
     MovesInTime,
     NarrowsDemand,
+    ScoresFurther,
 )
 from ..plugins.registry import build_from_config, plugin_manager
 from ..runs.names import check_names
@@ -555,11 +556,14 @@ def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
         labels = labels_on(shot.scene, picture)
     camera = Camera(captures, picture, reference, labels)
 
+    def scores_of_further(metric: Any, picture_of_draw: Any) -> list[Score]:
+        if isinstance(metric, ScoresFurther):
+            return metric.further(picture_of_draw, picture, reference, labels)
+        scores: list[Score] = metric(picture_of_draw, reference, labels)
+        return scores
+
     def of_draw(draw: int) -> list[Score]:
-        metrics = chain.metrics.values()
-        return camera_shot.values_of(
-            draw, metrics, lambda m, picture_of_draw: m(picture_of_draw, reference, labels)
-        )
+        return camera_shot.values_of(draw, chain.metrics.values(), scores_of_further)
 
     def again(draw: int) -> list[Score]:
         """Return the scores of the same shot with other noise; its terms are those of the first

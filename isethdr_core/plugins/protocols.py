@@ -232,8 +232,28 @@ class AddsLight(Protocol):
         """
 
 
+@runtime_checkable
+class RedirectsLight(Protocol):
+    """A flare in front of the lens that turns light elsewhere, such as drops on a windscreen."""
+
+    def radiance(self, lens: Lens, mixed: xr.DataArray, /) -> xr.DataArray:
+        """Return the mixed radiance that reaches the lens, linear in `mixed`.
+
+        Even light of the whole field becomes no brighter.
+
+        Parameters
+        ----------
+        lens : lens that images the scene.
+        mixed : mixed radiance `([component,] wavelength, y, x)`.
+
+        Returns
+        -------
+        Mixed radiance with the dims, coordinates and attributes of `mixed`.
+        """
+
+
 # a flare has at least one of these
-Flare: TypeAlias = TransmitsPupil | ScattersLight | AddsLight
+Flare: TypeAlias = TransmitsPupil | ScattersLight | AddsLight | RedirectsLight
 
 
 # --- abilities of any kind ------------------------------------------------------------------------
@@ -892,10 +912,51 @@ class ChecksCaptures(Protocol):
 
 
 @runtime_checkable
+class ScoresFurther(Protocol):
+    """A metric that scores further noise realisations of a picture by their differences from the
+    first, in less time than one by one.
+    """
+
+    def further(
+        self,
+        picture: xr.Dataset,
+        first: xr.Dataset,
+        truth: xr.Dataset,
+        labels: xr.Dataset | None,
+        /,
+    ) -> list[Score]:
+        """Return the scores of a further noise realisation; only their values count.
+
+        Parameters
+        ----------
+        picture : the further realisation.
+        first : the first realisation on the same grid, which the metric has scored in full.
+        truth : reference picture of both.
+        labels : the labels that `narrow` asks for, per pixel; None without labels.
+        """
+
+
+@runtime_checkable
 class HasMeanOfParts(Protocol):
     """A metric that states whether its score is nearly the mean of the scores of parts."""
 
     MEAN_OF_PARTS: ClassVar[bool]  # True: it is, and needs no labels
+
+
+@runtime_checkable
+class ScoresParts(Protocol):
+    """A metric with `MEAN_OF_PARTS` that scores all parts of a picture in one pass."""
+
+    def of_parts(
+        self, picture: xr.Dataset, truth: xr.Dataset, part: np.ndarray, /
+    ) -> list[list[Score]]:
+        """Return the scores of the frame for each of its parts; only their values count.
+
+        Parameters
+        ----------
+        picture, truth : with and without the camera's errors, on one grid of pixels.
+        part : (y, x), number of the part of each pixel, from 0.
+        """
 
 
 @runtime_checkable
@@ -923,7 +984,7 @@ REQUIRED: dict[str, type] = {  # a flare has at least one of `FLARES` instead
     "isp": Isp,
     "metric": Metric,
 }
-FLARES: tuple[type, ...] = (TransmitsPupil, ScattersLight, AddsLight)
+FLARES: tuple[type, ...] = (TransmitsPupil, ScattersLight, AddsLight, RedirectsLight)
 OF_ANY_KIND: tuple[type, ...] = (
     NarrowsDemand,
     ReadsFiles,
@@ -977,7 +1038,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
         ListsCaptures,
     ),
     "isp": (ChecksCaptures,),
-    "metric": (HasMeanOfParts, HasWhite),
+    "metric": (HasMeanOfParts, HasWhite, ScoresFurther, ScoresParts),
 }
 
 

@@ -6,11 +6,11 @@ wild bootstrap: Wu 1986). The scene is exposed and processed again with the same
 sensor. The reference picture is changed in the same way. Light that was spread by the lens is not
 changed, because noise averages out in it.
 
-Sensor and image processing take most of the time, and a pixel depends only on tiles nearby. Two
-changed pictures therefore replace many: that of one random choice, and that of the opposite choice.
-A picture that takes some blocks from the first and the others from the second is that of another
-random choice. Only the first is exposed: to first order, the opposite choice changes each pixel by
-the opposite.
+Sensor and image processing take most of the time, and a pixel depends only on tiles nearby. One
+exposure of a large picture therefore shows several changes, each in blocks of its own: one random
+choice in most, and the scene with its noise smoothed away in the others (`exposed_in_parts`). To
+first order, the opposite choice changes each pixel by the opposite. A picture that takes some
+blocks from one choice and the others from the opposite is that of another random choice.
 """
 
 from __future__ import annotations
@@ -23,8 +23,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..data.quantities import tile_pitch
+from ..data.reference_picture import before_denoising
 from ..data.reference_picture import mean_over_pixels as mean_over_pixels
 from ..data.temporal_modulation import time_mean
+from ..physics.resampling.area import resample_mean
 from . import ledger
 from .render_noise import (
     direct_share,
@@ -45,6 +47,8 @@ BLOCK = 48
 PARTS_ACROSS = 3  # a picture is cut into PARTS_ACROSS x PARTS_ACROSS parts
 # not the seed of the run: the noise of a shot must not depend on whether scores are computed
 LOT_SEED = 20260
+# share by which the top of a sensor may lie above the brightest pixel that is not saturated
+TOP_SLACK = 0.1
 FEW_ROWS = 64  # one row in so many is compared first
 
 
@@ -53,6 +57,15 @@ class Pair(NamedTuple):
 
     picture: xr.Dataset
     truth: xr.Dataset
+
+
+class Exposed(NamedTuple):
+    """Two changed scenes by one exposure of a large picture; each is exposed in some parts. In the
+    others, its picture is that of the shot times the change of the light at each pixel.
+    """
+
+    by_lot: Pair
+    smoothed: Pair
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +158,7 @@ class ChangedScenes:
 
     def smoothed(self) -> Pair:
         """Return the pair with renderer noise smoothed away where it hides the scene."""
-        return self._changed(smoothing_change(self._halves, self._level_cd_m2))
+        return self._changed(self._smoothing)
 
     @property
     def _halves(self) -> np.ndarray:
@@ -161,33 +174,133 @@ class ChangedScenes:
     def _direct_share(self) -> np.ndarray:
         return direct_share(self.shot.light, self.shot.mixed)
 
+    def exposed_in_parts(self, lot: int, smooth: np.ndarray) -> Exposed:
+        """Return the pair of one lot and the smoothed pair, by one exposure.
+
+        Parameters
+        ----------
+        lot : number of the lot.
+        smooth : (y, x) bool, pixels in which the exposed scene is smoothed; the others show the
+            lot.
+        """
+        light = self.shot.light
+        picture = self.shot.picture
+        changes = self._lot(lot), self._smoothing
+        rows, columns = (
+            np.abs(light[d].values[:, None] - picture[d].values).argmin(1) for d in ("y", "x")
+        )
+        at_light = smooth[np.ix_(rows, columns)]
+        factors = [self._light_factor(change) for change in changes]
+        exposed = self._exposed(np.where(at_light, factors[1], factors[0]))
+        pairs = []
+        for change, factor, where in zip(changes, factors, (~smooth, smooth), strict=True):
+            changed = _scaled(picture, self._over_pixels(factor))
+            shown = where_exposed(changed, exposed, where)
+            pairs.append(Pair(shown, self._reference(change)))
+        return Exposed(*pairs)
+
+    @cached_property
+    def _smoothing(self) -> np.ndarray:
+        return smoothing_change(self._halves, self._level_cd_m2)
+
+    def _light_factor(self, change: np.ndarray) -> np.ndarray:
+        """Return the light (plane, y, x) of a changed scene over that of the scene."""
+        shot = self.shot
+        on_sensor = on_light(change.astype(np.float32), shot.mixed, shot.light)
+        factor: np.ndarray = (1 + self._direct_share * on_sensor).astype(shot.light.dtype)
+        return factor
+
+    def _over_pixels(self, factor: np.ndarray) -> np.ndarray:
+        """Return the light of each pixel (y, x) of the light times a factor, over its light
+        before.
+        """
+        light = time_mean(self.shot.light).values
+        after, before = (
+            resample_mean(planes.sum(axis=0), *self._pixels) for planes in (light * factor, light)
+        )
+        return np.divide(after, before, out=np.ones_like(before), where=before > 0)
+
+    @property
+    def _pixels(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, float]:
+        """The tiles of the light and the pixels of the picture, as `resample_mean` takes them."""
+        light = self.shot.light
+        picture = self.shot.picture
+        side = float(picture.attrs["pitch_um"]) * 1e-6
+        return light.x.values, light.y.values, picture.x.values, picture.y.values, side, side
+
+    def _exposed(self, factor: np.ndarray) -> xr.Dataset:
+        """Return the picture of the light times a factor."""
+        light = self.shot.light
+        changed = light.copy(data=light.values * factor)
+        # the terms of a changed scene are those of the scene, which have been recorded
+        picture: xr.Dataset = ledger.collected(lambda: self.shot.expose(changed)).result
+        return picture
+
+    def _reference(self, change: np.ndarray) -> xr.Dataset:
+        """Return the reference picture of a scene whose luminance changes by a relative
+        `change`.
+        """
+        true = np.where(self.true_cd_m2 > 0, self.true_cd_m2, 1.0)
+        of_pixels = (1 + self._in_pixels(change) / true)[..., None]
+        truth = self.shot.truth
+        return truth.assign(xyz=truth["xyz"].copy(data=truth["xyz"].values * of_pixels))
+
     def _changed(self, change: np.ndarray) -> Pair:
         """Return the pair of a scene whose luminance changes by a relative `change` (y, x), all
         colours alike.
         """
-        shot = self.shot
-        true = np.where(self.true_cd_m2 > 0, self.true_cd_m2, 1.0)
-        of_pixels = (1 + self._in_pixels(change) / true)[..., None]
-        on_sensor = on_light(change.astype(np.float32), shot.mixed, shot.light)
-        factor = (1 + self._direct_share * on_sensor).astype(shot.light.dtype)
-        light = shot.light.copy(data=shot.light.values * factor)
-        # the terms of a changed scene are those of the scene, which have been recorded
-        picture = ledger.collected(lambda: shot.expose(light)).result
-        xyz = shot.truth["xyz"]
-        return Pair(picture, shot.truth.assign(xyz=xyz.copy(data=xyz.values * of_pixels)))
+        return Pair(self._exposed(self._light_factor(change)), self._reference(change))
+
+
+def where_exposed(picture: xr.Dataset, exposed: xr.Dataset, where: np.ndarray) -> xr.Dataset:
+    """Return `picture` with the pixels `where` (y, x) of another picture on its grid."""
+    variables = {}
+    for name in _unlike(picture, exposed):
+        values = picture[name].values.copy(order="K")
+        mask = where.reshape(where.shape + (1,) * (values.ndim - 2))
+        np.copyto(values, exposed[name].values, where=mask)
+        variables[name] = picture[name].copy(data=values)
+    return picture.assign(variables)
+
+
+def _without_saturated(changed: xr.Dataset, unchanged: xr.Dataset) -> xr.Dataset:
+    """Return a changed picture in which pixels above the top of the sensor are not valid.
+
+    Where some pixels of the unchanged picture are saturated, the brightest of the others tells the
+    top.
+    """
+    valid = unchanged["valid"].values
+    if valid.all() or not valid.any():
+        return changed
+    top = before_denoising(unchanged)["xyz"].values[valid, 1].max() * (1 + TOP_SLACK)
+    measured = before_denoising(changed)["xyz"].values[..., 1] <= top
+    return changed.assign(valid=changed["valid"].copy(data=valid & measured))
+
+
+def _scaled(picture: xr.Dataset, factor: np.ndarray) -> xr.Dataset:
+    """Return a picture whose light and variances are multiplied by a factor (y, x) of each
+    pixel.
+    """
+    variables = {}
+    for name, variable in picture.data_vars.items():
+        if variable.dims[:2] == ("y", "x") and variable.dtype.kind == "f":
+            by = factor.reshape(factor.shape + (1,) * (variable.ndim - 2))
+            variables[name] = variable.copy(data=(variable.values * by).astype(variable.dtype))
+    return _without_saturated(picture.assign(variables), picture)
 
 
 def mirrored(unchanged: Pair, changed: Pair) -> Pair:
     """Return the pair of the opposite change, to first order.
 
     Values change by the opposite, variances by the inverse factor, so that they stay positive. The
-    valid pixels are those of the unchanged picture.
+    valid pixels are those of the unchanged picture that stay below the top of the sensor.
 
     Parameters
     ----------
     unchanged, changed : before and after the change, on one grid.
     """
     picture = _mirrored(unchanged.picture, changed.picture)
+    picture = _without_saturated(picture, unchanged.picture)
     return Pair(picture, _mirrored(unchanged.truth, changed.truth))
 
 
@@ -226,6 +339,20 @@ def parts_of(picture: xr.Dataset) -> list[dict[str, np.ndarray]]:
         for shift in range(PARTS_ACROSS)
         for k in range(PARTS_ACROSS)
     ]
+
+
+def numbers_of(parts: Sequence[dict[str, np.ndarray]]) -> np.ndarray:
+    """Return the number (y, x) of the part that each pixel lies in.
+
+    Parameters
+    ----------
+    parts : indices {y, x} of all parts of a picture, as `parts_of` returns them.
+    """
+    shape = [1 + max(int(part[d].max()) for part in parts) for d in ("y", "x")]
+    numbers = np.zeros(shape, np.intp)
+    for number, part in enumerate(parts):
+        numbers[np.ix_(part["y"], part["x"])] = number
+    return numbers
 
 
 def part_of(picture: xr.Dataset, part: dict[str, np.ndarray]) -> xr.Dataset:

@@ -1,21 +1,20 @@
 """Score errors: shift and scatter of the scores of a picture due to the renderer's own noise.
 
 They are measured with changes of the scene (`changed_scenes`). The method depends on the size of
-the picture. A small picture is computed for several changed scenes. For a large picture, one
-changed scene and its opposite are exposed. If a score is the mean of the scores of parts of the
-picture, it is computed for some parts; each of them is an independent sample. All other scores are
-computed for whole pictures, composed of blocks of both. One more scene has its noise smoothed away:
-it shows how far noise has already shifted a score. The display white of the reference picture is a
-percentile: `percentile_errors` tells how far noise moves it.
+the picture. A small picture is computed for several changed scenes. One more scene has its noise
+smoothed away: it shows how far noise has already shifted a score. For a large picture, one exposure
+shows a changed scene in most parts of the picture, and the smoothed scene in the others. If a score
+is the mean of the scores of the parts, each part is an independent sample. All other scores are
+computed for whole pictures, composed of blocks of the changed scene and its opposite. The display
+white of the reference picture is a percentile: `percentile_errors` tells how far noise moves it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import cycle
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, TypeVar, cast
 
 import numpy as np
 from scipy.special import gammainc
@@ -23,7 +22,7 @@ from scipy.special import gammainc
 from ..data.derived_once import shared, values_only
 from ..data.quantities import LUMINANCE
 from ..display.display_view import WHITE_PERCENTILE, luminance, white_cd_m2, white_pixels
-from ..plugins.protocols import HasMeanOfParts, HasWhite
+from ..plugins.protocols import HasMeanOfParts, HasWhite, ScoresParts
 from . import ledger
 from .changed_scenes import (
     PARTS_ACROSS,
@@ -32,8 +31,10 @@ from .changed_scenes import (
     ScoredShot,
     joined_in_blocks,
     mirrored,
+    numbers_of,
     part_of,
     parts_of,
+    where_exposed,
 )
 from .error_terms import ErrorTerm, Quantity, Source
 from .ledger import LeftOut
@@ -56,7 +57,8 @@ if TYPE_CHECKING:
 RENDERER = "renderer"  # key of the terms
 RENDERED = "rendered_s"  # attribute of scenes that a renderer made
 CHANGES = 6  # changed pictures for scores of whole pictures; an even number
-PARTS_ASKED = 6  # parts of a large picture for which scores are computed
+# parts of a large picture in which the exposed scene is changed by lot; the others are smoothed
+PARTS_CHANGED = 6
 SURE = 0.9  # share of runs for which the stated factor holds
 WHITE_LOTS = 4  # changes of the reference picture for its white, each with its opposite
 BLOCK_TILES = 8  # side of the blocks of a percentile, in tiles: few tiles lie in two blocks
@@ -65,6 +67,7 @@ MANY = 1e6  # degrees of freedom, as good as infinite
 FEW_TILES = 8
 
 Values = dict[ScoreKey, float]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -172,7 +175,7 @@ class _Measured(NamedTuple):
 def _measured(shot: ScoredShot, metrics: Sequence[Metric], count: int) -> _Measured:
     scenes = ChangedScenes(shot)
     if parts := parts_of(shot.truth):
-        return _of_large_picture(shot, metrics, scenes, parts[:PARTS_ASKED], count)
+        return _of_large_picture(shot, metrics, scenes, parts, count)
     return _of_small_picture(shot, metrics, scenes, count)
 
 
@@ -203,32 +206,35 @@ def _of_large_picture(
 ) -> _Measured:
     of_parts = [metric for metric in metrics if _is_mean_of_parts(metric)]
     labels = _with_one_object(shot.labels)
+    numbers = numbers_of(parts)
     with shared(labels):
         of_whole = _of_whole([m for m in metrics if m not in of_parts], shot, labels)
         if not (of_parts or of_whole):
             return _Measured({}, {}, of_objects=False)
-        first = scenes.by_lot(0)
+        first, smoothed = scenes.exposed_in_parts(0, numbers >= PARTS_CHANGED)
         second = mirrored(shot.pair, first)
         white = _white(scenes) if any(map(_finds_white, metrics)) else NO_WHITE
         at_white = [_with_white(metric, white.level_cd_m2) for metric in of_parts]
-        unchanged = [_scores_of_part(at_white, shot.pair, part) for part in parts if of_parts]
-        samples = [
-            _difference(_scores_of_part(at_white, changed, part), before)
-            for part, changed, before in zip(parts, cycle((first, second)), unchanged)
-        ]
-        slopes = _slopes(of_parts, white, shot.pair, list(zip(parts, unchanged)))
+        before = _scores_of_parts(at_white, shot.pair, parts)
+        slopes = _slopes(of_parts, white, shot.pair, parts, before)
+        opposite = (numbers < PARTS_CHANGED) & (numbers % 2 == 1)
+        together = _composed(_composed(first, second, opposite), smoothed, numbers >= PARTS_CHANGED)
+        after = _scores_of_parts(at_white, together, parts)
+        changes = [_difference(*both) for both in zip(after, before, strict=True)]
         joined = joined_in_blocks(first, second, count) if of_whole else ()
         answers = [_changes(of_whole, pair) for pair in joined]
-        smoothed = scenes.smoothed()
-        before = _before(shot.scores)
-        every = [*of_whole, *(Question(metric, None, before) for metric in of_parts)]
-        less_noise = _changes(every, smoothed)
+        less_noise = _changes(of_whole, smoothed)
     movements = {key: _of_blocks(values) for key, values in _by_score(answers).items()}
-    movements |= {
-        key: _beside_white(_of_parts(values), slopes.get(key, 0.0), white.movement)
-        for key, values in _by_score(samples).items()
-    }
-    movements |= dict.fromkeys(_keys_of_white(metrics), white.movement)
+    white_change = white_cd_m2(smoothed.truth) - white.level_cd_m2 if white.level_cd_m2 else 0.0
+    for key, values in _by_score(changes[:PARTS_CHANGED]).items():
+        slope = slopes.get(key, 0.0)
+        movements[key] = _beside_white(_of_parts(values), slope, white.movement)
+    for key, values in _by_score(changes[PARTS_CHANGED:]).items():
+        shift = _beyond_scatter(float(values.mean()), _variance(values) / len(values))
+        less_noise[key] = shift + slopes.get(key, 0.0) * white_change
+    for key in _keys_of_white(metrics):
+        movements[key] = white.movement
+        less_noise[key] = white_change
     return _Measured(movements, less_noise, of_objects=False)
 
 
@@ -416,7 +422,8 @@ def _slopes(
     metrics: Sequence[Metric],
     white: White,
     pair: Pair,
-    parts: Sequence[tuple[dict[str, np.ndarray], Values]],
+    parts: Sequence[dict[str, np.ndarray]],
+    before: Sequence[Values],
 ) -> Values:
     """Return the change of each score by a change of the white, over that change.
 
@@ -425,7 +432,8 @@ def _slopes(
     metrics : whose scores are means of parts.
     white : display white of the reference picture, cd/m2.
     pair : picture and reference picture.
-    parts : indices of each part, and the scores of that part at this white.
+    parts : indices of each part.
+    before : scores of each part at this white.
     """
     moved = [
         _at_white(metric, white.level_cd_m2 + white.movement.rms)
@@ -434,12 +442,8 @@ def _slopes(
     ]
     if not (moved and white.movement.rms):
         return {}
-    # the first PARTS_ACROSS hold some of every row and column
-    changes = [
-        _difference(_scores_of_part(moved, pair, part), before)
-        for part, before in parts[:PARTS_ACROSS]
-    ]
-    by_score = _by_score(changes)
+    after = _scores_of_parts(moved, pair, parts)
+    by_score = _by_score([_difference(*both) for both in zip(after, before, strict=True)])
     return {key: float(values.mean()) / white.movement.rms for key, values in by_score.items()}
 
 
@@ -465,10 +469,31 @@ def _beside_white(movement: Movement, slope: float, white: Movement) -> Movement
     return Movement(scatter, freedom, shift, rms, known, how)
 
 
-def _scores_of_part(metrics: Sequence[Metric], pair: Pair, part: dict[str, np.ndarray]) -> Values:
-    piece = Pair(*(part_of(dataset, part) for dataset in pair))
-    with shared(*piece):
-        return _values(score for metric in metrics for score in _ask(metric, piece, None))
+def _scores_of_parts(
+    metrics: Sequence[Metric], pair: Pair, parts: Sequence[dict[str, np.ndarray]]
+) -> list[Values]:
+    """Return the scores of each part of a pair."""
+    out: list[Values] = [{} for _ in parts]
+    numbers = numbers_of(parts)
+    with shared(*pair):
+        for metric in metrics:
+            if not isinstance(metric, ScoresParts):
+                continue
+            scores = _quietly(lambda m=metric: m.of_parts(*pair, numbers))
+            for values, of_part in zip(out, scores, strict=True):
+                values |= _values(of_part)
+    one_by_one = [metric for metric in metrics if not isinstance(metric, ScoresParts)]
+    for values, part in zip(out, parts):
+        if one_by_one:
+            piece = Pair(*(part_of(dataset, part) for dataset in pair))
+            with shared(*piece):
+                values |= _values(s for metric in one_by_one for s in _ask(metric, piece, None))
+    return out
+
+
+def _composed(pair: Pair, other: Pair, where: np.ndarray) -> Pair:
+    """Return the pair with the pixels `where` (y, x) of the other."""
+    return Pair(*(where_exposed(*both, where) for both in zip(pair, other, strict=True)))
 
 
 def _changes(questions: Sequence[Question], pair: Pair, objects: bool = False) -> Values:
@@ -518,9 +543,14 @@ def _values(scores: Iterable[Score]) -> Values:
 def _ask(
     metric: Metric, pair: Pair, labels: xr.Dataset | None, objects: bool = False
 ) -> list[Score]:
-    # its terms are those of the picture, which have been recorded; only its values count
-    with values_only():
-        scores: list[Score] = ledger.collected(
-            lambda: metric(pair.picture, pair.truth, labels)
-        ).result
+    scores = _quietly(lambda: metric(pair.picture, pair.truth, labels))
     return [score for score in scores if objects or not score.object]
+
+
+def _quietly(ask: Callable[[], T]) -> T:
+    """Return scores whose terms are those of the picture, which have been recorded; only their
+    values count.
+    """
+    with values_only():
+        result: T = ledger.collected(ask).result
+    return result

@@ -205,6 +205,21 @@ def mean_of(
     return mean, float(low), float(high)
 
 
+def means_of_parts(values, part, use=None) -> np.ndarray:
+    """Return the mean of `values` (y, x) over each part of the frame; NaN where none counts.
+
+    Parameters
+    ----------
+    values : (y, x), of the frame.
+    part : (y, x), number of the part of each pixel, from 0.
+    use : bool (y, x), pixels that count; None: all.
+    """
+    weights = values if use is None else np.where(use, values, 0.0)
+    total = np.bincount(part.ravel(), weights.ravel())
+    count = np.bincount(part.ravel(), None if use is None else use.ravel())
+    return np.divide(total, count, out=np.full(total.shape, NAN), where=count > 0)
+
+
 @lru_cache(maxsize=32)
 def _picks(blocks: int) -> np.ndarray:
     """Return how often each block is drawn in each resample.

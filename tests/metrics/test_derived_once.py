@@ -82,6 +82,57 @@ def test_scores_are_the_same_alone_and_shared(metric):
         )
 
 
+def test_medians_of_further_realisations_are_those_of_pictures_alone():
+    """Their changes are found from estimates, exact for this normal noise. Medians of pairs next to
+    each other differ by 1e-4.
+    """
+    found = labels()
+    first, truth = pair(0)
+    more = [pair(seed)[0] for seed in (1, 2, 3)]
+    metric = ContrastDetection(interval_percent=5.0)
+    alone = np.array([[s.value for s in metric(shot, truth, found)] for shot in more])
+    with shared(truth, found, first), values_only():
+        scores = [metric.further(shot, first, truth, found) for shot in more]
+    assert [s.object for s in scores[0]] == [s.object for s in metric(first, truth, found)]
+    further = np.array([[s.value for s in of_one] for of_one in scores])
+    np.testing.assert_allclose(further, alone, atol=1e-4)
+    assert alone.std(axis=0).max() > 1e-3  # the realisations differ by more
+    np.testing.assert_array_equal(
+        [s.value for s in metric.further(more[0], first, truth, found)], further[0]
+    )
+
+
+@pytest.mark.parametrize("metric", [Ciede2000(20.0), Ssim(20.0), LogLuminanceError()])
+def test_scores_of_parts_average_to_that_of_the_frame(metric):
+    """Of a mean, the parts weighted by their pixels; of the log luminance, of its square."""
+    shot, truth = pair(1)
+    part = np.where(np.arange(SHAPE[1]) < 45, 0, 1) * np.ones((SHAPE[0], 1), int)
+    part[:20] = 2
+    scores = metric.of_parts(shot, truth, part)
+    power = 2 if isinstance(metric, LogLuminanceError) else 1
+    use = np.ones(SHAPE, bool)
+    if isinstance(metric, Ciede2000):
+        use = truth["xyz"].values[..., 1] <= 20.0
+    weights = np.bincount(part.ravel(), use.ravel())
+    values = np.array([score.value for (score,) in scores])
+    frame = metric(shot, truth)[0].value
+    mean = np.average(values[weights > 0] ** power, weights=weights[weights > 0]) ** (1 / power)
+    # sums in another order, of float32 in ssim
+    assert mean == pytest.approx(frame, rel=1e-5)
+    assert len(scores) == 3 and {s.metric for (s,) in scores} == {metric(shot, truth)[0].metric}
+
+
+def test_contrast_detection_of_one_part_is_that_of_the_frame():
+    shot, truth = pair(1)
+    metric = ContrastDetection(interval_percent=5.0)
+    ((score,),) = metric.of_parts(shot, truth, np.zeros(SHAPE, int))
+    assert score.value == pytest.approx(metric(shot, truth)[0].value, abs=3e-7)
+    halves = np.broadcast_to(np.arange(SHAPE[1]) // 45, SHAPE)
+    (left,), (right,) = metric.of_parts(shot, truth, halves)
+    # bars to the right are brighter, with less noise relative to their contrast
+    assert left.value < score.value < right.value
+
+
 def test_another_truth_within_the_block_has_scores_of_its_own():
     """A changed scene has a truth of its own, and the labels of the first."""
     found = labels()

@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from isethdr_core import ledger
-from isethdr_core.data.derived_once import once
+from isethdr_core.data.derived_once import intervals_wanted, once, with_intervals
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 from isethdr_core.truth import before_denoising
@@ -25,7 +25,7 @@ from ..regions import (
     regions_of,
     variance_stated,
 )
-from .photon_counts import Signal, estimated, of_signals
+from .photon_counts import Estimate, Signal, estimated, of_signals
 
 PAIRS = 4000  # drawn per object: the median is then known to about 0.01
 FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
@@ -35,6 +35,7 @@ SMOOTH = 7
 TIE = 1e-9  # probabilities this close count as equal
 # pairs looked at together: what is worked out on the way stays in the processor's memory
 PIECE = 8192
+NEXT = 32  # pairs next to each median of a further realisation that are worked out
 
 
 class Pairs(NamedTuple):
@@ -46,6 +47,10 @@ class Pairs(NamedTuple):
     dark: np.ndarray
     contrast: np.ndarray  # of the truth
 
+    def some(self, at: np.ndarray) -> Pairs:
+        """Return some of the pairs."""
+        return Pairs(*(values[at] for values in self))
+
 
 class Question(NamedTuple):
     """What contrast detection looks at in one region; all of it follows from truth and labels."""
@@ -55,6 +60,16 @@ class Question(NamedTuple):
     pixels: int  # of the region; of the frame those that have contrast
     # of each pair's first pixel among the pixels that are asked; None: each pair counts
     place: np.ndarray | None
+
+    def of_asked(self, values: np.ndarray) -> np.ndarray:
+        """Return the values of pairs as those of what is asked: pairs, or means over pixels."""
+        if self.place is None:
+            return values
+        return np.bincount(self.place, values) / np.bincount(self.place)
+
+    def of_pairs(self, asked: np.ndarray) -> np.ndarray:
+        """Return what holds for each pair or pixel that is asked, for every pair."""
+        return asked if self.place is None else asked[self.place]
 
     def independent(self, count: int) -> int:
         """Return how many of `count` pairs, or pixels, have noise of their own."""
@@ -69,6 +84,24 @@ class Expected(NamedTuple):
     variance: np.ndarray
     step: np.ndarray  # luminance of one electron
     valid: np.ndarray  # bool
+
+
+class Answer(NamedTuple):
+    """The probabilities of all pairs in one noise realisation."""
+
+    regions: list[Question]
+    pairs: Pairs  # of all regions, one after the other
+    value: np.ndarray  # of each pair, right where it may decide a median or an end of its interval
+    estimate: np.ndarray  # of each pair, `photon_counts.estimated`
+
+    def starts(self) -> np.ndarray:
+        """Return where the pairs of each region start."""
+        sizes = [region.pairs.first.size for region in self.regions]
+        return np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int)
+
+    def by_region(self, values: np.ndarray) -> list[np.ndarray]:
+        """Return the values of the pairs of each region."""
+        return np.split(values, self.starts()[1:])
 
 
 @dataclass(frozen=True)
@@ -101,36 +134,82 @@ class ContrastDetection:
         The interval is that of a median. It counts one pixel in `SMOOTH` x `SMOOTH` as independent,
         because the mean of the picture is taken over such windows.
         """
-        picture = before_denoising(picture)
-        if not variance_stated(picture, "contrast_detection", "probability"):
+        if not variance_stated(before_denoising(picture), "contrast_detection", "probability"):
             return []
-        model = self._model(picture, truth)
-        scores = []
+        answer = self._answer(picture, truth, labels)
+        return _medians(answer)
+
+    def further(self, picture, first, truth, labels=None):
+        """Return the medians of a further noise realisation of the picture `first`.
+
+        Notes
+        -----
+        The probability of a pair is that in the first realisation plus the change of its estimate,
+        whose error mostly cancels. The rest of the error is found from a few pairs next to each
+        median, whose probabilities are worked out, and is taken off the median.
+        """
+        if not variance_stated(before_denoising(picture), "contrast_detection", "probability"):
+            return []
+        with with_intervals():
+            answer = self._answer(first, truth, labels)
+        model = self._model(before_denoising(picture), truth)
+        changed = self._estimated(model, answer.pairs).value
+        values = answer.by_region(answer.value + changed - answer.estimate)
+        next_to = [_next_to_median(*both) for both in zip(answer.regions, values, strict=True)]
+        places = np.concatenate([at + k for at, k in zip(next_to, answer.starts(), strict=True)])
+        right = self._probability(model, answer.pairs.some(places))
+        rights = np.split(right, np.cumsum([at.size for at in next_to])[:-1])
+        return [
+            Score(
+                "contrast_detection", _median(region, of_region, at, right_there), "", region.name
+            )
+            for region, of_region, at, right_there in zip(
+                answer.regions, values, next_to, rights, strict=True
+            )
+            if of_region.size
+        ]
+
+    def of_parts(self, picture, truth, part):
+        """Return the median of the frame's pixels in each part of the frame."""
+        shown = before_denoising(picture)
+        count = int(part.max()) + 1
+        if not variance_stated(shown, "contrast_detection", "probability"):
+            return [[] for _ in range(count)]
+        model = self._model(shown, truth)
+        frame = self._of_frame(model.true)
+        number = part.ravel()[frame.pairs.first]
+        order = np.argsort(number, kind="stable")
+        places = np.split(order, np.searchsorted(number[order], np.arange(1, count)))
+        questions = []
+        for at in places:
+            pixels, place = np.unique(frame.place[at], return_inverse=True)
+            own = frame.pairs.some(at)
+            questions.append(Question("", own, pixels.size, place))
+        answer = self._right_near_medians(model, frame.pairs.some(order), questions)
+        return [
+            [Score("contrast_detection", float(np.median(question.of_asked(values))), "")]
+            if values.size
+            else []
+            for question, values in zip(questions, answer.by_region(answer.value), strict=True)
+        ]
+
+    def _answer(self, picture, truth, labels) -> Answer:
+        """Return the probabilities of the pairs of all regions."""
+        key = "contrast answer", self, intervals_wanted()
+        return once(key, (picture, truth, labels), lambda: self._found(picture, truth, labels))
+
+    def _found(self, picture, truth, labels) -> Answer:
+        model = self._model(before_denoising(picture), truth)
         regions = once(
             ("contrast", self.lowest_contrast_percent, self.reach),
             (truth, labels),
             lambda: self._asked(model.true, labels),
         )
         # all regions at once: many small calls would take several times as long
-        together = Pairs(
+        pairs = Pairs(
             *(np.concatenate(parts) for parts in zip(*(region.pairs for region in regions)))
         )
-        sizes = [region.pairs.first.size for region in regions]
-        value = self._right_near_medians(model, together, regions)
-        ends = np.cumsum(sizes)[:-1]
-        for region, values in zip(regions, np.split(value, ends), strict=True):
-            if region.place is not None:
-                values = np.bincount(region.place, values) / np.bincount(region.place)
-            if values.size:
-                median = median_interval(values, region.independent(values.size))
-                scores.append(Score("contrast_detection", median[0], "", region.name, *median[1:]))
-            else:
-                title = (
-                    f"contrast_detection of {region.name}" if region.name else "contrast_detection"
-                )
-                why = "no two pixels of the reference picture differ by the lowest contrast"
-                ledger.left_out(title, why, NAN, "probability")
-        return scores
+        return self._right_near_medians(model, pairs, regions)
 
     def map(self, picture, truth):
         """Return (y, x) the mean probability of each pixel's pairs with the pixels `reach` away;
@@ -166,10 +245,11 @@ class ContrastDetection:
         # line. The mean of the variances has no bias where electrons are few; their median has.
         shot_noise = local(picture["variance"].values[..., 1])
         _, step = noise_line(local_true[valid], shot_noise[valid])
-        other = local(variance) - step * local_y
+        local_variance = local(variance)
+        other = local_variance - step * local_y
         # a picture is a sum of several counts, which never leaves the gaps of a single one
         read = max(float(np.median(other[valid])) if valid.any() else 0.0, (SMEARED_E * step) ** 2)
-        variance = np.maximum(np.where(other >= 0, step * mean + other, local(variance)), 0.0)
+        variance = np.maximum(np.where(other >= 0, step * mean + other, local_variance), 0.0)
         shot = np.divide(variance - read, mean, out=np.zeros_like(y), where=mean > 0)
         return Expected(true, mean, variance, np.clip(shot, 0.0, step), valid)
 
@@ -277,7 +357,14 @@ class ContrastDetection:
         value = of_signals(*_signals(model, pairs), pairs.contrast, self.interval_percent / 100)
         return np.where(_both_valid(model, pairs), value, 0.0)
 
-    def _right_near_medians(self, model: Expected, pairs: Pairs, regions: list[Question]):
+    def _estimated(self, model: Expected, pairs: Pairs) -> Estimate:
+        """Return the estimated probability of each pair, and the bound on its error."""
+        interval = self.interval_percent / 100
+        found = estimated(*_signals(model, pairs), pairs.contrast, interval)
+        valid = _both_valid(model, pairs)
+        return Estimate(*(np.where(valid, values, 0.0) for values in found))
+
+    def _right_near_medians(self, model: Expected, pairs: Pairs, regions: list[Question]) -> Answer:
         """Return the probability of each pair; only those that may decide the median of their
         region, or the ends of its interval where that is wanted, are worked out.
 
@@ -296,16 +383,55 @@ class ContrastDetection:
         """
         bright, dark = _signals(model, pairs)
         interval = self.interval_percent / 100
-        valid = _both_valid(model, pairs)
-        estimate = estimated(bright, dark, pairs.contrast, interval)
-        value = np.where(valid, estimate.value, 0.0)
-        bound = np.where(valid, estimate.bound, 0.0)
+        estimate, bound = self._estimated(model, pairs)
+        value = estimate.copy()
         for first_guess in (True, False):
             uncertain = np.flatnonzero(_may_be_median(value, bound, regions, first_guess))
             signals = (Signal(*(values[uncertain] for values in of)) for of in (bright, dark))
             value[uncertain] = of_signals(*signals, pairs.contrast[uncertain], interval)
             bound[uncertain] = 0.0
-        return value
+        return Answer(regions, pairs, value, estimate)
+
+
+def _medians(answer: Answer) -> list[Score]:
+    """Return the score of each region."""
+    scores = []
+    for region, values in zip(answer.regions, answer.by_region(answer.value), strict=True):
+        if not values.size:
+            title = f"contrast_detection of {region.name}" if region.name else "contrast_detection"
+            why = "no two pixels of the reference picture differ by the lowest contrast"
+            ledger.left_out(title, why, NAN, "probability")
+            continue
+        asked = region.of_asked(values)
+        median, low, high = median_interval(asked, region.independent(asked.size))
+        scores.append(Score("contrast_detection", median, "", region.name, low, high))
+    return scores
+
+
+def _next_to_median(region: Question, values: np.ndarray) -> np.ndarray:
+    """Return `NEXT` pairs of a region, as indices, that are next to its median, or the pairs of a
+    few pixels that are.
+    """
+    if not values.size:
+        return np.zeros(0, int)
+    asked = region.of_asked(values)
+    distance = np.abs(asked - np.median(asked))
+    count = max(NEXT * asked.size // values.size, 1)
+    next_to = np.zeros(asked.size, bool)
+    next_to[np.argsort(distance)[:count]] = True
+    return np.flatnonzero(region.of_pairs(next_to))
+
+
+def _median(region: Question, values: np.ndarray, at: np.ndarray, right: np.ndarray) -> float:
+    """Return the median of a region, less the error of the values next to it.
+
+    Parameters
+    ----------
+    region : whose median it is. `values` : of its pairs.
+    at : pairs next to the median, as indices. `right` : their probabilities.
+    """
+    median = float(np.median(region.of_asked(values)) + np.mean(right - values[at]))
+    return min(max(median, 0.0), 1.0)
 
 
 def _may_be_median(value, bound, regions: list[Question], first_guess: bool):
@@ -324,15 +450,11 @@ def _may_be_median(value, bound, regions: list[Question], first_guess: bool):
         start = end
         end = end + region.pairs.first.size
         some = slice(start, end)
-        place = region.place
         if start == end:
             continue
-        least = value[some] - bound[some]
-        most = value[some] + bound[some]
-        middle = value[some]
-        if place is not None:
-            count = np.bincount(place)
-            least, most, middle = (np.bincount(place, v) / count for v in (least, most, middle))
+        least = region.of_asked(value[some] - bound[some])
+        most = region.of_asked(value[some] + bound[some])
+        middle = region.of_asked(value[some])
         low, high = (middle, middle) if first_guess else (least, most)
         shares = median_shares(region.independent(len(middle)))
         # a little wider: sums in another order are rounded differently
@@ -341,7 +463,7 @@ def _may_be_median(value, bound, regions: list[Question], first_guess: bool):
         near = np.zeros(len(middle), bool)
         for at_least, at_most in zip(from_below, to_above, strict=True):
             near |= (most >= at_least) & (least <= at_most)
-        uncertain[some] &= near if place is None else near[place]
+        uncertain[some] &= region.of_pairs(near)
     return uncertain
 
 

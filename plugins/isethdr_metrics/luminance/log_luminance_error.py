@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Luminance
-from ..regions import luminances, mean_of, regions_of
+from ..regions import luminances, mean_of, means_of_parts, regions_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class LogLuminanceError:
     """Rms of log10 (luminance / true luminance), for the frame and for each object."""
+
+    # of the picture, nearly: isethdr_core.uncertainty.score_errors may ask for some of it
+    MEAN_OF_PARTS: ClassVar[bool] = True
 
     # lower luminances are raised to this value, because an estimate of 0 or less has no logarithm
     floor_cd_m2: Luminance = 1e-3
@@ -42,12 +45,21 @@ class LogLuminanceError:
         A saturated pixel counts with the luminance that the picture gives it, which is the highest
         that it can measure.
         """
+        square = self._square(picture, truth)
+        return [
+            Score("log_luminance_error", value, "log10", region.name, low, high)
+            for region in regions_of(square.shape, labels)
+            for value, low, high in [np.sqrt(mean_of(square, region)).tolist()]
+        ]
+
+    def of_parts(self, picture, truth, part):
+        """Return the score of each part of the frame."""
+        values = np.sqrt(means_of_parts(self._square(picture, truth), part))
+        return [[Score("log_luminance_error", float(value), "log10")] for value in values]
+
+    def _square(self, picture, truth) -> np.ndarray:
         y, true, _ = luminances(picture, truth)
         floor = self.floor_cd_m2
         true_log = once(("log", floor), (truth,), lambda: np.log10(np.maximum(true, floor)))
-        square = (np.log10(np.fmax(y, floor)) - true_log) ** 2
-        return [
-            Score("log_luminance_error", value, "log10", region.name, low, high)
-            for region in regions_of(y.shape, labels)
-            for value, low, high in [np.sqrt(mean_of(square, region)).tolist()]
-        ]
+        square: np.ndarray = (np.log10(np.fmax(y, floor)) - true_log) ** 2
+        return square

@@ -17,7 +17,7 @@ from isethdr_core.physics.colour import colour_spaces
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import White
-from ..regions import luminances, mean_of, regions_of
+from ..regions import luminances, mean_of, means_of_parts, regions_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,9 +61,36 @@ class Ciede2000:
         CIELAB is defined for surfaces and not for lamps. A pixel that is not valid counts as white,
         as `display_view.display` shows it.
         """
-        _, true, valid = luminances(picture, truth)
         white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
-        score, function, unit = self.formula
+        difference = self._map(picture, truth, white)
+        use = luminances(picture, truth)[1] <= white
+        share = 1 - use.mean()
+        if share > 0:
+            why = "CIELAB has no meaning there"
+            ledger.left_out("pixels above the white", why, share, "share of the frame")
+        score, _, unit = self.formula
+        scores = []
+        for region in regions_of(use.shape, labels):
+            if region.of(use).any():
+                value, low, high = mean_of(difference, region, use)
+                scores.append(Score(score, value, unit, region.name, low, high))
+        return [*scores, Score(self.WHITE_SCORE, float(white), "cd m-2")]
+
+    def of_parts(self, picture, truth, part):
+        """Return the colour difference of each part of the frame."""
+        white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
+        use = luminances(picture, truth)[1] <= white
+        score, _, unit = self.formula
+        values = means_of_parts(self._map(picture, truth, white), part, use)
+        return [[Score(score, float(value), unit)] for value in values]
+
+    def _map(self, picture, truth, white: float) -> np.ndarray:
+        """Return the colour difference (y, x) of each pixel; not to be changed."""
+        key = "colour difference", self.formula, float(white)
+        return once(key, (picture, truth), lambda: self._differences(picture, truth, white))
+
+    def _differences(self, picture, truth, white: float) -> np.ndarray:
+        _, _, valid = luminances(picture, truth)
         white_xyz = white * colour_spaces.D65_XYZ
         shown_xyz = np.where(valid[..., None], picture["xyz"].values, white_xyz)
         true_lab = once(
@@ -71,20 +98,10 @@ class Ciede2000:
             (truth,),
             lambda: colour_spaces.lab(truth["xyz"].values, white_xyz),
         )
-        difference = getattr(colour_spaces, function)(
+        difference: np.ndarray = getattr(colour_spaces, self.formula[1])(
             true_lab, colour_spaces.lab(shown_xyz, white_xyz)
         )
-        use = true <= white
-        share = 1 - use.mean()
-        if share > 0:
-            why = "CIELAB has no meaning there"
-            ledger.left_out("pixels above the white", why, share, "share of the frame")
-        scores = []
-        for region in regions_of(true.shape, labels):
-            if region.of(use).any():
-                value, low, high = mean_of(difference, region, use)
-                scores.append(Score(score, value, unit, region.name, low, high))
-        return [*scores, Score(self.WHITE_SCORE, float(white), "cd m-2")]
+        return difference
 
 
 @dataclass(frozen=True)

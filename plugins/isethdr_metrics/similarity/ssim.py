@@ -14,7 +14,7 @@ from isethdr_core.errors import UnitError
 from isethdr_core.plugins.ranges import check_ranges
 
 from ..limits import Compression, White
-from ..regions import luminances, mean_of, regions_of
+from ..regions import luminances, mean_of, means_of_parts, regions_of
 from .structural_similarity import similarity
 
 if TYPE_CHECKING:
@@ -56,14 +56,33 @@ class Ssim:
         are averaged. The similarity of a pixel that is not valid is 0, unless the reference picture
         is above the white there: a display then shows both as white.
         """
+        white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
+        similarities = self._map(picture, truth, white)
+        scores = [
+            Score("ssim", value, "", region.name, low, high)
+            for region in regions_of(similarities.shape, labels)
+            for value, low, high in [mean_of(similarities, region)]
+        ]
+        return [*scores, Score(self.WHITE_SCORE, float(white), "cd m-2")]
+
+    def of_parts(self, picture, truth, part):
+        """Return the score of each part of the frame."""
+        white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
+        values = means_of_parts(self._map(picture, truth, white), part)
+        return [[Score("ssim", float(value), "")] for value in values]
+
+    def _map(self, picture, truth, white: float) -> np.ndarray:
+        """Return the similarity (y, x) of each pixel; not to be changed."""
+        key = "ssim", float(white), self.compression
+        return once(key, (picture, truth), lambda: self._similarities(picture, truth, white))
+
+    def _similarities(self, picture, truth, white: float) -> np.ndarray:
         _, true, valid = luminances(picture, truth)
-        shape = valid.shape
-        if min(shape) < 11:
+        if min(valid.shape) < 11:
             raise UnitError(
-                f"a picture of {shape} pixels is smaller than the window of SSIM; "
+                f"a picture of {valid.shape} pixels is smaller than the window of SSIM; "
                 "expected at least 11 rows and columns"
             )
-        white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
         true_shown = once(
             ("display", float(white), self.compression),
             (truth,),
@@ -72,7 +91,7 @@ class Ssim:
         displayed = true_shown, display(picture, white, self.compression)
         # float32 halves the time; the smallest stabilising constant is 6.5, rounding of the
         # windowed squares 2e-3
-        similarities = (
+        similarities: np.ndarray = (
             sum(
                 similarity(*(p[..., k].astype(np.float32) for p in displayed), data_range=255.0)
                 for k in range(3)
@@ -80,9 +99,4 @@ class Ssim:
             / 3
         )
         similarities[~valid & (true < white)] = 0.0
-        scores = [
-            Score("ssim", value, "", region.name, low, high)
-            for region in regions_of(shape, labels)
-            for value, low, high in [mean_of(similarities, region)]
-        ]
-        return [*scores, Score(self.WHITE_SCORE, float(white), "cd m-2")]
+        return similarities

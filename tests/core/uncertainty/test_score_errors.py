@@ -241,6 +241,47 @@ def test_parts_are_all_of_the_picture_three_of_them_have_some_of_every_row_and_c
     assert changed_scenes.parts_of(uniform_shot(0.1).truth) == []
 
 
+def test_each_pixel_has_the_number_of_its_part():
+    parts = changed_scenes.parts_of(uniform_shot(0.1, LARGE).truth)
+    numbers = changed_scenes.numbers_of(parts)
+    assert numbers.shape == LARGE
+    for k, part in enumerate(parts):
+        assert (numbers[np.ix_(part["y"], part["x"])] == k).all()
+
+
+def test_one_exposure_shows_a_lot_in_some_parts_and_the_smoothed_scene_in_others():
+    """A camera that is linear and without blur: what is not exposed is the same as if it were."""
+    noise = 0.2 * np.random.default_rng(3).standard_normal(SMALL)
+    shot = uniform_shot(noise)
+    scenes = changed_scenes.ChangedScenes(shot)
+    smooth = np.arange(SMALL[1]) < 5 * np.ones((SMALL[0], 1))
+    exposed = scenes.exposed_in_parts(0, smooth)
+    for found, whole in ((exposed.by_lot, scenes.by_lot(0)), (exposed.smoothed, scenes.smoothed())):
+        for name in ("picture", "truth"):
+            # float32 of the light, 6e-8, and sums of seven bands
+            np.testing.assert_allclose(
+                getattr(found, name).xyz, getattr(whole, name).xyz, rtol=3e-6, err_msg=name
+            )
+    change = exposed.by_lot.picture.xyz.values[..., 1] / shot.picture.xyz.values[..., 1] - 1
+    np.testing.assert_allclose(np.abs(change), np.abs(noise), rtol=1e-4, atol=1e-5)
+
+
+def test_pixels_changed_beyond_the_top_of_the_sensor_are_saturated():
+    truth = uniform_shot(0.1).truth
+    level = np.linspace(1.0, 90.0, truth.xyz.size).reshape(truth.xyz.shape)
+    valid = np.ones(SMALL, bool)
+    valid[-1, -1] = False
+    before = truth.assign(xyz=truth.xyz.copy(data=level), valid=(("y", "x"), valid))
+    less = before.assign(xyz=before.xyz * 0.5)
+    opposite = changed_scenes.mirrored(Pair(before, truth), Pair(less, truth)).picture
+    # the opposite of half the light is half more, of which the top takes a tenth
+    top = level[valid, 1].max() * (1 + changed_scenes.TOP_SLACK)
+    np.testing.assert_array_equal(opposite.valid, valid & (1.5 * level[..., 1] <= top))
+    whole = before.assign(valid=truth.valid)
+    opposite = changed_scenes.mirrored(Pair(whole, truth), Pair(less, truth)).picture
+    assert opposite.valid.all()  # nothing tells the top
+
+
 def test_a_part_is_what_its_indices_choose():
     picture = uniform_shot(0.1, LARGE).truth
     picture = picture.assign(
