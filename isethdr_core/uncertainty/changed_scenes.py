@@ -201,7 +201,8 @@ class ChangedScenes:
 
     @cached_property
     def _smoothing(self) -> np.ndarray:
-        return smoothing_change(self._halves, self._level_cd_m2)
+        change: np.ndarray = smoothing_change(self._halves, self._level_cd_m2)
+        return change
 
     def _light_factor(self, change: np.ndarray) -> np.ndarray:
         """Return the light (plane, y, x) of a changed scene over that of the scene."""
@@ -218,7 +219,8 @@ class ChangedScenes:
         after, before = (
             resample_mean(planes.sum(axis=0), *self._pixels) for planes in (light * factor, light)
         )
-        return np.divide(after, before, out=np.ones_like(before), where=before > 0)
+        factors: np.ndarray = np.divide(after, before, out=np.ones_like(before), where=before > 0)
+        return factors
 
     @property
     def _pixels(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, float]:
@@ -253,7 +255,13 @@ class ChangedScenes:
 
 
 def where_exposed(picture: xr.Dataset, exposed: xr.Dataset, where: np.ndarray) -> xr.Dataset:
-    """Return `picture` with the pixels `where` (y, x) of another picture on its grid."""
+    """Return `picture` with some pixels of another picture on its grid.
+
+    Parameters
+    ----------
+    picture, exposed : pictures or reference pictures (y, x).
+    where : (y, x) bool, pixels that are those of `exposed`.
+    """
     variables = {}
     for name in _unlike(picture, exposed):
         values = picture[name].values.copy(order="K")

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard, TypeVar, cast
 
 import numpy as np
@@ -479,7 +480,7 @@ def _scores_of_parts(
         for metric in metrics:
             if not isinstance(metric, ScoresParts):
                 continue
-            scores = _quietly(lambda m=metric: m.of_parts(*pair, numbers))
+            scores = _quietly(partial(metric.of_parts, *pair, numbers))
             for values, of_part in zip(out, scores, strict=True):
                 values |= _values(of_part)
     one_by_one = [metric for metric in metrics if not isinstance(metric, ScoresParts)]

@@ -205,7 +205,9 @@ def mean_of(
     return mean, float(low), float(high)
 
 
-def means_of_parts(values, part, use=None) -> np.ndarray:
+def means_of_parts(
+    values: np.ndarray, part: np.ndarray, use: np.ndarray | None = None
+) -> np.ndarray:
     """Return the mean of `values` (y, x) over each part of the frame; NaN where none counts.
 
     Parameters

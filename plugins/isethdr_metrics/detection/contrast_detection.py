@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from ..regions import (
     variance_stated,
 )
 from .photon_counts import Estimate, Signal, estimated, of_signals
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PAIRS = 4000  # drawn per object: the median is then known to about 0.01
 FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
@@ -139,8 +142,19 @@ class ContrastDetection:
         answer = self._answer(picture, truth, labels)
         return _medians(answer)
 
-    def further(self, picture, first, truth, labels=None):
+    def further(
+        self,
+        picture: xr.Dataset,
+        first: xr.Dataset,
+        truth: xr.Dataset,
+        labels: xr.Dataset | None = None,
+    ) -> list[Score]:
         """Return the medians of a further noise realisation of the picture `first`.
+
+        Parameters
+        ----------
+        picture, first, truth : both realisations and the reference picture on one grid (y, x).
+        labels : labels on that grid, or None.
 
         Notes
         -----
@@ -169,8 +183,16 @@ class ContrastDetection:
             if of_region.size
         ]
 
-    def of_parts(self, picture, truth, part):
-        """Return the median of the frame's pixels in each part of the frame."""
+    def of_parts(
+        self, picture: xr.Dataset, truth: xr.Dataset, part: np.ndarray
+    ) -> list[list[Score]]:
+        """Return the median over the frame's pixels of each part of the frame.
+
+        Parameters
+        ----------
+        picture, truth : picture and reference picture on one grid (y, x).
+        part : (y, x), number of the part of each pixel, from 0.
+        """
         shown = before_denoising(picture)
         count = int(part.max()) + 1
         if not variance_stated(shown, "contrast_detection", "probability"):
@@ -193,12 +215,12 @@ class ContrastDetection:
             for question, values in zip(questions, answer.by_region(answer.value), strict=True)
         ]
 
-    def _answer(self, picture, truth, labels) -> Answer:
+    def _answer(self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None) -> Answer:
         """Return the probabilities of the pairs of all regions."""
         key = "contrast answer", self, intervals_wanted()
         return once(key, (picture, truth, labels), lambda: self._found(picture, truth, labels))
 
-    def _found(self, picture, truth, labels) -> Answer:
+    def _found(self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None) -> Answer:
         model = self._model(before_denoising(picture), truth)
         regions = once(
             ("contrast", self.lowest_contrast_percent, self.reach),

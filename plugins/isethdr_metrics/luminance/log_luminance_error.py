@@ -52,12 +52,20 @@ class LogLuminanceError:
             for value, low, high in [np.sqrt(mean_of(square, region)).tolist()]
         ]
 
-    def of_parts(self, picture, truth, part):
-        """Return the score of each part of the frame."""
+    def of_parts(
+        self, picture: xr.Dataset, truth: xr.Dataset, part: np.ndarray
+    ) -> list[list[Score]]:
+        """Return the score of each part of the frame.
+
+        Parameters
+        ----------
+        picture, truth : picture and reference picture on one grid (y, x).
+        part : (y, x), number of the part of each pixel, from 0.
+        """
         values = np.sqrt(means_of_parts(self._square(picture, truth), part))
         return [[Score("log_luminance_error", float(value), "log10")] for value in values]
 
-    def _square(self, picture, truth) -> np.ndarray:
+    def _square(self, picture: xr.Dataset, truth: xr.Dataset) -> np.ndarray:
         y, true, _ = luminances(picture, truth)
         floor = self.floor_cd_m2
         true_log = once(("log", floor), (truth,), lambda: np.log10(np.maximum(true, floor)))

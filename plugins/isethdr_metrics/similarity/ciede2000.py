@@ -76,20 +76,28 @@ class Ciede2000:
                 scores.append(Score(score, value, unit, region.name, low, high))
         return [*scores, Score(self.WHITE_SCORE, float(white), "cd m-2")]
 
-    def of_parts(self, picture, truth, part):
-        """Return the colour difference of each part of the frame."""
+    def of_parts(
+        self, picture: xr.Dataset, truth: xr.Dataset, part: np.ndarray
+    ) -> list[list[Score]]:
+        """Return the colour difference of each part of the frame.
+
+        Parameters
+        ----------
+        picture, truth : picture and reference picture on one grid (y, x).
+        part : (y, x), number of the part of each pixel, from 0.
+        """
         white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
         use = luminances(picture, truth)[1] <= white
         score, _, unit = self.formula
         values = means_of_parts(self._map(picture, truth, white), part, use)
         return [[Score(score, float(value), unit)] for value in values]
 
-    def _map(self, picture, truth, white: float) -> np.ndarray:
+    def _map(self, picture: xr.Dataset, truth: xr.Dataset, white: float) -> np.ndarray:
         """Return the colour difference (y, x) of each pixel; not to be changed."""
         key = "colour difference", self.formula, float(white)
         return once(key, (picture, truth), lambda: self._differences(picture, truth, white))
 
-    def _differences(self, picture, truth, white: float) -> np.ndarray:
+    def _differences(self, picture: xr.Dataset, truth: xr.Dataset, white: float) -> np.ndarray:
         _, _, valid = luminances(picture, truth)
         white_xyz = white * colour_spaces.D65_XYZ
         shown_xyz = np.where(valid[..., None], picture["xyz"].values, white_xyz)

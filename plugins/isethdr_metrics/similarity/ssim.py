@@ -65,18 +65,26 @@ class Ssim:
         ]
         return [*scores, Score(self.WHITE_SCORE, float(white), "cd m-2")]
 
-    def of_parts(self, picture, truth, part):
-        """Return the score of each part of the frame."""
+    def of_parts(
+        self, picture: xr.Dataset, truth: xr.Dataset, part: np.ndarray
+    ) -> list[list[Score]]:
+        """Return the score of each part of the frame.
+
+        Parameters
+        ----------
+        picture, truth : picture and reference picture on one grid (y, x).
+        part : (y, x), number of the part of each pixel, from 0.
+        """
         white = self.white_cd_m2 or once("white", (truth,), lambda: white_cd_m2(truth))
         values = means_of_parts(self._map(picture, truth, white), part)
         return [[Score("ssim", float(value), "")] for value in values]
 
-    def _map(self, picture, truth, white: float) -> np.ndarray:
+    def _map(self, picture: xr.Dataset, truth: xr.Dataset, white: float) -> np.ndarray:
         """Return the similarity (y, x) of each pixel; not to be changed."""
         key = "ssim", float(white), self.compression
         return once(key, (picture, truth), lambda: self._similarities(picture, truth, white))
 
-    def _similarities(self, picture, truth, white: float) -> np.ndarray:
+    def _similarities(self, picture: xr.Dataset, truth: xr.Dataset, white: float) -> np.ndarray:
         _, true, valid = luminances(picture, truth)
         if min(valid.shape) < 11:
             raise UnitError(
