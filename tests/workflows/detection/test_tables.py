@@ -13,6 +13,7 @@ from isethdr_workflows.dataset.study.intervals import Mean
 from isethdr_workflows.detection.levels import at_levels, crossing
 from isethdr_workflows.detection.observer.observing import Check, Observer
 from isethdr_workflows.detection.page import (
+    d_text,
     markdown,
     means_csv,
     objects_csv,
@@ -259,6 +260,7 @@ def test_a_geometric_mean_of_d_has_the_interval_of_its_logarithm():
     assert mean.value == pytest.approx(1.0)
     # logarithms of -2, 0, 2 decades: Student 4.303 times 2 over the root of 3
     assert math.log10(mean.high) == pytest.approx(4.303 * 2 / 3**0.5, rel=1e-3)
+    assert d_text(replace(mean, low=0.5, high=1206.4)) == "1 (0.5 to 1206)"
 
 
 def test_shares_are_shown_in_thousandths_and_roads_in_whole_numbers():

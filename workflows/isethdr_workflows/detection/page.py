@@ -36,7 +36,8 @@ OVERSTATED = 0.05  # share of objects
 
 
 MOST_ABREAST = 4  # cameras whose columns stand beside each other in Markdown
-COUNTED_TABLES = ("all", "class", "light")  # of which counting has tables of its own
+# of which counting has tables of its own
+COUNTED_TABLES = ("all", "class", "light", "light and distance")
 BESIDE_TABLES = ("all", "class", "light", "distance")  # with d' of noise, transfer and recall
 
 
@@ -322,10 +323,16 @@ def _beside_table(
 
 
 def d_text(mean: Mean) -> str:
-    """Return d' with its interval for people: `12.4 (9.81 to 15.7)`."""
+    """Return d' with its interval for people: `12.4 (9.8 to 1206)`."""
+    if not math.isfinite(mean.value):
+        return "–"
     if not math.isfinite(mean.low):
-        return number(mean.value)
-    return f"{number(mean.value)} ({number(mean.low)} to {number(mean.high)})"
+        return _three_digits(mean.value)
+    return f"{_three_digits(mean.value)} ({_three_digits(mean.low)} to {_three_digits(mean.high)})"
+
+
+def _three_digits(value: float) -> str:
+    return f"{value:.3g}" if value < 100 else f"{value:.0f}"  # no powers of ten
 
 
 def _curve_table(
