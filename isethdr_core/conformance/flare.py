@@ -1,5 +1,5 @@
-"""Promises of a flare: an aperture removes light, scatter is a probability, added light is linear
-in the scene.
+"""Promises of a flare: an aperture removes light, scatter is a probability, added and redirected
+light is linear in the scene.
 """
 
 from __future__ import annotations
@@ -8,8 +8,16 @@ from functools import partial
 
 import numpy as np
 
-from ..data.quantities import check_irradiance
-from ..plugins.protocols import FLARES, AddsLight, Flare, Lens, ScattersLight, TransmitsPupil
+from ..data.quantities import check_irradiance, check_mixed
+from ..plugins.protocols import (
+    FLARES,
+    AddsLight,
+    Flare,
+    Lens,
+    RedirectsLight,
+    ScattersLight,
+    TransmitsPupil,
+)
 from .inputs import damaged_planes, mixed, some
 from .promise import close, holds, keeps, refuses, repeatable, same
 
@@ -29,7 +37,7 @@ def check(subject: str, flare: Flare) -> None:
     """Check one flare, alone and in an installed lens."""
     holds(
         subject,
-        "has at least one of the methods pupil, scatter, irradiance",
+        "has at least one of the methods pupil, scatter, irradiance, radiance",
         isinstance(flare, FLARES),
     )
     if isinstance(flare, TransmitsPupil):
@@ -38,7 +46,9 @@ def check(subject: str, flare: Flare) -> None:
         check_scatter(subject, flare)
     if isinstance(flare, AddsLight):
         check_added(subject, flare)
-    check_in_lens(subject, flare, isinstance(flare, AddsLight))
+    if isinstance(flare, RedirectsLight):
+        check_redirected(subject, flare)
+    check_in_lens(subject, flare, isinstance(flare, AddsLight | RedirectsLight))
 
 
 def check_pupil(subject: str, flare: TransmitsPupil) -> None:
@@ -124,6 +134,36 @@ def check_added(subject: str, flare: AddsLight) -> None:
         refuses(subject, fault, partial(flare.irradiance, lens, damaged))
 
 
+def check_redirected(subject: str, flare: RedirectsLight) -> None:
+    """Check light that a flare in front of the lens leaves: radiance of the same tiles, linear,
+    and of even light no more.
+    """
+    lens = _lens()
+    left = repeatable(subject, lambda m: flare.radiance(lens, m), field)
+    with keeps(subject, "radiance(lens, mixed) returns mixed radiance"):
+        check_mixed(left)
+    holds(subject, "radiance keeps the tiles", left.shape == field().shape, str(left.shape))
+    double = flare.radiance(lens, field(2.0 * field().values))
+    close(
+        subject,
+        "redirected light is linear in radiance",
+        double.values,
+        2.0 * left.values,
+        1e-5,
+        1e-5 * float(left.max()),
+    )
+    even = flare.radiance(lens, field(np.ones(field().shape)))
+    # 1e-6: rounding of float32 sums
+    holds(
+        subject,
+        "even light becomes no brighter",
+        float(even.max()) <= 1 + 1e-6,
+        f"{float(even.max()):.7g}",
+    )
+    for fault, damaged in damaged_planes(field()):
+        refuses(subject, fault, partial(flare.radiance, lens, damaged))
+
+
 def check_in_lens(subject: str, flare: Flare, adds: bool) -> None:
     """Check a lens with this flare: valid, repeatable, and without more light than the open lens
     unless it adds light.
@@ -132,7 +172,8 @@ def check_in_lens(subject: str, flare: Flare, adds: bool) -> None:
     ----------
     subject : name of the component in messages, for example "lens 'wavefront'".
     flare : flare under test.
-    adds : whether the flare adds light; the energy is then not compared.
+    adds : whether the flare adds light or lets it in from beyond the field; the energy is then not
+        compared.
     """
     lens = _lens()
     dirty = repeatable(subject, lambda m: lens(m, flares=(flare,)), field)

@@ -40,6 +40,8 @@ COMPONENTS = [
     Component("flare", "ideal", "isethdr_optics.flare.aperture:IdealFlare"),
     Component("flare", "aperture", "isethdr_optics.flare.aperture:ApertureFlare"),
     Component("flare", "haze", "isethdr_optics.flare.haze:HazeFlare"),
+    Component("flare", "drops", "isethdr_optics.flare.drops:DropsFlare"),
+    Component("flare", "film", "isethdr_optics.flare.film:FilmFlare"),
     Component("flare", "windscreen", "isethdr_optics.flare.windscreen:WindscreenFlare"),
     Component("flare", "ghosts", "isethdr_optics.flare.ghosts.ghost_flare:GhostFlare"),
 ]

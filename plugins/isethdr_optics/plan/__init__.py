@@ -4,6 +4,7 @@ Uses imaging, field, psf and flare. Only the lenses use it.
 
 | module            | content                                                                  |
 |-------------------|--------------------------------------------------------------------------|
+| `behind_glass`    | a lens behind drops or a film, which change the light before it          |
 | `depth_layers`    | the light of a lens focused at one distance, by the depth of every tile  |
 | `imaging_seconds` | run time estimate of a lens for one frame                                |
 | `lens_plan`       | the plan of one lens and one field, applied to light                     |

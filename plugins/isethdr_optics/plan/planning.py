@@ -28,7 +28,8 @@ from ..imaging.accuracy_shares import CONVOLUTION, LEFT
 from ..imaging.field_optics import field_optics
 from ..imaging.kernel_statements import Margin, kernel_notes
 from ..imaging.wing_truncation import truncation_noise_share
-from . import depth_layers
+from . import behind_glass, depth_layers
+from .behind_glass import PlanBehindGlass
 from .depth_layers import DefocusedPlan
 from .lens_plan import LensPlan
 from .region import region
@@ -55,11 +56,12 @@ def plan(
     field: xr.DataArray,
     response: Response | None,
     budget: LightBudget,
-) -> LensPlan | DefocusedPlan:
+) -> LensPlan | DefocusedPlan | PlanBehindGlass:
     """Return the plan of imaging a field; arguments as
     `isethdr_core.plugins.protocols.PlansImaging.plan`.
 
-    A lens focused at a distance blurs the field by its depth first, in layers.
+    Flares in front of the lens change the field first. A lens focused at a distance then blurs it
+    by its depth, in layers.
 
     Parameters
     ----------
@@ -74,6 +76,22 @@ def plan(
     ConfigError : a lens is focused at a distance, and the field has no depth.
     UnitError : `field` is no mixed radiance, or holds negative or non-finite light.
     """
+    front, flares = behind_glass.split(flares)
+    if not front:
+        return _plan_in_air(lens, flares, field, response, budget)
+    glass = behind_glass.glass(lens, front, field)
+    made = _plan_in_air(lens, flares, glass.behind, response, budget)
+    return PlanBehindGlass(glass, made, made.terms, (*glass.notes, *made.left_out))
+
+
+def _plan_in_air(
+    lens: LensOptics,
+    flares: Sequence[Flare],
+    field: xr.DataArray,
+    response: Response | None,
+    budget: LightBudget,
+) -> LensPlan | DefocusedPlan:
+    """Return the plan of a lens with nothing in front of it, as `plan`."""
     if not isinstance(lens, BlursByDepth) or lens.focus_m == "hyperfocal":
         return _plan(lens, flares, field, response, budget)
     for _, component in components(field):

@@ -1,0 +1,43 @@
+"""In front: checks of what changes the radiance in front of a lens, such as drops and films."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from isethdr_core import quantities
+from isethdr_core.data.temporal_modulation import components
+from isethdr_core.errors import ConfigError
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import xarray as xr
+
+
+def checked_values(mixed: xr.DataArray) -> npt.NDArray[np.floating]:
+    """Return the values of mixed radiance ([component,] wavelength, y, x).
+
+    Raises
+    ------
+    UnitError : it is no mixed radiance, or holds negative or non-finite light.
+    """
+    for _, plane in components(mixed):
+        quantities.check_mixed(plane)
+    return np.asarray(mixed.values)
+
+
+def check_grid(mixed: xr.DataArray, name: str) -> None:
+    """Raise ConfigError unless the tiles of a field are even in tangents.
+
+    Parameters
+    ----------
+    mixed : mixed radiance.
+    name : of the flare, for the message.
+    """
+    projection = mixed.attrs.get("projection", "tangent")
+    if projection != "tangent":
+        raise ConfigError(
+            f"flare {name} and a field in {projection!r} projection; expected tangents; remove this"
+            " flare"
+        )
