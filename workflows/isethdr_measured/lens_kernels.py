@@ -18,7 +18,6 @@ from isethdr_optics.pupil import sampled_pupil
 
 from isethdr_core import quantities
 from isethdr_core.demand import Demand, Response
-from isethdr_core.physics.optics import pupil as shapes
 from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.plugins.registry import build
 
@@ -29,7 +28,11 @@ WIDTH_NM = 10.0
 SIDE = 4  # tiles of a patch
 POINTS = 6  # of Gauss's rule from one tile's centre to the next, along each axis
 MORE_WAVELENGTHS = 4  # of Gauss's rule in a band, beside one per speckle that light moves by
-STRIPS = 800  # across the pupil, beside six per period of the outermost light
+# chords of the pupil; a smaller shape has this least share of them and one that grows with its
+# height, beside so many per period of the outermost light
+CHORDS = 2000
+LEAST_SHARE = 0.05
+MORE_CHORDS = 48
 WINGS_NM = (400.0, 550.0, 700.0)
 WINGS = ((20, 12), (66, 20), (150, 90))  # (x, y) tiles from the axis
 BANDS_NM = np.arange(400.0, 701.0, WIDTH_NM)
@@ -90,20 +93,19 @@ class Pupil:
         """Return the share of the light per um2 at points of the image, (y, x)."""
         scale_mm2 = 1e-6 * wave_nm * self.distance_mm
         along_x, along_y = (1e-3 * at / scale_mm2 for at in (x_um, y_um))  # cycles per mm
-        count = STRIPS + int(6 * np.abs(along_y).max() * 2 * self.radius_mm)
-        height = 2 * self.radius_mm / count
         field = np.zeros((len(y_um), len(x_um)), complex)
+        turns_per_mm = np.abs(along_x).max() + np.abs(along_y).max()
         for shape, amplitude in self.terms:
-            for place in shapes.GAUSS:
-                given = [(shape, amplitude / 2)], -self.radius_mm, height, count, (place,)
-                for strip, left, right, weight in shapes.chord_ends(*given):
-                    low = np.maximum(-self.radius_mm + strip * height, shape.low)
-                    high = np.minimum(-self.radius_mm + (strip + 1) * height, shape.high)
-                    level = low + place * (high - low)
-                    ends = [np.exp(-2j * np.pi * np.outer(along_x, end)) for end in (left, right)]
-                    across = (ends[0] - ends[1]) / (2j * np.pi * along_x[:, None])
-                    down = np.exp(-2j * np.pi * np.outer(along_y, level)) * (weight * height)
-                    field += down @ across.T
+            half_mm = (shape.high - shape.low) / 2
+            share = min(1.0, LEAST_SHARE + half_mm / self.radius_mm)
+            places, height = _by_cosine(int(CHORDS * share + MORE_CHORDS * turns_per_mm * half_mm))
+            level = shape.low + half_mm * (1 + places)
+            left, right = shape.chords(level)
+            hit = left < right
+            ends = [np.exp(-2j * np.pi * np.outer(along_x, end[hit])) for end in (left, right)]
+            across = (ends[0] - ends[1]) / (2j * np.pi * along_x[:, None])
+            down = np.exp(-2j * np.pi * np.outer(along_y, level[hit]))
+            field += (down * (amplitude * half_mm * height[hit])) @ across.T
         return np.abs(field) ** 2 * (1e-6 / (scale_mm2**2 * self.energy_mm2))
 
 
@@ -111,6 +113,15 @@ def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return places from -1/2 to 1/2 and their shares, which sum to 1, of Gauss's rule."""
     places, shares = np.polynomial.legendre.leggauss(count)
     return places / 2, shares / 2
+
+
+def _by_cosine(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return `count` places from -1 to 1 and their heights, by Gauss's two places in equal parts of
+    the angle whose cosine they are: chords of a disc, which end in a root, are exact.
+    """
+    parts = max(count // 2, 1)
+    angle = (np.arange(parts)[:, None] + 0.5 + _gauss(2)[0]).ravel() * np.pi / parts
+    return -np.cos(angle), np.sin(angle) * np.pi / (2 * parts)
 
 
 def optics() -> tuple[Any, tuple[Any, ...]]:

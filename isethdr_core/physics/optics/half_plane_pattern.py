@@ -13,14 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy.fft as sf
 
 from ..convolution import fourier
 from .lattice import ORDER, lattice_pitch_mm, spline_response, spline_taps
-from .pupil import GAUSS, chord_ends, strip_blocks
+from .pupil import GAUSS, Chords, gauss_chords, strip_blocks
 
 PERIOD = 2.4  # period of the field, in reaches; two reaches are the image itself
 # least distance from the image to its repetition, over the longer reach: light there is hardly
@@ -215,19 +215,10 @@ def draw(
     return np.cumsum(out, axis=1, out=out)
 
 
-class Chords(NamedTuple):
-    """Level lines through the shapes of a pupil."""
-
-    left: np.ndarray  # mm
-    right: np.ndarray
-    weight: np.ndarray  # amplitude x the part of a row of cells that the chord stands for
-    level: np.ndarray  # rows of cells from the top
-
-
 def chord_blocks(
     pupil: RealPupil, cell_mm: float, rows: int, strips: int, most: int
 ) -> Iterator[Chords]:
-    """Yield chords at Gauss's two places in every strip, from the top of the pupil down.
+    """Yield `pupil.gauss_chords` of all shapes in rows of cells, from the top of the pupil down.
 
     A large pupil with much dirt has a hundred million chords.
 
@@ -248,15 +239,10 @@ def chord_blocks(
         for shape, amplitude in pupil.terms:
             if shape.high < low_mm or shape.low > high_mm:
                 continue
-            for place in GAUSS:
-                shape_chords = chord_ends(
-                    [(shape, amplitude)], top, height, rows * strips, (place,), block
+            for chords in gauss_chords((shape, amplitude), top, height, rows * strips, block):
+                pieces.append(
+                    (chords.left, chords.right, chords.weight / strips, chords.level / strips)
                 )
-                for strip, left, right, weight in shape_chords:
-                    low = np.maximum(top + strip * height, shape.low)
-                    high = np.minimum(top + (strip + 1) * height, shape.high)
-                    level = (low + place * (high - low) - top) / cell_mm
-                    pieces.append((left, right, weight / (2 * strips), level))
         if pieces:
             yield Chords(*(np.concatenate(part) for part in zip(*pieces)))
 

@@ -108,17 +108,19 @@ def _means(place: Place, grid: _Grid, density: np.ndarray) -> np.ndarray:
     outer = np.hypot(last * pitch_x, place.reach * pitch_y) / min(pitch_x, pitch_y)
     count = int(np.ceil(max(6, outer * (long - short) / short / place.moves)))
     total = 0.0
-    for wave in short + (np.arange(count) + 0.5) / count * (long - short):
-        u = short / wave
+    # the light of a tile is a band-limited function of the wavelength, which Gauss's places
+    # integrate almost exactly: midpoints of equal parts leave up to ten times the error
+    places, weights = np.polynomial.legendre.leggauss(count)
+    for at, weight in zip(places, weights / 2):
+        u = short / ((short + long) / 2 + at * (long - short) / 2)
         right = _triangles(np.arange(place.first, last), u * pitch_x, grid.step_um * grid.columns)
         down = _triangles(
             np.arange(-place.reach, place.reach + 1),
             u * pitch_y,
             grid.step_um * np.arange(-far, far + 1),
         )
-        total = total + u**2 * (down @ (right @ density).T)
-    area = pitch_x * pitch_y
-    return np.asarray(total) * (area / count)
+        total = total + weight * u**2 * (down @ (right @ density).T)
+    return np.asarray(total) * (pitch_x * pitch_y)
 
 
 def _triangles(tiles: np.ndarray, pitch_um: float, at_um: np.ndarray) -> csr_array:

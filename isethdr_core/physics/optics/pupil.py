@@ -13,12 +13,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import prod
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 MOST_TERMS = 20000  # terms of `opening`; to compute them takes seconds
 GAUSS = (0.5 - 1 / 12**0.5, 0.5 + 1 / 12**0.5)  # places of the two-point rule, of equal weights
+# the lower of two places of equal weights that integrate a half disc, and straight lines, exactly
+HALF_DISC = (1 - (1 - np.pi**2 / 16) ** 0.5) / 2
 # level lines across a shape; they bound its sides, and the height of its image under a linear map
 LEVELS = 512
 
@@ -484,6 +486,57 @@ def chord_ends(
             left, right = shape.chords(top + place * (bottom - top))
             hit = (left < right) & (top < bottom)
             yield k[hit], left[hit], right[hit], ((bottom - top) / step * weight / len(places))[hit]
+
+
+class Chords(NamedTuple):
+    """Level lines through the shapes of a pupil, cut into rows."""
+
+    left: np.ndarray  # unit of the shapes
+    right: np.ndarray
+    weight: np.ndarray  # amplitude x the part of a row that the chord stands for
+    level: np.ndarray  # rows from the top
+
+
+def gauss_chords(
+    term: tuple[Convex, float], y0: float, step: float, count: int, block: slice
+) -> Iterator[Chords]:
+    """Yield the chords of one shape at Gauss's two places in every row.
+
+    Chords of a round shape grow with the root of the distance to its end. In the row of that end
+    Gauss's places are those in the root, which are exact for such chords and for straight ones: the
+    places of all other rows would leave 7e-3 of that row's chords, however fine the rows are.
+
+    Parameters
+    ----------
+    term : (shape, weight).
+    y0 : top of the first row, in the unit of the shapes.
+    step : height of a row, same unit.
+    count : number of rows.
+    block : rows to take, one of `strip_blocks`.
+    """
+    shape, weight = term
+    first, last = (np.clip((bound - y0) / step, 0, count) for bound in (shape.low, shape.high))
+    row = np.arange(max(int(first) - 1, block.start), min(int(last) + 2, block.stop))
+    top = np.maximum(y0 + row * step, shape.low)
+    bottom = np.minimum(y0 + (row + 1) * step, shape.high)
+    inside = top < bottom
+    top = top[inside]
+    bottom = bottom[inside]
+    begins = top == shape.low
+    ends = bottom == shape.high
+    whole = begins & ends
+    for place in GAUSS:
+        at = np.select(
+            [whole, begins, ends],
+            [HALF_DISC if place < 0.5 else 1 - HALF_DISC, place**2, 1 - place**2],
+            place,
+        )
+        share = np.where(begins ^ ends, place, 0.5)
+        level = top + at * (bottom - top)
+        left, right = shape.chords(level)
+        hit = left < right
+        part = share * (bottom - top) / step * weight
+        yield Chords(left[hit], right[hit], part[hit], ((level - y0) / step)[hit])
 
 
 def raster(

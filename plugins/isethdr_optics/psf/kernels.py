@@ -101,6 +101,7 @@ class Kernels:
     name: str | None = None  # under which they are kept on disk
     scaled: scaled_pattern.Frame | None = None  # of kernels from one pattern, which can have
     wide: Wide | None = None  # a wider exact core
+    fine_rings: bool = False  # read as `scaled_pattern.FINE`
     key: tuple = ()  # in the cache
 
     @cached_property
@@ -402,10 +403,11 @@ def with_core(computed: Kernels, tiles: int, fine_rings: bool = False) -> Kernel
 
     Parameters
     ----------
-    computed : the kernels.
+    computed : the kernels; such as have a smaller core and fine rings keep the rings.
     tiles : size of the core.
     fine_rings : compute the rings beyond the core again, as `scaled_pattern.FINE`.
     """
+    are_fine = fine_rings or computed.fine_rings
     key = (*computed.key, tiles, fine_rings)
     with _lock:
         making = _making.setdefault(key, Lock())
@@ -415,14 +417,14 @@ def with_core(computed: Kernels, tiles: int, fine_rings: bool = False) -> Kernel
                 _cache.move_to_end(key)
                 return _cache[key]
         name = _name(*computed.keep, *computed.key[2:5]) if computed.key else None
-        name = name and f"{name}-core-{tiles}{'-fine' * fine_rings}"
+        name = name and f"{name}-core-{tiles}{'-fine' * are_fine}"
         found = _stored_halves(name, *computed.keep, computed.scaled, tiles)
         if found is None:
             start = perf_counter()
             found = _with_core(computed, tiles, fine_rings)
             if name and perf_counter() - start > PATTERN_WORTH_KEEPING_S:
                 _store(name, found)
-        return _in_cache(key, replace(found, key=key))
+        return _in_cache(key, replace(found, key=key, fine_rings=are_fine))
 
 
 def _with_core(computed: Kernels, tiles: int, fine_rings: bool) -> Kernels:

@@ -33,9 +33,8 @@ USUAL_TILE = 1.9
 WIDE_TILE = 8.0
 WIDEST_TILE = 60.0  # wavelengths x f-number: the exact core of wider ones outgrows memory
 USUAL_ERROR = 0.03  # of a tile's light that these leave at most
-DENSE = 1.5  # wavelengths of an exact core per speckle that its border moves within a band
-# of a wider core, at Gauss's places: so many per speckle that its corner moves, and two more. They
-# are right to 2e-4, where the core is as right as direct sums can tell; 0.8 and one leave 4e-3
+# wavelengths of an exact core, at Gauss's places in a band: so many per speckle that its corner
+# moves, and two more. They leave 1e-5 to 1e-4, as many midpoints of equal parts 7e-3
 DENSE_GAUSS = 1.0
 MORE_GAUSS = 2
 MOST_WAVELENGTHS = 64  # of a band, however wide
@@ -50,8 +49,8 @@ COLUMNS = 8  # of tiles, looked at together; of wide ones, which hold more speck
 WIDE_COLUMNS = 2
 FINE_STRIPS = 5.0  # of a pupil's cell, for patterns right to 3e-4
 # of direct sums. Beside the axis light falls so steeply that they take half the step
-FINE_COLUMNS = {"step": 0.2, "moves": 0.5, "period": 6.0, "strips": 3.0}
-NEAREST_COLUMNS = {**FINE_COLUMNS, "step": 0.1}
+FINE_COLUMNS = {"step": 0.1, "moves": 0.25, "period": 6.0, "strips": 3.0}
+NEAREST_COLUMNS = {**FINE_COLUMNS, "step": 0.05}
 # over wide tiles, as `WIDE`
 WIDE_FINE_COLUMNS = {"step": 0.5, "moves": 0.5, "period": 6.0, "strips": 3.0}
 NEAREST = 8  # tiles from the axis: nearer, no error of a wider core was found
@@ -111,7 +110,7 @@ FINE = Rings(
     3.2,
     FINE_STRIPS,
     True,
-    {"step": 0.25, "moves": 0.5, "period": 4.0, "strips": 3.0},
+    {"step": 0.15, "moves": 0.5, "period": 4.0, "strips": 3.0},
 )
 # A pattern has no frequency above 1 / (wavelength x f-number), a tile hardly takes those above
 # 1 / width: a step of 0.8 takes none of the first kind for one of the second where tiles are wider
@@ -428,7 +427,7 @@ class Wavelengths(NamedTuple):
 
 
 def exact_halves(
-    lens, flares, frame: Frame, reach: tuple[int, int], apply: Callable = map, wide: bool = False
+    lens, flares, frame: Frame, reach: tuple[int, int], apply: Callable = map
 ) -> np.ndarray:
     """Return (band, y = 0 .. reach, x = -reach .. reach), integrated exactly over tiles and
     averaged over wavelengths of each band.
@@ -441,21 +440,14 @@ def exact_halves(
     lens : a lens of this package. `flares` : its flare components.
     frame : bands and tiles of the kernels.
     reach : (y, x) tiles from the axis. `apply` : `map`, or the `map` of a pool of threads.
-    wide : of a wider core, whose wavelengths are Gauss's.
     """
     blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
-    strips = FINE_STRIPS if wide else patterns.STRIPS
-    lattice = exact_tiles.exact_lattice(frame.pitch_um, reach, blur, strips)
+    lattice = exact_tiles.exact_lattice(frame.pitch_um, reach, blur, FINE_STRIPS)
     wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
     pattern = patterns.half_pattern(pupil_of(lens, flares, frame.shortest_nm), wave, lattice, apply)
     tiles = exact_tiles.ExactTiles(pattern, frame.pitch_um, reach)
 
     def one(band_nm):
-        if not wide:
-            waves = exact_wavelengths(lens, band_nm, frame.pitch_um, reach)
-            return sum(tiles.at(sampled_pupil.scaled_nm(lens, w)) for w in waves) / np.float32(
-                len(waves)
-            )
         rule = gauss_wavelengths(lens, band_nm, frame.pitch_um, reach)
         return sum(
             np.float32(share) * tiles.at(sampled_pupil.scaled_nm(lens, w))
@@ -463,26 +455,6 @@ def exact_halves(
         )
 
     return np.stack(list(apply(one, frame.edges_nm)))
-
-
-def exact_wavelengths(lens, band_nm, pitch_um, reach) -> np.ndarray:
-    """Return midpoints of equal sub-bands: from one to the next the pattern at `reach` moves by
-    1 / `DENSE` of a speckle at most.
-
-    Parameters
-    ----------
-    lens : a lens of this package.
-    band_nm : both ends of the band, nm.
-    pitch_um : (y, x) of a tile, um.
-    reach : (y, x) tiles from the axis to the border of the exact core.
-    """
-    low, high = band_nm
-    middle = (low + high) / 2
-    width = high - low
-    moved = max(r * p for r, p in zip(reach, pitch_um)) * width / middle
-    count = DENSE * moved / sampled_pupil.blur_um(lens, middle)
-    count = int(np.clip(np.ceil(count), 3 if width > 1.5 else 1, MOST_WAVELENGTHS))
-    return middle + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
 def gauss_wavelengths(lens, band_nm, pitch_um, reach) -> Wavelengths:
@@ -610,7 +582,7 @@ def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) ->
     tiles : from the axis to the border of the core. `apply` : `map`, or that of a pool of threads.
     """
     reach = wider_reach(frame, tiles)
-    exact = exact_halves(lens, flares, frame, reach, apply, wide=True)
+    exact = exact_halves(lens, flares, frame, reach, apply)
     order = np.argsort(frame.edges_nm[:, 0])
     last = max(2, reach[1] + 1 - columns_together(lens, frame))
     wide = wide_tiles(lens, frame)

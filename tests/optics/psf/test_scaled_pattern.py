@@ -114,19 +114,14 @@ def test_fine_rings_leave_a_third_of_the_usual_errors():
     assert found[1] < 1.6 * stated[1]  # a few columns stand for whole octaves
 
 
-def test_gauss_wavelengths_leave_no_error_in_a_wider_core():
+def test_gauss_wavelengths_leave_no_error_in_an_exact_core():
     frame = kernels._frame(LENS, DIRT, BANDS[2:], (4.3, 4.3), (90, 90), WIDTHS[:1])
-    made = scaled_pattern.exact_halves(LENS, DIRT, frame, (70, 70), wide=True)
-    lines = scaled_pattern.exact_halves(LENS, DIRT, frame, (70, 70))
-    wrong, light = (
-        scaled_pattern._wrong(
-            LENS, DIRT, replace(frame, reach=(70, 70)), one[0], 60, 0, **scaled_pattern.FINE_COLUMNS
-        )
-        for one in (made, lines)
-    )
-    share = [np.abs(w).sum() / k.sum() for w, k in (wrong, light)]
-    # direct sums are right to some 2e-4
-    assert share[0] < 8e-4 and share[0] < 0.5 * share[1]
+    core = scaled_pattern.exact_halves(LENS, DIRT, frame, (70, 70))
+    frame = replace(frame, reach=(70, 70))
+    columns = scaled_pattern.FINE_COLUMNS
+    wrong, light = scaled_pattern._wrong(LENS, DIRT, frame, core[0], 60, 0, **columns)
+    # as right as direct sums, 2e-4; as many midpoints of a band leave 4e-3
+    assert np.abs(wrong).sum() < 3e-4 * light.sum()
 
 
 @pytest.mark.slow

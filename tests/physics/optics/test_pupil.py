@@ -11,6 +11,7 @@ from isethdr_core.physics.optics.pupil import (
     dirt,
     disc,
     energy,
+    gauss_chords,
     opening,
     overlaps,
     raster,
@@ -174,3 +175,24 @@ def test_blocks_of_strips_hold_all_chords_once():
     )
     ordered = (a[:, np.lexsort(a)] for a in (in_blocks, together))
     np.testing.assert_array_equal(*ordered)
+
+
+def test_gauss_chords_fill_round_and_straight_shapes():
+    strips = -1.0, 0.1, 20
+    every = slice(0, 20)
+
+    def of_chords(shape):
+        parts = gauss_chords((shape, 2.0), *strips, every)
+        chords = [np.concatenate(part) for part in zip(*parts)]
+        left, right, weight, level = chords
+        area = weight * (right - left) * strips[1]
+        return area.sum(), (area * (strips[0] + strips[1] * level)).sum() / area.sum()
+
+    # six rows: Gauss's places in each of them would leave 1.2e-3
+    area, centre = of_chords(disc(0.0, 0.023, 0.3))
+    assert area == pytest.approx(2 * np.pi * 0.09, rel=4e-4)
+    assert centre == pytest.approx(0.023, abs=1e-4)
+    # within one row
+    assert of_chords(disc(0.0, 0.05, 0.04)) == pytest.approx((2 * np.pi * 0.0016, 0.05), rel=1e-9)
+    # straight sides that end within rows
+    assert of_chords(strip(0.0, 0.033, 0.4, 0.2, 0.0)) == pytest.approx((0.16, 0.033), rel=1e-9)
