@@ -17,10 +17,12 @@ from __future__ import annotations
 import csv
 import math
 import sys
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 from threadpoolctl import threadpool_limits
@@ -42,6 +44,7 @@ TABLE = "accuracy.csv"
 PICTURE = "accuracy.png"
 REFERENCE = "reference"  # in the place of a value
 SAME = "as the reference"
+COLUMNS = 80  # of what is printed
 OF = {
     Quantity.PICTURE: "error of luminance, in standard deviations of the picture's noise",
     Quantity.SCORE: "error of scores, over half of their 95 % intervals",
@@ -136,23 +139,38 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
     last = max(
         SENSOR, *(span(knob_found.kind, knob_found.knob.error_of)[1] for knob_found in configured)
     )
+    tried = sum(not job.is_reference for job in jobs)
+    tell(f"{tried} settings of {', '.join(one.name for one in configured)}")
     with threadpool_limits(1, "blas"):  # as a run
+        start_s = process_time()
         with shown("the configuration as it is"):
             results = all_stages(base, Results(), 0, last, exact=False)
+        tell(
+            f"the configuration as it is took {process_time() - start_s:.0f} CPU s; each setting"
+            " runs its own stages twice, a renderer once. Is that too long? Stop with Ctrl-C, and choose a smaller"
+            " frame, fewer bands, or one knob with knob=NAME"
+        )
         noise = noise_of(base, results)
         study = Study(results, noise, base.parts.allowed.noise_fraction)
         try:
             with (into / TABLE).open("w", newline="") as file:
                 _measure_all(study, jobs, file)
         except KeyboardInterrupt:
-            tried = sum(not job.is_reference for job in jobs)
-            print(f"stopped: {len(study.rows)} of {tried} settings are measured", file=sys.stderr)
+            tell(f"stopped: {len(study.rows)} of {tried} settings are measured")
             raise
         finally:
             if study.rows:
                 draw(works(study.rows), into / PICTURE)
-            print(f"table and picture:\n{into}", file=sys.stderr)
+            tell("table and picture:")
+            print(into, file=sys.stderr)  # a path is not broken into lines
     return study.rows
+
+
+def tell(text: str) -> None:
+    """Print text to standard error, in lines of a terminal; the study's rows go to standard
+    output.
+    """
+    print(textwrap.fill(text, COLUMNS), file=sys.stderr)
 
 
 def works(rows: Sequence[dict]) -> list[Work]:
