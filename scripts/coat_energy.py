@@ -9,6 +9,9 @@ worst angle, from 0 to 85 degrees. About 90 CPU s.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -19,7 +22,7 @@ INDICES = (1.2, 1.35, 1.5, 1.65, 1.8, 2.0)
 SIDE = 256  # points of a grid of 256 x 256, with a third number that picks a lobe
 
 
-def albedo(bsdf, angle_deg: float) -> float:
+def albedo(bsdf: Callable[..., Any], angle_deg: float) -> float:
     """Return the share of light from an angle that is reflected."""
     k = np.arange(SIDE**2)
     points = [(k % SIDE + 0.5) / SIDE, (k // SIDE + 0.5) / SIDE, (k * 0.6180339887498949) % 1]
@@ -32,7 +35,7 @@ def albedo(bsdf, angle_deg: float) -> float:
     return float(np.array(weight)[0].mean(dtype=float))
 
 
-def plastic(alpha: float, index: float, reflectance: float):
+def plastic(alpha: float, index: float, reflectance: float) -> Any:
     """Return the coated surface."""
     coat = {"alpha": float(alpha), "distribution": "beckmann"} if alpha else {}
     return mi.load_dict(
@@ -46,7 +49,7 @@ def plastic(alpha: float, index: float, reflectance: float):
     )
 
 
-def metal(alpha: float):
+def metal(alpha: float) -> Any:
     """Return the metallic surface."""
     shape = {"type": "roughconductor", "alpha": float(alpha), "distribution": "beckmann"}
     return mi.load_dict({**shape, "material": "none"})

@@ -12,7 +12,9 @@ R_L of asphalt is a wish, no measurement: see `WANTED_R_L`.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from isethdr_scenes.road_photometry import Q0_WEIGHTS, figures, r_table, retro_luminance
@@ -45,7 +47,7 @@ STARTS = (
 )
 
 
-def fresnel(cosine, index):
+def fresnel(cosine: np.ndarray, index: float) -> np.ndarray:
     """Return the reflectance of a dielectric for unpolarised light."""
     inside = np.sqrt(1 - (1 - cosine**2) / index**2)
     across = (cosine - index * inside) / (cosine + index * inside)
@@ -53,7 +55,9 @@ def fresnel(cosine, index):
     return 0.5 * (across**2 + along**2)
 
 
-def facets(light, observer, kind, alpha, index):
+def facets(
+    light: np.ndarray, observer: np.ndarray, kind: str, alpha: float, index: float
+) -> np.ndarray:
     """Return the BSDF of microfacets (Walter et al. 2007, equations 20 and 25 to 34)."""
     half = light + observer
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
@@ -65,7 +69,7 @@ def facets(light, observer, kind, alpha, index):
     else:
         density = np.exp(-(1 / up**2 - 1) / alpha**2) / (np.pi * alpha**2 * up**4)
 
-        def shadow(z):
+        def shadow(z: np.ndarray) -> np.ndarray:
             a = 1 / np.maximum(alpha * np.sqrt(np.maximum(1 / z**2 - 1, 0)), 1e-9)
             rational = (3.535 * a + 2.181 * a**2) / (1 + 2.276 * a + 2.577 * a**2)
             return np.where(a >= 1.6, 1, rational)
@@ -75,7 +79,9 @@ def facets(light, observer, kind, alpha, index):
     return density * shadow(ci) * shadow(co) * fresnel(cosine, index) / (4 * ci * co)
 
 
-def grains(light, observer, roughness, flatness):
+def grains(
+    light: np.ndarray, observer: np.ndarray, roughness: float, flatness: float
+) -> np.ndarray:
     """Return the diffuse BSDF of Mitsuba's `principled` of base colour 1 (Burley 2012, 2015)."""
     ci = light[..., 2]
     co = observer[..., 2]
@@ -90,11 +96,11 @@ def grains(light, observer, roughness, flatness):
     return ((1 - flatness) * diffuse + flatness * flat) / np.pi
 
 
-def model(x, kind):
+def model(x: np.ndarray, kind: str) -> Callable[..., Any]:
     """Return the BSDF of the nine fitted numbers and the distribution of the narrow facets."""
     gloss, reflectance, roughness, flatness, narrow, alpha, index, alpha2, index2 = x
 
-    def bsdf(light, observer):
+    def bsdf(light: np.ndarray, observer: np.ndarray) -> np.ndarray:
         wide = facets(light, observer, "ggx", alpha, index)
         second = facets(light, observer, kind, alpha2, index2)
         mirrored = (1 - narrow) * wide + narrow * second
@@ -104,13 +110,13 @@ def model(x, kind):
     return bsdf
 
 
-def fit(name, table, kind):
+def fit(name: str, table: Any, kind: str) -> np.ndarray:
     """Return the best of the fits from all starts."""
     known = table > 0
     weight = np.sqrt(Q0_WEIGHTS / Q0_WEIGHTS.max())
     high = [HIGH[0] if "w" in name else MOST_GLOSS_DRY, *HIGH[1:]]
 
-    def residuals(x):
+    def residuals(x: np.ndarray) -> np.ndarray:
         bsdf = model(x, kind)
         model_table = r_table(bsdf) * known
         heavy = 2 * weight * (model_table - table) / (0.03 * table.max() + 0.15 * table)
@@ -127,7 +133,7 @@ def fit(name, table, kind):
 def main(folder: Path) -> None:
     """Print one line for each surface."""
 
-    def read(name):
+    def read(name: str) -> np.ndarray:
         return np.loadtxt(folder / f"{name.upper()}.txt")
 
     print(",".join(FIELDS))

@@ -4,12 +4,17 @@ over their width.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from isethdr_optics.psf.kernels import kernels
 
 from isethdr_core.physics.colour.colour_spaces import linear_srgb, srgb_encode
 from isethdr_core.physics.photometry import xyz
 from isethdr_core.plugins.registry import build
+
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Flare, Lens
 
 BANDS_NM = (400.0, 700.0, 10.0)
 F_NUMBER = 4.0
@@ -60,7 +65,7 @@ def coloured_streaks(picture: str = "", tiles: int = 200, error: float = 0.03) -
     return rows
 
 
-def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
+def compared(usual: Any, fine: Any, flare: Flare, wave: float, step: float, tiles: int) -> dict:
     """Return {octave of radius: (error of one wavelength, error of the band's kernel, error it
     states)}.
 
@@ -95,7 +100,7 @@ def compared(usual, fine, flare, wave: float, step: float, tiles: int) -> dict:
     return errors
 
 
-def write_picture(path: str, lens, flare, tiles: int) -> None:
+def write_picture(path: str, lens: Lens, flare: Flare, tiles: int) -> None:
     """Write both point spreads, each light divided by the mean of its radius, so that all radii
     show.
 
@@ -121,7 +126,7 @@ def write_picture(path: str, lens, flare, tiles: int) -> None:
     Image.fromarray(np.concatenate([pictures[0], gap, pictures[1]], axis=1)).save(path, quality=88)
 
 
-def shown(cube, waves) -> np.ndarray:
+def shown(cube: Any, waves: np.ndarray) -> np.ndarray:
     """Return sRGB (y, x, 3) uint8 of a point spread (band, y, x) of a lamp of equal energy, flat
     over the radius.
     """

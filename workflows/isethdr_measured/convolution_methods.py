@@ -5,6 +5,7 @@ background.
 from __future__ import annotations
 
 from time import process_time
+from typing import Any
 
 import numpy as np
 import scipy.fft as sf
@@ -60,7 +61,7 @@ def convolution_methods(rows: int = 270, columns: int = 480) -> list[dict]:
     return out
 
 
-def frame(rows: int, columns: int, ratio: float):
+def frame(rows: int, columns: int, ratio: float) -> np.ndarray:
     """Return a background from 0.5 to 1.5 with `LAMPS` bright pixels.
 
     Parameters
@@ -74,7 +75,7 @@ def frame(rows: int, columns: int, ratio: float):
     return image
 
 
-def prepare(psf, shape) -> dict:
+def prepare(psf: np.ndarray, shape: tuple[int, int]) -> dict:
     """Return the shared inputs of the methods: the product's kernel, the spectrum in both
     precisions, and the psf.
     """
@@ -89,12 +90,12 @@ def prepare(psf, shape) -> dict:
     }
 
 
-def product(image, prepared):
+def product(image: np.ndarray, prepared: Any) -> np.ndarray:
     """Return the convolution of the lenses: float64, with doubtful pixels summed directly."""
     return convolve(image, prepared["product"])
 
 
-def transform(image, prepared, dtype):
+def transform(image: np.ndarray, prepared: Any, dtype: Any) -> np.ndarray:
     """Return the plain transform in one precision.
 
     Parameters
@@ -108,19 +109,19 @@ def transform(image, prepared, dtype):
     return sf.irfft2(spectrum, prepared["size"])[: image.shape[0], : image.shape[1]]
 
 
-def lamps_of(image):
+def lamps_of(image: np.ndarray) -> tuple[Any, np.ndarray]:
     """Return the frame without its lamps, and the lamps alone."""
     lamps = np.where(image > 50 * np.median(image), image, 0.0)
     return image - lamps, lamps
 
 
-def split(image, prepared):
+def split(image: np.ndarray, prepared: Any) -> np.ndarray:
     """Return lamps by float64, the rest by float32."""
     background, lamps = lamps_of(image)
     return transform(lamps, prepared, np.float64) + transform(background, prepared, np.float32)
 
 
-def summed(image, prepared):
+def summed(image: np.ndarray, prepared: Any) -> np.ndarray:
     """Return lamps by direct sums, the rest by float64."""
     background, lamps = lamps_of(image)
     ny, nx = image.shape
@@ -141,7 +142,9 @@ METHODS = {
 }
 
 
-def direct(image, psf, result):
+def direct(
+    image: np.ndarray, psf: np.ndarray, result: Any
+) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
     """Return sampled pixels, the darkest of `result` among them, and their long double sums.
 
     Parameters

@@ -4,6 +4,8 @@ and in the dark.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from isethdr_core import generator
@@ -11,6 +13,9 @@ from isethdr_core.display.display_view import display, white_cd_m2
 from isethdr_core.physics.colour.colour_spaces import D65_XYZ, de2000, lab
 from isethdr_core.plugins.registry import build
 from isethdr_core.truth import truth
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CHARTS = {"macbeth": {}, "slanted_edge": {"contrast_ratio": 10.0}, "stripes": {}}
 ARRAYS = {
@@ -61,7 +66,7 @@ def demosaic_methods(rows: int = 120, columns: int = 160, luminances: str = "100
     return out
 
 
-def radiance(chart: str, level: float, rows: int, columns: int):
+def radiance(chart: str, level: float, rows: int, columns: int) -> Any:
     """Return mixed radiance of a chart. Stripes are a sine that grows finer to the right.
 
     Parameters
@@ -82,7 +87,7 @@ def radiance(chart: str, level: float, rows: int, columns: int):
     return mixed
 
 
-def scored(mixed, shot, method: str) -> dict:
+def scored(mixed: xr.DataArray, shot: Any, method: str) -> dict:
     """Return PSNR and CIEDE2000 of one shot.
 
     Parameters

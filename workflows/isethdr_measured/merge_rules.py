@@ -9,12 +9,18 @@ error at 1 e with 100 000 draws, where the plain mean shows 0.5 %.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from isethdr_isp.readout.combine import Merged, charge_variance, read_charge
 from isethdr_isp.readout.electrons import MARGIN, Readout
 from isethdr_isp.readout.merge_rules import RULES
 
 from isethdr_core.plugins.registry import build
+
+if TYPE_CHECKING:
+    from isethdr_sensors.sensor_model import SensorModel
 
 # standard deviations around the end of each capture
 TOPS_SD = (
@@ -75,7 +81,7 @@ def rules() -> dict:
     return {**RULES, "own_noise": own_noise, "hard_switch": hard_switch}
 
 
-def own_noise(groups, per_light):
+def own_noise(groups: Any, per_light: np.ndarray) -> Merged:
     """Return the textbook mean: every read weighted by its own noisy inverse variance, reads taken
     as independent.
     """
@@ -102,7 +108,7 @@ def own_noise(groups, per_light):
     )
 
 
-def hard_switch(groups, per_light):
+def hard_switch(groups: Any, per_light: np.ndarray) -> Merged:
     """Return the most sensitive charge below its top, best read, without blending."""
     x = v = None
     for reads, light in zip(groups, per_light):
@@ -117,7 +123,9 @@ def hard_switch(groups, per_light):
     return Merged(x, v, np.ones(x.shape, bool), np.zeros(x.shape, np.uint8))
 
 
-def shot(model, level_e: float, draws: int, rng):
+def shot(
+    model: SensorModel, level_e: float, draws: int, rng: np.random.Generator
+) -> tuple[list[list[Any]], list[np.ndarray], np.ndarray]:
     """Return (groups, per_light, controls) of many pixels under the same light.
 
     Controls (draw, control) are the parts of the noise whose mean is known to be 0.
@@ -165,7 +173,7 @@ def shot(model, level_e: float, draws: int, rng):
     return [groups[k] for k in order], light, np.stack(controls, 1)
 
 
-def judged(merged, controls, level_e: float) -> dict:
+def judged(merged: Any, controls: Any, level_e: float) -> dict:
     """Return signal to noise, bias with its standard error, and reported over true variance of one
     merged level.
 
@@ -192,7 +200,7 @@ def judged(merged, controls, level_e: float) -> dict:
     }
 
 
-def ends_e(model) -> list[float]:
+def ends_e(model: SensorModel) -> list[float]:
     """Return where each capture ends, in electrons of the large photodiode."""
     largest = max(d.fill_factor for d in model.photodiodes)
     return [
@@ -201,7 +209,7 @@ def ends_e(model) -> list[float]:
     ]
 
 
-def ends_sd(model) -> list[float]:
+def ends_sd(model: SensorModel) -> list[float]:
     """Return the shot noise of each capture at its end, in electrons of the large photodiode."""
     largest = max(d.fill_factor for d in model.photodiodes)
     return [
@@ -210,12 +218,12 @@ def ends_sd(model) -> list[float]:
     ]
 
 
-def near_top(model, level_e: float) -> bool:
+def near_top(model: SensorModel, level_e: float) -> bool:
     """Return whether `level_e` lies from 4 sd below to 3 sd above the end of a capture."""
     return any(-4 * sd < level_e - end < 3 * sd for end, sd in zip(ends_e(model), ends_sd(model)))
 
 
-def default_levels(model) -> list[float]:
+def default_levels(model: SensorModel) -> list[float]:
     """Return levels over eight decades, four a decade, and those around the end of every
     capture.
     """
@@ -223,7 +231,7 @@ def default_levels(model) -> list[float]:
     return sorted({*np.geomspace(7e-3, 7e5, 33).round(6), *np.round(around, 1)})
 
 
-def required_figures(rows, model) -> list[dict]:
+def required_figures(rows: Sequence[dict[str, Any]], model: SensorModel) -> list[dict]:
     """Return rows that test the requirements on the default rule, from 1 e to 4 sd below the end of
     the small photodiode.
 
@@ -242,7 +250,7 @@ def required_figures(rows, model) -> list[dict]:
     if not ours:
         return []
 
-    def ahead(r):
+    def ahead(r: dict[str, Any]) -> Any:
         return r["snr_db"] - ours[r["level_e"]]["snr_db"]
 
     worst = max(ours.values(), key=_bias)
@@ -285,7 +293,7 @@ def required_figures(rows, model) -> list[dict]:
     return answers
 
 
-def verdict(rows, model) -> dict:
+def verdict(rows: Sequence[dict[str, Any]], model: SensorModel) -> dict:
     """Return the worst figures of the default rule in `asked`, as numbers."""
     bias, variance, fair, beaten = required_figures(rows, model)
     ours = next(r for r in rows if r["rule"] == DEFAULT and r["level_e"] == beaten["level_e"])
@@ -297,6 +305,6 @@ def verdict(rows, model) -> dict:
     }
 
 
-def _bias(row) -> float:
+def _bias(row: Any) -> float:
     """Return the part of a row's bias that two standard errors do not explain, relative."""
     return max(abs(row["bias_percent"]) - 2 * row["bias_error_percent"], 0.0) / 100

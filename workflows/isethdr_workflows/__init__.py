@@ -24,6 +24,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from isethdr_core.hookspecs import hookimpl
 
 from .dataset.command import app as dataset
@@ -31,6 +33,10 @@ from .experiments.command import app as experiments
 from .sequences.command import HELP as SEQUENCE
 from .sequences.command import sequence
 from .training.command import app as train
+
+if TYPE_CHECKING:
+    import typer
+
 
 # {name: "module:function" in this package}; a function takes its settings by name and returns rows,
 # list[dict]
@@ -70,12 +76,12 @@ SHOWN = {
 
 
 @hookimpl
-def isethdr_config_paths():
+def isethdr_config_paths() -> list[str]:
     return ["pkg://isethdr_workflows.conf"]
 
 
 @hookimpl
-def isethdr_commands(app):
+def isethdr_commands(app: typer.Typer) -> None:
     from .export.command import HELP, export
     from .study_command import study
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from isethdr_optics.psf import kernels
 
 
 @contextmanager
-def empty_home():
+def empty_home() -> Iterator[str]:
     """Yield a temporary home folder; afterwards restore the earlier one and remove the folder."""
     earlier_home = os.environ.get("ISETHDR_HOME")
     with tempfile.TemporaryDirectory() as folder:

@@ -4,6 +4,8 @@ through a six-bladed iris.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from isethdr_core.display.display_view import display
@@ -11,6 +13,11 @@ from isethdr_core.plugins.registry import build
 from isethdr_core.quantities import tristimulus
 
 from .paper.rendered_scene import rendered, write_sheet
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.plugins.protocols import Lens
 
 # and the white of its ghosts alone, cd/m2
 COATINGS = {
@@ -45,7 +52,7 @@ def ghosts_night(
     return study(night_chain.lighting(radiance), picture)
 
 
-def study(mixed, picture: str = "") -> list[dict]:
+def study(mixed: xr.DataArray, picture: str = "") -> list[dict]:
     """Return the rows of `ghosts_night` for mixed radiance, and write the pictures."""
     lens = build("lens", "diffraction_limited", **LENS)
     clean = lens(mixed)
@@ -85,7 +92,7 @@ def study(mixed, picture: str = "") -> list[dict]:
     return rows
 
 
-def figures(clean, added, traced, left_out) -> dict:
+def figures(clean: Any, added: Any, traced: Any, left_out: Any) -> dict:
     """Return the figures of one coating from the image's irradiance, that of its ghosts, and the
     pairs of surfaces.
 
@@ -115,7 +122,7 @@ def figures(clean, added, traced, left_out) -> dict:
     }
 
 
-def luminance_seen(light, lens, white_cd_m2: float):
+def luminance_seen(light: xr.DataArray, lens: Lens, white_cd_m2: float) -> np.ndarray:
     """Return sRGB bytes of irradiance, shown as the radiance of a scene that would make it.
 
     Parameters

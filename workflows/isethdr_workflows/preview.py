@@ -99,7 +99,7 @@ def without_overscan(xyz: np.ndarray, height: int, width: int) -> np.ndarray:
     return xyz[top : top + height, left : left + width]
 
 
-def moved(denoised_y, plain_y) -> float:
+def moved(denoised_y: np.ndarray, plain_y: np.ndarray) -> float:
     """Return by how much luminance (y, x) changed: the median, relative, of tiles above 1 % of the
     mean; 0 where there is no light.
     """

@@ -161,7 +161,7 @@ def run_study(name: str, settings: list[str], studies: Studies = OF_USERS) -> li
     return function(*overrides, **values)
 
 
-def keep(name: str, settings: list[str], rows: list[dict]):
+def keep(name: str, settings: list[str], rows: list[dict]) -> Path:
     """Return the path of the store that keeps the rows for the catalog: `isethdr catalog find
     kind=study name=accuracy`.
 

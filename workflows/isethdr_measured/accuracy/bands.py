@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from isethdr_workflows.accuracy.point import Point, Work
 
 from isethdr_core.plugins.registry import build
 
 from .transport import of_paths
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SIZE = {"width": 64, "height": 36}
 STEPS_NM = (5.0, 10.0, 20.0, 30.0, 60.0)
@@ -53,7 +58,7 @@ def measured() -> list[Work]:
     ]
 
 
-def electrons(scene):
+def electrons(scene: xr.Dataset) -> np.ndarray:
     """Return mean electrons of a camera whose lens neither blurs nor vignettes, all groups with
     weight 1.
     """

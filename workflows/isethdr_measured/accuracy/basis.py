@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_optics.imaging.field_optics import field_optics
@@ -16,6 +18,11 @@ from isethdr_core.physics.radiometry import photons_per_energy
 from isethdr_core.pipeline.imaging_plan import imaged
 from isethdr_core.plugins.registry import build
 from isethdr_core.uncertainty.budget import Allowed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.plugins.protocols import Flare, Lens
 
 # of the frame; of a tile, tangents
 SHAPE = (48, 64)
@@ -42,7 +49,7 @@ def measured() -> list[Work]:
     ]
 
 
-def against_bands(stage: str, lens, flares, shape) -> Work:
+def against_bands(stage: str, lens: Lens, flares: Sequence[Flare], shape: tuple[int, int]) -> Work:
     """Return the diagram of a lens with flares: functionals for the noise allowed, and the
     computation band by band. Kernels are computed before.
 
@@ -60,7 +67,7 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
     noise = np.sqrt(np.maximum(truth, 0) + response.read_noise_e**2)
     points = []
 
-    def point(name, make, mark=""):
+    def point(name: str, make: Callable[..., Any], mark: str = "") -> None:
         light, cpu_s, peak_mb = timed(make)
         points.append(
             Point(name, worst(light, rows, columns, truth, noise, response), cpu_s, peak_mb, mark)
@@ -91,7 +98,7 @@ def against_bands(stage: str, lens, flares, shape) -> Work:
     )
 
 
-def night(shape):
+def night(shape: tuple[int, int]) -> xr.DataArray:
     """Return mixed radiance (wavelength, y, x) of daylight and sodium light on grey and coloured
     tiles, with two lamps 1e8 times as bright.
     """
@@ -108,7 +115,7 @@ def night(shape):
     return quantities.plane(cube.astype(np.float32), BANDS_NM, x, y, quantities.RADIANCE)
 
 
-def counting(response):
+def counting(response: np.ndarray) -> Any:
     """Return electrons (channel, band) per W m-2 nm-1 in one exposure of the most sensitive
     photodiode.
     """
@@ -117,7 +124,9 @@ def counting(response):
     )
 
 
-def direct(mixed, lens, flares, response):
+def direct(
+    mixed: xr.DataArray, lens: Lens, flares: Sequence[Flare], response: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, Any]:
     """Return rows and columns of some tiles, and their electrons (channel, tile). Every tile and
     band is summed in long double.
 
@@ -146,7 +155,14 @@ def direct(mixed, lens, flares, response):
     return rows, columns, (counting(response) @ sums).astype(float)
 
 
-def worst(light, rows, columns, truth, noise, response) -> float:
+def worst(
+    light: xr.DataArray,
+    rows: Sequence[dict[str, Any]],
+    columns: int,
+    truth: Any,
+    noise: np.ndarray,
+    response: np.ndarray,
+) -> float:
     """Return the largest error over the noise, at tiles below full scale.
 
     Parameters

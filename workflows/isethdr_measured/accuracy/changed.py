@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 
 @contextmanager
-def changed(module, **values):
+def changed(module: Any, **values: Any) -> Iterator[Any]:
     """Set names of a module to other values within the block."""
     original = {name: getattr(module, name) for name in values}
     try:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import scipy.fft as sf
 from isethdr_workflows.accuracy.point import Point, Work, timed
@@ -64,14 +67,14 @@ def measured() -> list[Work]:
     ]
 
 
-def skirt(shape):
+def skirt(shape: tuple[int, int]) -> np.ndarray:
     """Return a kernel that reaches over the whole frame and falls with the cube of the distance."""
     y, x = (np.arange(1 - n, n) for n in shape)
     psf = (1 + np.hypot(y[:, None], x)) ** -3.0
     return psf / psf.sum()
 
 
-def circular(psf, dtype):
+def circular(psf: np.ndarray, dtype: Any) -> Callable[..., Any]:
     """Return the common rule: the kernel cut to the frame, one transform of the frame's own size,
     light wrapped around.
     """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from isethdr_workflows.accuracy.point import Point, Work, timed
 
@@ -22,7 +24,7 @@ def measured() -> list[Work]:
     return [array(cfa, methods) for cfa, methods in ARRAYS.items()]
 
 
-def array(cfa: str, methods) -> Work:
+def array(cfa: str, methods: Sequence[str]) -> Work:
     """Return the diagram of one filter array; the truth is the same camera's without noise and with
     every colour in every pixel.
     """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from isethdr_workflows.accuracy.point import Point, Work, timed
 
@@ -9,6 +11,9 @@ from isethdr_core.display.preview import denoised, tristimulus
 from isethdr_core.extras import needed
 
 from .transport import ERROR_OF, LONG, median_error, rendered, setting
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def measured() -> list[Work]:
@@ -46,7 +51,7 @@ def measured() -> list[Work]:
     ]
 
 
-def points(plain, clean, peers) -> list[Point]:
+def points(plain: Any, clean: Any, peers: Any) -> list[Point]:
     """Return the points of one group. Denoised points state the number of paths without denoising
     that would give the same error; None: no such number.
 
@@ -68,7 +73,7 @@ def points(plain, clean, peers) -> list[Point]:
     ]
 
 
-def as_paths(error: float, plain) -> str:
+def as_paths(error: float, plain: Any) -> str:
     """Return the number of paths without denoising that have an error, by linear interpolation
     between logarithms, without extrapolation.
     """
@@ -79,7 +84,7 @@ def as_paths(error: float, plain) -> str:
     return f"{np.exp(np.interp(np.log(error), np.log(errors[order]), np.log(paths[order]))):.0f}"
 
 
-def common_rule(scene) -> np.ndarray:
+def common_rule(scene: xr.Dataset) -> np.ndarray:
     """Return X, Y, Z (light_group, 3, y, x) by non-local means of a picture's logarithm, one noise
     for all of it (scikit-image).
     """

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_workflows.accuracy.point import Point, Work, timed
@@ -14,6 +16,9 @@ from isethdr_core.physics.detector.charge_dynamics_steps import (
     graded,
     implicit_steps,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 T_S = 0.016
 KNEE_E = 20000.0
@@ -31,7 +36,7 @@ def measured() -> list[Work]:
     closed_form = np.array([charge_e(level, well) for level in levels])
     frame = np.repeat(levels, PIXELS // len(levels))
 
-    def point(name, integrate, mark=""):
+    def point(name: str, integrate: Callable[..., Any], mark: str = "") -> Point:
         error = np.max(np.abs(integrate(levels) / closed_form - 1))
         _, cpu_s, peak_mb = timed(lambda: integrate(frame), repeat=3)
         return Point(name, float(error) if np.isfinite(error) else np.inf, cpu_s, peak_mb, mark)
@@ -79,7 +84,7 @@ def measured() -> list[Work]:
     ]
 
 
-def charge_e(level_e_per_s: float, well) -> float:
+def charge_e(level_e_per_s: float, well: Well) -> float:
     """Return the charge after `T_S` of constant light on an empty well: linear in exp(-charge /
     thermal), in 60 digits.
     """
@@ -98,7 +103,7 @@ def charge_e(level_e_per_s: float, well) -> float:
         return float(well.thermal_e * (a * end - mp.log1p(decayed)))
 
 
-def runge_kutta_steps(light, times, well):
+def runge_kutta_steps(light: xr.DataArray, times: np.ndarray, well: Well) -> np.ndarray:
     """Return the charge after all steps, in electrons, by the classical Runge-Kutta method of order
     4. It is explicit, so it must follow the fastest overflow step by step.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from isethdr_optics import WavefrontLens
 from isethdr_optics.field import grid, imaging
@@ -12,6 +14,11 @@ from isethdr_workflows.accuracy.point import Point, Work, timed
 from isethdr_core import quantities
 
 from .changed import changed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.plugins.protocols import Lens
 
 SHAPE = (21, 29)  # tiles; so few that the exact core of a kernel reaches over all of them
 PITCH = 0.0015  # tangents: 6 um of a 4 mm lens
@@ -35,7 +42,7 @@ def measured() -> list[Work]:
     truth = one_per_tile(lens, mixed)
     points = []
 
-    def point(name, rings, share=grid.weight, mark=""):
+    def point(name: str, rings: Any, share: Any = grid.weight, mark: str = "") -> None:
         with changed(imaging, RINGS=rings), changed(grid, weight=share):
             light, cpu_s, peak_mb = timed(lambda: anew(lens, mixed), repeat=1)
         points.append(
@@ -63,14 +70,14 @@ def measured() -> list[Work]:
     ]
 
 
-def night():
+def night() -> xr.DataArray:
     """Return mixed radiance of one band, tiles of chance over `DECADES`."""
     light = 10.0 ** (DECADES * np.random.default_rng(0).random((1, *SHAPE)))
     y, x = (quantities.centres(n, n * PITCH) for n in SHAPE)
     return quantities.plane(light, [BAND_NM], x, y, quantities.RADIANCE)
 
 
-def one_per_tile(lens, mixed) -> np.ndarray:
+def one_per_tile(lens: Lens, mixed: xr.DataArray) -> np.ndarray:
     """Return irradiance (y, x): every tile's light spread by the kernel of its own wavefront,
     summed tile by tile.
     """
@@ -102,13 +109,13 @@ def one_per_tile(lens, mixed) -> np.ndarray:
     return out * lens.throughput_sr()
 
 
-def anew(lens, mixed) -> np.ndarray:
+def anew(lens: Lens, mixed: xr.DataArray) -> np.ndarray:
     """Return irradiance (y, x) with no kernel known before."""
     kernels._cache.clear()
     return lens(mixed).values[0].astype(float)
 
 
-def nearest(field_point, step: float, x, y) -> np.ndarray:
+def nearest(field_point: Any, step: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return 1 at tiles (y, x) whose nearest point of the polar grid is `field_point`, else 0.
 
     Parameters

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_optics import GhostFlare, IdealLens
@@ -13,6 +15,11 @@ from isethdr_core import quantities
 
 from .changed import changed
 from .ghosts_by_chance import Photons, flux_by_chance
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.plugins.protocols import Flare, Lens
 
 # bare glass: ghosts at their worst
 PRESCRIPTION = "cooke_triplet"
@@ -43,7 +50,7 @@ def measured() -> list[Work]:
     flare = GhostFlare(PRESCRIPTION, coating=COATING, sensor_reflectance_percent=0.0)
     image_w, truth, error = by_chance(flare, lens, mixed)
 
-    def point(name, make, mark=""):
+    def point(name: str, make: Callable[..., Any], mark: str = "") -> Point:
         light, cpu_s, peak_mb = timed(make)
         return Point(
             name, float(np.abs(blocks(light) - truth).sum() / image_w), cpu_s, peak_mb, mark
@@ -85,7 +92,7 @@ def measured() -> list[Work]:
     ]
 
 
-def lamp():
+def lamp() -> xr.DataArray:
     """Return mixed radiance of one band with a single bright tile."""
     x = quantities.centres(TILES, TILES * PITCH)
     values = np.zeros((1, TILES, TILES))
@@ -93,12 +100,12 @@ def lamp():
     return quantities.plane(values, [BAND_NM], x, x, quantities.RADIANCE)
 
 
-def largest(mixed) -> float:
+def largest(mixed: xr.DataArray) -> float:
     """Return the tangent of the frame's corner."""
     return float(np.hypot(mixed.x.max() + PITCH / 2, mixed.y.max() + PITCH / 2))
 
 
-def anew(flare, lens, mixed):
+def anew(flare: Flare, lens: Lens, mixed: xr.DataArray) -> Any:
     """Return the ghosts' irradiance (y, x) with no ray known before.
 
     Parameters
@@ -112,13 +119,13 @@ def anew(flare, lens, mixed):
     return flare.irradiance(lens, mixed).values[0]
 
 
-def blocks(light):
+def blocks(light: xr.DataArray) -> np.ndarray:
     """Return the power in each block, W nm-1."""
     tile_m2 = (PITCH * FOCAL_MM * 1e-3) ** 2
     return light.reshape(TILES // BLOCK, BLOCK, TILES // BLOCK, BLOCK).sum(axis=(1, 3)) * tile_m2
 
 
-def by_chance(flare, lens, mixed):
+def by_chance(flare: Flare, lens: Lens, mixed: xr.DataArray) -> tuple[float, Any, Any]:
     """Return the power of the lamp's image, and of its ghosts per block with the standard error, W
     nm-1.
 
@@ -144,7 +151,7 @@ def by_chance(flare, lens, mixed):
     )
 
 
-def discs(flare, lens, mixed, image_w: float):
+def discs(flare: Flare, lens: Lens, mixed: xr.DataArray, image_w: float) -> np.ndarray:
     """Return irradiance (y, x) of ghosts as uniform discs, with position and size from first-order
     optics (Lee and Eisemann 2013).
 

@@ -9,9 +9,15 @@ and tangents of angles (1823) for bare surfaces.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.stats import qmc
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from isethdr_core.plugins.protocols import Lens
 
 MORE = 1.15  # start disc over the first surface: oblique light crosses its plane displaced
 
@@ -25,7 +31,9 @@ class Photons:
     seed: int = 0
 
 
-def flux_by_chance(lens, tangent: float, wavelength_nm: float, edges_mm, photons: Photons):
+def flux_by_chance(
+    lens: Lens, tangent: float, wavelength_nm: float, edges_mm: np.ndarray, photons: Photons
+) -> tuple[Any, Any]:
     """Return the light of all ghosts per area of a plane across the axis, and its standard error.
 
     Parameters
@@ -59,7 +67,7 @@ def flux_by_chance(lens, tangent: float, wavelength_nm: float, edges_mm, photons
     return sums.mean(axis=0), sums.std(axis=0, ddof=1) / np.sqrt(photons.batches)
 
 
-def scattered(count: int, radius: float, seed):
+def scattered(count: int, radius: float, seed: Sequence[int]) -> np.ndarray:
     """Return (x, y) of points over a disc, evenly scattered (Sobol 1967, scrambled by chance: each
     seed is an independent estimate).
 
@@ -75,7 +83,9 @@ def scattered(count: int, radius: float, seed):
     )
 
 
-def landed(lens, n, start, tangent: float, front: int, back: int):
+def landed(
+    lens: Lens, n: Sequence[float], start: Any, tangent: float, front: int, back: int
+) -> tuple[Any, Any, np.ndarray]:
     """Return (x, y) mm on the sensor and the weight of photons reflected at `back`, then at
     `front`; blocked ones are left out.
 
@@ -132,7 +142,7 @@ def landed(lens, n, start, tangent: float, front: int, back: int):
     return at[:, 0] + step * direction[:, 0], at[:, 1] + step * direction[:, 1], weight
 
 
-def met(surface, at, direction):
+def met(surface: Any, at: Any, direction: np.ndarray) -> Any:
     """Return where rays meet a sphere or plane, and its normals; NaN where they miss.
 
     Parameters
@@ -156,7 +166,7 @@ def met(surface, at, direction):
     return hit, (hit - centre) * surface.curvature_per_mm
 
 
-def fresnel(cosine, n_from: float, n_to: float):
+def fresnel(cosine: np.ndarray, n_from: float, n_to: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the reflectance of unpolarised light, and the cosine behind the surface, 0 where all
     is reflected.
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from isethdr_workflows.accuracy.point import Point, Work, timed
 
@@ -9,6 +12,9 @@ from isethdr_core import generator
 from isethdr_core.config.composition import compose
 from isethdr_core.plugins.registry import build
 from isethdr_core.truth import truth
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DRAWS = (1, 2, 4, 8, 16)
 MANY = 96
@@ -62,7 +68,7 @@ def measured() -> list[Work]:
     return works
 
 
-def shooter():
+def shooter() -> Callable[..., Any]:
     """Return a function seed -> (picture, truth, labels) of a colour chart in dim light."""
     mixed = build("lighting", "weights", weights={"sky": 1.0})(
         build("scene", "macbeth", width=160, height=120, luminance_cd_m2=5.0)()
@@ -77,14 +83,14 @@ def shooter():
     sensor = build("sensor", "bayer", pitch_um=3.0)
     isp = build("isp", "linear")
 
-    def one(seed):
+    def one(seed: int) -> tuple[Any, xr.Dataset, None]:
         picture = isp(sensor(light, generator(seed=seed)))
         return picture, truth(mixed, picture), None
 
     return one
 
 
-def scores(metrics, picture, true, labels) -> dict:
+def scores(metrics: Any, picture: xr.Dataset, true: np.ndarray, labels: xr.Dataset) -> dict:
     """Return {metric: its score of the whole picture}.
 
     Parameters

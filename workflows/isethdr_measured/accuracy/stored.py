@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from isethdr_workflows.accuracy.point import Point, Work, timed
@@ -27,7 +28,7 @@ def measured() -> list[Work]:
     with tempfile.TemporaryDirectory() as folder:
         for bits in BITS:
 
-            def there_and_back(bits=bits):
+            def there_and_back(bits: int | None = bits) -> tuple[Path, Any]:
                 path = store.write_store(
                     folder,
                     f"bits-{bits}-{np.random.default_rng().integers(1 << 60)}",
@@ -59,7 +60,7 @@ def measured() -> list[Work]:
     ]
 
 
-def radiance():
+def radiance() -> Any:
     """Return the radiance of a colour chart with a grain of 2 %, as a rendering has it, over six
     decades.
     """

@@ -4,8 +4,10 @@ numbers.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_mitsuba import frame
@@ -16,6 +18,9 @@ from isethdr_core.physics.photometry import luminance
 from isethdr_core.plugins.registry import build
 
 from .changed import changed
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SIZE = {"width": 96, "height": 54}
 SAMPLES = (6, 24, 96, 384)
@@ -59,13 +64,13 @@ def measured() -> list[Work]:
     ]
 
 
-def setting(samples) -> str:
+def setting(samples: int | None) -> str:
     """Return the name of a number of paths; None: paths until the noise is low enough."""
     return f"{samples} paths" if samples else "to a noise of 0.1"
 
 
 @lru_cache(maxsize=1)
-def rendered():
+def rendered() -> tuple[Any, dict[Any, Any], dict[int | None, Any]]:
     """Return (long rendering, {group: its own error}, {samples or None: (rendering, CPU s of its
     paths, peak MB)}), with labels; made once.
     """
@@ -81,7 +86,7 @@ def rendered():
     return long, own_errors(long), dict(zip(sample_counts, short))
 
 
-def own_errors(scene) -> dict:
+def own_errors(scene: xr.Dataset) -> dict:
     """Return {group: `median_error` that the noise stated tile by tile makes, were it normal}."""
     normal = 0.6745  # half of all normal deviates are below
     stated_sd = normal * scene.xyz_noise.isel(xyz_channel=1).values  # of Y
@@ -93,7 +98,13 @@ def own_errors(scene) -> dict:
     }
 
 
-def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
+def of_paths(
+    render: Callable[..., Any],
+    scene: xr.Dataset,
+    runs: Any = ({},),
+    labels: frozenset[str] = frozenset(),
+    repeat: int = 2,
+) -> list[Any]:
     """Return [(scene radiance, CPU s of its paths, peak MB)] for the changed fields of the renderer
     in `runs`. The scene is built once.
 
@@ -113,7 +124,7 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     plain = frame.estimate
     path_results = []
 
-    def estimate(one_pass, settings, *arguments, **named):
+    def estimate(one_pass: Callable[..., Any], settings: Any, *arguments: Any, **named: Any) -> Any:
         path_results.extend(
             timed(
                 lambda run=run: plain(
@@ -137,7 +148,7 @@ def of_paths(render, scene, runs=({},), labels=frozenset(), repeat: int = 2):
     ]
 
 
-def with_paths(scene, paths, lamps):
+def with_paths(scene: xr.Dataset, paths: Any, lamps: Any) -> Any:
     """Return scene radiance with that of other paths, and where its lamps and the sky are seen.
 
     Parameters
@@ -163,7 +174,7 @@ def with_paths(scene, paths, lamps):
     return with_new_paths.assign_attrs(noise=noise, took=took)
 
 
-def luminance_of(scene) -> dict:
+def luminance_of(scene: xr.Dataset) -> dict:
     """Return {group: luminance in cd/m2 (y, x)}."""
     nm = scene.wavelength.values
     return {
@@ -172,7 +183,7 @@ def luminance_of(scene) -> dict:
     }
 
 
-def median_error(values, truth, of=True) -> float:
+def median_error(values: np.ndarray, truth: Any, of: bool = True) -> float:
     """Return the relative error below which half of the light lies. Tiles below 1 % of the mean are
     left out.
 

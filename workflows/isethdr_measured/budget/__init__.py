@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_workflows.empty_home import empty_home
@@ -19,6 +20,11 @@ from isethdr_core.plugins.registry import build
 
 from .chains import Setting, by_hand, errors, exact, parts_of, planned
 from .scenes import CAMERAS, scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.pipeline.chain import Chain
 
 LEAST_WIDTH = 16
 SHARE = 0.99
@@ -66,12 +72,12 @@ def budget(width: int = 96) -> list[dict]:
     ]
 
 
-def _truths(cases) -> dict:
+def _truths(cases: Any) -> dict:
     with empty_home():
         return {name: exact(*case) for name, case in cases.items()}
 
 
-def _by_hand(cases, truths) -> dict:
+def _by_hand(cases: Any, truths: Any) -> dict:
     """Return, per scene, [setting, errors, CPU seconds with kernels at hand, and with kernels to be
     made].
     """
@@ -91,7 +97,9 @@ def _by_hand(cases, truths) -> dict:
     return hand
 
 
-def _row(name, chain, scene, fraction, truth, hand) -> dict:
+def _row(
+    name: str, chain: Chain, scene: xr.Dataset, fraction: float, truth: Any, hand: Any
+) -> dict:
     within_error = [h for h in hand if np.mean(h[1] <= fraction) >= SHARE]
     best, best_warm = (
         min(within_error, key=lambda h, k=k: h[k])[0] if within_error else None for k in (3, 2)

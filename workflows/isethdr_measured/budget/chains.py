@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_optics.imaging.field_optics import field_optics as optics
@@ -20,6 +23,11 @@ from isethdr_core.seeds import generator
 from isethdr_core.storage.encoding import bits_for, rounding
 from isethdr_core.uncertainty import budget, propagation
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.plugins.protocols import Lens
+
 FINER = 9.0  # times less than a lens allows kernels by itself: the truth's, on other points
 WARM = 1  # runs with kernels at hand
 
@@ -34,7 +42,7 @@ class Setting:
     kernel_error: float
     way: str  # photocurrent or irradiance
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.bits} bits, kernels {self.kernel_error:g}, {self.way}"
 
 
@@ -51,7 +59,7 @@ class Done:
     stated: float = float("nan")
 
 
-def parts_of(camera: str, lens) -> Chain:
+def parts_of(camera: str, lens: Lens) -> Chain:
     """Return a chain of a camera, a lens and its dirt."""
     return Chain(
         None,
@@ -66,7 +74,7 @@ def parts_of(camera: str, lens) -> Chain:
     )
 
 
-def planned(chain: Chain, scene, fraction: float, folder, truth: list) -> Done:
+def planned(chain: Chain, scene: xr.Dataset, fraction: float, folder: Path, truth: list) -> Done:
     """Return the result of a run on stored radiance for this fraction of the noise allowed.
 
     Parameters
@@ -96,7 +104,7 @@ def planned(chain: Chain, scene, fraction: float, folder, truth: list) -> Done:
     return replace(result, stated=_stated(imaged.plan, rows, exposure, fraction))
 
 
-def by_hand(chain: Chain, scene, setting: Setting, folder, truth: list) -> Done:
+def by_hand(chain: Chain, scene: xr.Dataset, setting: Setting, folder: Path, truth: list) -> Done:
     """Return the result of settings by hand, which do not depend on the light.
 
     Parameters
@@ -112,7 +120,7 @@ def by_hand(chain: Chain, scene, setting: Setting, folder, truth: list) -> Done:
     flares = tuple(chain.flares.values())
     response = narrowed(sensor, Demand()).response
 
-    def way(mixed):
+    def way(mixed: xr.DataArray) -> xr.DataArray | Any:
         return (
             complete_plan(lens, flares, mixed, response).image(mixed)
             if setting.way == "photocurrent"
@@ -122,7 +130,9 @@ def by_hand(chain: Chain, scene, setting: Setting, folder, truth: list) -> Done:
     return _measured(chain, scene, way, setting.bits, folder, truth)
 
 
-def _measured(chain, scene, image, bits, folder, truth) -> Done:
+def _measured(
+    chain: Chain, scene: xr.Dataset, image: np.ndarray, bits: int, folder: Path, truth: Any
+) -> Done:
     cpu_s = []
     for attempt in range(1 + WARM):
         start = time.process_time()
@@ -138,7 +148,9 @@ def _measured(chain, scene, image, bits, folder, truth) -> Done:
     return Done(rates, min(cpu_s[1:]), max(cpu_s[0] - min(cpu_s[1:]), 0.0), bits)
 
 
-def _stated(plan, rows, exposure: propagation.Exposure, fraction: float) -> float:
+def _stated(
+    plan: Any, rows: Sequence[dict[str, Any]], exposure: propagation.Exposure, fraction: float
+) -> float:
     """Return the error in the last row of a run's ledger: of everything after the renderer, for the
     worst capture.
     """
@@ -149,12 +161,14 @@ def _stated(plan, rows, exposure: propagation.Exposure, fraction: float) -> floa
     return max(e.value for e in row.errors if e.source.key == propagation.AFTER_RENDERER)
 
 
-def _electrons(light, mixed, scene, truth):
+def _electrons(
+    light: xr.DataArray, mixed: xr.DataArray, scene: xr.Dataset, truth: Any
+) -> list[Any]:
     exposure = propagation.Exposure(truth[0], light, mixed, scene)
     return [shot.total for shot in propagation.electrons(exposure)]
 
 
-def exact(chain: Chain, scene) -> list:
+def exact(chain: Chain, scene: xr.Dataset) -> list:
     """Return (captures, electrons, noise, unsaturated, own error) of a scene: every band in
     float64, nothing left out, finer kernels.
 

@@ -4,10 +4,15 @@ lamp, a chart at noon.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core import quantities
 from isethdr_core.physics.photometry import xyz_weights
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BANDS_NM = np.arange(400.0, 701.0, 20.0)
 TILE_UM = 10.0  # of the sensor plane: beyond the exact core of kernels most of the frame is left
@@ -15,7 +20,7 @@ MARGIN = 1.2  # width rendered / width of the camera's field
 CAMERAS = {"tunnel": "split_pixel", "street": "rgbw", "noon": "bayer"}
 
 
-def scene(name: str, width: int, focal_length_mm: float):
+def scene(name: str, width: int, focal_length_mm: float) -> xr.Dataset:
     """Return scene radiance of two light groups.
 
     Parameters
@@ -44,17 +49,17 @@ def scene(name: str, width: int, focal_length_mm: float):
     )
 
 
-def _light(luminance_cd_m2, spectrum):
+def _light(luminance_cd_m2: float | np.ndarray, spectrum: np.ndarray) -> np.ndarray:
     """Return radiance (band, y, x) of a spectrum (band, 1, 1), scaled to luminance (y, x)."""
     weights = xyz_weights(BANDS_NM)[1]
     return luminance_cd_m2 * spectrum / (weights @ spectrum.ravel())
 
 
-def _band(centre_nm, width_nm):
+def _band(centre_nm: int, width_nm: int) -> np.ndarray:
     return np.exp(-0.5 * ((BANDS_NM - centre_nm) / width_nm) ** 2)[:, None, None]
 
 
-def _paint(shape, rng, patch: int):
+def _paint(shape: tuple[int, int], rng: np.random.Generator, patch: int) -> np.ndarray:
     """Return reflectances (band, y, x) of patches, each of one paint, with a grain of 10 %."""
     rows, columns = (-(-n // patch) for n in shape)
     centre = (
@@ -76,7 +81,7 @@ WHITE_LED = _band(450, 10) + 0.7 * _band(560, 55)
 SODIUM = _band(589, 8) + 0.02
 
 
-def _tunnel(x, y, rng):
+def _tunnel(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Walls at 3 cd/m2 that brighten towards the mouth, a mouth of 8000 cd/m2, two tail lamps."""
     walls = _paint(x.shape, rng, 6)
     radius = np.hypot(x - 0.2, y + 0.05)
@@ -89,7 +94,7 @@ def _tunnel(x, y, rng):
     return np.stack([ambient, lamps])
 
 
-def _street(x, y, rng):
+def _street(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """A road at 0.02 to 2 cd/m2, lit by one lamp of 2e6 cd/m2 that is in the picture, a window of
     50 cd/m2.
     """
@@ -102,7 +107,7 @@ def _street(x, y, rng):
     return np.stack([ambient, lamps])
 
 
-def _noon(x, y, rng):
+def _noon(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Paints in daylight, 4000 cd/m2 of white, and a glint of the sun at 3e6 cd/m2."""
     ambient = _light(4e3 * np.ones(x.shape), DAYLIGHT) * _paint(x.shape, rng, 5)
     return np.stack([ambient, _light(3e6 * (np.hypot(x - 0.5, y - 0.2) < 0.02), DAYLIGHT)])

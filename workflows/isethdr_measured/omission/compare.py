@@ -5,6 +5,7 @@ their readings, and the difference allowed.
 from __future__ import annotations
 
 import time
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_workflows.empty_home import empty_home
@@ -19,6 +20,9 @@ from isethdr_core.runs import run as runs
 
 from .cases import CHART, CLEAN, SHARP, TILES
 
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
 FLOAT32 = 2.0**-22  # relative: irradiance and what is made of it, each rounded to float32
 TURNS = {
     True: 2,
@@ -29,7 +33,7 @@ TURNS = {
 NOISE_SD = "standard deviations of the sensor's noise"
 
 
-def compared(name: str, case, turns: int | None = None) -> dict:
+def compared(name: str, case: Any, turns: int | None = None) -> dict:
     """Return the row of one case. Both runs alternate, and the least work of each counts, because
     the load of the machine adds to it.
 
@@ -67,21 +71,21 @@ def compared(name: str, case, turns: int | None = None) -> dict:
     }
 
 
-def fresh(config) -> tuple[dict, float]:
+def fresh(config: DictConfig) -> tuple[dict, float]:
     """Return (readings of a run in an empty home, CPU seconds of the run)."""
     with empty_home():
         result, spent_s = measured(lambda: run(config))
         return readings_of(result), spent_s
 
 
-def measured(work):
+def measured(work: Any) -> tuple[Any, float]:
     """Return (result, CPU seconds of all threads)."""
     start = time.process_time()
     result = work()
     return result, time.process_time() - start
 
 
-def planned(config):
+def planned(config: DictConfig) -> Ledger:
     """Return the ledger of a plan, made from the config as `isethdr plan` does, including the
     search for stored results.
     """
@@ -95,7 +99,7 @@ def planned(config):
     return rows
 
 
-def readings_of(result) -> dict:
+def readings_of(result: Any) -> dict:
     """Return the readings of a finished run: captures in electrons, their noise, and the ledger."""
     [camera] = result.cameras
     captures = result.open(f"captures/{camera}").load()
@@ -143,7 +147,7 @@ def largest(few: dict, every: dict) -> tuple[float, float]:
     return float(difference[worst]), float(bound[worst])
 
 
-def warmed(rendered=()) -> None:
+def warmed(rendered: Any = ()) -> None:
     """Run a small chart, and every case that is to be `rendered` with two paths per tile in both
     ways, so that no measured run includes imports or compilation.
 

@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_mitsuba.world.view import nearest_square
@@ -19,6 +20,10 @@ from isethdr_core.plugins.registry import build
 
 from .inputs import irradiance, mixed
 from .verdict import Measured
+
+if TYPE_CHECKING:
+    from isethdr_core.pipeline.chain import Chain
+    from isethdr_core.runs.seeds import Generator
 
 FIELDS = (
     ("scene", "uniform", {"first_nm": 0.4, "last_nm": 0.7}),  # micrometres
@@ -90,7 +95,7 @@ def cases() -> Iterator[tuple]:
     yield "deposit scene: a link to nothing", partial(deposit, dangling=True), CatalogError
 
 
-def built(kind: str, name: str, fields: dict):
+def built(kind: str, name: str, fields: dict) -> Any:
     """Return a component, built from the given fields.
 
     Parameters
@@ -102,29 +107,29 @@ def built(kind: str, name: str, fields: dict):
     return build(kind, name, **fields)
 
 
-def through_lens(scale: float):
+def through_lens(scale: float) -> Any:
     """Image light whose wavelengths are scaled."""
     light = mixed(np.ones((31, *SHAPE), np.float32))
     return built("lens", "ideal", {})(light.assign_coords(wavelength=light.wavelength * scale))
 
 
-def spread(scale: float):
+def spread(scale: float) -> Any:
     """Ask for a point spread function."""
     return built("lens", "diffraction_limited", {}).psf([550.0 * scale], 1.0, 16)
 
 
-def keyed(seed: float):
+def keyed(seed: Any) -> Generator:
     """Ask for the key of noise."""
     return generator(seed=seed)
 
 
-def without_generator():
+def without_generator() -> Any:
     """Expose a sensor that cannot draw its noise."""
     light = irradiance(np.full((31, 16, 16), 1e-3, np.float32), tile_um=3.75)
     return built("sensor", "bayer", {})(light, None)
 
 
-def planned_scalar(width: int = 100, height: int = 56):
+def planned_scalar(width: int = 100, height: int = 56) -> Chain:
     """Build the chain of a run with the renderer for machines without a compiler."""
     return chain(
         compose(["renderer.variant=scalar", f"renderer.width={width}", f"renderer.height={height}"])
@@ -145,7 +150,7 @@ def cells() -> np.ndarray:
     return array
 
 
-def deposit(depth=None, twice: bool = False, dangling: bool = False):
+def deposit(depth: np.ndarray | None = None, twice: bool = False, dangling: bool = False) -> Any:
     """Write a scene of the ISETHDR deposit with one thing wrong, and read it.
 
     Parameters

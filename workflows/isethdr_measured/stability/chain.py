@@ -5,6 +5,8 @@ forms.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_isp.spectra import light
@@ -21,10 +23,15 @@ from isethdr_core.truth import truth
 from .lens import beyond
 from .verdict import Measured, relative
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.plugins.protocols import Isp, Sensor
+
 FLOAT32 = 2.0**-21  # scene, irradiance and raw are rounded to float32 each
 
 
-def cases(slow: int = 0):
+def cases(slow: int = 0) -> Iterator[tuple[Any, ...]]:
     """Yield (case, measure), with the error class where it is refused."""
     for decades in (1.0, 8.0, 12.0):
         yield f"ramp over {decades:g} decades, no blur", lambda d=decades: ramp(d)
@@ -46,7 +53,13 @@ def cases(slow: int = 0):
         yield "7680 x 4320 pixels", lambda: uniform(100.0, 3, (4320, 7680))
 
 
-def _through(scene, lens: str = "ideal", sensor=None, isp=None, noise: bool = False):
+def _through(
+    scene: xr.Dataset,
+    lens: str = "ideal",
+    sensor: Sensor | None = None,
+    isp: Isp | None = None,
+    noise: bool = False,
+) -> tuple[xr.DataArray, xr.Dataset]:
     """Return (mixed, picture)."""
     mixed = build("lighting", "ideal")(scene)
     light = build("lens", lens, focal_length_mm=_focal_mm(mixed))(mixed)
@@ -56,12 +69,14 @@ def _through(scene, lens: str = "ideal", sensor=None, isp=None, noise: bool = Fa
     return mixed, (isp or build("isp", "linear"))(captures)
 
 
-def _focal_mm(mixed) -> float:
+def _focal_mm(mixed: xr.DataArray) -> float:
     """Return the focal length at which a tile is as wide as a pixel of 3 um."""
     return 3e-3 * (1 + 1e-6) / tile_pitch(mixed, "x")
 
 
-def _chart(name: str, shape=(24, 48), bands: int = 31, **fields):
+def _chart(
+    name: str, shape: tuple[int, int] = (24, 48), bands: int = 31, **fields: Any
+) -> xr.Dataset:
     return build(
         "scene",
         name,
@@ -81,7 +96,7 @@ def ramp(decades: float) -> Measured:
     return Measured(float(np.ptp(ratio) / ratio.mean()), FLOAT32, "true ratios, relative")
 
 
-def uniform(level: float, bands: int = 31, shape=(24, 48)) -> Measured:
+def uniform(level: float, bands: int = 31, shape: tuple[int, int] = (24, 48)) -> Measured:
     """A uniform field stays uniform, at its level up to one known factor for the colour of the
     light.
 
@@ -100,7 +115,7 @@ def uniform(level: float, bands: int = 31, shape=(24, 48)) -> Measured:
     )
 
 
-def _balance_factor(bands) -> float:
+def _balance_factor(bands: np.ndarray) -> float:
     """Return Y of equal energy of 1 cd/m2 as a clear pixel balanced for daylight reads it."""
     response = (
         quantum_efficiency(build("sensor", "ideal", cfa="W").model(), bands)[0]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from typing import Any
+
 import numpy as np
 
 from isethdr_core.physics.convolution import convolve_with_bound
@@ -10,7 +13,7 @@ from .inputs import patchy
 from .verdict import Measured, relative
 
 
-def cases():
+def cases() -> Iterator[tuple[str, Callable[..., Any]]]:
     """Yield (case, measure)."""
     for decades in (0, 3, 6, 9, 12, 15):
         yield (
@@ -27,7 +30,7 @@ def cases():
     yield "a column of 300", lambda: direct(lamps(1e12, 1, (300, 1)))
 
 
-def lamps(level: float, count: int, shape=(32, 40)) -> np.ndarray:
+def lamps(level: float, count: int, shape: tuple[int, int] = (32, 40)) -> np.ndarray:
     """Return surroundings of about 1 with some bright tiles.
 
     Parameters
@@ -55,7 +58,7 @@ def wide(reach: int = 24) -> np.ndarray:
     return psf / psf.sum()
 
 
-def direct(image) -> Measured:
+def direct(image: np.ndarray) -> Measured:
     """Compare with the sum of shifted pictures in long double."""
     psf = wide()
     convolved, bound = convolve_with_bound(image, psf)
@@ -66,7 +69,7 @@ def direct(image) -> Measured:
     )
 
 
-def summed(image, psf) -> np.ndarray:
+def summed(image: np.ndarray, psf: np.ndarray) -> np.ndarray:
     """Return the linear convolution as a sum of shifted pictures, long double."""
     ny, nx = image.shape
     ky, kx = psf.shape

@@ -4,7 +4,9 @@ decimal digits.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from decimal import Decimal, localcontext
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +22,7 @@ TIMES = (1e-6, 1e-3, 0.016, 1.0, 60.0, 3600.0)
 EXACT = 1e-13
 
 
-def cases():
+def cases() -> Iterator[tuple[Any, ...]]:
     """Yield (case, measure), with the error class where it is refused."""
     for knee, thermal, rate in (
         (7000.0, 240.0, 4.4e5),
@@ -37,11 +39,11 @@ def cases():
     yield "thermal charge of 0", lambda: build("sensor", "lofic", thermal_e=0.0), ConfigError
 
 
-def _grid():
+def _grid() -> tuple[np.ndarray, np.ndarray]:
     return np.meshgrid(CURRENTS, TIMES, indexing="ij")
 
 
-def _flow(knee, thermal, rate):
+def _flow(knee: float, thermal: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
     current, time = _grid()
     return flow(0.0, current, time, Well(knee, thermal, rate))
 
@@ -84,7 +86,7 @@ def spill(knee: float, thermal: float, rate: float) -> Measured:
     return Measured(worst, EXACT, "closed form in 80 digits, relative, per unit of log(spill)")
 
 
-def _worst(values, truth, knee) -> float:
+def _worst(values: np.ndarray, truth: Sequence[list[Decimal]], knee: float) -> float:
     return max(
         abs(float((Decimal(float(v)) - t) / t))
         for row, line in zip(values, truth)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core.quantities import IRRADIANCE, RADIANCE, centres, plane, scene_radiance
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BANDS = np.arange(400.0, 701.0, 10.0)
 PITCH_UM = 3.0
 THROUGHPUT_SR = np.pi / 65  # of a lens at f/4
 
 
-def mixed(cube, wavelength_nm=BANDS, pitch: float = 1e-3):
+def mixed(cube: np.ndarray, wavelength_nm: np.ndarray = BANDS, pitch: float = 1e-3) -> xr.DataArray:
     """Return mixed radiance of a cube.
 
     Parameters
@@ -35,7 +40,9 @@ def mixed(cube, wavelength_nm=BANDS, pitch: float = 1e-3):
     )
 
 
-def irradiance(cube, wavelength_nm=BANDS, tile_um: float = PITCH_UM):
+def irradiance(
+    cube: np.ndarray, wavelength_nm: np.ndarray = BANDS, tile_um: float = PITCH_UM
+) -> xr.DataArray:
     """Return irradiance of a cube.
 
     Parameters
@@ -63,7 +70,7 @@ def irradiance(cube, wavelength_nm=BANDS, tile_um: float = PITCH_UM):
     )
 
 
-def scene(maps: dict, wavelength_nm=BANDS, pitch: float = 1e-3):
+def scene(maps: dict, wavelength_nm: np.ndarray = BANDS, pitch: float = 1e-3) -> xr.Dataset:
     """Return scene radiance with flat spectra.
 
     Parameters
@@ -86,6 +93,6 @@ def scene(maps: dict, wavelength_nm=BANDS, pitch: float = 1e-3):
     )
 
 
-def patchy(shape, seed: int = 1) -> np.ndarray:
+def patchy(shape: tuple[int, int], seed: int = 1) -> np.ndarray:
     """Return positive numbers, 0.5 to 1.5, without any regularity."""
     return 0.5 + np.random.default_rng(seed).random(shape)

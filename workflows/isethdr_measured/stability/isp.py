@@ -4,6 +4,9 @@ much light, against closed forms.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from isethdr_isp.spectra import light
 
@@ -16,11 +19,16 @@ from isethdr_core.plugins.registry import build
 from .inputs import BANDS, THROUGHPUT_SR, irradiance
 from .verdict import Measured, relative
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.runs.seeds import Generator
+
 LEVEL = 100.0  # cd/m2
 FLOAT32 = 2.0**-22  # relative: raw values without a converter are float32, minus the black level
 
 
-def cases():
+def cases() -> Iterator[tuple[Any, ...]]:
     """Yield (case, measure), with the class of the expected error if there is one."""
     for name in ("linear", "merge"):
         yield f"{name}: three equal filters", lambda n=name: equal_filters(n, 0.0)
@@ -54,11 +62,17 @@ def cases():
     yield "matrix: samples of one colour", one_colour
 
 
-def _white(level: float = LEVEL):
+def _white(level: float = LEVEL) -> np.ndarray:
     return level * light("daylight", BANDS)
 
 
-def _shot(sensor: str = "bayer", shape=(24, 24), level: float = LEVEL, generator=None, **fields):
+def _shot(
+    sensor: str = "bayer",
+    shape: tuple[int, int] = (24, 24),
+    level: float = LEVEL,
+    generator: Generator | None = None,
+    **fields: Any,
+) -> xr.Dataset:
     cube = np.broadcast_to(
         (_white(level) * THROUGHPUT_SR)[:, None, None],
         (len(BANDS), 2 * shape[0] + 2, 2 * shape[1] + 2),
@@ -69,11 +83,11 @@ def _shot(sensor: str = "bayer", shape=(24, 24), level: float = LEVEL, generator
     )(irradiance(cube, tile_um=1.5 * (1 + 1e-6)), generator)
 
 
-def _picture(name: str, shot):
+def _picture(name: str, shot: xr.Dataset) -> xr.Dataset:
     return build("isp", name)(shot)
 
 
-def _off(picture, level: float = LEVEL) -> float:
+def _off(picture: xr.Dataset, level: float = LEVEL) -> float:
     return relative(picture.xyz.values[..., 1], level)
 
 
@@ -106,7 +120,7 @@ def equal_filters(name: str, spread: float, blind: bool = False, sensor: str = "
     return Measured(_off(_picture(name, shot)), 1e-5, "100 cd/m2, relative")
 
 
-def _of_white(shot, channel: int) -> float:
+def _of_white(shot: xr.Dataset, channel: int) -> float:
     return float(shot.quantum_efficiency.values[0, channel] @ (_white() / photon_energy_j(BANDS)))
 
 

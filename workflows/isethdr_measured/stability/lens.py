@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from isethdr_optics.psf.kernels import kernels
@@ -27,7 +29,7 @@ ORDERS = 4e-4  # of a point's light, as the plugin's `sampled_pupil.CELLS` state
 DEFOCUS = (0.5, 5.5, 50.5)  # waves
 
 
-def cases():
+def cases() -> Iterator[tuple[Any, ...]]:
     """Yield (case, measure), with the error class where it is refused."""
     for level in (1e-12, 1.0, 1e12):
         yield f"ideal lens, {level:g} W m-2 sr-1 nm-1 everywhere", lambda v=level: level_kept(v)
@@ -102,7 +104,7 @@ def cases():
         )
 
 
-def _lens(name: str, **fields):
+def _lens(name: str, **fields: Any) -> Any:
     return build("lens", name, **fields)
 
 
@@ -145,7 +147,7 @@ def peak(f_number: float, waves: float) -> Measured:
     )
 
 
-def _defocused(f_number: float, waves: float):
+def _defocused(f_number: float, waves: float) -> Any:
     """Return a lens whose wavefront at the rim is `waves` of 550 nm beyond that in the middle: OSA
     4 is sqrt(3) (2 rho^2 - 1).
     """
@@ -277,7 +279,7 @@ def decades() -> Measured:
     )
 
 
-def row(shape) -> Measured:
+def row(shape: tuple[int, int]) -> Measured:
     """A frame of one tile or one row loses no more light than stated."""
     lens = _lens("diffraction_limited", falloff="none")
     light = lens(mixed(np.ones((1, *shape), np.float32), GREEN))

@@ -4,6 +4,9 @@ themselves in long double.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from isethdr_core.errors import ConfigError, UnitError
@@ -13,11 +16,17 @@ from isethdr_core.plugins.registry import build
 from .inputs import BANDS, patchy, scene
 from .verdict import Measured, relative
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.lighting.targets import TargetsLighting
+    from isethdr_core.lighting.weights import WeightsLighting
+
 HALF_STEP = 2.0**-24  # mixed light is rounded to float32 once
 SHAPE = (24, 32)
 
 
-def cases():
+def cases() -> Iterator[tuple[Any, ...]]:
     """Yield (case, measure), with the error class where it is refused."""
     yield "weights over 15 decades", lambda: mixing({"a": 1e-9, "b": 1e6, "c": 1.0})
     yield "weights over 60 decades", lambda: mixing({"a": 1e-30, "b": 1e30, "c": 0.0})
@@ -72,7 +81,7 @@ def _night() -> dict:
     return {"lamp": lamp, "sky": patchy(SHAPE)}
 
 
-def _lighting(name: str, **fields):
+def _lighting(name: str, **fields: Any) -> TargetsLighting | WeightsLighting:
     return build("lighting", name, **fields)
 
 
@@ -90,7 +99,7 @@ def mixing(weights: dict) -> Measured:
     return Measured(relative(mixed, truth), HALF_STEP, "weighted sum in long double, relative")
 
 
-def alike(relative_gap: float, **targets_of_picture) -> Measured:
+def alike(relative_gap: float, **targets_of_picture: Any) -> Measured:
     """Two nearly identical groups: the values that the lighting states as reached are those of the
     picture.
     """
@@ -104,7 +113,7 @@ def alike(relative_gap: float, **targets_of_picture) -> Measured:
     )
 
 
-def reached(maps: dict, **targets) -> Measured:
+def reached(maps: dict, **targets: Any) -> Measured:
     """A target within reach is met to 1e-6, as the lighting promises, in the picture itself."""
     mixed = _lighting("targets", moves=["sky"], **targets)(scene(maps))
     [target] = mixed.attrs["targets"].values()
@@ -115,12 +124,12 @@ def reached(maps: dict, **targets) -> Measured:
     )
 
 
-def solved_weight(maps: dict, **targets) -> Measured:
+def solved_weight(maps: dict, **targets: Any) -> Measured:
     """A target out of reach is named, and the stated value is the true one."""
     return _shown(maps, out_of_reach=True, **targets)
 
 
-def _shown(maps, out_of_reach: bool = False, **fields) -> Measured:
+def _shown(maps: dict[str, np.ndarray], out_of_reach: bool = False, **fields: Any) -> Measured:
     mixed = _lighting("targets", moves=["sky"], **fields)(scene(maps))
     worst = 0.0
     for name, target in mixed.attrs["targets"].items():
@@ -146,7 +155,12 @@ def _shown(maps, out_of_reach: bool = False, **fields) -> Measured:
     )
 
 
-def _of_group(maps, weights, group, fields) -> float:
+def _of_group(
+    maps: dict[str, np.ndarray],
+    weights: dict[str, float],
+    group: str,
+    fields: dict[str, dict[str, dict[Any, Any]] | float],
+) -> float:
     """Return the statistic of one group's own luminance after its weight, cd/m2."""
     luminance_cd_m2 = (
         maps[group].astype(np.float32).astype(float)
@@ -156,7 +170,7 @@ def _of_group(maps, weights, group, fields) -> float:
     return {"max": np.max, "mean": np.mean}[fields["targets"][group]["statistic"]](luminance_cd_m2)
 
 
-def _luminance_on_road(mixed, name: str) -> float:
+def _luminance_on_road(mixed: xr.DataArray, name: str) -> float:
     luminance_cd_m2 = luminance(mixed.values.astype(float), mixed.wavelength.values)
     if name == "dynamic_range":
         low, high = np.percentile(luminance_cd_m2, [1.0, 100.0], method="hazen")

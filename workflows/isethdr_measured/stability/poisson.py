@@ -5,8 +5,10 @@ double.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 from isethdr_sensors.readout.shot import readings
@@ -19,7 +21,7 @@ from isethdr_core.plugins.registry import build
 from .verdict import Measured
 
 
-def cases():
+def cases() -> Iterator[tuple[str, Callable[..., Any]]]:
     """Yield (case, measure)."""
     yield "mean 0", lambda: Measured(float(np.abs(_counts(0.0)).max()), 0.0, "0 e")
     yield "mean 1e-12, at the step to 1 e", lambda: step_to_one(1e-12)

@@ -5,7 +5,9 @@ pixel, against closed forms.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_isp.readout.electrons import check_captures, readouts
@@ -19,13 +21,16 @@ from .inputs import PITCH_UM, irradiance
 from .spectra import PLANCK_LIGHT
 from .verdict import Measured, relative
 
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Sensor
+
 GREEN = np.array([550.0])
 # photons per second and pixel of 1 W m-2 at 550 nm
 PER_W_M2 = 550e-9 / PLANCK_LIGHT * (PITCH_UM * 1e-6) ** 2
 FLOAT32 = 2.0**-23
 
 
-def cases():
+def cases() -> Iterator[tuple[Any, ...]]:
     """Yield (case, measure), with the error class where it is refused."""
     for seconds in (1e-6, 0.016, 3600.0):
         for level in (1e-12, 1e12):
@@ -63,7 +68,7 @@ def cases():
     yield "a pixel wider than the field", lambda: frame(1, 1, pitch_um=300.0), ConfigError
 
 
-def _build(name: str, **fields):
+def _build(name: str, **fields: Any) -> Sensor:
     return build("sensor", name, **fields)
 
 
@@ -156,7 +161,7 @@ def gain_read_back(gain: float) -> Measured:
     return read_back(conversion_gain_uv_per_e=gain, swing_v=25455 * gain * 1e-6)
 
 
-def read_back(**fields) -> Measured:
+def read_back(**fields: Any) -> Measured:
     """Codes read back give the electrons to a step of the converter, or are marked as saturated."""
     sensor = _build("single", noise=False, dark_spread=0.0, prnu=0.0, column_e=0.0, **fields)
     model = sensor.model()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from isethdr_scenes.charts.chart import band_means
@@ -19,7 +21,7 @@ from .verdict import Measured, relative, with_ledger
 PLANCK_LIGHT = 6.62607015e-34 * 299792458.0  # J m, exact by definition of the SI
 
 
-def cases():
+def cases() -> Iterator[tuple[Any, ...]]:
     """Yield (case, measure), with the error class where it is refused."""
     for count in (1, 3, 31, 301):
         yield (
@@ -62,7 +64,7 @@ def photons(count: int) -> Measured:
     return Measured(relative(expected_e, truth), 1e-12, "sum of wavelength / (h c), relative")
 
 
-def _white(first: float, last: float):
+def _white(first: float, last: float) -> Any:
     return build("scene", "uniform", first_nm=first, last_nm=last, width=4, height=4).white()
 
 
@@ -152,7 +154,7 @@ def monochromatic() -> Measured:
     )
 
 
-def backwards():
+def backwards() -> Any:
     """Bands out of order would have negative widths."""
     light = irradiance(np.ones((3, 4, 4)), np.array([650.0, 550.0, 450.0]))
     return build("sensor", "ideal").expected(light)

@@ -7,12 +7,18 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from isethdr_core import ledger
 from isethdr_core.errors import IsetHdrError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import ArrayLike
+
+    from isethdr_core.uncertainty.ledger import Row
 
 # characters: a shorter message cannot state the mistake, the expected value and a remedy
 SHORTEST_MESSAGE = 25
@@ -81,7 +87,7 @@ def judged(stage: str, case: Case) -> dict:
     }
 
 
-def relative(values, truth) -> float:
+def relative(values: ArrayLike, truth: ArrayLike) -> float:
     """Return the largest relative error, in long double; a truth of exactly 0 must be met
     exactly.
     """
@@ -96,7 +102,7 @@ def relative(values, truth) -> float:
     return float(miss.max())
 
 
-def with_ledger(call):
+def with_ledger(call: Callable[..., Any]) -> tuple[xr.Dataset, Row]:
     """Return (result, row): the result of `call()`, and its ledger row."""
     rows = ledger.Ledger()
     with ledger.stage(rows, "case") as row:

@@ -5,14 +5,23 @@ diagram.
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from isethdr_core.extras import needed
 
 from .point import Work, front
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
+
+    from .point import Point
 
 COLOURS = {
     "default": "#c0392b",
@@ -51,7 +60,7 @@ PLACES = (
 )
 
 
-def draw(works: list[Work], path) -> None:
+def draw(works: list[Work], path: Path) -> None:
     """Write the diagrams of one stage, two panels a row, to `path` (png); exact settings sit at the
     bottom, failed ones at the top.
     """
@@ -97,7 +106,7 @@ def draw(works: list[Work], path) -> None:
         plt.close(fig)
 
 
-def save(fig, path) -> None:
+def save(fig: Figure, path: Path) -> None:
     """Write a figure with 200 colours: half the bytes without a visible difference."""
     from PIL import Image
 
@@ -106,7 +115,7 @@ def save(fig, path) -> None:
     Image.open(whole).convert("RGB").quantize(200).save(path, optimize=True)
 
 
-def panel(ax, work: Work, wide: bool):
+def panel(ax: Axes, work: Work, wide: bool) -> tuple[list[tuple[Any, ...]], list[tuple[Any, ...]]]:
     """Draw one diagram; return its [(text, x, y)] still to be placed, and its dots [(x, y)].
 
     Parameters
@@ -120,7 +129,7 @@ def panel(ax, work: Work, wide: bool):
     some = [p.error for p in visible if 0 < p.error < fails] or [1e-16]
     floor = min(some) / 10
 
-    def height(point):
+    def height(point: Point) -> float:
         return min(max(point.error, floor), fails)
 
     best = front(visible)
@@ -172,7 +181,7 @@ def panel(ax, work: Work, wide: bool):
     return list(zip(texts, *zip(*dots))), dots
 
 
-def limits(ax, x, y) -> None:
+def limits(ax: Axes, x: Sequence[float], y: Sequence[float]) -> None:
     """Set the axes around the points: at least most of a decade, with room for their texts, and
     with numbers where they fit.
 
@@ -200,7 +209,12 @@ def limits(ax, x, y) -> None:
         axis.set_minor_formatter(FuncFormatter(lambda v, _: ""))
 
 
-def label(fig, ax, texts, dots) -> None:
+def label(
+    fig: Figure,
+    ax: Axes,
+    texts: Sequence[tuple[str, float, float]],
+    dots: Sequence[tuple[float, float]],
+) -> None:
     """Write a text beside each dot, where it covers neither a dot nor another text. Dots at the
     same position share one text.
 
@@ -247,7 +261,7 @@ def label(fig, ax, texts, dots) -> None:
         occupied.append(best[3])
 
 
-def together(pixels) -> list[list[int]]:
+def together(pixels: np.ndarray) -> list[list[int]]:
     """Return groups of dots, from left to right, each at most `TOGETHER` pixels from the one before
     it in its group.
     """
@@ -261,13 +275,13 @@ def together(pixels) -> list[list[int]]:
     return groups
 
 
-def overlap(first, second) -> float:
+def overlap(first: ArrayLike, second: ArrayLike) -> float:
     """Return the area that two boxes (left, bottom, right, top) share, pixels."""
     return max(0.0, min(first[2], second[2]) - max(first[0], second[0])) * max(
         0.0, min(first[3], second[3]) - max(first[1], second[1])
     )
 
 
-def outside(box, frame) -> float:
+def outside(box: ArrayLike, frame: ArrayLike) -> float:
     """Return the area of a box beyond a frame, pixels."""
     return (box[2] - box[0]) * (box[3] - box[1]) - overlap(box, frame)

@@ -6,7 +6,9 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
@@ -46,7 +48,7 @@ class Work:
     no_error: str = "exact"  # name of a setting without error
 
 
-def timed(call, repeat: int = 2):
+def timed(call: Callable[..., Any], repeat: int = 2) -> tuple[Any | None, float, float]:
     """Return (result, CPU seconds, peak MB above the start) of the cheapest of `repeat` calls, or
     of more calls if they are short.
 
@@ -73,7 +75,7 @@ def timed(call, repeat: int = 2):
 
 
 def refuse_what_does_not_fit(
-    title: str, count: int, needed_bytes, free_bytes: int | None = None
+    title: str, count: int, needed_bytes: float, free_bytes: int | None = None
 ) -> None:
     """Raise ConfigError if a reference needs more memory than is free. The message has its size and
     the largest count that fits.

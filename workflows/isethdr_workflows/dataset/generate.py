@@ -218,9 +218,7 @@ def made(scene: DrawnScene, folder: Path) -> tuple[SceneRecord, bool]:
 def measured(rendered: Rendered) -> dict[str, Any]:
     """Return the properties of stored radiance that a record holds."""
     attributes = rendered.attributes
-    rows = [
-        row for a in attributes for row in a["ledger"] if row["stage"].split(" ")[0] in TIMED
-    ]
+    rows = [row for a in attributes for row in a["ledger"] if row["stage"].split(" ")[0] in TIMED]
     return {
         "stores": tuple(path.stem for path in rendered.stores),
         "seconds": sum(row["seconds"] for row in rows),

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from isethdr_core.pipeline.chain import chain
 from isethdr_core.storage import store
 
 from .record import SceneRecord
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # limits of the classes of distance (m) and of height in the picture (pixels)
 DISTANCES_M = (15.0, 30.0, 60.0)
@@ -162,7 +165,7 @@ def by_decade(luminance: np.ndarray) -> np.ndarray:
     return np.histogram(np.clip(lit, DECADES[0], DECADES[-1]), DECADES)[0]
 
 
-def inside(scene):
+def inside(scene: xr.Dataset) -> xr.Dataset:
     """Return scene radiance without the overscan around the camera's field."""
     half_x = scene.attrs["field_width"] / 2
     half_y = scene.attrs["field_height"] / 2

@@ -5,12 +5,18 @@ stacks of pictures.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from isethdr_core.physics.radiometry import photon_energy_j
 from isethdr_core.quantities import IRRADIANCE, centres, plane
 from isethdr_core.seeds import generator
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.runs.seeds import Generator
 
 BAND_NM = 10.0
 BORDER = 2  # pixels left out all round: crosstalk finds other filters mirrored there
@@ -29,7 +35,7 @@ class Bench:
     size: int  # pixels a side, of all channels
     seed: int
 
-    def shot(self, photons: float, number: int):
+    def shot(self, photons: float, number: int) -> tuple[Any, Any, Any, Any]:
         """Return (DN of the channel's pixels (pixel,), their row, their column, saturated) of
         picture `number`.
 
@@ -63,7 +69,7 @@ class Bench:
             * diode.exposure_share
         )
 
-    def light(self, photons: float):
+    def light(self, photons: float) -> xr.DataArray:
         """Return even irradiance of `photons` per pixel and exposure at the wavelength."""
         pitch = self.sensor.pitch_um * 1e-6
         level = (
@@ -89,7 +95,7 @@ class Bench:
         )
 
 
-def picture_key(bench: Bench, photons: float, number: int):
+def picture_key(bench: Bench, photons: float, number: int) -> Generator:
     """Return the key of the noise of picture `number` of a level of light; the device is always the
     same.
 

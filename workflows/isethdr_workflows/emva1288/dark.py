@@ -9,11 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 from isethdr_sensors.readout.shot import readings
 
 from .camera import BORDER, DARK, STACK, Bench, Stack, picture_key
+
+if TYPE_CHECKING:
+    from isethdr_sensors.sensor_model import SensorModel
 
 SHARE = (
     1 / 3
@@ -71,7 +75,7 @@ def dark_series(bench: Bench, pictures: int) -> DarkSeries:
     )
 
 
-def black_dn(model) -> np.ndarray:
+def black_dn(model: SensorModel) -> np.ndarray:
     """Return the black level (capture, 1, 1), DN, without which squares of numbers lose no
     digits.
     """

@@ -9,12 +9,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import exp, pi, sqrt
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.special import ndtr
 
 from .camera import Pair, Stack
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 
 ROUNDING = 1 / 12  # DN^2, section 2.7
 RESOLVED_DN2 = 0.24  # dark variance below which rounding hides the noise, section 6.6
@@ -60,7 +65,9 @@ def rounding_dn2(digital: bool) -> float:
     return ROUNDING if digital else 0.0
 
 
-def gain_and_responsivity(pairs: list[Pair], dark: Pair, digital: bool):
+def gain_and_responsivity(
+    pairs: list[Pair], dark: Pair, digital: bool
+) -> tuple[Estimate, Estimate]:
     """Return the system gain K (DN/e) and the responsivity R (DN/photon), both as slopes over the
     lower 70 % (section 6.6).
 
@@ -189,7 +196,7 @@ def saturation_photons(
     line = dark.variance_dn2 + gain.value * responsivity.value * photons
     ratio = np.array([p.variance_dn2 for p in near]) / line
 
-    def fall(end):
+    def fall(end: int) -> Any:
         spread = np.sqrt(line) / responsivity.value  # of one pixel's shot, photons
         return np.sum(
             NODE_SHARE
@@ -199,7 +206,7 @@ def saturation_photons(
             1,
         )
 
-    def residual(end):
+    def residual(end: Sequence[float]) -> Any:
         return (ratio - fall(end[0])) / np.sqrt(2 / pixels)
 
     start = min(photons, key=lambda end: np.sum(residual([end]) ** 2))
@@ -212,7 +219,7 @@ def saturation_photons(
     return Estimate(float(fit.x[0]), sqrt(1 / slope + moved**2))
 
 
-def clipped_variance(t):
+def clipped_variance(t: np.ndarray) -> Any:
     """Return the variance of a standard normal that is clipped at `t` above its mean."""
     density = np.exp(-0.5 * t * t) / sqrt(2 * pi)
     tail = ndtr(-t)

@@ -8,7 +8,9 @@ distribution of the charge in closed form, mapped through the converter's curve 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from isethdr_sensors.charge.soft_knee import HasSoftKnee
@@ -30,7 +32,7 @@ SHARES = (0.01, 0.1, 0.5, 0.8)  # of the linear full scale
 BEYOND = (1.5, 10.0, 100.0, 1e4)  # of it, as far as the numbers go on
 
 
-def general_figures(bench: Bench):
+def general_figures(bench: Bench) -> Iterator[tuple[str, str, Estimate, float]]:
     """Yield (figure, unit, estimate, truth) of the bench's capture and channel: mean, temporal
     noise and SNR over its whole range.
     """
@@ -98,7 +100,7 @@ def expected_dn(bench: Bench, light_e: float) -> tuple[float, float]:
     return mean, float(np.sum(weight * (dn - mean) ** 2))
 
 
-def charge_distribution(mean_e: float, variance_e2: float):
+def charge_distribution(mean_e: float, variance_e2: float) -> Any:
     """Return (charges, their probabilities): a Poisson distribution if little is spilled and the
     charge is small, otherwise a normal distribution.
     """
@@ -120,7 +122,7 @@ def charge_moments(bench: Bench, arrived_e: float) -> tuple[float, float]:
     return float(moments.charge_e), float(moments.charge_var_e2)
 
 
-def mean_error_dn(bench: Bench, exposed, slope_dn: float) -> float:
+def mean_error_dn(bench: Bench, exposed: Any, slope_dn: float) -> float:
     """Return the standard error of a channel's mean: temporal noise of two pictures, and the fixed
     patterns of the pixels.
 

@@ -9,9 +9,11 @@ standard error of the estimate.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib.resources import files
 from math import sqrt
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_sensors import isethdr_components
@@ -26,6 +28,10 @@ from . import estimates as find
 from .camera import Bench, pair, stack
 from .dark import DarkSeries, dark_series, pictures_needed
 from .general import general_figures
+
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Sensor
+    from isethdr_core.runs.seeds import Generator
 
 # of the photon transfer series; the standard asks for at least 9, here over all of the range
 LEVELS = 24
@@ -53,7 +59,7 @@ def emva1288(
     ]
 
 
-def chosen(name: str):
+def chosen(name: str) -> Any:
     """Return the sensor of that name or preset, at its fixed exposure and with all its readings.
 
     The standard varies the light at one exposure, and measures readings separately even if a chip
@@ -85,19 +91,19 @@ def measurable_sensors() -> list[str]:
     return list(sensors)
 
 
-def measurable(sensor) -> bool:
+def measurable(sensor: Sensor) -> bool:
     """Return whether a sensor has photodiodes with noise, which the standard measures."""
     return isinstance(sensor, ImagingSensor) and sensor.noise
 
 
-def nonlinear(sensor) -> bool:
+def nonlinear(sensor: Sensor) -> bool:
     """Return whether the codes of some capture are nonlinear in light: companded, or beyond a soft
     knee.
     """
     return bool(sensor.companding) or isinstance(sensor, HasSoftKnee)
 
 
-def linear_captures(sensor) -> list[int]:
+def linear_captures(sensor: Sensor) -> list[int]:
     """Return the captures whose codes are linear in charge up to the end of well or converter."""
     dark = sensor(Bench(sensor, 0, 0, 550.0, 8, 0).light(0.0), _key(0))
     model = sensor.model()
@@ -112,7 +118,7 @@ def linear_captures(sensor) -> list[int]:
     ]
 
 
-def measure(sensor, size: int, pictures: int, seed: int) -> list[dict]:
+def measure(sensor: Sensor, size: int, pictures: int, seed: int) -> list[dict]:
     """Return one row per capture, channel and figure.
 
     Parameters
@@ -196,7 +202,7 @@ def verdict(estimate: find.Estimate, true: float) -> str:
     return "yes" if abs(estimate.off(true)) <= 4 else "NO"
 
 
-def figures(bench: Bench, pictures: int, series: DarkSeries):
+def figures(bench: Bench, pictures: int, series: DarkSeries) -> Iterator[tuple[Any, ...]]:
     """Yield (figure, unit, estimate, truth) of the bench's capture and channel by the linear model,
     with the camera's dark pictures.
 
@@ -281,5 +287,5 @@ def true_figures(bench: Bench) -> dict:
     }
 
 
-def _key(seed):
+def _key(seed: int) -> Generator:
     return generator(seed, "bench", "")

@@ -7,6 +7,8 @@ one brightness; some have stripes down to the size of a pixel. One light illumin
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
@@ -18,7 +20,7 @@ STRIPED = 0.35  # share of the shapes
 FINEST = 0.48  # cycles per pixel
 
 
-def dead_leaves(rows: int, columns: int, colours, rng) -> np.ndarray:
+def dead_leaves(rows: int, columns: int, colours: Any, rng: np.random.Generator) -> np.ndarray:
     """Return planes (channel, y, x) with a mean near 1 in the strongest channel.
 
     Parameters
@@ -63,7 +65,7 @@ def dead_leaves(rows: int, columns: int, colours, rng) -> np.ndarray:
     return planes / planes.mean((1, 2)).max()
 
 
-def _inside(x, y, radius, rng):
+def _inside(x: np.ndarray, y: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
     if rng.uniform() < 0.5:
         return x**2 + y**2 < radius**2
     # half of the rectangles stand upright, as walls and letters do
@@ -73,7 +75,7 @@ def _inside(x, y, radius, rng):
     return (np.abs(u) < radius * rng.uniform(0.1, 0.7)) & (np.abs(v) < 0.7 * radius)
 
 
-def _stripes(x, y, rng):
+def _stripes(x: np.ndarray, y: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     angle = rng.uniform(0, np.pi)
     frequency = rng.uniform(0.02, FINEST) / FINE
     phase = 2 * np.pi * (frequency * (x * np.cos(angle) + y * np.sin(angle)) + rng.uniform())

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from isethdr_isp.demosaic.interpolation import demosaic, plane_weights
@@ -126,7 +127,7 @@ def trained(cell: str, recipe: dict) -> np.ndarray:
     return solved(gram, cross, taps, base_filters(cell), recipe["ridge"])
 
 
-def solved(gram, cross, taps, base, ridge: float) -> np.ndarray:
+def solved(gram: np.ndarray, cross: Any, taps: Any, base: Any, ridge: float) -> np.ndarray:
     """Return the filters that minimise the error under the sums of `learned.exact`, drawn to `base`
     by the ridge.
 
@@ -161,7 +162,7 @@ def base_filters(cell: str) -> np.ndarray:
     return out
 
 
-def example(cell: str, recipe: dict, number: int):
+def example(cell: str, recipe: dict, number: int) -> tuple[Any, Any, np.ndarray, Any]:
     """Return noise-free planes (channel, y, x), a noisy mosaic (y, x), its filters and its
     variance, all in electrons.
 
@@ -185,7 +186,7 @@ def example(cell: str, recipe: dict, number: int):
     return planes, mosaic, filters, np.maximum(mosaic + read**2, 0.1 * read**2)
 
 
-def colours(cell: str, rng) -> np.ndarray:
+def colours(cell: str, rng: np.random.Generator) -> np.ndarray:
     """Return (surface, channel) electrons of smooth reflectances in one of the four lights, some of
     them paler.
     """

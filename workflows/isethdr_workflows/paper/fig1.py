@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from isethdr_core.storage.store import open_scene
 from ..dataset.pairs.request import PairRequest
 from ..dataset.pairs.sources import sources
 from .rendered_scene import rendered, thinned, write_sheet
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DECADES = 6  # of the false colours of a light group, down from its brightest tile
 LONGEST_M = 150.0  # of the picture of distances
@@ -70,18 +73,18 @@ def paper_fig1(
     return rows
 
 
-def stored(name: str):
+def stored(name: str) -> xr.Dataset:
     """Return the radiance of a stored scene, or of the first scene of a dataset."""
     [first] = sources(PairRequest(name, scenes=1))
     return open_scene(first.store)
 
 
-def luminance_of(light) -> np.ndarray:
+def luminance_of(light: xr.DataArray) -> np.ndarray:
     """Return luminance (y, x), cd/m2, of radiance (wavelength, y, x)."""
     return tristimulus(light)["xyz"].values[..., 1]
 
 
-def in_field(radiance) -> tuple[slice, slice]:
+def in_field(radiance: xr.Dataset) -> tuple[slice, slice]:
     """Return the (rows, columns) of the tiles within the camera's field, without overscan."""
     found = []
     for dim, size in (("y", "field_height"), ("x", "field_width")):
@@ -90,7 +93,7 @@ def in_field(radiance) -> tuple[slice, slice]:
     return found[0], found[1]
 
 
-def write(path: str, radiance, groups: dict, mixed: dict) -> None:
+def write(path: str, radiance: xr.Dataset, groups: dict, mixed: dict) -> None:
     """Write the light groups in false colours, and below them night, day, objects and distances.
 
     Parameters

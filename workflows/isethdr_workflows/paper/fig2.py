@@ -9,7 +9,7 @@ beam is the last picture.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_scenes.photometry.families import family
@@ -17,6 +17,10 @@ from isethdr_scenes.photometry.families import family
 from isethdr_core.display.display_view import false_colour
 
 from .rendered_scene import write_sheet
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
 
 HALF_ANGLES_DEG = (90.0, 45.0, 22.5, 15.0, 7.5)  # 22.5, 15 and 7.5 are those of the shipped cars
 FLUX_LM = 1000.0  # of the lamp: that of a headlamp
@@ -70,7 +74,7 @@ def paper_fig2(picture: str = "") -> list[dict[str, Any]]:
     return rows
 
 
-def beam_cd(angle_deg, half_angle_deg: float):
+def beam_cd(angle_deg: np.ndarray, half_angle_deg: float) -> np.ndarray:
     """Return the intensity of the area light at angles from its normal, cd.
 
     Parameters
@@ -95,7 +99,7 @@ def flux_lm(half_angle_deg: float) -> float:
     return float(np.sum(2 * np.pi * values * np.sin(angle) * np.diff(edges)))
 
 
-def table_flux_lm(lamp) -> float:
+def table_flux_lm(lamp: Any) -> float:
     """Return the flux of a table of intensity, lm."""
     left = np.radians(np.arange(-89.5, 90.0, 0.25))
     up = np.radians(np.arange(-89.5, 90.0, 0.25))
@@ -111,7 +115,7 @@ def road() -> tuple[np.ndarray, np.ndarray]:
     return x, y[:, None]
 
 
-def illuminance(intensity_cd, x, y):
+def illuminance(intensity_cd: Callable[..., np.ndarray], x: np.ndarray, y: np.ndarray) -> Any:
     """Return the horizontal illuminance (y, x), lx, of a lamp at the origin, `HEIGHT_M` high.
 
     Parameters
@@ -126,7 +130,7 @@ def illuminance(intensity_cd, x, y):
     return intensity_cd(angle) * HEIGHT_M / distance**3
 
 
-def dipped(x, y):
+def dipped(x: np.ndarray, y: np.ndarray) -> Any:
     """Return the horizontal illuminance (y, x), lx, of the dipped beam."""
     lamp = family(DIPPED)
     distance = np.sqrt(x**2 + y**2 + HEIGHT_M**2)
@@ -145,7 +149,7 @@ def ahead(lux: np.ndarray, x: np.ndarray) -> dict[str, float]:
     }
 
 
-def curves(axes) -> None:
+def curves(axes: Any) -> None:
     """Draw intensity against the angle from the axis."""
     angle = np.linspace(0, 60, 601)
     for half_angle_deg in HALF_ANGLES_DEG:

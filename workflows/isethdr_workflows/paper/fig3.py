@@ -4,6 +4,8 @@ line through a headlight.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from isethdr_core.config.composition import compose
@@ -66,7 +68,7 @@ def write(path: str, light: dict, row: int) -> None:
     for view in views.values():
         view[row, ::8] = 255
 
-    def profile(axes):
+    def profile(axes: Any) -> None:
         for name, lux in light.items():
             axes.semilogy(np.arange(lux.shape[1]) - lux.shape[1] / 2, lux[row], label=name, lw=1)
         axes.set(

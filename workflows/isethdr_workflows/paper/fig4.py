@@ -4,6 +4,8 @@ one picture sheet.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from isethdr_core.display.display_view import false_colour
@@ -81,7 +83,7 @@ def paper_fig4(picture: str = "", width: int = 240, height: int = 135) -> list[d
     return rows
 
 
-def lights(width: int, height: int):
+def lights(width: int, height: int) -> Any:
     """Return mixed radiance of five discs, 1e6 to 1e2 cd/m2, on a ground of 1e-3 cd/m2; a tile is
     `PITCH_UM` on the sensor.
     """
@@ -99,7 +101,7 @@ def lights(width: int, height: int):
     return build("lighting", "weights", weights={"headlights": 1.0, "sky": 1.0})(scene)
 
 
-def figures(lux) -> dict:
+def figures(lux: np.ndarray) -> dict:
     """Return the figures of one cell from its illuminance (y, x)."""
     height, width = lux.shape
     visible = 0

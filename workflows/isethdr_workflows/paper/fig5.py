@@ -5,7 +5,7 @@ growing flare of headlights.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from isethdr_core.plugins.registry import build
 
 from .parameters import PAPER, SCRIPTS, chosen
 from .rendered_scene import rendered, seen_by, shown, thinned, through, write_sheet
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # the white of each picture is inversely proportional to its exposure, not to its content
 WHITE_CD_S_M2 = 0.3
@@ -80,7 +83,7 @@ def paper_fig5(
     return rows
 
 
-def people(picture, true, labels, detection) -> dict:
+def people(picture: xr.Dataset, true: xr.Dataset, labels: xr.Dataset, detection: Any) -> dict:
     """Return signal to noise and contrast detection of the people in a picture; NaN if there are
     none.
 

@@ -5,6 +5,7 @@ photodiode.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from isethdr_core.plugins.registry import build
 
 from .parameters import PAPER, SCRIPTS, chosen
 from .rendered_scene import rendered, seen_by, shown, through, write_sheet
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SCENES = {"tunnel": "tunnel_exit", "night": "night_drive"}
 # the text names no exposure: that of the sensor; the scripts take long ones, {scene: seconds}
@@ -77,7 +81,7 @@ def paper_fig6_7(picture: str = "", scene: str = "tunnel", parameters: str = PAP
     return rows
 
 
-def shown_luminance(picture, true) -> dict:
+def shown_luminance(picture: xr.Dataset, true: xr.Dataset) -> dict:
     """Return the decades of luminance in a picture, and its distance from the truth."""
     y = picture["xyz"].values[..., 1]
     sd = np.sqrt(picture["variance"].values[..., 1])
@@ -91,7 +95,7 @@ def shown_luminance(picture, true) -> dict:
     return {"decades": decades, "log_error": float(np.median(error))}
 
 
-def write(path: str, pictures: dict, true, white: float, row: int) -> None:
+def write(path: str, pictures: dict, true: xr.Dataset, white: float, row: int) -> None:
     """Write the captures and their combination at one white, and the luminance along a row.
 
     Parameters
@@ -104,7 +108,7 @@ def write(path: str, pictures: dict, true, white: float, row: int) -> None:
     """
     views = [shown(p, white) for p in pictures.values()]
 
-    def profile(axes):
+    def profile(axes: Any) -> None:
         axes.semilogy(
             true["xyz"].values[row, :, 1], color="#bbb", lw=2.5, label="truth, without flare"
         )

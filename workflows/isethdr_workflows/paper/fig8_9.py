@@ -5,7 +5,7 @@ classical and learned demosaic.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,6 +15,9 @@ from isethdr_core.plugins.registry import build
 
 from .parameters import PAPER, SCRIPTS, chosen
 from .rendered_scene import lux_of, rendered, seen_by, shown, through, write_sheet
+
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Isp, Metric, Sensor
 
 SENSORS = {"RGB": "bayer", "RGBW": "rgbw"}
 DEMOSAICS = ("bilinear", "learned")  # classical, and linear per local class
@@ -139,7 +142,7 @@ def colour_chart() -> LitScene:
     return LitScene(mixed, light, scene)
 
 
-def at_noise(isp, sensor, scene: LitScene, lux: float):
+def at_noise(isp: Isp, sensor: Sensor, scene: LitScene, lux: float) -> Any:
     """Return the isp with its colour matrix solved for the noise at one illuminance: clear pixels
     only help where noise counts beside colour.
 
@@ -160,7 +163,9 @@ def at_noise(isp, sensor, scene: LitScene, lux: float):
     return replace(isp, design_snr=float(np.clip(snr, *DESIGN_SNR)))
 
 
-def scored(metric, sensor, isp, scene: LitScene, lux: float, draws: int) -> tuple[float, float]:
+def scored(
+    metric: Metric, sensor: Sensor, isp: Isp, scene: LitScene, lux: float, draws: int
+) -> tuple[float, float]:
     """Return the mean of a score over shots and its standard error.
 
     Parameters
@@ -181,7 +186,7 @@ def scored(metric, sensor, isp, scene: LitScene, lux: float, draws: int) -> tupl
     ) if draws > 1 else np.nan
 
 
-def displayed(sensor, isp, scene: LitScene, lux: float):
+def displayed(sensor: Sensor, isp: Isp, scene: LitScene, lux: float) -> Any:
     """Return the displayed picture of one shot; its white is that of the reference picture.
 
     Parameters
@@ -195,7 +200,7 @@ def displayed(sensor, isp, scene: LitScene, lux: float):
     return shown(picture, white_cd_m2(true))
 
 
-def curves(axes, rows: list[dict]) -> None:
+def curves(axes: Any, rows: list[dict]) -> None:
     """Draw both scores against mean illuminance."""
     right = axes.twinx()
     for filters, colour in (("RGB", "#c0392b"), ("RGBW", "#2c6fad")):

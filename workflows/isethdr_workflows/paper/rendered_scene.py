@@ -4,7 +4,9 @@ labelled pictures.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from isethdr_core import generator
 from isethdr_core.config.composition import compose
@@ -16,8 +18,15 @@ from isethdr_core.pipeline.chain import chain, plan
 from isethdr_core.runs.radiance_cache import scene_radiance
 from isethdr_core.truth import labels_on, truth
 
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray as xr
 
-def rendered(*overrides):
+    from isethdr_core.pipeline.chain import Chain
+    from isethdr_core.plugins.protocols import Isp, Lighting, Sensor
+
+
+def rendered(*overrides: Any) -> tuple[Chain, xr.Dataset]:
     """Return (chain, scene radiance) of a composed config. Radiance is read from its store, and
     rendered only if it is missing.
     """
@@ -27,7 +36,7 @@ def rendered(*overrides):
     return built, scene_radiance(built, plan(built, rows), rows, config)[0]
 
 
-def through(built, scene, lighting, **lens):
+def through(built: Any, scene: xr.Dataset, lighting: Lighting, **lens: Any) -> tuple[Any, Any]:
     """Return (mixed radiance, irradiance) of a scene through the chain's lens with its flares.
 
     Parameters
@@ -41,7 +50,14 @@ def through(built, scene, lighting, **lens):
     return mixed, replace(built.lens, **lens)(mixed, flares=tuple(built.flares.values()))
 
 
-def seen_by(sensor, isp, mixed, light, scene, seed: int = 0):
+def seen_by(
+    sensor: Sensor,
+    isp: Isp,
+    mixed: xr.DataArray,
+    light: xr.DataArray,
+    scene: xr.Dataset,
+    seed: int = 0,
+) -> tuple[Any, Any, xr.Dataset, xr.Dataset]:
     """Return (captures, picture, truth, labels) of one shot.
 
     Parameters
@@ -58,7 +74,9 @@ def seen_by(sensor, isp, mixed, light, scene, seed: int = 0):
     return shot, picture, truth(mixed, picture), labels_on(scene, picture)
 
 
-def write_sheet(path: str, rows: list[list], names: list[list[str]], plot=None) -> None:
+def write_sheet(
+    path: str, rows: list[list], names: list[list[str]], plot: Callable[..., Any] | None = None
+) -> None:
     """Write rows of pictures with their names, and a drawing below them.
 
     Parameters
@@ -104,17 +122,17 @@ def write_sheet(path: str, rows: list[list], names: list[list[str]], plot=None) 
     plt.close(fig)
 
 
-def lux_of(light):
+def lux_of(light: xr.DataArray) -> np.ndarray:
     """Return illuminance (y, x) of an irradiance, lux, float64."""
     return luminance(light.values.astype(float), light.wavelength.values)
 
 
-def shown(picture, white_cd_m2: float):
+def shown(picture: xr.Dataset, white_cd_m2: float) -> np.ndarray:
     """Return a picture in sRGB bytes at a stated white. No picture is scaled by its own maximum."""
     return display(picture, white_cd_m2)
 
 
-def thinned(picture, widest: int = 900):
+def thinned(picture: np.ndarray, widest: int = 900) -> np.ndarray:
     """Return a picture with every n-th pixel, at most `widest` across, for a sheet."""
     step = -(-picture.shape[1] // widest)
     return picture[::step, ::step]

@@ -9,6 +9,7 @@ photodiode is exposed as long as the large one).
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -17,6 +18,9 @@ from isethdr_core.data.temporal_modulation import time_mean
 from isethdr_core.physics.detector.temporal_modulation import Modulation, relative_light
 from isethdr_core.plugins.registry import build
 from isethdr_core.seeds import generator
+
+if TYPE_CHECKING:
+    from isethdr_sensors.sensor_model import SensorModel
 
 LAMPS = 5
 LAMP_CD_M2 = 2e4
@@ -80,7 +84,7 @@ def led_flicker(folder: str = "", phases: int = 400) -> list[dict]:
     return rows
 
 
-def shot(name: str):
+def shot(name: str) -> tuple[Any, Any, Any, Any, xr.Dataset]:
     """Return (sensor, captures, captures without noise of lamps that never flash, picture,
     truth).
     """
@@ -94,7 +98,7 @@ def shot(name: str):
     return sensor, captures, sensor.expected(time_mean(light)), picture, truth(mixed, picture)
 
 
-def lamps():
+def lamps() -> Any:
     """Return mixed radiance of five LED lamps in a row on dark ground, each a light group of its
     own.
     """
@@ -129,7 +133,7 @@ def lamps():
     return build("lighting", "weights", others=1.0, modulation=flashing)(scene)
 
 
-def electrons(data, k: int) -> np.ndarray:
+def electrons(data: Any, k: int) -> np.ndarray:
     """Return electrons (y, x) of capture `k`, dark charge included, of captures or of expected
     electrons.
     """
@@ -140,7 +144,7 @@ def electrons(data, k: int) -> np.ndarray:
     )
 
 
-def lamp_levels(light, steady, grid) -> np.ndarray:
+def lamp_levels(light: np.ndarray, steady: Any, grid: np.ndarray) -> np.ndarray:
     """Return the mean of `light` over the middle of each lamp, divided by that of `steady` unless
     it is None.
 
@@ -167,7 +171,7 @@ def lamp_levels(light, steady, grid) -> np.ndarray:
     return means[0] / means[1]
 
 
-def never_lit_percent(model, diode, phases: int) -> float:
+def never_lit_percent(model: SensorModel, diode: Any, phases: int) -> float:
     """Return the share of a lamp's phases at which an exposure of `diode` gets no light at all,
     percent.
 
@@ -185,7 +189,7 @@ def never_lit_percent(model, diode, phases: int) -> float:
     return 100 * (1 - float(np.mean(lit)))
 
 
-def _judged(level) -> dict:
+def _judged(level: np.ndarray) -> dict:
     measured = level[np.isfinite(level)]
     return {
         "lamps_seen": int(np.sum(~(level < MISSED))),

@@ -4,12 +4,19 @@ shutter.
 
 from __future__ import annotations
 
+from types import ModuleType
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core.extras import needed
 from isethdr_core.plugins.registry import build
 
 from .led_flicker import DUTY, FREQUENCY_HZ, LAMP_CD_M2, PHASES, electrons
+
+if TYPE_CHECKING:
+    from isethdr_sensors.sensor_model import SensorModel
+    from matplotlib.axes import Axes
 
 ON = "#e0a100"
 COLOURS = ("#c0392b", "#2c6fad", "#3a8f4d", "#7d5aa6")
@@ -56,7 +63,7 @@ def draw_lamps(shots: dict, path: str) -> None:
     plt.close(fig)
 
 
-def _timeline(ax, name, model):
+def _timeline(ax: Axes, name: str, model: SensorModel) -> None:
     for row, phase in enumerate(PHASES):
         starts = (np.arange(-1, 4) - phase) / FREQUENCY_HZ * 1e3
         ax.broken_barh([(s, 1e3 * DUTY / FREQUENCY_HZ) for s in starts], (-row - 1, 0.7), color=ON)
@@ -78,7 +85,7 @@ def _timeline(ax, name, model):
     ax.tick_params(labelsize=7)
 
 
-def _show(ax, values, low, high, label):
+def _show(ax: Axes, values: np.ndarray, low: float, high: float, label: str) -> None:
     scaled = np.log(np.maximum(values, low) / low) / np.log(high / low)
     ax.imshow(scaled, cmap="inferno", vmin=0, vmax=1, interpolation="nearest", aspect="equal")
     ax.text(0.01, 0.94, label, transform=ax.transAxes, color="white", fontsize=8, va="top")
@@ -86,7 +93,7 @@ def _show(ax, values, low, high, label):
     ax.set_yticks([])
 
 
-def bands(line_time_s: float, exposure_s: float, phase: float = 0.0):
+def bands(line_time_s: float, exposure_s: float, phase: float = 0.0) -> np.ndarray:
     """Return electrons (y, x) of a colour chart under a lamp of 1000 Hz, on for 30 % of the time,
     without noise; monochrome.
 
@@ -145,7 +152,7 @@ def draw_bands(path: str) -> None:
     plt.close(fig)
 
 
-def _pyplot():
+def _pyplot() -> ModuleType:
     with needed("a drawing", extra="report"):
         import matplotlib
 

@@ -4,6 +4,9 @@ where captures take over.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from isethdr_core import generator
@@ -73,7 +76,7 @@ def level_curves(
     return rows
 
 
-def viewer(sensor: str):
+def viewer(sensor: str) -> Callable[..., Any]:
     """Return a function (cd/m2, seed) -> (luminance of every pixel as seen, true luminance, valid)
     of a flat patch in daylight.
     """
@@ -87,7 +90,7 @@ def viewer(sensor: str):
         mixed
     )
 
-    def see(level: float, seed: int):
+    def see(level: float, seed: int) -> tuple[Any, float, np.ndarray]:
         picture = isp(
             camera(light.copy(data=light.values * np.float32(level)), generator(seed=seed))
         )

@@ -8,7 +8,9 @@ of a row that counts as met; a figure with an empty limit is only reported.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from isethdr_sensors.readout.shot import readings
@@ -20,6 +22,11 @@ from isethdr_core.quantities import IRRADIANCE, centres, plane
 from isethdr_core.seeds import generator
 
 from .published_lofic import lofic_rows
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from isethdr_core.plugins.protocols import Sensor
 
 BANDS_NM = np.arange(380.0, 781.0, 5.0)
 
@@ -44,7 +51,7 @@ def published_figures(seed: int = 1) -> list[dict]:
     return rows
 
 
-def row(figure, published, ours, unit, limit, how) -> dict:
+def row(figure: str, published: Any, ours: Any, unit: str, limit: Any, how: str) -> dict:
     """Return one line of the table.
 
     Parameters
@@ -65,7 +72,7 @@ def row(figure, published, ours, unit, limit, how) -> dict:
     }
 
 
-def ar0132at(seed):
+def ar0132at(seed: int) -> Iterator[dict[Any, Any]]:
     """Yield rows of the AR0132AT data sheet: SNR at the top, responsivity, dynamic range of one
     exposure.
     """
@@ -113,7 +120,7 @@ def ar0132at(seed):
     )
 
 
-def split_pixel(seed):
+def split_pixel(seed: int) -> Iterator[dict[Any, Any]]:
     """Yield the dynamic range and the step of the split-pixel sensor from its own numbers."""
     model = build("sensor", "split_pixel").model()
     large, small = model.photodiodes
@@ -154,7 +161,7 @@ def split_pixel(seed):
     )
 
 
-def lofic(seed):
+def lofic(seed: int) -> dict[Any, Any]:
     """Return the SNR of the overflow reading where light is 18 % of the full scale."""
     sensor = build("sensor", "lofic")
     return row(
@@ -167,7 +174,7 @@ def lofic(seed):
     )
 
 
-def photon_budget():
+def photon_budget() -> dict[Any, Any]:
     """Return the photons of 1 cd/m2 at 555 nm, f/4, on a 3 um pixel in 16 ms."""
     wavelength = np.array([545.0, 555.0, 565.0])
     throughput = np.pi / (1 + 4 * 4.0**2)
@@ -185,7 +192,7 @@ def photon_budget():
     )
 
 
-def responsivity(sensor, temperature_k: float) -> float:
+def responsivity(sensor: Sensor, temperature_k: float) -> float:
     """Return V/lux-s of the green pixels in black body light: electrons of one lux for one second
     times the conversion gain.
     """
@@ -201,7 +208,13 @@ def responsivity(sensor, temperature_k: float) -> float:
     )
 
 
-def irradiance(spectrum, wavelength_nm, pitch_um: float, throughput: float, size=(8, 8)):
+def irradiance(
+    spectrum: np.ndarray,
+    wavelength_nm: float,
+    pitch_um: float,
+    throughput: float,
+    size: Any = (8, 8),
+) -> xr.DataArray:
     """Return even irradiance (wavelength, y, x) on tiles of one pixel.
 
     Parameters
@@ -233,7 +246,9 @@ def irradiance(spectrum, wavelength_nm, pitch_um: float, throughput: float, size
     )
 
 
-def snr_db(sensor, level_e: float, seed: int, capture: int = 0, size=(128, 128)):
+def snr_db(
+    sensor: Sensor, level_e: float, seed: int, capture: int = 0, size: Any = (128, 128)
+) -> Any:
     """Return 20 log10(mean / temporal rms) of one capture at `level_e` mean electrons of its own
     photodiode; nan if some pixels are saturated.
 
@@ -251,7 +266,9 @@ def snr_db(sensor, level_e: float, seed: int, capture: int = 0, size=(128, 128))
     return 20 * np.log10(np.mean(first[0]) / (np.std(first[0] - second[0]) / np.sqrt(2)))
 
 
-def electrons(sensor, level_e, capture, seed, size):
+def electrons(
+    sensor: Sensor, level_e: float, capture: Any, seed: int, size: Any
+) -> tuple[Any, Any]:
     """Return (electrons read back, whether more than 0.1 % of them are saturated).
 
     Parameters
@@ -272,7 +289,7 @@ def electrons(sensor, level_e, capture, seed, size):
     ].mean() > 1e-3
 
 
-def largest_snr_db(sensor, seed) -> float:
+def largest_snr_db(sensor: Sensor, seed: int) -> float:
     """Return the best SNR over levels up to the full well."""
     well = min(sensor.model().photodiodes[0].full_well_e, sensor.model().readings[0].swing_e)
     return float(
@@ -280,7 +297,7 @@ def largest_snr_db(sensor, seed) -> float:
     )
 
 
-def snr_step_db(seed) -> float:
+def snr_step_db(seed: int) -> float:
     """Return the SNR of LPLG just below its top less that of SPLG in the same light."""
     sensor = build("sensor", "split_pixel")
     large, small = sensor.model().photodiodes
@@ -290,7 +307,7 @@ def snr_step_db(seed) -> float:
     )
 
 
-def dynamic_range_db(sensor, seed, dark: int, bright: int) -> float:
+def dynamic_range_db(sensor: Sensor, seed: int, dark: int, bright: int) -> float:
     """Return 20 log10(light that saturates capture `bright` / rms of capture `dark` in darkness),
     both in light of one photodiode.
 

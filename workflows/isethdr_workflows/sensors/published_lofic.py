@@ -4,13 +4,18 @@ shots of the preset.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..emva1288 import estimates as find
 from ..emva1288.camera import Bench, pair
 from ..emva1288.study import chosen
+
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Sensor
 
 PRESET = "lofic_miyauchi2019"
 # Miyauchi et al. 2019, at a pitch of 2.8 um
@@ -33,7 +38,7 @@ NEAR = 0.98  # of the scale: where the SNR is largest, before clipping takes noi
 SIZE = 128  # pixels a side
 
 
-def lofic_rows(seed: int):
+def lofic_rows(seed: int) -> Iterator[tuple[Any, ...]]:
     """Yield (figure, published, ours, unit, limit, how) of the pixel of 2.8 um."""
     sensor = replace(chosen(PRESET), cfa="W")
     well = PUBLISHED["full_well_e"]
@@ -75,7 +80,7 @@ def lofic_rows(seed: int):
     )
 
 
-def measured(sensor, capture: int, light_e: float, seed: int) -> dict:
+def measured(sensor: Sensor, capture: int, light_e: float, seed: int) -> dict:
     """Return the figures measured from pictures of one capture: conversion gain, full well, largest
     SNR, and the electrons for `light_e`.
 
@@ -95,7 +100,7 @@ def measured(sensor, capture: int, light_e: float, seed: int) -> dict:
     gain, _ = find.gain_and_responsivity([pair(bench, share * top) for share in SHARES], dark, True)
     codes = 2**sensor.bits - 1 - sensor.black_dn
 
-    def electrons(level):
+    def electrons(level: float) -> Any:
         return (pair(bench, level).mean_dn - dark.mean_dn) / gain.value
 
     return {

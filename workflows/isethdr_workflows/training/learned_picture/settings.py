@@ -63,7 +63,7 @@ class Search:
         self,
         score: Callable[[Setting], Scores],
         demosaics: Sequence[str] = GRID["demosaic"],
-    ):
+    ) -> None:
         self.score = score
         self.grid = {**GRID, "demosaic": tuple(demosaics)}
         self.tried: dict[Setting, Scores] = {}

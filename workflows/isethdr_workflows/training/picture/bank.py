@@ -63,7 +63,7 @@ def folder() -> Path:
     return home() / "training" / "banks"
 
 
-def crop(pictures: Sequence[np.ndarray], side: int, rng: np.random.Generator):
+def crop(pictures: Sequence[np.ndarray], side: int, rng: np.random.Generator) -> np.ndarray:
     """Return a random square (plane, y, x) of a random picture, mirrored at random.
 
     Parameters

@@ -187,7 +187,7 @@ class Batches:
     sheets are made while these are used.
     """
 
-    def __init__(self, sheets: Sheets, size: int, device: str):
+    def __init__(self, sheets: Sheets, size: int, device: str) -> None:
         self.sheets = sheets
         self.size = size
         self.device = device

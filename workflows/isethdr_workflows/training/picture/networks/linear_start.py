@@ -29,7 +29,7 @@ class LinearStart(nn.Module):
     weight: torch.Tensor  # (level * 3 * cell, cell, tap, tap)
     levels: torch.Tensor
 
-    def __init__(self, planes: int, period: int):
+    def __init__(self, planes: int, period: int) -> None:
         super().__init__()
         self.planes = planes
         self.period = period

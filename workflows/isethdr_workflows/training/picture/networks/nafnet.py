@@ -10,7 +10,7 @@ from ...torch_library import nn, torch
 class ChannelNorm(nn.Module):
     """Layer norm over the channels of each pixel, with a learned scale and shift."""
 
-    def __init__(self, width: int):
+    def __init__(self, width: int) -> None:
         super().__init__()
         self.scale = nn.Parameter(torch.ones(width, 1, 1))
         self.shift = nn.Parameter(torch.zeros(width, 1, 1))
@@ -25,7 +25,7 @@ class ChannelNorm(nn.Module):
 class GatedBlock(nn.Module):
     """Depthwise convolution, gate and channel attention; then a gated layer pixel by pixel."""
 
-    def __init__(self, width: int):
+    def __init__(self, width: int) -> None:
         super().__init__()
         self.norm_space = ChannelNorm(width)
         self.widen = nn.Conv2d(width, 2 * width, 1)

@@ -49,7 +49,7 @@ class PictureNetwork(nn.Module):
         period: int,
         make_body: Callable[[int, int], nn.Module],
         linear: bool = True,
-    ):
+    ) -> None:
         super().__init__()
         self.period = period
         cell = period**2

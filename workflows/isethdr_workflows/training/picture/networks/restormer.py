@@ -14,7 +14,7 @@ EXPANSION = 2  # of the feed-forward layer
 class AttentionBlock(nn.Module):
     """Attention between the channels of each head, then a gated feed-forward layer."""
 
-    def __init__(self, width: int):
+    def __init__(self, width: int) -> None:
         super().__init__()
         self.heads = max(width // HEAD_WIDTH, 1)
         self.norm_attention = ChannelNorm(width)

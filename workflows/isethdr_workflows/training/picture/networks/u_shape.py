@@ -27,7 +27,7 @@ class UShape(nn.Module):
         width: int,
         blocks: tuple[int, int, int, int, int],
         block: Callable[[int], nn.Module],
-    ):
+    ) -> None:
         super().__init__()
 
         def stack(level: int, count: int) -> nn.Sequential:

@@ -10,7 +10,7 @@ REACH = 2  # pixels
 class PlainBlock(nn.Module):
     """Two 3 x 3 convolutions with a ReLU between them, added to the input (He et al. 2016)."""
 
-    def __init__(self, width: int):
+    def __init__(self, width: int) -> None:
         super().__init__()
         self.first = nn.Conv2d(width, width, 3, padding=1)
         self.second = nn.Conv2d(width, width, 3, padding=1)
