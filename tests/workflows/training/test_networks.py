@@ -254,8 +254,13 @@ def test_captures_apart_are_joined_by_the_network():
     assert inputs[0].shape == (1, 3, 32, 48)
     xyz, variance = network(*inputs)
     assert xyz.shape == variance.shape == (1, 3, 32, 48)
+    # before training, captures of an even light are that light, beyond the border of the filters
+    flat = [torch.full((1, 3, 32, 48), 400.0), *(torch.ones_like(one) for one in inputs[1:])]
+    flat[2] = inputs[2]  # masks
+    assert torch.allclose(network(*flat)[0][..., 8:-8, 8:-8], torch.tensor(400.0), rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_network_that_joins_captures_is_trained_written_and_run(own_home):
     """From settings to a picture of a shot of all captures; six steps say nothing of quality."""
     typed = ["sensor=split_pixel"]
@@ -274,8 +279,8 @@ def test_a_network_that_joins_captures_is_trained_written_and_run(own_home):
     focal_mm = SIDE * 1e-3 * sensor.pitch_um / mixed.attrs["field_width"]
     light = build("lens", "ideal", focal_length_mm=focal_mm, falloff="none")(mixed)
     picture = isp(sensor(light, generator(1)))
-    # the fitted start alone gives the light of an even grey within 20 %
-    assert float(picture.xyz.values[8:-8, 8:-8, 1].mean()) == pytest.approx(20.0, rel=0.2)
+    assert picture.xyz.shape == (SIDE, SIDE, 3) and np.isfinite(picture.xyz.values).all()
+    assert picture.valid.values.all()
 
 
 def test_a_view_loss_is_said_in_the_card(own_home):
