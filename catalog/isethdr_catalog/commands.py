@@ -133,7 +133,9 @@ def score(
     metric = build("metric", fields.pop("metric"), **fields)
     rows = scores_of(_query().show(homes(), name)["path"], metric)
     columns = ("camera", "metric", "object", "value", "unit", "low", "high")
-    print_table(columns, [[row[column] for column in columns] for row in rows])
+    cells = [[row[column] for column in columns] for row in rows]
+    # a score without an interval has empty cells
+    print_table(columns, [[None if cell != cell else cell for cell in row] for row in cells])
 
 
 @catalog.command(

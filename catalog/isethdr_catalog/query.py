@@ -153,8 +153,10 @@ def sql(homes: Homes, text: str) -> tuple[list[str], list[tuple[Any, ...]]]:
         with _own_database(_homes(homes)) as base:  # what the text makes goes with it
             return _result(base, text)
     except (duckdb.Error, ValueError, OverflowError) as error:  # values that Python cannot hold
+        # one line: below an empty line DuckDB repeats the query with a mark
+        reason = " ".join(str(error).partition("\n\n")[0].split())
         raise CatalogError(
-            f"the query does not run: {error}; views: {', '.join(VIEW_NAMES)};"
+            f"the query does not run: {reason}; views: {', '.join(VIEW_NAMES)};"
             " `DESCRIBE scores` lists the columns"
         ) from error
 

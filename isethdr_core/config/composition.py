@@ -19,7 +19,12 @@ from hydra.errors import HydraException, MissingConfigException, OverrideParseEx
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from omegaconf import MISSING as UNSET
 from omegaconf import OmegaConf, open_dict
-from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException
+from omegaconf.errors import (
+    ConfigAttributeError,
+    ConfigKeyError,
+    OmegaConfBaseException,
+    ValidationError,
+)
 
 from ..errors import ConfigError, IsetHdrError, did_you_mean
 from ..plugins.component import KINDS, Component
@@ -31,6 +36,9 @@ from .trust import check_overrides, own_folder
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
+
+NUMBERS = {"Float": "a number", "Integer": "a whole number"}  # by OmegaConf's name of the type
+NO_NUMBER = re.compile(r"Value '(.*)' of type '\w+' could not be converted to (Float|Integer)")
 
 
 def compose(overrides: Sequence[str] = (), config_name: str = "config") -> DictConfig:
@@ -153,6 +161,13 @@ def explain(err: BaseException) -> str:
     for missing in (err, err.__cause__):
         if isinstance(missing, ConfigAttributeError | ConfigKeyError):
             return _no_such_key(missing, overridden=missing is not err, text=str(err))
+        if isinstance(missing, ValidationError) and (refused := NO_NUMBER.search(str(missing))):
+            value, kind = refused.groups()
+            example = f"{missing.full_key}={'1' if kind == 'Integer' else '0.5'}"
+            return (
+                f"{missing.full_key} is {value!r}; expected {NUMBERS[kind]}; type for example"
+                f" {example}"
+            )
     text = " ".join(str(e).strip() for e in (err, err.__cause__) if e is not None)
     lines = [
         line.strip()

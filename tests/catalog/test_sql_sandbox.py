@@ -139,6 +139,12 @@ def test_every_statement_that_leaves_the_records_is_refused(folder: Path, statem
     assert state_of(folder) == before
 
 
+def test_a_misspelt_column_is_one_line(folder: Path):
+    with pytest.raises(CatalogError, match=r'"sensr" not found.*views: stores') as error:
+        sql(folder, "SELECT sensr FROM scores")
+    assert "\n" not in str(error.value)
+
+
 def test_python_values_that_cannot_be_made_are_a_users_error(folder: Path):
     with pytest.raises(CatalogError, match="does not run"):
         sql(folder, "SELECT INTERVAL 40000000 YEARS")
