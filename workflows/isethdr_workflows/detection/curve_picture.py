@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +28,10 @@ def draw_curves(results: Results, path: Path) -> None:
     path : file of the picture.
     """
     with needed("a picture of curves", extra="report"):
-        from matplotlib.figure import Figure  # draws without a screen
+        figures = import_module("matplotlib.figure")  # draws without a screen
     columns = min(COLUMNS, len(results.cameras))
     rows = -(-len(results.cameras) // columns)
-    figure = Figure(
+    figure = figures.Figure(
         figsize=(PANEL_IN[0] * columns, PANEL_IN[1] * rows + 0.5), dpi=DPI, layout="constrained"
     )
     every = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
