@@ -129,7 +129,10 @@ def test_every_component_is_a_config_group_entry_with_its_name():
             "no key 'sensor.exposure'; did you mean 'exposure_s'",
         ),
         (["sensr=rgbw"], "no key 'sensr'; did you mean 'sensor'"),
-        (["sensor=rgbw", "sensor.exposure_s=long"], "exposure_s is 'long'; expected a number; type"),
+        (
+            ["sensor=rgbw", "sensor.exposure_s=long"],
+            "exposure_s is 'long'; expected a number; type",
+        ),
         (["renderer=null"], "type ~renderer to leave it out, or renderer=<name>"),
         (["seed=many"], "seed is 'many'; expected a whole number"),
     ],
