@@ -147,8 +147,8 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
             results = all_stages(base, Results(), 0, last, exact=False)
         tell(
             f"the configuration as it is took {process_time() - start_s:.0f} CPU s; each setting"
-            " runs its own stages twice, a renderer once. Is that too long? Stop with Ctrl-C, and choose a smaller"
-            " frame, fewer bands, or one knob with knob=NAME"
+            " runs its own stages twice, a renderer once. Is that too long? Stop with Ctrl-C, and"
+            " choose a smaller frame, fewer bands, or one knob with knob=NAME"
         )
         noise = noise_of(base, results)
         study = Study(results, noise, base.parts.allowed.noise_fraction)

@@ -31,8 +31,8 @@ def page() -> str:
     lines = [
         "# Results of the experiments",
         "",
-        "`isethdr experiments run` makes the tables in steps, at the times that the first table names.",
-        "Intervals are 95 % over roads.",
+        "`isethdr experiments run` makes the tables in steps, at the times that the first table"
+        " names. Intervals are 95 % over roads.",
         "",
         f"{os.cpu_count()} processors; {used}.",
         "",

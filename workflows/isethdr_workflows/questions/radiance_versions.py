@@ -27,8 +27,8 @@ def _half(scene: xr.Dataset, sign: float) -> np.ndarray:
     """Return the luminance (light_group, y, x) of one half of the samples, cd/m2."""
     if HALF_DIFFERENCE not in scene or not np.isfinite(scene[HALF_DIFFERENCE].values).all():
         raise UnitError(
-            f"the scene has no variable {HALF_DIFFERENCE!r}: it was rendered in a single pass; expected a"
-            " rendering of two passes or more"
+            f"the scene has no variable {HALF_DIFFERENCE!r}: it was rendered in a single pass;"
+            " expected a rendering of two passes or more"
         )
     return np.maximum(
         tristimulus(scene)[:, 1] + sign * scene[HALF_DIFFERENCE].values.astype(float), 0.0

@@ -42,9 +42,9 @@ def render_noise(
 
     Returns
     -------
-    rows with camera, score, term, `shapley` (loss by the stored radiance), `half_buffers` and `denoised`
-    (change of this loss, paired by scene, with 95 % limits over roads), `changes`: which of the two
-    changes differs from 0 and leads out of the 95 % limits of `shapley`.
+    rows with camera, score, term, `shapley` (loss by the stored radiance), `half_buffers` and
+    `denoised` (change of this loss, paired by scene, with 95 % limits over roads), `changes`: which
+    of the two changes differs from 0 and leads out of the 95 % limits of `shapley`.
     """
     checked_page(page)
     asked = asked_of(dataset, cameras, scenes, shots, overrides)
