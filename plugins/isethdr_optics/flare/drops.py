@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from ..lenses.thin_lens import IdealLens
 
 Floats = npt.NDArray[np.float64]
-PerArea = Annotated[float, Range(0, 100)]  # 1/cm2: drops 1 mm apart
+PerArea = Annotated[float, Range(0, 1)]  # drops 1 mm apart
 Radius = Annotated[float, Range(0.02, 10)]  # millimetres: larger drops run down
 Contact = Annotated[float, Range(2, 45)]  # degrees: steeper rims of water reflect totally
 Index = Annotated[float, Range(1.01, 1.4)]
@@ -105,7 +105,9 @@ class DropsFlare:
     The glass is taken as a plane across the optical axis.
     """
 
-    drops_per_cm2: PerArea = 1.0  # drops per area of the glass, before overlapping ones are removed
+    drops_per_mm2: PerArea = (
+        0.01  # drops per area of the glass, before overlapping ones are removed
+    )
     least_radius_mm: Radius = 0.3  # smallest radius of a drop's outline
     largest_radius_mm: Radius = 1.5  # largest radius; logarithms are even between both
     contact_deg: Contact = 30.0  # angle between glass and drop at its rim
@@ -158,7 +160,7 @@ class DropsFlare:
     def _patch(self, row: int, column: int) -> list[Drop]:
         """Return the drops that are drawn on one square of glass."""
         random = np.random.default_rng([self.seed, row % 2**32, column % 2**32])
-        count = int(random.poisson(self.drops_per_cm2 * (PATCH_MM / 10) ** 2))
+        count = int(random.poisson(self.drops_per_mm2 * PATCH_MM**2))
         place = (random.random((count, 2)) + [column, row]) * PATCH_MM
         ends = np.log([self.least_radius_mm, self.largest_radius_mm])
         radius = np.exp(random.uniform(*ends, count))

@@ -36,14 +36,14 @@ def only(monkeypatch, *drops):
 
 def test_without_drops_the_light_is_the_same():
     mixed = field(np.random.default_rng(0).random((2, 8, 12)))
-    none = DropsFlare(drops_per_cm2=0.0)
+    none = DropsFlare(drops_per_mm2=0.0)
     assert none.radiance(LENS, mixed) is mixed
     np.testing.assert_array_equal(LENS(mixed, [none]).values, LENS(mixed).values)
 
 
 def test_even_light_stays_even_and_a_lens_images_what_drops_leave():
     """1e-12: sums of tiles, in double precision."""
-    flare = DropsFlare(drops_per_cm2=20.0, seed=3)
+    flare = DropsFlare(drops_per_mm2=0.2, seed=3)
     even = flare.radiance(LENS, field(np.full((1, 40, 60), 7.0)))
     np.testing.assert_allclose(even.values, 7.0, rtol=1e-12)
     mixed = field(np.random.default_rng(1).random((1, 40, 60)))
@@ -107,7 +107,7 @@ def test_many_rays_through_drops_bring_the_same_light(monkeypatch):
 
 
 def test_drops_are_apart_and_belong_to_the_glass_whatever_the_field():
-    flare = DropsFlare(drops_per_cm2=10.0, seed=5)
+    flare = DropsFlare(drops_per_mm2=0.1, seed=5)
     wide = flare.drops(80.0, 50.0)
     place = np.array([drop[:2] for drop in wide])
     apart = np.hypot(*(place[:, None] - place[None]).transpose(2, 0, 1))
@@ -116,7 +116,7 @@ def test_drops_are_apart_and_belong_to_the_glass_whatever_the_field():
     assert (apart > radii[:, None] + radii[None]).all()
     near = [d for d in wide if abs(d.x_mm) < 15 and abs(d.y_mm) < 10]
     assert near and set(near) <= set(flare.drops(40.0, 30.0))
-    assert flare.drops(40.0, 30.0) != DropsFlare(drops_per_cm2=10.0, seed=6).drops(40.0, 30.0)
+    assert flare.drops(40.0, 30.0) != DropsFlare(drops_per_mm2=0.1, seed=6).drops(40.0, 30.0)
 
 
 def test_radii_in_the_wrong_order_are_refused():
