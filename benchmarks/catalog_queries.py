@@ -6,8 +6,8 @@ that no store is new, and the query. The million are made inside the index from 
 other names, seeds and scores; there are no such stores.
 
 For each query: the worst of five, by wall and CPU time (of all threads), of the library call; the
-worst of two of the same question to DuckDB over a Parquet file of the records (properties as JSON);
-and the wall time of the command, which includes the start of Python. Targets: 50 ms for 20,000, 200 ms for a
+worst of two of the same question to DuckDB over a Parquet file of the records (properties as
+JSON); and the wall time of the command, which includes the start of Python. Targets: 50 ms for 20,000, 200 ms for a
 million, for the CPU time of the library call. Run:
 
     python benchmarks/catalog_queries.py            # 20,000

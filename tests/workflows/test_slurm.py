@@ -80,7 +80,7 @@ def ended(process: subprocess.Popen, variables: dict[str, str], kills: int) -> i
 
 
 def check_equal(one: Path, other: Path, runs: int) -> None:
-    """Compare the stores of two homes: their names, all scores, and the captures to the last bit."""
+    """Compare the stores of two homes: names, all scores, and the captures to the last bit."""
     assert stores(other).keys() == stores(one).keys() and not leftovers(other)
     names = sorted(path.name for path in (one / "runs").glob("*.zarr"))
     assert len(names) == runs

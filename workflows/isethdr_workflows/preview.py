@@ -91,8 +91,12 @@ def preview(
 
 
 def without_overscan(xyz: np.ndarray, height: int, width: int) -> np.ndarray:
-    """Return the `height` rows and `width` columns in the middle of xyz (y, x, 3), or as many as
-    there are.
+    """Return the middle of a picture, or all of it where it is smaller.
+
+    Parameters
+    ----------
+    xyz : (y, x, 3), cd/m2.
+    height, width : rows and columns of the middle.
     """
     top = max(0, (xyz.shape[0] - height) // 2)
     left = max(0, (xyz.shape[1] - width) // 2)
