@@ -7,8 +7,8 @@ other names, seeds and scores; there are no such stores.
 
 For each query: the worst of five, by wall and CPU time (of all threads), of the library call; the
 worst of two of the same question to DuckDB over a Parquet file of the records (properties as
-JSON); and the wall time of the command, which includes the start of Python. Targets: 50 ms for 20,000, 200 ms for a
-million, for the CPU time of the library call. Run:
+JSON); and the wall time of the command, which includes the start of Python. Targets: 50 ms for
+20,000, 200 ms for a million, for the CPU time of the library call. Run:
 
     python benchmarks/catalog_queries.py            # 20,000
     python benchmarks/catalog_queries.py million    # and a million, 2 GB of disk
