@@ -5,10 +5,10 @@ other way.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from omegaconf import DictConfig, OmegaConf
 
@@ -58,6 +58,12 @@ from .imaging_plan import (
 )
 from .noise_limit import CameraNoise
 from .shot import CameraShot, Shot, developed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..plugins.protocols import Sensor
+    from .demand import Response
 
 
 @dataclass(frozen=True)
@@ -114,7 +120,7 @@ class Camera:
     scores_of: dict[str, list[Score]] = field(default_factory=dict)  # of the first shot, by metric
 
 
-def chain(config, rendered: bool = False) -> Chain:
+def chain(config: DictConfig, rendered: bool = False) -> Chain:
     """Build all components of a composed config.
 
     Parameters
@@ -130,7 +136,7 @@ def chain(config, rendered: bool = False) -> Chain:
     """
     config = checked_config(config)
 
-    def table(kind, node):
+    def table(kind: str, node: DictConfig | None) -> dict[str, Any]:
         if node is not None and not isinstance(node, Mapping):
             raise ConfigError(
                 f"{TABLES[kind]} is {node!r}; expected entries by name; "
@@ -221,7 +227,7 @@ NAMED = {"sensor": "camera", "lighting": "version", "flare": "flare", "metric": 
 SHOWN = "main"  # the lighting of the run, among the versions that a report shows
 
 
-def checked_config(config):
+def checked_config(config: DictConfig) -> DictConfig:
     """Return a composed config after checking that it is one, and that all its interpolations
     resolve.
 
@@ -237,7 +243,7 @@ def checked_config(config):
     return resolved(config if isinstance(config, DictConfig) else OmegaConf.create(config))
 
 
-def switch(config, name: str) -> bool:
+def switch(config: DictConfig, name: str) -> bool:
     """Return a switch of the config; True if it is absent."""
     value = config.get(name, True)
     if not isinstance(value, bool):
@@ -347,7 +353,9 @@ def demand_of_scores(chain: Chain) -> Demand:
     return union([narrowed(light, demand) for light in lightings])
 
 
-def imaging_outline(chain: Chain, demand: Demand, offered_nm) -> ImagingOutline:
+def imaging_outline(
+    chain: Chain, demand: Demand, offered_nm: tuple[float, ...] | None
+) -> ImagingOutline:
     """Return the outline of the lens's plan for the light that `demand` asks for.
 
     Parameters
@@ -393,7 +401,7 @@ def state_labels(chain: Chain, demand: Demand) -> None:
         )
 
 
-def narrowed(component, demand: Demand) -> Demand:
+def narrowed(component: Any, demand: Demand) -> Demand:
     """Return the demand as the component narrows it, or unchanged."""
     return component.narrow(demand) if isinstance(component, NarrowsDemand) else demand
 
@@ -424,14 +432,21 @@ def union(demands: list[Demand]) -> Demand:
     return first
 
 
-def joined(first, second):
+def joined(first: Response, second: Response) -> Response:
     """Return the response of all sensors, None where one needs light wavelength by wavelength."""
     if first is second or None in (first, second):
         return first if first is second else None
     return first + second
 
 
-def stage(rows: Ledger, kind: str, name: str, component, call, kept: Kept = NOT_KEPT):
+def stage(
+    rows: Ledger,
+    kind: str,
+    name: str,
+    component: Any | None,
+    call: Callable[..., Any],
+    kept: Kept = NOT_KEPT,
+) -> Any:
     """Run `call()` as one stage: hooks around it, a row in the ledger, the result back.
 
     `kept` : where a result of an earlier run may be, which takes the place of the call, and its row
@@ -477,7 +492,7 @@ def stage(rows: Ledger, kind: str, name: str, component, call, kept: Kept = NOT_
     return at_work.result
 
 
-def imaging_plan(chain: Chain, mixed, demand: Demand) -> ImagingPlan:
+def imaging_plan(chain: Chain, mixed: xr.DataArray, demand: Demand) -> ImagingPlan:
     """Return the plan by which the lens computes light on the sensor plane.
 
     The plan is trivial if the lens has none of its own, or if nothing may be left out.
@@ -498,7 +513,7 @@ def imaging_plan(chain: Chain, mixed, demand: Demand) -> ImagingPlan:
     return chain.lens.plan(flares, mixed, demand.response, budgeted)
 
 
-def imaging(chain: Chain, mixed, demand: Demand) -> Imaging:
+def imaging(chain: Chain, mixed: xr.DataArray, demand: Demand) -> Imaging:
     """Return the imaging of mixed radiance. Its plan is made once, on first use.
 
     Parameters
@@ -510,7 +525,7 @@ def imaging(chain: Chain, mixed, demand: Demand) -> Imaging:
     return Imaging(mixed, lambda: imaging_plan(chain, mixed, demand))
 
 
-def on_sensor(chain: Chain, mixed, demand: Demand):
+def on_sensor(chain: Chain, mixed: xr.DataArray, demand: Demand) -> xr.DataArray:
     """Return the light on the sensor plane, without its plan.
 
     Parameters
@@ -705,7 +720,7 @@ def state_picture(
         )
 
 
-def varies(chain: Chain, sensor) -> bool:
+def varies(chain: Chain, sensor: Sensor) -> bool:
     """Return whether another noise realisation changes the picture. A sensor without noise declares
     this in its field `noise`.
     """
@@ -722,7 +737,7 @@ def varies(chain: Chain, sensor) -> bool:
     return False
 
 
-def scored(key: str, scores) -> list[Score]:
+def scored(key: str, scores: Sequence[Any]) -> list[Score]:
     """Return the scores of one metric, their intervals stated in the ledger; PluginError where it
     returned something else.
     """

@@ -52,7 +52,7 @@ class CheckedReads(ABC):
         byte_ranges: Sequence[ByteRequest | None],
         *,
         prototype: BufferPrototype,
-        **_,
+        **_: Any,
     ) -> AsyncIterator[Sequence[tuple[int, Buffer | None]]]:
         """Yield ranges of a file one by one.
 

@@ -4,8 +4,9 @@ the noise of the samples.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,10 +26,22 @@ from .readout.noise_propagation import independent
 from .readout.shading import shading
 from .spectra import LIGHTS, Illuminant, Mixture, light, radiances
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from .readout.combine import Merged
+    from .readout.electrons import Readout
+
 DENOISERS = ("none", "nl_means")
 
 
-def develop(merged, reads, captures, how: Development, balance: Illuminant):
+def develop(
+    merged: Merged,
+    reads: Sequence[Readout],
+    captures: xr.Dataset,
+    how: Development,
+    balance: Illuminant,
+) -> xr.Dataset:
     """Return the picture of a mosaic.
 
     Parameters
@@ -72,7 +85,9 @@ def develop(merged, reads, captures, how: Development, balance: Illuminant):
     return with_undenoised(_developed(smooth, captures, how, matrix, attrs), plain)
 
 
-def _developed(merged, captures, how: Development, matrix, attrs: dict):
+def _developed(
+    merged: Merged, captures: xr.Dataset, how: Development, matrix: np.ndarray, attrs: dict
+) -> xr.Dataset:
     """Return the picture that one mosaic makes through the colour matrix (3, channel)."""
     filters = captures["filter"].values
     names = [str(name) for name in captures["channel"].values]
@@ -104,14 +119,21 @@ class PictureNoise(NamedTuple):
     fixed: np.ndarray
 
 
-def floor_e2(reads) -> float:
+def floor_e2(reads: Sequence[Readout]) -> float:
     """Return the variance, e^2, that the best read of a charge has in the dark: dark charge, read
     noise and quantisation.
     """
     return min(read.dark_e + float(np.median(read.read_var_e2)) for read in reads)
 
 
-def finish(matrix, planes, noise: PictureNoise, valid, captures, attrs: dict):
+def finish(
+    matrix: np.ndarray,
+    planes: np.ndarray,
+    noise: PictureNoise,
+    valid: np.ndarray,
+    captures: xr.Dataset,
+    attrs: dict,
+) -> xr.Dataset:
     """Return the picture of demosaiced electrons.
 
     Parameters
@@ -129,7 +151,11 @@ def finish(matrix, planes, noise: PictureNoise, valid, captures, attrs: dict):
 
 
 def picture_attrs(
-    captures, response, how: Development, balance: Illuminant, dark_var_e2: float = 0.0
+    captures: xr.Dataset,
+    response: np.ndarray,
+    how: Development,
+    balance: Illuminant,
+    dark_var_e2: float = 0.0,
 ) -> dict:
     """Return the attributes of a picture: those of the lens, the white, the design luminance.
 
@@ -163,7 +189,11 @@ def picture_attrs(
 
 
 def solve_matrix(
-    response, wavelength_nm, balance: Illuminant, design_snr: float, dark_var_e2: float = 0.0
+    response: np.ndarray,
+    wavelength_nm: np.ndarray,
+    balance: Illuminant,
+    design_snr: float,
+    dark_var_e2: float = 0.0,
 ) -> np.ndarray:
     """Return the matrix (3, channel) from electrons to XYZ in cd/m2, and state its residual in the
     ledger.

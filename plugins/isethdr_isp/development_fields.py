@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ShotForm
@@ -38,7 +38,7 @@ class Development:
     # takes what the lens states
     shading_csv: str = ""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Refuse values outside their ranges, and a table that cannot be read."""
         check_ranges(self)
         if self.shading_csv:
@@ -55,7 +55,7 @@ class Development:
                 " sensor.black_rows=16, or isp.black=stated"
             )
 
-    def input_files(self):
+    def input_files(self) -> tuple[Any, ...]:
         """Return the user's own shading table, if one is named: its content is part of a run's
         name.
         """

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -20,6 +21,11 @@ from .readout.merge_rules import RULES
 from .scene_light import illuminant
 from .spectra import Illuminant, light, radiances
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from .readout.electrons import Readout
+
 # two generations of one photodiode differ by about 0.1, two primary colours by far more than 1
 LARGEST_MISMATCH = 0.5
 
@@ -33,7 +39,7 @@ class MergeIsp(Development):
     # rule that combines the captures; docs/explanation/isp.md, Merge rules
     rule: Literal["inverse_variance", "average", "poisson_sum", "isetcam"] = "inverse_variance"
 
-    def __call__(self, captures):
+    def __call__(self, captures: xr.Dataset) -> xr.Dataset:
         """Return the merged picture; a pixel is valid when every sample in it is unsaturated in
         some capture.
 
@@ -54,7 +60,7 @@ class MergeIsp(Development):
         picture["source"] = (("y", "x"), merged.source)
         return picture
 
-    def _of_two_cases(self, captures):
+    def _of_two_cases(self, captures: xr.Dataset) -> xr.Dataset:
         """Return the picture of one capture whose filter array holds two exposures or
         sensitivities.
         """
@@ -87,7 +93,7 @@ class MergeIsp(Development):
         return picture
 
 
-def charges(captures, balance: Illuminant):
+def charges(captures: xr.Dataset, balance: Illuminant) -> tuple[list[list[Any]], list[np.ndarray]]:
     """Return the reads of every charge, least sensitive charge first, and its pixels' electrons per
     cd/m2 (y, x).
     """
@@ -111,7 +117,7 @@ def charges(captures, balance: Illuminant):
     return groups, [reads[0].sensitivity[filters] for reads in groups]
 
 
-def state_spectral_mismatch(groups, wavelength_nm) -> None:
+def state_spectral_mismatch(groups: Sequence[list[Readout]], wavelength_nm: np.ndarray) -> None:
     """State how far captures with different filter curves disagree on coloured light. They agree on
     the balance light only.
     """

@@ -64,7 +64,7 @@ def learned(
     return _within_samples(planes, mosaic, filters)
 
 
-def _within_samples(planes, mosaic, filters) -> np.ndarray:
+def _within_samples(planes: np.ndarray, mosaic: np.ndarray, filters: np.ndarray) -> np.ndarray:
     """Return planes (channel, y, x), limited in place to the range of each channel's own samples in
     the window of a filter.
 
@@ -79,7 +79,7 @@ def _within_samples(planes, mosaic, filters) -> np.ndarray:
     return planes
 
 
-def _of_windows(extreme, values) -> np.ndarray:
+def _of_windows(extreme: np.ufunc, values: np.ndarray) -> np.ndarray:
     """Return the least or greatest value (y, x) in the window of a filter around every pixel;
     mirrored at the border.
     """

@@ -55,7 +55,14 @@ class Interpolated(NamedTuple):
     noise_map: NoiseMap | None
 
 
-def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -> Interpolated:
+def interpolate(
+    method: str,
+    mosaic: np.ndarray,
+    filters: np.ndarray,
+    names: list[str],
+    variance: np.ndarray,
+    bad: np.ndarray,
+) -> Interpolated:
     """Return a demosaiced mosaic.
 
     Parameters
@@ -101,7 +108,7 @@ def interpolate(method: str, mosaic, filters, names: list[str], variance, bad) -
     return Interpolated(planes, invalid, rule)
 
 
-def chosen(method: str, filters, names: list[str]) -> str:
+def chosen(method: str, filters: np.ndarray, names: list[str]) -> str:
     """Return the method itself, or the one that "automatic" takes for a filter array: `learned`
     where filters are trained for it, else `guided`.
 
@@ -144,7 +151,9 @@ def check_array(method: str, cell: Sequence[str]) -> None:
         )
 
 
-def _learned(mosaic, filters, names: list[str], variance, bad) -> Interpolated:
+def _learned(
+    mosaic: np.ndarray, filters: np.ndarray, names: list[str], variance: np.ndarray, bad: np.ndarray
+) -> Interpolated:
     """Return the planes of the learned filters. Pixels with a sample in their filter that is not
     valid take the bilinear rule, which reaches fewer samples.
     """
@@ -164,7 +173,7 @@ def _state_unknown_variance(method: str) -> None:
     )
 
 
-def bayer(method: str, mosaic, filters, names):
+def bayer(method: str, mosaic: np.ndarray, filters: np.ndarray, names: Sequence[str]) -> np.ndarray:
     """Return planes (channel, y, x) by a method of colour-demosaicing.
 
     Parameters
@@ -194,19 +203,19 @@ def bayer(method: str, mosaic, filters, names):
     return np.stack([rgb[..., "RGB".index(name)] for name in names])
 
 
-def _dilated(bad, reach: int):
+def _dilated(bad: np.ndarray, reach: int) -> np.ndarray:
     """Return which pixels lie within `reach` rows and columns of a bad one."""
     from scipy.ndimage import binary_dilation
 
     return binary_dilation(bad, np.ones((2 * reach + 1, 2 * reach + 1))) if bad.any() else bad
 
 
-def _repeats(filters) -> bool:
+def _repeats(filters: np.ndarray) -> bool:
     f = np.asarray(filters)
     return np.array_equal(f[2:], f[:-2]) and np.array_equal(f[:, 2:], f[:, :-2])
 
 
-def malvar_kernels(filters, names) -> Kernels:
+def malvar_kernels(filters: np.ndarray, names: Sequence[str]) -> Kernels:
     """Return Malvar's rule as kernels: its answers to one sample of 1 at each place of the
     array.
     """
@@ -232,7 +241,7 @@ def malvar_kernels(filters, names) -> Kernels:
     return Kernels(kernels, filters.shape)
 
 
-def leading_channel(filters, channels: int) -> int | None:
+def leading_channel(filters: np.ndarray, channels: int) -> int | None:
     """Return the channel that is sampled more than every other; None where there is none."""
     filters = np.asarray(filters)
     samples = np.bincount(filters.ravel(), minlength=channels)
@@ -241,7 +250,9 @@ def leading_channel(filters, channels: int) -> int | None:
     return None if np.sum(samples > samples[lead] - sum(filters.shape)) > 1 else lead
 
 
-def _guided(mosaic, planes, filters, variance, lead: int):
+def _guided(
+    mosaic: np.ndarray, planes: np.ndarray, filters: np.ndarray, variance: np.ndarray, lead: int
+) -> np.ndarray:
     """Return planes interpolated along a guide: the channel that is sampled most, green of Bayer or
     white of RGBW.
 
@@ -266,7 +277,9 @@ def _guided(mosaic, planes, filters, variance, lead: int):
     return guided
 
 
-def _along_edges(mosaic, plane, at, variance):
+def _along_edges(
+    mosaic: np.ndarray, plane: np.ndarray, at: np.ndarray, variance: np.ndarray
+) -> np.ndarray:
     """Return the guide (y, x). On a checkerboard of samples it is interpolated along the direction
     in which it changes less.
     """
@@ -295,19 +308,21 @@ def _along_edges(mosaic, plane, at, variance):
     return np.where(among, along, plane)
 
 
-def _local_line(guide, values, at, variance):
+def _local_line(
+    guide: np.ndarray, values: np.ndarray, at: np.ndarray, variance: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return slope and offset (y, x) of `values` against `guide` over the samples `at` of every
     window.
     """
     from scipy.ndimage import uniform_filter
 
-    def mean(a):
+    def mean(a: np.ndarray) -> np.ndarray:
         return uniform_filter(a, 2 * RADIUS + 1, mode="mirror")
 
     weight = mean(at.astype(float))
     safe = np.maximum(weight, 1e-12)
 
-    def over_samples(a):
+    def over_samples(a: np.ndarray) -> np.ndarray:
         return mean(np.where(at, a, 0.0)) / safe
 
     g = over_samples(guide)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -29,6 +30,8 @@ from .photon_counts import Estimate, Signal, estimated, of_signals
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from isethdr_core.pipeline.demand import Demand
 
 PAIRS = 4000  # drawn per object: the median is then known to about 0.01
 FRAME_PIXELS = 4000  # drawn for the frame's score, for the same reason
@@ -122,14 +125,16 @@ class ContrastDetection:
     interval_percent: Percent = 50.0
     reach: Reach = 10  # largest distance of the two pixels of a pair, in pixels
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_ranges(self)
 
-    def narrow(self, demand):
+    def narrow(self, demand: Demand) -> Demand:
         """Ask for the instance labels."""
         return demand.with_labels("instance")
 
-    def __call__(self, picture, truth, labels=None):
+    def __call__(
+        self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None = None
+    ) -> list[Any]:
         """Return the median probability for the frame and for each object.
 
         A pair of an object is one of its pixels and one outside it within `reach`. Pairs with a
@@ -233,13 +238,13 @@ class ContrastDetection:
         )
         return self._right_near_medians(model, pairs, regions)
 
-    def map(self, picture, truth):
+    def map(self, picture: xr.Dataset, truth: xr.Dataset) -> np.ndarray:
         """Return (y, x) the mean probability of each pixel's pairs with the pixels `reach` away;
         NaN where none counts.
         """
         return self._map(self._model(picture, truth))
 
-    def _model(self, picture, truth) -> Expected:
+    def _model(self, picture: xr.Dataset, truth: xr.Dataset) -> Expected:
         """Return what the camera makes of each pixel, apart from this one noise realisation.
 
         Notes
@@ -254,7 +259,7 @@ class ContrastDetection:
         y, true, valid = luminances(picture, truth)
         share = uniform_filter(valid.astype(float), SMOOTH, mode="nearest")
 
-        def local(values):
+        def local(values: np.ndarray) -> np.ndarray:
             total = uniform_filter(np.where(valid, values, 0.0), SMOOTH, mode="nearest")
             return np.where(share > 1e-9, total / np.maximum(share, 1e-9), values)
 
@@ -275,7 +280,7 @@ class ContrastDetection:
         shot = np.divide(variance - read, mean, out=np.zeros_like(y), where=mean > 0)
         return Expected(true, mean, variance, np.clip(shot, 0.0, step), valid)
 
-    def _asked(self, true, labels) -> list[Question]:
+    def _asked(self, true: np.ndarray, labels: xr.Dataset | None) -> list[Question]:
         """Return what is looked at in the frame and in each object."""
         frame, *objects = regions_of(true.shape, labels)
         out = [self._of_frame(true)]
@@ -290,7 +295,7 @@ class ContrastDetection:
             out.append(Question(region.name, pairs, int(region.mask.sum()), None))
         return out
 
-    def _of_frame(self, true) -> Question:
+    def _of_frame(self, true: np.ndarray) -> Question:
         """Return the pairs of some pixels with contrast, each with the pixels `reach` away."""
         height, width = true.shape
         r = self.reach
@@ -320,7 +325,7 @@ class ContrastDetection:
         _, place = np.unique(np.concatenate(places), return_inverse=True)
         return Question("", pairs, pixels.size, place)
 
-    def _map(self, model):
+    def _map(self, model: Expected) -> np.ndarray:
         height, width = model.true.shape
         r = self.reach
         total = np.zeros(height * width)
@@ -336,7 +341,7 @@ class ContrastDetection:
                     count[of] += 1
         return np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(height, width)
 
-    def _with_contrast(self, true, dy: int, dx: int):
+    def _with_contrast(self, true: np.ndarray, dy: int, dx: int) -> np.ndarray:
         """Return the pixels, as indices of the flat picture, that have about the lowest contrast or
         more with the one `dy` rows and `dx` columns on.
         """
@@ -354,7 +359,9 @@ class ContrastDetection:
             pixels.append((top + row) * width + left + column)
         return np.concatenate(pixels)
 
-    def _with_their_contrast(self, true, first, second):
+    def _with_their_contrast(
+        self, true: np.ndarray, first: np.ndarray, second: np.ndarray
+    ) -> tuple[Pairs, np.ndarray]:
         """Return the pairs that have contrast, and which they are.
 
         Parameters
@@ -374,7 +381,7 @@ class ContrastDetection:
         dark = np.where(swap, first, second)
         return Pairs(first, second, bright, dark, contrast[counts]), counts
 
-    def _probability(self, model: Expected, pairs: Pairs):
+    def _probability(self, model: Expected, pairs: Pairs) -> np.ndarray:
         """Return the probability of each pair."""
         value = of_signals(*_signals(model, pairs), pairs.contrast, self.interval_percent / 100)
         return np.where(_both_valid(model, pairs), value, 0.0)
@@ -456,7 +463,9 @@ def _median(region: Question, values: np.ndarray, at: np.ndarray, right: np.ndar
     return min(max(median, 0.0), 1.0)
 
 
-def _may_be_median(value, bound, regions: list[Question], first_guess: bool):
+def _may_be_median(
+    value: np.ndarray, bound: np.ndarray, regions: list[Question], first_guess: bool
+) -> np.ndarray:
     """Return which pairs (bool) are uncertain and may decide the median of their region, or the
     ends of its interval where that is wanted.
 
@@ -496,12 +505,12 @@ def _signals(model: Expected, pairs: Pairs) -> tuple[Signal, Signal]:
     return bright, dark
 
 
-def _both_valid(model: Expected, pairs: Pairs):
+def _both_valid(model: Expected, pairs: Pairs) -> np.ndarray:
     valid = model.valid.ravel()
     return valid[pairs.first] & valid[pairs.second]
 
 
-def _around(values, shares) -> np.ndarray:
+def _around(values: np.ndarray, shares: Sequence[float]) -> np.ndarray:
     """Return the two values (2, share) that the quantile at each of `shares` lies between."""
     place = np.asarray(shares) * (len(values) - 1)
     places = np.stack([np.floor(place), np.ceil(place)]).astype(int)
@@ -509,8 +518,14 @@ def _around(values, shares) -> np.ndarray:
 
 
 def pair_probability(  # noqa: PLR0913 - means and variances of two pixels, each an array
-    bright, bright_variance, dark, dark_variance, contrast, interval=0.5, step=None
-):
+    bright: float | np.ndarray,
+    bright_variance: float | np.ndarray,
+    dark: float | np.ndarray,
+    dark_variance: float | np.ndarray,
+    contrast: float | np.ndarray,
+    interval: float = 0.5,
+    step: float | None = None,
+) -> float | np.ndarray:
     """Return the probability that the measured contrast is within `contrast` (1 +- `interval`).
 
     Parameters
@@ -549,14 +564,18 @@ def pair_probability(  # noqa: PLR0913 - means and variances of two pixels, each
     return probability.reshape(values[0].shape)
 
 
-def _growth(bright, bright_variance, dark, dark_variance):
+def _growth(
+    bright: np.ndarray, bright_variance: np.ndarray, dark: np.ndarray, dark_variance: np.ndarray
+) -> np.ndarray:
     """Return how much the variance grows per unit of the mean, 0 where it does not grow."""
     apart = bright - dark
     slope = (bright_variance - dark_variance) / np.where(apart > 0, apart, 1.0)
     return np.where(apart > 0, np.maximum(slope, 0.0), 0.0)
 
 
-def draw_pairs(mask, reach: int):
+def draw_pairs(
+    mask: np.ndarray, reach: int
+) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
     """Return (first, second) index pairs: pixels of `mask` and pixels outside it at most `reach`
     away.
     """
@@ -565,7 +584,9 @@ def draw_pairs(mask, reach: int):
     return draw_pairs_of(Region("", window, mask[window], mask.shape), reach)
 
 
-def draw_pairs_of(region, reach: int):
+def draw_pairs_of(
+    region: Region, reach: int
+) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
     """Return the `draw_pairs` of a region (`regions.Region`)."""
     from scipy.ndimage import distance_transform_edt
 

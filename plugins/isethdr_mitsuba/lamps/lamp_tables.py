@@ -9,6 +9,7 @@ lamp as a Mitsuba emitter; tests compare the two.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import mitsuba as mi
@@ -23,6 +24,14 @@ from .placed_lamps import LAMBERTIAN_COS, SPECTRUM_NM, PlacedLamp, emission_tabl
 from .sky_dome import DomeTable, sky_rows
 from .sky_openings import SkyOpenings
 from .spatial_sampling import Chances, PlaceLight, areas, light_at_points, places_of
+
+if TYPE_CHECKING:
+    from isethdr_core.data.scene_description import Spectrum
+
+    from ..paths.camera_rays import Camera
+    from ..paths.hits import HitTables
+    from ..paths.surface_tables import SurfaceTables
+    from ..world.view import View
 
 # candidates for one shadow ray: from 4 to 16 the cost grew 1.6 times, lamp noise fell to
 # 0.5-1.0 of itself
@@ -46,9 +55,9 @@ class LampTables:
         world: World,
         lamps: list[PlacedLamp],
         groups: list[str],
-        sky=None,
+        sky: Spectrum | None = None,
         openings: Sequence[Opening] = (),
-    ):
+    ) -> None:
         """Make the tables of all lamps.
 
         Parameters
@@ -106,7 +115,9 @@ class LampTables:
             self.cos_outer,
         )
 
-    def aim(self, scene, hits, camera, view, surfaces):
+    def aim(
+        self, scene: Any, hits: HitTables, camera: Camera, view: View, surfaces: SurfaceTables
+    ) -> None:
         """Compute the probability of each lamp for each part of the picture. Call this before any
         `choose` and `density`.
 
@@ -134,11 +145,11 @@ class LampTables:
         """Return whether group number `g` contains a lamp; the sky is not a lamp."""
         return self.targets[g].count > 0
 
-    def lamp_at(self, shape, active):
+    def lamp_at(self, shape: Any, active: Any) -> Any:
         """Return the number of the lamp that a shape belongs to; `none` for other shapes."""
         return dr.select(active, dr.gather(mi.UInt32, self.lamp_of_shape, shape, active), self.none)
 
-    def luminance(self, lamp, direction, active=True):
+    def luminance(self, lamp: Any, direction: Any, active: Any = True) -> Any:
         """Return the luminance, cd/m2, that `lamp` emits along the unit vector `direction`.
 
         Parameters
@@ -156,7 +167,9 @@ class LampTables:
         pattern = self.grids.pattern(lamp, direction, axis, pattern, active)
         return peak * (pattern + floor) / (1 + floor)
 
-    def rival(self, lamp, place, tries, distance2, cos_lamp, active=True):
+    def rival(
+        self, lamp: Any, place: Any, tries: Any, distance2: Any, cos_lamp: Any, active: Any = True
+    ) -> Any:
         """Return the density per solid angle with which shadow rays from `place` aim at this point
         of `lamp`: `tries` candidates, or the one point of a near lamp.
 
@@ -177,7 +190,7 @@ class LampTables:
             cos_lamp,
         )
 
-    def near_count(self, g: int, block, active):
+    def near_count(self, g: int, block: Any, active: Any) -> Any:
         """Return the number of near lamps of group number `g` at blocks of the picture.
 
         Parameters
@@ -188,7 +201,9 @@ class LampTables:
         """
         return self.chances.near.length(g, block, active)
 
-    def near_point(self, g: int, turn, rng, si, block, active):
+    def near_point(
+        self, g: int, turn: Any, rng: Any, si: Any, block: Any, active: Any
+    ) -> tuple[Any, ...]:
         """Return the same as `choose` for a random point of near lamp number `turn` of the
         group.
 
@@ -208,7 +223,9 @@ class LampTables:
         row = dr.gather(mi.UInt32, targets.row, triangle, active)
         return row, point, direction, sent / density, density
 
-    def _candidate(self, g, lamp, triangle, rng, si, active):
+    def _candidate(
+        self, g: int, lamp: Any, triangle: Any, rng: Any, si: Any, active: Any
+    ) -> tuple[Any, ...]:
         """Return a random point of a triangle of `lamp`.
 
         Returns
@@ -237,8 +254,15 @@ class LampTables:
 
     @dr.syntax
     def choose(  # noqa: PLR0913 - variables of a compiled loop
-        self, g: int, rng, si, place, tries, turn, active
-    ):
+        self,
+        g: int,
+        rng: np.random.Generator,
+        si: Any,
+        place: Any,
+        tries: Any,
+        turn: Any,
+        active: Any,
+    ) -> Any:
         """Return the target of a shadow ray.
 
         Candidate k lies on a lamp of part k of `tries` equal parts of the group. One of them is
@@ -299,12 +323,12 @@ class LampTables:
         return row, point, direction, level, mi.Float(tries) * density
 
 
-def _cone(cosine, inner, outer):
+def _cone(cosine: Any, inner: Any, outer: Any) -> Any:
     t = dr.clip((cosine - outer) / dr.maximum(inner - outer, 1e-6), 0, 1)
     return dr.select(inner <= LAMBERTIAN_COS, 1.0, t * t * (3 - 2 * t))
 
 
-def _density(per_area, distance2, cos_lamp):
+def _density(per_area: Any, distance2: Any, cos_lamp: Any) -> Any:
     return per_area * distance2 / dr.maximum(cos_lamp, 1e-9)
 
 
@@ -313,7 +337,7 @@ class _Targets:
     area, and has the beam of its lamp.
     """
 
-    def __init__(self, count, lamps):
+    def __init__(self, count: int, lamps: dict[int, tuple[int, PlacedLamp]]) -> None:
         """Make the tables.
 
         Parameters
@@ -357,7 +381,7 @@ class _Targets:
         self.length = mi.UInt32(lengths)
         dr.eval(self.rows, self.row, self.threshold, self.other, self.first, self.length)
 
-    def pick(self, rng, lamp, active):
+    def pick(self, rng: Any, lamp: Any, active: Any) -> Any:
         """Return the number of a triangle of a lamp, drawn by its area."""
         length = dr.gather(mi.UInt32, self.length, lamp, active)
         k = dr.gather(mi.UInt32, self.first, lamp, active) + dr.minimum(
@@ -369,7 +393,7 @@ class _Targets:
             dr.gather(mi.UInt32, self.other, k, active),
         )
 
-    def at(self, triangle, active):
+    def at(self, triangle: Any, active: Any) -> tuple[Any, ...]:
         """Return a corner of a triangle, both edges from it, the normal, the axis of the lamp, and
         the other numbers of the triangle (see `rows`).
         """
@@ -377,7 +401,7 @@ class _Targets:
         return *(mi.Vector3f(r.x, r.y, r.z) for r in rows), [r.w for r in rows]
 
 
-def alias_table(chance) -> tuple[np.ndarray, np.ndarray]:
+def alias_table(chance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (threshold, other). Draw k evenly, keep it with probability threshold[k], otherwise
     use other[k] (Walker 1977, Vose 1991).
     """

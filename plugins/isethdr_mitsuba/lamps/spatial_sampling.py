@@ -17,7 +17,8 @@ counts as well).
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import drjit as dr
 import mitsuba as mi
@@ -27,6 +28,13 @@ from scipy import sparse
 from ..paths.camera_rays import stream
 from ..paths.device_memory import aligned
 from .near_lamps import NearLamps, near_list
+
+if TYPE_CHECKING:
+    from ..paths.camera_rays import Camera
+    from ..paths.hits import HitTables
+    from ..paths.surface_tables import SurfaceTables
+    from ..world.view import View
+    from .lamp_tables import LampTables
 
 ACROSS = 64  # blocks, where there are as many tiles
 POINTS = 8  # of each block
@@ -58,7 +66,14 @@ class Chances:
     lamp's light that is expected to arrive, at least `LEAST_CLEAR`.
     """
 
-    def __init__(self, camera, view, members, strength, known: PlaceLight):
+    def __init__(
+        self,
+        camera: Camera,
+        view: View,
+        members: Sequence[list[Any]],
+        strength: np.ndarray,
+        known: PlaceLight,
+    ) -> None:
         """Make the tables.
 
         Parameters
@@ -107,15 +122,15 @@ class Chances:
         self.near = NearLamps(lists, members, blocks)
         dr.eval(self.chance, self.clear, *self.slots)
 
-    def block(self, row, column):
+    def block(self, row: Any, column: Any) -> Any:
         """Return the place of tiles, from their rows and columns in the complete grid."""
         return row // self.side * self.across + column // self.side
 
-    def cell(self, p):
+    def cell(self, p: Any) -> Any:
         """Return the place of points of the world."""
         return self.first_cell + cell_of(p - self.origin)
 
-    def pick(self, g: int, along, place, active):
+    def pick(self, g: int, along: Any, place: Any, active: Any) -> Any:
         """Return the number of a lamp of group number `g`, drawn by its probability at `place`.
 
         `along` is a random number from 0 to below 1. Lamps that hang side by side have neighbouring
@@ -132,7 +147,7 @@ class Chances:
         slot = dr.minimum(mi.UInt32(along * mi.Float(count)), count - 1)
         return dr.gather(mi.UInt32, self.slots[g], place * count + slot, active)
 
-    def of(self, lamp, place, active):
+    def of(self, lamp: Any, place: Any, active: Any) -> Any:
         """Return the probability of a lamp at `place`.
 
         Parameters
@@ -143,7 +158,7 @@ class Chances:
         """
         return dr.gather(mi.Float, self.chance, place * self.lamps + lamp, active)
 
-    def clear_share(self, lamp, place, active):
+    def clear_share(self, lamp: Any, place: Any, active: Any) -> Any:
         """Return the share of a lamp's light that is expected to arrive at `place`.
 
         Parameters
@@ -155,7 +170,7 @@ class Chances:
         return dr.gather(mi.Float, self.clear, place * self.lamps + lamp, active)
 
 
-def cell_of(distance):
+def cell_of(distance: Any) -> Any:
     """Return the number of the cell at the horizontal displacement `distance` from the camera."""
     around, rings = CELLS
     turn = dr.atan2(distance.y, distance.x) / (2 * dr.pi) + 0.5
@@ -168,7 +183,7 @@ def cell_of(distance):
     )
 
 
-def votes(places: int, place, light) -> np.ndarray:
+def votes(places: int, place: np.ndarray, light: np.ndarray) -> np.ndarray:
     """Return the sum of votes (place, lamp) of the points at `place` (point,). A vote is the share
     of each lamp in the light (point, lamp) of the point, so that bright points do not count more.
 
@@ -181,7 +196,7 @@ def votes(places: int, place, light) -> np.ndarray:
     return _summed(places, place, light.sum(1, dtype=float)) @ light
 
 
-def _summed(places: int, place, level) -> sparse.csr_array:
+def _summed(places: int, place: np.ndarray, level: np.ndarray) -> sparse.csr_array:
     """Return the matrix (place, point) that sums over the points at `place` (point,), each over its
     `level` (point,). Points of level 0 do not count.
     """
@@ -189,13 +204,13 @@ def _summed(places: int, place, level) -> sparse.csr_array:
     return sparse.csr_array((weight, (place, np.arange(len(place)))), (places, len(place)))
 
 
-def places_of(view) -> int:
+def places_of(view: View) -> int:
     """Return the number of places: blocks of the picture, and cells of the world."""
     _, across, down = blocks_of(view)
     return across * down + CELLS[0] * CELLS[1]
 
 
-def blocks_of(view) -> tuple[int, int, int]:
+def blocks_of(view: View) -> tuple[int, int, int]:
     """Return the tiles along the side of a block, and the number of blocks across and down the
     complete grid. They do not depend on which tiles are left out.
     """
@@ -204,7 +219,7 @@ def blocks_of(view) -> tuple[int, int, int]:
     return side, -(-columns // side), -(-rows // side)
 
 
-def slots_of(light, strength) -> np.ndarray:
+def slots_of(light: np.ndarray, strength: np.ndarray) -> np.ndarray:
     """Return the lamp (place, slot) that each slot holds. Each lamp gets one slot. The other slots
     are shared in proportion to `light` (place, lamp), or to `strength` at places without light.
     """
@@ -220,7 +235,7 @@ def slots_of(light, strength) -> np.ndarray:
     return np.hstack([np.tile(np.arange(count), (len(light), 1)), np.clip(slots, 0, count - 1)])
 
 
-def shares_of(slots, count: int) -> np.ndarray:
+def shares_of(slots: np.ndarray, count: int) -> np.ndarray:
     """Return the share of slots (place, slot) that each of `count` lamps holds (place, lamp)."""
     places, per_place = slots.shape
     return (
@@ -231,7 +246,14 @@ def shares_of(slots, count: int) -> np.ndarray:
     )
 
 
-def light_at_points(scene, hits, camera, view, surfaces, lamps) -> PlaceLight:
+def light_at_points(
+    scene: Any,
+    hits: HitTables,
+    camera: Camera,
+    view: View,
+    surfaces: SurfaceTables,
+    lamps: LampTables,
+) -> PlaceLight:
     """Test all lamps from points of all places. Occluded lamps give no light.
 
     Parameters
@@ -294,7 +316,9 @@ def light_at_points(scene, hits, camera, view, surfaces, lamps) -> PlaceLight:
     return PlaceLight(sums[0], clear_share)
 
 
-def _known(places: int, place, arriving, in_the_open) -> np.ndarray:
+def _known(
+    places: int, place: np.ndarray, arriving: np.ndarray, in_the_open: np.ndarray
+) -> np.ndarray:
     """Return sums (3, place, lamp) over points at `place` (point,): the votes, and the light with
     and without occlusion, both relative to all light that the point would have without.
 
@@ -325,7 +349,9 @@ class _Met(NamedTuple):
     lit: mi.Bool  # whether there is such a point
 
 
-def _met(scene, hits, surfaces, ray, active=True) -> _Met:
+def _met(
+    scene: Any, hits: HitTables, surfaces: SurfaceTables, ray: Any, active: Any = True
+) -> _Met:
     """Return the surface points that rays meet, with normals towards the origin of the ray, and
     where such a point exists.
     """
@@ -338,7 +364,9 @@ def _met(scene, hits, surfaces, ray, active=True) -> _Met:
     return hit
 
 
-def _tried(scene, lamps, bounds: _Bounds, met: _Met) -> tuple[np.ndarray, np.ndarray]:
+def _tried(
+    scene: Any, lamps: LampTables, bounds: _Bounds, met: _Met
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the light of all lamps (point, lamp), with and without occlusion."""
     count = len(lamps.placed)
     pair = dr.arange(mi.UInt32, dr.width(met.lit) * count)
@@ -366,7 +394,7 @@ def _tried(scene, lamps, bounds: _Bounds, met: _Met) -> tuple[np.ndarray, np.nda
     return shown(clear), shown(possible)
 
 
-def areas(triangles) -> np.ndarray:
+def areas(triangles: np.ndarray) -> np.ndarray:
     """Return the areas of triangles (n, 3, 3)."""
     return (
         np.linalg.norm(

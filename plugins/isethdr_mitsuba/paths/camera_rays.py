@@ -12,10 +12,14 @@ wrap around by themselves.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
 import drjit as dr
 import mitsuba as mi
+
+if TYPE_CHECKING:
+    from ..world.view import View
 
 # 2^32 / 1.32472, / 1.32472^2, / 1.61803
 ACROSS = 0xC13FA9A9
@@ -38,7 +42,7 @@ class Camera:
     views.
     """
 
-    def __init__(self, view):
+    def __init__(self, view: View) -> None:
         length = lambda v: dr.opaque(mi.Float, float(v))
         self.angles = view.projection == "equidistant"
         self.pitch_x = length(view.pitch_x)
@@ -50,7 +54,7 @@ class Camera:
             for v in (view.origin_m, view.right, view.down, view.forward)
         )
 
-    def ray(self, row, column, point, wavelengths):
+    def ray(self, row: Any, column: Any, point: Any, wavelengths: Any) -> Any:
         """Return the ray through `point` (x, y, of 2^32) of a tile.
 
         Parameters
@@ -74,7 +78,7 @@ class Camera:
         return mi.Ray3f(mi.Point3f(self.origin), way, 0.0, wavelengths)
 
 
-def offsets(seed, numbers):
+def offsets(seed: Any, numbers: Any) -> tuple[Any, Any, Any, Any]:
     """Return the random offsets of tiles: of the points (x, y), of the wavelengths, of the
     directions (two numbers) and of the lamps (two numbers), of 2^32.
     """
@@ -87,14 +91,14 @@ def offsets(seed, numbers):
     )
 
 
-def share(numbers):
+def share(numbers: Any) -> Any:
     """Return whole numbers, of 2^32, as shares from 0 to below 1, which 32 bits would be rounded up
     to.
     """
     return mi.Point2f(numbers >> 8) * 2.0**-24
 
 
-def stream(seed, numbers, purpose: str):
+def stream(seed: Any, numbers: Any, purpose: str) -> Any:
     """Return random numbers for `purpose`, independent per number.
 
     Parameters

@@ -13,9 +13,10 @@ continue from the same first surface with their own wavelengths and directions.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import drjit as dr
 import mitsuba as mi
@@ -85,18 +86,18 @@ class Paths:
     max_depth: int
     fog: Fog | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.lamps.fog = self._fog
         self.lamps.aim(self.world.scene, self._hits, self._camera, self.view, self.surfaces)
 
     @cached_property
-    def _fog(self):
+    def _fog(self) -> FogTables | None:
         if self.fog is None:
             return None
         return FogTables(self.fog, self.wavelength_nm, float(self.view.origin_m[2]))
 
     @cached_property
-    def _air(self):
+    def _air(self) -> AirlightLamps | None:
         if self._fog is None:
             return None
         air = AirlightLamps(self.lamps, self._fog)
@@ -104,20 +105,20 @@ class Paths:
         return air
 
     @cached_property
-    def _hits(self):
+    def _hits(self) -> HitTables:
         return HitTables(self.world)
 
     @cached_property
-    def _camera(self):
+    def _camera(self) -> Camera:
         return Camera(self.view)
 
     @cached_property
-    def _table(self):
+    def _table(self) -> BandTable:
         rows = np.vstack([self.surfaces.reflectance, self.lamps.emission])
         return BandTable(rows, self.wavelength_nm, self.step_nm, means=self.lamps.sky_rows)
 
     @cached_property
-    def _weights(self):
+    def _weights(self) -> list[list[Any]]:
         """Return the weights of X, Y and Z on the device, in packets."""
         weights = np.zeros((3, 4 * self._table.packets))
         weights[:, : len(self.wavelength_nm)] = xyz_weights(self.wavelength_nm)
@@ -128,7 +129,9 @@ class Paths:
         """Return a bit mask with the bits of all light groups set."""
         return (1 << len(self.lamps.groups)) - 1
 
-    def even_pass(self, seed: int, samples: int, group_numbers=None) -> np.ndarray:
+    def even_pass(
+        self, seed: int, samples: int, group_numbers: Sequence[int] | None = None
+    ) -> np.ndarray:
         """Return radiance (group, band, tile), summed over `samples` paths of each tile.
 
         Parameters
@@ -188,7 +191,15 @@ class Paths:
 class _Tables:
     """A scene on the device. No tuple and no dataclass, which loops of Dr.Jit would take apart."""
 
-    def __init__(self, scene, hits, camera, lamps, surfaces, spectra):
+    def __init__(
+        self,
+        scene: Any,
+        hits: HitTables,
+        camera: Camera,
+        lamps: LampTables,
+        surfaces: SurfaceTables,
+        spectra: _Spectra,
+    ) -> None:
         self.scene: mi.Scene = scene
         self.hits: HitTables = hits
         self.camera: Camera = camera
@@ -216,18 +227,18 @@ class _Items(NamedTuple):
 class _Spectra:
     """The `BandTable` of a pass on the device."""
 
-    def __init__(self, values, rows, lights, places, packets):
+    def __init__(self, values: Any, rows: Any, lights: Any, places: Any, packets: int) -> None:
         self.values = values
         self.rows = rows
         self.lights = lights
         self.places = places
         self.packets = packets
 
-    def place(self, along):
+    def place(self, along: Any) -> Any:
         """Return the index of the wavelength sample at position `along` (of 2^32) in each band."""
         return mi.UInt32(dr.mul_hi(along, self.places))
 
-    def at(self, place, row, active):
+    def at(self, place: Any, row: Any, active: Any) -> list[Any]:
         """Return row `row` at the sample `place`, as a list of packets."""
         return [
             dr.gather(
@@ -247,7 +258,7 @@ class _Vertex(NamedTuple):
     beta: list  # packets: weight of the path up to here
 
 
-def _light_of(tables: _Tables, vertex: _Vertex, aimed):
+def _light_of(tables: _Tables, vertex: _Vertex, aimed: tuple[Any, ...]) -> list[Any]:
     """Return what a shadow ray brings from where it is `aimed` at (`LampTables.choose`), a list of
     packets; weighted against meeting the lamp by chance (balance heuristic: Veach and Guibas
     1995).
@@ -270,7 +281,9 @@ def _light_of(tables: _Tables, vertex: _Vertex, aimed):
     ]
 
 
-def _sky_through(tables: _Tables, openings: SkyOpenings, vertex: _Vertex, row, rng, active):
+def _sky_through(
+    tables: _Tables, openings: SkyOpenings, vertex: _Vertex, row: Any, rng: Any, active: Any
+) -> list[Any]:
     """Return what one shadow ray through an opening brings of the sky, a list of packets; weighted
     against leaving the surface that way by chance. `row` is that of the sky.
     """
@@ -292,7 +305,7 @@ def _sky_through(tables: _Tables, openings: SkyOpenings, vertex: _Vertex, row, r
 
 
 @dr.syntax
-def _trace(tables, seed, items, entries, weights, max_depth):
+def _trace(tables: Any, seed: int, items: Any, entries: int, weights: Any, max_depth: int) -> Any:
     """Return the light of all work items (`_Items`).
 
     Parameters

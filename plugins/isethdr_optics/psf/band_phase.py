@@ -8,6 +8,9 @@ phase, a speckle is wrong by up to change^2 / 24.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core.errors import ConfigError
@@ -18,6 +21,11 @@ from ..pupil import sampled_pupil
 from . import wings
 from .error_parts import SPREAD, term
 
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import PupilOptics
+
 # Relative per tile, L1 per octave, for a radian rms within a part: measured 0.004 to 0.030 against
 # 40 and 100 parts (f/4 and f/8, tiles of 1.5 to 6 um, defocus, coma and spherical aberration of 3.7
 # to 13 rad within a band, with and without dirt). Speckles of full contrast: 1 / 24.
@@ -25,7 +33,7 @@ STANDING = 0.04
 MOST_RAD = 2.5  # within a part: as far as this was measured
 
 
-def check(lens, flares, wavelength_nm) -> None:
+def check(lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: np.ndarray) -> None:
     """Raise ConfigError where dirt delays light, or a wavefront changes its phase, by more within a
     band than can be followed.
 
@@ -52,7 +60,7 @@ def check(lens, flares, wavelength_nm) -> None:
         )
 
 
-def errors(lenses, wavelength_nm) -> list[ErrorTerm]:
+def errors(lenses: tuple[PupilOptics], wavelength_nm: np.ndarray) -> list[ErrorTerm]:
     """Return the errors of dividing a band into too few parts; `lenses` are those of the field
     points.
     """
@@ -71,7 +79,7 @@ def _needed(change: float) -> int:
     return int(np.ceil(change / wings.PHASE_CHANGE))
 
 
-def _worst(lenses, wavelength_nm):
+def _worst(lenses: tuple[PupilOptics], wavelength_nm: np.ndarray) -> tuple[float, float, float]:
     """Return the largest change of a lens's own phase within a band, radians rms, and that band's
     centre and width, nm.
     """

@@ -5,8 +5,10 @@ It does not depend on the method for the wings.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import is_dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +16,14 @@ from isethdr_core.physics.diffraction import integrated_airy, integrated_psf
 
 from ..pupil import sampled_pupil
 
+if TYPE_CHECKING:
+    from .kernels import BandPlan
+
 _core_cache: dict[str, np.ndarray] | None = None
 
 
 @contextmanager
-def kept_cores():
+def kept_cores() -> Iterator[None]:
     """Cache the cores computed within this context: finer kernels have the same cores."""
     global _core_cache
     before = _core_cache
@@ -29,14 +34,16 @@ def kept_cores():
         _core_cache = before
 
 
-def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) -> np.ndarray:
+def exact_core(
+    plan: BandPlan, centre_nm: float, width_nm: float, waves: np.ndarray, energy: float
+) -> np.ndarray:
     """Return the (y, x) kernel of a band within `plan.half` tiles, the mean of wavelengths `waves`.
 
     Parameters
     ----------
     centre_nm : of the band, nm.
     width_nm : of the band, nm.
-    plan : `kernels._Plan` of the band. `energy` : of its open pupil, mm2.
+    plan : `kernels.BandPlan` of the band. `energy` : of its open pupil, mm2.
     """
     cache = _core_cache if all(map(is_dataclass, (plan.lens, *plan.flares))) else None
     if cache is None:
@@ -57,7 +64,7 @@ def exact_core(plan, centre_nm: float, width_nm: float, waves, energy: float) ->
     return cache[key]
 
 
-def _computed(plan, waves, energy):
+def _computed(plan: BandPlan, waves: np.ndarray, energy: float) -> np.ndarray:
     axis = plan.axis
     total = 0.0
     sides = [2 * h + 1 for h in plan.half]

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from threading import Lock
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,10 @@ from isethdr_core.physics.optics.zernike import largest_um
 
 from ..pupil import sampled_pupil
 from . import wings
+
+if TYPE_CHECKING:
+    from .kernels import BandPlan
+    from .wings import Lattice
 
 STEPS_NM = (80.0, 40.0, 20.0)  # between knots, tried one after the other
 APART = 0.35  # radians from knot to knot at most, anywhere in the stop
@@ -34,19 +39,25 @@ class Knots:
     near by need them.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._patterns: OrderedDict[tuple, tuple] = OrderedDict()
         self._lock = Lock()
 
     def around(
-        self, plan, reach, middle: float, span: float, energy: float, fine: float
+        self,
+        plan: BandPlan,
+        reach: tuple[int, int],
+        middle: float,
+        span: float,
+        energy: float,
+        fine: float,
     ) -> list[list]:
         """Return for either half [(lattice, share), ...] of the pattern at wavelength `middle`, to
         be read over `span`, nm.
 
         Parameters
         ----------
-        plan : `kernels._Plan` of the band.
+        plan : `kernels.BandPlan` of the band.
         reach : (y, x) parts of tiles from the axis to the border, as of `wings.Grid`.
         middle : wavelength, nm.
         span : width of the part of the band that is read, nm.
@@ -69,7 +80,15 @@ class Knots:
         ]
         return [[(pair[half], s) for _, s, pair in ends] for half in (0, 1)]
 
-    def _pair(self, plan, reach, wave, stretch, energy, fine):
+    def _pair(
+        self,
+        plan: BandPlan,
+        reach: tuple[int, int],
+        wave: float,
+        stretch: float,
+        energy: float,
+        fine: float,
+    ) -> list[Lattice]:
         # the same, into however many parts a band divides tiles
         extent = tuple(round((r + 1) * p, 6) for r, p in zip(reach, plan.pitch))
         key = wave, extent, stretch, fine
@@ -90,12 +109,14 @@ class Knots:
         return lock[1]
 
 
-def lattices_of(plan, centre: float, width: float, parts: int) -> list[tuple[float, float]]:
+def lattices_of(
+    plan: BandPlan, centre: float, width: float, parts: int
+) -> list[tuple[float, float]]:
     """Return (wavelength, stretch) of every pair of lattices that the parts of a band read.
 
     Parameters
     ----------
-    plan : `kernels._Plan` of the band.
+    plan : `kernels.BandPlan` of the band.
     centre : of the band, nm.
     width : of the band, nm.
     parts : of about the same phase, into which the band is divided.
@@ -113,13 +134,13 @@ def lattices_of(plan, centre: float, width: float, parts: int) -> list[tuple[flo
     return out
 
 
-def error(plan, middle: float, span: float) -> float:
+def error(plan: BandPlan, middle: float, span: float) -> float:
     """Return the relative error per tile that straight lines between knots leave of light around a
     wavelength.
 
     Parameters
     ----------
-    plan : `kernels._Plan` of the band.
+    plan : `kernels.BandPlan` of the band.
     middle : wavelength, nm.
     span : width of the part of the band around it, nm.
     """
@@ -127,7 +148,7 @@ def error(plan, middle: float, span: float) -> float:
     return STRAIGHT * _change(plan, low, low + step) ** 2 if step else 0.0
 
 
-def _change(plan, first_nm, last_nm):
+def _change(plan: BandPlan, first_nm: float, last_nm: float) -> float:
     """Return the largest change of phase anywhere in the stop, radians, piston apart; dirt counts
     with all of its delay.
     """
@@ -146,7 +167,7 @@ def _change(plan, first_nm, last_nm):
     return 2 * np.pi * (largest_um(waves) + delayed)
 
 
-def _cell(plan, middle, span):
+def _cell(plan: BandPlan, middle: float, span: float) -> tuple[float, float]:
     """Return the knot below a wavelength and the step to the next; a step of 0 where the lens
     changes too fast, or is not known at knots.
     """

@@ -17,13 +17,13 @@ LEAST_BLOCKS = 16  # of an octave, else its neighbours are not compared
 
 
 @lru_cache(maxsize=4)
-def octaves(shape) -> np.ndarray:
+def octaves(shape: tuple[int, int]) -> np.ndarray:
     """Return the octave (y, x), int8, of every tile of a kernel, the axis in its middle."""
     y, x = (np.arange(n) - n // 2 for n in shape)
     return octave_of(y[:, None], x)
 
 
-def octave_of(y, x) -> np.ndarray:
+def octave_of(y: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Return the octave, int8, of tiles `y` and `x` from the axis."""
     squares = np.maximum(np.square(y, dtype=np.float32) + np.square(x, dtype=np.float32), 1.0)
     # the exponent of a float: log2, rounded down
@@ -31,13 +31,13 @@ def octave_of(y, x) -> np.ndarray:
     return np.minimum(exponent // 2, OCTAVES - 1).astype(np.int8)
 
 
-def core(wrong) -> int:
+def core(wrong: np.ndarray) -> int:
     """Return how many tiles from the axis, along y and along x, `wrong` is 0."""
     y, x = (np.abs(np.arange(n) - n // 2) for n in wrong.shape)
     return int(np.maximum(y[:, None], x)[wrong != 0].min(initial=max(wrong.shape))) - 1
 
 
-def by_octave(wrong, kernel) -> np.ndarray:
+def by_octave(wrong: np.ndarray, kernel: np.ndarray) -> np.ndarray:
     """Return the sum of the magnitudes of `wrong` over that of the kernel's values where it is not
     0, per octave.
     """
@@ -49,7 +49,7 @@ def by_octave(wrong, kernel) -> np.ndarray:
     return _ratio(*(np.bincount(octave[nonzero], a[nonzero], OCTAVES) for a in (wrong, light)))
 
 
-def deviation(wrong, kernel) -> np.ndarray:
+def deviation(wrong: np.ndarray, kernel: np.ndarray) -> np.ndarray:
     """Return per octave the relative standard deviation d with which light of any pattern goes
     wrong: variance sum of (d k L)^2.
 
@@ -67,7 +67,7 @@ def deviation(wrong, kernel) -> np.ndarray:
     return np.sqrt(_ratio(error, light) * _alike(wrong, octave))
 
 
-def _alike(wrong, octave):
+def _alike(wrong: np.ndarray, octave: np.ndarray) -> np.ndarray:
     """Return how many tiles err alike, per octave: variance of the sum over a block / sum of
     variances, the largest of all blocks.
     """
@@ -84,7 +84,9 @@ def _alike(wrong, octave):
         if not rows or not columns:
             break
 
-        def blocks(a, m=m, rows=rows, columns=columns):
+        def blocks(
+            a: np.ndarray, m: int = m, rows: int = rows, columns: int = columns
+        ) -> np.ndarray:
             return a[: rows * m, : columns * m].reshape(rows, m, columns, m)
 
         first = blocks(octave)[:, 0, :, 0]
@@ -104,18 +106,18 @@ def _alike(wrong, octave):
     return out
 
 
-def _ratio(a, b):
+def _ratio(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.divide(a, b, out=np.zeros(OCTAVES), where=b > 0)
 
 
 class ColumnErrors:
     """`by_octave` and `deviation` of whole kernels, from the errors of a few columns of tiles."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._sums = np.zeros((5, OCTAVES))  # |wrong|, wrong, light, wrong^2, light^2
         self._blocks = np.zeros((len(BLOCKS), 3, OCTAVES))  # count, of sums, of parts
 
-    def add(self, wrong, light, first: int, core: tuple[int, int]) -> None:
+    def add(self, wrong: np.ndarray, light: np.ndarray, first: int, core: tuple[int, int]) -> None:
         """Take columns of tiles, (y, column), from `first` on, the axis in the middle of y; tiles
         within `core` (y, x) do not count.
 

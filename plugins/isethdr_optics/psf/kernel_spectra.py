@@ -4,9 +4,11 @@ process that forms images.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from threading import Lock
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from isethdr_core.physics.convolution.mirrored import Mirrored
 from isethdr_core.physics.convolution.transform import sizes
 
 from . import kernel_store
+
+if TYPE_CHECKING:
+    from numpy import memmap
 
 NEAR = 96  # tiles: what falls farther from a lamp is so little that single precision is enough
 # size of the near part's transforms, of the full frame's; above it kernels stay whole
@@ -72,7 +77,7 @@ class KeptTransforms:
     as far as memory is allowed.
     """
 
-    def __init__(self, bands, most_bytes: float):
+    def __init__(self, bands: Sequence[Mirrored], most_bytes: float) -> None:
         self._bands = bands
         self._left = most_bytes
         self._asked: set[int] = set()
@@ -98,7 +103,7 @@ class KeptTransforms:
         return prepared
 
 
-def spectra(bands, name: str | None) -> Spectra:
+def spectra(bands: Sequence[memmap | np.ndarray], name: str | None) -> Spectra:
     """Return the transforms of kernels (y, x), each of the full frame.
 
     Parameters
@@ -109,7 +114,7 @@ def spectra(bands, name: str | None) -> Spectra:
     shape = _shape(bands)
     size = sizes(_shape(bands), bands[0].shape)
 
-    def one(values):
+    def one(values: memmap | np.ndarray) -> tuple[list[float], np.ndarray]:
         kernel = prepare(values, shape)
         return [
             kernel.peak,
@@ -126,7 +131,7 @@ def spectra(bands, name: str | None) -> Spectra:
     return Spectra(kernels, _profiles(facts[3:], bands), blocks)
 
 
-def divided(bands, name: str | None) -> Divided:
+def divided(bands: Sequence[Mirrored | np.ndarray], name: str | None) -> Divided:
     """Return the transforms of what falls within NEAR tiles and, in single precision, of what falls
     farther; arguments as `spectra`.
 
@@ -147,12 +152,12 @@ def divided(bands, name: str | None) -> Divided:
         else [n // 2 for n in bands[0].shape]
     )
 
-    def near(values):
+    def near(values: Mirrored) -> tuple[list[float], np.ndarray]:
         inner = values.within(*half) if isinstance(values, Mirrored) else values[cut]
         kernel = prepare(inner, shape)
         return [kernel.peak, kernel.norm, *np.concatenate(profile(values))], kernel.spectrum
 
-    def far(values):
+    def far(values: np.ndarray) -> tuple[list[float], np.ndarray]:
         if isinstance(values, Mirrored):
             rest = values.beyond(*half)
         else:
@@ -163,7 +168,9 @@ def divided(bands, name: str | None) -> Divided:
             np.complex64 if np.iscomplexobj(kernel.spectrum) else np.float32
         )
 
-    def part(label, divided_part, extent):
+    def part(
+        label: str, divided_part: Callable[..., Any], extent: tuple[int, int]
+    ) -> tuple[Part, np.ndarray]:
         facts, blocks = _stored_spectra(f"{name}-{label}" if name else None, divided_part, bands)
         return Part(blocks, *facts[:2], sizes(shape, extent)), facts[2:]
 
@@ -173,26 +180,30 @@ def divided(bands, name: str | None) -> Divided:
     )
 
 
-def profile(values) -> tuple[np.ndarray, np.ndarray]:
+def profile(values: Mirrored | memmap) -> tuple[np.ndarray, np.ndarray]:
     """Return the sums of a kernel over x and over y."""
     return values.sum(axis=1, dtype=float), values.sum(axis=0, dtype=float)
 
 
-def _stored_spectra(name, divided_part, bands):
+def _stored_spectra(
+    name: str | None,
+    divided_part: Callable[..., Any],
+    bands: Sequence[Mirrored | memmap | np.ndarray],
+) -> tuple[np.ndarray, memmap | np.ndarray]:
     """Return facts (fact, band) and arrays (band, ...) of one(kernel) -> (facts, array): from disk,
     written there, or held.
     """
     stored = kernel_store.load(name) if name else None
     facts = []
 
-    def arrays():
+    def arrays() -> Iterator[np.ndarray]:
         facts.clear()
         for values in bands:
             now, array = divided_part(values)
             facts.append(now)
             yield array
 
-    def known():
+    def known() -> np.ndarray:
         return np.array(facts, float).T
 
     if stored is None and name:
@@ -208,14 +219,16 @@ def _stored_spectra(name, divided_part, bands):
     return stored
 
 
-def _profiles(sums, bands):
+def _profiles(
+    sums: np.ndarray, bands: Sequence[Mirrored | memmap | np.ndarray]
+) -> list[tuple[np.ndarray, np.ndarray]]:
     rows = bands[0].shape[0]
     return [(s[:rows], s[rows:]) for s in sums.T]
 
 
-def _shape(bands):
+def _shape(bands: Sequence[Mirrored | memmap]) -> tuple[int, int]:
     return tuple(n // 2 + 1 for n in bands[0].shape)
 
 
-def _held_bytes(blocks) -> int:
+def _held_bytes(blocks: np.ndarray) -> int:
     return 0 if isinstance(blocks, np.memmap) else blocks.nbytes

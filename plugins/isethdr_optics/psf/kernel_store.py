@@ -11,13 +11,23 @@ from __future__ import annotations
 import os
 import time
 import uuid
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from isethdr_core import store
 from isethdr_core.runs import provenance
+
+if TYPE_CHECKING:
+    from numpy import memmap
+    from numpy.typing import ArrayLike
+
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import PupilOptics
 
 LIMIT_BYTES = 8 << 30  # of all files together; beyond it those unused for longest go
 PART = "-band-"  # in the name of a file with one band, until all bands are computed
@@ -25,7 +35,14 @@ REACH = "-reach-"  # in a name, before the tiles to the border, (y, x)
 ABANDONED_S = 3600.0  # age at which a temporary file's writer is taken for dead
 
 
-def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -> str | None:
+def name(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: ArrayLike,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+    way: str | None = None,
+) -> str | None:
     """Return the file name of kernels; None if their content cannot be named.
 
     Parameters
@@ -55,7 +72,9 @@ def name(lens, flares, wavelength_nm, pitch_um, reach, way: str | None = None) -
     return f"{made_of}{REACH}{'x'.join(map(str, reach))}"
 
 
-def _named(component):
+def _named(
+    component: Any,
+) -> list[dict[Any, Any] | dict[str, float | str] | dict[str, float] | str]:
     return [provenance.identity(component), store.jsonable(component)]
 
 
@@ -63,7 +82,7 @@ def _folder() -> Path:
     return store.home() / "kernels"
 
 
-def load(key: str):
+def load(key: str) -> tuple[np.ndarray, memmap] | None:
     """Return (facts, arrays): (fact, band) float64 and (band, ...), mapped; None where missing or
     damaged.
     """
@@ -95,7 +114,13 @@ def reaches(key: str) -> list[tuple[int, ...]]:
     return [tuple(map(int, end.split("x"))) for end in ends if "-" not in end]
 
 
-def save(key: str, shape, dtype, bands, facts) -> None:
+def save(
+    key: str,
+    shape: Sequence[int],
+    dtype: str | np.dtype,
+    bands: Sequence[np.ndarray],
+    facts: Callable[..., Any],
+) -> None:
     """Keep arrays for `load`; do nothing where that is not possible.
 
     Parameters
@@ -140,7 +165,7 @@ def remove_parts(key: str) -> None:
             path.unlink(missing_ok=True)
 
 
-def _check(a) -> int:
+def _check(a: memmap | np.ndarray) -> int:
     """Return a checksum of an array: the sum of its 32-bit words, modulo 2^32.
 
     A change of any one bit changes it. It takes as long as reading the array.
@@ -148,7 +173,7 @@ def _check(a) -> int:
     return int(np.add.reduce(np.ascontiguousarray(a).reshape(-1).view(np.uint32), dtype=np.uint32))
 
 
-def _remove_oldest(folder):
+def _remove_oldest(folder: Path) -> None:
     """Keep the folder below its limit; a file that another process has mapped lives on until that
     lets go of it.
     """

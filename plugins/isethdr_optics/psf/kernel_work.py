@@ -6,7 +6,8 @@ along rays, reads at the borders of bands, weights of tiles, and chords of the p
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,14 @@ from isethdr_core.physics.optics import pattern_columns, ray_sums
 from ..pupil import sampled_pupil
 from . import phase_patterns, scaled_pattern
 from .scaled_pattern import Frame
+
+if TYPE_CHECKING:
+    from isethdr_core.physics.optics.half_plane_pattern import HalfLattice
+    from isethdr_core.physics.optics.pupil import Convex
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import PupilOptics
+    from .scaled_pattern import Level
 
 
 class Counts(NamedTuple):
@@ -49,7 +58,7 @@ def seconds(counts: Counts) -> float:
     return float(np.dot(counts, SECONDS))
 
 
-def one_pattern(lens, flares, frame: Frame) -> Counts:
+def one_pattern(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> Counts:
     """Return the work of kernels without phase (`scaled_pattern`).
 
     Parameters
@@ -83,7 +92,7 @@ def one_pattern(lens, flares, frame: Frame) -> Counts:
     return Counts(samples, *_rings(lens, frame, levels), chords, turns, cores)
 
 
-def with_phase(lens, flares, frame: Frame) -> Counts:
+def with_phase(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> Counts:
     """Return the work of kernels from patterns at a few wavenumbers (`phase_patterns`).
 
     Parameters
@@ -115,7 +124,9 @@ def with_phase(lens, flares, frame: Frame) -> Counts:
     return Counts(samples, *both, chords, transforms=float(waves))
 
 
-def _rings(lens, frame, levels) -> tuple[float, float, float]:
+def _rings(
+    lens: PupilOptics, frame: Frame, levels: Sequence[tuple[Level, list[Any], HalfLattice]]
+) -> tuple[float, float, float]:
     """Return the work of all rings of a half plane: (sums, reads, taps)."""
     edges = frame.edges_nm
     borders = len(np.unique(edges))
@@ -138,11 +149,13 @@ def _rings(lens, frame, levels) -> tuple[float, float, float]:
     return tuple(total * (1.0, borders * bands, bands))
 
 
-def _no_lines(first, last):
+def _no_lines(first: int, last: int) -> None:
     raise AssertionError("work is counted without samples")
 
 
-def _chords(lens, terms, cell: float, strips: float) -> float:
+def _chords(
+    lens: PupilOptics, terms: Sequence[tuple[Convex, float]], cell: float, strips: float
+) -> float:
     """Return the chords of a pupil in rows of cells, `cell` of its diameter high, two per strip."""
     across = cell * 2 * sampled_pupil.radius_mm(lens)
     return float(sum((shape.high - shape.low) / across + 1 for shape, _ in terms) * 2 * strips)

@@ -10,12 +10,12 @@ difference between two halves of the points.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, is_dataclass, replace
 from functools import cached_property
 from threading import Lock
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -45,6 +45,15 @@ from . import (
 )
 from .exact_core import exact_core
 from .wings import tile_sums
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import LensOptics, PupilOptics
+    from .interpolation_wavelengths import Knots
+    from .scaled_pattern import Frame
 
 CORE_SAMPLES = 240  # image samples from the axis to the border of the exact core
 WIDER = 1.25  # times its size, an exact core may be made to cover a frame
@@ -177,7 +186,14 @@ _lock = Lock()
 _making: dict[tuple, Lock] = {}  # by key: a thread that asks for the same kernels waits for them
 
 
-def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
+def kernels(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+    make: Callable[..., Any] | None = None,
+) -> Kernels:
     """Return the kernels of a lens with flares; they are cached in the process and on disk.
 
     Parameters
@@ -197,7 +213,7 @@ def kernels(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> Kernels:
         return _read_or_made(key, _Asked(lens, flares, wavelength_nm, pitch_um, reach), make)
 
 
-def _read_or_made(key: tuple, asked: _Asked, make) -> Kernels:
+def _read_or_made(key: tuple, asked: _Asked, make: Callable[..., Any] | None) -> Kernels:
     """Return kernels from this process or from the disk, else make and keep them.
 
     Parameters
@@ -245,7 +261,14 @@ def _store(name: str, made: Kernels) -> None:
     kernel_store.save(name, (count, *arrays[0].shape), "<f4", arrays, lambda: np.stack(facts))
 
 
-def at_hand(lens, flares, wavelength_nm, pitch_um, reach, shorter: float = 0.0) -> bool:
+def at_hand(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+    shorter: float = 0.0,
+) -> bool:
     """Return whether this process or the disk holds the kernels.
 
     Parameters
@@ -271,7 +294,13 @@ def at_hand(lens, flares, wavelength_nm, pitch_um, reach, shorter: float = 0.0) 
     )
 
 
-def expected_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
+def expected_s(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+) -> float:
     """Return the CPU seconds that kernels take to make.
 
     Parameters
@@ -291,7 +320,13 @@ def expected_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     return _lattices_s(lens, flares, wavelength_nm, pitch_um, reach)
 
 
-def _lattices_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
+def _lattices_s(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+) -> float:
     """Return the CPU seconds of kernels from lattices, or of exact cores alone."""
     mirrored = not sampled_pupil.has_phase(lens, flares)
     total = 0.0
@@ -300,7 +335,7 @@ def _lattices_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
         shortest = centre - width / 2
         grid = split, fine, wide = fine_tiles(lens, shortest, pitch_um, reach)
         half = core_half(lens, shortest, fine, wide)
-        plan = _Plan(lens, flares, (centre, width), grid)
+        plan = BandPlan(lens, flares, (centre, width), grid)
         waves = plan.wavelengths(centre, width, max(half) / split, 3 if split == 1 else 1)
         blur = sampled_pupil.blur_um(lens, shortest)
         samples = max(h * np.ceil(2 * p / blur) for h, p in zip(half, fine))
@@ -324,7 +359,13 @@ def _lattices_s(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     return total
 
 
-def from_patterns(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
+def from_patterns(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+) -> bool:
     """Return whether kernels come from one pattern or a few; others come from lattices or exact
     cores alone.
 
@@ -340,7 +381,13 @@ def from_patterns(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
     return _frame(*given) is not None or _phase_frame(*given) is not None
 
 
-def from_one_pattern(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
+def from_one_pattern(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+) -> bool:
     """Return whether one pattern gives the kernels of all bands.
 
     Parameters
@@ -353,7 +400,14 @@ def from_one_pattern(lens, flares, wavelength_nm, pitch_um, reach) -> bool:
     return _frame(lens, flares, np.asarray(wavelength_nm, float), pitch_um, reach) is not None
 
 
-def _key(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> tuple:
+def _key(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+    make: Callable[..., Any] | None = None,
+) -> tuple:
     return (
         repr((lens, flares)),
         tuple(map(id, flares)) if any(not _described(f) for f in flares) else (),
@@ -364,14 +418,21 @@ def _key(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> tuple:
     )
 
 
-def _name(lens, flares, wavelength_nm, pitch_um, reach, make=None) -> str | None:
+def _name(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: ArrayLike,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+    make: Callable[..., Any] | None = None,
+) -> str | None:
     """Return the name of kernels on disk; None if they are not kept there."""
     if not all(map(_described, (lens, *flares))):
         return None
     return kernel_store.name(lens, flares, wavelength_nm, pitch_um, reach, make and make.__module__)
 
 
-def _in_cache(key, computed: Kernels) -> Kernels:
+def _in_cache(key: tuple[str, ...], computed: Kernels) -> Kernels:
     """Keep kernels in this process under a key, and return them."""
     with _lock:
         _cache[key] = computed
@@ -459,7 +520,7 @@ def _inserted(computed: Kernels, core: scaled_pattern.Core) -> dict:
     return {"bands": bands, "speckle": computed.speckle}
 
 
-def _fine_rings(computed: Kernels, core: scaled_pattern.Core, apply) -> dict:
+def _fine_rings(computed: Kernels, core: scaled_pattern.Core, apply: Callable[..., Any]) -> dict:
     """Return the fields of kernels with fine rings around a wider core."""
     lens, flares = computed.keep
     read = scaled_pattern.fine_rings(lens, computed.scaled)
@@ -503,7 +564,11 @@ def _stored(name: str | None, tiles: int | None = None) -> Kernels | None:
 
 
 def _stored_halves(
-    name: str | None, lens, flares, frame: scaled_pattern.Frame, tiles: int | None = None
+    name: str | None,
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    frame: scaled_pattern.Frame,
+    tiles: int | None = None,
 ) -> Kernels | None:
     """Return stored kernels from one pattern; None where they are not stored. `tiles` : as
     `_stored`.
@@ -515,11 +580,11 @@ def _stored_halves(
     return replace(stored, bands=bands, keep=(lens, flares), name=None, scaled=frame)
 
 
-def _mirrored(kernel) -> bool:
+def _mirrored(kernel: Mirrored | np.ndarray) -> bool:
     return isinstance(kernel, Mirrored) or np.array_equal(kernel, kernel[::-1, ::-1])
 
 
-def joined(first, some: Kernels, computed: Kernels) -> Kernels:
+def joined(first: int, some: Kernels, computed: Kernels) -> Kernels:
     """Return kernels of all bands: `some` where the mask `first` is true, `computed` elsewhere."""
     order = np.argsort(np.concatenate([np.flatnonzero(first), np.flatnonzero(~first)]))
     arrays = {
@@ -532,7 +597,14 @@ def joined(first, some: Kernels, computed: Kernels) -> Kernels:
     )
 
 
-def _frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None):
+def _frame(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+    width_nm: np.ndarray | None = None,
+) -> Frame | None:
     """Return the `scaled_pattern.Frame` of bands and tiles, or None where one pattern does not
     serve them.
     """
@@ -540,7 +612,14 @@ def _frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None):
     return frame if frame is not None and scaled_pattern.serves(lens, flares, frame) else None
 
 
-def _phase_frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None):
+def _phase_frame(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+    width_nm: np.ndarray | None = None,
+) -> Frame | None:
     """Return the `scaled_pattern.Frame` of bands and tiles, or None where patterns at a few
     wavenumbers do not serve them.
     """
@@ -548,7 +627,13 @@ def _phase_frame(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None):
     return frame if frame is not None and phase_patterns.serves(lens, flares, frame) else None
 
 
-def _rings_frame(lens, wavelength_nm, pitch_um, reach, width_nm=None):
+def _rings_frame(
+    lens: PupilOptics,
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+    width_nm: np.ndarray | None = None,
+) -> Frame | None:
     """Return the `scaled_pattern.Frame` of bands and tiles; None where exact cores cover all."""
     width_nm = band_widths_nm(wavelength_nm) if width_nm is None else width_nm
     edges = np.stack([wavelength_nm - width_nm / 2, wavelength_nm + width_nm / 2], axis=1)
@@ -565,7 +650,7 @@ def _rings_frame(lens, wavelength_nm, pitch_um, reach, width_nm=None):
     return scaled_pattern.Frame(edges, tuple(pitch_um), tuple(reach), tuple(half))
 
 
-def _scaled(lens, flares, frame) -> Kernels:
+def _scaled(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> Kernels:
     """Return kernels of all bands from one pattern."""
     with executor(min(cpus(), MOST_THREADS)) as pool:
         halves, errors = scaled_pattern.fine_enough(lens, flares, frame, pool.map)
@@ -588,7 +673,7 @@ def _scaled(lens, flares, frame) -> Kernels:
     )
 
 
-def _interpolated(lens, flares, frame) -> Kernels:
+def _interpolated(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> Kernels:
     """Return kernels of all bands from patterns at a few wavenumbers."""
     count = len(frame.edges_nm)
     sides = [2 * r + 1 for r in frame.reach]
@@ -598,9 +683,9 @@ def _interpolated(lens, flares, frame) -> Kernels:
     read = scaled_pattern.finer_rings(lens, frame)
     bands = np.empty((count, *sides), np.float32)
 
-    def exact(band):
+    def exact(band: int) -> np.ndarray:
         grid = wings.Grid(1, frame.pitch_um, frame.core)
-        plan = _Plan(lens, flares, (middles[band], widths[band]), grid)
+        plan = BandPlan(lens, flares, (middles[band], widths[band]), grid)
         return plan.band(middles[band], widths[band])[0]
 
     with executor(min(cpus(), MOST_THREADS)) as pool:
@@ -624,7 +709,7 @@ def _interpolated(lens, flares, frame) -> Kernels:
     )
 
 
-def _scatter(halves, lens, flares, frame) -> None:
+def _scatter(halves: np.ndarray, lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> None:
     """Mix the scatter of flares into halves of kernels."""
     waves = frame.edges_nm.mean(axis=1)
     if not scatter.active(flares, waves):
@@ -647,7 +732,14 @@ class _Asked:
     width_nm: np.ndarray | None = None  # of the bands; None: they lie side by side
 
 
-def _computed(lens, flares, wavelength_nm, pitch_um, reach, width_nm=None) -> Kernels:
+def _computed(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+    width_nm: np.ndarray | None = None,
+) -> Kernels:
     """Return kernels, neither read from the store nor written into it; arguments as the fields of
     `_Asked`.
     """
@@ -675,11 +767,13 @@ def _kernels_of(asked: _Asked, name: str | None = None) -> Kernels:
     shared = interpolation_wavelengths.Knots()
 
     def one_band(
-        centre, width
-    ):  # interpolation wavelengths are fixed: a band does not depend on the other bands
+        centre: float, width: float
+    ) -> tuple[
+        np.ndarray, ...
+    ]:  # interpolation wavelengths are fixed: a band does not depend on the other bands
         grid = fine_tiles(lens, centre - width / 2, pitch_um, reach)
         split = grid.split
-        plan = _Plan(lens, flares, (centre, width), grid, lattices, shared)
+        plan = BandPlan(lens, flares, (centre, width), grid, lattices, shared)
         kernel, wrong, energy = plan.band(centre, width)
         kernel = np.asarray(
             scatter.mix(tile_sums(kernel, split), flares, centre, pitch_um, lens.focal_length_mm),
@@ -698,8 +792,10 @@ def _kernels_of(asked: _Asked, name: str | None = None) -> Kernels:
         return kernel, *errors, energy / sampled_pupil.stop_mm2(lens)
 
     def stored_band(
-        centre, width
-    ):  # band by band, so that what was done before a run was stopped is not done again
+        centre: float, width: float
+    ) -> tuple[
+        np.ndarray, ...
+    ]:  # band by band, so that what was done before a run was stopped is not done again
         part = f"{name}{kernel_store.PART}{centre:.9g}"
         if name and (stored := kernel_store.load(part)):
             (core, transmitted, *errors), [kernel] = stored
@@ -740,7 +836,9 @@ def _kernels_of(asked: _Asked, name: str | None = None) -> Kernels:
     )
 
 
-def _split(lens, shortest_nm, pitch_um, reach):
+def _split(
+    lens: PupilOptics, shortest_nm: float, pitch_um: tuple[float, float], reach: tuple[int, int]
+) -> int:
     """Return the number of parts, per axis, into which to divide tiles that are much wider than the
     core of the point spread function.
     """
@@ -750,7 +848,9 @@ def _split(lens, shortest_nm, pitch_um, reach):
     return int(max(1, min(parts, np.sqrt(MOST_TILES / np.prod([2 * r + 1 for r in reach])))))
 
 
-def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
+def core_half(
+    lens: PupilOptics, shortest_nm: float, pitch_um: Sequence[float], reach: Sequence[int]
+) -> tuple[int, int]:
     """Return the (y, x) tiles from the axis to the border of the exact core, `reach` at most.
 
     Samples are at most half as wide as the finest detail, wavelength x f-number. If tiles are finer
@@ -774,7 +874,14 @@ def core_half(lens, shortest_nm: float, pitch_um, reach) -> tuple[int, int]:
     return tuple(half)
 
 
-def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
+def _lattices(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    width_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+) -> list:
     """Return the result of `wings.shared` for all bands; None if it would be wrong, or exact cores
     cover the frame.
     """
@@ -787,7 +894,9 @@ def _lattices(lens, flares, wavelength_nm, width_nm, pitch_um, reach) -> list:
     return wings.shared(lens, flares, float(shortest.min()), grid)
 
 
-def without_lattices(lens, shortest_nm: float, pitch_um, reach) -> bool:
+def without_lattices(
+    lens: PupilOptics, shortest_nm: float, pitch_um: tuple[float, float], reach: tuple[int, int]
+) -> bool:
     """Return whether the exact core of a band that starts at `shortest_nm` covers its kernel.
 
     Parameters
@@ -801,7 +910,9 @@ def without_lattices(lens, shortest_nm: float, pitch_um, reach) -> bool:
     return core_half(lens, shortest_nm, fine, wide) == tuple(wide)
 
 
-def fine_tiles(lens, shortest_nm, pitch_um, reach) -> wings.Grid:
+def fine_tiles(
+    lens: PupilOptics, shortest_nm: float, pitch_um: tuple[float, float], reach: tuple[int, int]
+) -> wings.Grid:
     """Return the tiles of which a kernel is composed.
 
     They are parts of the frame's tiles if these are much wider than the finest detail.
@@ -815,7 +926,13 @@ def fine_tiles(lens, shortest_nm, pitch_um, reach) -> wings.Grid:
     return wings.Grid(split, [p / split for p in pitch_um], [r * split + split - 1 for r in reach])
 
 
-def held_bytes(lens, flares, wavelength_nm, pitch_um, reach) -> float:
+def held_bytes(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    wavelength_nm: np.ndarray,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+) -> float:
     """Return the bytes of kernels up to `reach` (y, x) tiles, and of lattices. Those of traced
     lenses are not counted.
 
@@ -841,14 +958,22 @@ def held_bytes(lens, flares, wavelength_nm, pitch_um, reach) -> float:
     return total + wings.lattice_bytes(lens, shortest, fine_tiles(lens, shortest, pitch_um, reach))
 
 
-def _described(flare) -> bool:
+def _described(flare: Any) -> bool:
     return is_dataclass(flare)
 
 
-class _Plan:
+class BandPlan:
     """One band: the pupil of the core, its energy, the grids of the rings."""
 
-    def __init__(self, lens, flares, band_nm, grid: wings.Grid, lattices=(), shared=None):
+    def __init__(
+        self,
+        lens: PupilOptics,
+        flares: Sequence[Flare],
+        band_nm: tuple[float, float],
+        grid: wings.Grid,
+        lattices: Sequence[Any] = (),
+        shared: Knots | None = None,
+    ) -> None:
         """Compute the core's grid of one band.
 
         Parameters
@@ -886,7 +1011,7 @@ class _Plan:
             sampled_pupil.open_energy_mm2(lens, flares, self.shortest) if self.fixed else None
         )
 
-    def band(self, centre, width):
+    def band(self, centre: float, width: float) -> np.ndarray:
         """Return one band's kernel without scatter, the difference between its halves (None:
         exact), and the energy of its pupil, mm2.
         """
@@ -915,7 +1040,7 @@ class _Plan:
             kernel[tuple(slice(r - h, r + h + 1) for r, h in zip(self.reach, self.half))] = core
         return kernel, wrong, energy
 
-    def wavelengths(self, centre, width, radius, least):
+    def wavelengths(self, centre: float, width: float, radius: float, least: int) -> np.ndarray:
         """Return midpoints of equal sub-bands of the core. From one to the next, the pattern at
         `radius` tiles moves by a speckle at most.
         """
@@ -932,7 +1057,14 @@ class _Plan:
         return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
-def point_spread(lens, wavelength_nm, pitch_um, size, flares, integrated):
+def point_spread(
+    lens: PupilOptics,
+    wavelength_nm: float | list[float],
+    pitch_um: float,
+    size: int,
+    flares: Sequence[Flare],
+    integrated: bool | None,
+) -> xr.DataArray:
     """Return the point spread function of a lens with flares; see `DiffractionLimitedLens.psf`.
 
     Parameters
@@ -968,7 +1100,14 @@ def point_spread(lens, wavelength_nm, pitch_um, size, flares, integrated):
     return psf_array(np.stack(out), waves, pitch_um, lens, flares, integrated)
 
 
-def psf_array(values, wavelength_nm, pitch_um, lens, flares, integrated=True):
+def psf_array(
+    values: np.ndarray,
+    wavelength_nm: ArrayLike,
+    pitch_um: float,
+    lens: LensOptics,
+    flares: Sequence[Flare],
+    integrated: bool = True,
+) -> xr.DataArray:
     """Return point spread functions as a labelled DataArray, y and x in metres.
 
     Parameters

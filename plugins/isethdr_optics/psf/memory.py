@@ -11,7 +11,7 @@ from isethdr_core.pipeline.memory import Need, check_fits
 from isethdr_core.plugins.ranges import LEAST_NM, MOST_NM
 
 
-def check_psf(waves, pitch_um, size) -> None:
+def check_psf(waves: np.ndarray, pitch_um: float, size: int) -> None:
     """Refuse a point spread function of no wavelength, no pitch, or more samples than the memory
     holds.
 
@@ -39,7 +39,7 @@ def check_psf(waves, pitch_um, size) -> None:
     check_fits([need])
 
 
-def check_kernels(held_bytes: float, bands: int, reach) -> None:
+def check_kernels(held_bytes: float, bands: int, reach: tuple[int, int]) -> None:
     """Refuse kernels, with their lattices, that the memory does not hold or that would take
     hours.
 

@@ -10,8 +10,9 @@ computed band by band (`exact_core`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +28,13 @@ from . import scaled_pattern as scaled
 from .scaled_pattern import Errors, Frame, Rings
 from .wings import PHASE_CHANGE
 
+if TYPE_CHECKING:
+    from isethdr_core.physics.optics.half_plane_pattern import HalfLattice
+    from isethdr_core.physics.optics.ray_sums import Columns
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import PupilOptics
+
 INTERPOLATED = 0.005  # relative, of light: what the polynomial leaves at most
 MOST_WAVENUMBERS = 9  # each takes as long as all kernels of a lens without phase
 MOST_CORE_WAVELENGTHS = 32  # per band, however wide
@@ -35,7 +43,7 @@ CHECKED_PERIOD = 4.0  # of direct sums, in reaches
 CHECKED_TURNS = 1 / 128  # of direct sums, from cell to cell
 
 
-def serves(lens, flares, frame: Frame) -> bool:
+def serves(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> bool:
     """Return whether patterns at a few wavenumbers give the kernels of a frame: a phase in
     proportion to the wavenumber, and lattices that memory allows.
 
@@ -68,7 +76,7 @@ def serves(lens, flares, frame: Frame) -> bool:
     )
 
 
-def memory_bytes(lens, flares, frame: Frame) -> float:
+def memory_bytes(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> float:
     """Return the peak memory, bytes: kernels of a frame, and patterns of the largest lattice.
 
     Parameters
@@ -83,7 +91,7 @@ def memory_bytes(lens, flares, frame: Frame) -> float:
     return float(kernel_bytes + count * pattern + 4.0 * np.prod(lattice.period, dtype=float))
 
 
-def wavenumbers(lens, flares, frame: Frame) -> np.ndarray:
+def wavenumbers(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> np.ndarray:
     """Return the wavenumbers, 1 / nm, at which patterns are computed.
 
     Parameters
@@ -95,7 +103,9 @@ def wavenumbers(lens, flares, frame: Frame) -> np.ndarray:
     return whole.interpolation_wavenumbers(*ends, _change(lens, flares, frame), INTERPOLATED)
 
 
-def core_wavelengths(lens, flares, frame: Frame, band_nm) -> np.ndarray:
+def core_wavelengths(
+    lens: PupilOptics, flares: Sequence[Flare], frame: Frame, band_nm: np.ndarray
+) -> np.ndarray:
     """Return the wavelengths of a band's exact core: from one to the next the pattern at its border
     moves by a speckle at most, and the phase by a radian rms.
 
@@ -117,7 +127,14 @@ def core_wavelengths(lens, flares, frame: Frame, band_nm) -> np.ndarray:
     return middle + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
-def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Callable = map) -> None:
+def wings(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    frame: Frame,
+    read: Rings,
+    out: np.ndarray,
+    apply: Callable = map,
+) -> None:
     """Write the kernels beyond the exact core into `out`, (band, y, x) float32.
 
     Parameters
@@ -165,7 +182,12 @@ def wings(lens, flares, frame: Frame, read: Rings, out: np.ndarray, apply: Calla
 
 
 def errors(
-    lens, flares, frame: Frame, half_kernels: np.ndarray, read: Rings, apply: Callable = map
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    frame: Frame,
+    half_kernels: np.ndarray,
+    read: Rings,
+    apply: Callable = map,
 ) -> Errors:
     """Return what direct sums over the pupil say of kernels, as `scaled_pattern.errors`; beside the
     core on one side of the axis, far from it on the other.
@@ -203,7 +225,14 @@ def errors(
     return scaled.of_whole_kernels(np.max(relative, axis=0), np.max(deviation, axis=0), max(means))
 
 
-def _wrong(lens, flares, frame, kernel, place, apply):
+def _wrong(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    frame: Frame,
+    kernel: np.ndarray,
+    place: tuple[int, int, bool],
+    apply: Callable[..., Any],
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the error and the light, (y, column), of a few columns of a kernel."""
     first, band, turned = place
     count = min(scaled.columns_together(lens, frame), frame.reach[1] + 1 - first)
@@ -229,7 +258,7 @@ def _wrong(lens, flares, frame, kernel, place, apply):
     return kernel[:, middle + first : middle + first + count] - light, light
 
 
-def _turns(lens, wavelength_nm: float, turned: bool = False) -> whole.Turns:
+def _turns(lens: PupilOptics, wavelength_nm: float, turned: bool = False) -> whole.Turns:
     """Return the phase of the lens, in wavelengths, at places of the pupil; `turned` : conjugate,
     whose pattern is turned by 180 degrees.
     """
@@ -237,32 +266,34 @@ def _turns(lens, wavelength_nm: float, turned: bool = False) -> whole.Turns:
     wavefront = coefficients_um(lens, wavelength_nm)
     scale = (-1 if turned else 1) / (wavelength_nm * 1e-3)
 
-    def turns(x_mm, y_mm):
+    def turns(x_mm: np.ndarray, y_mm: np.ndarray) -> np.ndarray:
         # OSA's y points up. Smooth cells end a little beyond the rim: so does the polynomial
         return scale * wavefront_um(wavefront, x_mm / radius, -y_mm / radius)
 
     return turns
 
 
-def _change(lens, flares, frame) -> float:
+def _change(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> float:
     """Return the change of phase from the first wavelength of all bands to the last, rad rms."""
     return sampled_pupil.phase_change(
         lens, flares, float(frame.edges_nm.min()), float(frame.edges_nm.max())
     )
 
 
-def _displacement_um(lens, frame) -> float:
+def _displacement_um(lens: PupilOptics, frame: Frame) -> float:
     """Return how far the steepest slope of the wavefront moves light in the image, um."""
     slope = sampled_pupil.steepest_um(lens, frame.shortest_nm)
     return slope / sampled_pupil.radius_mm(lens) * sampled_pupil.distance_mm(lens)
 
 
-def _period(lens, frame, reach_um: float, turns: float) -> float:
+def _period(lens: PupilOptics, frame: Frame, reach_um: float, turns: float) -> float:
     """Return the period of the field, in reaches, for `turns` of phase between adjacent cells."""
     return max(whole.PERIOD, _displacement_um(lens, frame) / (turns * reach_um))
 
 
-def lattices(lens, frame: Frame, read: Rings):
+def lattices(
+    lens: PupilOptics, frame: Frame, read: Rings
+) -> Iterator[tuple[scaled.Level, Sequence[int], HalfLattice]]:
     """Yield (level, (y, x) tiles to its border, lattice): periods as long as the slope of the phase
     asks for.
 
@@ -278,18 +309,18 @@ def lattices(lens, frame: Frame, read: Rings):
         yield level, outer, scaled.lattice(lens, frame, level, outer, replace(read, period=period))
 
 
-def _steepest_turns(lens, frame, lattice) -> float:
+def _steepest_turns(lens: PupilOptics, frame: Frame, lattice: HalfLattice) -> float:
     """Return the largest change of phase from one cell of a lattice's pupil to the next."""
     return _displacement_um(lens, frame) / (min(lattice.period) * lattice.step_um)
 
 
-def _columns(out, frame):
+def _columns(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
     """Return what writes blocks of columns x > 0, |y| <= x; tiles beyond the diagonal are written
     again by rows.
     """
     rows, middle = frame.reach
 
-    def write(block):
+    def write(block: Columns) -> None:
         _, count, size = block.values.shape
         half = size // 2
         first = middle + block.first
@@ -299,11 +330,11 @@ def _columns(out, frame):
     return write
 
 
-def _rows(out, frame):
+def _rows(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
     """Return what writes blocks of rows y > 0, |x| < y."""
     rows, middle = frame.reach
 
-    def write(block):
+    def write(block: Columns) -> None:
         half = block.values.shape[2] // 2
         for k in range(block.values.shape[1]):
             own = min(block.first + k - 1, half)

@@ -11,9 +11,9 @@ little that few speckles are averaged.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,13 @@ from isethdr_core.physics.optics.lattice import spline_response
 
 from ..pupil import sampled_pupil
 from . import kernel_sampling_error
+
+if TYPE_CHECKING:
+    from isethdr_core.physics.optics.half_plane_pattern import HalfLattice
+    from isethdr_core.physics.optics.ray_sums import Columns
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import PupilOptics
 
 MOST_PLACES = 14  # closer together than the finest detail of any wavelength
 MOST_SAMPLES = 3e8  # of the period of a lattice
@@ -141,7 +148,7 @@ class Frame:
         return float((np.diff(self.edges_nm)[:, 0] / self.edges_nm[:, 1]).min())
 
 
-def serves(lens, flares, frame: Frame) -> bool:
+def serves(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> bool:
     """Return whether kernels of a frame can be made from one pattern: no phase, and lattices that
     memory and patience allow.
 
@@ -155,7 +162,7 @@ def serves(lens, flares, frame: Frame) -> bool:
     return lattices_fit(lens, frame)
 
 
-def lattices_fit(lens, frame: Frame) -> bool:
+def lattices_fit(lens: PupilOptics, frame: Frame) -> bool:
     """Return whether memory and patience allow the lattices of a frame.
 
     Tiles finer than the finest detail need lattices finer than theirs.
@@ -172,7 +179,7 @@ def lattices_fit(lens, frame: Frame) -> bool:
     return frame.narrowest >= NARROWEST and across <= MOST_ACROSS and not coarse
 
 
-def memory_bytes(lens, frame: Frame, read: Rings | None = None) -> float:
+def memory_bytes(lens: PupilOptics, frame: Frame, read: Rings | None = None) -> float:
     """Return the peak memory, bytes: kernels of a frame, and the largest lattice.
 
     Parameters
@@ -189,17 +196,17 @@ def memory_bytes(lens, frame: Frame, read: Rings | None = None) -> float:
     )
 
 
-def wide_tiles(lens, frame: Frame) -> bool:
+def wide_tiles(lens: PupilOptics, frame: Frame) -> bool:
     """Return whether tiles average over enough speckles for coarser samples."""
     return _width(lens, frame) > WIDE_TILE
 
 
-def _width(lens, frame) -> float:
+def _width(lens: PupilOptics, frame: Frame) -> float:
     """Return the width of tiles, wavelengths x f-number."""
     return min(frame.pitch_um) / sampled_pupil.blur_um(lens, frame.shortest_nm)
 
 
-def usual_rings(lens, frame: Frame) -> Rings:
+def usual_rings(lens: PupilOptics, frame: Frame) -> Rings:
     """Return how rings of a frame are read, unless a sensor asks for more."""
     if not wide_tiles(lens, frame):
         return USUAL
@@ -209,17 +216,19 @@ def usual_rings(lens, frame: Frame) -> Rings:
     return replace(WIDE, levels=tuple(levels))
 
 
-def fine_rings(lens, frame: Frame) -> Rings:
+def fine_rings(lens: PupilOptics, frame: Frame) -> Rings:
     """Return how rings of a frame are read beside very bright lamps."""
     return usual_rings(lens, frame).finer(WIDE_FINE) if wide_tiles(lens, frame) else FINE
 
 
-def finer_rings(lens, frame: Frame) -> Rings:
+def finer_rings(lens: PupilOptics, frame: Frame) -> Rings:
     """Return how rings of a frame are read for the error that the lens allows."""
     return usual_rings(lens, frame).finer(min(FINEST, max(1.0, USUAL_ERROR / lens.speckle_error)))
 
 
-def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.ndarray, Errors]:
+def fine_enough(
+    lens: PupilOptics, flares: Sequence[Flare], frame: Frame, apply: Callable = map
+) -> tuple[np.ndarray, Errors]:
     """Return `halves` and their `errors`, as finely made as `lens.speckle_error` asks for and
     `FINEST` allows.
 
@@ -243,7 +252,9 @@ def fine_enough(lens, flares, frame: Frame, apply: Callable = map) -> tuple[np.n
         fine = min(FINEST, fine * max(1.5, 1.2 * worst / lens.speckle_error))
 
 
-def pupil_of(lens, flares, wavelength_nm: float) -> patterns.RealPupil:
+def pupil_of(
+    lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: float
+) -> patterns.RealPupil:
     """Return the pupil of a lens without phase.
 
     Parameters
@@ -260,7 +271,12 @@ def pupil_of(lens, flares, wavelength_nm: float) -> patterns.RealPupil:
 
 
 def halves(
-    lens, flares, frame: Frame, core: np.ndarray, read: Rings = USUAL, apply: Callable = map
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    frame: Frame,
+    core: np.ndarray,
+    read: Rings = USUAL,
+    apply: Callable = map,
 ) -> np.ndarray:
     """Return (band, y = 0 .. reach, x = -reach .. reach) float32; the other half is the mirror
     image.
@@ -304,20 +320,22 @@ def halves(
     return out
 
 
-def reaches(frame: Frame, read: Rings = USUAL):
+def reaches(frame: Frame, read: Rings = USUAL) -> Iterator[tuple[Level, list[int]]]:
     """Yield levels and the (y, x) tiles from the axis to the border of each."""
     for level in read.levels if frame.core != frame.reach else ():
         border = level.moves / frame.narrowest
         yield level, [int(min(r, max(border, c))) for r, c in zip(frame.reach, frame.core)]
 
 
-def _lattices(lens, frame, read=USUAL):
+def _lattices(lens: PupilOptics, frame: Frame, read: Rings = USUAL) -> list[HalfLattice]:
     """Return the lattices of all levels, the largest last; those of a frame within its core too."""
     levels = list(reaches(frame, read)) or [(read.levels[-1], frame.reach)]
     return [lattice(lens, frame, level, outer, read) for level, outer in levels]
 
 
-def lattice(lens, frame: Frame, level: Level, outer, read: Rings = USUAL):
+def lattice(
+    lens: PupilOptics, frame: Frame, level: Level, outer: Sequence[int], read: Rings = USUAL
+) -> HalfLattice:
     """Return the `half_plane_pattern.HalfLattice` of a level that ends `outer` (y, x) tiles from
     the axis.
 
@@ -339,7 +357,7 @@ def lattice(lens, frame: Frame, level: Level, outer, read: Rings = USUAL):
     return patterns.half_lattice(extent, step, period, read.strips)
 
 
-def wrap(lens, frame: Frame, read: Rings) -> float:
+def wrap(lens: PupilOptics, frame: Frame, read: Rings) -> float:
     """Return the largest error that the period of the field leaves in the border tiles.
 
     `WRAP` was measured with the usual period; light from beyond a longer one is held back by more
@@ -361,7 +379,7 @@ def wrap(lens, frame: Frame, read: Rings) -> float:
     return WRAP * min(1.0, needed / usual)
 
 
-def rays_per_tile(lens, frame: Frame, level: Level) -> float:
+def rays_per_tile(lens: PupilOptics, frame: Frame, level: Level) -> float:
     """Return the rays per tile at a ring's outermost: as close as in a tile of usual width.
 
     Parameters
@@ -387,13 +405,13 @@ def places(frame: Frame, low: int, level: Level) -> int:
     return int(np.clip(count, 1, MOST_PLACES))
 
 
-def _columns(out, frame):
+def _columns(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
     """Return what writes blocks of columns, |y| <= x; tiles beyond the diagonal are written again
     by rows.
     """
     middle = frame.reach[1]
 
-    def write(block):
+    def write(block: Columns) -> None:
         _, count, size = block.values.shape
         half = size // 2
         right = slice(middle + block.first, middle + block.first + count)
@@ -405,11 +423,11 @@ def _columns(out, frame):
     return write
 
 
-def _rows(out, frame):
+def _rows(out: np.ndarray, frame: Frame) -> Callable[..., Any]:
     """Return what writes blocks of rows, |x| < y."""
     middle = frame.reach[1]
 
-    def write(block):
+    def write(block: Columns) -> None:
         half = block.values.shape[2] // 2
         for k in range(block.values.shape[1]):
             own = min(block.first + k - 1, half)
@@ -427,7 +445,11 @@ class Wavelengths(NamedTuple):
 
 
 def exact_halves(
-    lens, flares, frame: Frame, reach: tuple[int, int], apply: Callable = map
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    frame: Frame,
+    reach: tuple[int, int],
+    apply: Callable = map,
 ) -> np.ndarray:
     """Return (band, y = 0 .. reach, x = -reach .. reach), integrated exactly over tiles and
     averaged over wavelengths of each band.
@@ -447,7 +469,7 @@ def exact_halves(
     pattern = patterns.half_pattern(pupil_of(lens, flares, frame.shortest_nm), wave, lattice, apply)
     tiles = exact_tiles.ExactTiles(pattern, frame.pitch_um, reach)
 
-    def one(band_nm):
+    def one(band_nm: np.ndarray) -> np.ndarray:
         rule = gauss_wavelengths(lens, band_nm, frame.pitch_um, reach)
         return sum(
             np.float32(share) * tiles.at(sampled_pupil.scaled_nm(lens, w))
@@ -457,7 +479,9 @@ def exact_halves(
     return np.stack(list(apply(one, frame.edges_nm)))
 
 
-def gauss_wavelengths(lens, band_nm, pitch_um, reach) -> Wavelengths:
+def gauss_wavelengths(
+    lens: PupilOptics, band_nm: np.ndarray, pitch_um: tuple[float, float], reach: tuple[int, int]
+) -> Wavelengths:
     """Return the Gauss-Legendre wavelengths, nm, in a band for a core of `reach`.
 
     The pattern is a band-limited function of the wavelength, which they integrate almost exactly.
@@ -488,7 +512,12 @@ class Errors(NamedTuple):
 
 
 def errors(
-    lens, flares, frame: Frame, half_kernels: np.ndarray, read: Rings = USUAL, apply: Callable = map
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    frame: Frame,
+    half_kernels: np.ndarray,
+    read: Rings = USUAL,
+    apply: Callable = map,
 ) -> Errors:
     """Return what direct sums over the pupil say of kernels, in four groups of eight columns of
     tiles.
@@ -517,7 +546,7 @@ def errors(
         (far_column, short),
     }
 
-    def one(place):
+    def one(place: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         first, band = place
         wrong, light = _wrong(lens, flares, frame, half_kernels[band], first, band, **read.columns)
         column_errors = kernel_sampling_error.ColumnErrors()
@@ -530,7 +559,7 @@ def errors(
     return of_whole_kernels(relative, deviation, float(mean.max()))
 
 
-def _checked_columns(lens, frame) -> tuple[int, int, int]:
+def _checked_columns(lens: PupilOptics, frame: Frame) -> tuple[int, int, int]:
     """Return the first tiles of columns near the core, in the middle, and far out."""
     reach = frame.reach[1]
     last = max(2, reach + 1 - columns_together(lens, frame))
@@ -539,13 +568,13 @@ def _checked_columns(lens, frame) -> tuple[int, int, int]:
     return near_column, int(np.sqrt(near_column * far_column)), far_column
 
 
-def checked_columns(lens, frame: Frame) -> list[int]:
+def checked_columns(lens: PupilOptics, frame: Frame) -> list[int]:
     """Return the first tile of every group of columns that `errors` compares with direct sums."""
     near_column, middle_column, far_column = _checked_columns(lens, frame)
     return [near_column, near_column, middle_column, far_column]
 
 
-def of_whole_kernels(relative, deviation, mean: float) -> Errors:
+def of_whole_kernels(relative: np.ndarray, deviation: np.ndarray, mean: float) -> Errors:
     """Return the errors of kernels from the largest, per octave, of a few columns of tiles.
 
     Parameters
@@ -571,7 +600,9 @@ class Core(NamedTuple):
     deviation: np.ndarray  # of light of any pattern, as `kernel_sampling_error.deviation`
 
 
-def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) -> Core:
+def wider_core(
+    lens: PupilOptics, flares: Sequence[Flare], frame: Frame, tiles: int, apply: Callable = map
+) -> Core:
     """Return an exact core of `tiles`, with its error against direct sums over the pupil.
 
     Direct sums are finer than in `errors`, because the error of the core is smaller.
@@ -589,7 +620,7 @@ def wider_core(lens, flares, frame: Frame, tiles: int, apply: Callable = map) ->
     inside = replace(frame, reach=reach, core=(NEAREST, NEAREST))
     places_checked = {(min(f, last), b) for f in (NEAREST, last) for b in (order[0], order[-1])}
 
-    def one(place):
+    def one(place: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
         first, band = place
         fine = NEAREST_COLUMNS if first == NEAREST else FINE_COLUMNS
         if wide:
@@ -617,7 +648,7 @@ class CoreSize(NamedTuple):
     quick: bool  # it takes no longer than the rings of the usual kernels
 
 
-def wider_cores(lens, frame: Frame) -> list[CoreSize]:
+def wider_cores(lens: PupilOptics, frame: Frame) -> list[CoreSize]:
     """Return the sizes that an exact core of a frame can have: each time the root of two wider than
     the usual one, as far as `MOST_SUMS` lets it.
     """
@@ -633,7 +664,7 @@ def wider_cores(lens, frame: Frame) -> list[CoreSize]:
     return sizes
 
 
-def exact_sums(lens, frame: Frame, reach: tuple[int, int]) -> float:
+def exact_sums(lens: PupilOptics, frame: Frame, reach: tuple[int, int]) -> float:
     """Return the multiplications that `exact_halves` takes.
 
     Parameters
@@ -652,12 +683,20 @@ def exact_sums(lens, frame: Frame, reach: tuple[int, int]) -> float:
     return waves * (reach[1] + 1.0) * (wide * rows + (2 * reach[0] + 1) * tall)
 
 
-def columns_together(lens, frame: Frame) -> int:
+def columns_together(lens: PupilOptics, frame: Frame) -> int:
     """Return how many columns of tiles are looked at together."""
     return WIDE_COLUMNS if wide_tiles(lens, frame) else COLUMNS
 
 
-def _wrong(lens, flares, frame, half, first, band, **fine):
+def _wrong(
+    lens: PupilOptics,
+    flares: Sequence[Flare],
+    frame: Frame,
+    half: np.ndarray,
+    first: int,
+    band: int,
+    **fine: float,
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the error and the light, (y, column), of columns from `first` on; `fine` as the
     fields of a `pattern_columns.Place`.
     """

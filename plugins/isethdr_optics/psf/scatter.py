@@ -4,13 +4,22 @@ energy stays the same.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.protocols import ScattersLight
 
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Flare
 
-def active(flares, wavelength_nm) -> list:
+    from ..flare.aperture import IdealFlare
+    from ..flare.haze import HazeFlare
+
+
+def active(flares: Sequence[Flare], wavelength_nm: float | np.ndarray) -> list:
     """Return the flares that scatter any light at `wavelength_nm` (one or more)."""
     angles = np.geomspace(1e-6, np.pi / 2, 64)
     return [
@@ -21,7 +30,7 @@ def active(flares, wavelength_nm) -> list:
     ]
 
 
-def total(flare, wavelength_nm: float) -> float:
+def total(flare: HazeFlare, wavelength_nm: float) -> float:
     """Return the scattered fraction: the integral of 2 pi sin(angle) scatter over the forward
     hemisphere.
     """
@@ -35,7 +44,13 @@ def total(flare, wavelength_nm: float) -> float:
     )
 
 
-def mix(kernel, flares, wavelength_nm: float, pitch_um, focal_length_mm: float) -> np.ndarray:
+def mix(
+    kernel: np.ndarray,
+    flares: Sequence[Flare],
+    wavelength_nm: float,
+    pitch_um: tuple[float, float],
+    focal_length_mm: float,
+) -> np.ndarray:
     """Return a kernel with the scatter of flares: (1 - scattered fraction) kernel + scatter per
     sample, for one flare after the other.
 
@@ -63,7 +78,14 @@ def mix(kernel, flares, wavelength_nm: float, pitch_um, focal_length_mm: float) 
     return kernel
 
 
-def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
+def _per_sample(
+    flare: HazeFlare,
+    wavelength_nm: float,
+    shape: tuple[int, int],
+    pitch_um: tuple[float, float],
+    focal_length_mm: float,
+    part: float,
+) -> np.ndarray:
     """Return the scatter of a flare integrated over each sample (y, x).
 
     Near the axis scatter may be steep. Samples there are divided; the axis sample is integrated
@@ -112,7 +134,7 @@ def _per_sample(flare, wavelength_nm, shape, pitch_um, focal_length_mm, part):
     return out if inside <= part else out * (part / inside)
 
 
-def _density(flare, wavelength_nm, x, y):
+def _density(flare: HazeFlare, wavelength_nm: float, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return scatter per unit area of the tangent plane, at the tangents x and y of the angle. A
     unit area there has a solid angle of cos^3.
     """
@@ -120,7 +142,7 @@ def _density(flare, wavelength_nm, x, y):
     return _values(flare, wavelength_nm, np.arctan(np.sqrt(r2))) * (1 + r2) ** -1.5
 
 
-def _values(flare, wavelength_nm, angle):
+def _values(flare: HazeFlare | IdealFlare, wavelength_nm: float, angle: np.ndarray) -> np.ndarray:
     values = np.broadcast_to(
         np.asarray(flare.scatter(wavelength_nm, angle), float), np.shape(angle)
     )

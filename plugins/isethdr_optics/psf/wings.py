@@ -15,8 +15,9 @@ their difference states the error.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy.fft as sf
@@ -27,6 +28,14 @@ from isethdr_core.physics.optics import lattice as lattices
 
 from ..pupil import sampled_pupil
 from . import kernel_sampling_error
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from isethdr_core.plugins.protocols import Flare
+
+    from ..abilities import PupilOptics
+    from .kernels import BandPlan
 
 # of the shared lattices where all bands are longer: a band then does not depend on which others
 # there are
@@ -110,7 +119,9 @@ class _Size(NamedTuple):
     shared: bool = False  # one pattern for all wavelengths
 
 
-def shared(lens, flares, shortest_nm, grid: Grid) -> list[Lattice]:
+def shared(
+    lens: PupilOptics, flares: Sequence[Flare], shortest_nm: float, grid: Grid
+) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern of a pupil without phase, for all
     wavelengths of a frame.
 
@@ -143,13 +154,15 @@ def shared(lens, flares, shortest_nm, grid: Grid) -> list[Lattice]:
     return out
 
 
-def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
+def own(
+    plan: BandPlan, reach: tuple[int, int], wave: float, stretch: float, energy: float, fine: float
+) -> list[Lattice]:
     """Return two lattices, shifted by half a step, of the pattern at one wavelength, to be read up
     to `stretch` times the frame.
 
     Parameters
     ----------
-    plan : `kernels._Plan` of the band.
+    plan : `kernels.BandPlan` of the band.
     reach : (y, x) parts of tiles from the axis to the border.
     wave : wavelength, nm.
     stretch : times the frame, up to which it is read.
@@ -175,7 +188,7 @@ def own(plan, reach, wave, stretch, energy, fine) -> list[Lattice]:
     return out
 
 
-def most_samples(lens, wave: float, grid: Grid, usual: float) -> float:
+def most_samples(lens: PupilOptics, wave: float, grid: Grid, usual: float) -> float:
     """Return the samples that one lattice may have, `usual` of them for tiles of any usual width.
 
     Parameters
@@ -185,16 +198,16 @@ def most_samples(lens, wave: float, grid: Grid, usual: float) -> float:
     return min(usual, WIDE_SAMPLES) if _very_wide(lens, wave, grid) else usual
 
 
-def _very_wide(lens, wave, grid) -> bool:
+def _very_wide(lens: PupilOptics, wave: float, grid: Grid) -> bool:
     width_um = min(grid.pitch_um) * grid.split
     return width_um > VERY_WIDE * sampled_pupil.blur_um(lens, wave)
 
 
-def _chords_per_cell(lens, wave, grid) -> int:
+def _chords_per_cell(lens: PupilOptics, wave: float, grid: Grid) -> int:
     return WIDE_CHORDS if _very_wide(lens, wave, grid) else lattices.CHORDS_PER_CELL
 
 
-def fold_seconds(lens, flares, wave: float, grid: Grid) -> float:
+def fold_seconds(lens: PupilOptics, flares: Sequence[Flare], wave: float, grid: Grid) -> float:
     """Return the CPU seconds of drawing the two pupils of `shared`.
 
     Parameters
@@ -209,7 +222,9 @@ def fold_seconds(lens, flares, wave: float, grid: Grid) -> float:
     return 2 * FOLD_S * heights / cell_mm * _chords_per_cell(lens, wave, grid)
 
 
-def _sampling(lens, wave, grid: Grid, size: _Size):
+def _sampling(
+    lens: PupilOptics, wave: float, grid: Grid, size: _Size
+) -> tuple[float, tuple[int, int], tuple[int, int], tuple[float, float]]:
     """Return (step um, samples to the border, period, cells mm) of a lattice.
 
     A tile of several parts is wide: it averages over many speckles, and the step may be coarser.
@@ -249,7 +264,7 @@ def _sampling(lens, wave, grid: Grid, size: _Size):
     )
 
 
-def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
+def lattice_bytes(lens: PupilOptics, shortest_nm: float, tiles: Grid) -> float:
     """Return the peak memory, bytes, of the two lattices of a pupil.
 
     It consists of a complex field over its period, and both patterns.
@@ -281,7 +296,9 @@ def lattice_bytes(lens, shortest_nm: float, tiles) -> float:
     )
 
 
-def _check_pupil(lens, wave_nm: float, cells_mm, most: float) -> float:
+def _check_pupil(
+    lens: PupilOptics, wave_nm: float, cells_mm: tuple[float, float], most: float
+) -> float:
     """Return the cells across a lattice's pupil; refuse more than `most`, before they are drawn.
 
     Their number is the width of the lattice's period in wavelengths x f-number: large frames of
@@ -298,7 +315,9 @@ def _check_pupil(lens, wave_nm: float, cells_mm, most: float) -> float:
     return across
 
 
-def rings(plan, centre, width, energy):
+def rings(
+    plan: BandPlan, centre: float, width: float, energy: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the kernel of a band beyond the core, and half the difference of its two estimates.
 
     Both are 0 within the core. Rings whose error is larger than the lens allows are computed again
@@ -332,14 +351,14 @@ def rings(plan, centre, width, energy):
             kernel[middle], wrong[middle] = ring_values, off
 
 
-def _errors(plan, kernel, wrong):
+def _errors(plan: BandPlan, kernel: np.ndarray, wrong: np.ndarray) -> np.ndarray:
     """Return the error of whole tiles per octave of their distance."""
     return kernel_sampling_error.by_octave(
         *(tile_sums(a[_whole_turns(a, plan.split)], plan.split) for a in (wrong, kernel))
     )
 
 
-def _whole_turns(fine, split):
+def _whole_turns(fine: np.ndarray, split: int) -> Any:
     """Return the slices of a function sampled `split` times per tile that hold whole tiles, one in
     the middle.
     """
@@ -347,7 +366,7 @@ def _whole_turns(fine, split):
     return tuple(slice(n // 2 - r, n // 2 + r + 1) for n, r in zip(fine.shape, reach))
 
 
-def tile_sums(fine, s):
+def tile_sums(fine: np.ndarray, s: int) -> np.ndarray:
     """Return tile-to-tile sums of a function sampled s times per tile: triangular weights along
     both axes.
     """
@@ -360,7 +379,7 @@ def tile_sums(fine, s):
     return fine
 
 
-def _error_wanted(lens):
+def _error_wanted(lens: PupilOptics) -> float:
     """Return the factor by which lattices with phase are finer, for the error that a lens allows.
 
     The error falls faster than the number of samples grows.
@@ -368,7 +387,9 @@ def _error_wanted(lens):
     return max(1.0, DEFAULT_ERROR / lens.speckle_error) ** 0.5
 
 
-def _finer(plan, wave, reach, nearer, fine):
+def _finer(
+    plan: BandPlan, wave: float, reach: tuple[int, int], nearer: tuple[int, int], fine: float
+) -> float:
     """Return how fine the next ring is to be, within `nearer`; 0 where memory allows no finer
     lattice: more reads alone change little.
     """
@@ -389,7 +410,14 @@ def _finer(plan, wave, reach, nearer, fine):
     return next((f for f, step in zip(FINER, steps) if step < FINEST * now), 0)
 
 
-def ring(plan, reach, centre, width, energy, fine=1):
+def ring(
+    plan: BandPlan,
+    reach: tuple[int, int],
+    centre: float,
+    width: float,
+    energy: float,
+    fine: int = 1,
+) -> tuple[np.ndarray, np.ndarray]:
     """Return a ring's kernel, averaged over a band, and half the difference of its two estimates.
 
     The difference is 0 within the exact core.
@@ -430,7 +458,9 @@ def ring(plan, reach, centre, width, energy, fine=1):
     return kernel, wrong
 
 
-def samples_of(lens, wave, grid: Grid, stretch: float, shared_by_all: bool) -> float:
+def samples_of(
+    lens: PupilOptics, wave: float, grid: Grid, stretch: float, shared_by_all: bool
+) -> float:
     """Return the samples of one lattice at a wavelength.
 
     Parameters
@@ -447,12 +477,12 @@ def samples_of(lens, wave, grid: Grid, stretch: float, shared_by_all: bool) -> f
     return float(np.prod(period, dtype=float))
 
 
-def reads_of(plan, centre: float, width: float) -> float:
+def reads_of(plan: BandPlan, centre: float, width: float) -> float:
     """Return the tiles of a band times the wavelengths that each is read at, of both halves.
 
     Parameters
     ----------
-    plan : `kernels._Plan` of the band.
+    plan : `kernels.BandPlan` of the band.
     centre : of the band, nm.
     width : of the band, nm.
     """
@@ -461,19 +491,21 @@ def reads_of(plan, centre: float, width: float) -> float:
     return float(2 * count * np.prod([2.0 * r + 1 for r in plan.reach]))
 
 
-def parts_of(plan, centre: float, width: float) -> int:
+def parts_of(plan: BandPlan, centre: float, width: float) -> int:
     """Return into how many parts of about the same phase a band is divided.
 
     Parameters
     ----------
-    plan : `kernels._Plan` of the band.
+    plan : `kernels.BandPlan` of the band.
     centre : of the band, nm.
     width : of the band, nm.
     """
     return _parts(plan, centre, width)
 
 
-def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -> None:
+def check_delay(
+    delay_um: float, wavelength_nm: ArrayLike, width_nm: np.ndarray, beside: float = 0.0
+) -> None:
     """Raise ConfigError if the phase of dust changes too much within a part of a band.
 
     Parameters
@@ -498,7 +530,7 @@ def check_delay(delay_um: float, wavelength_nm, width_nm, beside: float = 0.0) -
         )
 
 
-def _parts(plan, centre, width):
+def _parts(plan: BandPlan, centre: float, width: float) -> int:
     """Return into how many parts of about the same phase to divide a band."""
     parts_of_ring = (
         sampled_pupil.phase_change(plan.lens, plan.flares, centre - width / 2, centre + width / 2)
@@ -523,7 +555,14 @@ class _Pattern(NamedTuple):
     weight: float  # of the part in the band
 
 
-def _read(out, half, pattern: _Pattern, pitch_um, reach, grid):
+def _read(
+    out: np.ndarray,
+    half: int,
+    pattern: _Pattern,
+    pitch_um: tuple[float, float],
+    reach: tuple[int, int],
+    grid: int,
+) -> None:
     """Add the weighted mean over a part of a band to `out`.
 
     Parameters
@@ -573,7 +612,9 @@ def _read(out, half, pattern: _Pattern, pitch_um, reach, grid):
             out[y, x] += total
 
 
-def _outermost(offsets, scales):
+def _outermost(
+    offsets: np.ndarray, scales: np.ndarray
+) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return (place, scale) of the first and of one past the last column that is read."""
     low = float(offsets[0])
     high = float(offsets[-1])
@@ -583,11 +624,18 @@ def _outermost(offsets, scales):
     )
 
 
-def _blocks(count, size):
+def _blocks(count: int, size: int) -> Any:
     return [slice(start, min(start + size, count)) for start in range(0, count, size)]
 
 
-def _tile_means(pattern_half, wave, pitch_um, grid, rows, cols):
+def _tile_means(
+    pattern_half: Sequence[tuple[Lattice, float]],
+    wave: float,
+    pitch_um: tuple[float, float],
+    grid: int,
+    rows: np.ndarray,
+    cols: np.ndarray,
+) -> np.ndarray:
     """Return the light from one tile to another, for places `rows` and `cols` in units of a tile /
     grid, the sum of shares of lattices.
     """
@@ -608,7 +656,9 @@ def _tile_means(pattern_half, wave, pitch_um, grid, rows, cols):
     return out
 
 
-def _triangles(at_um, pitch_um, half_um, step_um, offset, size):
+def _triangles(
+    at_um: np.ndarray, pitch_um: float, half_um: float, step_um: float, offset: float, size: int
+) -> csr_array:
     """Return the weights (place, sample), sparse, of a triangle about every place; they sum to a
     tile's samples.
     """

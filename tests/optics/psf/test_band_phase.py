@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from isethdr_optics import WavefrontLens
 from isethdr_optics.psf import band_phase, kernels, wings
-from isethdr_optics.psf.kernels import _Plan
+from isethdr_optics.psf.kernels import BandPlan
 from isethdr_optics.pupil import sampled_pupil
 
 from isethdr_core.data import quantities
@@ -29,7 +29,7 @@ def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
     lens = WavefrontLens(zernike_um={8: 0.3, 4: 0.15})
     reach = (12, 12)
     change = sampled_pupil.phase_change(lens, (), WAVE - WIDTH / 2, WAVE + WIDTH / 2)
-    plan = _Plan(lens, (), (WAVE, WIDTH), wings.Grid(1, (3.0, 3.0), reach))
+    plan = BandPlan(lens, (), (WAVE, WIDTH), wings.Grid(1, (3.0, 3.0), reach))
     energy = sampled_pupil.open_energy_mm2(lens, (), WAVE)
 
     def ring(parts):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.psf import interpolation_wavelengths, kernel_sampling_error, wings
-from isethdr_optics.psf.kernels import _computed, _Plan
+from isethdr_optics.psf.kernels import BandPlan, _computed
 from isethdr_optics.pupil import sampled_pupil
 
 DIRT = ApertureFlare()
@@ -26,7 +26,7 @@ class Unknown:
 
 def plan(lens, flares=(DIRT,), wave=455.0, width=10.0):
     """Return the plan of the kernels of one band: wavelength and width in nm."""
-    return _Plan(lens, flares, (wave, width), wings.Grid(1, *FRAME))
+    return BandPlan(lens, flares, (wave, width), wings.Grid(1, *FRAME))
 
 
 def ring(lens, flares, wave, width=10.0):

@@ -70,7 +70,7 @@ def test_three_processes_share_one_file(isethdr_home, monkeypatch):
 
 @pytest.mark.slow
 def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr_home):
-    band = kernels._Plan.band
+    band = kernels.BandPlan.band
     done = []
 
     def one(plan, centre, width):
@@ -80,13 +80,13 @@ def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr
         return band(plan, centre, width)
 
     whole = kernels._computed(LENS, FLARES, *SAMPLING)
-    monkeypatch.setattr(kernels._Plan, "band", one)
+    monkeypatch.setattr(kernels.BandPlan, "band", one)
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     with pytest.raises(KeyboardInterrupt):
         fresh_kernels()
     assert done == [500.0] and len(files(isethdr_home)) == 1
     monkeypatch.setattr(
-        kernels._Plan,
+        kernels.BandPlan,
         "band",
         lambda plan, centre, width: done.append(centre) or band(plan, centre, width),
     )

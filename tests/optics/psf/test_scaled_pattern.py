@@ -92,7 +92,9 @@ def test_columns_looked_at_are_those_of_direct_sums():
     wrong, light = scaled_pattern._wrong(LENS, DIRT, frame, half, 80, 1)
     np.testing.assert_array_equal(wrong, -light)
     lattices = wings.shared(LENS, DIRT, 445.0, wings.Grid(1, (4.3, 4.3), (64, 110)))
-    plan = kernels._Plan(LENS, DIRT, (550.0, 10.0), wings.Grid(1, (4.3, 4.3), (64, 110)), lattices)
+    plan = kernels.BandPlan(
+        LENS, DIRT, (550.0, 10.0), wings.Grid(1, (4.3, 4.3), (64, 110)), lattices
+    )
     want = plan.band(550.0, 10.0)[0][:, 110 + 80 : 110 + 88]
     assert np.abs(light - want).sum() < 0.02 * want.sum()
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.psf import kernel_sampling_error, phase_patterns, wings
-from isethdr_optics.psf.kernels import _computed, _lattices, _Plan
+from isethdr_optics.psf.kernels import BandPlan, _computed, _lattices
 from isethdr_optics.pupil.sampled_pupil import amplitude, axis_mm, open_energy_mm2, with_wavefront
 
 from isethdr_core.errors import ConfigError
@@ -62,7 +62,7 @@ def one_band(lens, flare, centre, width, pitch_um, reach):
     """Return the kernel of one band and its stated error, the largest of all radii."""
     pitch = (pitch_um, pitch_um)
     lattices = _lattices(lens, [flare], np.array([centre]), np.array([width]), pitch, reach)
-    plan = _Plan(lens, [flare], (centre, width), wings.Grid(1, pitch, reach), lattices)
+    plan = BandPlan(lens, [flare], (centre, width), wings.Grid(1, pitch, reach), lattices)
     kernel, wrong, _ = plan.band(centre, width)
     return kernel, 0.0 if wrong is None else kernel_sampling_error.by_octave(wrong, kernel).max()
 
