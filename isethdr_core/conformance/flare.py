@@ -37,7 +37,7 @@ def check(subject: str, flare: Flare) -> None:
     """Check one flare, alone and in an installed lens."""
     holds(
         subject,
-        "has at least one of the methods pupil, scatter, irradiance, radiance",
+        "has at least one of the methods pupil, scatter, irradiance, redirected",
         isinstance(flare, FLARES),
     )
     if isinstance(flare, TransmitsPupil):
@@ -139,11 +139,11 @@ def check_redirected(subject: str, flare: RedirectsLight) -> None:
     and of even light no more.
     """
     lens = _lens()
-    left = repeatable(subject, lambda m: flare.radiance(lens, m), field)
-    with keeps(subject, "radiance(lens, mixed) returns mixed radiance"):
+    left = repeatable(subject, lambda m: flare.redirected(lens, m), field)
+    with keeps(subject, "redirected(lens, mixed) returns mixed radiance"):
         check_mixed(left)
-    holds(subject, "radiance keeps the tiles", left.shape == field().shape, str(left.shape))
-    double = flare.radiance(lens, field(2.0 * field().values))
+    holds(subject, "redirected keeps the tiles", left.shape == field().shape, str(left.shape))
+    double = flare.redirected(lens, field(2.0 * field().values))
     close(
         subject,
         "redirected light is linear in radiance",
@@ -152,7 +152,7 @@ def check_redirected(subject: str, flare: RedirectsLight) -> None:
         1e-5,
         1e-5 * float(left.max()),
     )
-    even = flare.radiance(lens, field(np.ones(field().shape)))
+    even = flare.redirected(lens, field(np.ones(field().shape)))
     # 1e-6: rounding of float32 sums
     holds(
         subject,

@@ -236,7 +236,7 @@ class AddsLight(Protocol):
 class RedirectsLight(Protocol):
     """A flare in front of the lens that turns light elsewhere, such as drops on a windscreen."""
 
-    def radiance(self, lens: Lens, mixed: xr.DataArray, /) -> xr.DataArray:
+    def redirected(self, lens: Lens, mixed: xr.DataArray, /) -> xr.DataArray:
         """Return the mixed radiance that reaches the lens, linear in `mixed`.
 
         Even light of the whole field becomes no brighter.

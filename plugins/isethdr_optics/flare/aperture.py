@@ -18,7 +18,7 @@ A flare is a frozen dataclass with any of these methods; a lens honours every on
 `irradiance(lens, mixed)`
     light added on the sensor plane (ghosts), W m-2 nm-1, (wavelength, y, x) on the tiles of
     `mixed`.
-`radiance(lens, mixed)`
+`redirected(lens, mixed)`
     the radiance that something in front of the lens leaves (drops on a windscreen): mixed radiance
     on the tiles of `mixed`, which may have components.
 """

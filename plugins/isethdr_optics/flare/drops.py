@@ -166,7 +166,7 @@ class DropsFlare:
         radius = np.exp(random.uniform(*ends, count))
         return [Drop(float(x), float(y), float(r)) for (x, y), r in zip(place, radius, strict=True)]
 
-    def radiance(self, lens: IdealLens, mixed: xr.DataArray) -> xr.DataArray:
+    def redirected(self, lens: IdealLens, mixed: xr.DataArray) -> xr.DataArray:
         """Return the mixed radiance behind the drops.
 
         Beyond the tiles of `mixed` the light of the nearest tile is assumed.

@@ -77,7 +77,7 @@ class FilmFlare:
             np.add.at(out, (r, c), share[within] * part)
         return out[1:-1, 1:-1]
 
-    def radiance(self, lens: IdealLens, mixed: xr.DataArray) -> xr.DataArray:
+    def redirected(self, lens: IdealLens, mixed: xr.DataArray) -> xr.DataArray:
         """Return the mixed radiance behind the film; beyond the tiles of `mixed` there is no light.
 
         Parameters

@@ -76,7 +76,7 @@ def redirected(lens: Any, flares: Sequence[RedirectsLight], mixed: xr.DataArray)
     mixed : mixed radiance ([component,] wavelength, y, x).
     """
     for flare in flares:
-        mixed = flare.radiance(lens, mixed)
+        mixed = flare.redirected(lens, mixed)
     return mixed
 
 

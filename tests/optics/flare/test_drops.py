@@ -37,17 +37,17 @@ def only(monkeypatch, *drops):
 def test_without_drops_the_light_is_the_same():
     mixed = field(np.random.default_rng(0).random((2, 8, 12)))
     none = DropsFlare(drops_per_mm2=0.0)
-    assert none.radiance(LENS, mixed) is mixed
+    assert none.redirected(LENS, mixed) is mixed
     np.testing.assert_array_equal(LENS(mixed, [none]).values, LENS(mixed).values)
 
 
 def test_even_light_stays_even_and_a_lens_images_what_drops_leave():
     """1e-12: sums of tiles, in double precision."""
     flare = DropsFlare(drops_per_mm2=0.2, seed=3)
-    even = flare.radiance(LENS, field(np.full((1, 40, 60), 7.0)))
+    even = flare.redirected(LENS, field(np.full((1, 40, 60), 7.0)))
     np.testing.assert_allclose(even.values, 7.0, rtol=1e-12)
     mixed = field(np.random.default_rng(1).random((1, 40, 60)))
-    behind = flare.radiance(LENS, mixed)
+    behind = flare.redirected(LENS, mixed)
     assert np.abs(behind.values - mixed.values).max() > 0.1
     np.testing.assert_array_equal(LENS(mixed, [flare]).values, LENS(behind).values)
 
@@ -65,7 +65,7 @@ def test_a_lamp_through_a_drop_is_a_disc_of_the_pupil_in_its_place(monkeypatch):
     values = np.zeros((1, 61, 61))
     values[0, 30, 42] = 1.0
     lamp = 12 * PITCH
-    seen = flare.radiance(LENS, field(values))
+    seen = flare.redirected(LENS, field(values))
     light = seen.values[0]
     focal_mm = flare.focal_length_mm(2.0)
     ratio = 30.0 / focal_mm - 1
@@ -87,7 +87,7 @@ def test_many_rays_through_drops_bring_the_same_light(monkeypatch):
     y, x = np.meshgrid(np.linspace(-1, 1, 60), np.linspace(-1, 1, 80), indexing="ij")
     scene = 1 + np.sin(4 * x) * np.cos(3 * y)
     mixed = field(scene[None])
-    seen = flare.radiance(LENS, mixed).values[0]
+    seen = flare.redirected(LENS, mixed).values[0]
     random = np.random.default_rng(2)
     radius = 0.5 * np.sqrt(random.random(40_000))
     turn = random.random(40_000) * 2 * np.pi

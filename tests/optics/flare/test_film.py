@@ -33,7 +33,7 @@ def test_the_streak_has_its_share_within_its_half_width_and_loses_what_leaves_th
     """
     flare = FilmFlare(scattered=0.2, half_width_deg=float(np.degrees(np.arctan(10.5e-3))))
     flare = FilmFlare(0.2, flare.half_width_deg, 90.0)
-    light = flare.radiance(LENS, lamp()).values[0]
+    light = flare.redirected(LENS, lamp()).values[0]
     assert light[20, 60] > 0.8
     inside = 0.2 * 2 / np.pi * np.arctan(60.5 / 10.5)
     assert light.sum() == pytest.approx(0.8 + inside, rel=1e-3)
@@ -55,8 +55,8 @@ def test_streaks_are_across_the_stroke(stroke):
 
 def test_no_film_leaves_the_light_and_a_film_keeps_even_light_far_from_the_border():
     mixed = lamp()
-    assert FilmFlare(scattered=0.0).radiance(LENS, mixed) is mixed
+    assert FilmFlare(scattered=0.0).redirected(LENS, mixed) is mixed
     even = mixed.copy(data=np.ones_like(mixed.values))
     flare = FilmFlare(0.1, 0.1, 90.0)
     left = 0.1 * (1 - 2 / np.pi * np.arctan(60.5e-3 / np.tan(np.radians(0.1))))
-    assert flare.radiance(LENS, even).values[0, 20, 60] == pytest.approx(1 - left, rel=1e-6)
+    assert flare.redirected(LENS, even).values[0, 20, 60] == pytest.approx(1 - left, rel=1e-6)
