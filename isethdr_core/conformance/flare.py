@@ -161,7 +161,7 @@ def check_redirected(subject: str, flare: RedirectsLight) -> None:
         f"{float(even.max()):.7g}",
     )
     for fault, damaged in damaged_planes(field()):
-        refuses(subject, fault, partial(flare.radiance, lens, damaged))
+        refuses(subject, fault, partial(flare.redirected, lens, damaged))
 
 
 def check_in_lens(subject: str, flare: Flare, adds: bool) -> None:
