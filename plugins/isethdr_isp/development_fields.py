@@ -23,8 +23,8 @@ class Development:
     # signal-to-noise ratio for which the colour matrix is solved: low values weigh noise more, inf
     # ignores noise; below 0.1 noise hides the signal
     design_snr: Annotated[float, Range(0.1, inf)] = 20.0
-    # demosaic method; malvar and menon need `pip install isethdr[demosaic]`; automatic takes learned
-    # where filters are trained for the array, else guided
+    # demosaic method; malvar and menon need `pip install isethdr[demosaic]`; automatic takes
+    # learned where filters are trained for the array, else guided
     demosaic: Literal["bilinear", "guided", "malvar", "menon", "learned", "automatic"] = "bilinear"
     # black level and dark charge: as the sensor states them, or the mean of its optical black rows
     black: Literal["stated", "optical"] = "stated"

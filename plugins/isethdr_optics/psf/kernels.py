@@ -1043,6 +1043,12 @@ class BandPlan:
     def wavelengths(self, centre: float, width: float, radius: float, least: int) -> np.ndarray:
         """Return midpoints of equal sub-bands of the core. From one to the next, the pattern at
         `radius` tiles moves by a speckle at most.
+
+        Parameters
+        ----------
+        centre, width : of the band, nm.
+        radius : tiles from the axis to the border of the core.
+        least : number of sub-bands at least.
         """
         pitch = max(self.pitch)
         count = radius * pitch * width / (centre * sampled_pupil.blur_um(self.lens, centre))
