@@ -35,6 +35,7 @@ RAIL_LOOK_M = 8.0  # within which a rail keeps the height of a crossing
 LUMINAIRE_STEP_M = 12.0
 LUMINAIRE_ASIDE_M = 2.2
 LUMINAIRE_BELOW_M = 0.75
+SKIN_M = 0.3  # thickness of a tunnel's lining, and of the bed below its road
 
 
 def structures(network: Network, roofs: Sequence[tuple[Road, Structure, Any]]) -> Assembly:
@@ -126,7 +127,9 @@ def _section(half: float, n: int = 24) -> Floats:
 
 
 def _tunnel(network: Network, road: Road, span: Structure) -> list[Piece]:
-    """Return walls and vault, whose faces look inwards, and the walls around both mouths."""
+    """Return walls and vault, whose faces look inwards, a skin around all of it, and the walls
+    around both mouths.
+    """
     s = stations(road, span.start_m, span.end_m)
     s = np.unique(np.concatenate([s, np.arange(span.start_m, span.end_m, 4.0)]))
     right, left = road.edges(s)
@@ -144,6 +147,13 @@ def _tunnel(network: Network, road: Road, span: Structure) -> list[Piece]:
         grid(points[:, 1:last], "vault", "tunnel_lining"),
         grid(points[:, last - 1 :], "wall", "tunnel_tile"),
     ]
+    # A path that leaves a smoothly shaded lining backwards ends at the skin. Outside, it would see
+    # the light from below the horizon.
+    bulge = np.sign(outline - [0, SPRING_M / 2])
+    t = t + SKIN_M * bulge[None, :, 0]
+    plan = road.line.points(np.broadcast_to(s[:, None], t.shape), t)
+    points = np.concatenate([plan, (z + SKIN_M * bulge[None, :, 1])[..., None]], -1)
+    found.append(grid(points, "skin", "gap", close_v=True))
     ends = ((span.start_m, 0, False), (span.end_m, -1, True))
     for at, k, forward in ends:
         if 1.0 < at < road.length_m - 1.0:
