@@ -50,7 +50,9 @@ def test_a_band_is_the_mean_of_its_parts(used, reach, monkeypatch):
     # border make of midpoints
     left = np.abs(few - parts).sum()
     assert left < 0.0015 and few.sum() == pytest.approx(parts.sum(), rel=1e-4)
-    monkeypatch.setattr(kernels._Plan, "wavelengths", lambda plan, centre, *_: np.array([centre]))
+    monkeypatch.setattr(
+        kernels.BandPlan, "wavelengths", lambda plan, centre, *_: np.array([centre])
+    )
     kernels._cache.clear()
     assert np.abs(tiles(BAND, reach)[1] - parts).sum() > 8 * left, (
         "one wavelength alone would not do: rings do not wash out"

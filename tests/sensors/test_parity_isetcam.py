@@ -129,7 +129,7 @@ def test_noise_statistics_of_all_cells(flag, record_property):
             )
         clipped += max(found["frac_at_zero"], found["frac_at_swing"]) > 1e-6
     assert clipped >= 9
-    record_property("noise of ISETCam", max(off))
+    record_property("noise of ISETCam", float(max(off)))
 
 
 def test_clipping_is_left_alone_where_it_does_not_reach():
@@ -183,4 +183,4 @@ def test_our_sensor_has_the_same_statistics(record_property):
         assert_allclose(ours.var(dtype=float), theirs["var_volts"], rtol=2e-4, atol=5 * of_variance)
         off.append(abs(ours.mean(dtype=float) - theirs["mean_volts"]) / (of_mean + 3e-8))
         off.append(abs(ours.var(dtype=float) - theirs["var_volts"]) / of_variance)
-    record_property("noise of our sensor", max(off))
+    record_property("noise of our sensor", float(max(off)))

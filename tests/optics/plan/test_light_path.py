@@ -224,6 +224,9 @@ def test_nothing_below_a_plan_knows_a_lens_or_the_plan(folder):
 STAGES = (  # what the core calls, and so states in the ledger what it finds
     "plan/lens_plan.py",
     "plan/depth_layers.py",
+    "plan/behind_glass.py",
+    "flare/drops.py",
+    "flare/film.py",
     "flare/ghosts/ghost_flare.py",
     "flare/windscreen.py",
     "lenses/measured_lens.py",

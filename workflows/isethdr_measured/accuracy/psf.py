@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 from isethdr_optics import DiffractionLimitedLens
-from isethdr_optics.psf.kernels import _Plan
+from isethdr_optics.psf.kernels import BandPlan
 from isethdr_optics.psf.wings import Grid
 from isethdr_optics.pupil.sampled_pupil import distance_mm, radius_mm
 from isethdr_workflows.accuracy.point import Point, Work, refuse_what_does_not_fit, timed
@@ -88,7 +88,7 @@ def core(count: int, tiles: int = TILES) -> np.ndarray:
     """
     lens = DiffractionLimitedLens(f_number=F_NUMBER, focal_length_mm=FOCAL_MM)
     grid = Grid(1, (TILE_UM, TILE_UM), (tiles, tiles))
-    plan = _Plan(lens, (), (BAND_NM, WIDTH_NM), grid)
+    plan = BandPlan(lens, (), (BAND_NM, WIDTH_NM), grid)
     if count:
         plan.wavelengths = lambda centre, width, *_: (
             centre + ((np.arange(count) + 0.5) / count - 0.5) * width
