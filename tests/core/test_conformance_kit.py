@@ -58,6 +58,14 @@ def keep(data, values):
     return data.copy(data=np.asarray(values, data.dtype))
 
 
+def some_quickly(faults: dict) -> list:
+    """Return the names of faults: every third runs with the quick tests, all with the slow."""
+    return [
+        name if number % 3 == 0 else pytest.param(name, marks=pytest.mark.slow)
+        for number, name in enumerate(faults)
+    ]
+
+
 LENS_FAULTS = {
     "light from nothing": (lambda out, *_: keep(out, out.values + 1e-9), "linear|no light"),
     "hidden state": (
@@ -257,7 +265,7 @@ def test_a_sensor_whose_expected_electrons_are_labelled_dn(offer):
     caught(offer, "sensor", faulty, "expected has the units 'e', electrons': it has 'DN'")
 
 
-@pytest.mark.parametrize("fault", SENSOR_FAULTS)
+@pytest.mark.parametrize("fault", some_quickly(SENSOR_FAULTS))
 def test_sensor_faults(fault, offer):
     change, promise = SENSOR_FAULTS[fault]
     caught(offer, "sensor", wrapped("sensor", "bayer", change), promise)
@@ -320,7 +328,7 @@ def test_an_isp_that_knows_one_sensor_only(offer):
         caught(offer, "isp", deaf_to(name, value), f"reads '{name}' from the captures")
 
 
-@pytest.mark.parametrize("fault", ISP_FAULTS)
+@pytest.mark.parametrize("fault", some_quickly(ISP_FAULTS))
 def test_isp_faults(fault, offer):
     change, promise = ISP_FAULTS[fault]
     caught(offer, "isp", wrapped("isp", "linear", change), promise)

@@ -64,6 +64,7 @@ def test_rays_have_not_crossed_yet_where_the_focus_lies_beyond(shift_um, side):
     assert (right - left) * side > 0.9 * (right + left)
 
 
+@pytest.mark.slow
 def test_lines_between_wavelengths_and_a_sharp_colour():
     lens = DiffractionLimitedLens(focal_shift_um={450: 60.0, 550: 0.0, 650: 60.0})
     peaks = {

@@ -77,6 +77,7 @@ def test_the_pupil_s_area_is_the_relative_illumination_without_cos4():
         assert light(lens, t, rims(lens, t)[0]) == pytest.approx(counted[1] / counted[0], abs=SHAPE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "f_number"), [("double_gauss", 3.0), ("cooke_triplet", 5.0)])
 def test_the_pupil_s_area_is_what_rims_leave_of_the_beam(name, f_number):
     """Against rays counted in front of the lens, with rims over without."""

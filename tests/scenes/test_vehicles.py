@@ -86,7 +86,7 @@ def check_lamps(model, kinds):
 
 
 # cars, trucks and buses have one builder each: some run with the quick tests, all with the slow
-QUICK = {"pickup", "city_car", "tipper", "midi_bus"}
+QUICK = {"city_car", "tipper", "midi_bus"}
 SOME = [
     (group, family)
     if group in ("motorcycle", "bicycle") or family in QUICK

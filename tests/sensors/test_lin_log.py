@@ -32,6 +32,7 @@ def table(sensor):
     return response(sensor.model().readings[0], sensor.exposure_s, sensor.well(), sensor.noise)
 
 
+@pytest.mark.slow
 def test_keeps_the_promises_of_a_sensor():  # as it is by default: tests/core/test_conformance.py
     check("sensor", "lin_log", bits=0)
 

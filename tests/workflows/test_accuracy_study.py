@@ -177,6 +177,7 @@ def test_knobs_of_one_of_two_cameras_and_of_the_isp(home, monkeypatch):
         assert all(math.isnan(row["relative_cost"]) for row in rows)  # no model
 
 
+@pytest.mark.slow
 def test_narrower_bands_are_better_down_to_the_reference(home):
     rows = accuracy(
         *SMALL, "lens.falloff=none", knob="scene.step_nm", values="30,10,2", folder=str(home)

@@ -21,8 +21,11 @@ def test_much_defocus_is_right():
     assert len(rows) == 3 and {r["verdict"] for r in rows} == {"right"}
 
 
+LONG = {"lens", "chain", "isp", "convolve"}  # stages whose cases take a second and more
+
+
 @pytest.mark.parametrize(
-    "stage", [pytest.param(s, marks=[pytest.mark.slow] * (s == "lens")) for s in STAGES]
+    "stage", [pytest.param(s, marks=[pytest.mark.slow] * (s in LONG)) for s in STAGES]
 )
 def test_no_stage_is_wrong_but_where_it_is_known(stage, monkeypatch):
     monkeypatch.setattr(lens, "DEFOCUS", lens.DEFOCUS[:2])

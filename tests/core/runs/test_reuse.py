@@ -169,6 +169,7 @@ def test_results_that_are_computed_together_are_kept_one_by_one(tmp_path, monkey
     assert reuse.NOTHING_KEPT.values(["a"], squares) == [0.0]
 
 
+@pytest.mark.slow
 def test_names_that_a_user_chose_are_those_of_the_run():
     first = run("draws=1")
     second = run("~metric.colour", "+metric@metric.own=ciede2000", "draws=1")

@@ -222,6 +222,7 @@ def test_a_run_ends_with_how_wrong_its_picture_is():
     assert "renderer 0 in 0 s" in row.errors[0].label and "allowed 0.1" in row.errors[0].label
 
 
+@pytest.mark.slow
 def test_a_run_with_lamps_and_dust_keeps_what_is_allowed():
     """Five discs up to 1e6 cd/m2 through dust, on tiles so coarse that most of the frame lies
     beyond the exact core of the kernels.

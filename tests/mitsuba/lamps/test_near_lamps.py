@@ -43,6 +43,7 @@ def test_each_lamp_is_near_or_has_a_chance_no_smaller_than_before(count):
             assert (after[block][~listed] > 0).all()
 
 
+@pytest.mark.slow
 def test_light_of_near_lamps_is_that_of_lamps_by_chance(make, monkeypatch):
     """Shadow rays to each near lamp against one ray to one of all: the same light, less noise."""
     import mitsuba as mi

@@ -99,6 +99,7 @@ def test_nothing_is_resampled_without_and_labels_follow_the_reference(monkeypatc
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "make",
     [

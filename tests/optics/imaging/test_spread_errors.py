@@ -110,6 +110,7 @@ def test_kernels_that_are_exact_leave_no_error():
         assert deviation.shape == (3, 8, 10) and not deviation.any() and not bound.any()
 
 
+@pytest.mark.slow
 def test_kernels_that_err_nowhere_have_no_share_of_the_noise():
     """As the widest of exact cores leaves them; their deviation is 0 tile by tile."""
     response = build("sensor", "bayer").narrow(Demand()).response

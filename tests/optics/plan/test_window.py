@@ -153,6 +153,7 @@ def test_a_bound_that_does_not_hold_for_all_bands_brings_all_back(monkeypatch):
     np.testing.assert_array_equal(light.values, asked(mixed, EVERYWHERE)[0].values[:, *MIDDLE])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lens", "flares"),
     [

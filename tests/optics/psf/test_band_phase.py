@@ -65,6 +65,7 @@ def test_what_parts_follow_is_not_stated_and_what_no_parts_follow_is_refused():
     band_phase.check(strong, (), np.array([450.0, 450.0 + narrower]))
 
 
+@pytest.mark.slow
 def test_a_lens_states_it_in_its_ledger(monkeypatch):
     monkeypatch.setattr(wings, "MOST_PARTS", 1)
     x = quantities.centres(4, 0.01)

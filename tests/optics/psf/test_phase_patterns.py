@@ -25,6 +25,7 @@ def made():
     return kernels._computed(COMA, DIRT, BANDS, PITCH, REACH)
 
 
+@pytest.mark.slow
 def test_they_agree_with_direct_sums(made):
     """Right and left of the axis: what is stated is what columns show that nobody looked at."""
     frame = frame_of(COMA)

@@ -50,6 +50,7 @@ def test_errors_are_those_against_finer_kernels(lens, pitch_um, reach):
     assert (np.max(found, axis=0) < 1.6 * usual.speckle[0] + 0.004).all()
 
 
+@pytest.mark.slow
 def test_they_agree_with_kernels_of_lattices_of_their_own(monkeypatch):
     args = LENS, DIRT, BANDS, (4.3, 4.3), (64, 110)
     quick = kernels._computed(*args, width_nm=WIDTHS)

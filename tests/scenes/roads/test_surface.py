@@ -31,7 +31,9 @@ def closed(name, seed):
     return single / 1000.0, twice.sum() / 2
 
 
-@pytest.mark.parametrize("name", ["country_curve", "city_crossing"])
+@pytest.mark.parametrize(
+    "name", ["country_curve", pytest.param("city_crossing", marks=pytest.mark.slow)]
+)
 def test_ground_has_no_hole(name):
     single, area = closed(name, 1)
     # only the rim of the land is open, and a rim that runs round once encloses the plan's area:

@@ -94,6 +94,7 @@ def quick(world, isethdr_home, monkeypatch):
     return replace(request, folder=isethdr_home / "pairs")
 
 
+@pytest.mark.slow
 def test_the_terms_are_named_and_add_up_to_the_light_of_the_run(world):
     """The whole light is computed here in one call of the lens, the ghosts by their flare alone."""
     _, _, seen, sample = world

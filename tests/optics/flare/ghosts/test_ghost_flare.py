@@ -205,6 +205,7 @@ def test_light_is_linear_and_zero_stays_zero(bare):
     assert float(flare.irradiance(lens, one.copy(data=0 * one.values)).max()) == 0.0
 
 
+@pytest.mark.slow
 def test_what_is_left_out_is_listed_and_within_the_error():
     lens = IdealLens()
     wave = [500.0, 600.0]
