@@ -169,6 +169,7 @@ index.refresh(sys.argv[1])
 """
 
 
+@pytest.mark.slow
 def test_what_an_interrupted_refresh_leaves_is_removed(tmp_path):
     put(tmp_path, "a")
     old = tmp_path / ".index-abc"  # as an older version names it

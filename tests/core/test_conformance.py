@@ -30,8 +30,20 @@ QUICK = {
     ("scene", "macbeth"): {"width": 64, "height": 36},
     ("scene", "street"): {"road": "yard", "people_per_km": 10.0, "parked_share": 0.2},
 }
-# what they promise has tests of its own
-DEAR = {("lens", "prescription"), ("scene", "street"), ("scene", "tunnel")}
+# checked with the slow tests: what they promise has tests of its own, or a component of the same
+# base is checked here
+DEAR = {
+    ("flare", "ghosts"),
+    ("flare", "windscreen"),
+    ("lens", "prescription"),
+    ("lens", "wavefront"),
+    ("scene", "street"),
+    ("scene", "tunnel"),
+    ("sensor", "interleaved"),
+    ("sensor", "lin_log"),
+    ("sensor", "lofic"),
+    ("sensor", "staggered"),
+}
 NEEDS = {("renderer", "mitsuba"): "mitsuba"}
 NOT_HERE = {
     ("scene", "iset_exr"): "reads a folder of EXR files, of which none is part of this project",

@@ -85,6 +85,7 @@ def raw(result):
     return result.open("captures/acme_nano")["raw"].values.astype(float)
 
 
+@pytest.mark.slow
 def test_it_gets_all_there_is_and_makes_the_same_bits_as_where_nothing_may_be_left_out(acme):
     assert not any(
         hasattr(part, method)

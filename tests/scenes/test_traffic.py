@@ -51,6 +51,7 @@ def village():
     return Street(road="village", seed=3, people_per_km=20.0, plants_per_km=20.0)
 
 
+@pytest.mark.slow
 def test_nobody_meets_anybody_and_all_stay_where_they_may(village):
     check(village)
 

@@ -126,6 +126,7 @@ def test_kernel_does_not_depend_on_how_finely_the_scene_is_tiled():
     np.testing.assert_allclose(a, mean, rtol=2e-4)
 
 
+@pytest.mark.slow
 def test_kernel_against_the_airy_pattern_far_out():
     k = kernels(LENS, (), np.array([550.0]), (4.0, 4.0), (150, 150))
     y, x = np.indices(k.bands[0].shape) - 150

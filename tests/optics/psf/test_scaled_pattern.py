@@ -174,6 +174,7 @@ def test_kernels_that_took_long_come_back_from_the_disk_bit_for_bit(isethdr_home
         assert kernels.wider_cores(read) == kernels.wider_cores(made)
 
 
+@pytest.mark.slow
 def test_what_is_made_fast_is_not_kept_on_disk(isethdr_home, monkeypatch):
     monkeypatch.setattr(kernels, "WORTH_KEEPING_S", 0.0)
     monkeypatch.setattr(kernels, "PATTERN_WORTH_KEEPING_S", np.inf)

@@ -121,6 +121,7 @@ def test_overlapping_dirt_multiplies():
     assert cells[24, 30] == pytest.approx(0.5 * 0.6, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_energy_from_areas():
     assert energy(disc(0, 0, 0.5), []) == pytest.approx(np.pi / 4, rel=1e-12)  # exact quadrature
     assert energy(blades(0.5, 6, 0.0), []) == pytest.approx(

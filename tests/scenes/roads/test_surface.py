@@ -46,6 +46,7 @@ def test_ground_has_no_hole(name):
     assert area == pytest.approx(rim, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_markings_lie_just_above_the_road():
     base = kinds.kind("city_4_lanes", 1)
     found = surface(base.network)

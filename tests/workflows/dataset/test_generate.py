@@ -164,6 +164,7 @@ def limit_disk(patch, folder, most_bytes):
     patch.setattr(Path, "open", limited)
 
 
+@pytest.mark.slow
 def test_more_scenes_continue_a_dataset_and_another_seed_is_refused(recipe):
     few = generate(Request("tiny", count=1, seed=1, recipe=recipe), silent)
     more = generate(Request("tiny", count=3, seed=1, recipe=recipe), silent)
@@ -221,6 +222,7 @@ def test_a_damaged_store_is_named(recipe, isethdr_home):
     assert [p.number for p in problems] == [dataset.made[0].number]
 
 
+@pytest.mark.slow
 def test_page_and_card_tell_what_there_is(recipe, isethdr_home):
     dataset = generate(Request("tiny", count=2, seed=3, recipe=recipe), silent)
     page = write_page(dataset).read_text()

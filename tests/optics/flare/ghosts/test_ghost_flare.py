@@ -156,6 +156,7 @@ def test_the_matrices_tell_size_place_and_light(bare):
     assert rays.position_mm[0, 1] / image == pytest.approx(pair.magnification, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_ghosts_of_a_night_lamp_lie_where_the_matrices_say_and_have_the_coatings_colour():
     lens = IdealLens(f_number=4.0, focal_length_mm=4.0)
     wave = np.array([430.0, 600.0, 680.0])
