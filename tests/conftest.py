@@ -74,9 +74,11 @@ LONGEST_FIRST = (
 
 @pytest.fixture
 def largest_difference(record_property):
-    """Return a function (quantity, found, expected): the largest difference, relative to the
-    largest expected value. A report of the tests in XML states it under the name of the quantity
-    (scripts/agreement_isetcam.py).
+    """Return a function that compares an array with the expected one.
+
+    The function takes (name of the quantity, found array, expected array). It returns the largest
+    difference over the largest expected value. The XML report of the tests lists this number under
+    the name; `scripts/agreement_isetcam.py` reads it there.
     """
 
     def of(quantity, found, expected):

@@ -913,8 +913,10 @@ class ChecksCaptures(Protocol):
 
 @runtime_checkable
 class ScoresFurther(Protocol):
-    """A metric that scores further noise realisations of a picture by their differences from the
-    first, in less time than one by one.
+    """A metric that scores a further noise realisation of a picture quickly.
+
+    It computes how the score differs from that of the first realisation, which takes less time than
+    the whole score.
     """
 
     def further(

@@ -149,7 +149,7 @@ def _ways(
 
 
 def _noise(
-    scenes: Sequence[xr.Dataset], combinations: Sequence[tuple[tuple[Any, ...]]], group: str
+    scenes: Sequence[xr.Dataset], combinations: Sequence[tuple[tuple[Any, ...], ...]], group: str
 ) -> str | None:
     """Return the noise that is stated of a group: of the bands that are known worst. None where
     none is.

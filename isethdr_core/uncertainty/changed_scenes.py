@@ -248,8 +248,9 @@ class ChangedScenes:
         return truth.assign(xyz=truth["xyz"].copy(data=truth["xyz"].values * of_pixels))
 
     def _changed(self, change: np.ndarray) -> Pair:
-        """Return the pair of a scene whose luminance changes by a relative `change` (y, x), all
-        colours alike.
+        """Return the picture and the reference picture of a changed scene.
+
+        `change` (y, x) is the change of each tile's luminance over its luminance. Colours stay.
         """
         return Pair(self._exposed(self._light_factor(change)), self._reference(change))
 

@@ -473,7 +473,7 @@ def _beside_white(movement: Movement, slope: float, white: Movement) -> Movement
 def _scores_of_parts(
     metrics: Sequence[Metric], pair: Pair, parts: Sequence[dict[str, np.ndarray]]
 ) -> list[Values]:
-    """Return the scores of each part of a pair."""
+    """Return the scores of each part of a picture and its reference picture."""
     out: list[Values] = [{} for _ in parts]
     numbers = numbers_of(parts)
     with shared(*pair):

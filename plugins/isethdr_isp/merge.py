@@ -64,14 +64,14 @@ class MergeIsp(Development):
         """Return the picture of one capture whose filter array holds two exposures or
         sensitivities.
         """
-        for field, only in (
-            ("rule", "inverse_variance"),
-            ("demosaic", "bilinear"),
-            ("denoise", "none"),
+        for field, value, only in (
+            ("rule", self.rule, "inverse_variance"),
+            ("demosaic", self.demosaic, "bilinear"),
+            ("denoise", self.denoise, "none"),
         ):
-            if getattr(self, field) not in (only, AUTOMATIC):
+            if value not in (only, AUTOMATIC):
                 raise ConfigError(
-                    f"isp.{field}={getattr(self, field)} cannot merge upper and lower case filters"
+                    f"isp.{field}={value} cannot merge upper and lower case filters"
                     f" of one array; expected {only}"
                 )
         balance = illuminant(captures, self.balance)

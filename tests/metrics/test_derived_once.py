@@ -96,7 +96,7 @@ def test_medians_of_further_realisations_are_those_of_pictures_alone():
     assert [s.object for s in scores[0]] == [s.object for s in metric(first, truth, found)]
     further = np.array([[s.value for s in of_one] for of_one in scores])
     np.testing.assert_allclose(further, alone, atol=1e-4)
-    assert alone.std(axis=0).max() > 1e-3  # the realisations differ by more
+    assert alone.std(axis=0).max() > 1e-3  # so the tolerance above tells realisations apart
     np.testing.assert_array_equal(
         [s.value for s in metric.further(more[0], first, truth, found)], further[0]
     )

@@ -4,8 +4,9 @@ older CIE 94 and CIE 76.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
     from isethdr_core.pipeline.demand import Demand
 
+Formula: TypeAlias = tuple[str, Callable[[np.ndarray, np.ndarray], np.ndarray], str]
+
 
 @dataclass(frozen=True)
 class Ciede2000:
@@ -34,12 +37,8 @@ class Ciede2000:
 
     WHITE_SCORE: ClassVar[str] = "ciede2000_white"
 
-    # score, function of physics.colour, unit
-    formula: ClassVar[tuple[str, str, str]] = (
-        "ciede2000",
-        "de2000",
-        "dE00",
-    )
+    # name of the score, colour difference of two arrays of CIELAB, unit
+    formula: ClassVar[Formula] = ("ciede2000", colour_spaces.de2000, "dE00")
 
     # luminance of the white (D65) of both pictures; 0 takes the 99th percentile of the reference
     # picture without lamps
@@ -106,9 +105,7 @@ class Ciede2000:
             (truth,),
             lambda: colour_spaces.lab(truth["xyz"].values, white_xyz),
         )
-        difference: np.ndarray = getattr(colour_spaces, self.formula[1])(
-            true_lab, colour_spaces.lab(shown_xyz, white_xyz)
-        )
+        difference: np.ndarray = self.formula[1](true_lab, colour_spaces.lab(shown_xyz, white_xyz))
         return difference
 
 
@@ -119,7 +116,7 @@ class Cie94(Ciede2000):
     """
 
     WHITE_SCORE: ClassVar[str] = "cie94_white"
-    formula: ClassVar[tuple[str, str, str]] = ("cie94", "de94", "dE94")
+    formula: ClassVar[Formula] = ("cie94", colour_spaces.de94, "dE94")
 
 
 @dataclass(frozen=True)
@@ -127,4 +124,4 @@ class Cie76(Ciede2000):
     """Mean CIE 1976 difference of pixels up to the white: the plain distance in CIELAB."""
 
     WHITE_SCORE: ClassVar[str] = "cie76_white"
-    formula: ClassVar[tuple[str, str, str]] = ("cie76", "de76", "dE76")
+    formula: ClassVar[Formula] = ("cie76", colour_spaces.de76, "dE76")

@@ -32,8 +32,6 @@ from . import grid as field_grid
 from .reference_bands import WIDTH_NM, references_nm
 
 if TYPE_CHECKING:
-    from numpy import memmap
-
     from isethdr_core.plugins.protocols import Flare
 
     from ..abilities import PupilOptics
@@ -392,7 +390,7 @@ def core_reach(
 
 
 def _reach(
-    pairs: Sequence[tuple[np.ndarray, memmap | np.ndarray]], least: tuple[int, int], allowed: float
+    pairs: Sequence[tuple[np.ndarray, np.ndarray]], least: tuple[int, int], allowed: float
 ) -> tuple[tuple[int, int], np.ndarray, float]:
     """Return the reach (y, x) of the cores, and the difference beyond it per octave and at most.
 
@@ -419,7 +417,7 @@ def _reach(
 
 
 def _unlike(
-    pairs: Sequence[tuple[np.ndarray, memmap | np.ndarray]],
+    pairs: Sequence[tuple[np.ndarray, np.ndarray]],
     wide: Sequence[int],
     half: tuple[int, int],
 ) -> tuple[np.ndarray, np.ndarray]:

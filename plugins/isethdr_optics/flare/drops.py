@@ -116,7 +116,7 @@ class DropsFlare:
     seed: Seed = 1  # seed of positions and radii; drops of a field are among those of a wider one
 
     def __post_init__(self) -> None:
-        """Refuse radii in the wrong order."""
+        """Raise ConfigError where the smallest radius is above the largest."""
         check_ranges(self)
         if self.least_radius_mm > self.largest_radius_mm:
             raise ConfigError(
@@ -211,7 +211,7 @@ class DropsFlare:
                 _add(out[some], sums, view, scale)
         return mixed.copy(data=out.reshape(values.shape))
 
-    def _view(  # noqa: PLR0913 - the pairs belong to the grid of one call
+    def _view(
         self,
         drop: Drop,
         tangents: tuple[Floats, Floats],

@@ -16,7 +16,11 @@ if TYPE_CHECKING:
 
 
 def checked_values(mixed: xr.DataArray) -> npt.NDArray[np.floating]:
-    """Return the values of mixed radiance ([component,] wavelength, y, x).
+    """Return the array of mixed radiance, after checks of its unit and its values.
+
+    Parameters
+    ----------
+    mixed : `([component,] wavelength, y, x)`, W m-2 sr-1 nm-1.
 
     Raises
     ------

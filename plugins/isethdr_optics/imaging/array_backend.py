@@ -21,8 +21,6 @@ from isethdr_core.physics.arrays import device, imported_library, namespace, on_
 from isethdr_core.physics.convolution import convolve_into
 
 if TYPE_CHECKING:
-    from numpy import memmap
-
     from isethdr_core.physics.convolution.linear import Bound, Kernel
 
 
@@ -47,7 +45,7 @@ def device_transfer() -> Callable[..., Any] | None:
             else device_name
         )
 
-        def to_device(a: memmap | np.ndarray) -> Any:
+        def to_device(a: np.ndarray) -> Any:
             return xp.asarray(np.ascontiguousarray(a), device=chosen_device)
 
         on_host(to_device(np.zeros(1)))

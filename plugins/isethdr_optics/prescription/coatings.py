@@ -22,6 +22,8 @@ from isethdr_core.physics.optics.glass import index
 from isethdr_core.physics.optics.thin_film import quarter_wave_nm, reflect_unpolarised
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .prescription import Prescription
 
 # entries of the tables; linear interpolation has a measured error of 1e-5, except near the critical
@@ -75,7 +77,7 @@ class Powers:
     def __init__(
         self,
         prescription: Prescription,
-        wavelength_nm: float | tuple[float],
+        wavelength_nm: float | Sequence[float],
         sensor_reflectance: float = 0.0,
     ) -> None:
         self.prescription = prescription

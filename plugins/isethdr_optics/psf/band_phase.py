@@ -60,7 +60,7 @@ def check(lens: PupilOptics, flares: Sequence[Flare], wavelength_nm: np.ndarray)
         )
 
 
-def errors(lenses: tuple[PupilOptics], wavelength_nm: np.ndarray) -> list[ErrorTerm]:
+def errors(lenses: Sequence[PupilOptics], wavelength_nm: np.ndarray) -> list[ErrorTerm]:
     """Return the errors of dividing a band into too few parts; `lenses` are those of the field
     points.
     """
@@ -79,7 +79,7 @@ def _needed(change: float) -> int:
     return int(np.ceil(change / wings.PHASE_CHANGE))
 
 
-def _worst(lenses: tuple[PupilOptics], wavelength_nm: np.ndarray) -> tuple[float, float, float]:
+def _worst(lenses: Sequence[PupilOptics], wavelength_nm: np.ndarray) -> tuple[float, float, float]:
     """Return the largest change of a lens's own phase within a band, radians rms, and that band's
     centre and width, nm.
     """

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from isethdr_core.physics.convolution.mirrored import Mirrored
 from isethdr_core.physics.convolution.transform import sizes
 
 from . import kernel_store
-
-if TYPE_CHECKING:
-    from numpy import memmap
 
 NEAR = 96  # tiles: what falls farther from a lamp is so little that single precision is enough
 # size of the near part's transforms, of the full frame's; above it kernels stay whole
@@ -103,7 +100,7 @@ class KeptTransforms:
         return prepared
 
 
-def spectra(bands: Sequence[memmap | np.ndarray], name: str | None) -> Spectra:
+def spectra(bands: Sequence[np.ndarray], name: str | None) -> Spectra:
     """Return the transforms of kernels (y, x), each of the full frame.
 
     Parameters
@@ -114,7 +111,7 @@ def spectra(bands: Sequence[memmap | np.ndarray], name: str | None) -> Spectra:
     shape = _shape(bands)
     size = sizes(_shape(bands), bands[0].shape)
 
-    def one(values: memmap | np.ndarray) -> tuple[list[float], np.ndarray]:
+    def one(values: np.ndarray) -> tuple[list[float], np.ndarray]:
         kernel = prepare(values, shape)
         return [
             kernel.peak,
@@ -180,7 +177,7 @@ def divided(bands: Sequence[Mirrored | np.ndarray], name: str | None) -> Divided
     )
 
 
-def profile(values: Mirrored | memmap) -> tuple[np.ndarray, np.ndarray]:
+def profile(values: Mirrored | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the sums of a kernel over x and over y."""
     return values.sum(axis=1, dtype=float), values.sum(axis=0, dtype=float)
 
@@ -188,8 +185,8 @@ def profile(values: Mirrored | memmap) -> tuple[np.ndarray, np.ndarray]:
 def _stored_spectra(
     name: str | None,
     divided_part: Callable[..., Any],
-    bands: Sequence[Mirrored | memmap | np.ndarray],
-) -> tuple[np.ndarray, memmap | np.ndarray]:
+    bands: Sequence[Mirrored | np.ndarray],
+) -> tuple[np.ndarray, np.ndarray]:
     """Return facts (fact, band) and arrays (band, ...) of one(kernel) -> (facts, array): from disk,
     written there, or held.
     """
@@ -220,13 +217,13 @@ def _stored_spectra(
 
 
 def _profiles(
-    sums: np.ndarray, bands: Sequence[Mirrored | memmap | np.ndarray]
+    sums: np.ndarray, bands: Sequence[Mirrored | np.ndarray]
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     rows = bands[0].shape[0]
     return [(s[:rows], s[rows:]) for s in sums.T]
 
 
-def _shape(bands: Sequence[Mirrored | memmap]) -> tuple[int, int]:
+def _shape(bands: Sequence[Mirrored | np.ndarray]) -> tuple[int, int]:
     return tuple(n // 2 + 1 for n in bands[0].shape)
 
 

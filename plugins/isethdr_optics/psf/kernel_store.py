@@ -22,7 +22,6 @@ from isethdr_core import store
 from isethdr_core.runs import provenance
 
 if TYPE_CHECKING:
-    from numpy import memmap
     from numpy.typing import ArrayLike
 
     from isethdr_core.plugins.protocols import Flare
@@ -82,7 +81,7 @@ def _folder() -> Path:
     return store.home() / "kernels"
 
 
-def load(key: str) -> tuple[np.ndarray, memmap] | None:
+def load(key: str) -> tuple[np.ndarray, np.ndarray] | None:
     """Return (facts, arrays): (fact, band) float64 and (band, ...), mapped; None where missing or
     damaged.
     """
@@ -165,7 +164,7 @@ def remove_parts(key: str) -> None:
             path.unlink(missing_ok=True)
 
 
-def _check(a: memmap | np.ndarray) -> int:
+def _check(a: np.ndarray) -> int:
     """Return a checksum of an array: the sum of its 32-bit words, modulo 2^32.
 
     A change of any one bit changes it. It takes as long as reading the array.

@@ -20,6 +20,8 @@ from ..spectral.colour_filter_array import channels
 from . import companding, converter
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..sampling.pixel_grid import PixelGrid
     from ..sensor_model import Reading, SensorModel
 
@@ -153,7 +155,7 @@ def electrons(model: SensorModel, grid: PixelGrid, values: np.ndarray) -> xr.Dat
     )
 
 
-def _tables(readings: tuple[Reading]) -> np.ndarray:
+def _tables(readings: Sequence[Reading]) -> np.ndarray:
     """Return linear and companded DN (capture, entry) of all readings; short tables end in NaN."""
     knees = [
         companding.table(r.companding or ((converter.top_code(r),) * 2,), converter.top_code(r))

@@ -46,7 +46,7 @@ LAMP_CD_M2 = 1000.0  # a lamp that shines into the camera
 LAMP_DEG = 3.0
 LOW_SUN = "low sun"
 LOW_SUN_DEG = 15.0  # a sun up to this height stands in the picture of a camera that looks ahead
-UNIFORM = "uniform"  # the sky that is the same at all hours
+UNIFORM = "uniform"  # kind of sky: one luminance everywhere, whatever the hour
 AS_BUILT = "ideal"  # the lighting that leaves each light group as the scene was built
 TRANSFER = "detection"  # key of the metric in the config
 OWN = ("report=false",)

@@ -120,7 +120,7 @@ def chosen(dataset: str, part: str, scenes: int) -> list[Road]:
 
 
 def jobs_of(name: str, filters: Filters, road: Road) -> list[tuple[Any, ...]]:
-    """Return what `compared` is called with for one road and one kind of filters.
+    """Return the arguments of every call of `compared` for one road and one kind of filters.
 
     Parameters
     ----------
