@@ -10,7 +10,6 @@ import numpy as np
 
 from ..data.quantities import check_irradiance, check_mixed
 from ..plugins.protocols import (
-    FLARES,
     AddsLight,
     Flare,
     Lens,
@@ -18,6 +17,7 @@ from ..plugins.protocols import (
     ScattersLight,
     TransmitsPupil,
 )
+from ..plugins.protocols.by_kind import FLARES
 from .inputs import damaged_planes, mixed, some
 from .promise import close, holds, keeps, refuses, repeatable, same
 

@@ -13,8 +13,9 @@ from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 from ..errors import PluginError, did_you_mean
-from . import protocols
 from .accuracy_knobs import check_knobs, check_shares
+from .protocols import NamesItsEffort
+from .protocols.by_kind import OPTIONAL, abilities_of, required_of
 
 NEAR = 0.8  # difflib ratio: two letters swapped in a word of five; bundled methods reach 0.76
 CALL = "__call__"
@@ -52,9 +53,9 @@ def check(kind: str, name: str, cls: type) -> None:
         resembles that of an ability. The message holds the right name and parameters.
     """
     subject = f"{kind}/{name}"
-    for protocol in protocols.required_of(kind):
+    for protocol in required_of(kind):
         _check_required(subject, kind, protocol, cls)
-    for protocol in protocols.abilities_of(kind):
+    for protocol in abilities_of(kind):
         _check_offered(subject, protocol, cls)
     if offers(cls, "accuracy_knobs"):
         check_knobs(subject, kind, _raw(cls, "accuracy_knobs"), _defaults(cls))
@@ -88,7 +89,7 @@ def fields(protocol: type) -> frozenset[str]:
 @cache
 def names(kind: str) -> frozenset[str]:
     """Return every name that the core uses of a component of a kind."""
-    protocols_of_kind = (*protocols.required_of(kind), *protocols.abilities_of(kind))
+    protocols_of_kind = (*required_of(kind), *abilities_of(kind))
     return frozenset(
         name for p in protocols_of_kind for name in (*methods(p), *constants(p), *fields(p))
     )
@@ -114,7 +115,7 @@ def _check_required(subject: str, kind: str, protocol: type, cls: type) -> None:
 
 def _called_as(kind: str, protocol: type, cls: type) -> type:
     """Return the Protocol of a class's call: an ability that changes the call, or its kind."""
-    for ability in protocols.abilities_of(kind):
+    for ability in abilities_of(kind):
         other_methods = [name for name in methods(ability) if name != CALL]
         if CALL in methods(ability) and all(offers(cls, name) for name in other_methods):
             return ability
@@ -125,7 +126,7 @@ def _check_offered(subject: str, protocol: type, cls: type) -> None:
     for name in methods(protocol):
         if name != CALL and offers(cls, name):
             _check_method(subject, protocol, name, cls)
-    if protocol is protocols.NamesItsEffort and offers(cls, "effort_fields"):
+    if protocol is NamesItsEffort and offers(cls, "effort_fields"):
         _check_effort(subject, cls)
 
 
@@ -169,11 +170,11 @@ def _check_spelling(subject: str, kind: str, cls: type) -> None:
 
 @cache
 def _vocabulary(kind: str) -> Vocabulary:
-    protocols_of_kind = (*protocols.required_of(kind), *protocols.abilities_of(kind))
+    protocols_of_kind = (*required_of(kind), *abilities_of(kind))
     return Vocabulary(
         {name: p for p in protocols_of_kind for name in methods(p) if name != CALL},
         {name: p for p in protocols_of_kind for name in constants(p)},
-        frozenset().union(*map(names, protocols.OPTIONAL)),
+        frozenset().union(*map(names, OPTIONAL)),
     )
 
 

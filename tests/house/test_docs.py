@@ -16,7 +16,8 @@ import pytest
 
 from isethdr_core.cli.new_plugin import NewPlugin
 from isethdr_core.component import KINDS
-from isethdr_core.plugins import abilities, hookspecs, protocols
+from isethdr_core.plugins import abilities, hookspecs
+from isethdr_core.plugins.protocols import by_kind
 from isethdr_core.plugins.registry import components
 from isethdr_core.testing import check
 
@@ -265,8 +266,8 @@ def test_no_word_is_explained_twice():
 
 
 def test_the_contracts_list_every_ability_with_its_parameters():
-    kinds: dict[type, list[str]] = {protocol: ["any"] for protocol in protocols.OF_ANY_KIND}
-    for kind, offered in protocols.OPTIONAL.items():
+    kinds: dict[type, list[str]] = {protocol: ["any"] for protocol in by_kind.OF_ANY_KIND}
+    for kind, offered in by_kind.OPTIONAL.items():
         for protocol in offered:
             kinds.setdefault(protocol, []).append(kind)
     for protocol, of in kinds.items():
@@ -286,5 +287,5 @@ def test_the_contracts_list_every_ability_with_its_parameters():
 
 def test_no_ability_is_listed_that_does_not_exist():
     listed = set(re.findall(r"^\| [a-z, ]+ \| `([A-Z]\w+)` \|", CONTRACTS, re.MULTILINE))
-    known = {p.__name__ for kind in KINDS for p in protocols.abilities_of(kind)}
+    known = {p.__name__ for kind in KINDS for p in by_kind.abilities_of(kind)}
     assert listed == known

@@ -13,6 +13,7 @@ import isethdr_core
 from isethdr_core.component import KINDS
 from isethdr_core.errors import PluginError
 from isethdr_core.plugins import abilities, protocols
+from isethdr_core.plugins.protocols import by_kind
 from isethdr_core.plugins.registry import components
 
 from ..command_line import isethdr, write_plugin
@@ -21,7 +22,7 @@ from ..command_line import isethdr, write_plugin
 OFFERED = [
     (kind, protocol, name)
     for kind in KINDS
-    for protocol in protocols.abilities_of(kind)
+    for protocol in by_kind.abilities_of(kind)
     for name in abilities.methods(protocol)
     if name != abilities.CALL
 ]
@@ -40,7 +41,7 @@ def body(*parameters: str):
 
 def component(kind: str, **members) -> type:
     """Return a class that can be called as its kind is, with more members."""
-    for protocol in protocols.required_of(kind):
+    for protocol in by_kind.required_of(kind):
         for name in abilities.methods(protocol):
             members.setdefault(name, right(protocol, name))
     return make_dataclass("Toy", [], namespace=members, frozen=True)
@@ -110,9 +111,9 @@ def test_a_misspelt_class_attribute_is_refused(name):
         abilities.check("lighting", "toy", component("lighting", **{name: True}))
 
 
-@pytest.mark.parametrize("kind", sorted(protocols.REQUIRED))
+@pytest.mark.parametrize("kind", sorted(by_kind.REQUIRED))
 def test_a_component_that_cannot_be_called_is_refused(kind):
-    [protocol] = protocols.required_of(kind)
+    [protocol] = by_kind.required_of(kind)
     for members in ({}, {"__call__": body(*"abcdef")}):
         offered = make_dataclass("Toy", [], namespace=members, frozen=True)
         with pytest.raises(PluginError, match=re.escape(abilities.written("__call__", protocol))):
@@ -221,24 +222,24 @@ def test_every_ability_is_offered_by_a_bundled_component():
         if offered.cls.__module__.startswith("isethdr_"):
             made[kind].append(offered.cls())
     for kind in KINDS:
-        for protocol in protocols.abilities_of(kind):
-            if protocol not in (*protocols.OF_ANY_KIND, *protocols.EARLIER):
+        for protocol in by_kind.abilities_of(kind):
+            if protocol not in (*by_kind.OF_ANY_KIND, *by_kind.EARLIER):
                 assert any(isinstance(c, protocol) for c in made[kind]), f"{kind}: {protocol}"
     everything = [c for some in made.values() for c in some]
-    for protocol in protocols.OF_ANY_KIND:
+    for protocol in by_kind.OF_ANY_KIND:
         assert any(isinstance(c, protocol) for c in everything), protocol
 
 
-@pytest.mark.parametrize("kind", sorted(protocols.REQUIRED))
+@pytest.mark.parametrize("kind", sorted(by_kind.REQUIRED))
 def test_bundled_components_follow_the_protocol_of_their_kind(kind):
-    [protocol] = protocols.required_of(kind)
+    [protocol] = by_kind.required_of(kind)
     for (its_kind, name), offered in components().items():
         if its_kind == kind:
             assert isinstance(offered.cls(), protocol), name
 
 
 def test_every_protocol_is_documented():
-    for protocol in {p for kind in KINDS for p in protocols.abilities_of(kind)}:
+    for protocol in {p for kind in KINDS for p in by_kind.abilities_of(kind)}:
         assert inspect.getdoc(protocol), protocol
         for name in abilities.methods(protocol):
             assert inspect.getdoc(getattr(protocol, name)), f"{protocol.__name__}.{name}"

@@ -1,0 +1,73 @@
+"""Abilities that a component of any kind may offer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from ...pipeline.demand import Demand
+    from ..accuracy_knobs import AccuracyKnob, ErrorShare
+
+
+@runtime_checkable
+class NarrowsDemand(Protocol):
+    """A component that does not need all that later stages would let it have."""
+
+    def narrow(self, demand: Demand, /) -> Demand:
+        """Return a smaller demand. The dropped part must not matter to the component.
+
+        The dropped part is stated with `ledger.left_out`.
+        """
+
+
+@runtime_checkable
+class ReadsFiles(Protocol):
+    """A component whose result depends on the content of files."""
+
+    def input_files(self) -> Iterable[str | PathLike[str]]:
+        """Return the paths of those files; their content is part of a run's name."""
+
+
+@runtime_checkable
+class RunsPrograms(Protocol):
+    """A component whose result depends on programs that it starts."""
+
+    def programs(self) -> dict[str, str]:
+        """Return {program: version} of those in use; they are part of a run's name."""
+        ...
+
+
+@runtime_checkable
+class ChoosesKernels(Protocol):
+    """A component whose library compiles or picks code for the processor."""
+
+    def kernels(self) -> dict[str, str]:
+        """Return {library: its selection in this process} for the libraries in use."""
+        ...
+
+
+@runtime_checkable
+class DeclaresAccuracy(Protocol):
+    """A component with fields that trade accuracy for time."""
+
+    accuracy_knobs: ClassVar[Sequence[AccuracyKnob]]  # a study varies them, a budget may set them
+
+
+@runtime_checkable
+class DividesErrorAllowed(Protocol):
+    """A lens that itself divides the error allowed among its approximations."""
+
+    error_shares: ClassVar[Sequence[ErrorShare]]  # their costs; the lens receives the sum
+
+
+ABILITIES: tuple[type, ...] = (
+    NarrowsDemand,
+    ReadsFiles,
+    RunsPrograms,
+    ChoosesKernels,
+    DeclaresAccuracy,
+    DividesErrorAllowed,  # refused where the kind is no lens
+)
