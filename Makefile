@@ -49,17 +49,19 @@ test-slow: $(READY)
 	$(PYTEST) -n 2 --dist loadfile -rs -m slow
 
 # Tests of the extras test-cards (validators of exported records), test-s3 (a local S3 server),
-# slurm and docs. Tests of a real cluster and of completion in other shells also need the Debian
-# packages slurm-wlm, zsh and fish. The summary names each test that is skipped, and what it lacks.
+# test-copier (the template of plugins), slurm and docs. Tests of a real cluster and of completion in
+# other shells also need the Debian packages slurm-wlm, zsh and fish. The summary names each test
+# that is skipped, and what it lacks.
 TESTS_OF_EXTRAS := tests/workflows/export/test_cards.py
 TESTS_OF_EXTRAS += tests/core/storage/test_object_home_server.py
 TESTS_OF_EXTRAS += tests/workflows/test_slurm.py tests/workflows/dataset/test_cluster.py
 TESTS_OF_EXTRAS += tests/workflows/test_sweeps.py::test_chunks_store_the_same
 TESTS_OF_EXTRAS += tests/core/cli/test_completion.py tests/house/test_site.py
+TESTS_OF_EXTRAS += tests/core/cli/test_plugin_template.py
 
 test-extras: $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-	    -e '.[test-cards,test-s3,slurm,docs]'
+	    -e '.[test-cards,test-s3,test-copier,slurm,docs]'
 	$(PYTEST) -rs -m 'slow or not slow' $(TESTS_OF_EXTRAS)
 
 bench: $(READY)

@@ -9,7 +9,7 @@
 | `deferred_libraries` | large libraries that the command line loads when they are first used |
 | `home_option`    | `--home PATH` of every command                                               |
 | `new_plugin`     | packages for the components of plugin authors                                |
-| `plugin_template/` | the files of such a package, as Jinja2 templates                           |
+| `plugin_template/` | the files of such a package, as a template of copier                       |
 | `progress`       | which stage is running, for how long, and how long it still takes            |
 | `plan_summary`   | what a run would compute, what is stored, and what is left out               |
 | `plugin_list`    | components and presets, and the fields of each                               |

@@ -1,22 +1,23 @@
 """`isethdr new-plugin KIND NAME`: a package with a component of any kind, tests and documentation.
 
-The files are Jinja2 templates in `plugin_template/`. Templates at the top of this folder belong to
-every package. The folder of each kind holds the component, its preset, its tests and its text.
-Jinja2 renders the reports already, so that making a package needs no further library. A tool such
-as copier would also update packages made earlier; a plugin needs no update, because the contracts
-stay.
+`plugin_template/` is a template of copier (https://copier.readthedocs.io). Its `copier.yml` holds
+the names of kinds, the rule for names, and what is computed from a name. This module renders the
+same files with Jinja2, so that making a package needs no copier. `copier copy` writes the same
+package, and `copier update` brings later changes of the template into one.
 """
 
 from __future__ import annotations
 
-import keyword
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import jinja2
+import yaml
 
 from ..errors import ConfigError, did_you_mean
 from ..plugins.component import KINDS
@@ -24,36 +25,14 @@ from ..plugins.presets import presets
 from ..plugins.registry import components, package_of_component
 from ..storage.atomic_write import temporary_path
 
-TEMPLATES = Path(__file__).parent / "plugin_template"
-PRESETS = {  # of each kind: what its preset is called, behind the name of the component
-    "scene": "harsh",
-    "renderer": "quick",
-    "lighting": "as_built",
-    "lens": "f4",
-    "flare": "strong",
-    "sensor": "night",
-    "isp": "smooth",
-    "metric": "median",
-}
-# template at the top of the folder: the file that it becomes
-SHARED = {
-    "pyproject.toml": "pyproject.toml",
-    "README.md": "README.md",
-    "gitignore": ".gitignore",
-    "init.py": "{name}/__init__.py",
-}
-# template of a kind: the file that it becomes
-OF_KIND = {
-    "{kind}.py": "{name}/{kind}.py",
-    "preset.yaml": "{name}/conf/{kind}/{preset}.yaml",
-    "test.py": "tests/test_{name}.py",
-    "docs.md": "docs/{name}.md",
-}
+TEMPLATE = Path(__file__).parent / "plugin_template"
+ANSWERS_FILE = ".copier-answers.yml"  # copier's default
+SUFFIX = ".jinja"  # copier's default
 
 
 @dataclass(frozen=True)
 class NewPlugin:
-    """The names in a package: those of its component, its preset, its folder and its class."""
+    """A package before it is written: the two answers that it is made of."""
 
     kind: str
     name: str
@@ -61,47 +40,56 @@ class NewPlugin:
     @property
     def project(self) -> str:
         """The name of the package, as pip and the folder spell it."""
-        return self.name.replace("_", "-")
-
-    @property
-    def preset(self) -> str:
-        """The name of the preset."""
-        return f"{self.name}_{PRESETS[self.kind]}"
-
-    @property
-    def camel(self) -> str:
-        """The beginning of the names of classes."""
-        return "".join(word.capitalize() for word in self.name.split("_"))
-
-    @property
-    def cls(self) -> str:
-        """The name of the component's class; the kind keeps it apart from imported names."""
-        return self.camel + self.kind.capitalize()
+        return str(self._names()["project"])
 
     def files(self) -> Iterator[tuple[str, str]]:
         """Yield (path within the package's folder, text)."""
-        loader = jinja2.FileSystemLoader(TEMPLATES)
-        templates = jinja2.Environment(
-            loader=loader,
-            undefined=jinja2.StrictUndefined,
-            trim_blocks=True,
-            keep_trailing_newline=True,
-            autoescape=False,  # Python, YAML and Markdown, of names that were checked
-        )
-        names = {
-            "kind": self.kind,
-            "name": self.name,
-            "project": self.project,
-            "preset": self.preset,
-            "camel": self.camel,
-            "cls": self.cls,
+        names = self._names() | {
+            "_copier_answers": {"kind": self.kind, "name": self.name},
+            "_copier_conf": {"answers_file": ANSWERS_FILE},
         }
-        places = dict(SHARED)
-        places |= {f"{self.kind}/{template}": path for template, path in OF_KIND.items()}
-        for template, path in places.items():
-            source = f"{template.format(**names)}.jinja"
-            yield path.format(**names), templates.get_template(source).render(names)
-        yield f"{self.name}/conf/__init__.py", ""
+        folder = TEMPLATE / _config()["_subdirectory"]
+        for source in sorted(folder.rglob(f"*{SUFFIX}")):
+            path = source.relative_to(folder).as_posix().removesuffix(SUFFIX)
+            template = source.relative_to(TEMPLATE).as_posix()
+            yield _render(path, names), _environment().get_template(template).render(names)
+
+    def next_steps(self, folder: Path) -> str:
+        """Return what to type after the package was written into `folder`."""
+        names = self._names() | {"_copier_conf": {"dst_path": folder}}
+        return _render(_config()["_message_after_copy"], names)
+
+    def name_mistake(self) -> str:
+        """Return what is wrong with the spelling of the name; empty where nothing is."""
+        validator = _config()["name"]["validator"]
+        return _render(validator, {"name": self.name}).strip()
+
+    def _names(self) -> dict[str, Any]:
+        """Return the answers, and what copier.yml computes of them, in its order."""
+        names: dict[str, Any] = {"kind": self.kind, "name": self.name}
+        for key, question in _config().items():
+            if not key.startswith("_") and key not in names:
+                names[key] = _render(question["default"], names)
+        return names
+
+
+@cache
+def _config() -> dict[str, Any]:
+    """Return the content of copier.yml: settings begin with an underscore, the others are names."""
+    config: dict[str, Any] = yaml.safe_load((TEMPLATE / "copier.yml").read_text(encoding="utf-8"))
+    return config
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    """Return Jinja2 with the options of copier.yml."""
+    # nothing is escaped: Python, YAML and Markdown, of names that were checked
+    options = _config()["_envops"] | {"undefined": jinja2.StrictUndefined, "autoescape": False}
+    return jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATE), **options)
+
+
+def _render(text: str, names: dict[str, Any]) -> str:
+    return _environment().from_string(text).render(names)
 
 
 def make_plugin(kind: str, name: str, into: Path) -> Path:
@@ -159,22 +147,15 @@ def print_new_plugin(kind: str, name: str, into: Path) -> None:
     print(f"{folder}")
     for path in sorted(file.relative_to(folder) for file in folder.rglob("*") if file.is_file()):
         print(f"  {path}")
-    print("\nNext:")
-    print(f"  pip install -e '{folder}[test]'")
-    print(f"  pytest {folder}")
-    print(f"  isethdr plugins {kind} {name}")
-    print(f"{folder / 'README.md'} says how to run it.")
+    print()
+    print(NewPlugin(kind, name).next_steps(folder), end="")
 
 
 def _check_name(kind: str, name: str) -> None:
     """Raise ConfigError unless `name` can be that of a package and of a component."""
     example = f"for example isethdr new-plugin {kind} acme_{kind}"
-    plain = name.isascii() and name.isidentifier() and name == name.lower()
-    if not plain or keyword.iskeyword(name) or not name[0].isalpha() or "__" in f"{name}_":
-        raise ConfigError(
-            f"the name {name!r} cannot be that of a Python package; expected lower-case letters,"
-            f" digits and single underscores, a letter first; type {example}"
-        )
+    if mistake := NewPlugin(kind, name).name_mistake():
+        raise ConfigError(f"the name {name!r} {mistake}; type {example}")
     taken = components().get((kind, name))
     if taken is not None:
         raise ConfigError(

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from isethdr_core.cli.new_plugin import PRESETS, make_plugin, print_new_plugin
+from isethdr_core.cli.new_plugin import make_plugin, print_new_plugin
 from isethdr_core.errors import ConfigError
 from isethdr_core.plugins.component import KINDS
 
@@ -39,10 +39,6 @@ def packages(tmp_path_factory):
         )
         (info / "entry_points.txt").write_text(f"[isethdr]\n{entry} = {module}\n")
     return folder
-
-
-def test_every_kind_has_a_template():
-    assert set(PRESETS) == set(KINDS)
 
 
 @pytest.mark.slow
