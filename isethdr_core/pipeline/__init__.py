@@ -3,7 +3,7 @@
 | module             | content                                                           |
 |--------------------|-------------------------------------------------------------------|
 | `bands`            | outer bands that neither a sensor nor the truth needs             |
-| `chain`            | scene -> renderer -> lighting -> lens -> sensor -> isp -> metrics |
+| `chain`            | the components of one run, from its config to its scores          |
 | `demand`           | the data still needed, passed from the scores back to the scene   |
 | `early_checks`     | mistakes in combinations of components, found before any work     |
 | `field_check`      | whether the camera's field covers every sensor                    |

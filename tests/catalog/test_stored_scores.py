@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import isethdr_core as hdr
 from isethdr_core.errors import CatalogError, ConfigError
-from isethdr_core.pipeline import chain
+from isethdr_core.pipeline.chain import camera_scores
 
 SMALL = [
     "experiment=five_lights",
@@ -65,7 +65,7 @@ def test_a_new_metric_runs_no_stage(result, monkeypatch):
     def refused(*_):
         raise AssertionError("a stage of the chain ran")
 
-    monkeypatch.setattr(chain, "stage", refused)
+    monkeypatch.setattr(camera_scores, "stage", refused)
     metric = hdr.build("metric", "ssim_pu21")
     files = sorted(result.path.rglob("*"))
     rows = scores_of(result.path, metric)

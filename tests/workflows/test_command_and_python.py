@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from isethdr_core import compose, run
 from isethdr_core.cli.commands import app
-from isethdr_core.pipeline import chain
+from isethdr_core.pipeline.chain import camera_stages
 
 from .command import FAST, LIGHTS, isethdr, stores
 
@@ -28,7 +28,7 @@ def test_the_command_and_python_name_the_same_run(isethdr_home, monkeypatch):
     def refused(*_):
         raise AssertionError("a stage of the chain ran")
 
-    monkeypatch.setattr(chain, "stage", refused)
+    monkeypatch.setattr(camera_stages, "stage", refused)
     result = run(config)
     assert not result.computed and {result.path.name} == made.keys() == stores(isethdr_home).keys()
     again = isethdr("run", *WITHOUT_LABELS)

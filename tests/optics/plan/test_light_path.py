@@ -114,9 +114,9 @@ class Trace:
 def traced(frame) -> str:
     """Return the module of a frame where it is traced, else nothing."""
     name = frame.f_globals.get("__name__", "")
-    known = name in (chain.__name__, imaging_plan.__name__)
+    known = (f"{ROOT.name}.", f"{chain.__name__}.", imaging_plan.__name__)
     generated = frame.f_code.co_filename == "<string>"  # the __init__ of a dataclass
-    return name if (known or name.startswith(ROOT.name + ".")) and not generated else ""
+    return name if name.startswith(known) and not generated else ""
 
 
 def above(frame):

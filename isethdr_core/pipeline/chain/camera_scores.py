@@ -1,0 +1,190 @@
+"""Camera scores: the scores of a picture, how they vary with the noise of the sensor, and what the
+noise of the renderer changes in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ...data.derived_once import values_only
+from ...data.scores import Score, state_errors
+from ...errors import PluginError
+from ...plugins.protocols import DeclaresNoise, ScoresFurther
+from ...runs.noise_realisations import over_draws, state_spread
+from ...uncertainty import ledger, score_errors
+from ...uncertainty.changed_scenes import ScoredShot
+from ...uncertainty.score_intervals import RendererError, ScoreKey
+from .camera import Camera, CameraAtWork
+from .stages import stage
+
+if TYPE_CHECKING:
+    from ...plugins.protocols import Sensor
+    from .components import Chain
+
+
+def first_scores(work: CameraAtWork, camera: Camera) -> dict[str, list[Score]]:
+    """Return the scores of the first noise realisation by metric, each metric a stage of the run.
+
+    Parameters
+    ----------
+    work : the camera at work.
+    camera : its picture, reference picture and labels.
+    """
+    scores_of: dict[str, list[Score]] = {}
+    for key, metric in work.chain.metrics.items():
+        scores_of[key] = stage(
+            work.rows,
+            "metric",
+            f"{key} {work.name}",
+            metric,
+            lambda k=key, m=metric: checked_scores(
+                k, m(camera.picture, camera.truth, camera.labels)
+            ),
+            work.shot.kept_scores(metric),
+        )
+    return scores_of
+
+
+def checked_scores(key: str, scores: Sequence[Any]) -> list[Score]:
+    """Return the scores of one metric, and state their intervals in the ledger.
+
+    Raises
+    ------
+    PluginError : the metric returned something else than a list of scores.
+    """
+    if not (isinstance(scores, list) and all(isinstance(s, Score) for s in scores)):
+        raise PluginError(
+            f"metric {key!r} returned {scores!r}; expected a list of isethdr_core.Score"
+        )
+    state_errors(scores)
+    return scores
+
+
+def scores_of_all_realisations(work: CameraAtWork, camera: Camera) -> list[list[Score]]:
+    """Return the scores of each noise realisation, those of the first shot first.
+
+    Parameters
+    ----------
+    work : the camera at work.
+    camera : its results, with the scores of the first shot.
+    """
+    chain = work.chain
+    shots = [camera.scores_of_first_shot]
+    if chain.draws == 1 or not chain.metrics:
+        return shots
+    with ledger.stage(work.rows, f"draws {work.name}"):
+        if varies(chain, work.shot.sensor):
+            shots += [further_scores(work, camera, draw) for draw in range(1, chain.draws)]
+        else:
+            shots += shots * (chain.draws - 1)
+        state_spread(over_draws(shots), chain.draws)
+    return shots
+
+
+def varies(chain: Chain, sensor: Sensor) -> bool:
+    """Return whether another noise realisation changes the picture. A sensor without noise declares
+    this in its field `noise`.
+    """
+    noisy = not isinstance(sensor, DeclaresNoise) or sensor.noise
+    if not chain.leave_out or noisy:
+        return True
+    ledger.left_out(
+        f"{chain.draws - 1} more noise realisations",
+        "the sensor has none: they would be the same",
+        0.0,
+        "relative",
+        needless=True,
+    )
+    return False
+
+
+def further_scores(work: CameraAtWork, camera: Camera, draw: int) -> list[Score]:
+    """Return the scores of the same shot with other noise. Only their values count: its error terms
+    are those of the first shot.
+
+    Parameters
+    ----------
+    work : the camera at work.
+    camera : results of the first shot.
+    draw : number of the noise realisation, from 1.
+    """
+
+    def scored(metric: Any, picture: Any) -> list[Score]:
+        return scores_of_other_picture(metric, picture, camera)
+
+    metrics = work.chain.metrics.values()
+    with values_only():
+        return ledger.collected(lambda: work.shot.values_of(draw, metrics, scored)).result
+
+
+def scores_of_other_picture(metric: Any, picture: Any, camera: Camera) -> list[Score]:
+    """Return the scores of another noise realisation of a camera's picture.
+
+    Parameters
+    ----------
+    metric : metric of the run.
+    picture : picture of the other realisation, on the grid of the first.
+    camera : results of the first shot.
+    """
+    if isinstance(metric, ScoresFurther):
+        return metric.further(picture, camera.picture, camera.truth, camera.labels)
+    scores: list[Score] = metric(picture, camera.truth, camera.labels)
+    return scores
+
+
+def renderer_errors(work: CameraAtWork, camera: Camera) -> dict[ScoreKey, RendererError]:
+    """Return the error of each score due to renderer noise, and add the row that states it.
+
+    Parameters
+    ----------
+    work : the camera at work.
+    camera : its results, with the scores of the first shot.
+
+    Returns
+    -------
+    The error of each score. Empty if the scene states no renderer noise, or the scores have no
+    interval.
+    """
+    rows = work.rows
+    if not work.chain.metrics:
+        return {}
+    with ledger.stage(rows, f"scores {work.name}") as row:
+        if work.chain.draws > 1:
+            errors = computed_errors(work, camera)
+        else:
+            why = "one shot does not tell how much the next one differs; draws=4 does"
+            errors = score_errors.ScoreErrors(
+                left_out=(ledger.LeftOut("intervals of scores", why, float("inf"), "1"),)
+            )
+        ledger.record(*errors.terms)
+        row.left_out += errors.left_out
+    # a row without an error is not kept: its omissions move to the row before
+    if not row.errors:
+        rows.pop()
+        rows[-1].left_out += row.left_out
+    return errors.errors
+
+
+def computed_errors(work: CameraAtWork, camera: Camera) -> score_errors.ScoreErrors:
+    """Return the errors of all scores due to renderer noise, computed or kept by an earlier run."""
+    shot = work.shot.shot
+    metrics = list(work.chain.metrics.values())
+    scores = list(camera.scores_of.values())
+    scored_shot = ScoredShot(
+        picture=camera.picture,
+        truth=camera.truth,
+        labels=camera.labels,
+        scores=camera.scores_of_first_shot,
+        light=shot.light,
+        mixed_radiance=shot.mixed,
+        scene=shot.scene,
+        expose=work.shot.picture_of,
+    )
+    errors_by_metric = shot.reuse.values(
+        [work.shot.score_errors_name(metric) for metric in metrics],
+        lambda lacking: score_errors.of_each(
+            scored_shot, [metrics[k] for k in lacking], [scores[k] for k in lacking]
+        ),
+    )
+    return score_errors.joined(errors_by_metric)

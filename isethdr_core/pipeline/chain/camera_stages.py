@@ -1,0 +1,72 @@
+"""Camera stages: from the light on the sensor plane to the scores of one camera."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ...data.derived_once import shared
+from ...data.reference_picture import labels_on, truth
+from ...runs.noise_realisations import over_draws
+from ...uncertainty import ledger
+from ..shot import CameraShot, Shot, developed
+from .camera import Camera, CameraAtWork
+from .camera_scores import first_scores, renderer_errors, scores_of_all_realisations
+from .picture_error import state_picture
+from .stages import stage
+
+if TYPE_CHECKING:
+    from ...uncertainty.ledger import Ledger
+    from .components import Chain
+
+
+def through_camera(chain: Chain, rows: Ledger, name: str, shot: Shot) -> Camera:
+    """Return the results of one camera, with its scores against the truth.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    rows : ledger that gets the rows of the camera's stages.
+    name : name of the camera in the config.
+    shot : light on the sensor plane, its reference, and the noise key of the shot.
+    """
+    work = CameraAtWork(chain, rows, name, CameraShot(shot, chain.cameras[name], chain.isp))
+    captures = captured(work)
+    picture = processed(work, captures)
+    with ledger.stage(rows, f"truth {name}"):
+        reference = truth(shot.reference, picture)
+        labels = labels_on(shot.scene, picture)
+    camera = Camera(captures, picture, reference, labels)
+    with shared(reference, labels, shot.light, picture):
+        camera.scores_of = first_scores(work, camera)
+        realisations = scores_of_all_realisations(work, camera)
+        errors = renderer_errors(work, camera)
+    camera.scores = over_draws(realisations, errors)
+    state_picture(work, camera)
+    return camera
+
+
+def captured(work: CameraAtWork) -> Any:
+    """Return the captures of the first noise realisation, a stage of the run."""
+    shot = work.shot.shot
+    sensor = work.shot.sensor
+    return stage(
+        work.rows,
+        "sensor",
+        work.name,
+        sensor,
+        lambda: sensor(shot.light, shot.generator),
+        work.shot.kept_captures(),
+    )
+
+
+def processed(work: CameraAtWork, captures: Any) -> Any:
+    """Return the picture that the isp makes of the captures, a stage of the run."""
+    isp = work.chain.isp
+    return stage(
+        work.rows,
+        "isp",
+        work.name,
+        isp,
+        lambda: developed(isp, captures),
+        work.shot.kept_picture(),
+    )

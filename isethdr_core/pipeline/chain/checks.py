@@ -1,0 +1,58 @@
+"""Checks: combinations of components that cannot work together, refused before any work.
+
+Each check asks the components that know something in advance. Those that do not are checked when
+their results arrive.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ...errors import ConfigError
+from ...motion.shot_time import shot_time
+from ...plugins.protocols import CarriesExposure, MovesInTime
+from .. import early_checks
+from ..field_check import check_fields, check_rendered
+from .components import Chain
+
+
+def check_combination(chain: Chain, rendered: bool) -> None:
+    """Raise ConfigError if components of a chain do not fit each other.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    rendered : whether the radiance of the scene is stored already. Its light groups are then
+        checked when a lighting mixes them.
+    """
+    check_fields(chain.scene, chain.lens, chain.cameras.values())
+    check_rendered(chain.scene, chain.renderer)
+    early_checks.check_shots(tuple(chain.cameras.values()), chain.isp)
+    if not rendered:
+        early_checks.check_scene(chain.scene, chain.lighting, tuple(chain.versions.values()))
+    check_motion(chain)
+    check_exposures(chain)
+
+
+def check_motion(chain: Chain) -> None:
+    """Raise ConfigError if motion during the shot is asked for, and its duration is not known, or
+    the scene does not exist at its end.
+    """
+    if chain.motion is not None and isinstance(chain.scene, MovesInTime):
+        end_s = chain.scene.time_s + shot_time(chain.scene, chain.lens, chain.cameras).seconds
+        replace(chain.scene, time_s=end_s)  # refused by the scene if it has ended by then
+
+
+def check_exposures(chain: Chain) -> None:
+    """Raise ConfigError if an exposure is carried for a camera whose exposure is not automatic, or
+    that cannot take it.
+    """
+    for name, exposure in (chain.exposures or {}).items():
+        sensor = chain.cameras[name]
+        if not (isinstance(sensor, CarriesExposure) and sensor.longest_exposure_s):
+            raise ConfigError(
+                f"exposures names the camera {name!r}, whose exposure is not automatic; expected a"
+                " sensor with an exposure rule; type for example sensor.exposure_rule=centre, or"
+                " exposures=null"
+            )
+        sensor.at_exposure(exposure)

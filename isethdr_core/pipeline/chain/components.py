@@ -1,0 +1,55 @@
+"""Components: the parts of one run, built from its config before any work starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ...uncertainty.budget import Allowed
+
+if TYPE_CHECKING:
+    from ...motion.settings import MotionSettings
+    from ...sequence.exposure import Exposure
+    from ...uncertainty.budget import Division
+
+SHOWN = "main"  # the lighting of the run, among the versions that a report shows
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The components of one run, and the settings that they share."""
+
+    scene: Any
+    renderer: Any  # None: the scene itself makes its radiance
+    lighting: Any
+    versions: dict[str, Any]  # further lightings, which only a report shows
+    lens: Any
+    flares: dict[str, Any]
+    cameras: dict[str, Any]  # sensors
+    isp: Any
+    metrics: dict[str, Any]
+    draws: int = 1  # noise realisations over which each score is averaged
+    allowed: Allowed = Allowed()
+    leave_out: bool = True  # False: everything is computed, needed or not
+    reported: bool = True  # whether a report shows the scene, under all versions
+    unreported: tuple[str, ...] = ()  # configured versions, if no report shows them
+    shares: Division | None = None  # of the error allowed; None: as the components declare
+    motion: MotionSettings | None = None  # during a shot; None: nothing moves
+    # carried into this frame, by camera; None: the run is no frame of a sequence
+    exposures: Mapping[str, Exposure] | None = None
+
+    def components(self) -> list[Any]:
+        """Return every component, from the scene to the metrics."""
+        in_order = (
+            self.scene,
+            self.renderer,
+            self.lighting,
+            *self.versions.values(),
+            self.lens,
+            *self.flares.values(),
+            *self.cameras.values(),
+            self.isp,
+            *self.metrics.values(),
+        )
+        return [component for component in in_order if component is not None]

@@ -1,0 +1,64 @@
+"""Stages: one step of a run, with the hooks of plugins around it and its row in the ledger."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from ...cli import progress
+from ...plugins.component import Stage
+from ...plugins.registry import plugin_manager
+from ...runs.reuse import NOT_KEPT, Kept
+from ...uncertainty import ledger
+from ...uncertainty.ledger import Ledger
+
+
+def stage(
+    rows: Ledger,
+    kind: str,
+    name: str,
+    component: Any | None,
+    call: Callable[..., Any],
+    kept: Kept = NOT_KEPT,
+) -> Any:
+    """Run `call()` as one stage, and return its result.
+
+    Parameters
+    ----------
+    rows : ledger that gets the row of the stage.
+    kind : kind of the component, for example `lens`.
+    name : name of the stage after its kind; it may be empty.
+    component : component that the hooks receive; None if the stage has none.
+    call : function without arguments that computes the result.
+    kept : where a result of an earlier run may be. It takes the place of the call, and its row
+        replaces the row of this stage.
+    """
+    hook = plugin_manager().hook
+    at_work = Stage(kind, name, component)
+    title = f"{kind} {name}" if name else kind
+    hook.isethdr_before_stage(stage=at_work)
+    try:
+        with ledger.stage(rows, title) as at_work.row, progress.shown(title):
+            earlier = kept.reuse.earlier(kept.name)
+            start_s = time.process_time()
+            if earlier is None:
+                at_work.result = call()
+            else:
+                ledger.record_row(earlier.row)
+                at_work.result = earlier.result
+        if earlier is None:
+            cpu_s = time.process_time() - start_s
+            kept.reuse.keep(kept.name, at_work.result, at_work.row, cpu_s)
+        else:
+            at_work.row.seconds = earlier.row.seconds
+            at_work.row.cpu_s = earlier.row.cpu_s
+            at_work.row.reused = True
+            at_work.row.peak_bytes = earlier.row.peak_bytes
+    except BaseException as err:
+        at_work.error = err
+        err.add_note(f"in stage {title}")
+        hook.isethdr_on_stage_error(stage=at_work)
+        raise
+    hook.isethdr_after_stage(stage=at_work)
+    return at_work.result
