@@ -49,8 +49,8 @@ test-slow: $(READY)
 	$(PYTEST) -n 2 --dist loadfile -rs -m slow
 
 # Tests of the extras test-cards (validators of exported records), test-s3 (a local S3 server),
-# test-copier (the template of plugins), slurm and docs. Tests of a real cluster and of completion in
-# other shells also need the Debian packages slurm-wlm, zsh and fish. The summary names each test
+# test-copier (the template of plugins), slurm and docs. Tests of a real cluster and of completion
+# in other shells also need the Debian packages slurm-wlm, zsh and fish. The summary names each test
 # that is skipped, and what it lacks.
 TESTS_OF_EXTRAS := tests/workflows/export/test_cards.py
 TESTS_OF_EXTRAS += tests/core/storage/test_object_home_server.py
