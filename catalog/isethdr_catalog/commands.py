@@ -10,13 +10,18 @@ from types import ModuleType
 
 import typer
 
-from isethdr_core.cli.terminal import print_path, print_table
+from isethdr_core.cli.terminal import counted, print_path, print_table
 from isethdr_core.data.scores import UNLIKE_SHARES, are_unlike
 from isethdr_core.errors import CatalogError
 from isethdr_core.plugins.registry import build
 from isethdr_core.storage.home_folder import existing_home as home
 from isethdr_core.storage.home_folder import existing_homes as homes
-from isethdr_core.storage.object_home.calls import interrupted_uploads, kept_here, remove_uploads
+from isethdr_core.storage.object_home.calls import (
+    interrupted_uploads,
+    kept_here,
+    remove_uploads,
+    tidy_index,
+)
 
 # columns of results with keys, names and paths, which are typed again
 TYPED = ("id", "name", "path", "derived_from", "home", "store")
@@ -219,7 +224,8 @@ def du(stores: bool = typer.Option(False, help="list every store, the largest fi
 @catalog.command(
     help=(
         "Remove files that are made again when needed. --dry-run only lists them, --scenes adds"
-        " radiance that no run has read. In an object home interrupted uploads are removed as well;"
+        " radiance that no run has read. In an object home interrupted uploads are removed as well,"
+        " and the index of its bucket is completed;"
         " --copies adds local files of stores that the bucket holds."
     )
 )
@@ -251,6 +257,13 @@ def gc(
         remove_uploads(folder, uploads)
         free += sum(upload.size for upload in uploads)
         print(f"{_megabytes(free)} MB freed")
+    upkeep = tidy_index(folder, dry_run)
+    if upkeep and any(upkeep):
+        added = counted(upkeep.added, "entry", "entries")
+        removed = counted(upkeep.removed, "stale entry", "stale entries")
+        merged = counted(upkeep.merged, "segment")
+        verb = "would be" if dry_run else "were"
+        print(f"index of the bucket: {added} {verb} added, {removed} removed, {merged} merged")
     unread = [] if scenes else space.unread_scenes(folder)
     if unread:
         size = _megabytes(sum(item.size for item in unread))

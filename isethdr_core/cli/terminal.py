@@ -76,6 +76,18 @@ def text_width() -> int:
     return min(shutil.get_terminal_size((80, 24)).columns, WIDEST_TEXT)
 
 
+def counted(number: int, one: str, several: str = "") -> str:
+    """Return a number of things for people: `1 road`, `2 roads`, `0 roads`.
+
+    Parameters
+    ----------
+    number : how many.
+    one : what is counted, in the singular.
+    several : its plural; "" for the singular with an s.
+    """
+    return f"{number} {one if number == 1 else several or f'{one}s'}"
+
+
 def duration(seconds: float) -> str:
     """Return a time for people: `2.1 s`, `3 min 20 s`, `1 h 05 min`."""
     if seconds < 100:

@@ -20,11 +20,18 @@ def temporary_path(folder: Path, name: str) -> Path:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file, UTF-8, as a whole or not at all."""
+    """Write a text file, UTF-8, as a whole or not at all, and remove temporary files of ended writers
+    from its folder.
+    """
     remove_leftovers(path.parent)
+    write_whole(path, text.encode())
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file as a whole or not at all, in a time that does not grow with its folder."""
     temporary = temporary_path(path.parent, path.name)
     try:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_bytes(content)
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)

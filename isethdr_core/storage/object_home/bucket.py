@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from datetime import datetime, timedelta
 from functools import lru_cache
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from obstore.store import ObjectStore
 
 AT_ONCE = 16  # requests in flight
+GROUP = 8 * AT_ONCE  # objects whose contents are in memory at once
 PATIENCE = timedelta(seconds=30)  # for repeats of a request
 REPEATS = 4
 PROBE = "probe"
@@ -79,8 +81,11 @@ class Bucket:
 
     def get_all(self, keys: Iterable[str]) -> Iterator[Content | None]:
         """Yield objects in the order of their keys, several requests at once."""
+        rest = iter(keys)
         with ThreadPoolExecutor(AT_ONCE) as pool:
-            yield from pool.map(self.get, keys)
+            # in groups: the pool would keep all contents in memory that nobody has taken yet
+            while group := list(islice(rest, GROUP)):
+                yield from pool.map(self.get, group)
 
     def sha256(self, key: str) -> str | None:
         """Return the SHA-256 of an object, read in pieces; None where there is none."""
@@ -104,12 +109,12 @@ class Bucket:
             for _ in pool.map(lambda pair: self._put_file(*pair), files):
                 pass
 
-    def create(self, key: str, content: bytes) -> bool:
-        """Write an object if there is none of that key; return whether it was written."""
+    def create(self, key: str, content: bytes) -> str | None:
+        """Write an object if there is none of that key; return its tag, None if it was not written."""
         return self._conditional(key, content, "create")
 
-    def replace(self, key: str, content: bytes, etag: str) -> bool:
-        """Write an object if it still has its tag; return whether it was written.
+    def replace(self, key: str, content: bytes, etag: str) -> str | None:
+        """Write an object if it still has its tag; return its new tag, None if it was not written.
 
         Parameters
         ----------
@@ -146,7 +151,7 @@ class Bucket:
         key = f"{PROBE}/{uuid.uuid4().hex}"
         self.create(key, b"")
         try:
-            if self.create(key, b""):
+            if self.create(key, b"") is not None:
                 raise CatalogError(
                     f"the server of {self.address.url} ignores the condition If-None-Match of a"
                     " write, so that two writers could lose stores; expected a server with"
@@ -160,13 +165,12 @@ class Bucket:
         with self.asked("write"):
             obstore.put(self.objects, key, path)
 
-    def _conditional(self, key: str, content: bytes, mode: Any) -> bool:
+    def _conditional(self, key: str, content: bytes, mode: Any) -> str | None:
         with self.asked("write"):
             try:
-                obstore.put(self.objects, key, content, mode=mode)
+                return obstore.put(self.objects, key, content, mode=mode)["e_tag"] or ""
             except (AlreadyExistsError, PreconditionError):
-                return False
-        return True
+                return None
 
     @contextmanager
     def asked(self, action: str) -> Iterator[None]:

@@ -12,6 +12,7 @@ from .address import STUB, Address, address_of
 
 if TYPE_CHECKING:
     from ..manifest import Manifest
+    from .index_upkeep import IndexUpkeep
     from .space import Upload
 
 
@@ -28,8 +29,8 @@ def follow_home(folder: Path) -> None:
 
 
 def prepare_writing(folder: Path) -> None:
-    """Check that stores can be published later, and publish those whose publication was
-    interrupted.
+    """Check that stores can be published later, publish those whose publication was interrupted,
+    and add to the index of the bucket what it lacks of those that are new here.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def prepare_writing(folder: Path) -> None:
         address = address_of(home)
         if address is not None:
             _operations().check_writable(address)
-            _operations().follow(home, address)
+            _operations().follow(home, address, complete=True)
             _operations().publish_pending(home, address)
 
 
@@ -157,6 +158,26 @@ def remove_uploads(folder: Path, uploads: Sequence[Upload]) -> None:
     address = address_of(folder)
     if address is not None and uploads:
         _operations().remove_uploads(address, uploads)
+
+
+def tidy_index(folder: Path, dry_run: bool = False) -> IndexUpkeep | None:
+    """Complete the index in the bucket of a home and remove what is stale in it; None for a home
+    that is a folder.
+
+    Parameters
+    ----------
+    folder : folder of a home.
+    dry_run : whether to write nothing.
+
+    Raises
+    ------
+    CatalogError : a request fails.
+    """
+    address = address_of(folder)
+    if address is None:
+        return None
+    done: IndexUpkeep = _operations().tidy_index(address, dry_run)
+    return done
 
 
 def is_copy(path: Path) -> bool:

@@ -1,5 +1,6 @@
 """All that `calls` asks of an object home. Importing it loads obstore and zarr."""
 
+from .index_upkeep import tidy_index as tidy_index
 from .publication import is_copy as is_copy
 from .publication import publish as publish
 from .publication import withdraw as withdraw

@@ -12,15 +12,18 @@ import json
 import os
 import shutil
 import uuid
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from ...errors import CatalogError
-from ..atomic_write import temporary_path, write_text
+from ..atomic_write import temporary_path, write_whole
 from ..manifest import MANIFEST_FILE, METADATA, read_manifest
 from .address import STUB, Address
 from .bucket import Content, bucket_of
+from .index_segment import Version
+from .shared_index import add
 
 CATALOG = "catalog"  # of a bucket: one object for each published store
 PUBLISHED = ".published"  # of a scratch folder: one file for each of these objects
@@ -122,7 +125,9 @@ def publish(path: Path, address: Address) -> None:
             f"{address.url} lost the entry of {path.stem} right after it was written; another"
             " process may have removed it; the store is kept in {path}"
         )
-    remember(path, entry)
+    # before the note of this machine: one that is killed here reads the entry anew, and adds it
+    add(bucket, [Version(catalog_key(path), entry.etag, entry.content)])
+    remember(path, entry, _records(path))
 
 
 def withdraw(path: Path, address: Address) -> None:
@@ -137,7 +142,7 @@ def withdraw(path: Path, address: Address) -> None:
         file.unlink(missing_ok=True)
 
 
-def remember(path: Path, entry: Content) -> None:
+def remember(path: Path, entry: Content | Version, earlier: Iterable[Path]) -> None:
     """Note in the scratch folder that a store is published; a stub takes the place of a store
     with other files, and is made where there is none.
 
@@ -145,14 +150,15 @@ def remember(path: Path, entry: Content) -> None:
     ----------
     path : path of the store in the scratch folder.
     entry : the object of the catalog.
+    earlier : notes of other versions of this store, which are removed.
     """
     found = Published.decoded(entry.content, path.stem)
     if not _holds(path, found):
         _make_stub(path, found)
     record = record_path(path, entry.etag)
     record.parent.mkdir(parents=True, exist_ok=True)
-    write_text(record, entry.content.decode())
-    for file in _records(path):
+    write_whole(record, entry.content)
+    for file in earlier:
         if file != record:
             file.unlink(missing_ok=True)
 

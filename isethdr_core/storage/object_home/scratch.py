@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ...errors import CatalogError
 from .address import Address
-from .bucket import Entry, bucket_of
+from .bucket import Bucket, Entry, bucket_of
 from .publication import (
     CATALOG,
     PARTS,
@@ -19,36 +19,61 @@ from .publication import (
     record_path,
     remember,
 )
-from .shared_labels import follow_labels
+from .shared_index import contents
+from .shared_labels import LABELS, FollowedLabels
 
 
-def follow(folder: Path, address: Address) -> None:
-    """Make stubs of the stores that other machines have published, and remove those that are gone.
+def follow(folder: Path, address: Address, complete: bool = False) -> None:
+    """Make stubs of the stores that other machines have published, and remove those that are gone;
+    the labels follow as well.
 
-    One listing request for each 1000 stores, and one request for each store that is new here.
+    One listing request for each 1000 stores. What is new here is read from the index of the bucket,
+    and object by object where the index lacks it.
+
+    Parameters
+    ----------
+    folder : scratch folder.
+    address : bucket and prefix of the object home.
+    complete : whether to add to the index what it lacks, for those who may write.
 
     Raises
     ------
     CatalogError : a request fails, or an entry of the catalog is damaged.
     """
     bucket = bucket_of(address)
-    known = {file for part in PARTS for file in _files(folder / PUBLISHED / part)}
-    current: dict[Path, Entry] = {}
+    known: dict[Path, list[Path]] = {}
+    for part in PARTS:
+        for file in _files(folder / PUBLISHED / part):
+            store = folder / part / f"{file.name.rsplit('.', 2)[0]}.zarr"
+            known.setdefault(store, []).append(file)
+    current = _published_stores(folder, bucket)
+    fresh = {
+        entry.key: path
+        for path, entry in current.items()
+        if record_path(path, entry.etag) not in known.get(path, ())
+    }
+    labels = FollowedLabels(folder, bucket.listing(f"{LABELS}/"))
+    wanted = [*(current[path] for path in fresh.values()), *labels.changed()]
+    for version in contents(bucket, wanted, complete):
+        if version.key in fresh:
+            path = fresh[version.key]
+            remember(path, version, known.get(path, ()))
+        else:
+            labels.take(version)
+    for path in known:
+        if path not in current:
+            forget(path)
+    labels.finish()
+
+
+def _published_stores(folder: Path, bucket: Bucket) -> dict[Path, Entry]:
+    """Return the entries of the catalog by the path of their store in the scratch folder."""
+    found = {}
     for entry in bucket.listing(f"{CATALOG}/"):
         part, _, name = entry.key.removeprefix(f"{CATALOG}/").partition("/")
         if part in PARTS and name.endswith(".json") and "/" not in name:
-            path = folder / part / f"{name.removesuffix('.json')}.zarr"
-            current[path] = entry
-    fresh = [path for path, entry in current.items() if record_path(path, entry.etag) not in known]
-    contents = bucket.get_all(current[path].key for path in fresh)
-    for path, content in zip(fresh, contents, strict=True):
-        if content is not None:  # removed since the listing
-            remember(path, content)
-    for file in known:
-        path = folder / file.parent.name / f"{file.name.rsplit('.', 2)[0]}.zarr"
-        if path not in current:
-            forget(path)
-    follow_labels(folder, bucket)
+            found[folder / part / f"{name.removesuffix('.json')}.zarr"] = entry
+    return found
 
 
 def pending(folder: Path) -> list[Path]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
 
 from ...errors import CatalogError
-from ..atomic_write import write_text
+from ..atomic_write import write_text, write_whole
 from .address import Address
-from .bucket import Bucket, bucket_of
+from .bucket import Entry, bucket_of
+from .index_segment import Version
+from .shared_index import add
 
 LABELS = "labels"  # of a bucket
 KNOWN = ".labels"  # of a scratch folder: the version of each object that was read
@@ -40,30 +42,49 @@ def merge_labels(path: Path, address: Address, merged: Callable[[str], str]) -> 
             write_text(path, text)
             return
         content = text.encode()
-        written = (
-            bucket.replace(key, content, stored.etag) if stored else bucket.create(key, content)
-        )
-        if written:
+        etag = bucket.replace(key, content, stored.etag) if stored else bucket.create(key, content)
+        if etag is not None:
             write_text(path, text)
+            add(bucket, [Version(key, etag, content)])
             return
     raise CatalogError(
         f"{key} in {address.url} was changed by others {MOST_TRIES} times in a row; run it again"
     )
 
 
-def follow_labels(folder: Path, bucket: Bucket) -> None:
-    """Write the labels that have changed in the bucket to the scratch folder."""
-    known = _known(folder)
-    current = {entry.key: entry.etag for entry in bucket.listing(f"{LABELS}/")}
-    changed = [key for key, etag in current.items() if known.get(key) != etag]
-    for key, content in zip(changed, bucket.get_all(changed), strict=True):
-        if content is not None:
-            (folder / "runs").mkdir(exist_ok=True)
-            write_text(folder / "runs" / key.removeprefix(f"{LABELS}/"), content.content.decode())
-    for key in known.keys() - current.keys():
-        (folder / "runs" / key.removeprefix(f"{LABELS}/")).unlink(missing_ok=True)
-    if known != current:
-        write_text(folder / KNOWN, json.dumps(current))
+class FollowedLabels:
+    """The labels of a scratch folder, which follow those of the bucket.
+
+    Parameters
+    ----------
+    folder : scratch folder.
+    listed : listing of the labels in the bucket.
+    """
+
+    def __init__(self, folder: Path, listed: Iterable[Entry]) -> None:
+        self.folder = folder
+        self._known = _known(folder)
+        self._current = {entry.key: entry for entry in listed}
+
+    def changed(self) -> list[Entry]:
+        """Return the labels whose version in the bucket this machine has not read."""
+        return [e for key, e in self._current.items() if self._known.get(key) != e.etag]
+
+    def take(self, version: Version) -> None:
+        """Write labels from the bucket to the scratch folder."""
+        self._path(version.key).parent.mkdir(exist_ok=True)
+        write_whole(self._path(version.key), version.content)
+
+    def finish(self) -> None:
+        """Remove labels that are gone in the bucket, and record which versions were read."""
+        current = {key: entry.etag for key, entry in self._current.items()}
+        for key in self._known.keys() - current.keys():
+            self._path(key).unlink(missing_ok=True)
+        if self._known != current:
+            write_text(self.folder / KNOWN, json.dumps(current))
+
+    def _path(self, key: str) -> Path:
+        return self.folder / "runs" / key.removeprefix(f"{LABELS}/")
 
 
 def _known(folder: Path) -> dict[str, str]:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from .address import Address
 from .bucket import PROBE, Bucket, Entry, bucket_of
 from .publication import CATALOG, PARTS, Published
+from .shared_index import contents
 
 
 class PartUse(NamedTuple):
@@ -76,12 +77,9 @@ def bucket_use(address: Address) -> list[PartUse]:
 
 def _named(bucket: Bucket) -> set[str]:
     """Return the locations that the catalog names."""
-    keys = [entry.key for entry in bucket.listing(f"{CATALOG}/")]
-    contents = bucket.get_all(keys)
     return {
-        Published.decoded(content.content, key).location
-        for key, content in zip(keys, contents, strict=True)
-        if content is not None
+        Published.decoded(entry.content, entry.key).location
+        for entry in contents(bucket, bucket.listing(f"{CATALOG}/"))
     }
 
 

@@ -1,0 +1,156 @@
+"""Index of a bucket: the contents of many small objects in a few segments.
+
+A new machine reads these segments instead of one object for each store and each label. The objects
+stay authoritative: a version counts only if the listing of the objects names its tag and its size.
+Removed stores and changed labels are therefore never read from the index, and what the index lacks
+is read from the objects. The index may be incomplete, damaged or missing; this costs requests only.
+
+Segments are changed by compare-and-swap. A writer adds to one of the segments that are not full,
+chosen at random. A writer who loses several times begins a segment of its own, so that there are as
+many open segments as writers at once.
+"""
+
+from __future__ import annotations
+
+import logging
+import random
+import re
+import time
+import uuid
+from collections.abc import Iterable, Iterator, Sequence
+from datetime import timedelta
+from functools import lru_cache
+
+from ...errors import CatalogError
+from .bucket import AT_ONCE, Bucket, Content, Entry
+from .index_segment import Segment, Version, packs
+
+INDEX = "index/1"  # of a bucket; the number is the format of the segments
+FULL_BYTES = 256_000  # of a compressed segment, to which nothing is added any more
+FEW = AT_ONCE  # objects that are read at once: an index would not be faster
+TRIES = 4  # of a writer, before it begins a segment of its own
+PAUSE_S = 0.05  # longest pause after the first lost try; doubled with each
+CLOCKS = timedelta(minutes=1)  # by which the clocks of the machines of one server may differ
+
+log = logging.getLogger(__name__)
+
+
+def contents(bucket: Bucket, wanted: Sequence[Entry], complete: bool = False) -> Iterator[Version]:
+    """Yield the current versions of listed objects, in any order. Objects that are gone are left
+    out.
+
+    Parameters
+    ----------
+    bucket : objects of the home.
+    wanted : objects of a listing, which tells their current versions.
+    complete : whether to add to the index what it lacks, for those who may write.
+
+    Raises
+    ------
+    CatalogError : a request fails.
+    """
+    rest = {entry.key: entry for entry in wanted}
+    if len(rest) > FEW or (complete and rest):
+        for segment in _read_segments(bucket, _useful(bucket, wanted, complete)):
+            for version in segment.versions:
+                entry = rest.get(version.key)
+                if entry is not None and _is_current(version, entry):
+                    del rest[version.key]
+                    yield version
+    for pack in packs(read_versions(bucket, list(rest))):
+        yield from pack
+        if complete:
+            add(bucket, pack)
+
+
+def add(bucket: Bucket, versions: Iterable[Version]) -> None:
+    """Add versions of objects to the index. A failure is one line, because it costs readers a
+    request only.
+    """
+    try:
+        for pack in packs(versions):
+            _add(bucket, pack)
+    except CatalogError as error:
+        log.warning(
+            "the index of %s lacks an entry, which costs readers one request: %s",
+            bucket.address.url,
+            error,
+        )
+
+
+def read_versions(bucket: Bucket, keys: list[str]) -> Iterator[Version]:
+    """Yield the versions of objects that are read one by one; those that are gone are left out."""
+    for key, stored in zip(keys, bucket.get_all(keys), strict=True):
+        if stored is not None:
+            yield Version(key, stored.etag, stored.content)
+
+
+def segments(bucket: Bucket) -> list[Entry]:
+    """Return the objects that hold the index; others beside them are named in one line."""
+    found = []
+    for entry in bucket.listing(f"{INDEX}/"):
+        if re.fullmatch(r"[0-9a-f]{32}\.zst", entry.key.removeprefix(f"{INDEX}/")):
+            found.append(entry)
+        else:
+            _say_ignored(bucket.address.url, entry.key, "it is no part of the index")
+    return found
+
+
+def begin_segment(bucket: Bucket, versions: Iterable[Version]) -> None:
+    """Write a new segment, whose name nobody else has."""
+    key = f"{INDEX}/{uuid.uuid4().hex}.zst"
+    bucket.create(key, Segment(tuple(versions)).encoded())
+
+
+def decoded(bucket: Bucket, key: str, stored: Content | None) -> Segment:
+    """Return a segment that was read. One that is gone is closed; a damaged one is empty, and named
+    in one line.
+    """
+    if stored is None:
+        return Segment(closed=True)
+    segment = Segment.decoded(stored.content)
+    if segment is None:
+        _say_ignored(bucket.address.url, key, "it is damaged; isethdr catalog gc mends the index")
+    return segment or Segment()
+
+
+def _add(bucket: Bucket, pack: list[Version]) -> None:
+    for attempt in range(TRIES):
+        not_full = [entry.key for entry in segments(bucket) if entry.size < FULL_BYTES]
+        if not not_full:
+            break
+        key = random.choice(not_full)
+        stored = bucket.get(key)
+        segment = decoded(bucket, key, stored)
+        if stored is not None and not segment.closed:
+            content = segment.with_versions(pack).encoded()
+            if bucket.replace(key, content, stored.etag) is not None:
+                return
+        time.sleep(random.uniform(0, PAUSE_S * 2**attempt))
+    begin_segment(bucket, pack)
+
+
+def _useful(bucket: Bucket, wanted: Sequence[Entry], complete: bool) -> list[str]:
+    """Return the segments that may hold current versions of objects; none where reading the objects
+    takes fewer requests.
+    """
+    # A version is added to a segment after its object was written.
+    oldest = min(entry.changed for entry in wanted) - CLOCKS
+    keys = [entry.key for entry in segments(bucket) if entry.changed >= oldest]
+    return keys if complete or len(keys) < len(wanted) else []
+
+
+def _read_segments(bucket: Bucket, keys: list[str]) -> Iterator[Segment]:
+    for key, stored in zip(keys, bucket.get_all(keys), strict=True):
+        yield decoded(bucket, key, stored)
+
+
+def _is_current(version: Version, entry: Entry) -> bool:
+    same = version.etag == entry.etag and len(version.content) == entry.size
+    return same and entry.etag != ""
+
+
+@lru_cache
+def _say_ignored(url: str, key: str, why: str) -> None:
+    """Warn of an object, once in a process."""
+    log.warning("ignored %s in %s: %s", key, url, why)
