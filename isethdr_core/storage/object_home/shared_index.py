@@ -26,7 +26,8 @@ from .bucket import AT_ONCE, Bucket, Content, Entry
 from .index_segment import Segment, Version, packs
 
 INDEX = "index/1"  # of a bucket; the number is the format of the segments
-FULL_BYTES = 256_000  # of a compressed segment, to which nothing is added any more
+# of a compressed segment to which nothing is added any more: 70 runs, 0.1 CPU s to change it
+FULL_BYTES = 256_000
 FEW = AT_ONCE  # objects that are read at once: an index would not be faster
 TRIES = 4  # of a writer, before it begins a segment of its own
 PAUSE_S = 0.05  # longest pause after the first lost try; doubled with each
