@@ -343,7 +343,9 @@ def write(commits: list[str], match: str) -> None:
     match : pattern of the names of runs to compare where code differs; empty: none.
     """
     from isethdr_core.identity import earlier_names
-    from isethdr_core.identity.code_digest import CodeReader, Rules, Sources
+    from isethdr_core.identity.code_digest import CodeReader
+    from isethdr_core.identity.core_modules import Rules
+    from isethdr_core.identity.package_sources import Sources
 
     now = worker(ROOT, "describe")
     here = CodeReader(Sources(folders(ROOT)))

@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from isethdr_core.identity import code_cache, code_digest
+from isethdr_core.identity import code_cache, code_digest, core_modules, library_versions
 from isethdr_core.identity.code_cache import CodeCache
-from isethdr_core.identity.code_digest import CodeReader, Rules, Sources, reader
+from isethdr_core.identity.code_digest import CodeReader, reader
 from isethdr_core.identity.code_facts import facts_of
+from isethdr_core.identity.core_modules import Rules
+from isethdr_core.identity.package_sources import Sources
 from isethdr_core.plugins.registry import components
 
 PLUGIN = {
@@ -287,7 +289,7 @@ def test_a_package_that_does_something_when_imported_counts(tmp_path):
 def test_libraries_are_those_that_the_reached_modules_import(tmp_path):
     files = PLUGIN | {"acme/unused.py": "import scipy\n", "acme/coating.py": "import not_there\n"}
     found = reading(written(tmp_path, files)).code("acme.lens", "Lens").libraries
-    assert set(found) == {"numpy", "not_there"} and found["not_there"] == code_digest.ABSENT
+    assert set(found) == {"numpy", "not_there"} and found["not_there"] == library_versions.ABSENT
 
 
 TEXTS = """
@@ -392,7 +394,7 @@ def test_a_class_without_source_has_a_digest_of_this_process_alone():
 
 
 def test_the_lists_of_modules_of_the_core_name_modules_that_exist():
-    names = [*code_digest.FOLLOWED, *code_digest.WITHOUT_RESULT]
+    names = [*core_modules.FOLLOWED, *core_modules.WITHOUT_RESULT]
     assert [name for name in names if reader().sources.locate(name) is None] == []
 
 
@@ -401,7 +403,7 @@ def test_what_components_compute_with_imports_nothing_unknown_but_array_librarie
     unknown = [
         name
         for name in sources.all_modules("isethdr_core")
-        if name.startswith(tuple(f"{above}." for above in code_digest.FOLLOWED))
+        if name.startswith(tuple(f"{above}." for above in core_modules.FOLLOWED))
         and sources.cache.facts(sources.locate(name).path).dynamic
     ]
     assert unknown == ["isethdr_core.physics.arrays"]  # a user's choice; it changes rounding only
