@@ -280,11 +280,11 @@ def in_child(function, *args):
 
 def program_row(scene, case: Case):
     """Return the clocking of the program, the best of three; kernels and transforms are there."""
-    from isethdr_optics.psf.kernels import kernels
+    from isethdr_optics.psf.kernels import KernelRequest, kernels
 
     lens, flares = optics(case.aberrated)
     reach = (case.rows - 1, case.columns - 1)
-    bands = kernels(lens, flares, case.bands_nm, (PITCH_UM, PITCH_UM), reach).bands
+    bands = kernels(KernelRequest(lens, flares, case.bands_nm, (PITCH_UM, PITCH_UM), reach)).bands
     size = transform_size(case)
     transfer = np.empty((case.bands, size[0], size[1] // 2 + 1), complex)
     for band, kernel in zip(transfer, bands):
@@ -377,14 +377,14 @@ def our_rows_by(library: str, scene, case: Case):
     """Return `our_rows` with the transforms of one library; the second image of a process makes the
     transforms of the kernels, the third one finds them.
     """
-    from isethdr_optics.psf import kernels
+    from isethdr_optics.psf.kernels import lookup
 
     from isethdr_core.physics.convolution import fourier
 
     if library == "SciPy":
         fourier.duccs = None
     if len(case.groups()) > 1:
-        kernels.CACHE_BYTES = GROUP_CACHE_BYTES
+        lookup.CACHE_BYTES = GROUP_CACHE_BYTES
     return our_rows(scene, case, 2)
 
 
@@ -424,6 +424,7 @@ def worst_share(rows, base):
 def table(largest: int) -> None:
     """Print the cost of frames of up to `largest` rows against their size and bands."""
     from isethdr_optics.psf import kernel_store
+    from isethdr_optics.psf.kernels import KernelRequest
 
     from isethdr_core.physics.convolution import fourier
 
@@ -442,7 +443,7 @@ def table(largest: int) -> None:
                 continue
             scene = night(case, TABLE_LAMP)
             # digests of the code: taken once, for all processes
-            kernel_store.name(*optics(), case.bands_nm, (1.0, 1.0), (1, 1))
+            kernel_store.name(KernelRequest(*optics(), case.bands_nm, (1.0, 1.0), (1, 1)))
             name = f"{rows} x {columns} x {bands}"
             if program_bytes(case) > MOST_BYTES:
                 print(
@@ -472,11 +473,12 @@ def print_row(name: str, what: str, row) -> None:
 def compare(case: Case, turns=3) -> int:
     """Print the figures; return 1 where a target is missed."""
     from isethdr_optics.psf import kernel_store
+    from isethdr_optics.psf.kernels import KernelRequest
 
     aberrated = case.aberrated
     scene = night(case)
     # digests of the code: taken once, for all processes
-    kernel_store.name(*optics(aberrated), case.bands_nm, (1.0, 1.0), (1, 1))
+    kernel_store.name(KernelRequest(*optics(aberrated), case.bands_nm, (1.0, 1.0), (1, 1)))
     programs = []
     rules = []
     ours = []

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from isethdr_optics import WavefrontLens
 from isethdr_optics.psf import kernel_sampling_error, wings
-from isethdr_optics.psf.kernels import CORE_SAMPLES, _computed
+from isethdr_optics.psf.kernels import KernelRequest, computed
+from isethdr_optics.psf.kernels.core_size import CORE_SAMPLES
 from scipy.special import j0
 
 CENTRE = 550.0
@@ -59,8 +60,10 @@ def errors(f_number, pitch_um):
     lens = WavefrontLens(
         f_number=f_number, zernike_um={4: WAVES * CENTRE * 1e-3 / (2 * np.sqrt(3))}
     )
-    made = _computed(
-        lens, (), np.array([CENTRE, CENTRE + WIDTH]), (pitch_um, pitch_um), (reach, reach)
+    made = computed(
+        KernelRequest(
+            lens, (), np.array([CENTRE, CENTRE + WIDTH]), (pitch_um, pitch_um), (reach, reach)
+        )
     )
     want = quadrant(f_number, pitch_um, reach)
     got = made.bands[0][reach:, reach:]

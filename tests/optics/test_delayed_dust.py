@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
-from isethdr_optics.psf.kernels import _computed, kernels
+from isethdr_optics.psf.kernels import KernelRequest, computed, kernels
 from isethdr_optics.pupil.sampled_pupil import (
     amplitude,
     axis_mm,
@@ -128,7 +128,9 @@ def test_the_mirror_image_is_lost_and_kernels_know():
     assert np.abs(one - one[::-1, ::-1]).sum() > 0.02
     # float32; the stop itself is symmetric
     np.testing.assert_allclose(one, other[::-1, ::-1], atol=1e-6 * one.max())
-    [band] = _computed(LENS, [OneGrain(0.15)], np.array([550.0]), (3.0, 3.0), (20, 20)).bands
+    [band] = computed(
+        KernelRequest(LENS, [OneGrain(0.15)], np.array([550.0]), (3.0, 3.0), (20, 20))
+    ).bands
     sharp = LENS.psf([550], 3.0, 41, [OneGrain(0.15)], integrated=True).values[0]
     skew, want = ((b - b[::-1, ::-1])[20, 21:24] for b in (band, sharp))
     assert (np.sign(skew) == np.sign(want)).all() and np.abs(skew).max() > 0.1 * np.abs(want).max()
@@ -170,12 +172,12 @@ def test_a_delay_that_bands_cannot_follow_is_refused_before_any_work(monkeypatch
     def work(*arguments):
         raise Computed
 
-    monkeypatch.setattr("isethdr_optics.psf.kernels._cache", OrderedDict())
-    monkeypatch.setattr("isethdr_optics.psf.kernels._kernels_of", work)
+    monkeypatch.setattr("isethdr_optics.psf.kernels.lookup._cache", OrderedDict())
+    monkeypatch.setattr("isethdr_optics.psf.kernels.computing.computed", work)
     with pytest.raises(ConfigError, match="narrower bands"):
-        kernels(LENS, [refused], BANDS, (3.0, 3.0), (20, 20))
+        kernels(KernelRequest(LENS, [refused], BANDS, (3.0, 3.0), (20, 20)))
     with pytest.raises(Computed):
-        kernels(LENS, [allowed], BANDS, (3.0, 3.0), (20, 20))
+        kernels(KernelRequest(LENS, [allowed], BANDS, (3.0, 3.0), (20, 20)))
 
 
 @pytest.mark.slow
@@ -183,7 +185,7 @@ def test_the_lens_s_own_phase_counts_too():
     defocus = WavefrontLens(zernike_um={4: 14.0})
     assert phase_change(defocus, (), 395.0, 405.0) > 4.8
     with pytest.raises(ConfigError, match="the lens by"):
-        kernels(defocus, [OneGrain(0.1)], BANDS, (3.0, 3.0), (20, 20))
+        kernels(KernelRequest(defocus, [OneGrain(0.1)], BANDS, (3.0, 3.0), (20, 20)))
 
 
 def test_a_run_refuses_it_in_the_plan():

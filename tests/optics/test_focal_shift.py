@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
-from isethdr_optics.psf.kernels import kernels
+from isethdr_optics.psf.kernels import KernelRequest, kernels
 
 from isethdr_core import compose
 from isethdr_core.errors import ConfigError
@@ -78,7 +78,7 @@ def test_lines_between_wavelengths_and_a_sharp_colour():
 
 def test_kernels_of_bands_follow_it():
     lens = DiffractionLimitedLens(focal_shift_um={400: 200.0, 550: 0.0, 700: 200.0})
-    made = kernels(lens, (), np.array([450.0, 550.0, 650.0]), (4.0, 4.0), (12, 12))
+    made = kernels(KernelRequest(lens, (), np.array([450.0, 550.0, 650.0]), (4.0, 4.0), (12, 12)))
     assert (
         made.bands[1].max() > 5 * made.bands[0].max()
         and made.bands[1].max() > 5 * made.bands[2].max()
@@ -100,7 +100,7 @@ def test_other_hopeless_requests_are_refused_before_any_work(monkeypatch):
     with pytest.raises(ConfigError, match="GiB"):
         lens.psf(550.0, 1e-4, 1_000_000)
     with pytest.raises(ConfigError, match="cells across"):
-        kernels(lens, (), np.array([550.0]), (4.0, 4.0), (200_000, 200_000))
+        kernels(KernelRequest(lens, (), np.array([550.0]), (4.0, 4.0), (200_000, 200_000)))
     for wave in ([], [np.nan], [-550.0], [0.0]):
         with pytest.raises(ConfigError, match="wavelength_nm"):
             lens.psf(wave, 1.0, 16)

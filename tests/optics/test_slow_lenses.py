@@ -8,6 +8,7 @@ from time import process_time
 import numpy as np
 import pytest
 from isethdr_optics.psf import kernels, wings
+from isethdr_optics.psf.kernels import KernelRequest, core_size
 from scipy.special import j1
 
 from isethdr_core.errors import ConfigError
@@ -45,7 +46,7 @@ def airy(f_number: float, pitch_um: float, reach) -> np.ndarray:
 def test_exact_core_alone_serves_patterns_wider_than_tiles(f_number, pitch_um, reach, monkeypatch):
     refuse_lattices(monkeypatch)
     lens = build("lens", "diffraction_limited", f_number=f_number)
-    made = kernels._computed(lens, (), GREEN, (pitch_um, pitch_um), reach)
+    made = kernels.computed(KernelRequest(lens, (), GREEN, (pitch_um, pitch_um), reach))
     # of the peak; a tile's width moves the peak by (pi pitch / (wavelength N))^2 / 12: 4e-3 for the
     # widest tile here
     np.testing.assert_allclose(
@@ -58,20 +59,24 @@ def test_exact_core_alone_serves_patterns_wider_than_tiles(f_number, pitch_um, r
 
 def test_wavefront_of_a_slow_lens_needs_no_lattice_either(monkeypatch):
     refuse_lattices(monkeypatch)
-    slow = kernels._computed(
-        build("lens", "wavefront", f_number=200.0, zernike_um={4: 0.1}),
-        (),
-        GREEN,
-        (3.0, 3.0),
-        (15, 15),
+    slow = kernels.computed(
+        KernelRequest(
+            build("lens", "wavefront", f_number=200.0, zernike_um={4: 0.1}),
+            (),
+            GREEN,
+            (3.0, 3.0),
+            (15, 15),
+        )
     ).bands[0]
     # at 50 times the scale in f-number and tiles the pattern is the same (Fraunhofer)
-    same = kernels._computed(
-        build("lens", "wavefront", f_number=4.0, zernike_um={4: 0.1}),
-        (),
-        GREEN,
-        (0.06, 0.06),
-        (15, 15),
+    same = kernels.computed(
+        KernelRequest(
+            build("lens", "wavefront", f_number=4.0, zernike_um={4: 0.1}),
+            (),
+            GREEN,
+            (0.06, 0.06),
+            (15, 15),
+        )
     ).bands[0]
     np.testing.assert_allclose(slow, same, rtol=1e-5)
 
@@ -84,7 +89,9 @@ def test_frames_too_wide_for_a_fast_lens_are_refused_before_work(name, tiles, pi
     start = process_time()
     with pytest.raises(ConfigError) as refused:
         kernels.kernels(
-            build("lens", name, **fast), (), GREEN, (pitch_um, pitch_um), (tiles - 1, tiles - 1)
+            KernelRequest(
+                build("lens", name, **fast), (), GREEN, (pitch_um, pitch_um), (tiles - 1, tiles - 1)
+            )
         )
     frame = Frame(tiles, tiles, (1e-3 * pitch_um / 4, 1e-3 * pitch_um / 4), (550.0,), sensed=False)
     with pytest.raises(ConfigError, match=r"lens\.f_number=") as planned:
@@ -105,12 +112,14 @@ def test_lattices_of_slow_lenses_are_right_to_what_they_state(name, monkeypatch)
     lens = build(
         "lens", name, f_number=100.0, **({"zernike_um": {8: 0.05}} if name == "wavefront" else {})
     )
-    exact = kernels._computed(
-        lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0])
+    exact = kernels.computed(
+        KernelRequest(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0]))
     ).bands[0]
-    monkeypatch.setattr(kernels, "CORE_TILES", 0)
-    monkeypatch.setattr(kernels, "CORE_SAMPLES", 60)
-    made = kernels._computed(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0]))
+    monkeypatch.setattr(core_size, "CORE_TILES", 0)
+    monkeypatch.setattr(core_size, "CORE_SAMPLES", 60)
+    made = kernels.computed(
+        KernelRequest(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0]))
+    )
     outer = np.ones(exact.shape, bool)
     outer[134 - 60 : 134 + 61, 239 - 60 : 239 + 61] = False
     assert np.abs(made.bands[0] - exact)[outer].sum() < made.speckle.max() * exact[outer].sum()
@@ -122,11 +131,12 @@ def test_lattices_of_slow_lenses_are_right_to_what_they_state(name, monkeypatch)
 )
 def test_small_frames_take_little_time_and_memory(f_number, tiles, pitch_um):
     code = (
-        "import resource; import numpy as np; from isethdr_core.plugins.registry import build;"
-        " import isethdr_optics.psf.kernels as k;k._computed(build('lens', 'diffraction_limited',"
-        f" f_number={f_number}), (), np.array([550.0]), ({pitch_um},) * 2, ({tiles - 1},) * 2);use"
-        " = resource.getrusage(resource.RUSAGE_SELF); print(use.ru_utime + use.ru_stime,"
-        " use.ru_maxrss * 1024)"
+        "import resource; from isethdr_core.plugins.registry import build;"
+        " import isethdr_optics.psf.kernels as k;"
+        f" lens = build('lens', 'diffraction_limited', f_number={f_number});"
+        f" k.computed(k.KernelRequest(lens, (), [550.0], ({pitch_um},) * 2, ({tiles - 1},) * 2));"
+        " use = resource.getrusage(resource.RUSAGE_SELF);"
+        " print(use.ru_utime + use.ru_stime, use.ru_maxrss * 1024)"
     )
     seconds, peak = map(
         float,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from isethdr_optics.psf import kernels
+from isethdr_optics.psf.kernels import KernelRequest, band_plan, lookup
 
 from isethdr_core import build
 
@@ -18,23 +19,25 @@ PARTS = np.arange(527.5, 573.0, 5.0)
 def used(monkeypatch):
     """How many wavelengths each band's core was made of, band by band."""
     found = []
-    made = kernels.exact_core
+    made = band_plan.exact_core
 
     def core(plan, centre, width, waves, energy):
         found.append(len(waves))
         return made(plan, centre, width, waves, energy)
 
-    monkeypatch.setattr(kernels, "exact_core", core)
-    monkeypatch.setattr(kernels, "_cache", type(kernels._cache)())
+    monkeypatch.setattr(band_plan, "exact_core", core)
+    monkeypatch.setattr(lookup, "_cache", type(lookup._cache)())
     # a slow machine writes kernels to disk
-    monkeypatch.setattr(kernels, "_stored", lambda name: None)
+    monkeypatch.setattr(lookup, "stored", lambda name: None)
     return found
 
 
 def tiles(wavelength_nm, reach):
     return [
         np.asarray(band, float)
-        for band in kernels.kernels(LENS, (), wavelength_nm, (1.0, 1.0), (reach, reach)).bands
+        for band in kernels.kernels(
+            KernelRequest(LENS, (), wavelength_nm, (1.0, 1.0), (reach, reach))
+        ).bands
     ]
 
 
@@ -53,7 +56,7 @@ def test_a_band_is_the_mean_of_its_parts(used, reach, monkeypatch):
     monkeypatch.setattr(
         kernels.BandPlan, "wavelengths", lambda plan, centre, *_: np.array([centre])
     )
-    kernels._cache.clear()
+    kernels.forget()
     assert np.abs(tiles(BAND, reach)[1] - parts).sum() > 8 * left, (
         "one wavelength alone would not do: rings do not wash out"
     )

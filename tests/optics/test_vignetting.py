@@ -14,6 +14,7 @@ from isethdr_optics.prescription.figures import pupil_area_mm2
 from isethdr_optics.prescription.prescription import load, parse
 from isethdr_optics.prescription.rims import rims
 from isethdr_optics.psf import kernels
+from isethdr_optics.psf.kernels import KernelRequest
 from isethdr_optics.pupil import apodization, sampled_pupil
 
 from isethdr_core.data import quantities
@@ -179,7 +180,9 @@ def test_a_vignetted_kernel_keeps_its_light_and_the_ledger_says_how_well_rims_ar
     lens = PrescribedLens(f_number=3.0)
     cut = node_lens(lens, lens.wavefront_at(0.24), 0.4, 0.24)
     sums = [
-        kernels.kernels(one, (), np.array([550.0]), (6.0, 6.0), (12, 12)).bands[0].sum()
+        kernels.kernels(KernelRequest(one, (), np.array([550.0]), (6.0, 6.0), (12, 12)))
+        .bands[0]
+        .sum()
         for one in (cut, replace(cut, rims=()))
     ]
     assert cut.rims and sums[0] == pytest.approx(sums[1], abs=5e-3) and 0.9 < sums[0] < 1

@@ -5,7 +5,8 @@ serve later runs.
 import numpy as np
 import pytest
 from isethdr_optics.plan import planning
-from isethdr_optics.psf import kernels
+from isethdr_optics.psf import kernel_store, kernels
+from isethdr_optics.psf.kernels import computing
 
 import isethdr_core as hdr
 from isethdr_core.storage import store
@@ -33,13 +34,11 @@ def functionals(result):
 
 @pytest.fixture(autouse=True)
 def every_kernel_is_kept(monkeypatch):
-    monkeypatch.setattr(kernels, "WORTH_KEEPING_S", 0.0)
+    monkeypatch.setattr(kernel_store, "WORTH_KEEPING_S", 0.0)
     monkeypatch.setattr(planning, "WORTH", 0)  # however small the frame
-    # kernels from one pattern are computed faster than they are read
-    monkeypatch.setattr(kernels, "from_one_pattern", lambda *_: False)
-    kernels._cache.clear()
+    kernels.forget()
     yield
-    kernels._cache.clear()
+    kernels.forget()
 
 
 @pytest.mark.slow  # three runs with diffraction
@@ -49,8 +48,8 @@ def test_another_exposure_reads_the_kernels_from_disk_and_gives_what_irradiance_
     first = run()
     assert len(functionals(first)) == 1
     assert len(list((isethdr_home / "kernels").glob("*.npy"))) == 2  # kernels, and their transforms
-    kernels._cache.clear()  # as in a new process
-    monkeypatch.setattr(kernels, "_kernels_of", None)  # calling it would fail
+    kernels.forget()  # as in a new process
+    monkeypatch.setattr(computing, "computed", None)  # calling it would fail
     second = run("sensor.exposure_s=0.008")
     assert second.key != first.key and len(functionals(second)) == 1
     # asks for no response

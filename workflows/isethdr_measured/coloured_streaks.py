@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from isethdr_optics.psf.kernels import kernels
+from isethdr_optics.psf.kernels import KernelRequest, kernels
 
 from isethdr_core.physics.colour.colour_spaces import linear_srgb, srgb_encode
 from isethdr_core.physics.photometry import xyz
@@ -82,8 +82,10 @@ def compared(usual: Any, fine: Any, flare: Flare, wave: float, step: float, tile
     reach = (tiles, tiles)
     waves = wave + step * np.array([-1.0, 0.0, 1.0])
     # one wavelength: a band of 1 nm
-    single = kernels(fine, (flare,), np.array([wave]), pitch, reach).bands[0]
-    usual_kernels, truth = (kernels(lens, (flare,), waves, pitch, reach) for lens in (usual, fine))
+    single = kernels(KernelRequest(fine, (flare,), np.array([wave]), pitch, reach)).bands[0]
+    usual_kernels, truth = (
+        kernels(KernelRequest(lens, (flare,), waves, pitch, reach)) for lens in (usual, fine)
+    )
     y, x = np.indices(single.shape) - tiles
     octave = np.log2(np.maximum(np.hypot(y, x), 1)).astype(int)
     errors = {}
@@ -118,9 +120,12 @@ def write_picture(path: str, lens: Lens, flare: Flare, tiles: int) -> None:
     pitch = (PITCH_UM, PITCH_UM)
     reach = (tiles, tiles)
     single = np.stack(
-        [kernels(lens, (flare,), np.array([w]), pitch, reach).bands[0] for w in waves]
+        [
+            kernels(KernelRequest(lens, (flare,), np.array([w]), pitch, reach)).bands[0]
+            for w in waves
+        ]
     )
-    whole = np.stack(kernels(lens, (flare,), waves, pitch, reach).bands)
+    whole = np.stack(kernels(KernelRequest(lens, (flare,), waves, pitch, reach)).bands)
     pictures = [shown(cube, waves) for cube in (single, whole)]
     gap = np.full((pictures[0].shape[0], GAP, 3), 255, np.uint8)
     Image.fromarray(np.concatenate([pictures[0], gap, pictures[1]], axis=1)).save(path, quality=88)

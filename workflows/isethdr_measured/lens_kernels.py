@@ -13,7 +13,7 @@ from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
-from isethdr_optics.psf.kernels import kernels
+from isethdr_optics.psf.kernels import KernelRequest, kernels
 from isethdr_optics.pupil import sampled_pupil
 
 from isethdr_core import quantities
@@ -148,7 +148,7 @@ def kernel_wings(rows: int = 180, columns: int = 320) -> list[dict]:
     out = []
     for centre_nm in WINGS_NM:
         waves = centre_nm + WIDTH_NM * np.arange(-1, 2)
-        made = kernels(lens, flares, waves, (PITCH_UM, PITCH_UM), reach)
+        made = kernels(KernelRequest(lens, flares, waves, (PITCH_UM, PITCH_UM), reach))
         for x, y in WINGS:
             wanted = pupil.light(Patch(x, y, centre_nm))
             found = cut(made.bands[1], x, y)

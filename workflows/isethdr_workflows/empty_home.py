@@ -16,11 +16,11 @@ def empty_home() -> Iterator[str]:
     earlier_home = os.environ.get("ISETHDR_HOME")
     with tempfile.TemporaryDirectory() as folder:
         os.environ["ISETHDR_HOME"] = folder
-        kernels._cache.clear()
+        kernels.forget()
         try:
             yield folder
         finally:
-            kernels._cache.clear()  # some are mapped from files of the folder
+            kernels.forget()  # some are mapped from files of the folder
             os.environ.pop("ISETHDR_HOME")
             if earlier_home is not None:
                 os.environ["ISETHDR_HOME"] = earlier_home

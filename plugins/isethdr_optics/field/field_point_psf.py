@@ -27,6 +27,7 @@ from isethdr_core.uncertainty.error_terms import ErrorTerm
 
 from ..psf import kernel_sampling_error, kernels, scatter
 from ..psf.error_parts import term
+from ..psf.kernels.band_plan import MOST_WAVELENGTHS
 from ..pupil import sampled_pupil
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from isethdr_core.plugins.protocols import Flare
 
     from ..abilities import PupilOptics
+    from ..psf.kernels import KernelRequest
 
 FIRST_NM = 380.0
 STEPS_NM = (80.0, 40.0, 20.0, 10.0, 5.0)  # between knots, each a part of the one before
@@ -61,42 +63,19 @@ WORTH = 0.7  # of the transforms that all bands would take: fewer are worth line
 FEWEST_READS = 2  # wavelengths of a band
 
 
-def field_point_kernels(
-    lens: PupilOptics,
-    flares: Sequence[Flare],
-    wavelength_nm: np.ndarray,
-    pitch_um: tuple[float, float],
-    half: tuple[int, int],
-) -> kernels.Kernels:
+def field_point_kernels(request: KernelRequest) -> kernels.Kernels:
     """Return kernels of a place as `kernels.kernels` does, and the same way where that takes as few
-    transforms.
-
-    Parameters
-    ----------
-    flares : its flare components.
-    wavelength_nm : centres of the bands, nm.
-    pitch_um : (y, x) of a tile, um.
-    lens : `field_point_lens.PlaceLens`. `half` : (y, x) tiles from the axis to the border.
+    transforms; the lens of the request is a `field_point_lens.PlaceLens`.
     """
-    wave = np.asarray(wavelength_nm, float)
-    width = band_widths_nm(wave)
-    read = _read(lens, flares, wave, half)
-    drawn = _worth_computing(read, width)
-    lines = (
-        _lines(lens, flares, wave[drawn], [r for r, d in zip(read, drawn) if d], pitch_um, half)
-        if drawn.any()
-        else None
-    )
-    outside_share = (
-        kernels._computed(lens, flares, wave[~drawn], pitch_um, half, width_nm=width[~drawn])
-        if not drawn.all()
-        else None
-    )
-    return (
-        (lines or outside_share)
-        if lines is None or outside_share is None
-        else kernels.joined(drawn, lines, outside_share)
-    )
+    read = _read(request.lens, request.flares, request.wavelength_nm, request.reach)
+    drawn = _worth_computing(read, request.band_width_nm)
+    if drawn.all():
+        return _lines(request, read)
+    exact = kernels.computed(request.of_bands(~drawn))
+    if not drawn.any():
+        return exact
+    lines = _lines(request.of_bands(drawn), [r for r, d in zip(read, drawn) if d])
+    return kernels.joined(drawn, lines, exact)
 
 
 def one(
@@ -160,15 +139,13 @@ def errors(
     return [term(value, "relative", "measured", label, key="place wavelengths")]
 
 
-def _lines(
-    lens: PupilOptics,
-    flares: Sequence[Flare],
-    wave: np.ndarray,
-    read: Sequence[list[tuple[Any, ...]]],
-    pitch_um: tuple[float, float],
-    half: tuple[int, int],
-) -> kernels.Kernels:
-    """Return the kernels of bands by lines between knots."""
+def _lines(request: KernelRequest, read: Sequence[list[tuple[Any, ...]]]) -> kernels.Kernels:
+    """Return the kernels of bands by lines between the wavelengths that are `read`."""
+    lens = request.lens
+    flares = request.flares
+    wave = request.wavelength_nm
+    pitch_um = request.pitch_um
+    half = request.reach
     light = _light(lens, flares)
     scaled_nm = partial(sampled_pupil.scaled_nm, lens)
     pattern = lru_cache(maxsize=2)(
@@ -266,9 +243,7 @@ def _wavelengths(
         np.hypot(*half) * width / centre,
         change(centre - width / 2, centre + width / 2) / APART if change else 0.0,
     )
-    count = max(
-        FEWEST_READS if width > 1.5 else 1, int(np.ceil(min(count, kernels.MOST_WAVELENGTHS)))
-    )
+    count = max(FEWEST_READS if width > 1.5 else 1, int(np.ceil(min(count, MOST_WAVELENGTHS))))
     return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 

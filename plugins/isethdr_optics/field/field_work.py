@@ -69,7 +69,11 @@ def field_work(
     reach, _ = core_reach(line.along, line.references_nm, pitch_um, shape)
     ends_nm = sorted({line.references_nm[0], line.references_nm[-1]})
     reach_s = ALONE * sum(
-        kernels.expected_s(at, flares, (nm - WIDTH_NM / 2, nm + WIDTH_NM / 2), pitch_um, reach)
+        kernels.expected_s(
+            kernels.KernelRequest(
+                at, flares, (nm - WIDTH_NM / 2, nm + WIDTH_NM / 2), pitch_um, reach
+            )
+        )
         for nm in ends_nm
         for at in (axis, border)
     )

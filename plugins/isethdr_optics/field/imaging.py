@@ -26,6 +26,7 @@ from ..imaging.overlap_add import overlaid
 from ..imaging.threads import MOST_THREADS, cpus, executor
 from ..psf import band_phase, kernel_sampling_error, kernels
 from ..psf.error_parts import AXIS_KERNEL, SPECKLE, SPREAD, term
+from ..psf.kernels import core_size
 from ..pupil import sampled_pupil
 from . import field_point_psf, omissions
 from . import grid as field_grid
@@ -247,7 +248,7 @@ def field_kernels(
     pairs = [
         zip(
             *(
-                kernels.kernels(at, flares, pair, pitch_um, exact).bands
+                kernels.kernels(kernels.KernelRequest(at, flares, pair, pitch_um, exact)).bands
                 for at in (along[0], along[-1])
             )
         )
@@ -275,7 +276,8 @@ def field_kernels(
         flips, cores_of_nodes = turned(
             place,
             lambda at: kernels.kernels(
-                at, flares, waves, pitch_um, half, field_point_psf.field_point_kernels
+                kernels.KernelRequest(at, flares, waves, pitch_um, half),
+                field_point_psf.field_point_kernels,
             ),
         )
         return replace(
@@ -383,7 +385,7 @@ def core_reach(
     geometrical = slope / sampled_pupil.radius_mm(lens) * sampled_pupil.distance_mm(lens)
     least = [min(n - 1, max(3, int(1.5 * geometrical / p) + 3)) for n, p in zip(shape, pitch_um)]
     exact = [
-        min(n - 1, int(kernels.CORE_SAMPLES / np.ceil(2 * p / blur)))
+        min(n - 1, int(core_size.CORE_SAMPLES / np.ceil(2 * p / blur)))
         for n, p in zip(shape, pitch_um)
     ]
     return tuple(map(max, zip(exact, least))), tuple(least)

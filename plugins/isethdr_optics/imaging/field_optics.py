@@ -22,6 +22,7 @@ from ..abilities import DrawsPupil
 from ..field.imaging import FieldKernels, FieldTiles, field_kernels
 from ..psf import band_phase, scatter
 from ..psf import kernels as kernel_module
+from ..psf.kernels import KernelRequest
 from . import wing_truncation
 from .photoelectron_map import PhotoelectronMap
 from .sensor_plane import SensorPlane, sensor_plane, without_geometry
@@ -86,7 +87,7 @@ def field_optics(
 
     def make(reach: tuple[int, int]) -> Kernels | None:
         made_kernels, *details = fine_enough(
-            lambda one: _kernels(one, flares, wavelength_nm, pitch_um, reach),
+            lambda one: _kernels(KernelRequest(one, flares, wavelength_nm, pitch_um, reach)),
             axis_lens,
             mixed,
             sensor.relative,
@@ -129,30 +130,25 @@ def field_optics(
     )
 
 
-def _kernels(
-    lens: LensOptics,
-    flares: Sequence[Flare],
-    wavelength_nm: np.ndarray,
-    pitch_um: tuple[float, float],
-    reach: tuple[int, int],
-) -> Kernels | None:
+def _kernels(request: KernelRequest) -> Kernels | None:
     """Return kernels, or None where the lens makes no blur and no flare scatters."""
+    lens = request.lens
+    flares = request.flares
     if lens.blurs:
-        return kernel_module.kernels(lens, flares, wavelength_nm, pitch_um, reach)
+        return kernel_module.kernels(request)
     for flare in flares:
         if isinstance(flare, TransmitsPupil | DrawsPupil):
             raise ConfigError(
                 f"lens 'ideal' has no pupil for the flare {type(flare).__name__}; expected a lens"
                 " with diffraction; set lens=diffraction_limited, or remove that flare"
             )
-    if not scatter.active(flares, wavelength_nm):
+    if not scatter.active(flares, request.wavelength_nm):
         return None
     bands = []
-    for wave in wavelength_nm:
-        point = np.zeros([2 * r + 1 for r in reach])
-        point[reach] = 1.0
-        bands.append(
-            scatter.mix(point, flares, wave, pitch_um, lens.focal_length_mm).astype(np.float32)
-        )
+    for wave in request.wavelength_nm:
+        point = np.zeros([2 * r + 1 for r in request.reach])
+        point[request.reach] = 1.0
+        mixed = scatter.mix(point, flares, wave, request.pitch_um, lens.focal_length_mm)
+        bands.append(mixed.astype(np.float32))
     outside = np.array([1 - float(b.sum(dtype=float)) for b in bands])
     return kernel_module.Kernels(bands, outside, np.zeros(len(bands)), np.ones(len(bands)))

@@ -47,4 +47,4 @@ def kernel_bytes(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> flo
         sampled_pupil.core_pitch_mm(lens, min(pitch_um), wave.min(), sampled_pupil.FEWEST_SAMPLES)
     if blurred:
         sampled_pupil.check_dirt(lens, flares)
-    return kernels.held_bytes(lens, flares, wave, pitch_um, reach)
+    return kernels.held_bytes(kernels.KernelRequest(lens, flares, wave, pitch_um, reach))

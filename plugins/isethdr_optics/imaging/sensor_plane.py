@@ -45,7 +45,8 @@ class SensorPlane:
     x: np.ndarray  # tile centres, focal lengths
     y: np.ndarray
     field: tuple[float, float]  # width and height of the camera's field, focal lengths
-    attrs: dict  # of irradiance: falloff; distortion and projection if not the default
+    # of irradiance: falloff; distortion, projection and chief rays where there are any
+    attrs: dict
     # sparse (sensor tile, field tile): shared area over the area of a tile; None: same grid
     areas: object = None
     # magnification of every band over that of the reference, a number or a course over the field;
@@ -165,6 +166,8 @@ def sensor_plane(lens: LensOptics, mixed: xr.DataArray) -> SensorPlane:
     distortion_map = camera_geometry.distortion_map(distortion, projection)
     kept = isinstance(distortion_map, camera_geometry.Identity)
     attrs = {} if projection == "tangent" else {"projection": projection}
+    if chief_rays := lens.chief_rays_to(widest):
+        attrs["chief_rays"] = chief_rays
     if not kept:
         attrs["distortion"] = distortion
         _check_no_fold(distortion_map, half)

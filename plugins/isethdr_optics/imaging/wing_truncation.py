@@ -23,6 +23,8 @@ from isethdr_core.physics.convolution.spectral import matrix_product
 
 from ..psf import kernel_spectra, kernels
 from ..psf.error_parts import term
+from ..psf.kernels import core_size
+from ..psf.kernels.kernel_set import SPECTRA_BYTES
 from ..pupil import sampled_pupil
 from .photoelectron_map import electrons
 
@@ -55,7 +57,7 @@ class TruncatedKernels(kernels.Kernels):
     def spectra(self) -> kernel_spectra.Spectra | None:
         """The kernels with their transforms for images of the frame; None if memory is short."""
         first = self._ready(0)
-        if 2 * len(self.bands) * first.spectrum.nbytes > kernels.SPECTRA_BYTES:
+        if 2 * len(self.bands) * first.spectrum.nbytes > SPECTRA_BYTES:
             return None
         prepared = [first, *(self._ready(b) for b in range(1, len(self.bands)))]
         blocks = np.stack([k.spectrum for k in prepared])
@@ -144,7 +146,8 @@ def truncated_kernels(
     ):
         return None
     # one band gives the reach of all
-    probe = kernels.kernels(lens, flares, wave[-1:], pitch_um, first)
+    request = kernels.KernelRequest(lens, flares, wave[-1:], pitch_um, first)
+    probe = kernels.kernels(request)
     ratio = light.share(probe.outside * wave / wave[-1]) / allowed
     reach = [int(np.ceil(r * max(1.0, 1.1 * ratio))) for r in first]
     if any(r > WORTH * n for r, n in zip(reach, full)):
@@ -258,6 +261,6 @@ def _core(
     """Return the tiles (y, x) within which kernels are exact: a shorter kernel saves no time."""
     blur = sampled_pupil.blur_um(lens, float(wavelength_nm.min()))
     return tuple(
-        min(n - 1, max(3, int(kernels.CORE_SAMPLES / max(2.0, np.ceil(2 * p / blur)))))
+        min(n - 1, max(3, int(core_size.CORE_SAMPLES / max(2.0, np.ceil(2 * p / blur)))))
         for n, p in zip(shape, pitch_um)
     )

@@ -53,6 +53,10 @@ if TYPE_CHECKING:
     from ..plan.lens_plan import LensPlan
 
 
+WIDEST_CHIEF_RAY_DEG = 80.0
+CHIEF_RAYS = 33  # cubic curves between them are right to 1e-3 degrees
+
+
 @dataclass(frozen=True)
 class IdealLens:
     """Lens without blur: irradiance is a constant times radiance, with or without cos4 falloff."""
@@ -192,6 +196,20 @@ class IdealLens:
         """
         return self.falloff
 
+    def chief_rays_to(self, angle_rad: float) -> dict[str, list[float]] | None:
+        """Return the chief rays on the sensor, {radius_per_focal_length, angle_deg}: those of a
+        pupil at the lens, one focal length before the sensor.
+
+        Parameters
+        ----------
+        angle_rad : of the field; the table reaches 80 degrees, whatever the field.
+        """
+        angle_deg = np.linspace(0.0, WIDEST_CHIEF_RAY_DEG, CHIEF_RAYS)
+        return {
+            "radius_per_focal_length": np.tan(np.radians(angle_deg)).tolist(),
+            "angle_deg": angle_deg.tolist(),
+        }
+
     def on_axis(self) -> IdealLens:
         """Return the lens whose point spread is everywhere that of this lens on the axis."""
         return self
@@ -303,7 +321,7 @@ class IdealLens:
         size : samples along either axis.
         flares : without effect: a lens without blur has no pupil.
         """
-        from ..psf.kernels import psf_array
+        from ..psf.point_spread import psf_array
 
         values = np.zeros((np.size(wavelength_nm), size, size))
         values[:, size // 2, size // 2] = 1.0
@@ -369,7 +387,7 @@ class DiffractionLimitedLens(IdealLens):
         DataArray (wavelength, y, x), y and x in metres: the fraction of the light through the pupil
         on each sample. What is missing from a sum of 1 falls outside.
         """
-        from ..psf.kernels import point_spread
+        from ..psf.point_spread import point_spread
 
         return point_spread(
             self.on_axis(), wavelength_nm, pitch_um, size, _sequence(flares), integrated

@@ -65,15 +65,12 @@ def expected_s(lens: LensOptics, flares: Sequence[Flare], frame: Frame) -> float
     # kernels that vary over the field take no notice of sensors
     sensed = frame.sensed and not lens.field_varies
     shorter = wing_truncation.WORTH if sensed else 0.0
-    made = not kernels.at_hand(axis_lens, flares, wave, pitch_um, reach, shorter)
+    request = kernels.KernelRequest(axis_lens, flares, wave, pitch_um, reach)
+    made = not kernels.at_hand(request, shorter)
     if made:
         seconds += TRANSFORMED_S * values
-        made_s = kernels.expected_s(axis_lens, flares, wave, pitch_um, reach)
-        if (
-            frame.lamps
-            and sensed
-            and not kernels.from_patterns(axis_lens, flares, wave, pitch_um, reach)
-        ):
+        made_s = kernels.expected_s(request)
+        if frame.lamps and sensed and not kernels.from_patterns(request):
             made_s *= LATTICES_BESIDE_LAMPS
         seconds += made_s
     if lens.field_varies:

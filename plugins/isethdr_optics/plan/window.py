@@ -155,8 +155,9 @@ def _without_dark_tiles(
     # every stop spreads this much: no kernel is needed to find out
     if light.share(2 * edges, most=brightest(largest_reach)) > allowed:
         return None
+    reach_of_probe = tuple(min(largest_reach, n - 1) for n in frame)
     probe = kernels.kernels(
-        axis_lens, flares, wave[-1:], pitch_um, tuple(min(largest_reach, n - 1) for n in frame)
+        kernels.KernelRequest(axis_lens, flares, wave[-1:], pitch_um, reach_of_probe)
     )
     guess = GUESS_FACTOR * wave / wave[-1]
     reach = bisect_left(

@@ -6,14 +6,16 @@
 | `error_parts`               | parts of the light and keys that errors of the lens share        |
 | `exact_core`                | a kernel near its axis, integrated over tiles and bands          |
 | `interpolation_wavelengths` | wavelengths at which patterns of a pupil with phase are computed |
+| `kernel_request`            | which kernels of which lens on which grid                        |
 | `kernel_sampling_error`     | error of a kernel beyond its exact core                          |
 | `kernel_spectra`            | Fourier transforms of a lens's kernels                           |
 | `kernel_store`              | kernels and their transforms on disk, shared by processes        |
 | `kernel_work`               | run time estimate of kernels from patterns                       |
-| `kernels`                   | kernels of all bands of a lens, cached                           |
+| `kernels/`                  | kernels of all bands of a lens, cached                           |
 | `memory`                    | memory of kernels; an error if the machine has less              |
 | `phase_patterns`            | kernels of all bands of a lens with a wavefront                  |
-| `scaled_pattern`            | kernels of all bands of a pupil without phase                    |
+| `point_spread`              | point spread functions for users, at single wavelengths          |
+| `scaled_pattern/`           | kernels of all bands of a pupil without phase                    |
 | `scatter`                   | energy-conserving scatter mixed into a kernel                    |
 | `wings`                     | kernels beyond the exact core, from lattices of the pattern      |
 """

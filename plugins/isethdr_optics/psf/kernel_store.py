@@ -22,45 +22,32 @@ from isethdr_core import store
 from isethdr_core.runs import provenance
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from isethdr_core.plugins.protocols import Flare
-
-    from ..abilities import PupilOptics
+    from .kernel_request import KernelRequest
 
 LIMIT_BYTES = 8 << 30  # of all files together; beyond it those unused for longest go
 PART = "-band-"  # in the name of a file with one band, until all bands are computed
 REACH = "-reach-"  # in a name, before the tiles to the border, (y, x)
+WORTH_KEEPING_S = 1.0  # kernels made faster than this are not written to disk
+# of kernels from one pattern, which are many while somebody tries lenses
+PATTERN_WORTH_KEEPING_S = 5.0
 ABANDONED_S = 3600.0  # age at which a temporary file's writer is taken for dead
 
 
-def name(
-    lens: PupilOptics,
-    flares: Sequence[Flare],
-    wavelength_nm: ArrayLike,
-    pitch_um: tuple[float, float],
-    reach: tuple[int, int],
-    way: str | None = None,
-) -> str | None:
+def name(request: KernelRequest, way: str | None = None) -> str | None:
     """Return the file name of kernels; None if their content cannot be named.
 
-    Parameters
-    ----------
-    lens, flares : components; with the code that computes kernels they are part of the name.
-    wavelength_nm : of the bands. `pitch_um` : (y, x) of a tile. `reach` : (y, x) tiles.
-    way : method of computing the kernels, if there are several.
+    The lens, its flares and the code that computes kernels are part of the name. `way` : method of
+    computing the kernels, if there are several.
     """
+    lens = request.lens
+    flares = request.flares
     if not provenance.have_source(lens, *flares):
         return None
     try:
         made_of = store.content_hash(
             {
                 "optics": [_named(c) for c in (lens, *flares)],
-                "sampling": [
-                    np.asarray(wavelength_nm, float),
-                    np.round(pitch_um, 9),
-                    way,
-                ],
+                "sampling": [request.edges_nm, np.round(request.pitch_um, 9), way],
                 "code": provenance.fingerprint(lens, *flares),
                 "files": provenance.input_digests(lens, *flares),
                 "versions": provenance.libraries(lens, *flares),
@@ -68,7 +55,7 @@ def name(
         )
     except (TypeError, ValueError, OSError):  # fields that are no values
         return None
-    return f"{made_of}{REACH}{'x'.join(map(str, reach))}"
+    return f"{made_of}{REACH}{'x'.join(map(str, request.reach))}"
 
 
 def _named(

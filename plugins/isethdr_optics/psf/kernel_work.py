@@ -20,7 +20,6 @@ from .scaled_pattern import Frame
 if TYPE_CHECKING:
     from isethdr_core.physics.optics.half_plane_pattern import HalfLattice
     from isethdr_core.physics.optics.pupil import Convex
-    from isethdr_core.plugins.protocols import Flare
 
     from ..abilities import PupilOptics
     from .scaled_pattern import Level
@@ -58,55 +57,47 @@ def seconds(counts: Counts) -> float:
     return float(np.dot(counts, SECONDS))
 
 
-def one_pattern(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> Counts:
-    """Return the work of kernels without phase (`scaled_pattern`).
-
-    Parameters
-    ----------
-    lens : a lens of this package. `flares` : its flare components.
-    frame : bands and tiles of the kernels.
-    """
-    read = scaled_pattern.finer_rings(lens, frame)
+def one_pattern(frame: Frame) -> Counts:
+    """Return the work of kernels without phase (`scaled_pattern`)."""
+    read = scaled_pattern.finer_rings(frame)
     levels = [
-        (level, outer, scaled_pattern.lattice(lens, frame, level, outer, read))
+        (level, outer, scaled_pattern.lattice(frame, level, outer, read))
         for level, outer in scaled_pattern.reaches(frame, read)
     ]
-    terms = sampled_pupil.terms(lens, flares)
-    blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
+    terms = sampled_pupil.terms(frame.lens, frame.flares)
+    blur = frame.blur_um
     chords = sum(
-        _chords(lens, terms, blur / (patterns.period[0] * patterns.step_um), patterns.strips + 1)
+        _chords(
+            frame.lens, terms, blur / (patterns.period[0] * patterns.step_um), patterns.strips + 1
+        )
         for _, _, patterns in levels
     )
     turns = 0.0
     rows_um = frame.reach[0] * frame.pitch_um[0]
     step = read.columns.get("step", pattern_columns.STEP)
-    width = scaled_pattern.columns_together(lens, frame) * frame.pitch_um[1] / (step * blur)
-    for first in scaled_pattern.checked_columns(lens, frame):
+    width = scaled_pattern.columns_together(frame) * frame.pitch_um[1] / (step * blur)
+    for first in scaled_pattern.checked_columns(frame):
         far_um = first * frame.pitch_um[1]
         cell = blur / (pattern_columns.PERIOD * rows_um)
-        many = _chords(lens, terms, cell, pattern_columns.STRIPS + far_um / rows_um)
+        many = _chords(frame.lens, terms, cell, pattern_columns.STRIPS + far_um / rows_um)
         chords += many
         turns += many * (width + far_um / (step * blur) * frame.narrowest)
-    cores = scaled_pattern.exact_sums(lens, frame, frame.core)
+    cores = scaled_pattern.exact_sums(frame, frame.core)
     samples = float(sum(np.prod(patterns.period, dtype=float) for _, _, patterns in levels))
-    return Counts(samples, *_rings(lens, frame, levels), chords, turns, cores)
+    return Counts(samples, *_rings(frame, levels), chords, turns, cores)
 
 
-def with_phase(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> Counts:
-    """Return the work of kernels from patterns at a few wavenumbers (`phase_patterns`).
-
-    Parameters
-    ----------
-    lens : a lens of this package. `flares` : its flare components.
-    frame : bands and tiles of the kernels.
-    """
-    read = scaled_pattern.finer_rings(lens, frame)
-    levels = list(phase_patterns.lattices(lens, frame, read))
-    count = len(phase_patterns.wavenumbers(lens, flares, frame))
-    terms = sampled_pupil.terms(lens, flares)
-    blur = sampled_pupil.blur_um(lens, frame.shortest_nm)
+def with_phase(frame: Frame) -> Counts:
+    """Return the work of kernels from patterns at a few wavenumbers (`phase_patterns`)."""
+    read = scaled_pattern.finer_rings(frame)
+    levels = list(phase_patterns.lattices(frame, read))
+    count = len(phase_patterns.wavenumbers(frame))
+    terms = sampled_pupil.terms(frame.lens, frame.flares)
+    blur = frame.blur_um
     chords = sum(
-        _chords(lens, terms, blur / (patterns.period[0] * patterns.step_um), patterns.strips + 1)
+        _chords(
+            frame.lens, terms, blur / (patterns.period[0] * patterns.step_um), patterns.strips + 1
+        )
         for _, _, patterns in levels
     )
     samples = 4.0 * count * sum(np.prod(patterns.period, dtype=float) for _, _, patterns in levels)
@@ -115,17 +106,15 @@ def with_phase(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> Coun
     step = phase_patterns.CHECKED_STEP
     period = [phase_patterns.CHECKED_PERIOD * side / (step * blur) for side in sides_um]
     samples += 2.0 * 3 * float(np.prod(period))
-    chords += 3 * _chords(lens, terms, 1 / (period[0] * step), 2.0)
-    sums, reads, taps = _rings(lens, frame, levels)
-    waves = sum(
-        len(phase_patterns.core_wavelengths(lens, flares, frame, b)) for b in frame.edges_nm
-    )
+    chords += 3 * _chords(frame.lens, terms, 1 / (period[0] * step), 2.0)
+    sums, reads, taps = _rings(frame, levels)
+    waves = sum(len(phase_patterns.core_wavelengths(frame, b)) for b in frame.edges_nm)
     both = 2.0 * sums * count, 2.0 * reads * count, 2.0 * taps
     return Counts(samples, *both, chords, transforms=float(waves))
 
 
 def _rings(
-    lens: PupilOptics, frame: Frame, levels: Sequence[tuple[Level, list[Any], HalfLattice]]
+    frame: Frame, levels: Sequence[tuple[Level, list[Any], HalfLattice]]
 ) -> tuple[float, float, float]:
     """Return the work of all rings of a half plane: (sums, reads, taps)."""
     edges = frame.edges_nm
@@ -136,7 +125,7 @@ def _rings(
     for level, outer, patterns in levels:
         if max(outer) <= inner:
             continue
-        rays = scaled_pattern.rays_per_tile(lens, frame, level)
+        rays = scaled_pattern.rays_per_tile(frame, level)
         for axis, pitch in ((1, frame.pitch_um[::-1]), (0, frame.pitch_um)):
             sector = ray_sums.Sector(
                 _no_lines, 0, patterns.step_um, pitch, float(edges.min()), edges

@@ -31,7 +31,6 @@ from .wings import PHASE_CHANGE
 if TYPE_CHECKING:
     from isethdr_core.physics.optics.half_plane_pattern import HalfLattice
     from isethdr_core.physics.optics.ray_sums import Columns
-    from isethdr_core.plugins.protocols import Flare
 
     from ..abilities import PupilOptics
 
@@ -43,75 +42,57 @@ CHECKED_PERIOD = 4.0  # of direct sums, in reaches
 CHECKED_TURNS = 1 / 128  # of direct sums, from cell to cell
 
 
-def serves(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> bool:
+def serves(frame: Frame) -> bool:
     """Return whether patterns at a few wavenumbers give the kernels of a frame: a phase in
     proportion to the wavenumber, and lattices that memory allows.
-
-    Parameters
-    ----------
-    lens : a lens of this package. `flares` : its flare components.
-    frame : bands and tiles of the kernels.
     """
+    lens = frame.lens
+    flares = frame.flares
     if not lens.zernike_um or lens.focal_shift_um or lens.traced is not None or lens.uneven:
         return False
     if not sampled_pupil.all_shapes(flares) or sampled_pupil.delays_um(lens, flares):
         return False
     if lens.pupil_matrix is not None or frame.core == frame.reach:
         return False
-    if scaled.wide_tiles(lens, frame):  # many speckles each: coarse lattices cost less
+    if frame.has_wide_tiles:  # many speckles each: coarse lattices cost less
         return False
-    if whole.left_by(MOST_WAVENUMBERS, _change(lens, flares, frame)) > INTERPOLATED:
+    if whole.left_by(MOST_WAVENUMBERS, _change(frame)) > INTERPOLATED:
         return False
     within = (sampled_pupil.phase_change(lens, flares, *band) for band in frame.edges_nm)
-    if max(within) > PHASE_CHANGE or not scaled.lattices_fit(lens, frame):
+    if max(within) > PHASE_CHANGE or not scaled.lattices_fit(frame):
         return False
-    wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
+    wave = frame.scaled_nm
     outline = patterns.RealPupil(
         [], sampled_pupil.reach_mm(lens), sampled_pupil.distance_mm(lens), 1.0
     )
     return all(
         whole.fits(outline, wave, lattice)
-        and _steepest_turns(lens, frame, lattice) <= 1.01 * whole.MOST_TURNS
-        for _, _, lattice in lattices(lens, frame, scaled.usual_rings(lens, frame))
+        and _steepest_turns(frame, lattice) <= 1.01 * whole.MOST_TURNS
+        for _, _, lattice in lattices(frame, scaled.usual_rings(frame))
     )
 
 
-def memory_bytes(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> float:
-    """Return the peak memory, bytes: kernels of a frame, and patterns of the largest lattice.
-
-    Parameters
-    ----------
-    lens : a lens of this package. `flares` : its flare components.
-    frame : bands and tiles of the kernels.
-    """
+def memory_bytes(frame: Frame) -> float:
+    """Return the peak memory, bytes: kernels of a frame, and patterns of the largest lattice."""
     kernel_bytes = 4.0 * len(frame.edges_nm) * np.prod([2.0 * r + 1 for r in frame.reach])
-    *_, (_, _, lattice) = lattices(lens, frame, scaled.usual_rings(lens, frame))
+    *_, (_, _, lattice) = lattices(frame, scaled.usual_rings(frame))
     pattern = 4.0 * np.prod([2.0 * n + 1 for n in lattice.samples_to_border])
-    count = len(wavenumbers(lens, flares, frame))
+    count = len(wavenumbers(frame))
     return float(kernel_bytes + count * pattern + 4.0 * np.prod(lattice.period, dtype=float))
 
 
-def wavenumbers(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> np.ndarray:
-    """Return the wavenumbers, 1 / nm, at which patterns are computed.
-
-    Parameters
-    ----------
-    lens : a lens of this package. `flares` : its flare components.
-    frame : bands and tiles of the kernels.
-    """
+def wavenumbers(frame: Frame) -> np.ndarray:
+    """Return the wavenumbers, 1 / nm, at which patterns are computed."""
     ends = 1 / frame.edges_nm.max(), 1 / frame.edges_nm.min()
-    return whole.interpolation_wavenumbers(*ends, _change(lens, flares, frame), INTERPOLATED)
+    return whole.interpolation_wavenumbers(*ends, _change(frame), INTERPOLATED)
 
 
-def core_wavelengths(
-    lens: PupilOptics, flares: Sequence[Flare], frame: Frame, band_nm: np.ndarray
-) -> np.ndarray:
+def core_wavelengths(frame: Frame, band_nm: np.ndarray) -> np.ndarray:
     """Return the wavelengths of a band's exact core: from one to the next the pattern at its border
     moves by a speckle at most, and the phase by a radian rms.
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
     frame : bands and tiles of the kernels.
     band_nm : both ends of the band, nm.
     """
@@ -120,16 +101,14 @@ def core_wavelengths(
     width = high - low
     moved = max(frame.core) * max(frame.pitch_um) * width / middle
     count = max(
-        moved / sampled_pupil.blur_um(lens, middle),
-        sampled_pupil.phase_change(lens, flares, low, high),
+        moved / sampled_pupil.blur_um(frame.lens, middle),
+        sampled_pupil.phase_change(frame.lens, frame.flares, low, high),
     )
     count = int(np.clip(np.ceil(count), 3 if width > 1.5 else 1, MOST_CORE_WAVELENGTHS))
     return middle + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
 def wings(
-    lens: PupilOptics,
-    flares: Sequence[Flare],
     frame: Frame,
     read: Rings,
     out: np.ndarray,
@@ -139,23 +118,22 @@ def wings(
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
     frame : bands and tiles of the kernels.
     read : how finely rings are read. `apply` : `map`, or the `map` of a pool of threads.
     """
-    pupil = scaled.pupil_of(lens, flares, frame.shortest_nm)
-    wave = sampled_pupil.scaled_nm(lens, frame.shortest_nm)
-    edges = np.vectorize(lambda w: sampled_pupil.scaled_nm(lens, w))(frame.edges_nm)
-    numbers = wavenumbers(lens, flares, frame)
+    pupil = frame.pupil(frame.shortest_nm)
+    wave = frame.scaled_nm
+    edges = frame.scaled_edges_nm
+    numbers = wavenumbers(frame)
     share = whole.shares(numbers, (1 / frame.edges_nm).mean(axis=1))
     inner = min(frame.core)
-    for level, outer, lattice in lattices(lens, frame, read):
+    for level, outer, lattice in lattices(frame, read):
         if max(outer) <= inner:
             continue
         drawn = whole.drawn_pupil(pupil, wave, lattice)
-        patterns = [whole.whole_pattern(drawn, _turns(lens, 1 / k), apply) for k in numbers]
+        patterns = [whole.whole_pattern(drawn, _turns(frame.lens, 1 / k), apply) for k in numbers]
         del drawn
-        rays = scaled.rays_per_tile(lens, frame, level)
+        rays = scaled.rays_per_tile(frame, level)
         views = out, out[:, ::-1, ::-1]  # the right half plane; the left one turned by 180 degrees
         # columns write tiles beyond the diagonal too, on either side: rows come last
         for axis, writer in ((1, _columns), (0, _rows)):
@@ -182,8 +160,6 @@ def wings(
 
 
 def errors(
-    lens: PupilOptics,
-    flares: Sequence[Flare],
     frame: Frame,
     half_kernels: np.ndarray,
     read: Rings,
@@ -194,7 +170,6 @@ def errors(
 
     Parameters
     ----------
-    lens : a lens of this package. `flares` : its flare components.
     frame : bands and tiles of the kernels.
     half_kernels : (band, y, x), whole kernels.
     read : how finely rings are read.
@@ -202,7 +177,7 @@ def errors(
     """
     reach = frame.reach[1]
     order = np.argsort(frame.edges_nm[:, 0])
-    last = max(2, reach + 1 - scaled.columns_together(lens, frame))
+    last = max(2, reach + 1 - scaled.columns_together(frame))
     near_column = min(frame.core[1] + 1, last)
     far_column = min(max(near_column, int(0.75 * reach)), last)
     short = order[0]
@@ -216,7 +191,7 @@ def errors(
         (far_column, short, True),
     ):
         kernel = half_kernels[band][::-1, ::-1] if turned else half_kernels[band]
-        wrong, light = _wrong(lens, flares, frame, kernel, (first, band, turned), apply)
+        wrong, light = _wrong(frame, kernel, (first, band, turned), apply)
         column_errors = kernel_sampling_error.ColumnErrors()
         column_errors.add(wrong, light, first, frame.core)
         relative.append(column_errors.relative())
@@ -226,8 +201,6 @@ def errors(
 
 
 def _wrong(
-    lens: PupilOptics,
-    flares: Sequence[Flare],
     frame: Frame,
     kernel: np.ndarray,
     place: tuple[int, int, bool],
@@ -235,8 +208,8 @@ def _wrong(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the error and the light, (y, column), of a few columns of a kernel."""
     first, band, turned = place
-    count = min(scaled.columns_together(lens, frame), frame.reach[1] + 1 - first)
-    edges = tuple(float(sampled_pupil.scaled_nm(lens, w)) for w in frame.edges_nm[band])
+    count = min(scaled.columns_together(frame), frame.reach[1] + 1 - first)
+    edges = tuple(float(sampled_pupil.scaled_nm(frame.lens, w)) for w in frame.edges_nm[band])
     asked = pattern_columns.Place(
         first,
         count,
@@ -248,10 +221,10 @@ def _wrong(
     )
     wave = 1 / float((1 / frame.edges_nm[band]).mean())
     light = pattern_columns.columns_with_phase(
-        scaled.pupil_of(lens, flares, wave),
+        frame.pupil(wave),
         asked,
-        _turns(lens, wave, turned),
-        _displacement_um(lens, frame) / CHECKED_TURNS,
+        _turns(frame.lens, wave, turned),
+        _displacement_um(frame) / CHECKED_TURNS,
         apply,
     )
     middle = frame.reach[1]
@@ -273,45 +246,44 @@ def _turns(lens: PupilOptics, wavelength_nm: float, turned: bool = False) -> who
     return turns
 
 
-def _change(lens: PupilOptics, flares: Sequence[Flare], frame: Frame) -> float:
+def _change(frame: Frame) -> float:
     """Return the change of phase from the first wavelength of all bands to the last, rad rms."""
     return sampled_pupil.phase_change(
-        lens, flares, float(frame.edges_nm.min()), float(frame.edges_nm.max())
+        frame.lens, frame.flares, float(frame.edges_nm.min()), float(frame.edges_nm.max())
     )
 
 
-def _displacement_um(lens: PupilOptics, frame: Frame) -> float:
+def _displacement_um(frame: Frame) -> float:
     """Return how far the steepest slope of the wavefront moves light in the image, um."""
-    slope = sampled_pupil.steepest_um(lens, frame.shortest_nm)
-    return slope / sampled_pupil.radius_mm(lens) * sampled_pupil.distance_mm(lens)
+    slope = sampled_pupil.steepest_um(frame.lens, frame.shortest_nm)
+    return slope / sampled_pupil.radius_mm(frame.lens) * sampled_pupil.distance_mm(frame.lens)
 
 
-def _period(lens: PupilOptics, frame: Frame, reach_um: float, turns: float) -> float:
+def _period(frame: Frame, reach_um: float, turns: float) -> float:
     """Return the period of the field, in reaches, for `turns` of phase between adjacent cells."""
-    return max(whole.PERIOD, _displacement_um(lens, frame) / (turns * reach_um))
+    return max(whole.PERIOD, _displacement_um(frame) / (turns * reach_um))
 
 
 def lattices(
-    lens: PupilOptics, frame: Frame, read: Rings
+    frame: Frame, read: Rings
 ) -> Iterator[tuple[scaled.Level, Sequence[int], HalfLattice]]:
     """Yield (level, (y, x) tiles to its border, lattice): periods as long as the slope of the phase
     asks for.
 
     Parameters
     ----------
-    lens : a lens of this package.
     frame : bands and tiles of the kernels.
     read : how finely rings are read.
     """
     for level, outer in scaled.reaches(frame, read):
         reach_um = min(r * p for r, p in zip(outer, frame.pitch_um))
-        period = max(read.period, _period(lens, frame, reach_um, whole.MOST_TURNS))
-        yield level, outer, scaled.lattice(lens, frame, level, outer, replace(read, period=period))
+        period = max(read.period, _period(frame, reach_um, whole.MOST_TURNS))
+        yield level, outer, scaled.lattice(frame, level, outer, replace(read, period=period))
 
 
-def _steepest_turns(lens: PupilOptics, frame: Frame, lattice: HalfLattice) -> float:
+def _steepest_turns(frame: Frame, lattice: HalfLattice) -> float:
     """Return the largest change of phase from one cell of a lattice's pupil to the next."""
-    return _displacement_um(lens, frame) / (min(lattice.period) * lattice.step_um)
+    return _displacement_um(frame) / (min(lattice.period) * lattice.step_um)
 
 
 def _columns(out: np.ndarray, frame: Frame) -> Callable[..., Any]:

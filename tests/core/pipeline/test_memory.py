@@ -112,6 +112,7 @@ def kernel_bytes(lens, frame):
 
 def test_kernels_take_what_was_counted():
     from isethdr_optics.psf import kernels
+    from isethdr_optics.psf.kernels import KernelRequest
 
     lens = build("lens", "diffraction_limited")
     wave = (500.0, 600.0)
@@ -119,7 +120,7 @@ def test_kernels_take_what_was_counted():
     counted = kernel_bytes(lens, frame)
     assert (
         counted
-        > kernels._computed(lens, (), np.array(wave), (4.0, 4.0), (89, 99)).held_bytes
+        > kernels.computed(KernelRequest(lens, (), np.array(wave), (4.0, 4.0), (89, 99))).held_bytes
         == 2 * 4 * 90 * 199  # half of each: the rest is its mirror image
     )
     assert kernel_bytes(lens, replace(frame, sensed=True)) < counted

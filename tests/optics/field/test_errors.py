@@ -10,7 +10,8 @@ from isethdr_optics import ApertureFlare, WavefrontLens
 from isethdr_optics.field import errors, field_point_psf, imaging
 from isethdr_optics.field.lateral_colour import READ, Course
 from isethdr_optics.lenses.field_point_lens import node_lens
-from isethdr_optics.psf import exact_core, kernels
+from isethdr_optics.psf import exact_core
+from isethdr_optics.psf.kernels import core_size, lookup
 
 from isethdr_core.data import quantities
 
@@ -42,14 +43,14 @@ def test_light_differs_from_that_of_finer_kernels_as_stated(monkeypatch, fields,
     """Errors of the tail alone; of places, whose blur reaches beyond what is exact of them; and
     moved with the colours.
     """
-    monkeypatch.setattr(kernels, "CORE_SAMPLES", core_samples)
+    monkeypatch.setattr(core_size, "CORE_SAMPLES", core_samples)
     # places are made as the axis is, with errors of their own
     monkeypatch.setattr(field_point_psf, "WORTH", 0.0)
     monkeypatch.setattr(imaging, "RINGS", (1,))
     monkeypatch.setattr(
         imaging, "core_reach", lambda along, waves, pitch_um, shape: ((24, 24), (24, 24))
     )
-    monkeypatch.setattr(kernels, "_cache", type(kernels._cache)())
+    monkeypatch.setattr(lookup, "_cache", type(lookup._cache)())
     # the finer ones take the axis's kernel too: see below
     monkeypatch.setattr(imaging.FieldKernels, "unlike_far", None)
     lens = WavefrontLens(focal_length_mm=6.0, **fields)

@@ -8,7 +8,7 @@ from isethdr_optics import ApertureFlare, PrescribedLens, WavefrontLens
 from isethdr_optics.field import field_point_psf
 from isethdr_optics.field import grid as field_grid
 from isethdr_optics.lenses.field_point_lens import node_lens
-from isethdr_optics.psf.kernels import _computed
+from isethdr_optics.psf.kernels import KernelRequest, computed
 
 from isethdr_core.quantities import centres
 from isethdr_core.uncertainty import ledger
@@ -43,12 +43,14 @@ def stated(lens, half, flares=DIRT, waves=BANDS):
 def test_kernels_between_interpolation_wavelengths_are_the_exact_ones_to_what_is_stated(
     lens, pitch_um, half
 ):
-    found = field_point_psf.field_point_kernels(lens, DIRT, BANDS, (pitch_um,) * 2, (half, half))
+    found = field_point_psf.field_point_kernels(
+        KernelRequest(lens, DIRT, BANDS, (pitch_um,) * 2, (half, half))
+    )
     [error] = stated(lens, (half, half))
     assert 0.006 < error < 0.032  # neighbours are at most half a radian apart
     worst = []
     for k in (0, 4, 14):  # 400 nm is an interpolation wavelength, 440 lies half way between two
-        exact = _computed(lens, DIRT, BANDS[k : k + 2], (pitch_um,) * 2, (half, half))
+        exact = computed(KernelRequest(lens, DIRT, BANDS[k : k + 2], (pitch_um,) * 2, (half, half)))
         worst.append(np.abs(found.bands[k] - exact.bands[0].astype(float)).sum())
         assert found.transmitted[k] == pytest.approx(exact.transmitted[0], rel=1e-6)
         assert found.outside[k] == pytest.approx(exact.outside[0], abs=1e-3)
@@ -60,8 +62,8 @@ def test_few_bands_are_made_exactly():
     lens = place("double_gauss", 4.0, 8.0)
     for waves in ([550.0], [450.0, 451.0]):
         found, exact = (
-            way(lens, (), np.array(waves), (5.0, 5.0), (6, 6))
-            for way in (field_point_psf.field_point_kernels, _computed)
+            way(KernelRequest(lens, (), waves, (5.0, 5.0), (6, 6)))
+            for way in (field_point_psf.field_point_kernels, computed)
         )
         np.testing.assert_array_equal(found.bands[0], exact.bands[0])
         assert not stated(lens, (6, 6), (), waves)

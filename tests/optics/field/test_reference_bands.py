@@ -6,6 +6,8 @@ from isethdr_optics import WavefrontLens
 from isethdr_optics.field import field_point_psf
 from isethdr_optics.field.reference_bands import references_nm
 from isethdr_optics.lenses.field_point_lens import node_lens
+from isethdr_optics.psf import kernels
+from isethdr_optics.psf.kernels import KernelRequest
 
 from isethdr_core.conformance.inputs import pattern
 from isethdr_core.data import quantities
@@ -60,7 +62,7 @@ def test_bands_with_too_much_change_for_linear_interpolation_are_exact():
     )
     waves = np.array([440.0, 460.0, 480.0, 500.0, 520.0])
     all_bands, fewer_bands = (
-        field_point_psf.field_point_kernels(lens, (), w, (6.0, 6.0), (6, 6))
+        field_point_psf.field_point_kernels(KernelRequest(lens, (), w, (6.0, 6.0), (6, 6)))
         for w in (waves, waves[1:])
     )
     interpolated = field_point_psf._worth_computing(
@@ -69,7 +71,7 @@ def test_bands_with_too_much_change_for_linear_interpolation_are_exact():
     assert interpolated.tolist() == [True, True, True, False, False]
     for band, other in zip(all_bands.bands[1:], fewer_bands.bands):
         np.testing.assert_array_equal(band, other)
-    exact = field_point_psf.kernels._computed(lens, (), waves, (6.0, 6.0), (6, 6))
+    exact = kernels.computed(KernelRequest(lens, (), waves, (6.0, 6.0), (6, 6)))
     for k, line in enumerate(interpolated):
         off = np.abs(all_bands.bands[k] - exact.bands[k].astype(float)).sum()
         assert off < 0.02 if line else off == 0  # half a radian between interpolation wavelengths

@@ -5,6 +5,7 @@ import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens
 from isethdr_optics.imaging import array_backend
 from isethdr_optics.imaging.field_optics import _kernels
+from isethdr_optics.psf.kernels import KernelRequest
 
 from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
@@ -46,7 +47,7 @@ def test_kernels_are_sent_once(library):
         return put(a)
 
     library.setattr(array_backend, "device_transfer", lambda: counting)
-    made = _kernels(LENS, DIRT, np.array([540.0, 560.0]), (4.0, 4.0), (29, 39))
+    made = _kernels(KernelRequest(LENS, DIRT, np.array([540.0, 560.0]), (4.0, 4.0), (29, 39)))
     largest = max(k.spectrum.size for k in made.spectra.kernels)
     library.setattr("isethdr_optics.imaging.field_optics._kernels", lambda *how: made)
     for _ in range(2):

@@ -263,7 +263,9 @@ def test_light_that_flares_add_is_counted(monkeypatch):
             )
 
     # made before: saves time
-    monkeypatch.setattr(kernels, "kernels", lambda lens, flares, *how: made(lens, FLARES, *how))
+    monkeypatch.setattr(
+        kernels, "kernels", lambda request: made(dataclasses.replace(request, flares=FLARES))
+    )
     share, electrons, _ = compare(build("sensor", "bayer", pitch_um=3.0), night(), flares=(Veil(),))
     assert share[electrons < 1e5].max() < 0.1
 

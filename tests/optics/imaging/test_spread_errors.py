@@ -9,9 +9,10 @@ import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, WavefrontLens
 from isethdr_optics.imaging import accuracy_shares, photoelectron_map, spread_errors
 from isethdr_optics.imaging.field_optics import field_optics
-from isethdr_optics.psf import exact_core, kernel_sampling_error, kernels, scaled_pattern
-from isethdr_optics.psf.kernels import _computed
+from isethdr_optics.psf import exact_core, kernel_sampling_error, kernels
+from isethdr_optics.psf.kernels import KernelRequest, computed, wider
 from isethdr_optics.psf.kernels import kernels as made_kernels
+from isethdr_optics.psf.scaled_pattern import core_sizes
 
 from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
@@ -115,7 +116,7 @@ def test_kernels_that_err_nowhere_have_no_share_of_the_noise():
     """As the widest of exact cores leaves them; their deviation is 0 tile by tile."""
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street()
-    usual = made_kernels(lens, DIRT, BANDS, (10.0, 10.0), (33, 49))
+    usual = made_kernels(KernelRequest(lens, DIRT, BANDS, (10.0, 10.0), (33, 49)))
     seen = photoelectron_map.map_photoelectrons(lens, mixed, 1.0, response)
     for right in (
         replace(usual, deviation=0 * usual.deviation, wrap=0.0),
@@ -126,7 +127,7 @@ def test_kernels_that_err_nowhere_have_no_share_of_the_noise():
 
 def test_a_scene_that_needs_finer_kernels_gets_them():
     response = build("sensor", "bayer").narrow(Demand()).response
-    usual = made_kernels(street()[0], DIRT, BANDS, (10.0, 10.0), (33, 49))
+    usual = made_kernels(KernelRequest(street()[0], DIRT, BANDS, (10.0, 10.0), (33, 49)))
 
     def asked_for(lamp, response):
         asked = []
@@ -168,12 +169,12 @@ def test_kernels_from_one_pattern_get_a_wider_exact_core(monkeypatch):
     """The smallest that is enough; where none is, one that is quickly made, or none."""
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street(lamp=1e9)
-    usual = made_kernels(lens, DIRT, BANDS, (10.0, 10.0), (33, 49))
+    usual = made_kernels(KernelRequest(lens, DIRT, BANDS, (10.0, 10.0), (33, 49)))
     seen = photoelectron_map.map_photoelectrons(lens, mixed, 1.0, response)
     before = spread_errors.noise_share(usual, seen, response)
 
     def best(allowed, quick=4e3):
-        monkeypatch.setattr(scaled_pattern, "USUAL_SUMS", quick)
+        monkeypatch.setattr(core_sizes, "USUAL_SUMS", quick)
         fraction = allowed / accuracy_shares.KERNELS
         asked = replace(response, noise_fraction_allowed=fraction)
         return spread_errors.fine_enough(lambda one: usual, lens, mixed, 1.0, asked)[:2]
@@ -194,9 +195,9 @@ def test_fine_rings_are_made_where_no_core_is_enough(monkeypatch):
     """Not where they would miss what is allowed by far, nor where memory does not hold them."""
     response = build("sensor", "bayer").narrow(Demand()).response
     lens, mixed = street(lamp=1e9)
-    usual = made_kernels(lens, DIRT, BANDS, (10.0, 10.0), (33, 49))
+    usual = made_kernels(KernelRequest(lens, DIRT, BANDS, (10.0, 10.0), (33, 49)))
     seen = photoelectron_map.map_photoelectrons(lens, mixed, 1.0, response)
-    monkeypatch.setattr(scaled_pattern, "MOST_SUMS", 2e8)
+    monkeypatch.setattr(core_sizes, "MOST_SUMS", 2e8)
     size = kernels.wider_cores(usual)[-1].tiles
     assert size < 40
     coarse = spread_errors.noise_share(kernels.with_core(usual, size), seen, response)
@@ -212,7 +213,7 @@ def test_fine_rings_are_made_where_no_core_is_enough(monkeypatch):
     rest = np.abs(np.asarray(fine.bands[0]) / np.asarray(usual.bands[0]) - 1)
     assert 0 < np.median(rest[:, :8]) < 0.05  # beyond every core
     assert best(1e-4 * coarse)[0].deviation is usual.deviation
-    monkeypatch.setattr(kernels, "machine_bytes", lambda: 1.0)
+    monkeypatch.setattr(wider, "machine_bytes", lambda: 1.0)
     assert best(0.3 * coarse)[0].deviation is usual.deviation
 
 
@@ -220,10 +221,14 @@ def test_fine_rings_are_made_where_no_core_is_enough(monkeypatch):
 def test_cores_are_kept_while_kernels_are_made_again():
     lens = WavefrontLens(focal_length_mm=6.0, zernike_um={4: 0.02})
     at = BANDS[:1], (10.0, 10.0), (27, 30)
-    apart = [_computed(replace(lens, speckle_error=e), DIRT, *at).bands[0] for e in (0.03, 0.003)]
+    apart = [
+        computed(KernelRequest(replace(lens, speckle_error=e), DIRT, *at)).bands[0]
+        for e in (0.03, 0.003)
+    ]
     with exact_core.kept_cores():
         together = [
-            _computed(replace(lens, speckle_error=e), DIRT, *at).bands[0] for e in (0.03, 0.003)
+            computed(KernelRequest(replace(lens, speckle_error=e), DIRT, *at)).bands[0]
+            for e in (0.03, 0.003)
         ]
         assert len(exact_core._core_cache) == 1
     assert exact_core._core_cache is None

@@ -10,6 +10,7 @@ from isethdr_optics import ApertureFlare, DiffractionLimitedLens
 from isethdr_optics.imaging import wing_truncation
 from isethdr_optics.imaging.sensor_plane import sensor_plane, without_geometry
 from isethdr_optics.psf import kernels
+from isethdr_optics.psf.kernels import KernelRequest
 from scipy.special import jv
 
 from isethdr_core.data import quantities
@@ -47,7 +48,7 @@ def needed(mixed, flares=(), allowed=0.1):
     plain = without_geometry(LENS)
     wave = mixed.wavelength.values
     return wing_truncation.truncated_kernels(
-        lambda reach: kernels.kernels(plain, flares, wave, PITCH_UM, reach),
+        lambda reach: kernels.kernels(KernelRequest(plain, flares, wave, PITCH_UM, reach)),
         plain,
         flares,
         wing_truncation.FieldOnSensor(mixed, sensor_plane(LENS, mixed), PITCH_UM),
@@ -111,7 +112,7 @@ def test_the_bound_holds_for_the_worst_light_there_is():
     """A dark tile amid light, and one amid darkness: all of the tail or nothing falls on it."""
     made = needed(scene())
     whole = kernels.kernels(
-        without_geometry(LENS), (), BANDS, PITCH_UM, tuple(n - 1 for n in SHAPE)
+        KernelRequest(without_geometry(LENS), (), BANDS, PITCH_UM, tuple(n - 1 for n in SHAPE))
     )
     for band, added in zip(range(len(BANDS)), made.added, strict=True):
         near = np.zeros_like(whole.bands[band])
@@ -136,7 +137,7 @@ def test_what_lies_beyond_a_kernel_is_known_in_closed_form():
     """
     wave = np.array([500.0, 600.0])
     reach = (15, 15)
-    made = kernels.kernels(without_geometry(LENS), (), wave, PITCH_UM, reach)
+    made = kernels.kernels(KernelRequest(without_geometry(LENS), (), wave, PITCH_UM, reach))
     angle = np.linspace(-np.pi / 4, np.pi / 4, 4001)
     for outside, nm in zip(made.outside, wave, strict=True):
         # tiles receive what constant tiles send: from between half and one and a half tiles beyond

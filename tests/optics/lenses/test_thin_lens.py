@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, IdealLens, WavefrontLens
-from isethdr_optics.psf.kernels import kernels
+from isethdr_optics.psf.kernels import KernelRequest, kernels
 from scipy.special import j0, j1
 
 from isethdr_core.data import quantities
@@ -128,7 +128,7 @@ def test_kernel_does_not_depend_on_how_finely_the_scene_is_tiled():
 
 @pytest.mark.slow
 def test_kernel_against_the_airy_pattern_far_out():
-    k = kernels(LENS, (), np.array([550.0]), (4.0, 4.0), (150, 150))
+    k = kernels(KernelRequest(LENS, (), np.array([550.0]), (4.0, 4.0), (150, 150)))
     y, x = np.indices(k.bands[0].shape) - 150
     r = np.hypot(y, x)
     for low, high in ((20, 45), (45, 70), (70, 100), (100, 140)):
@@ -151,11 +151,13 @@ def test_dark_tiles_beside_a_lamp_agree_with_direct_sums():
     )
     light = LENS(scene)
     k = kernels(
-        LENS,
-        (),
-        np.array([550.0]),
-        tuple(1e6 * 4e-3 * quantities.tile_pitch(scene, d) for d in ("y", "x")),
-        (39, 49),
+        KernelRequest(
+            LENS,
+            (),
+            np.array([550.0]),
+            tuple(1e6 * 4e-3 * quantities.tile_pitch(scene, d) for d in ("y", "x")),
+            (39, 49),
+        )
     ).bands[0]
     x = scene.values[0].astype(np.longdouble) * np.longdouble(LENS.throughput_sr())
     flipped = k[::-1, ::-1].astype(np.longdouble)

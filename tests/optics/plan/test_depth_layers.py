@@ -17,7 +17,7 @@ from isethdr_optics.plan.depth_layers import (
     beyond_diffraction,
     layers,
 )
-from isethdr_optics.psf.kernels import kernels
+from isethdr_optics.psf.kernels import KernelRequest, kernels
 from scipy.signal import convolve2d
 
 import isethdr_core as hdr
@@ -202,7 +202,7 @@ def test_a_disc_beside_diffraction_stays_within_what_is_stated(blur):
     lens = DiffractionLimitedLens(f_number=4.0)
     wavefront = WavefrontLens(f_number=4.0, zernike_um={4: blur / (16 * np.sqrt(3) * 4.0)})
     sharp, exact = (
-        np.array(kernels(one, (), waves, pitch, (16, 16)).bands[1][:], float)
+        np.array(kernels(KernelRequest(one, (), waves, pitch, (16, 16))).bands[1][:], float)
         for one in (lens, wavefront)
     )
     disc = beyond_diffraction(lens, field(np.ones((3, 3)), None, 1.0), np.full((1, 1), blur))

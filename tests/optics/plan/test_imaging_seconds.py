@@ -23,6 +23,8 @@ from isethdr_optics.imaging.sensor_plane import without_geometry
 from isethdr_optics.imaging.threads import MOST_THREADS, cpus
 from isethdr_optics.lenses.prescription_lens import PrescribedLens
 from isethdr_optics.psf import kernel_store, kernel_work, kernels
+from isethdr_optics.psf.kernels import KernelRequest
+from isethdr_optics.psf.kernels.patterns import of_one_pattern, one_pattern_frame
 
 from isethdr_core import quantities
 from isethdr_core.physics.optics import ray_sums
@@ -38,12 +40,12 @@ def frame(rows=60, columns=100):
 
 
 def test_kernels_at_hand_take_no_time(isethdr_home):
-    kernels._cache.clear()
+    kernels.forget()
     lens = DiffractionLimitedLens()
     anew = lens.expected_s(frame(), DIRT)
     larger = lens.expected_s(frame(600, 1000), DIRT)
     plain = without_geometry(lens)  # as an image asks for them
-    kernels.kernels(plain, DIRT, WAVE, (3.0, 3.0), (59, 99))
+    kernels.kernels(KernelRequest(plain, DIRT, WAVE, (3.0, 3.0), (59, 99)))
     assert 0 < lens.expected_s(frame(), DIRT) < 0.1 * anew
     assert larger > 1.3 * anew
 
@@ -54,7 +56,9 @@ def test_kernels_on_disk_are_at_hand(isethdr_home):
     pitch = (3.0, 3.0)
     anew = lens.expected_s(frame(), DIRT)
     assert anew > DiffractionLimitedLens().expected_s(frame(), DIRT)
-    name = kernel_store.name(without_geometry(lens), DIRT, np.array(WAVE), pitch, reach, None)
+    name = kernel_store.name(
+        KernelRequest(without_geometry(lens), DIRT, np.array(WAVE), pitch, reach)
+    )
     ones = np.ones((1, 1), np.float32)
     kernel_store.save(name, (1, 1, 1), "<f4", [ones], lambda: np.ones((1, 1)))
     assert lens.expected_s(frame(), DIRT) < 0.1 * anew
@@ -62,7 +66,7 @@ def test_kernels_on_disk_are_at_hand(isethdr_home):
 
 def test_lattices_are_made_again_beside_lamps(isethdr_home):
     """Kernels from one pattern get a wider exact core there, which is not part of the estimate."""
-    kernels._cache.clear()
+    kernels.forget()
     lens = DiffractionLimitedLens()
     for flares, most in (((GRAINS,), 3.0), (DIRT, 1.0)):
         dark = lens.expected_s(frame(), flares)
@@ -78,15 +82,17 @@ def test_a_lens_without_blur_cannot_tell():
 
 def test_kernels_of_another_reach_are_at_hand_only_where_sensors_may_end_them(isethdr_home):
     """A frame with a response may have kernels that end before it does, never longer ones."""
-    kernels._cache.clear()
+    kernels.forget()
     lens = DiffractionLimitedLens()
     plain = without_geometry(lens)
-    kernels.kernels(plain, DIRT, WAVE, (3.0, 3.0), (59, 99))
+    kernels.kernels(KernelRequest(plain, DIRT, WAVE, (3.0, 3.0), (59, 99)))
     given = plain, DIRT, WAVE, (3.0, 3.0)
-    assert kernels.at_hand(*given, (59, 99))
-    assert not kernels.at_hand(*given, (29, 49)) and not kernels.at_hand(*given, (299, 499))
-    assert kernels.at_hand(*given, (299, 499), 0.5)
-    assert not kernels.at_hand(*given, (89, 149), 0.5)
+    assert kernels.at_hand(KernelRequest(*given, (59, 99)))
+    assert not kernels.at_hand(KernelRequest(*given, (29, 49))) and not kernels.at_hand(
+        KernelRequest(*given, (299, 499))
+    )
+    assert kernels.at_hand(KernelRequest(*given, (299, 499)), 0.5)
+    assert not kernels.at_hand(KernelRequest(*given, (89, 149)), 0.5)
     smaller = lens.expected_s(frame(30, 50), DIRT)
     same = lens.expected_s(frame(), DIRT)
     assert smaller > 10 * same
@@ -106,7 +112,7 @@ def test_more_work_takes_longer():
     """Of kernels from patterns: more bands, a wavefront, a faster lens, more dirt."""
 
     def said(lens, wave=WAVE, flares=DIRT, reach=(179, 319)):
-        return kernels.expected_s(lens, flares, np.array(wave), (3.0, 3.0), reach)
+        return kernels.expected_s(KernelRequest(lens, flares, np.array(wave), (3.0, 3.0), reach))
 
     usual = said(DiffractionLimitedLens())
     assert said(DiffractionLimitedLens(), np.linspace(400, 700, 31)) > 1.1 * usual
@@ -135,9 +141,9 @@ def test_the_work_of_rings_is_what_is_done(monkeypatch):
     monkeypatch.setattr(ray_sums._Reader, "_changes", counted_changes)
     lens = DiffractionLimitedLens(focal_length_mm=6.0)
     wave = np.array(WAVE)
-    frame_of = kernels._frame(lens, DIRT, wave, (3.0, 3.0), (90, 120))
-    kernels._scaled(lens, DIRT, frame_of)
-    counts = kernel_work.one_pattern(lens, DIRT, frame_of)
+    frame_of = one_pattern_frame(KernelRequest(lens, DIRT, wave, (3.0, 3.0), (90, 120)))
+    of_one_pattern(frame_of)
+    counts = kernel_work.one_pattern(frame_of)
     borders = len(np.unique(frame_of.edges_nm))
     assert counts.sums == pytest.approx(done[0], rel=0.02)
     assert counts.reads == pytest.approx(done[1] * borders * len(wave), rel=0.1)
@@ -148,7 +154,7 @@ COMA = {0: {}, 25: {8: 0.12, 5: 0.08}}
 
 def test_a_lens_that_varies_over_the_field_takes_longer(isethdr_home):
     """Field points add to the kernels of the axis; more change of the wavefront asks for more."""
-    kernels._cache.clear()
+    kernels.forget()
     wide = Frame(24, 40, (6e-3, 6e-3), WAVE, True)
     axis = WavefrontLens(zernike_um={}).expected_s(wide, ())
     even, uneven = (
@@ -176,7 +182,7 @@ def test_what_a_varying_lens_takes_is_expected(isethdr_home, lens, rows, columns
     """Frames, lenses and bands that no constant was fitted to; CPU seconds of a busy machine differ
     by half, of a frame that is not like those of the fit by as much again: a factor of two.
     """
-    kernels._cache.clear()
+    kernels.forget()
     wave = np.linspace(420.0, 680.0, bands)
     x, y = (quantities.centres(n, n * pitch) for n in (columns, rows))
     size = {"field_width": columns * pitch, "field_height": rows * pitch}

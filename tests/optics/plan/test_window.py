@@ -11,6 +11,7 @@ from isethdr_optics.imaging import wing_truncation
 from isethdr_optics.imaging.sensor_plane import without_geometry
 from isethdr_optics.plan import window
 from isethdr_optics.psf import kernels
+from isethdr_optics.psf.kernels import KernelRequest
 
 from isethdr_core.data import quantities
 from isethdr_core.demand import Demand
@@ -207,7 +208,9 @@ def test_errors_of_kernels_are_of_the_tiles_that_light_has_and_hold():
 def test_light_from_beyond_the_rendered_field_has_farther_to_go():
     """One of the four sides of a kernel, from the window to where the scene ends."""
     made = kernels.kernels(
-        without_geometry(LENS), (), BANDS, (1e3 * 4 * TILE,) * 2, tuple(n - 1 for n in SHAPE)
+        KernelRequest(
+            without_geometry(LENS), (), BANDS, (1e3 * 4 * TILE,) * 2, tuple(n - 1 for n in SHAPE)
+        )
     )
     # 7 rows lie above the window, 16 columns beside it
     side = max(b[: SHAPE[0] - 1 - 7].sum() for b in made.bands)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from isethdr_optics import WavefrontLens
 from isethdr_optics.psf import band_phase, kernels, wings
-from isethdr_optics.psf.kernels import BandPlan
+from isethdr_optics.psf.kernels import BandPlan, KernelRequest, core_size
 from isethdr_optics.pupil import sampled_pupil
 
 from isethdr_core.data import quantities
@@ -25,7 +25,7 @@ def stated(lens, waves):
 
 @pytest.mark.slow
 def test_too_few_parts_are_as_wrong_as_stated(monkeypatch):
-    monkeypatch.setattr(kernels, "CORE_SAMPLES", 30)
+    monkeypatch.setattr(core_size, "CORE_SAMPLES", 30)
     lens = WavefrontLens(zernike_um={8: 0.3, 4: 0.15})
     reach = (12, 12)
     change = sampled_pupil.phase_change(lens, (), WAVE - WIDTH / 2, WAVE + WIDTH / 2)
@@ -58,7 +58,7 @@ def test_what_parts_follow_is_not_stated_and_what_no_parts_follow_is_refused():
     with pytest.raises(
         ConfigError, match=r"450 nm, 100 nm wide.*take bands of (\d+) nm or less"
     ) as refused:
-        kernels.kernels(strong, (), wide, (3.0, 3.0), (8, 8))
+        kernels.kernels(KernelRequest(strong, (), wide, (3.0, 3.0), (8, 8)))
     narrower = float(str(refused.value).split("take bands of ")[1].split(" nm")[0])
     assert 50 < narrower < 100
     # what it says to type is accepted

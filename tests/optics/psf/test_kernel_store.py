@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.psf import kernel_store, kernels
+from isethdr_optics.psf.kernels import KernelRequest, computing
 
 BANDS = np.array([500.0, 600.0])
 SAMPLING = (BANDS, (3.0, 3.0), (30, 40))
@@ -24,25 +25,27 @@ OTHER = {
     tuple: lambda v: (v[0] * 0.9, *v[1:]),
 }
 SCRIPT = """
-from isethdr_optics.psf import kernels
+from isethdr_optics.psf import kernel_store, kernels
+from isethdr_optics.psf.kernels import KernelRequest
 from test_kernel_store import FLARES, LENS, SAMPLING
-kernels.WORTH_KEEPING_S = 0.0
-print(repr(float(kernels.kernels(LENS, FLARES, *SAMPLING).bands[1].sum(dtype=float))))
+kernel_store.WORTH_KEEPING_S = 0.0
+made = kernels.kernels(KernelRequest(LENS, FLARES, *SAMPLING))
+print(repr(float(made.bands[1].sum(dtype=float))))
 """
 
 
 @pytest.fixture(autouse=True)
 def everything_is_kept(monkeypatch):
-    monkeypatch.setattr(kernels, "WORTH_KEEPING_S", 0.0)
-    kernels._cache.clear()
+    monkeypatch.setattr(kernel_store, "WORTH_KEEPING_S", 0.0)
+    kernels.forget()
 
 
 def fresh_kernels(monkeypatch=None):
     """Return kernels with an empty memory cache; with `monkeypatch`, computing kernels fails."""
-    kernels._cache.clear()
+    kernels.forget()
     if monkeypatch:
-        monkeypatch.setattr(kernels, "_kernels_of", None)
-    return kernels.kernels(LENS, FLARES, *SAMPLING)
+        monkeypatch.setattr(computing, "computed", None)
+    return kernels.kernels(KernelRequest(LENS, FLARES, *SAMPLING))
 
 
 def files(home):
@@ -79,7 +82,7 @@ def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr
         done.append(centre)
         return band(plan, centre, width)
 
-    whole = kernels._computed(LENS, FLARES, *SAMPLING)
+    whole = kernels.computed(KernelRequest(LENS, FLARES, *SAMPLING))
     monkeypatch.setattr(kernels.BandPlan, "band", one)
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     with pytest.raises(KeyboardInterrupt):
@@ -101,7 +104,7 @@ def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr
 
 
 def test_stored_kernels_equal_computed_kernels(monkeypatch):
-    computed = kernels._computed(LENS, FLARES, *SAMPLING)
+    computed = kernels.computed(KernelRequest(LENS, FLARES, *SAMPLING))
     fresh_kernels()
     back = fresh_kernels(monkeypatch)
     assert all(isinstance(b, np.memmap) for b in back.bands)
@@ -136,7 +139,7 @@ def test_a_damaged_file_is_computed_again(isethdr_home, where):
 def test_the_name_changes_with_any_field(component):
     def name(c):
         lens, flares = (c, FLARES) if isinstance(c, WavefrontLens) else (LENS, (c,))
-        return kernel_store.name(lens, flares, *SAMPLING)
+        return kernel_store.name(KernelRequest(lens, flares, *SAMPLING))
 
     names = [name(component)]
     for field in dataclasses.fields(component):
@@ -163,7 +166,7 @@ def test_the_name_changes_with_any_field(component):
 
 def test_the_name_changes_with_sampling_class_and_code(monkeypatch):
     def name(lens=LENS, flares=FLARES, sampling=SAMPLING):
-        return kernel_store.name(lens, flares, *sampling)
+        return kernel_store.name(KernelRequest(lens, flares, *sampling))
 
     names = {
         name(),

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.psf import kernels, phase_patterns, scaled_pattern
+from isethdr_optics.psf.kernels import KernelRequest
+from isethdr_optics.psf.kernels.patterns import phase_frame
 
 COMA = WavefrontLens(focal_length_mm=6.0, zernike_um={7: 0.05})
 DIRT = (ApertureFlare(),)
@@ -17,12 +19,12 @@ REACH = (88, 104)
 
 
 def frame_of(lens, bands=BANDS, reach=REACH):
-    return kernels._phase_frame(lens, DIRT, bands, PITCH, reach)
+    return phase_frame(KernelRequest(lens, DIRT, bands, PITCH, reach))
 
 
 @pytest.fixture(scope="module")
 def made():
-    return kernels._computed(COMA, DIRT, BANDS, PITCH, REACH)
+    return kernels.computed(KernelRequest(COMA, DIRT, BANDS, PITCH, REACH))
 
 
 @pytest.mark.slow
@@ -33,7 +35,7 @@ def test_they_agree_with_direct_sums(made):
     for turned in (False, True):
         kernel = made.bands[1][::-1, ::-1] if turned else made.bands[1]
         place = 80, 1, turned
-        wrong, light = phase_patterns._wrong(COMA, DIRT, frame, kernel, place, map)
+        wrong, light = phase_patterns._wrong(frame, kernel, place, map)
         # two bands of 10 nm; columns differ among themselves by half
         assert np.abs(wrong).sum() < 1.5 * made.speckle.max() * light.sum()
         assert abs(wrong.sum()) < 0.003 * light.sum()
@@ -42,7 +44,7 @@ def test_they_agree_with_direct_sums(made):
 @pytest.mark.slow
 def test_they_agree_with_kernels_of_lattices_of_their_own(made, monkeypatch):
     monkeypatch.setattr(phase_patterns, "serves", lambda *given: False)
-    other = kernels._computed(COMA, DIRT, BANDS, PITCH, REACH)
+    other = kernels.computed(KernelRequest(COMA, DIRT, BANDS, PITCH, REACH))
     for own, theirs, core in zip(made.bands, other.bands, made.core.astype(int)):
         y, x = (np.abs(np.arange(n) - n // 2) for n in own.shape)
         beyond = np.maximum(y[:, None], x) > core
@@ -59,12 +61,13 @@ def test_a_wavefront_of_nothing_gives_the_kernels_without_phase():
     flat = replace(COMA, zernike_um={7: 1e-9})
     plain = DiffractionLimitedLens(focal_length_mm=6.0)
     frame = frame_of(flat)
-    assert len(phase_patterns.wavenumbers(flat, DIRT, frame)) == 1
+    assert len(phase_patterns.wavenumbers(frame)) == 1
     whole = np.zeros((2, 2 * REACH[0] + 1, 2 * REACH[1] + 1), np.float32)
     read = replace(scaled_pattern.USUAL, period=3.0)
-    phase_patterns.wings(flat, DIRT, frame, read, whole)
+    phase_patterns.wings(frame, read, whole)
     core = np.zeros((2, frame.core[0] + 1, 2 * frame.core[1] + 1), np.float32)
-    half = scaled_pattern.halves(plain, DIRT, frame, core, read)
+    without = replace(frame, request=replace(frame.request, lens=plain))
+    half = scaled_pattern.halves(without, core, read)
     for own, theirs in zip(whole, half):
         lit = theirs > 0
         np.testing.assert_allclose(own[REACH[0] :][lit], theirs[lit], rtol=2e-3, atol=1e-12)
@@ -79,7 +82,8 @@ def test_which_lenses_they_serve():
     assert frame_of(replace(COMA, focal_shift_um={380.0: 0.0, 780.0: 5.0})) is None
     assert frame_of(replace(COMA, zernike_um={7: 30.0})) is None  # too many wavenumbers
     assert (
-        kernels._phase_frame(COMA, (ApertureFlare(dust_delay_um=0.2),), BANDS, PITCH, REACH) is None
+        phase_frame(KernelRequest(COMA, (ApertureFlare(dust_delay_um=0.2),), BANDS, PITCH, REACH))
+        is None
     )
     bands = np.arange(400.0, 701.0, 10.0)
-    assert len(phase_patterns.wavenumbers(COMA, DIRT, frame_of(COMA, bands))) == 3
+    assert len(phase_patterns.wavenumbers(frame_of(COMA, bands))) == 3

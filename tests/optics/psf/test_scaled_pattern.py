@@ -2,12 +2,12 @@
 wavelength by wavelength, and with direct sums over the pupil. Stated errors hold.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, HazeFlare, WavefrontLens
 from isethdr_optics.psf import kernel_sampling_error, kernel_store, kernels, scaled_pattern, wings
+from isethdr_optics.psf.kernels import KernelRequest, computing, wider
+from isethdr_optics.psf.kernels.patterns import one_pattern_frame
 
 from isethdr_core.physics.convolution.mirrored import Mirrored
 
@@ -37,9 +37,9 @@ def beyond(core, wrong):
 )
 def test_errors_are_those_against_finer_kernels(lens, pitch_um, reach):
     args = DIRT, BANDS, (pitch_um, pitch_um), reach
-    usual = kernels._computed(lens, *args, width_nm=WIDTHS)
+    usual = kernels.computed(KernelRequest(lens, *args, width_nm=WIDTHS))
     finer = DiffractionLimitedLens(f_number=lens.f_number, speckle_error=0.03 / 4)
-    truth = kernels._computed(finer, *args, width_nm=WIDTHS)
+    truth = kernels.computed(KernelRequest(finer, *args, width_nm=WIDTHS))
     assert isinstance(usual.bands[0], Mirrored) and usual.speckle.max() <= lens.speckle_error
     core = int(usual.core[0])
     found = [
@@ -53,9 +53,9 @@ def test_errors_are_those_against_finer_kernels(lens, pitch_um, reach):
 @pytest.mark.slow
 def test_they_agree_with_kernels_of_lattices_of_their_own(monkeypatch):
     args = LENS, DIRT, BANDS, (4.3, 4.3), (64, 110)
-    quick = kernels._computed(*args, width_nm=WIDTHS)
+    quick = kernels.computed(KernelRequest(*args, width_nm=WIDTHS))
     monkeypatch.setattr(scaled_pattern, "serves", lambda *how: False)
-    other = kernels._computed(*args, width_nm=WIDTHS)
+    other = kernels.computed(KernelRequest(*args, width_nm=WIDTHS))
     core = int(min(quick.core[0], *other.core))
     for band, (a, b) in enumerate(zip(quick.bands, other.bands)):
         b = np.asarray(b, float)
@@ -75,12 +75,12 @@ def test_wide_tiles_agree_with_finer_direct_sums():
     say against sums of three times the samples, in columns between those that were looked at.
     """
     lens = DiffractionLimitedLens(f_number=1.6)
-    frame = kernels._frame(lens, DIRT, BANDS, (6.4, 6.4), (18, 28), WIDTHS)
-    assert scaled_pattern.wide_tiles(lens, frame) and min(frame.core) >= scaled_pattern.LEAST_CORE
-    half, errors = scaled_pattern.fine_enough(lens, DIRT, frame)
+    frame = one_pattern_frame(KernelRequest(lens, DIRT, BANDS, (6.4, 6.4), (18, 28), WIDTHS))
+    assert frame.has_wide_tiles and min(frame.core) >= scaled_pattern.LEAST_CORE
+    half, errors = scaled_pattern.fine_enough(frame)
     finer = {"step": 0.25, "moves": 0.5, "period": 4.0}
     for band in (0, 2):
-        wrong, light = scaled_pattern._wrong(lens, DIRT, frame, half[band], 18, band, **finer)
+        wrong, light = scaled_pattern.wrong_columns(frame, half[band], 18, band, **finer)
         # two octaves of radius are crossed, in as many tiles as were looked at
         assert np.abs(wrong).sum() < 1.3 * errors.relative[3:6].max() * light.sum()
         assert abs(wrong.sum()) < 1.5 * max(errors.mean, 0.003) * light.sum()
@@ -88,9 +88,9 @@ def test_wide_tiles_agree_with_finer_direct_sums():
 
 def test_columns_looked_at_are_those_of_direct_sums():
     """What the errors are read from agrees with kernels made on lattices of their own."""
-    frame = kernels._frame(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110), WIDTHS)
+    frame = one_pattern_frame(KernelRequest(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110), WIDTHS))
     half = np.zeros((65, 221), np.float32)
-    wrong, light = scaled_pattern._wrong(LENS, DIRT, frame, half, 80, 1)
+    wrong, light = scaled_pattern.wrong_columns(frame, half, 80, 1)
     np.testing.assert_array_equal(wrong, -light)
     lattices = wings.shared(LENS, DIRT, 445.0, wings.Grid(1, (4.3, 4.3), (64, 110)))
     plan = kernels.BandPlan(
@@ -103,26 +103,30 @@ def test_columns_looked_at_are_those_of_direct_sums():
 @pytest.mark.slow
 def test_fine_rings_leave_a_third_of_the_usual_errors():
     """In columns that nobody looks at when errors are stated."""
-    frame = kernels._frame(LENS, DIRT, BANDS[[0, 2]], (4.3, 4.3), (64, 110), WIDTHS[:2])
-    core = scaled_pattern.exact_halves(LENS, DIRT, frame, frame.core)
+    frame = one_pattern_frame(
+        KernelRequest(LENS, DIRT, BANDS[[0, 2]], (4.3, 4.3), (64, 110), WIDTHS[:2])
+    )
+    core = scaled_pattern.exact_halves(frame, frame.core)
     stated = []
     found = []
     for read in (scaled_pattern.USUAL, scaled_pattern.FINE):
-        made = scaled_pattern.halves(LENS, DIRT, frame, core, read)
-        stated.append(scaled_pattern.errors(LENS, DIRT, frame, made, read).relative[6])
+        made = scaled_pattern.halves(frame, core, read)
+        stated.append(scaled_pattern.errors(frame, made, read).relative[6])
         columns = scaled_pattern.FINE_COLUMNS
-        sums = [scaled_pattern._wrong(LENS, DIRT, frame, made[b], 70, b, **columns) for b in (0, 1)]
+        sums = [scaled_pattern.wrong_columns(frame, made[b], 70, b, **columns) for b in (0, 1)]
         found.append(np.mean([np.abs(wrong).sum() / light.sum() for wrong, light in sums]))
     assert found[1] < 0.33 * found[0] and stated[1] < 0.4 * stated[0]
     assert found[1] < 1.6 * stated[1]  # a few columns stand for whole octaves
 
 
 def test_gauss_wavelengths_leave_no_error_in_an_exact_core():
-    frame = kernels._frame(LENS, DIRT, BANDS[2:], (4.3, 4.3), (90, 90), WIDTHS[:1])
-    core = scaled_pattern.exact_halves(LENS, DIRT, frame, (70, 70))
-    frame = replace(frame, reach=(70, 70))
+    frame = one_pattern_frame(
+        KernelRequest(LENS, DIRT, BANDS[2:], (4.3, 4.3), (90, 90), WIDTHS[:1])
+    )
+    core = scaled_pattern.exact_halves(frame, (70, 70))
+    frame = frame.resized((70, 70), frame.core)
     columns = scaled_pattern.FINE_COLUMNS
-    wrong, light = scaled_pattern._wrong(LENS, DIRT, frame, core[0], 60, 0, **columns)
+    wrong, light = scaled_pattern.wrong_columns(frame, core[0], 60, 0, **columns)
     # as right as direct sums, 2e-4; as many midpoints of a band leave 4e-3
     assert np.abs(wrong).sum() < 3e-4 * light.sum()
 
@@ -131,8 +135,8 @@ def test_gauss_wavelengths_leave_no_error_in_an_exact_core():
 def test_scatter_is_mixed_in():
     args = BANDS, (4.3, 4.3), (64, 110)
     haze = HazeFlare()
-    clear = kernels._computed(LENS, DIRT, *args)
-    hazy = kernels._computed(LENS, (*DIRT, haze), *args)
+    clear = kernels.computed(KernelRequest(LENS, DIRT, *args))
+    hazy = kernels.computed(KernelRequest(LENS, (*DIRT, haze), *args))
     assert np.asarray(hazy.bands[1]).min() > 0
     assert hazy.bands[1][0, 0] > 1.2 * clear.bands[1][0, 0]
     np.testing.assert_array_equal(hazy.bands[1][::-1, ::-1], np.asarray(hazy.bands[1]))
@@ -142,7 +146,10 @@ def test_phase_uneven_light_and_wide_tiles_go_another_way():
     reach = (64, 110)
 
     def serves(lens, flares=DIRT, pitch_um=4.3):
-        return kernels._frame(lens, flares, BANDS, (pitch_um,) * 2, reach, WIDTHS) is not None
+        return (
+            one_pattern_frame(KernelRequest(lens, flares, BANDS, (pitch_um,) * 2, reach, WIDTHS))
+            is not None
+        )
 
     assert serves(LENS) and serves(LENS, ()) and serves(WavefrontLens())
     assert not serves(WavefrontLens(zernike_um={4: 0.01}))
@@ -154,15 +161,15 @@ def test_phase_uneven_light_and_wide_tiles_go_another_way():
 @pytest.mark.slow
 def test_kernels_that_took_long_come_back_from_the_disk_bit_for_bit(isethdr_home, monkeypatch):
     asked = LENS, DIRT, BANDS, (4.3, 4.3), (64, 110)
-    monkeypatch.setattr(kernels, "PATTERN_WORTH_KEEPING_S", 0.0)
-    kernels._cache.clear()
-    usual = kernels.kernels(*asked)
+    monkeypatch.setattr(kernel_store, "PATTERN_WORTH_KEEPING_S", 0.0)
+    kernels.forget()
+    usual = kernels.kernels(KernelRequest(*asked))
     tiles = kernels.wider_cores(usual)[0].tiles
     wide = kernels.with_core(usual, tiles)
-    kernels._cache.clear()
-    monkeypatch.setattr(kernels, "_kernels_of", None)  # making them again would fail
-    monkeypatch.setattr(kernels, "_with_core", None)
-    usual_read = kernels.kernels(*asked)
+    kernels.forget()
+    monkeypatch.setattr(computing, "computed", None)  # making them again would fail
+    monkeypatch.setattr(wider, "_with_core", None)
+    usual_read = kernels.kernels(KernelRequest(*asked))
     for read, made in ((usual_read, usual), (kernels.with_core(usual_read, tiles), wide)):
         assert read is not made and read.key == made.key
         for one, other in zip(read.bands, made.bands, strict=True):
@@ -176,12 +183,12 @@ def test_kernels_that_took_long_come_back_from_the_disk_bit_for_bit(isethdr_home
 
 @pytest.mark.slow
 def test_what_is_made_fast_is_not_kept_on_disk(isethdr_home, monkeypatch):
-    monkeypatch.setattr(kernels, "WORTH_KEEPING_S", 0.0)
-    monkeypatch.setattr(kernels, "PATTERN_WORTH_KEEPING_S", np.inf)
+    monkeypatch.setattr(kernel_store, "WORTH_KEEPING_S", 0.0)
+    monkeypatch.setattr(kernel_store, "PATTERN_WORTH_KEEPING_S", np.inf)
     monkeypatch.setattr(kernel_store, "save", None)  # calling it would fail
-    kernels._cache.clear()
-    made = kernels.kernels(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110))
-    assert made is kernels.kernels(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110))
+    kernels.forget()
+    made = kernels.kernels(KernelRequest(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110)))
+    assert made is kernels.kernels(KernelRequest(LENS, DIRT, BANDS, (4.3, 4.3), (64, 110)))
     assert not (isethdr_home / "kernels").exists()
     image = np.random.default_rng(0).uniform(0.5, 1.5, (65, 111))
     before = made.held_bytes

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens
 from isethdr_optics.psf import kernels
+from isethdr_optics.psf.kernels import KernelRequest
 from isethdr_optics.pupil import sampled_pupil
 
 from isethdr_core.errors import ConfigError
@@ -35,7 +36,7 @@ def frame(sensed=True):
 def held(focal_length_mm, **fields):
     pitch_um = (1e3 * focal_length_mm * PITCH,) * 2
     one = lens(focal_length_mm, **fields)
-    return kernels.held_bytes(one, (), WAVE_NM, pitch_um, (ROWS - 1, COLUMNS - 1))
+    return kernels.held_bytes(KernelRequest(one, (), WAVE_NM, pitch_um, (ROWS - 1, COLUMNS - 1)))
 
 
 @pytest.mark.parametrize("focal_length_mm", [2.0, 4.0, 6.0, 12.0, 25.0, 50.0])
@@ -49,11 +50,12 @@ def test_memory_does_not_grow_with_the_focal_length(focal_length_mm):
 MEASURED = """
 import resource, sys
 from isethdr_optics.psf import kernels
+from isethdr_optics.psf.kernels import KernelRequest
 sys.path.insert(0, sys.argv[1])
 import test_wide_tiles as wide
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 pitch_um = (1e3 * 12.0 * wide.PITCH,) * 2
-made = kernels._computed(wide.lens(12.0), (), wide.WAVE_NM, pitch_um, (63, 114))
+made = kernels.computed(KernelRequest(wide.lens(12.0), (), wide.WAVE_NM, pitch_um, (63, 114)))
 assert len(made.bands) == len(wide.WAVE_NM)
 print(1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before))
 """

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from isethdr_optics import ApertureFlare, DiffractionLimitedLens, WavefrontLens
 from isethdr_optics.psf import kernel_sampling_error, phase_patterns, wings
-from isethdr_optics.psf.kernels import BandPlan, _computed, _lattices
+from isethdr_optics.psf.kernels import BandPlan, KernelRequest, computed
+from isethdr_optics.psf.kernels.lattices import shared_lattices
 from isethdr_optics.pupil.sampled_pupil import amplitude, axis_mm, open_energy_mm2, with_wavefront
 
 from isethdr_core.errors import ConfigError
@@ -61,7 +62,9 @@ def direct(  # noqa: PLR0913 - a helper of tests
 def one_band(lens, flare, centre, width, pitch_um, reach):
     """Return the kernel of one band and its stated error, the largest of all radii."""
     pitch = (pitch_um, pitch_um)
-    lattices = _lattices(lens, [flare], np.array([centre]), np.array([width]), pitch, reach)
+    lattices = shared_lattices(
+        KernelRequest(lens, [flare], [centre], pitch, reach, np.array([width]))
+    )
     plan = BandPlan(lens, [flare], (centre, width), wings.Grid(1, pitch, reach), lattices)
     kernel, wrong, _ = plan.band(centre, width)
     return kernel, 0.0 if wrong is None else kernel_sampling_error.by_octave(wrong, kernel).max()
@@ -116,12 +119,14 @@ def test_tiles_agree_with_direct_sums(lens, flare, centre, width):
 @pytest.mark.slow
 def test_less_error_on_demand():
     usual, fine = (
-        _computed(
-            DiffractionLimitedLens(speckle_error=e),
-            [DIRTY],
-            np.array([550.0]),
-            (4.3, 4.3),
-            (90, 100),
+        computed(
+            KernelRequest(
+                DiffractionLimitedLens(speckle_error=e),
+                [DIRTY],
+                np.array([550.0]),
+                (4.3, 4.3),
+                (90, 100),
+            )
         )
         for e in (0.03, 0.003)
     )
@@ -192,9 +197,9 @@ def test_wide_tiles_hold_many_speckles_and_take_coarse_lattices(monkeypatch):
         (60.0, 60.0),
         (11, 12),
     )
-    found = _computed(*args)
+    found = computed(KernelRequest(*args))
     monkeypatch.setattr(wings, "ENOUGH", 40)
-    finer = _computed(*args)
+    finer = computed(KernelRequest(*args))
     stated, error = compared(found, finer)
     assert 2 * finer.speckle.max() < stated.max() <= 0.03  # six times as many samples
     assert (error < 1.5 * np.maximum(stated, 0.01)).all()  # some octaves have few tiles
@@ -212,14 +217,14 @@ def test_where_memory_ends_finer_rings_take_the_place_of_coarse_ones_as_far_out_
         (90, 96),
     )
     monkeypatch.setattr(phase_patterns, "serves", lambda *given: False)
-    finer = _computed(*args)
+    finer = computed(KernelRequest(*args))
     reaches = []
     ring = wings.ring
     monkeypatch.setattr(wings, "OWN_SAMPLES", 5e5)
     monkeypatch.setattr(
         wings, "ring", lambda plan, reach, *rest: reaches.append(reach) or ring(plan, reach, *rest)
     )
-    found = _computed(*args)
+    found = computed(KernelRequest(*args))
     assert sorted(reaches) == sorted([(90, 96), (64, 64)] * 2)  # of two bands, by two threads
     stated, error = compared(found, finer)
     # 0.5 % near the border, where light wraps
@@ -246,7 +251,7 @@ def test_errors_of_large_kernels_are_known_from_some_of_their_rows(monkeypatch):
 @pytest.mark.slow
 def test_a_pupil_with_hardly_any_phase_has_the_kernel_of_one_without():
     plain, hardly = (
-        _computed(lens, [DIRTY], np.array([550.0]), (4.0, 4.0), (120, 120))
+        computed(KernelRequest(lens, [DIRTY], np.array([550.0]), (4.0, 4.0), (120, 120)))
         for lens in (DiffractionLimitedLens(), WavefrontLens(zernike_um={4: 1e-6}))
     )
     difference = np.abs(plain.bands[0] - hardly.bands[0])
@@ -260,12 +265,14 @@ def test_a_pupil_with_hardly_any_phase_has_the_kernel_of_one_without():
 def test_what_the_period_wraps_into_the_border_is_stated(monkeypatch):
     def ring(period):
         monkeypatch.setattr(wings, "PERIOD", period)
-        return _computed(
-            WavefrontLens(zernike_um={4: 0.1, 8: 0.05}),
-            [CLEAN],
-            np.array([550.0]),
-            (4.0, 4.0),
-            (70, 90),
+        return computed(
+            KernelRequest(
+                WavefrontLens(zernike_um={4: 0.1, 8: 0.05}),
+                [CLEAN],
+                np.array([550.0]),
+                (4.0, 4.0),
+                (70, 90),
+            )
         ).bands[0]
 
     usual = ring(wings.PERIOD)
@@ -280,7 +287,7 @@ def test_a_defocused_pattern_keeps_its_light():
     # 20 waves at the rim: 350 um of geometric blur in a frame of 660 um; beyond it lies less than 1
     # % of a point's light
     lens = WavefrontLens(zernike_um={4: 20 * 0.55 / (2 * np.sqrt(3))})
-    [band] = _computed(lens, (), np.array([550.0]), (12.0, 12.0), (27, 27)).bands
+    [band] = computed(KernelRequest(lens, (), np.array([550.0]), (12.0, 12.0), (27, 27))).bands
     assert 0.985 < band.sum(dtype=float) < 1.001
     [psf] = lens.psf(550.0, 12.0, 55, integrated=True).values
     assert 0.985 < psf.sum() < 1.001

@@ -9,6 +9,7 @@ from isethdr_optics import WavefrontLens
 from isethdr_optics.field import grid, imaging
 from isethdr_optics.lenses.field_point_lens import node_lens
 from isethdr_optics.psf import kernels
+from isethdr_optics.psf.kernels import KernelRequest
 from isethdr_workflows.accuracy.point import Point, Work, timed
 
 from isethdr_core import quantities
@@ -100,8 +101,12 @@ def one_per_tile(lens: Lens, mixed: xr.DataArray) -> np.ndarray:
                 lens.wavefront_at(float(np.arctan(quadrant_position.radius))),
                 quadrant_position.azimuth_rad,
             )
-            kernels._cache.clear()
-            known[key] = kernels.kernels(at, (), [BAND_NM], pitch_um, reach).bands[0].astype(float)
+            kernels.forget()
+            known[key] = (
+                kernels.kernels(KernelRequest(at, (), [BAND_NM], pitch_um, reach))
+                .bands[0]
+                .astype(float)
+            )
         kernel = np.flip(known[key], flips)
         top = SHAPE[0] - 1 - row
         left = SHAPE[1] - 1 - column
@@ -111,7 +116,7 @@ def one_per_tile(lens: Lens, mixed: xr.DataArray) -> np.ndarray:
 
 def anew(lens: Lens, mixed: xr.DataArray) -> np.ndarray:
     """Return irradiance (y, x) with no kernel known before."""
-    kernels._cache.clear()
+    kernels.forget()
     return lens(mixed).values[0].astype(float)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from isethdr_optics.psf.kernels import kernels
+from isethdr_optics.psf.kernels import KernelRequest, kernels
 from scipy.special import eval_jacobi, j0, j1, jv
 
 from isethdr_core.errors import ConfigError, UnitError
@@ -272,7 +272,7 @@ def decades() -> Measured:
     lens = _lens("diffraction_limited", falloff="none")
     light, row = with_ledger(lambda: lens(mixed(image[None], GREEN)))
     bound = next(e.value for e in row.errors if e.source.key == "convolution")
-    kernel = kernels(lens, (), GREEN, (4.0, 4.0), (23, 31)).bands[0]
+    kernel = kernels(KernelRequest(lens, (), GREEN, (4.0, 4.0), (23, 31))).bands[0]
     truth = summed(image.astype(float) * (lens.throughput_sr()), kernel.astype(float))
     return Measured(
         relative(light.values[0], truth), bound, "direct sum of its kernel in long double, relative"

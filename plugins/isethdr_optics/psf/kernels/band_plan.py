@@ -1,0 +1,130 @@
+"""Band plan: the kernel of one band, an exact core and rings from lattices around it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from isethdr_core.errors import ConfigError
+
+from ...pupil import sampled_pupil
+from .. import interpolation_wavelengths, kernel_sampling_error, wings
+from ..exact_core import exact_core
+from .core_size import core_half
+
+if TYPE_CHECKING:
+    from isethdr_core.plugins.protocols import Flare
+
+    from ...abilities import PupilOptics
+    from ..interpolation_wavelengths import Knots
+
+MOST_WAVELENGTHS = 32  # per band, however wide
+
+
+class BandKernel(NamedTuple):
+    """The kernel of one band, without scatter."""
+
+    values: np.ndarray  # (y, x)
+    wrong: np.ndarray | None  # (y, x) half the difference of two estimates; None: exact
+    energy_mm2: float  # of the light through the pupil
+
+
+class BandPlan:
+    """One band: the pupil of the core, its energy, the grids of the rings."""
+
+    def __init__(
+        self,
+        lens: PupilOptics,
+        flares: Sequence[Flare],
+        band_nm: tuple[float, float],
+        grid: wings.Grid,
+        lattices: Sequence[Any] = (),
+        shared: Knots | None = None,
+    ) -> None:
+        """Compute the core's grid of one band.
+
+        Parameters
+        ----------
+        lens : a lens of this package. `flares` : its flare components.
+        band_nm : (centre, width). `grid` : tiles of the kernel.
+        lattices : of the pattern, if it is one for all wavelengths.
+        shared : `interpolation_wavelengths.Knots` that other bands use too.
+        """
+        centre_nm, width_nm = band_nm
+        split, pitch_um, reach = grid
+        self.lens = lens
+        self.flares = flares
+        self.pitch = tuple(pitch_um)
+        self.reach = tuple(reach)
+        self.distance = sampled_pupil.distance_mm(lens)
+        self.split = split
+        self.lattices = lattices
+        self.knots = shared or interpolation_wavelengths.Knots()
+        self.shortest = centre_nm - width_nm / 2
+        self.longest = centre_nm + width_nm / 2
+        if self.shortest <= 0:
+            raise ConfigError(
+                f"the band at {centre_nm:g} nm is {width_nm:g} nm wide: it reaches 0; expected"
+                " closer wavelengths"
+            )
+        self.half = core_half(lens, self.shortest, pitch_um, reach)
+        extent = max(2 * (h + 4) * p for h, p in zip(self.half, pitch_um))
+        pitch = sampled_pupil.core_pitch_mm(
+            lens, extent, self.shortest, sampled_pupil.FEWEST_SAMPLES
+        )
+        self.axis = sampled_pupil.axis_mm(lens, pitch)
+        self.fixed = sampled_pupil.all_shapes(flares) and not sampled_pupil.delays_um(lens, flares)
+        self.energy = (
+            sampled_pupil.open_energy_mm2(lens, flares, self.shortest) if self.fixed else None
+        )
+
+    def band(self, centre: float, width: float) -> BandKernel:
+        """Return the kernel of the band, `centre` and `width` in nm."""
+        lens = self.lens
+        flares = self.flares
+        energy = self.energy or sampled_pupil.open_energy_mm2(lens, flares, centre)
+        waves = self.wavelengths(
+            centre, width, max(self.half) / self.split, 3 if self.split == 1 else 1
+        )
+        core = exact_core(self, centre, width, waves, energy)
+        kernel = core
+        wrong = None
+        if self.half != self.reach:
+            kernel, wrong = wings.rings(self, centre, width, energy)
+            # both halves go along the same lines
+            if straight := (
+                0.0 if self.lattices else interpolation_wavelengths.error(self, centre, width)
+            ):
+                wrong *= np.float32(
+                    np.hypot(
+                        1,
+                        straight
+                        / max(kernel_sampling_error.by_octave(wrong, kernel).max(), straight / 10),
+                    )
+                )
+            kernel[tuple(slice(r - h, r + h + 1) for r, h in zip(self.reach, self.half))] = core
+        return BandKernel(kernel, wrong, energy)
+
+    def wavelengths(self, centre: float, width: float, radius: float, least: int) -> np.ndarray:
+        """Return midpoints of equal sub-bands of the core. From one to the next, the pattern at
+        `radius` tiles moves by a speckle at most.
+
+        Parameters
+        ----------
+        centre, width : of the band, nm.
+        radius : tiles from the axis to the border of the core.
+        least : number of sub-bands at least.
+        """
+        pitch = max(self.pitch)
+        count = radius * pitch * width / (centre * sampled_pupil.blur_um(self.lens, centre))
+        # a radian rms from one to the next
+        count = max(
+            count,
+            sampled_pupil.phase_change(
+                self.lens, self.flares, centre - width / 2, centre + width / 2
+            ),
+        )
+        count = int(np.clip(np.ceil(count), least if width > 1.5 else 1, MOST_WAVELENGTHS))
+        return centre + ((np.arange(count) + 0.5) / count - 0.5) * width

@@ -1,0 +1,141 @@
+"""Kernel set: the kernels of all bands of a lens, their errors, and their transforms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from isethdr_core.physics import convolution
+from isethdr_core.physics.convolution.mirrored import Mirrored
+
+from .. import kernel_spectra
+from ..scaled_pattern import Frame
+
+SPECTRA_BYTES = 1 << 30  # of transforms of one lens's kernels that are held and not on disk
+SAMPLED = 64  # sample points of a kernel along each axis, for estimates
+
+
+class Wide(NamedTuple):
+    """Properties of an exact core that is wider than the usual one."""
+
+    tiles: int  # from the axis, along y and along x
+    deviation: np.ndarray  # per octave within it, as `Kernels.deviation`
+
+
+@dataclass(frozen=True, eq=False)
+class Kernels:
+    """Kernels of all bands (float32, the axis in the middle), and their errors."""
+
+    bands: Sequence[np.ndarray | Mirrored]
+    outside: np.ndarray  # fraction of the energy beyond the kernel, per band
+    # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile; 0 in the exact core
+    speckle: np.ndarray
+    # light through the pupil / light through the clean round stop, per band
+    transmitted: np.ndarray
+    # relative, light wrapped into tiles near the kernel's border by the period of the far field
+    wrap: float = 0.0
+    # (band, octave) relative, as `kernel_sampling_error.deviation`; None: exact
+    deviation: np.ndarray | None = None
+    # per band, tiles from the axis, along y and along x, within which the kernel is exact
+    core: np.ndarray | None = None
+    # what the cache's key names: objects stay alive, so that an id is never used twice
+    keep: tuple = ()
+    name: str | None = None  # under which they are kept on disk
+    scaled: Frame | None = None  # of kernels from one pattern, which can have
+    wide: Wide | None = None  # a wider exact core
+    fine_rings: bool = False  # read as `scaled_pattern.FINE`
+    key: tuple = ()  # in the cache
+
+    @cached_property
+    def profiles(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Sums over x and over y of every band's kernel."""
+        # not made for their sake
+        source = self.__dict__.get("spectra") or self.__dict__.get("divided")
+        return source.profiles if source else [kernel_spectra.profile(b) for b in self.bands]
+
+    @cached_property
+    def sampled(self) -> tuple[np.ndarray, list[int], list[int]]:
+        """Points of the kernels (y, x, band) on a coarse grid, with its spacing along (y, x) and
+        its first tiles: the shape of the kernels at a distance.
+        """
+        steps = [max(1, n // SAMPLED) for n in self.bands[0].shape]
+        first = [s // 3 for s in steps]
+        cut = tuple(slice(f, None, s) for f, s in zip(first, steps))
+        return np.stack([np.asarray(b[cut], float) for b in self.bands], axis=-1), steps, first
+
+    @cached_property
+    def centre(self) -> np.ndarray:
+        """Share of a tile's light that stays in it, per band."""
+        return np.array([b[b.shape[0] // 2, b.shape[1] // 2] for b in self.bands], float)
+
+    @cached_property
+    def transforms(self) -> kernel_spectra.KeptTransforms:
+        """The transforms of kernels in memory, for images of the full frame."""
+        return kernel_spectra.KeptTransforms(self.bands, SPECTRA_BYTES)
+
+    @cached_property
+    def spectra(self) -> kernel_spectra.Spectra | None:
+        """The kernels with their transforms, for images of the full frame; None without a file on
+        disk and enough memory.
+        """
+        return kernel_spectra.spectra(self.bands, self.name) if self._fits else None
+
+    @cached_property
+    def divided(self) -> kernel_spectra.Divided | None:
+        """The kernels' near and far parts with their transforms, for images of the full frame; None
+        as `spectra`.
+        """
+        return kernel_spectra.divided(self.bands, self.name) if self._fits else None
+
+    @cached_property
+    def _fits(self) -> bool:
+        return (
+            bool(self.name)
+            or 2 * len(self.bands) * self.bands[0].nbytes * (1 + (not _mirrored(self.bands[0])))
+            <= SPECTRA_BYTES
+        )
+
+    def ready(self, band: int) -> convolution.Kernel:
+        """Return one band's kernel with its transform, for images of the full frame."""
+        if isinstance(self.bands[band], Mirrored):
+            return self.transforms.kernel(band)
+        if self.spectra:
+            return self.spectra.kernels[band]
+        return convolution.prepare(self.bands[band], [n // 2 + 1 for n in self.bands[band].shape])
+
+    @property
+    def held_bytes(self) -> int:
+        """Memory of this process that the kernels and their transforms take; mapped files take
+        none.
+        """
+        holders = [self.__dict__.get(n) for n in ("spectra", "divided", "transforms")]
+        return sum(b.nbytes for b in self.bands if not isinstance(b, np.memmap)) + sum(
+            m.held_bytes for m in holders if m
+        )
+
+
+def joined(first: np.ndarray, some: Kernels, computed: Kernels) -> Kernels:
+    """Return kernels of all bands.
+
+    Parameters
+    ----------
+    first : (band,) mask: true where `some` holds the kernel, false where `computed` does.
+    some, computed : kernels of the bands of either kind, in order.
+    """
+    order = np.argsort(np.concatenate([np.flatnonzero(first), np.flatnonzero(~first)]))
+    arrays = {
+        n: np.concatenate([getattr(some, n), getattr(computed, n)])[order]
+        for n in ("outside", "speckle", "transmitted", "deviation", "core")
+    }
+    bands = [*some.bands, *computed.bands]
+    return Kernels(
+        [bands[k] for k in order], **arrays, wrap=max(some.wrap, computed.wrap), keep=some.keep
+    )
+
+
+def _mirrored(kernel: Mirrored | np.ndarray) -> bool:
+    return isinstance(kernel, Mirrored) or np.array_equal(kernel, kernel[::-1, ::-1])

@@ -1,0 +1,111 @@
+"""Kernels from lattices: band by band, with rings from lattices of their own or exact cores alone.
+
+Pupils go this way whose patterns do not scale with the wavelength, and small frames.
+"""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from isethdr_core.cli.progress import track
+
+from ...imaging.threads import MOST_THREADS, cpus, executor
+from ...pupil import sampled_pupil
+from .. import interpolation_wavelengths, kernel_sampling_error, kernel_store, scatter, wings
+from .band_plan import BandPlan
+from .core_size import fine_tiles, without_lattices
+from .kernel_set import Kernels
+
+if TYPE_CHECKING:
+    from ..kernel_request import KernelRequest
+
+
+class _Band(NamedTuple):
+    """The kernel of one band and its errors, as the fields of `Kernels`."""
+
+    kernel: np.ndarray
+    speckle: np.ndarray
+    deviation: np.ndarray
+    core: float
+    transmitted: float
+
+
+def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
+    """Return kernels of all bands. Bands that take long are read from the store, and written into
+    it, by the `name` of the kernels; None: neither.
+    """
+    lens = request.lens
+    flares = request.flares
+    lattices = shared_lattices(request)
+    mirrored = not sampled_pupil.has_phase(lens, flares)
+    shared = interpolation_wavelengths.Knots()
+
+    # interpolation wavelengths are fixed: a band does not depend on the other bands
+    def one_band(centre: float, width: float) -> _Band:
+        grid = fine_tiles(request, centre - width / 2)
+        plan = BandPlan(lens, flares, (centre, width), grid, lattices, shared)
+        values, wrong, energy = plan.band(centre, width)
+        summed = wings.tile_sums(values, grid.split)
+        mixed = scatter.mix(summed, flares, centre, request.pitch_um, lens.focal_length_mm)
+        kernel = np.asarray(mixed, np.float32)
+        if mirrored:  # but for rounding; then the transform is real
+            kernel = (kernel + kernel[::-1, ::-1]) / 2
+        errors = *np.zeros((2, kernel_sampling_error.OCTAVES)), max(kernel.shape)
+        if wrong is not None:
+            wrong = wings.tile_sums(wrong, grid.split)
+            errors = (
+                kernel_sampling_error.by_octave(wrong, kernel),
+                kernel_sampling_error.deviation(wrong, kernel),
+                kernel_sampling_error.core(wrong),
+            )
+        return _Band(kernel, *errors, energy / sampled_pupil.stop_mm2(lens))
+
+    # band by band, so that what was done before a run was stopped is not done again
+    def stored_band(centre: float, width: float) -> _Band:
+        part = f"{name}{kernel_store.PART}{centre:.9g}"
+        if name and (stored := kernel_store.load(part)):
+            (core, transmitted, *errors), [kernel] = stored
+            halves = np.split(np.ravel(errors), 2)
+            return _Band(np.array(kernel), *halves, core[0], transmitted[0])
+        start = perf_counter()
+        band = one_band(centre, width)
+        if name and perf_counter() - start > kernel_store.WORTH_KEEPING_S:
+            facts = np.array([band.core, band.transmitted, *band.speckle, *band.deviation])
+            shape = (1, *band.kernel.shape)
+            kernel_store.save(part, shape, "<f4", [band.kernel], lambda: facts[:, None])
+        return band
+
+    count = len(request.wavelength_nm)
+    with executor(min(cpus(), count, MOST_THREADS)) as pool:
+        made = pool.map(stored_band, request.wavelength_nm, request.band_width_nm)
+        bands, speckle, deviation, core, transmitted = zip(
+            *track(made, "bands of the point spread", count)
+        )
+    speckle = np.array(speckle)
+    wrap = (wings.WRAP_SHARED if lattices else wings.WRAP) if speckle.max() > 0 else 0.0
+    return Kernels(
+        list(bands),
+        np.array([1 - float(b.sum(dtype=float)) for b in bands]),
+        speckle,
+        np.array(transmitted),
+        wrap,
+        np.array(deviation),
+        np.array(core, float),
+        (lens, flares),
+    )
+
+
+def shared_lattices(request: KernelRequest) -> list[wings.Lattice]:
+    """Return the result of `wings.shared` for all bands; none if it would be wrong, or exact cores
+    cover the frame.
+    """
+    shortest = request.edges_nm[:, 0]
+    if shortest.min() <= 0 or sampled_pupil.has_phase(request.lens, request.flares):
+        return []
+    if all(without_lattices(request, first) for first in shortest):
+        return []
+    grid = fine_tiles(request, float(shortest.min()))
+    return wings.shared(request.lens, request.flares, float(shortest.min()), grid)

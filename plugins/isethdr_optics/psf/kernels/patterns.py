@@ -1,0 +1,131 @@
+"""Kernels from patterns: one for a pupil without phase, a few for a lens with a wavefront."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from isethdr_core.physics.convolution.mirrored import Mirrored
+
+from ...imaging.threads import MOST_THREADS, cpus, executor
+from ...pupil import sampled_pupil
+from .. import phase_patterns, scaled_pattern, scatter, wings
+from .band_plan import BandPlan
+from .core_size import core_half, without_lattices
+from .kernel_set import Kernels
+
+if TYPE_CHECKING:
+    from ..kernel_request import KernelRequest
+    from ..scaled_pattern import Frame
+
+WIDER = 1.25  # times its size, an exact core may be made to cover a frame
+
+
+def from_patterns(request: KernelRequest) -> bool:
+    """Return whether kernels come from one pattern or a few; others come from lattices or exact
+    cores alone.
+    """
+    return one_pattern_frame(request) is not None or phase_frame(request) is not None
+
+
+def one_pattern_frame(request: KernelRequest) -> Frame | None:
+    """Return the frame of kernels from one pattern; None where one pattern does not serve them."""
+    frame = _rings_frame(request)
+    return frame if frame is not None and scaled_pattern.serves(frame) else None
+
+
+def phase_frame(request: KernelRequest) -> Frame | None:
+    """Return the frame of kernels from patterns at a few wavenumbers; None where these do not serve
+    them.
+    """
+    frame = _rings_frame(request)
+    return frame if frame is not None and phase_patterns.serves(frame) else None
+
+
+def _rings_frame(request: KernelRequest) -> Frame | None:
+    """Return the frame of a request; None where exact cores cover all."""
+    shortest = request.shortest_nm
+    if shortest <= 0 or without_lattices(request, shortest):
+        return None
+    reach = request.reach
+    half = core_half(request.lens, shortest, request.pitch_um, reach)
+    # of wide tiles, whose core would be smaller
+    half = tuple(min(max(h, scaled_pattern.LEAST_CORE), r) for h, r in zip(half, reach))
+    if all(r <= WIDER * h for r, h in zip(reach, half)):
+        half = reach  # a little more of the exact core costs less than rings
+    return scaled_pattern.Frame(request, half)
+
+
+def of_one_pattern(frame: Frame) -> Kernels:
+    """Return kernels of all bands from one pattern."""
+    lens = frame.lens
+    flares = frame.flares
+    with executor(min(cpus(), MOST_THREADS)) as pool:
+        halves, errors = scaled_pattern.fine_enough(frame, pool.map)
+    mix_scatter(halves, frame)
+    bands = [Mirrored(half) for half in halves]
+    count = len(halves)
+    energy = sampled_pupil.open_energy_mm2(
+        lens, flares, frame.shortest_nm
+    ) / sampled_pupil.stop_mm2(lens)
+    return Kernels(
+        bands,
+        np.array([1 - float(b.sum(dtype=float)) for b in bands]),
+        np.tile(errors.relative, (count, 1)),
+        np.full(count, energy),
+        max(errors.mean, scaled_pattern.WRAP) if errors.relative.any() else 0.0,
+        np.tile(errors.deviation, (count, 1)),
+        np.full(count, float(min(frame.core) if errors.relative.any() else max(bands[0].shape))),
+        (lens, flares),
+        scaled=frame,
+    )
+
+
+def of_phase_patterns(frame: Frame) -> Kernels:
+    """Return kernels of all bands from patterns at a few wavenumbers."""
+    lens = frame.lens
+    flares = frame.flares
+    count = len(frame.edges_nm)
+    sides = [2 * r + 1 for r in frame.reach]
+    middles = frame.edges_nm.mean(axis=1)
+    widths = np.diff(frame.edges_nm)[:, 0]
+    core = tuple(slice(r - c, r + c + 1) for r, c in zip(frame.reach, frame.core))
+    read = scaled_pattern.finer_rings(frame)
+    bands = np.empty((count, *sides), np.float32)
+
+    def exact(band: int) -> np.ndarray:
+        grid = wings.Grid(1, frame.pitch_um, frame.core)
+        plan = BandPlan(lens, flares, (middles[band], widths[band]), grid)
+        return plan.band(middles[band], widths[band]).values
+
+    with executor(min(cpus(), MOST_THREADS)) as pool:
+        phase_patterns.wings(frame, read, bands, pool.map)
+        errors_of_bands = phase_patterns.errors(frame, bands, read, pool.map)
+        for kernel, inner in zip(bands, pool.map(exact, range(count))):
+            kernel[core] = inner
+    for kernel, wave in zip(bands, middles):
+        if scatter.active(flares, wave):
+            kernel[...] = scatter.mix(kernel, flares, wave, frame.pitch_um, lens.focal_length_mm)
+    energy = sampled_pupil.open_energy_mm2(lens, flares, frame.shortest_nm)
+    return Kernels(
+        list(bands),
+        np.array([1 - float(b.sum(dtype=float)) for b in bands]),
+        np.tile(errors_of_bands.relative, (count, 1)),
+        np.full(count, energy / sampled_pupil.stop_mm2(lens)),
+        max(errors_of_bands.mean, scaled_pattern.WRAP),
+        np.tile(errors_of_bands.deviation, (count, 1)),
+        np.full(count, float(min(frame.core))),
+        (lens, flares),
+    )
+
+
+def mix_scatter(halves: np.ndarray, frame: Frame) -> None:
+    """Mix the scatter of flares into halves of kernels, (band, y, x), in place."""
+    waves = frame.edges_nm.mean(axis=1)
+    if not scatter.active(frame.flares, waves):
+        return
+    for half, wave in zip(halves, waves):
+        full = np.asarray(Mirrored(half))
+        mixed = scatter.mix(full, frame.flares, wave, frame.pitch_um, frame.lens.focal_length_mm)
+        half[...] = mixed[len(full) // 2 :]
