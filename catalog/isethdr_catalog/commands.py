@@ -10,7 +10,7 @@ from types import ModuleType
 
 import typer
 
-from isethdr_core.cli.terminal import counted, print_path, print_table
+from isethdr_core.cli.terminal import number_of, print_path, print_table
 from isethdr_core.data.scores import UNLIKE_SHARES, are_unlike
 from isethdr_core.errors import CatalogError
 from isethdr_core.plugins.registry import build
@@ -181,7 +181,8 @@ def adopt() -> None:
 
     adoptions = adopt_all(home())
     refused = [refusal for refusal in adoptions if refusal.reason]
-    print(f"{len(adoptions) - len(refused)} stores adopted, {len(refused)} not")
+    adopted = number_of(len(adoptions) - len(refused), "store")
+    print(f"{adopted} adopted, {len(refused)} not")
     for refusal in refused:
         print(f"not adopted: {refusal.path}: {refusal.reason}")
     if refused:
@@ -199,7 +200,7 @@ def refresh() -> None:
     from .index import refresh as rebuild
 
     summary = rebuild(home())
-    print_path(f"{summary.records} records in", summary.path)
+    print_path(f"{number_of(summary.records, 'record')} in", summary.path)
     for path, why in summary.skipped.items():
         print_path(f"skipped ({why})", path)
 
@@ -259,20 +260,21 @@ def gc(
         print(f"{_megabytes(free)} MB freed")
     upkeep = tidy_index(folder, dry_run)
     if upkeep and any(upkeep):
-        added = counted(upkeep.added, "entry", "entries")
-        removed = counted(upkeep.removed, "stale entry", "stale entries")
-        merged = counted(upkeep.merged, "segment")
+        added = number_of(upkeep.added, "entry", "entries")
+        removed = number_of(upkeep.removed, "stale entry", "stale entries")
+        merged = number_of(upkeep.merged, "segment")
         verb = "would be" if dry_run else "were"
         print(f"index of the bucket: {added} {verb} added, {removed} removed, {merged} merged")
     unread = [] if scenes else space.unread_scenes(folder)
     if unread:
         size = _megabytes(sum(item.size for item in unread))
-        print(f"{len(unread)} scenes that no run has read stay, {size} MB; --scenes removes them")
+        scenes_kept = number_of(len(unread), "scene")
+        print(f"kept: {scenes_kept} that no run has read, {size} MB; --scenes removes them")
     if kept_copies and not copies:
         size = _megabytes(sum(item.size for item in kept_copies))
         print(
-            f"{len(kept_copies)} stores are here and in the bucket, {size} MB here; --copies leaves"
-            " them to the bucket"
+            f"both here and in the bucket: {number_of(len(kept_copies), 'store')}, {size} MB here;"
+            " --copies leaves them to the bucket"
         )
 
 

@@ -24,7 +24,7 @@ from ..sweeps.table import (
     short_names,
     sweep_table,
 )
-from .terminal import console, print_path, text_width
+from .terminal import console, number_of, print_path, text_width
 
 MOST_ROWS = 20  # of the table on a terminal; page and CSV hold all
 MOST_BEST = 12
@@ -50,10 +50,10 @@ def print_sweep(table: SweepTable) -> None:
         console().print(_jobs(table, score_names))
         hidden = len(table.rows) - MOST_ROWS
         if hidden > 0:
-            print(f"and {hidden} more rows, in page and CSV")
+            print(f"and {number_of(hidden, 'more row')}, in page and CSV")
         left_out = len(table.units) - len(score_names)
         if left_out > 0:
-            print(f"{left_out} more scores are in page and CSV")
+            print(f"in page and CSV: {number_of(left_out, 'more score')}")
         print()
         console().print(_best(table))
     if (table.sweep.folder / PAGE).exists():

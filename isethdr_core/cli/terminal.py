@@ -76,7 +76,7 @@ def text_width() -> int:
     return min(shutil.get_terminal_size((80, 24)).columns, WIDEST_TEXT)
 
 
-def counted(number: int, one: str, several: str = "") -> str:
+def number_of(number: int, one: str, several: str = "") -> str:
     """Return a number of things for people: `1 road`, `2 roads`, `0 roads`.
 
     Parameters

@@ -55,7 +55,7 @@ def test_a_dry_run_removes_nothing_and_gc_what_is_made_again(home):
     assert "would be removed" in called("gc", "--dry-run").output
     assert sorted(home.rglob("*")) == before
     said = called("gc").output
-    assert "MB freed" in said and "1 scenes that no run has read stay" in said
+    assert "MB freed" in said and "kept: 1 scene that no run has read" in said
     assert not list((home / "intermediate").iterdir()) and not list((home / "kernels").iterdir())
     assert not (home / "runs" / "gone.html").exists()
     assert (home / "runs" / "reader.html").exists() and (home / "scenes" / "unread.zarr").exists()

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import yaml
 
+from isethdr_core.cli.terminal import number_of
 from isethdr_core.errors import CatalogError, ConfigError, did_you_mean
 from isethdr_core.physics.optics import paraxial
 from isethdr_core.storage.atomic_write import write_text
@@ -127,7 +128,7 @@ def run(file: str, glass: Sequence[str], out: str) -> None:
     lens = imported(path, glass)
     values = figures(lens.lens)
     write_text(target, yaml.safe_dump(lens.table, sort_keys=False, default_flow_style=None))
-    print(f"{lens.lens.name}: {len(lens.lens.surfaces) - 1} surfaces")
+    print(f"{lens.lens.name}: {number_of(len(lens.lens.surfaces) - 1, 'surface')}")
     print(f"effective focal length  {values.focal_length_mm:.5g} mm at {values.reference_nm:g} nm")
     print(f"back focus              {values.back_focus_mm:.5g} mm")
     print(f"f-number                {values.f_number:.4g}")

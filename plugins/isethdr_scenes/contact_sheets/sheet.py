@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from isethdr_core.cli.terminal import number_of
 from isethdr_core.demand import Demand
 from isethdr_core.errors import ConfigError
 from isethdr_core.physics.colour.colour_spaces import linear_srgb, srgb_encode
@@ -72,7 +73,7 @@ def write(things: Sequence[Thing], look: Look, out: str) -> None:
         rows = csv.writer(file)
         rows.writerow(["number", "group", "family", "variant"])
         rows.writerows([k, t.group, t.family, t.variant] for k, t in enumerate(things, 1))
-    print(f"wrote {path} with {len(things)} tiles, and {key}")
+    print(f"wrote {path} with {number_of(len(things), 'tile')}, and {key}")
 
 
 def picture(thing: Thing, look: Look) -> np.ndarray:

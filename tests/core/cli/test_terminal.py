@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from isethdr_core import Component
 from isethdr_core.cli import plugin_list, progress, summary_tables
-from isethdr_core.cli.terminal import console, print_path, print_table
+from isethdr_core.cli.terminal import console, number_of, print_path, print_table
 from isethdr_core.ledger import Ledger, LeftOut, Row
 from isethdr_core.plugins import registry
 from isethdr_core.runs.run_warnings import SATURATED_FRAME, RunWarning
@@ -216,3 +216,8 @@ def test_a_table_in_a_file_may_be_wider(monkeypatch, capsys):
     monkeypatch.delenv("COLUMNS")
     print_table(["a", "b"], [["x" * 90, 0.125]])
     assert capsys.readouterr().out.splitlines()[1].split() == ["x" * 90, "0.125"]
+
+
+def test_one_thing_is_counted_in_the_singular():
+    assert [number_of(k, "road") for k in (0, 1, 2)] == ["0 roads", "1 road", "2 roads"]
+    assert [number_of(k, "entry", "entries") for k in (1, 2)] == ["1 entry", "2 entries"]

@@ -394,7 +394,7 @@ def test_commands_check_draw_and_write_files(tmp_path):
     run = CliRunner().invoke
     assert run(roads_command, ["write", "yard", str(path), "--seed", "1"]).exit_code == 0
     told = run(roads_command, ["check", str(path)]).output
-    assert "1 roads" in told and "gaps: none" in told and "scene.road_id=1" in told
+    assert "1 road," in told and "gaps: none" in told and "scene.road_id=1" in told
     assert run(roads_command, ["sheet", str(path)]).exit_code == 0
     picture = np.asarray(Image.open(path.with_suffix(".png")))
     assert (picture == (220, 20, 20)).all(-1).sum() > 20  # the camera's mark

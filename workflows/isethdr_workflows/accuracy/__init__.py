@@ -28,6 +28,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from isethdr_core.cli.progress import shown, track
+from isethdr_core.cli.terminal import number_of
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError
 from isethdr_core.pipeline.chain import chain, checked_config
@@ -140,7 +141,7 @@ def accuracy(*overrides: str, knob: str = "", values: str = "", folder: str = ""
         SENSOR, *(span(knob_found.kind, knob_found.knob.error_of)[1] for knob_found in configured)
     )
     tried = sum(not job.is_reference for job in jobs)
-    tell(f"{tried} settings of {', '.join(one.name for one in configured)}")
+    tell(f"{number_of(tried, 'setting')} of {', '.join(one.name for one in configured)}")
     with threadpool_limits(1, "blas"):  # as a run
         start_s = process_time()
         with shown("the configuration as it is"):

@@ -6,7 +6,7 @@ import json
 
 import typer
 
-from isethdr_core.cli.terminal import print_path, print_table
+from isethdr_core.cli.terminal import number_of, print_path, print_table
 from isethdr_core.errors import ConfigError
 from isethdr_core.storage.atomic_write import write_text
 from isethdr_core.storage.home_folder import existing_home
@@ -132,10 +132,10 @@ def pair(name: str, settings: list[str]) -> None:
     except KeyboardInterrupt:
         print("interrupted; the same command goes on from here")
         raise typer.Exit(INTERRUPTED) from None
-    print(f"pairs of {made.scenes} scenes are there")
+    print(f"pairs of {number_of(made.scenes, 'scene')} are there")
     print_path("pairs", made.folder)
     if made.failed:
-        print(f"{len(made.failed)} scenes failed, the first with {made.failed[0][1]}")
+        print(f"{number_of(len(made.failed), 'scene')} failed, the first with {made.failed[0][1]}")
         raise typer.Exit(1)
 
 
@@ -273,5 +273,6 @@ def print_runtime_estimate(
         rows.append(
             ("cost", *(f"{price * v / 3600:.2f}" for v in (time.value, time.low, time.high)))
         )
-    print(f"expected of {request.count} scenes, from {expected.sample}, with 95 % limits:")
+    scenes = number_of(request.count, "scene")
+    print(f"expected of {scenes}, from {expected.sample}, with 95 % limits:")
     print_table(["", "expected", "at least", "at most"], rows)

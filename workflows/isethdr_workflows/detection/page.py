@@ -13,6 +13,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
+from isethdr_core.cli.terminal import number_of
 from isethdr_core.storage.atomic_write import write_text
 
 from ..dataset.record import folder_of
@@ -223,7 +224,7 @@ def counted_text(results: Results) -> str:
         for name, one in results.checks.items()
         if one.trials
     ]
-    text = f"{results.roads} roads."
+    text = f"{number_of(results.roads, 'road')}."
     if alarms:
         text += f" False alarms counted where {CHECKED:g} are stated: {', '.join(alarms)}."
     if hits:

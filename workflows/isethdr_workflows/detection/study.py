@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from isethdr_core.cli.terminal import print_path
+from isethdr_core.cli.terminal import number_of, print_path
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.storage.object_home.calls import kept_here
 
@@ -199,7 +199,8 @@ def studied(
                 found, check = observed(shown, how, row_of, places, without)
                 rows += found
                 checks[text] = checks.get(text, Check()) + check
-        print(f"{name.text}: {sum(math.isfinite(r.d) for r in rows if r.camera == name.text)} rows")
+        known = sum(math.isfinite(row.d) for row in rows if row.camera == name.text)
+        print(f"{name.text}: {number_of(known, 'row')}")
     results = Results(
         dataset="",
         question="",
@@ -417,7 +418,8 @@ def say(results: Results) -> None:
             f" {channels} channels of each colour; more roads, windows=96 or order=2 help"
         )
     if results.roads < FEWEST_ROADS:
-        print(f"{results.roads} roads give no interval; expected at least {FEWEST_ROADS}")
+        roads = number_of(results.roads, "road")
+        print(f"no interval from {roads}; expected at least {FEWEST_ROADS}")
     for number, reason in results.failed:
         print(f"scene {number + 1} failed: {reason}")
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from isethdr_core.cli.terminal import print_path
+from isethdr_core.cli.terminal import number_of, print_path
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import ConfigError, did_you_mean
 from isethdr_core.results.stored import open_run
@@ -150,7 +150,7 @@ def scored_scenes(dataset: Generated, part: str, detectors: Sequence[Detector]) 
     scenes = {k: record for k, record in scenes.items() if record.road not in seen}
     left_out = sum(record.road in seen for record in dataset.made)
     if left_out:
-        print(f"{left_out} scenes are left out: a detector was trained on their roads")
+        print(f"left out: {number_of(left_out, 'scene')} on roads that a detector was trained on")
     chosen = replace(dataset, scenes=scenes)
     if not chosen.made:
         raise ConfigError(

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from isethdr_core.cli.terminal import number_of
 from isethdr_core.errors import CatalogError, ConfigError
 from isethdr_core.runs.provenance import fingerprint
 from isethdr_core.storage import store
@@ -214,7 +215,8 @@ def text_of(rows: Sequence[dict[str, Any]], asked: Asked) -> str:
     for camera in asked.cameras:
         own = [row for row in rows if row["camera"] == camera]
         roads = max(row["roads"] for row in own)
-        lines += [f"## {camera}: {len(asked.sources)} scenes, {roads} roads", ""]
+        scenes = number_of(len(asked.sources), "scene")
+        lines += [f"## {camera}: {scenes}, {number_of(roads, 'road')}", ""]
         table = [
             [
                 row["score"],

@@ -10,7 +10,7 @@ import time
 from dataclasses import dataclass, field, replace
 
 from isethdr_core.cli.summary_tables import runtime_estimate_table, seconds_text
-from isethdr_core.cli.terminal import console
+from isethdr_core.cli.terminal import console, number_of
 from isethdr_core.data.scene_description import SceneDescription
 from isethdr_core.motion.run_time import sub_frame_work
 from isethdr_core.pipeline.chain import Chain, chain, frame_of, plan
@@ -138,7 +138,7 @@ def print_runtime_estimate(request: Request) -> None:
     """Print the number of frames, and how long they take."""
     found = runtime_estimate(request)
     console().print(runtime_estimate_table(found.seconds))
-    total = f"{found.frames} frames, {found.rendered} of them to render"
+    total = f"{number_of(found.frames, 'frame')}, {found.rendered} of them to render"
     if found.partly:
         total += f" ({found.partly} in part)"
     if found.equal:

@@ -6,6 +6,7 @@ import math
 import time
 from dataclasses import dataclass, field
 
+from isethdr_core.cli.terminal import number_of
 from isethdr_core.errors import ConfigError
 
 WARM_UP_STEPS = 200  # the rate rises over these
@@ -34,7 +35,7 @@ class Length:
             )
 
     def __str__(self) -> str:
-        return f"{self.minutes:g} minutes" if self.minutes else f"{self.steps} steps"
+        return f"{self.minutes:g} minutes" if self.minutes else number_of(self.steps, "step")
 
 
 @dataclass

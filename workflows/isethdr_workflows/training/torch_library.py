@@ -5,6 +5,7 @@ A module that needs it is itself imported only when a training begins.
 
 from __future__ import annotations
 
+from isethdr_core.cli.terminal import number_of
 from isethdr_core.extras import needed
 
 with needed("training a network", extra="train"):
@@ -39,5 +40,5 @@ def hardware(device: str) -> str:
     """Return the hardware of a training in words."""
     if device.startswith("cuda"):
         return f"one GPU, {torch.cuda.get_device_name(device)}"
-    threads = torch.get_num_threads()
-    return f"CPU with {torch.backends.cpu.get_cpu_capability()}, {threads} threads"
+    threads = number_of(torch.get_num_threads(), "thread")
+    return f"CPU with {torch.backends.cpu.get_cpu_capability()}, {threads}"

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from PIL import ImageDraw
 
+from isethdr_core.cli.terminal import number_of
 from isethdr_core.errors import CatalogError
 
 from ..markings import patches
@@ -76,8 +77,9 @@ def report(path: Path) -> list[str]:
     types = Counter(lane.type for lane in network.lanes(tuple(_types(network))))
     records = sum(len(road.line.records) for road in network.roads)
     lines = [
-        f"{path}: {len(network.roads)} roads, {length:.1f} m, {records} geometries,"
-        f" {len(network.junctions)} junctions",
+        f"{path}: {number_of(len(network.roads), 'road')}, {length:.1f} m,"
+        f" {number_of(records, 'geometry', 'geometries')},"
+        f" {number_of(len(network.junctions), 'junction')}",
         "lanes: " + ", ".join(f"{count} {name}" for name, count in types.most_common()),
         "roads: " + ", ".join(f"{count} {name}" for name, count in _kinds(network)),
         f"gaps: none above {GAP_M:g} m in plan or {STEP_M:g} m in height",

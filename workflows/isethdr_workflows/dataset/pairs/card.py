@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from isethdr_core.cli.terminal import number_of
 from isethdr_core.runs.provenance import versions
 
 from .request import PairRequest
@@ -33,7 +34,7 @@ def card(request: PairRequest, first: dict[str, Any], scenes: int) -> str:
     lines = [
         f"# Pairs of {request.name}",
         "",
-        f"Linear raw captures of {scenes} scenes with and without parts of the light, and each part"
+        f"Linear raw captures of {number_of(scenes, 'scene')} with and without parts of the light, and each part"
         " of the light separately. Every number has a physical unit.",
         "",
         "## Files",

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from isethdr_core.cli.terminal import number_of
 from isethdr_core.store import open_scene
 
 from .bank import bank
@@ -113,7 +114,8 @@ def roads_source(
 
 
 def _counted(roads: Sequence[Road]) -> str:
-    return f"{len(roads)} scenes of {len({road.record.road for road in roads})} roads"
+    scenes = number_of(len(roads), "scene")
+    return f"{scenes} of {number_of(len({road.record.road for road in roads}), 'road')}"
 
 
 def _rounded(weights: np.ndarray) -> list[list[str]]:
