@@ -8,7 +8,7 @@
 | `error_terms`       | stated errors as data: source, quantity, part, value, unit, how known      |
 | `ledger`            | seconds, peak memory, errors and what was left out, per stage              |
 | `percentile_errors` | how far noise moves a percentile                                           |
-| `propagation`       | stated errors carried to the electrons of each capture                     |
+| `propagation`       | stated errors as errors of the electrons of each capture                   |
 | `render_noise`      | the renderer's own noise, tile by tile, and in the pixels of a camera      |
 | `score_errors`      | errors of scores due to the renderer's noise                               |
 | `spending`          | error shares that the components of a chain ask for, and get               |
