@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from isethdr_scenes.geometry.mesh.cutting import cut, polygon, subdivide
-from isethdr_scenes.geometry.mesh.implicit import blend, cone, skin_of
+from isethdr_scenes.geometry.mesh.cutting import REACH_M, cut, polygon, subdivide
+from isethdr_scenes.geometry.mesh.implicit import Field, blend, cone, skin_of
 from isethdr_scenes.geometry.mesh.piece import (
     Assembly,
     compact,
@@ -126,9 +126,38 @@ def test_cut_along_a_linear_field_is_exact():
 
 def test_polygon_is_a_signed_distance():
     square = polygon([(-1, -1), (1, -1), (1, 1), (-1, 1)], 0.25)
-    p = np.array([0.0, 3.0, 2.0, 0.0])
+    p = np.array([0.0, 2.0, 2.0, 0.0])
     q = np.array([0.0, 0.0, 2.0, 0.75])
-    assert square(p, q) == pytest.approx([-1.25, 1.75, np.sqrt(2) - 0.25, -0.5], abs=1e-12)
+    assert square(p, q) == pytest.approx([-1.25, 0.75, np.sqrt(2) - 0.25, -0.5], abs=1e-12)
+    # beyond its reach a point is as far as that: positive, and no further than it is
+    assert square(np.array([7.0]), np.array([0.0])) == REACH_M
+
+
+def test_folds_are_left_out_only_where_they_change_no_surface():
+    limbs = [
+        cone((0, 0, 0), (0.3, 0.1, 0), 0.08, 0.05),
+        cone((0.3, 0, 0), (0.3, 0, 0.2), 0.06, 0.05),
+    ]
+    folded = blend([blend(limbs[:1], 0.03, 0.008, 1), limbs[1]], 0.02)
+    everywhere = Field(folded.values, folded.lo, folded.hi)
+    cheap, whole = (skin_of(field, 0.012, "cloth", "cloth_red") for field in (folded, everywhere))
+    assert np.array_equal(cheap.vertices, whole.vertices)
+    assert np.array_equal(cheap.faces, whole.faces)
+    smooth = skin_of(blend(limbs, 0.02), 0.012, "cloth", "cloth_red")
+    assert cheap.vertices.shape != smooth.vertices.shape  # there are folds
+
+
+def test_a_union_leaves_out_only_parts_that_are_too_far_to_change_it():
+    rng = np.random.default_rng(2)
+    ends = rng.uniform(-0.4, 0.4, (6, 2, 3))
+    limbs = [cone(a, b, 0.07, 0.04) for a, b in ends]
+    points = rng.uniform(-0.6, 0.6, (500, 3))
+    each = np.array([limb(points) for limb in limbs])
+    expected = each[0]
+    for other in each[1:]:
+        melt = np.maximum(0.03 - np.abs(expected - other), 0) ** 2 / (4 * 0.03)
+        expected = np.minimum(expected, other) - melt
+    assert blend(limbs, 0.03)(points) == pytest.approx(expected, abs=ROUNDING)
 
 
 def test_subdivision_keeps_the_surface():

@@ -2,21 +2,66 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.mesh.piece import Assembly, Piece, compact, face_areas
+from ..geometry.mesh.piece import Assembly, Piece, compact, face_sizes
 
 LEAST_FACE_M2 = 1e-10  # slivers of cuts, which no picture shows
 
 
 def clean(model: Assembly) -> Assembly:
     """Return a copy without faces of no area."""
-    out = Assembly(model.name)
-    for part in model.parts:
-        area = np.linalg.norm(face_areas(part), axis=1)
-        out.add(compact(replace(part, faces=part.faces[area > LEAST_FACE_M2])))
+    if not model.parts:
+        return Assembly(model.name)
+    joined = _joined(model.parts)
+    return _without_slivers(model.name, model.parts, joined)
+
+
+class _Joined(NamedTuple):
+    """Meshes of several parts in one: a car has 240 parts, which are slow one by one."""
+
+    vertices: np.ndarray  # (n, 3) m
+    faces: np.ndarray  # (m, 3) into these vertices
+    vertex_ends: np.ndarray  # (parts + 1,) where each part begins and ends
+    face_ends: np.ndarray  # (parts + 1,)
+
+
+def _joined(parts: Sequence[Piece]) -> _Joined:
+    vertex_ends = np.cumsum([0] + [len(part.vertices) for part in parts])
+    return _Joined(
+        np.concatenate([part.vertices for part in parts]),
+        np.concatenate([part.faces + first for part, first in zip(parts, vertex_ends)]),
+        vertex_ends,
+        np.cumsum([0] + [len(part.faces) for part in parts]),
+    )
+
+
+def _without_slivers(name: str, parts: Sequence[Piece], joined: _Joined) -> Assembly:
+    """Return the parts without faces of no area, and without vertices that no face uses.
+
+    Parameters
+    ----------
+    name : of the assembly.
+    parts : whose meshes these are.
+    joined : their meshes in one.
+    """
+    size = face_sizes(Piece(name, joined.vertices, joined.faces))
+    solid = size > LEAST_FACE_M2
+    used = np.zeros(len(joined.vertices), bool)
+    used[joined.faces if solid.all() else joined.faces[solid]] = True
+    out = Assembly(name)
+    for k, part in enumerate(parts):
+        kept = solid[joined.face_ends[k] : joined.face_ends[k + 1]]
+        if not kept.all():
+            out.add(compact(replace(part, faces=part.faces[kept])))
+        elif used[joined.vertex_ends[k] : joined.vertex_ends[k + 1]].all():
+            out.add(part)
+        else:
+            out.add(compact(part))
     return out
 
 
@@ -43,15 +88,10 @@ def coarser(model: Assembly, cell_m: float) -> Assembly:
     """
     dark = [part for part in model.parts if part.lamp is None]
     lit = [part for part in model.parts if part.lamp is not None]
-    vertices = np.concatenate([part.vertices for part in dark])
-    ids, places = _cells(vertices, cell_m)
-    out = Assembly(model.name)
-    first = 0
-    for part in dark:
-        last = first + len(part.vertices)
-        out.add(_moved_to(part, ids[first:last], places))
-        first = last
-    return out.add(*lit)
+    joined = _joined(dark)
+    ids, places = _cells(joined.vertices, cell_m)
+    merged, moved = _moved_to(dark, joined, ids, places)
+    return _without_slivers(model.name, merged, moved).add(*lit)
 
 
 def _cells(vertices: np.ndarray, cell_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -72,25 +112,54 @@ def _cells(vertices: np.ndarray, cell_m: float) -> tuple[np.ndarray, np.ndarray]
     return ids, places
 
 
-def _moved_to(part: Piece, ids: np.ndarray, places: np.ndarray) -> Piece:
-    """Return a part whose vertices are the cells `ids`, without faces of no area and faces that are
-    there twice.
+def _moved_to(
+    parts: Sequence[Piece], joined: _Joined, ids: np.ndarray, places: np.ndarray
+) -> tuple[list[Piece], _Joined]:
+    """Return parts whose vertices are cells, without faces between fewer than three cells and faces
+    that are there twice in a part; and their meshes in one.
+
+    Parameters
+    ----------
+    parts : as they are.
+    joined : their meshes in one, of n vertices.
+    ids : (n,) cell of each vertex.
+    places : (cells, 3) place of each cell, m.
     """
-    cells, own = np.unique(ids, return_inverse=True)
-    normals = part.normals
-    if normals is not None:
-        total = np.stack([np.bincount(own, normals[:, k]) for k in range(3)], 1)
-        normals = _unit_or_up(total)
-    faces = own[part.faces]
-    thick = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])
-    thick &= faces[:, 0] != faces[:, 2]
-    faces = faces[thick]
-    low, middle, high = np.sort(faces, 1).T
-    key = (low * len(cells) + middle) * len(cells) + high
-    _, first = np.unique(key, return_index=True)
-    merged = replace(part, vertices=places[cells], faces=faces[np.sort(first)], normals=normals)
-    area = np.linalg.norm(face_areas(merged), axis=1)
-    return compact(replace(merged, faces=merged.faces[area > LEAST_FACE_M2]))
+    count = np.diff(joined.vertex_ends)
+    owner = np.repeat(np.arange(len(parts)) * len(places), count)
+    cells, own = np.unique(owner + ids, return_inverse=True)  # a part's cells follow each other
+    vertex_ends = np.searchsorted(cells, np.arange(len(parts) + 1) * len(places))
+    vertices = places.take(cells % len(places), 0)
+    normals = np.concatenate(
+        [np.zeros_like(p.vertices) if p.normals is None else p.normals for p in parts]
+    )
+    normals = _unit_or_up(np.stack([np.bincount(own, normals[:, k]) for k in range(3)], 1))
+    faces = own.take(joined.faces)
+    kept = _distinct(faces)
+    faces = faces.take(kept, 0)
+    face_ends = np.searchsorted(kept, joined.face_ends)
+    out = []
+    for k, part in enumerate(parts):
+        there = slice(vertex_ends[k], vertex_ends[k + 1])
+        own_faces = faces[face_ends[k] : face_ends[k + 1]] - vertex_ends[k]
+        own_normals = None if part.normals is None else normals[there]
+        out.append(replace(part, vertices=vertices[there], faces=own_faces, normals=own_normals))
+    return out, _Joined(vertices, faces, vertex_ends, face_ends)
+
+
+def _distinct(faces: np.ndarray) -> np.ndarray:
+    """Return the rows, in order, of faces (m, 3) between three vertices; the first row where
+    several faces share all three.
+    """
+    a, b, c = faces.T
+    thick = np.flatnonzero((a != b) & (b != c) & (a != c))
+    a, b, c = faces.take(thick, 0).T
+    low = np.minimum(np.minimum(a, b), c)
+    high = np.maximum(np.maximum(a, b), c)
+    number = int(faces.max(initial=0)) + 1
+    _, pair = np.unique(low * number + high, return_inverse=True)
+    _, first = np.unique(pair * number + (a + b + c - low - high), return_index=True)
+    return thick[np.sort(first)]
 
 
 def _unit_or_up(v: np.ndarray) -> np.ndarray:

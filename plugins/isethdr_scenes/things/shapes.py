@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from ..geometry.mesh.cutting import cut
-from ..geometry.mesh.implicit import blend, cone, skin_of
+from ..geometry.mesh.implicit import Field, blend, cone, skin_of
 from ..geometry.mesh.piece import Assembly, Piece, join, pose, shift, unit
 from ..geometry.mesh.primitives import ball, box, grid, tube
 from .detail import clean
@@ -57,7 +57,7 @@ class Limb:
         low = np.minimum(a - self.radius_a * reach, b - self.radius_b * reach)
         return low, np.maximum(a + self.radius_a * reach, b + self.radius_b * reach)
 
-    def field(self) -> Values:
+    def field(self) -> Field:
         """Return the field for `geometry.mesh.implicit.blend`: distance in m, negative inside."""
         narrow = np.array([1.0, 1 / self.width, 1.0])
         round_limb = cone(
@@ -71,8 +71,7 @@ class Limb:
         def distance(points: np.ndarray) -> np.ndarray:
             return scale * round_limb(points * narrow)
 
-        distance.lo, distance.hi = self.extent()
-        return distance
+        return Field(distance, *self.extent())
 
     def tube(self, name: str, material: str, sides: int, steps: int = 1) -> Piece:
         """Return the limb as a tube with rounded ends, of few faces, in `steps` along it.
@@ -155,18 +154,9 @@ class Mass:
             out.append(part.named(patch.name, patch.material))
         return [surface, *out]
 
-    def _field(self) -> Values:
+    def _field(self) -> Field:
         whole = blend([limb.field() for limb in self.limbs], self.blend_m, self.folds_m, self.seed)
-        if self.trim is None:
-            return whole
-        trim = self.trim
-
-        def trimmed(points: np.ndarray) -> np.ndarray:
-            return np.maximum(whole(points), trim(points))
-
-        trimmed.lo = whole.lo
-        trimmed.hi = whole.hi
-        return trimmed
+        return whole if self.trim is None else whole.within(self.trim)
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .piece import Piece, compact, face_areas, flat, unit
+from .piece import Piece, compact, face_sizes, flat, unit
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+
+REACH_M = 1.0  # twice the longest face that is cut
+BLOCK = 4096  # points whose distance is computed at a time
 
 
 def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
@@ -25,17 +28,22 @@ def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
     v = part.vertices
     n = part.normals
     f = part.faces
-    neg = value[f] < 0
-    count = neg.sum(1)
-    lone = np.where(count == 1, np.argmax(neg, 1), np.argmin(neg, 1))
-    mixed = (count == 1) | (count == 2)
-    t = f[mixed]
+    neg = (value < 0).view(np.int8).take(f)
+    count = neg[:, 0] + neg[:, 1] + neg[:, 2]
+    mixed = np.flatnonzero((count == 1) | (count == 2))
+    t = f.take(mixed, 0)
+    tip_neg = count.take(mixed) == 1
+    alone = neg.take(mixed, 0) == tip_neg[:, None]  # the corner on the other side than both others
+    lone = alone[:, 1] + 2 * alone[:, 2]
     row = np.arange(len(t))
-    a, b, c = (t[row, (lone[mixed] + k) % 3] for k in range(3))
+    a, b, c = (t[row, (lone + k) % 3] for k in range(3))
 
     def crossing(p: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        w = (value[p] / (value[p] - value[q]))[:, None]
-        return v[p] + w * (v[q] - v[p]), unit(n[p] + w * (n[q] - n[p]))
+        value_p = value.take(p)
+        w = (value_p / (value_p - value.take(q)))[:, None]
+        v_p = v.take(p, 0)
+        n_p = n.take(p, 0)
+        return v_p + w * (v.take(q, 0) - v_p), unit(n_p + w * (n.take(q, 0) - n_p))
 
     vab, nab = crossing(a, b)
     vac, nac = crossing(a, c)
@@ -44,12 +52,12 @@ def cut(part: Piece, value: np.ndarray) -> tuple[Piece, Piece, np.ndarray]:
     ac = base + len(t) + row
     tip = np.stack([a, ab, ac], 1)
     quad = np.concatenate([np.stack([ab, b, c], 1), np.stack([ab, c, ac], 1)])
-    tip_neg = count[mixed] == 1
     allv = np.concatenate([v, vab, vac])
     alln = np.concatenate([n, nab, nac])
     two = np.concatenate([tip_neg, tip_neg])
-    inside = np.concatenate([f[count == 3], tip[tip_neg], quad[~two]])
-    outside = np.concatenate([f[count == 0], tip[~tip_neg], quad[two]])
+    whole = lambda corners: f.take(np.flatnonzero(count == corners), 0)
+    inside = np.concatenate([whole(3), tip[tip_neg], quad[~two]])
+    outside = np.concatenate([whole(0), tip[~tip_neg], quad[two]])
     seam = np.stack([np.stack([vab, nab], 1), np.stack([vac, nac], 1)], 1)
     seam[tip_neg] = seam[tip_neg][:, ::-1]
     return (
@@ -77,34 +85,71 @@ def hem(seam: np.ndarray, shift: float | np.ndarray, name: str, material: str) -
     k = 4 * np.arange(len(p))[:, None]
     strip = Piece(name, v, np.concatenate([k + [0, 1, 2], k + [0, 2, 3]]), material)
     # a segment along `shift` sweeps nothing
-    solid = np.linalg.norm(face_areas(strip), axis=1) > 1e-12
+    solid = face_sizes(strip) > 1e-12
     return flat(replace(strip, faces=strip.faces[solid]))
 
 
 def polygon(points: ArrayLike, r: float = 0.0) -> Callable[..., Any]:
-    """Signed distance (negative inside) to a closed 2-D polygon grown by r with round corners."""
+    """Signed distance (negative inside) to a closed 2-D polygon grown by r with round corners, m.
+
+    Further than `REACH_M` from the polygon's box the distance is that reach: a line where it is 0
+    is cut the same, as no face is so long.
+    """
     a = np.asarray(points, float)
     b = np.roll(a, -1, 0)
+    reach = REACH_M + r
+    low = a.min(0) - reach
+    high = a.max(0) + reach
 
     def distance(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-        x, y = (np.asarray(c, float) for c in (p, q))
-        nearest2 = np.full(x.shape, np.inf)
-        odd = np.zeros(x.shape, bool)
-        for (ax, ay), (bx, by) in zip(a, b):  # edge by edge: few numbers at a time
-            ex = bx - ax
-            ey = by - ay
-            wx = x - ax
-            wy = y - ay
-            k = np.clip((wx * ex + wy * ey) / max(ex * ex + ey * ey, 1e-12), 0, 1)
-            dx = wx - k * ex
-            dy = wy - k * ey
-            np.minimum(nearest2, dx * dx + dy * dy, out=nearest2)
-            if ay != by:
-                odd ^= ((ay > y) != (by > y)) & (x < ax + wy / (by - ay) * ex)
-        d = np.sqrt(nearest2)
-        return np.where(odd, -d, d) - r
+        x, y = (np.asarray(c, float).ravel() for c in (p, q))
+        d = np.full(x.shape, reach)
+        near = np.flatnonzero((x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1]))
+        for first in range(0, len(near), BLOCK):  # few numbers at a time, which stay in the cache
+            some = near[first : first + BLOCK]
+            d[some] = _signed_distance(a, b, x.take(some), y.take(some))
+        return d.reshape(np.shape(p)) - r
 
     return distance
+
+
+def _signed_distance(a: np.ndarray, b: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the distance (n,) to a polygon, negative inside, m.
+
+    Parameters
+    ----------
+    a : (k, 2) first ends of its edges, m.
+    b : (k, 2) last ends, m.
+    x : (n,) first coordinate of the points, m.
+    y : (n,) second coordinate, m.
+    """
+    nearest2 = np.full(x.shape, np.inf)
+    odd = np.zeros(x.shape, bool)
+    wx, wy, k, d2 = np.empty((4, len(x)))
+    for (ax, ay), (bx, by) in zip(a.tolist(), b.tolist()):
+        ex = bx - ax
+        ey = by - ay
+        np.subtract(x, ax, out=wx)
+        np.subtract(y, ay, out=wy)
+        # share of the edge at which it is nearest
+        np.multiply(wx, ex, out=k)
+        k += np.multiply(wy, ey, out=d2)
+        k /= max(ex * ex + ey * ey, 1e-12)
+        np.maximum(k, 0, out=k)
+        np.minimum(k, 1, out=k)
+        np.multiply(k, ex, out=d2)
+        np.subtract(wx, d2, out=d2)
+        d2 *= d2
+        k *= ey
+        np.subtract(wy, k, out=k)
+        k *= k
+        d2 += k
+        np.minimum(nearest2, d2, out=nearest2)
+        if ay != by:
+            level = np.flatnonzero((ay > y) != (by > y))  # points as high as the edge
+            odd[level] ^= x[level] < ax + wy[level] / (by - ay) * ex
+    d = np.sqrt(nearest2)
+    return np.where(odd, -d, d)
 
 
 def curve(points: Sequence[tuple[float, float]], sigma: float = 0.0) -> Callable[..., Any]:

@@ -1,22 +1,49 @@
-"""Implicit surfaces: smooth unions of tapered capsules, meshed by marching cubes.
-
-A field is a function of points (n, 3), negative inside, with `lo` and `hi`: the corners of a box
-around its surface.
-"""
+"""Implicit surfaces: smooth unions of tapered capsules, meshed by marching cubes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from isethdr_core.extras import needed
 
-from .piece import Piece, unit
+from .piece import Piece, squared_length, unit
+
+BLOCK = 4096  # points whose field is computed at a time
+
+Values = Callable[[np.ndarray], np.ndarray]  # of points (n, 3), m: (n,)
 
 
-def cone(a: np.ndarray, b: np.ndarray, ra: float, rb: float) -> Callable[..., Any]:
+@dataclass(frozen=True, eq=False)
+class Field:
+    """A function of points (n, 3), m, that is negative inside a surface."""
+
+    values: Values
+    lo: np.ndarray  # (3,) corners of a box around the surface, m
+    hi: np.ndarray
+    # centre (3,) and radius, m: nowhere is the field less than the distance to this ball
+    ball: tuple[np.ndarray, float] | None = None
+    plain: Values | None = None  # the field without folds, which are slow; None: it has none
+    folds_m: float = 0.0  # most by which folds change it
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Return the values (n,), m, at points (n, 3)."""
+        return self.values(points)
+
+    def without_folds(self, points: np.ndarray) -> np.ndarray:
+        """Return the values (n,), m, off by at most `folds_m`."""
+        return (self.plain or self.values)(points)
+
+    def within(self, other: Values) -> Field:
+        """Return the field of what is inside this one and where `other` is negative."""
+        both = lambda p: np.maximum(self(p), other(p))
+        plain = lambda p: np.maximum(self.without_folds(p), other(p))
+        return Field(both, self.lo, self.hi, self.ball, plain, self.folds_m)
+
+
+def cone(a: np.ndarray, b: np.ndarray, ra: float, rb: float) -> Field:
     """Return the field of a capsule from `a` to `b` whose radius runs from `ra` to `rb`, m.
 
     Parameters
@@ -34,18 +61,28 @@ def cone(a: np.ndarray, b: np.ndarray, ra: float, rb: float) -> Callable[..., An
 
     def distance(p: np.ndarray) -> np.ndarray:
         w = p - a
-        t = np.clip((w @ along) / size2, 0, 1)
-        x, y, z = (w[:, k] - t * along[k] for k in range(3))
-        return np.sqrt(x * x + y * y + z * z) - ra - t * (rb - ra)
+        t = w @ along  # share of the axis at which it is nearest
+        t /= size2
+        np.maximum(t, 0, out=t)
+        np.minimum(t, 1, out=t)
+        out = np.zeros(len(p))
+        for k in range(3):
+            side = t * along[k]
+            np.subtract(w[:, k], side, out=side)
+            side *= side
+            out += side
+        np.sqrt(out, out=out)
+        out -= ra
+        t *= rb - ra
+        out -= t
+        return out
 
-    distance.lo = np.minimum(a, b) - max(ra, rb)
-    distance.hi = np.maximum(a, b) + max(ra, rb)
-    return distance
+    widest = max(ra, rb)
+    ball = (a + b) / 2, float(np.sqrt(size2)) / 2 + widest
+    return Field(distance, np.minimum(a, b) - widest, np.maximum(a, b) + widest, ball)
 
 
-def blend(
-    fields: Sequence[Callable[..., Any]], k: float = 0.03, folds: float = 0.0, seed: int = 0
-) -> Callable[..., Any]:
+def blend(fields: Sequence[Field], k: float = 0.03, folds: float = 0.0, seed: int = 0) -> Field:
     """Return the smooth union of `fields`; they melt together where they differ by less than `k`
     metres.
 
@@ -59,34 +96,79 @@ def blend(
     folds : height of cloth-like waves, m.
     seed : of the waves.
     """
+    lo = np.min([f.lo for f in fields], 0)
+    hi = np.max([f.hi for f in fields], 0)
+    half = (hi - lo) / 2
+    radius = float(np.linalg.norm(half)) + (len(fields) - 1) * k / 4 + folds / 2
+    ball = (lo + half, radius) if all(f.ball for f in fields) else None
+    folds_m = folds / 2 + max(f.folds_m for f in fields)
+    balls = [f.ball for f in fields]
+    plain = lambda p: _united([f.without_folds for f in fields], balls, k, p)
+    smooth = lambda p: _united([f.values for f in fields], balls, k, p)
+    if not folds:
+        return Field(smooth, lo, hi, ball, plain if folds_m else None, folds_m)
     rng = np.random.default_rng(seed)
     # radians per metre: folds hang down, so they are closer vertically
-    waves = rng.normal(size=(5, 3)) * [
-        18,
-        18,
-        30,
-    ]
+    waves = rng.normal(size=(5, 3)) * [18, 18, 30]
     phase = rng.uniform(0, 2 * np.pi, 5)
 
-    def distance(p: np.ndarray) -> np.ndarray:
-        distance = fields[0](p)
-        for field in fields[1:]:
-            d = field(p)
-            difference = np.abs(distance - d)
-            close = np.flatnonzero(difference < k)
-            near = (k - difference[close]) / k
-            distance = np.minimum(distance, d)
-            distance[close] -= near * near * k / 4
-        if folds:
-            distance = distance + folds * np.abs(np.sin(p @ waves.T + phase)).mean(1) - folds * 0.5
-        return distance
+    def folded(p: np.ndarray) -> np.ndarray:
+        return smooth(p) + folds * np.abs(np.sin(p @ waves.T + phase)).mean(1) - folds * 0.5
 
-    distance.lo = np.min([f.lo for f in fields], 0)
-    distance.hi = np.max([f.hi for f in fields], 0)
-    return distance
+    return Field(folded, lo, hi, ball, plain, folds_m)
 
 
-def skin_of(field: Callable[..., Any], step: float, name: str, material: str) -> Piece:
+def _united(
+    fields: Sequence[Values],
+    balls: Sequence[tuple[np.ndarray, float] | None],
+    k: float,
+    points: np.ndarray,
+) -> np.ndarray:
+    """Return the smooth minimum (n,) of fields, m. Each is computed only at points that it may
+    change.
+
+    Parameters
+    ----------
+    fields : distances to unite.
+    balls : centre and radius, m, around each; None: it is computed everywhere.
+    k : difference below which they melt together, m.
+    points : (n, 3) m.
+    """
+    out = fields[0](points)
+    size2 = squared_length(points)
+    for field, ball in zip(fields[1:], balls[1:]):
+        if ball is None:
+            out = _melted(out, field(points), k)
+            continue
+        # a field is at least the distance to its ball: further points stay as they are
+        centre, radius = ball
+        reach = np.maximum(out + (radius + k + 1e-6), 0)
+        reach *= reach
+        reach -= size2
+        reach += points @ (2 * centre)
+        some = np.flatnonzero(reach > centre @ centre)
+        out[some] = _melted(out.take(some), field(points.take(some, 0)), k)
+    return out
+
+
+def _melted(a: np.ndarray, b: np.ndarray, k: float) -> np.ndarray:
+    """Return the quadratic smooth minimum (n,) of two distances, m.
+
+    Parameters
+    ----------
+    a : (n,) distance, m.
+    b : (n,) the other one, m.
+    k : difference below which they melt together, m.
+    """
+    difference = np.abs(a - b)
+    close = np.flatnonzero(difference < k)
+    near = (k - difference.take(close)) / k
+    out = np.minimum(a, b)
+    out[close] -= near * near * k / 4
+    return out
+
+
+def skin_of(field: Field, step: float, name: str, material: str) -> Piece:
     """Return the zero surface of a field, sampled every `step` metres; normals are the field's own
     gradient.
 
@@ -108,11 +190,12 @@ def skin_of(field: Callable[..., Any], step: float, name: str, material: str) ->
     )
     vertices = vertices + np.array([a[0] for a in axes])
     ends = 0.7 * step * np.eye(3)
-    slope = np.stack([field(vertices + e) - field(vertices - e) for e in ends], -1)
+    at = lambda points: _in_blocks(field.values, points)
+    slope = np.stack([at(vertices + e) - at(vertices - e) for e in ends], -1)
     return Piece(name, vertices, faces, material, unit(slope))
 
 
-def _sampled(field: Callable[..., Any], axes: Sequence[np.ndarray], step: float) -> np.ndarray:
+def _sampled(field: Field, axes: Sequence[np.ndarray], step: float) -> np.ndarray:
     """Return the field on a grid: exact near its surface, elsewhere the value in the middle of a
     block of 4 x 4 x 4.
 
@@ -122,10 +205,26 @@ def _sampled(field: Callable[..., Any], axes: Sequence[np.ndarray], step: float)
     block = 4
     middles = [a[np.minimum(np.arange(0, len(a), block) + block // 2, len(a) - 1)] for a in axes]
     coarse = np.stack(np.meshgrid(*middles, indexing="ij"), -1)
-    values = field(coarse.reshape(-1, 3)).reshape(coarse.shape[:3])
+    rough = _in_blocks(field.without_folds, coarse.reshape(-1, 3))
+    values = rough.reshape(coarse.shape[:3])
     for k, axis in enumerate(axes):
         values = np.repeat(values, block, axis=k).take(np.arange(len(axis)), axis=k)
-    near = np.abs(values) < 1.5 * np.sqrt(3) * block / 2 * step + step
+    near = np.abs(values) < 1.5 * np.sqrt(3) * block / 2 * step + step + field.folds_m
     i, j, k = np.nonzero(near)
-    values[near] = field(np.stack([axes[0][i], axes[1][j], axes[2][k]], 1))
+    points = np.stack([axes[0].take(i), axes[1].take(j), axes[2].take(k)], 1)
+    found = _in_blocks(field.without_folds, points)
+    if field.folds_m:
+        # a cell with surface in it has no corner further away than 1.5 diagonals
+        crossed = np.abs(found) < 1.5 * np.sqrt(3) * step + field.folds_m
+        exact = np.flatnonzero(crossed)
+        found[exact] = _in_blocks(field.values, points.take(exact, 0))
+    values[near] = found
     return values
+
+
+def _in_blocks(values: Values, points: np.ndarray) -> np.ndarray:
+    """Return a field (n,), m, at points (n, 3): few at a time, which stay in the cache."""
+    out = np.empty(len(points))
+    for first in range(0, len(points), BLOCK):
+        out[first : first + BLOCK] = values(points[first : first + BLOCK])
+    return out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,17 +39,32 @@ def grid(
     material : name of the material.
     """
     p = np.asarray(points, float)
-    n, m = p.shape[:2]
+    v = p.reshape(-1, 3)
+    f = _grid_faces(p.shape[0], p.shape[1], close_u, close_v)
+    part = Piece(name, v, f, material)
+    return replace(part, normals=vertex_normals(v, f)) if smooth else flat(part)
+
+
+@lru_cache(maxsize=512)  # 50 kB each; a car has 90 different ones
+def _grid_faces(n: int, m: int, close_u: bool, close_v: bool) -> np.ndarray:
+    """Return the triangles (k, 3) of a grid of n x m points; nobody may write into them.
+
+    Parameters
+    ----------
+    n : rows of points, along u.
+    m : columns of points, along v.
+    close_u : join the last row to the first.
+    close_v : join the last column to the first.
+    """
     i, j = np.meshgrid(np.arange(n - (not close_u)), np.arange(m - (not close_v)), indexing="ij")
     k = lambda a, b: ((a % n) * m + b % m).ravel()
     a = k(i, j)
     b = k(i + 1, j)
     c = k(i + 1, j + 1)
     d = k(i, j + 1)
-    v = p.reshape(-1, 3)
-    f = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-    part = Piece(name, v, f, material)
-    return replace(part, normals=vertex_normals(v, f)) if smooth else flat(part)
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    faces.flags.writeable = False
+    return faces
 
 
 def ball(

@@ -48,11 +48,7 @@ def head(m: Assembly, c: np.ndarray, neck: np.ndarray, look: Person) -> None:
     m.add(ball(at(0.084, 0, -0.052), (0.010, 0.022, 0.006), "mouth", "cloth_red", 6))
     if look.helmet:
         shell = blend([cone(at(-0.05, 0, 0.052), at(0.035, 0, 0.058), 0.108, 0.098)], 0.01)
-        cap = lambda p: np.maximum(
-            shell(p), (at(0, 0, 0.035)[2] - p[:, 2]) + 0.12 * (p[:, 0] - c[0])
-        )
-        cap.lo = shell.lo
-        cap.hi = shell.hi
+        cap = shell.within(lambda p: (at(0, 0, 0.035)[2] - p[:, 2]) + 0.12 * (p[:, 0] - c[0]))
         part = skin_of(cap, 0.009, "helmet", look.helmet)
         v = part.vertices - c
         vent, part, _ = cut(
@@ -76,7 +72,5 @@ def head(m: Assembly, c: np.ndarray, neck: np.ndarray, look: Person) -> None:
         if look.long_hair
         else (lambda p: -(p[:, 2] - c[2] + 0.035))
     )
-    cap = lambda p: np.max([full(p), face(p), low(p)], 0)
-    cap.lo = full.lo
-    cap.hi = full.hi
+    cap = full.within(lambda p: np.maximum(face(p), low(p)))
     m.add(skin_of(cap, 0.007, "hair", look.hair))

@@ -119,9 +119,7 @@ def figure(
     ]
     jacket = blend(top, 0.05, 0.006, seed + 1)
     below = lambda p: (hem_at - up * 0.06 - p) @ up
-    body = lambda p: np.maximum(jacket(p), below(p))
-    body.lo = jacket.lo
-    body.hi = jacket.hi
+    body = jacket.within(below)
     sleeves = [
         blend(
             [
@@ -167,10 +165,8 @@ def figure(
             cone(a, heel + f * 0.12 + n * 0.02, 0.048, 0.036),
         ]
         base = blend(shoe, 0.02)
-        fl = lambda p, b=base, o=heel, n=n: np.maximum(b(p), (o - n * 0.040 - p) @ n)
-        fl.lo = base.lo
-        fl.hi = base.hi
-        part = skin_of(fl, 0.009, f"shoe_{s}", look.shoes)
+        flat_below = base.within(lambda p, o=heel, n=n: (o - n * 0.040 - p) @ n)
+        part = skin_of(flat_below, 0.009, f"shoe_{s}", look.shoes)
         sole, part, _ = cut(part, (part.vertices - heel) @ n + 0.022)
         m.add(part, sole.named(f"sole_{s}", "sole"))
     if look.backpack:

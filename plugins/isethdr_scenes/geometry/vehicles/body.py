@@ -46,13 +46,25 @@ class Body:
         v = (part or self.paint).vertices
         return self.shell.length / 2 - v[:, 0], np.abs(v[:, 1]), v[:, 2], v[:, 1]
 
-    def top_at(self, u: float, y: float) -> float:
-        """Return the height of the outer skin above (u, y), m."""
+    def tops_at(self, u: np.ndarray, y: float) -> list[float]:
+        """Return the heights of the outer skin above the points (u, y), m: of the vertices within
+        6 cm, else of the roof line.
+
+        Parameters
+        ----------
+        u : (n,) distances from the front end, m.
+        y : distance to the left, m, the same of all points.
+        """
         v = np.concatenate(
             [self.paint.vertices] + [p.vertices for p in self.parts if len(p.vertices)]
         )
-        d = np.hypot(v[:, 0] - self.shell.length / 2 + u, v[:, 1] - y)
-        return v[d < 0.06, 2].max() if (d < 0.06).any() else float(self.upper(u))
+        v = v[np.abs(v[:, 1] - y) < 0.06]
+        out = []
+        for k in u:
+            d = np.hypot(v[:, 0] - self.shell.length / 2 + k, v[:, 1] - y)
+            near = v[d < 0.06, 2]
+            out.append(near.max() if len(near) else float(self.upper(k)))
+        return out
 
     def take(
         self,

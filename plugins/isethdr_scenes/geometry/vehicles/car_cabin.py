@@ -68,13 +68,14 @@ def fittings(model: Assembly, b: Body, c: Car) -> None:
             )
         if c.rails:
             u = np.linspace(top[0] + 0.15, c.roof[5][0] - 0.05, 12)
+            roof = b.tops_at(u, s * half * 0.66)
             model.add(
                 tube(
                     [
                         (
                             x0 - k,
                             s * half * 0.66,
-                            b.top_at(k, s * half * 0.66) + (0.028 if 0 < i < 11 else -0.02),
+                            roof[i] + (0.028 if 0 < i < 11 else -0.02),
                         )
                         for i, k in enumerate(u)
                     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -31,6 +32,16 @@ def wheel(shape: Wheel, x: float, y: float, name: str = "wheel") -> list[Piece]:
     x, y : position of its middle, m.
     name : of the parts.
     """
+    pose = np.eye(4)
+    pose[:3, 3] = x, y, shape.radius_m
+    return [part.moved(pose).named(f"{name}.{part.name}") for part in _parts(shape, y < 0)]
+
+
+@lru_cache(maxsize=4)  # the wheels of one vehicle are equal
+def _parts(shape: Wheel, right: bool) -> tuple[Piece, ...]:
+    """Return the parts of a wheel about the origin, its face towards +y, or -y if `right`."""
+    if right:
+        return tuple(mirrored(part) for part in _parts(shape, False))
     half_width = shape.width_m / 2
     outer_radius = shape.radius_m
     rim_radius = shape.radius_m * shape.rim
@@ -148,13 +159,7 @@ def wheel(shape: Wheel, x: float, y: float, name: str = "wheel") -> list[Piece]:
                 20,
             )
         )
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, shape.radius_m
-    out = []
-    for part in parts:
-        part = mirrored(part) if y < 0 else part
-        out.append(part.moved(pose).named(f"{name}.{part.name}"))
-    return out
+    return tuple(parts)
 
 
 def plate(
