@@ -165,7 +165,8 @@ def _complaint(cls: type, values: Mapping[str, Any], err: Any, to_type: str) -> 
     expected = " or ".join(dict.fromkeys(map(_expectation, deepest)))
     near = _nearest_choice(field_types(cls)[name], value)
     hint = f"; did you mean {near!r}?" if near else ""
-    example = near or _entry(field_value, deepest[0]) or _example(cls, name)
+    example = near or _entry(field_value, deepest[0]) or _other_choice(cls, name)
+    example = example or _example(cls, name)
     return (
         f"{name} is {wrong}; expected {expected}{hint}; type for example {to_type}{name}={example}"
     )
@@ -185,6 +186,16 @@ def _nearest_choice(annotation: Any, value: Any) -> str:
         return ""
     names = [choice for choice in get_args(annotation) if isinstance(choice, str)]
     return next(iter(get_close_matches(value, names, 1)), "")
+
+
+def _other_choice(cls: type, name: str) -> str:
+    """Return a value of a `Literal` that is not the default: nobody has to type that one. "" for
+    other fields.
+    """
+    annotation = field_types(cls)[name]
+    choices = get_args(annotation) if get_origin(annotation) is Literal else ()
+    typed = map(on_command_line, choices)
+    return next((choice for choice in typed if choice != _example(cls, name)), "")
 
 
 def _expectation(problem: Mapping[str, Any]) -> str:

@@ -33,6 +33,7 @@ class Probe:
     falloff: Literal["cos4"] | dict[float, Annotated[float, Range(0, 1)]] = "cos4"
     ends: tuple[Annotated[float, Range(0, 1)], Annotated[float, Range(0, 1)]] = (0.5, 1.0)
     notes: dict[str, Any] = field(default_factory=dict)
+    unit: Literal["not_stated", "cd/m2", "reflectance"] = "not_stated"
 
     def __call__(self, mixed, flares=()):
         return mixed
@@ -67,6 +68,8 @@ def probe(offer):
         ({"falloff": {10.0: 2.0}}, r"falloff is {10.0: 2.0} with 2.0 in it; expected 0 to 1"),
         ({"falloff": "cos5"}, "falloff is 'cos5'; expected 'cos4' or a valid dictionary"),
         ({"ends": [0.5, 1.5]}, r"with 1.5 in it; expected 0 to 1; type .* lens.ends=\[0.5,1.0\]"),
+        ({"unit": "furlong"}, "'cd/m2' or 'reflectance'; type .* lens.unit=cd/m2"),
+        ({"unit": "reflectanse"}, "did you mean 'reflectance'.; type .* lens.unit=reflectance"),
         ({"ends": [0.5]}, r"ends is \[0.5\]; expected one more element"),
     ],
 )
@@ -138,7 +141,7 @@ def test_the_documentation_of_a_field_states_unit_and_switches():
 
 def test_the_kit_tries_every_number_of_every_field():
     bad = list(bad_fields(Probe()))
-    assert {next(iter(b)) for b in bad} == set(field_types(Probe)) - {"notes"}
+    assert {next(iter(b)) for b in bad} == set(field_types(Probe)) - {"notes", "unit"}
     for values in bad:
         with pytest.raises(ConfigError, match="expected"):
             build("lens", "probe", **values)
