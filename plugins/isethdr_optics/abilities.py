@@ -88,6 +88,14 @@ class LensOptics(Protocol):
         """Return the relative illumination of a field up to this angle off the axis, rad."""
         ...
 
+    def chief_rays_to(self, angle_rad: float, /) -> dict[str, list[float]] | None:
+        """Return the chief rays on the sensor of a field up to this angle off the axis, rad.
+
+        Lists `radius_per_focal_length` and `angle_deg`, the angle to the sensor's normal; None
+        where the lens does not know them.
+        """
+        ...
+
 
 class PupilOptics(LensOptics, Protocol):
     """A lens with a pupil, whose point spread follows from shape, wavefront and flares."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from isethdr_core.errors import ConfigError
 from isethdr_core.pipeline.early_checks import ShotForm
-from isethdr_core.plugins.ranges import Percent, check_ranges
+from isethdr_core.plugins.ranges import Percent, Share, check_ranges
 from isethdr_core.sequence.exposure import Exposure as FrameExposure
 
 from .limits import (
@@ -18,11 +18,14 @@ from .limits import (
     Crosstalk,
     DarkCurrent,
     DefectCurrent,
+    DesignAngle,
     Exposure,
     Flicker,
     GainFactor,
+    ImageHeight,
     LampRatio,
     LineTime,
+    Mismatch,
     Noise,
     NoiseVoltage,
     Pitch,
@@ -37,6 +40,7 @@ from .noise.read_noise import input_referred_e
 from .readout import chip_combination
 from .readout.converter import check_codes, check_reading
 from .readout.shot import expected_electrons, take_shot
+from .sampling import microlens
 from .sampling.pixel_grid import pixel_counts, pixel_need
 from .sensor_model import SensorModel
 from .spectral.colour_filter_array import cell
@@ -103,6 +107,12 @@ class ImagingSensor:
     auto_gain_max: GainFactor = 1.0
 
     # --- off unless a preset sets them ---
+    # chief-ray angle that the microlenses are shifted for: points [image height mm, degrees], from
+    # [0, 0]; empty: pixels respond to all angles alike
+    microlens_cra_deg: tuple[tuple[ImageHeight, DesignAngle], ...] = ()
+    # response of a pixel to light off that angle, over the largest: points [degrees, response],
+    # from [0, 1]
+    microlens_response: tuple[tuple[Mismatch, Share], ...] = ()
     # share of a pixel's light at 550 nm that reaches its 4 neighbours
     optical_crosstalk_percent: Crosstalk = 0.0
     # optical crosstalk is proportional to wavelength^power (assumption: diffraction)
@@ -226,6 +236,7 @@ class ImagingSensor:
             electrical_crosstalk_percent=self.electrical_crosstalk_percent,
             line_time_s=self.line_time_s,
             black_rows=self.black_rows,
+            microlenses=microlens.microlenses(self.microlens_cra_deg, self.microlens_response),
             defect_e_per_s=self.defect_e_per_s,
             combine_bits=self.combine_bits,
             combine_companding=self.companding if self.combine_bits else (),
@@ -317,8 +328,12 @@ class ImagingSensor:
         return ShotForm(names, cell(self.cfa), self.black_rows)
 
     def check_field(self, width_m: float, height_m: float) -> None:
-        """Refuse a field, in metres on the sensor plane, that the pixels do not fit into."""
-        pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
+        """Refuse a field, in metres on the sensor plane, that the pixels do not fit into, or
+        pixels beyond the table of the microlenses.
+        """
+        counts = pixel_counts(width_m, height_m, self.pitch_um, self.rows, self.columns)
+        if lenses := self.model().microlenses:
+            microlens.check_corner(lenses, *counts, self.pitch_um)
 
     def shot_time_s(self, width_m: float, height_m: float) -> float:
         """Return the duration of a shot of an image of this size, in metres; the longest one where

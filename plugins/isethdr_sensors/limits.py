@@ -9,6 +9,9 @@ from isethdr_core.plugins.ranges import Range
 
 LONGEST_S = 3600.0  # dark charge alone fills a longer exposure
 
+ImageHeight = Annotated[float, Range(0, 1000)]  # millimetres from the axis: the widest scanner
+DesignAngle = Annotated[float, Range(-90, 90)]  # degrees; below 0: light that leads to the axis
+Mismatch = Annotated[float, Range(0, 180)]  # degrees between two such rays
 Exposure = Annotated[float, Range(1e-9, LONGEST_S)]  # seconds; a nanosecond: fast gated sensors
 LineTime = Annotated[float, Range(0, 1)]  # seconds
 Pitch = Annotated[float, Range(0.05, 1e5)]  # micrometres: below a wavelength; 10 cm: light meters

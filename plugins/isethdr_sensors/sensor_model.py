@@ -63,6 +63,16 @@ class Reading:
 
 
 @dataclass(frozen=True)
+class Microlenses:
+    """Shift of microlenses over the image, and response of a pixel to the angle of the light."""
+
+    # points (image height mm, degrees): the chief-ray angle that microlenses are shifted for
+    design_deg: tuple[tuple[float, float], ...]
+    # points (degrees between a chief ray and that angle, response over the largest)
+    response: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
 class SensorModel:
     """All that one shot needs besides light and random numbers."""
 
@@ -90,6 +100,7 @@ class SensorModel:
 
     black_rows: int = 0  # without light, read after the image
     defect_e_per_s: float = inf  # extra dark charge of a pixel that the map of defects names
+    microlenses: Microlenses | None = None  # None: pixels respond to all angles alike
     combine_bits: int = 0  # of one code for all readings, made on the chip; 0: all leave it
     combine_companding: tuple[tuple[float, float], ...] = ()  # knees of that code
 

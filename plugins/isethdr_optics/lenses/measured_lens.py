@@ -92,7 +92,7 @@ class MeasuredLens:
         self._check_reach(*reach, mixed.attrs.get("projection", "tangent"))
         light = self._geometry()(mixed, flare_list)
         table = self._table()
-        places = _places(self._radii(light), table, light)
+        places = _places(self._radii(table.field_deg, light), table, light)
         tile_um = tuple(1e6 * quantities.tile_pitch(light, d) for d in ("y", "x"))
         out = np.empty(light.shape, np.float32)
         for band, wave in enumerate(light.wavelength.values):
@@ -102,7 +102,7 @@ class MeasuredLens:
             for plane in np.ndindex(light.shape[:-3]):
                 out[(*plane, band)] = spread(light.values[(*plane, band)].astype(float), kernels)
         self._state(table, light)
-        return light.copy(data=out)
+        return self._with_chief_rays(light.copy(data=out))
 
     def psf(self, wavelength_nm: ArrayLike, pitch_um: float = 1.0, size: int = 256) -> xr.DataArray:
         """Return the point spread function on the axis, integrated over samples.
@@ -158,13 +158,27 @@ class MeasuredLens:
             self.f_number, self.focal_length_mm, self.transmittance, self.pupil, **more
         )
 
-    def _radii(self, light: xr.DataArray) -> tuple[float, ...]:
-        """Return the radii on the sensor of the table's field angles, in focal lengths."""
+    def _with_chief_rays(self, light: xr.DataArray) -> xr.DataArray:
+        """Return light that states the chief rays of the table, or none: a measured lens has a
+        pupil of its own.
+        """
+        light.attrs.pop("chief_rays", None)
+        figures = self._table().figures
+        if "chief_ray_deg" in figures:
+            angles, chief_deg = figures["chief_ray_deg"]
+            light.attrs["chief_rays"] = {
+                "radius_per_focal_length": list(self._radii(angles, light)),
+                "angle_deg": chief_deg.tolist(),
+            }
+        return light
+
+    def _radii(self, field_deg: np.ndarray, light: xr.DataArray) -> tuple[float, ...]:
+        """Return the radii on the sensor of field angles, in focal lengths."""
         table = self._table()
-        angles = np.radians(table.field_deg)
+        angles = np.radians(field_deg)
         if "distortion_percent" in table.figures:
             table_percent, percent = table.figures["distortion_percent"]
-            scale = 1 + np.interp(table.field_deg, table_percent, percent) / 100
+            scale = 1 + np.interp(field_deg, table_percent, percent) / 100
             return tuple((np.tan(angles) * scale).tolist())
         is_equidistant = light.attrs.get("projection") == "equidistant"
         return tuple((angles if is_equidistant else np.tan(angles)).tolist())
@@ -189,7 +203,7 @@ class MeasuredLens:
             )
         half = [1e-3 / self.focal_length_mm, np.hypot(*(float(abs(light[d]).max()) for d in "xy"))]
         corner = 1e6 * half[0] * half[1]
-        if corner > self._radii(light)[-1] * (1 + 1e-9):
+        if corner > self._radii(table.field_deg, light)[-1] * (1 + 1e-9):
             ledger.left_out(
                 f"point spreads beyond {table.field_deg[-1]:g} degrees",
                 "that of the outermost angle stands",
@@ -199,7 +213,7 @@ class MeasuredLens:
         if "chief_ray_deg" in table.figures:
             ledger.left_out(
                 "angle of the chief ray",
-                "no sensor of this run depends on it",
+                "only sensors with microlens_cra_deg depend on it",
                 float(np.abs(table.figures["chief_ray_deg"][1]).max()),
                 "degrees",
             )

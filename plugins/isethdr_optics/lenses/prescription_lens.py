@@ -5,6 +5,7 @@ lens prescription.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from math import tan
@@ -21,7 +22,14 @@ from ..imaging.accuracy_shares import PLACES_KNOB, SPECKLE_KNOB
 from ..prescription.amplitude import amplitude
 from ..prescription.exit_pupil import exit_pupil
 from ..prescription.field import check, state
-from ..prescription.figures import chief_mm, distortion, pupil_area_mm2, seen_sr, spot
+from ..prescription.figures import (
+    chief_mm,
+    chief_rays,
+    distortion,
+    pupil_area_mm2,
+    seen_sr,
+    spot,
+)
 from ..prescription.prescription import load
 from ..prescription.rims import rims
 from ..prescription.wavefront import zernike_um
@@ -258,6 +266,12 @@ class PrescribedLens(FieldLens):
                     raise
         return dict(zip(np.degrees(np.arctan(tangent)), relative))
 
+    def chief_rays_to(self, angle_rad: float) -> dict[str, list[float]] | None:
+        """Return the traced chief rays on the sensor of a field up to `angle_rad`,
+        {radius_per_focal_length, angle_deg}; None where they miss a surface.
+        """
+        return _traced_chief_rays(self.real(), angle_rad)
+
     def image_size_m(
         self, width: float, height: float, projection: str = "tangent"
     ) -> tuple[float, float]:
@@ -438,6 +452,19 @@ def _traced_distortion(real: Prescription, angle_rad: float) -> dict[str, list[f
         "angle_deg": np.degrees(np.arctan(tangent)).tolist(),
         "radius_per_focal_length": radius.tolist(),
     }
+
+
+@lru_cache(maxsize=16)
+def _traced_chief_rays(real: Prescription, angle_rad: float) -> dict[str, list[float]] | None:
+    for more in (BEYOND, 1.0):
+        tangent = more * np.linspace(0, np.tan(max(angle_rad, 1e-3)), FIELD_POINTS)
+        with suppress(ConfigError):
+            rays = chief_rays(real, tangent)
+            return {
+                "radius_per_focal_length": (rays.height_mm / real.focal_length_mm()).tolist(),
+                "angle_deg": rays.angle_deg.tolist(),
+            }
+    return None
 
 
 @lru_cache(maxsize=256)

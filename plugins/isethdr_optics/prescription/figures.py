@@ -50,6 +50,30 @@ def chief_mm(lens: Prescription, tangent: float | np.ndarray, wavelength_nm: flo
     return _aimed(lens, tangent, wavelength_nm, 0.0).position_mm[0]
 
 
+class ChiefRays(NamedTuple):
+    """Rays through the middle of the stop, where they meet the sensor."""
+
+    height_mm: np.ndarray  # above the axis
+    angle_deg: np.ndarray  # to the sensor's normal; above 0 where the ray leads away from the axis
+
+
+def chief_rays(lens: Prescription, tangent: np.ndarray) -> ChiefRays:
+    """Return the chief rays of the reference wavelength.
+
+    Parameters
+    ----------
+    lens : `Prescription`, scaled and stopped.
+    tangent : tangents of field angles along +x, an array.
+
+    Raises
+    ------
+    ConfigError : as `chief_mm`.
+    """
+    rays = _aimed(lens, tangent, lens.reference_nm, 0.0)
+    angle_deg = np.degrees(np.arctan2(rays.direction[0], rays.direction[2]))
+    return ChiefRays(rays.position_mm[0], angle_deg)
+
+
 def _aimed(
     lens: Prescription,
     tangent: float | np.ndarray,

@@ -20,7 +20,7 @@ from ..charge import blooming, crosstalk, full_well
 from ..noise import fixed_pattern, read_noise, row_noise, shot_noise, telegraph_noise
 from ..noise.dark_current import dark_electrons
 from ..noise.fixed_pattern import OffsetSpread
-from ..sampling import area_integration
+from ..sampling import area_integration, microlens
 from ..sampling.pixel_grid import check_tiles, pixel_grid
 from ..sensor_model import Photodiode, SensorModel
 from ..spectral import response
@@ -129,6 +129,9 @@ def state_errors(model: SensorModel, light: xr.DataArray) -> None:
             "of the electrons that the same energy makes in the filters' strongest band",
             key=PLACE_IN_BAND,
         )
+    if model.microlenses:
+        grid = pixel_grid(light, model.pitch_um, model.rows, model.columns)
+        microlens.state(model.microlenses, light, grid)
     for reading in model.readings:
         converter.state_nonlinearity(reading)
         if model.noise:
@@ -188,14 +191,14 @@ def _mean_electrons(
     x = light.x.values
     y = light.y.values
     planes = response.channel_planes(model, light, qe)
+    accepted = model.microlenses and microlens.accepted(model.microlenses, light, grid)
+
+    def collected(plane: np.ndarray, fill_factor: float) -> np.ndarray:
+        electrons = area_integration.electrons_per_s(plane, x, y, grid, filters, fill_factor)
+        return electrons if accepted is None else electrons * accepted
+
     per_fill = {
-        fill: (
-            model.exposure_s
-            * crosstalk.spread(
-                [area_integration.electrons_per_s(p, x, y, grid, filters, fill) for p in planes],
-                model,
-            )
-        )
+        fill: model.exposure_s * crosstalk.spread([collected(p, fill) for p in planes], model)
         for fill in {diode.fill_factor for diode in model.photodiodes}
     }
     return [

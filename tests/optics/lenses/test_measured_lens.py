@@ -127,6 +127,14 @@ def test_illumination_and_distortion_come_from_their_table(tmp_path, airy):
     radius = light.attrs["distortion"]["radius_per_focal_length"]
     assert radius == pytest.approx(np.tan(np.radians([1, 2])) * [0.99, 0.96], rel=1e-12)
     assert {row.what: row.bound for row in book[0].left_out}["angle of the chief ray"] == 9.0
+    chief = light.attrs["chief_rays"]
+    assert chief["angle_deg"] == [0.0, 5.0, 9.0]
+    assert chief["radius_per_focal_length"] == pytest.approx([0.0, *radius], rel=1e-12)
+
+
+def test_a_table_without_chief_rays_states_none(tmp_path, airy):
+    light = MeasuredLens(saved(tmp_path / "a.npz", airy))(mixed(np.full((8, 8), 0.1)))
+    assert "chief_rays" not in light.attrs
 
 
 def test_a_field_beyond_the_table_is_refused_at_once(tmp_path, airy):

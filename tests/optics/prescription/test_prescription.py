@@ -3,6 +3,7 @@ made of one, bad input.
 """
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from isethdr_optics import DiffractionLimitedLens, PrescribedLens
 from isethdr_optics.prescription.coatings import Powers, layers
 from isethdr_optics.prescription.figures import (
     chief_mm,
+    chief_rays,
     distortion,
     pupil_area_mm2,
     relative_illumination,
@@ -93,6 +95,22 @@ def test_chief_rays_tend_to_the_tangent_law_and_distortion_grows_with_its_square
     assert d[0] == 0 and d[2] / d[1] == pytest.approx(4, rel=0.02)  # third order
     assert distortion(lens, np.tan(np.radians(14.0)))[0] == pytest.approx(-0.0105, abs=2e-4)
     np.testing.assert_allclose(distortion(lens, [-0.1]), distortion(lens, [0.1]), rtol=1e-6)
+
+
+def test_the_angle_of_a_chief_ray_is_that_of_its_path_behind_the_lens():
+    lens = load("double_gauss").stopped(4.0)
+    tangents = np.array([0.0, 0.1, 0.2])
+    rays = chief_rays(lens, tangents)
+    behind = replace(lens.surfaces[-1], z_mm=lens.surfaces[-1].z_mm + 1.0)
+    further = replace(lens, surfaces=(*lens.surfaces[:-1], behind))
+    moved_mm = chief_mm(further, tangents, lens.reference_nm) - rays.height_mm
+    # 1e-9: heights of 10 mm and their difference after a path of 1 mm, aimed to 1e-12
+    np.testing.assert_allclose(moved_mm, np.tan(np.radians(rays.angle_deg)), atol=1e-9)
+    assert rays.angle_deg[0] == pytest.approx(0.0, abs=1e-9) and rays.angle_deg[2] > 5
+    small = chief_rays(lens.scaled(4.0), tangents)
+    np.testing.assert_allclose(small.angle_deg, rays.angle_deg, atol=1e-8)  # angles keep in scale
+    mirrored = chief_rays(lens, -tangents)
+    np.testing.assert_allclose(mirrored.angle_deg, -rays.angle_deg, atol=1e-8)
 
 
 def test_a_stop_in_front_gives_cos4_over_the_jacobian():
