@@ -49,6 +49,7 @@ class Wanted:
     lead_s: float = 3.0  # before that second, at which the camera's car is set on the road
     forced: bool = False  # the camera's car is set on the road whoever is there
     flow: float = 1.0  # vehicles that come, relative to those of free traffic
+    stop_gap_m: float = 0.0  # before a junction's traffic light, at which the first one stands
 
 
 @dataclass
@@ -102,6 +103,9 @@ class Maker:
             if stream.edge.name not in self._entered:
                 self._flow(stream, wanted)
         self._own(wanted)
+        if wanted.stop_gap_m:
+            for node in self._made.types:
+                node.set("jmStoplineGap", f"{wanted.stop_gap_m:.2f}")
         return self._made
 
     def _streams(self, wanted: Wanted) -> list[_Stream]:

@@ -78,8 +78,13 @@ class SumoNet:
     offset_m: Floats  # (2,) from coordinates of the roads to those of SUMO
 
 
-def net_of(network: Network) -> SumoNet:
+def net_of(network: Network, junctions: tuple[str, ...] = ()) -> SumoNet:
     """Return the net of driving and cycle lanes of a network. The same network is converted once.
+
+    Parameters
+    ----------
+    network : the roads.
+    junctions : names of those with traffic lights.
 
     Raises
     ------
@@ -90,7 +95,9 @@ def net_of(network: Network) -> SumoNet:
         path = Path(folder) / XODR
         write(RoadFile(_simulated(network)), path)
         _state_limits(path)
-        return _converted(path.read_bytes(), version())
+        numbers = numbered(network)
+        lit = ",".join(str(numbers["junction", name]) for name in junctions)
+        return _converted(path.read_bytes(), lit, version())
 
 
 def _state_limits(path: Path) -> None:
@@ -106,14 +113,15 @@ def _state_limits(path: Path) -> None:
 
 
 @lru_cache(maxsize=8)
-def _converted(xodr: bytes, _version: str) -> SumoNet:
-    """Return the net of an OpenDRIVE file's content."""
+def _converted(xodr: bytes, lit: str, _version: str) -> SumoNet:
+    """Return the net of an OpenDRIVE file's content, with traffic lights at junctions `lit`."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / XODR).write_bytes(xodr)
         (folder / TYPES_FILE).write_text(TYPES)
         files = [f"--opendrive-files={XODR}", f"--output-file={NET}", f"--type-files={TYPES_FILE}"]
-        call("netconvert", [*files, *OPTIONS], folder)
+        lights = [f"--tls.set={lit}"] if lit else []
+        call("netconvert", [*files, *lights, *OPTIONS], folder)
         return read((folder / NET).read_bytes())
 
 
@@ -150,6 +158,24 @@ def _lanes(edge: ET.Element, ways: dict[tuple[str, int], list[str]]) -> Iterable
             tuple(ways.get((edge.get("id", ""), index), ())),
             node.get("disallow") == "all",
         )
+
+
+class SumoLink(NamedTuple):
+    """A way over a junction that a traffic light controls."""
+
+    light: str
+    index: int  # of the light's states
+    edge: str  # from which it comes
+    turn: str  # s, l, r, ... as SUMO writes it
+
+
+def links_of(net: SumoNet) -> list[SumoLink]:
+    """Return the ways that traffic lights control."""
+    return [
+        SumoLink(node.get("tl", ""), int(node.get("linkIndex", "0")), node.get("from", ""), way)
+        for node in ET.fromstring(net.content).iter("connection")
+        if node.get("tl") and (way := node.get("dir", "s"))
+    ]
 
 
 def lane_types(net: SumoNet, network: Network) -> dict[tuple[str, int], str]:

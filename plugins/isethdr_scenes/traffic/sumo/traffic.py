@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,14 +20,17 @@ from ...placing.ground import poses
 from ...placing.plan import Layout, Standing
 from ...placing.shortage import Shortage
 from ...placing.site import Foot, Site
+from ...placing.street_lights import signals
 from ...placing.vehicles import rider_foot
 from ...roads.kinds import BaseRoad
+from ...things.furniture.traffic_lights import STATES
 from ...things.registry import RIDDEN
 from ...things.stock import Stock
 from ...things.thing import Thing
 from ..later_layout import Moment, lit
 from .demand import AFTER_S, OWN, OWN_THING, Demand, Maker, Wanted
 from .lane_below import LanesBelow
+from .lights import STATES_FILE, Heeded, Lights, heeded, read_lights
 from .net import NET, SumoNet, net_of
 from .overlaps import fewest, swept, touching
 from .program import call
@@ -35,6 +39,7 @@ from .trace import STEP_S, Journey, Signal, State, read
 NAN = float("nan")  # a bound that is not known
 ROUTES = "traffic.rou.xml"
 TRACE = "trace.xml"
+LIGHTS = "lights.add.xml"
 RUNS = 4  # of SUMO, at most
 LEAST = 0.5  # vehicles on the road, relative to those that are asked for
 NEAR = 0.15  # of the number asked for, by which another one serves
@@ -66,6 +71,7 @@ class SumoTraffic:
     own: str  # the vehicle that carries the camera
     shortages: tuple[Shortage, ...]
     left_out: tuple[str, ...] = ()  # vehicles that touch others
+    lights: Lights | None = None  # that SUMO's drivers heed
 
     @cached_property
     def _below(self) -> LanesBelow:
@@ -154,7 +160,7 @@ class SumoTraffic:
             carrier = standing.foot.partner or standing.name
             vehicle = self._by_foot.get(carrier)
             if vehicle is None:
-                feet.append(standing.foot)
+                feet.append(self._lit(standing.foot, time_s))
                 gone.append(standing.gone)
                 continue
             feet.append(self._later(standing.foot, vehicle, time_s))
@@ -167,6 +173,13 @@ class SumoTraffic:
             for k, foot in enumerate(feet)
         )
         return replace(layout, standing=standing)
+
+    def _lit(self, foot: Foot, time_s: float) -> Foot:
+        """Return a traffic light as SUMO reports it; others stay as they are."""
+        if not foot.stops or self.lights is None:
+            return foot
+        state = self.lights.state(foot.stops, self.second_s + time_s)
+        return replace(foot, lamps=STATES.get(state, ()))
 
     def _later(self, foot: Foot, vehicle: str, time_s: float) -> Foot:
         now = self._foot(vehicle, self.second_s + time_s)
@@ -256,20 +269,23 @@ def drawn_traffic(base: BaseRoad, stock: Stock, seed: int, wanted: Wanted) -> Su
     ConfigError : SUMO is not installed; the density cannot be placed.
     CatalogError : SUMO fails.
     """
-    net = net_of(base.network)
-    asked = wanted
-    best: tuple[dict[str, Journey], Demand] | None = None
+    told = signals(Site(base, seed, stock=stock))
+    heed = heeded(told, base.network, wanted.second_s)
+    net = net_of(base.network, heed.junctions if heed else ())
+    asked = replace(wanted, stop_gap_m=heed.stop_gap_m if heed else 0.0)
+    best: tuple[_Ran, Demand] | None = None
     least_off = np.inf
     for _ in range(RUNS):
         demand = Maker(net, base, stock, seed).demand(asked)
-        journeys = _run(net, demand, asked, seed)
+        ran = _run(net, demand, asked, seed, heed)
+        journeys = ran.journeys
         if OWN not in journeys or not journeys[OWN].present(wanted.second_s):
             asked = replace(asked, lead_s=2 * asked.lead_s, forced=asked.lead_s > wanted.lead_s)
             continue
         motor = _motor(journeys, demand.things, wanted.second_s)
         if abs(motor - demand.wanted) < least_off:
             least_off = abs(motor - demand.wanted)
-            best = journeys, demand
+            best = ran, demand
         if least_off <= max(NEAR * demand.wanted, 1):
             break
         # junctions hold back more than they let through, or drivers leave sooner than others come
@@ -290,8 +306,15 @@ def _motor(journeys: Mapping[str, Journey], things: Mapping[str, Thing], second_
     return sum(things[name].group != "bicycle" for name in here)
 
 
-def _run(net: SumoNet, demand: Demand, wanted: Wanted, seed: int) -> dict[str, Journey]:
-    """Return the journeys from the second on."""
+class _Ran(NamedTuple):
+    """What SUMO reports."""
+
+    journeys: dict[str, Journey]
+    lights: Lights | None
+
+
+def _run(net: SumoNet, demand: Demand, wanted: Wanted, seed: int, heed: Heeded | None) -> _Ran:
+    """Return the journeys from the second on, and what traffic lights show."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / NET).write_bytes(net.content)
@@ -307,20 +330,22 @@ def _run(net: SumoNet, demand: Demand, wanted: Wanted, seed: int) -> dict[str, J
             f"--device.fcd.begin={max(wanted.second_s - 2 * STEP_S, 0):.1f}",
             *OPTIONS,
         ]
+        if heed is not None:
+            (folder / LIGHTS).write_bytes(heed.program(net))
+            arguments.append(f"--additional-files={LIGHTS}")
         call("sumo", arguments, folder)
-        return read(folder / TRACE, net.offset_m)
+        lights = heed and read_lights(folder / STATES_FILE, net, heed.network)
+        return _Ran(read(folder / TRACE, net.offset_m), lights)
 
 
-def _traffic(
-    base: BaseRoad, journeys: dict[str, Journey], demand: Demand, wanted: Wanted
-) -> SumoTraffic:
+def _traffic(base: BaseRoad, ran: _Ran, demand: Demand, wanted: Wanted) -> SumoTraffic:
     """Return the traffic of a density."""
     things = {**demand.things, OWN: OWN_THING}
-    traffic = shown(base, journeys, things, OWN, wanted.second_s)
+    traffic = shown(base, ran.journeys, things, OWN, wanted.second_s)
     motor = _motor(traffic.journeys, things, wanted.second_s)
     shortage = Shortage("vehicles_per_km", "vehicles", demand.wanted, motor, wanted.vehicles_per_km)
     check_shortage(shortage, base.name, wanted.second_s)
-    return replace(traffic, shortages=(shortage,))
+    return replace(traffic, shortages=(shortage,), lights=ran.lights)
 
 
 def shown(
