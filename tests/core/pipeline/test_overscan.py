@@ -15,7 +15,7 @@ from isethdr_core.demand import Demand
 from isethdr_core.pipeline.chain import Chain, union
 from isethdr_core.pipeline.imaging_plan import FieldAhead, LightBudget, outlined
 from isethdr_core.pipeline.overscan import left_out_where_unseen
-from isethdr_core.runs import radiance_cache
+from isethdr_core.runs.radiance_cache import stored_radiance
 from isethdr_core.storage import store
 from isethdr_core.uncertainty import ledger
 
@@ -114,16 +114,16 @@ def test_radiance_with_a_margin_serves_whoever_needs_none_and_not_the_other_way(
         "wavelength_nm": [500.0],
         "margin": stored,
     }
-    monkeypatch.setattr(radiance_cache, "stored", lambda folder, recipe: [attributes])
-    monkeypatch.setattr(radiance_cache, "recipe_hash", lambda parts: "r")
+    monkeypatch.setattr(stored_radiance, "stored", lambda folder, recipe: [attributes])
+    monkeypatch.setattr(stored_radiance, "recipe_hash", lambda parts: "r")
     monkeypatch.setattr(store, "home", lambda: tmp_path)
     parts = Chain(None, SimpleNamespace(), None, {}, None, {}, {}, None, {})
-    found, missing = radiance_cache.held_and_missing(parts, Demand(groups=("sky",), margin=asked))
+    found, missing = stored_radiance.held_and_missing(parts, Demand(groups=("sky",), margin=asked))
     assert len(found) == held and (missing is None) == bool(held)
     if missing:
         assert missing.margin is asked
     # what is missing beside radiance with a margin is rendered with one: all stores of a run are of
     # one grid
-    assert radiance_cache.held_and_missing(parts, Demand(groups=("sky", "lamps"), margin=asked))[
+    assert stored_radiance.held_and_missing(parts, Demand(groups=("sky", "lamps"), margin=asked))[
         1
     ].margin is (asked or stored)

@@ -15,7 +15,9 @@ from hypothesis import strategies as st
 
 from isethdr_core.data import quantities
 from isethdr_core.ledger import Ledger, Row
-from isethdr_core.runs import radiance_cache
+from isethdr_core.pipeline.demand import Demand
+from isethdr_core.runs.radiance_cache import joined_radiance
+from isethdr_core.runs.sample_accumulation import Known
 from isethdr_core.uncertainty import error_terms, ledger, propagation
 from isethdr_core.uncertainty.earlier_terms import DIRECT, SPREAD, ErrorNote
 from isethdr_core.uncertainty.error_terms import ErrorTerm, Quantity, Source
@@ -321,14 +323,14 @@ def test_stored_terms_are_restated_by_their_fields(monkeypatch, tmp_path):
     whole = scene.assign_coords(wavelength=[550.0])
     held = [{"id": "s", "ledger": old.as_records()}]
     monkeypatch.setattr("isethdr_core.storage.store.open_store", lambda path: scene)
-    monkeypatch.setattr(radiance_cache, "of_demand", lambda joined, demand: joined)
-    monkeypatch.setattr(radiance_cache, "known", lambda *_: radiance_cache.Known())
+    monkeypatch.setattr(joined_radiance, "of_demand", lambda joined, demand: joined)
+    monkeypatch.setattr(joined_radiance, "known", lambda *_: Known())
 
     def restated(attributes, rows):
         joined = whole.assign_attrs(attributes)
-        monkeypatch.setattr("isethdr_core.runs.radiance_cache.join_scenes", lambda *_: joined)
+        monkeypatch.setattr(joined_radiance, "join_scenes", lambda *_: joined)
         with ledger.stage(Ledger(), "radiance") as stage:
-            radiance_cache.opened(tmp_path, held, radiance_cache.Demand(), rows)
+            joined_radiance.opened(tmp_path, held, Demand(), rows)
         return [(t.source.kind, t.part, t.value) for t in stage.errors[1:]]
 
     assert restated({}, fresh) == [("renderer", None, 0.2)]

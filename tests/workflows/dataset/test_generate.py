@@ -23,7 +23,7 @@ from isethdr_workflows.dataset.verify import verify
 
 from isethdr_core.config.composition import compose
 from isethdr_core.errors import CatalogError, ConfigError
-from isethdr_core.runs import radiance_cache
+from isethdr_core.runs.radiance_cache import recipe as recipes
 from isethdr_core.runs.run import run
 from isethdr_core.storage import store
 
@@ -279,7 +279,7 @@ def test_a_study_reads_the_radiance_of_the_records_whatever_the_code(
 ):
     """The scene's code is another one: by its recipe the radiance would not be found again."""
     [record] = generate(Request("tiny", count=1, seed=1, recipe=recipe), silent).made
-    monkeypatch.setattr(radiance_cache, "fingerprint", lambda *parts: {"scene/small_world": "new"})
+    monkeypatch.setattr(recipes, "fingerprint", lambda *parts: {"scene/small_world": "new"})
     RENDERED.clear()
     assert run(plain(cameras.settings_of(record, ["draws=1"]))).attributes["scene_ids"] == []
     assert not RENDERED
