@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from . import any_kind, flares, isps, lenses, lightings, metrics, renderers, scenes, sensors
+from . import (
+    any_kind,
+    flares,
+    isps,
+    lens_plans,
+    lenses,
+    lightings,
+    metrics,
+    renderers,
+    scenes,
+    sensors,
+)
 
 REQUIRED: dict[str, type] = {  # a flare has at least one of `FLARES` instead
     "scene": scenes.Scene,
@@ -26,7 +37,7 @@ OPTIONAL: dict[str, tuple[type, ...]] = {
     "metric": metrics.ABILITIES,
 }
 # forms of earlier versions, until version 1.0
-EARLIER: tuple[type, ...] = (lenses.CountsKernels, lenses.StatesSpreadErrors)
+EARLIER: tuple[type, ...] = (lenses.CountsKernels, lens_plans.StatesSpreadErrors)
 
 
 def required_of(kind: str) -> tuple[type, ...]:
