@@ -2,6 +2,8 @@
 
 The estimate is the time of the same stage in the most similar stored run, times the ratio of the
 sizes. Up to the lens the size is the number of tiles, from the sensor on the memory of its pixels.
+What does not grow with the size is not multiplied: the plan, and the loading of libraries by the
+first stage that needs them, which is most of the time of a tiny run.
 The time of a stored stage is at most its CPU time: the rest was waiting for other programs. Records
 of earlier versions hold no CPU time; they are used only for stages that have no other record. A
 stage without a stored run gets no estimate.
@@ -67,6 +69,8 @@ SETTINGS = {
 Nearest = dict[str, tuple[tuple[bool, float], float]]
 # a stored stage with other settings is as unlike as one of this many times the size
 OTHER_SETTINGS = 4.0
+# CPU seconds, at most, that loading one module takes: colour takes 1.6 s for 743 of them
+LOADING_S = 3e-3
 SIDES = ("height", "width")  # settings of a renderer
 
 
@@ -297,6 +301,8 @@ def work_ratio(now: dict, stored: dict, stage: str) -> float:
     kind = stage.split()[0]
     camera = stage.rpartition(" ")[2]
     settings = now["config"], stored["config"]
+    if kind == "plan":
+        return 1.0
     if kind not in OF_CAMERA:
         parts = _parts(now) / _parts(stored) if kind == "lens" else 1.0
         return parts * size(settings[0], kind) / size(settings[1], kind)
@@ -406,7 +412,8 @@ def _nearer(
     """
     unlikeness = row.get("cpu_s") is None, abs(math.log(ratio)) + math.log(unlike)
     if row["stage"] not in nearest or unlikeness < nearest[row["stage"]][0]:
-        nearest[row["stage"]] = unlikeness, ratio * _busy_s(row)
+        loading_s = min(_busy_s(row), LOADING_S * row.get("modules", 0))
+        nearest[row["stage"]] = unlikeness, loading_s + ratio * (_busy_s(row) - loading_s)
 
 
 def _busy_s(row: dict[str, float | str]) -> float:

@@ -10,6 +10,7 @@ which reports by itself.
 from __future__ import annotations
 
 import os
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -62,6 +63,7 @@ class Row:
     reused: bool = False
     # of all processors, with the programs that it started; None in the records of earlier versions
     cpu_s: float | None = None
+    modules: int = 0  # of Python that it was the first to load; 0 in records of earlier versions
 
     @property
     def error(self) -> float | None:
@@ -103,6 +105,7 @@ class Ledger(list[Row]):
                 [LeftOut(**o) for o in r["left_out"]],
                 reused=r.get("reused", False),
                 cpu_s=r.get("cpu_s"),
+                modules=r.get("modules", 0),
             )
             for r in records
         )
@@ -111,7 +114,7 @@ class Ledger(list[Row]):
 def _record(row: Row) -> dict[str, Any]:
     notes = {name: [asdict(note) for note in getattr(row, name)] for name in ("errors", "left_out")}
     work = {"seconds": row.seconds, "cpu_s": row.cpu_s, "peak_bytes": row.peak_bytes}
-    return {"stage": row.stage, **work, "reused": row.reused, **notes}
+    return {"stage": row.stage, **work, "modules": row.modules, "reused": row.reused, **notes}
 
 
 def _term(stored: dict[str, Any], stage: str) -> ErrorTerm:
@@ -350,6 +353,7 @@ def stage(ledger: Ledger, name: str) -> Iterator[Row]:
     row = Row(name)
     token = _row.set(row)
     watch = _PeakWatch()
+    loaded = len(sys.modules)
     start = time.perf_counter()
     start_cpu_s = _cpu_s()
     try:
@@ -357,6 +361,7 @@ def stage(ledger: Ledger, name: str) -> Iterator[Row]:
     finally:
         row.seconds = time.perf_counter() - start
         row.cpu_s = _cpu_s() - start_cpu_s
+        row.modules = max(len(sys.modules) - loaded, 0)
         row.peak_bytes = watch.stop()
         _row.reset(token)
         ledger.append(row)

@@ -17,7 +17,14 @@ from isethdr_core.pipeline import runtime_estimate
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.pipeline.memory import Frame
 from isethdr_core.pipeline.memory_estimate import PROGRAM_BYTES, STATED
-from isethdr_core.pipeline.runtime_estimate import IMAGING, _rendering, expected_s, size, stages
+from isethdr_core.pipeline.runtime_estimate import (
+    IMAGING,
+    LOADING_S,
+    _rendering,
+    expected_s,
+    size,
+    stages,
+)
 from isethdr_core.runs.provenance import described
 from isethdr_core.runs.run import plain
 
@@ -38,17 +45,20 @@ def test_nothing_is_expected_where_nothing_is_stored():
 def test_seconds_of_stored_runs_grow_with_tiles_or_pixels():
     result = run(compose(FAST))
     busy = {row.stage: min(row.seconds, row.cpu_s) for row in result.ledger}
+    loading = {row.stage: min(busy[row.stage], LOADING_S * row.modules) for row in result.ledger}
     assert result.attributes["expected_s"] == {}
     assert result.attributes[STATED] > PROGRAM_BYTES
     same = estimate([*FAST, "seed=1"])
     four = estimate([*FAST, "scene.width=48", "scene.height=32"])
     assert same == pytest.approx({stage: busy[stage] for stage in same})
-    of_light = {"plan", "scene uniform", "lighting ideal", "lens ideal"}
+    of_light = {"scene uniform", "lighting ideal", "lens ideal"}
     of_camera = {"sensor ideal", "isp ideal", "draws ideal", "metric mean ideal", "picture ideal"}
-    assert of_light | of_camera <= same.keys()
-    assert all(four[stage] == pytest.approx(4 * same[stage]) for stage in of_light)
-    # as many pixels as before fill the same field
-    assert all(four[stage] == pytest.approx(same[stage]) for stage in of_camera)
+    assert of_light | of_camera | {"plan"} <= same.keys()
+    for stage in of_light:
+        growing = busy[stage] - loading[stage]
+        assert four[stage] == pytest.approx(loading[stage] + 4 * growing)
+    # as many pixels as before fill the same field, and a plan does not grow
+    assert all(four[stage] == pytest.approx(same[stage]) for stage in of_camera | {"plan"})
     again = run(compose([*FAST, "seed=1"]))
     assert again.attributes["expected_s"] == pytest.approx(same)
 
@@ -66,6 +76,20 @@ def test_waiting_for_other_programs_is_not_estimated(monkeypatch):
     ]
     monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(config, rows)])
     assert estimate(FAST) == {"isp ideal": 2.0, "lens ideal": 3.0, "plan": 1.0}
+
+
+@pytest.mark.parametrize("modules", [0, 500])
+def test_the_loading_of_libraries_does_not_grow_with_the_picture(monkeypatch, modules):
+    """Seconds a + b n of a tiny run with n tiles become a + b N: a of loading, b of the work."""
+    loading_s = LOADING_S * modules
+    tiny = plain(compose([*FAST, "scene.width=96", "scene.height=54"]))
+    each_s = 1e-5  # for a tile
+    row = {"stage": "scene uniform", "cpu_s": loading_s + 96 * 54 * each_s, "modules": modules}
+    rows = [row | {"seconds": 60.0}, {"stage": "plan", "seconds": 0.1, "cpu_s": 0.1}]
+    monkeypatch.setattr(runtime_estimate, "newest", lambda kind: [stored_run(tiny, rows)])
+    expected = estimate([*FAST, "scene.width=640", "scene.height=360"])
+    scene_s = loading_s + 640 * 360 * each_s
+    assert expected == pytest.approx({"scene uniform": scene_s, "plan": 0.1})
 
 
 def test_a_stored_stage_with_the_same_settings_is_preferred(monkeypatch):
@@ -91,7 +115,7 @@ def test_records_without_cpu_time_are_used_for_stages_that_have_no_other(monkeyp
         monkeypatch.setattr(runtime_estimate, "newest", lambda kind, stored=stored: stored)
         # ten times as many tiles were stored; nearest by size and settings is what lacks CPU time
         assert estimate(FAST) == pytest.approx(
-            {"isp ideal": 0.2, "plan": 0.2, "lighting ideal": 100.0}
+            {"isp ideal": 0.2, "plan": 2.0, "lighting ideal": 100.0}
         )
 
 
