@@ -81,6 +81,7 @@ def compare(sensor, mixed, lens=LENS, flares=FLARES):
         short = lens.photocurrent(mixed, flares, response(sensor))
     assert short.dims == quantities.CHANNEL_DIMS and short.attrs["units"] == quantities.PHOTOCURRENT
     assert float(short.min()) >= 0
+    assert "chief_rays" in short.attrs  # for sensors with microlenses
     want = sensor.expected(lens(mixed, flares)).values
     read = np.array([r.read_noise_e for r in sensor.model().readings])[:, None, None]
     return np.abs(sensor.expected(short).values - want) / np.sqrt(want + read**2), want, book[0]
