@@ -14,7 +14,7 @@ from isethdr_scenes.materials import MATERIALS
 from isethdr_scenes.things.animals import families as animals
 from isethdr_scenes.things.detail import extent_m
 from isethdr_scenes.things.people import families as people
-from isethdr_scenes.things.people.body import Body, Limbs, Pose, joints, walking
+from isethdr_scenes.things.people.body import Body, Limbs, Pose, Swing, joints, walking
 from isethdr_scenes.things.plants import bushes, ground_cover, trees
 from isethdr_scenes.things.ranges import generator
 from isethdr_scenes.things.shapes import Ball, Block, Limb, Loft, Mass, Ring, Rod
@@ -145,7 +145,7 @@ def test_more_than_seventy_plants_are_distinct():
 def test_bones_keep_their_lengths_in_every_pose():
     body = Body(height_m=1.70)
     for phase in (0.0, 0.3, 0.6, 0.9):
-        at = joints(body, walking(phase, 25.0))
+        at = joints(body, walking(body, phase, Swing(25.0)))
         for side in "lr":
             for a, b, length in (
                 ("hip", "knee", body.thigh_m),

@@ -13,8 +13,17 @@ from isethdr_scenes.roads.kinds import names
 from isethdr_scenes.street import Street
 from isethdr_scenes.things import draw
 from isethdr_scenes.things.people import families, gait
-from isethdr_scenes.things.people.body import joints, walking
-from isethdr_scenes.things.ranges import generator
+from isethdr_scenes.things.people.body import (
+    ANKLE_M,
+    HEEL,
+    TOE,
+    Body,
+    Swing,
+    foot_across,
+    joints,
+    walking,
+)
+from isethdr_scenes.things.thing import Thing
 from isethdr_scenes.traffic.following import (
     ACCELERATION_M_S2,
     BRAKING_M_S2,
@@ -152,22 +161,87 @@ def test_the_driver_model_keeps_its_laws():
     assert speed_that_stops_m_s(0.0, 9.0) == 9.0
 
 
-def test_a_step_takes_the_walker_as_far_as_the_foot():
-    """While a thigh swings from one end to the other, its ankle goes back by a step; 10 %, because
-    the knee bends by some degrees more at the ends.
+def soles(body, at):
+    """The rounds of heel and toe of both feet: the lowest point's place and height, m."""
+    found = {}
+    for side in "lr":
+        along = at[f"foot_{side}"]
+        across = foot_across(along)
+        for name, (reach, radius) in (("heel", HEEL), ("toe", TOE)):
+            middle = reach * along - (ANKLE_M - radius) * across
+            middle = at[f"ankle_{side}"] + body.scale * middle
+            # a round that rolls by an angle is further by radius times angle
+            rolled = -body.scale * radius * float(np.arcsin(along[2]))
+            found[side, name] = middle[0] - rolled, middle[2] - radius * body.scale
+    return found
+
+
+@pytest.mark.parametrize("hip_deg", [10.0, 20.0, 31.0])
+def test_a_foot_on_the_ground_stays_where_it_is(hip_deg):
+    """The body walks on evenly. The round that is on the ground rolls, and does not slide."""
+    body = Body(height_m=1.72)
+    swing = Swing(hip_deg)
+    cycle_m = 2 * swing.step_m(body)
+    for side, first in (("l", 0.0), ("r", 0.5)):
+        places = {"heel": [], "toe": []}
+        grounds = []
+        for share in np.linspace(0.001, 0.499, 60):
+            phase = (first + share) % 1.0
+            at = joints(body, walking(body, phase, swing))
+            pitch = at[f"foot_{side}"][2]
+            told = soles(body, at)
+            if pitch >= 0:
+                places["heel"].append(told[side, "heel"][0] + share * cycle_m)
+            if pitch <= 0:
+                places["toe"].append(told[side, "toe"][0] + share * cycle_m)
+            other = "r" if side == "l" else "l"
+            low = [min(told[s, name][1] for name in places) for s in (side, other)]
+            assert low[0] <= low[1] + 1e-9  # the foot that swings is above the ground
+            grounds.append(low[0])
+        hip_m = body.leg * body.height_m - np.array(grounds)
+        # the hips go up and down by less than on stiff legs, which rise by 1 - cos of their swing
+        stiff = (body.thigh_m + body.shin_m) * (1 - np.cos(np.radians(hip_deg)))
+        assert 0.0 < np.ptp(hip_m) < stiff + 0.005  # the ankles go a little more forward than back
+        for found in places.values():
+            assert np.ptp(found) < 1e-9
+        apart = np.mean(places["toe"]) - np.mean(places["heel"])
+        assert apart == pytest.approx(body.scale * (TOE[0] - HEEL[0]), rel=0.01)  # feet turn out
+
+
+def test_left_and_right_take_turns():
+    body = Body()
+    for phase in (0.0, 0.2, 0.37):
+        here, later = (joints(body, walking(body, p, Swing(25.0))) for p in (phase, phase + 0.5))
+        for part in ("knee", "ankle", "elbow", "wrist"):
+            mirrored = here[f"{part}_l"] * [1, -1, 1]
+            assert later[f"{part}_r"] == pytest.approx(mirrored, abs=1e-12)
+    stretched = joints(body, walking(body, 0.0, Swing(25.0)))
+    assert stretched["ankle_l"][0] > 0.2 > -0.2 > stretched["ankle_r"][0]
+    assert stretched["wrist_l"][0] < stretched["wrist_r"][0]  # arms against legs
+
+
+def test_people_walk_on_evenly_by_the_steps_that_they_take():
+    """The middle of a person's extent moves with arms and legs; the body, from which it is
+    counted, moves evenly.
     """
-    family = "man" if "man" in families.shares() else next(iter(families.shares()))
-    walkers = [(k, gait.gait(families.thing(family, k))) for k in range(12)]
+    means = {"man": (0.79, 0.02), "woman": (0.66, 0.02)}
+    for family, (step_m, within) in means.items():
+        walks = [gait.gait(Thing(family, k, "person", (1, 1, 2))) for k in range(250)]
+        steps = [walk.cycle_m / 2 for walk in walks if walk]
+        assert np.mean(steps) == pytest.approx(step_m, abs=within)  # Murray et al. 1964, 1970
+        assert np.mean([walk is None for walk in walks]) == pytest.approx(0.35, abs=0.08)
+    walkers = [(k, gait.gait(families.thing("man", k))) for k in range(12)]
     variant, walk = next((k, told) for k, told in walkers if told)
-    thing = families.thing(family, variant)
-    assert 0.6 < gait.walking_speed_m_s(thing) < 2.2
-    body = families.look_of(family, generator(family, variant)).body
-    ends = [joints(body, walking(phase, walk.stride_deg)) for phase in (0.0, 0.5)]
-    step_m = ends[0]["ankle_l"][0] - ends[1]["ankle_l"][0]
-    assert step_m == pytest.approx(walk.cycle_m / 2, rel=0.1)
-    assert gait.walked(thing, walk.cycle_m).phase == pytest.approx(walk.phase, abs=1e-9)
-    assert gait.walked(thing, 0.25 * walk.cycle_m).phase != pytest.approx(walk.phase, abs=0.1)
+    thing = families.thing("man", variant)
+    assert gait.walking_speed_m_s(thing) == pytest.approx(walk.cycle_m * 117 / 120)
+    before = families.centre_m(families.figure_of_thing(thing))
+    for way_m in (0.0, 0.3, 0.25 * walk.cycle_m, walk.cycle_m):
+        now = gait.walked(thing, way_m)
+        after = families.centre_m(families.figure_of_thing(now.thing))
+        assert after[0] - before[0] == pytest.approx(now.ahead_m, abs=1e-12)
+        assert now.thing.phase == pytest.approx((walk.phase + way_m / walk.cycle_m) % 1, abs=1e-9)
+    assert now.ahead_m == pytest.approx(0.0, abs=1e-9)  # after a whole cycle
     standing = next(k for k, told in walkers if told is None)
-    still = families.thing(family, standing)
+    still = families.thing("man", standing)
     assert gait.walking_speed_m_s(still) == 0.0
-    assert gait.walked(still, 1.0) is still
+    assert gait.walked(still, 1.0).thing is still

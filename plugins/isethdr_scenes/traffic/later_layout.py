@@ -54,8 +54,7 @@ def moment(layout: Layout, simulation: Simulation, time_s: float) -> Moment:
             feet.append(_driven(foot, moved, time_s, network))
         elif foot.name in state.people:
             x, y = state.people[foot.name]
-            way = float(np.hypot(x - foot.x_m, y - foot.y_m))
-            feet.append(replace(foot, thing=walked(foot.thing, way), x_m=x, y_m=y))
+            feet.append(_walked(foot, x, y))
         elif foot.stops:
             feet.append(replace(foot, lamps=STATES[signals.state(foot.stops, time_s)]))
         else:
@@ -68,6 +67,23 @@ def moment(layout: Layout, simulation: Simulation, time_s: float) -> Moment:
     own = state.drivers[OWN]
     own_pose = network.lane(own.lane.key).at(own.lane.s_m)
     return Moment(replace(layout, standing=standing), own_pose, own.gone)
+
+
+def _walked(foot: Foot, x_m: float, y_m: float) -> Foot:
+    """Return somebody who has walked to a plan point.
+
+    Parameters
+    ----------
+    foot : as placed.
+    x_m : of the point, m.
+    y_m : of the point, m.
+    """
+    now = walked(foot.thing, float(np.hypot(x_m - foot.x_m, y_m - foot.y_m)))
+    cos = np.cos(foot.heading_rad)
+    sin = np.sin(foot.heading_rad)
+    x_m += foot.scale * float(cos * now.ahead_m - sin * now.aside_m)
+    y_m += foot.scale * float(sin * now.ahead_m + cos * now.aside_m)
+    return replace(foot, thing=now.thing, x_m=x_m, y_m=y_m)
 
 
 def _driven(foot: Foot, moved: Moved, time_s: float, network: Network) -> Foot:

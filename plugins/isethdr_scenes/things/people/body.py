@@ -22,6 +22,29 @@ PITCH_PHASE = (0.0, 0.10, 0.33, 0.5, 0.68, 0.85, 1.0)
 PITCH_DEG = (16.0, 0.0, 0.0, -34.0, -24.0, 6.0, 16.0)
 
 
+USUAL_HIP_DEG = 26.0  # swing of the hips for which pitches of feet are given
+STANCE = 0.5  # share of the gait for which a foot is on the ground
+AHEAD = 0.05  # middle of an ankle's way before the hip, over the length of the leg
+LEAST_BEND_DEG = 6.0  # of a knee
+LIFT_M = 0.06  # of an ankle that swings forward, at the body of TALL_M
+# of a shoe: place along the foot before the ankle, and radius of its round, m at the body of TALL_M
+HEEL = (-0.050, 0.041)
+TOE = (0.172, 0.032)
+
+
+@dataclass(frozen=True)
+class Swing:
+    """How a person swings legs and arms; see `data/people.yaml`."""
+
+    hip_deg: float  # of a straight leg to the front and to the rear, which makes one step
+    arms_deg: float = 15.0  # of an upper arm to the front and to the rear
+    elbow_deg: float = 20.0  # bend
+
+    def step_m(self, body: Body) -> float:
+        """Return the length of one step, m."""
+        return 2 * (body.thigh_m + body.shin_m) * float(np.sin(np.radians(self.hip_deg)))
+
+
 @dataclass(frozen=True)
 class Body:
     """Proportions; see `data/people.yaml`."""
@@ -93,32 +116,121 @@ class Pose:
     lean_deg: float = 1.5
 
 
-def walking(phase: float, stride_deg: float, arms_deg: float = 22.0) -> Pose:
+def walking(body: Body, phase: float, gait: Swing) -> Pose:
     """Return a walker at a phase of the gait, 0 to 1.
+
+    Each foot is on the ground for half of the gait. There its ankle goes back by one step, so that
+    the foot stands still on the ground while the body walks on; it rolls over heel and toe.
 
     Parameters
     ----------
+    body : measures of the person.
     phase : of the gait, 0 to 1; both legs are half a period apart.
-    stride_deg : swing of a thigh to either side of its middle, degrees.
-    arms_deg : swing of the arms at a stride of 26 degrees, degrees.
+    gait : length of the steps and swing of the arms.
     """
+    hip_m = _hip_height_m(body, phase, gait)
     sides = []
     for shift in (0.0, 0.5):
         at = (phase + shift) % 1.0
-        c = np.cos(2 * np.pi * at)
-        s = np.sin(2 * np.pi * at)
-        vigour = stride_deg / 26.0
-        knee = 6 + vigour * (36 * max(0.0, -s) ** 1.5 + 12 * max(0.0, -c))
-        sides.append(
-            Limbs(
-                hip=stride_deg * c + 3,
-                knee=knee,
-                foot=vigour * float(np.interp(at, PITCH_PHASE, PITCH_DEG)),
-                arm=-arms_deg * vigour * c + 2,
-                elbow=20.0,
-            )
-        )
+        ahead_m, height_m = _ankle_m(body, at, gait)
+        hip, knee = _leg_deg(body, ahead_m, hip_m - height_m)
+        arm = -gait.arms_deg * np.cos(2 * np.pi * at) + 2
+        sides.append(Limbs(hip, knee, _pitch_deg(at, gait), arm, gait.elbow_deg))
     return Pose(sides[0], sides[1])
+
+
+def _pitch_deg(at: float, gait: Swing) -> float:
+    """Return the pitch of a foot, toe up, at a phase of its leg, degrees."""
+    return gait.hip_deg / USUAL_HIP_DEG * float(np.interp(at, PITCH_PHASE, PITCH_DEG))
+
+
+def _hip_height_m(body: Body, phase: float, gait: Swing) -> float:
+    """Return the height of the hips over the ground at a phase of the gait, m: lowest where both
+    feet are on the ground, highest over a standing leg.
+    """
+    heights = []
+    for at in (0.0, STANCE / 2):
+        ahead_m, height_m = _ankle_m(body, at, gait)
+        heights.append(height_m + np.sqrt(_reach_m(body, LEAST_BEND_DEG) ** 2 - ahead_m**2))
+    low, high = heights
+    return float(low + (high - low) * (1 - np.cos(2 * np.pi * phase / STANCE)) / 2)
+
+
+def _ankle_m(body: Body, at: float, gait: Swing) -> tuple[float, float]:
+    """Return how far an ankle is ahead of its hip, and its height over the ground, m.
+
+    Parameters
+    ----------
+    body : measures of the person.
+    at : phase of the leg, from heel strike on, 0 to 1.
+    gait : length of the steps.
+    """
+    if at <= STANCE:
+        return _ankle_on_ground_m(body, at, gait)
+    share = (at - STANCE) / (1 - STANCE)
+    forward = (1 - np.cos(np.pi * share)) / 2
+    off = np.array(_ankle_on_ground_m(body, STANCE, gait))
+    on = np.array(_ankle_on_ground_m(body, 0.0, gait))
+    ahead_m, height_m = (off + forward * (on - off)).tolist()
+    lift = LIFT_M * body.scale * gait.hip_deg / USUAL_HIP_DEG
+    return ahead_m, height_m + lift * float(np.sin(np.pi * share)) ** 2
+
+
+def _ankle_on_ground_m(body: Body, at: float, gait: Swing) -> tuple[float, float]:
+    """Return how far the ankle of a foot on the ground is ahead of its hip, and its height, m.
+
+    A flat foot goes back evenly. A pitched one rolls on the round of its heel or its toe.
+    """
+    even = gait.step_m(body) * (0.5 - at / STANCE) + AHEAD * (body.thigh_m + body.shin_m)
+    pitch = np.radians(_pitch_deg(at, gait))
+    along = foot_along(pitch, 1.0)
+    across = foot_across(along)
+    reach, radius = HEEL if pitch > 0 else TOE
+    turned = float(np.arcsin(along[2]))
+    shift = reach * (foot_along(0.0, 1.0) - along)[0] + (ANKLE_M - radius) * across[0]
+    height = radius - reach * along[2] + (ANKLE_M - radius) * across[2]
+    return float(even + body.scale * (shift - radius * turned)), float(body.scale * height)
+
+
+def _reach_m(body: Body, bend_deg: float) -> float:
+    """Return the distance from hip to ankle of a bent leg, m."""
+    bend = np.radians(bend_deg)
+    straight = body.thigh_m + body.shin_m * np.cos(bend)
+    return float(np.hypot(straight, body.shin_m * np.sin(bend)))
+
+
+def _leg_deg(body: Body, ahead_m: float, below_m: float) -> tuple[float, float]:
+    """Return the angle of the thigh and the bend of the knee that bring an ankle to its place,
+    degrees.
+
+    Parameters
+    ----------
+    body : measures of the person.
+    ahead_m : of the ankle before the hip, m.
+    below_m : of the ankle below the hip, m.
+    """
+    thigh = body.thigh_m
+    shin = body.shin_m
+    away2 = ahead_m**2 + below_m**2
+    bend = np.arccos(np.clip((away2 - thigh**2 - shin**2) / (2 * thigh * shin), -1, 1))
+    lag = np.arctan2(shin * np.sin(bend), thigh + shin * np.cos(bend))
+    return float(np.degrees(np.arctan2(ahead_m, below_m) + lag)), float(np.degrees(bend))
+
+
+def foot_along(pitch_rad: float, side: float) -> np.ndarray:
+    """Return the unit vector (3,) along a foot, which points outwards a little.
+
+    Parameters
+    ----------
+    pitch_rad : toe up, radians.
+    side : +1 left, -1 right.
+    """
+    return unit(np.array([np.cos(pitch_rad), 0.13 * side, np.sin(pitch_rad)]))
+
+
+def foot_across(along: np.ndarray) -> np.ndarray:
+    """Return the unit vector (3,) from the sole upwards, across a foot along `along`."""
+    return unit(np.cross(along, np.cross(UP, along)))
 
 
 def standing(rng: np.random.Generator) -> Pose:
@@ -155,7 +267,7 @@ def joints(body: Body, pose: Pose) -> Joints:
             f"hip_{tag}": hip,
             f"knee_{tag}": knee,
             f"ankle_{tag}": ankle,
-            f"foot_{tag}": unit(np.array([np.cos(pitch), 0.13 * side, np.sin(pitch)])),
+            f"foot_{tag}": foot_along(pitch, side),
         }
         shoulder = out[f"shoulder_{tag}"]
         arm = np.radians(limbs.arm) + 0.4 * lean

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...geometry.mesh.piece import unit
 from ..shapes import Limb, Loft, Mass, Patch, Ring, Shape, Values
-from .body import ANKLE_M, LEFT, SIDES, Body, Joints
+from .body import ANKLE_M, HEEL, LEFT, SIDES, TOE, Body, Joints, foot_across
 
 STEP_M = 0.020  # of garments at near detail, at a height of 1.76 m
 BANDS_M = (0.02, -0.16)  # reflective bands of a vest, above the chest
@@ -260,11 +260,11 @@ def _shoe(outfit: Outfit, body: Body, j: Joints, tag: str) -> Mass:
     k = body.scale
     ankle = j[f"ankle_{tag}"]
     along = j[f"foot_{tag}"]
-    across = unit(np.cross(along, np.cross([0.0, 0.0, 1.0], along)))
+    across = foot_across(along)
     point = lambda x, radius: ankle + k * (x * along - (ANKLE_M - radius) * across)
     limbs = (
-        Limb(point(-0.050, 0.041), point(0.105, 0.040), 0.041 * k, 0.040 * k),
-        Limb(point(0.105, 0.040), point(0.172, 0.032), 0.040 * k, 0.032 * k, 1.12),
+        Limb(point(*HEEL), point(0.105, 0.040), HEEL[1] * k, 0.040 * k),
+        Limb(point(0.105, 0.040), point(*TOE), 0.040 * k, TOE[1] * k, 1.12),
         Limb(ankle, point(0.09, 0.045), 0.047 * k, 0.040 * k),
         Limb(ankle, point(-0.045, 0.05), 0.047 * k, 0.043 * k),
     )

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...geometry.mesh.piece import Assembly
+from ...geometry.mesh.piece import Assembly, shift
 from ..ranges import drawn, generator, one_of, read
 from ..shapes import Figure
 from ..thing import Detail, Thing
-from .body import Body, Joints, Pose, joints, standing, walking
+from .body import USUAL_HIP_DEG, Body, Joints, Pose, Swing, joints, standing, walking
 from .carried import carried_shapes
 from .clothes import Outfit, garment_shapes
 from .head import HeadLook, head_shapes
@@ -48,8 +48,25 @@ def thing(family: str, variant: int) -> Thing:
 
 def build(thing: Thing, detail: Detail) -> Assembly:
     """Return the mesh, centred in x and y on z = 0."""
+    shapes = figure_of_thing(thing)
+    made = shapes.assembly(detail, standing=False)
+    low = min(float(part.vertices[:, 2].min()) for part in made.parts)
+    # by the shapes' extent, which walks on with the body: that of a mesh varies by some mm
+    x, y = centre_m(shapes)
+    return made.moved(shift(-x, -y, -low))
+
+
+def figure_of_thing(thing: Thing) -> Figure:
+    """Return the shapes of a person, who is at a phase of the gait or as drawn."""
     phase = thing.phase if isinstance(thing, Walker) else None
-    return figure(thing.family, thing.variant, phase).assembly(detail)
+    return figure(thing.family, thing.variant, phase)
+
+
+def centre_m(figure: Figure) -> tuple[float, float]:
+    """Return the middle of a figure's extent in plan, m before and to the left of the pelvis."""
+    low, high = figure.extent()
+    x, y = ((low + high) / 2)[:2].tolist()
+    return x, y
 
 
 def look_of(family: str, rng: np.random.Generator, outfit: str | None = None) -> Look:
@@ -87,27 +104,39 @@ class Walker(Thing):
     phase: float = 0.0  # 0..1
 
 
-def pose_of(family: str, rng: np.random.Generator, phase: float | None = None) -> Pose:
+def pose_of(family: str, body: Body, rng: np.random.Generator, phase: float | None = None) -> Pose:
     """Return a standing or walking pose, drawn; at a phase of the gait where one is given.
 
     Parameters
     ----------
     family : of people.
+    body : measures of the person.
     rng : random numbers of the draw.
     phase : of the gait, 0 to 1, for who walks; None: drawn.
     """
-    stride, drawn_phase, stands = pace_of(family, rng)
-    if stands:
+    pace = pace_of(family, rng)
+    if pace is None:
         return standing(rng)
-    return walking(drawn_phase if phase is None else phase, stride)
+    return walking(body, pace.phase if phase is None else phase, pace.swing)
 
 
-def pace_of(family: str, rng: np.random.Generator) -> tuple[float, float, bool]:
-    """Return stride in degrees, phase, and whether the person stands."""
+class Pace(NamedTuple):
+    """How somebody walks, as drawn."""
+
+    swing: Swing
+    phase: float  # of the gait, 0 to 1
+
+
+def pace_of(family: str, rng: np.random.Generator) -> Pace | None:
+    """Return how a person walks, drawn; None for one who stands."""
     ranges = read(FILE)["families"][family]
-    stride = drawn(ranges["stride_deg"], rng)
+    hip_deg = drawn(ranges["stride_deg"], rng)
     phase = float(rng.random())
-    return stride, phase, bool(rng.random() < ranges["standing"])
+    if rng.random() < ranges["standing"]:
+        return None
+    # who takes short steps swings the arms less
+    arms_deg = drawn(read(FILE)["arms_deg"], rng) * hip_deg / USUAL_HIP_DEG
+    return Pace(Swing(hip_deg, arms_deg), phase)
 
 
 def figure_of(look: Look, at: Joints, name: str) -> Figure:
@@ -137,7 +166,7 @@ def figure(family: str, variant: int, phase: float | None = None) -> Figure:
     """
     rng = generator(family, variant)
     look = look_of(family, rng)
-    return figure_of(look, joints(look.body, pose_of(family, rng, phase)), family)
+    return figure_of(look, joints(look.body, pose_of(family, look.body, rng, phase)), family)
 
 
 def _colours(item: str) -> dict[str, float]:

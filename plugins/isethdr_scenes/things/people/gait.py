@@ -1,7 +1,4 @@
-"""Gait: people who walk on by as much as their steps are long.
-
-Thighs swing as a cosine, so that within a step a foot slides by up to a tenth of a metre.
-"""
+"""Gait: people who walk on by as much as their steps are long; a foot on the ground stays there."""
 
 from __future__ import annotations
 
@@ -13,9 +10,12 @@ import numpy as np
 from ..packs.asset import AssetThing
 from ..ranges import generator
 from ..thing import Thing
-from .families import Walker, figure, look_of, pace_of
+from .body import Swing
+from .families import Walker, centre_m, figure, figure_of_thing, look_of, pace_of
 
-CYCLES_PER_S = 0.95  # of two steps each; adults take 1.8 to 2 steps a second
+# of two steps each: 117 steps a minute (means of men and of women at free speed: Murray, Drought &
+# Kory 1964; Murray, Kory & Sepic 1970)
+CYCLES_PER_S = 0.975
 PHASES = (0.0, 0.25)  # of the widest and of the narrowest pose; the gait is symmetric
 
 
@@ -23,7 +23,7 @@ class Gait(NamedTuple):
     """How a person walks."""
 
     phase: float  # 0..1, of the drawn pose
-    stride_deg: float  # of each thigh, to the front and to the rear
+    swing: Swing
     cycle_m: float  # way of two steps
 
 
@@ -38,12 +38,8 @@ def gait(thing: Thing) -> Gait | None:
 def _gait(family: str, variant: int) -> Gait | None:
     rng = generator(family, variant)
     body = look_of(family, rng).body
-    stride, phase, stands = pace_of(family, rng)
-    if stands:
-        return None
-    # while its foot is on the ground, a thigh swings from one end of its stride to the other
-    step_m = 2 * (body.thigh_m + body.shin_m) * float(np.sin(np.radians(stride)))
-    return Gait(phase, stride, 2 * step_m)
+    pace = pace_of(family, rng)
+    return pace and Gait(pace.phase, pace.swing, 2 * pace.swing.step_m(body))
 
 
 def walking_speed_m_s(thing: Thing) -> float:
@@ -60,11 +56,24 @@ def largest_size_m(thing: Thing) -> tuple[float, float, float]:
     return length, width, height
 
 
-def walked(thing: Thing, way_m: float) -> Thing:
+class Walked(NamedTuple):
+    """A person after a way."""
+
+    thing: Thing
+    # of the middle of the extent, by which a thing is placed, before and to the left of where an
+    # even walk would have it: the body walks evenly, and the limbs swing around it
+    ahead_m: float
+    aside_m: float
+
+
+def walked(thing: Thing, way_m: float) -> Walked:
     """Return a person after a way."""
     walk = gait(thing)
     if walk is None:
-        return thing
+        return Walked(thing, 0.0, 0.0)
     phase = (walk.phase + way_m / walk.cycle_m) % 1.0
-    size = figure(thing.family, thing.variant, phase).size_m()
-    return Walker(thing.family, thing.variant, thing.category, size, thing.group, phase=phase)
+    now = figure(thing.family, thing.variant, phase)
+    before = centre_m(figure_of_thing(thing))
+    ahead, aside = (b - a for a, b in zip(before, centre_m(now)))
+    told = (thing.family, thing.variant, thing.category, now.size_m(), thing.group)
+    return Walked(Walker(*told, phase=phase), ahead, aside)
