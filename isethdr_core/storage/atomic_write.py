@@ -20,8 +20,8 @@ def temporary_path(folder: Path, name: str) -> Path:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file, UTF-8, as a whole or not at all, and remove temporary files of ended writers
-    from its folder.
+    """Write a text file, UTF-8, as a whole or not at all, and remove temporary files of ended
+    writers from its folder.
     """
     remove_leftovers(path.parent)
     write_whole(path, text.encode())

@@ -110,7 +110,7 @@ class Bucket:
                 pass
 
     def create(self, key: str, content: bytes) -> str | None:
-        """Write an object if there is none of that key; return its tag, None if it was not written."""
+        """Write an object if there is none of that key; return its tag, None if there is one."""
         return self._conditional(key, content, "create")
 
     def replace(self, key: str, content: bytes, etag: str) -> str | None:

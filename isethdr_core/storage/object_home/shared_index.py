@@ -104,8 +104,13 @@ def begin_segment(bucket: Bucket, versions: Iterable[Version]) -> None:
 
 
 def decoded(bucket: Bucket, key: str, stored: Content | None) -> Segment:
-    """Return a segment that was read. One that is gone is closed; a damaged one is empty, and named
-    in one line.
+    """Return a segment that was read; a damaged one is empty, and named in one line.
+
+    Parameters
+    ----------
+    bucket : objects of the home, for the message.
+    key : name of the segment's object.
+    stored : the object; None where it is gone, which counts as a closed segment.
     """
     if stored is None:
         return Segment(closed=True)
