@@ -88,5 +88,15 @@ def test_objects_are_counted_by_the_illuminance_under_each_lighting():
     assert class_counts(scenes)[0].by_lux == (0,) * 6
 
 
+def test_the_cameras_own_car_is_no_object():
+    """Its lamps may be in the picture; the map of objects names them, and nobody looks for them."""
+    rows = [
+        {"category": name, "box": [0, 0, 4, 20], "distance_m": 2.0, "visible_fraction": 1.0}
+        for name in ("car", "own vehicle", "road", "deer")
+    ]
+    [scene] = [SceneRecord(0, "f", "r", (), ("a",), objects=tuple(rows))]
+    assert [row.category for row in class_counts([scene])] == ["car", "deer"]
+
+
 def test_scenes_with_the_same_radiance_are_duplicates():
     assert duplicates(records([1.0, 2.0, 3.0])) == [[0, 1, 2]]

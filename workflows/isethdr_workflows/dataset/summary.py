@@ -16,6 +16,7 @@ from isethdr_core.display import display_view
 from isethdr_core.pipeline.chain import chain
 from isethdr_core.storage import store
 
+from ..export.labels.masks import is_thing
 from .record import SceneRecord
 
 if TYPE_CHECKING:
@@ -71,7 +72,8 @@ class Outlier:
 def class_counts(
     records: Iterable[SceneRecord], weights: Mapping[int, Mapping[str, float]] | None = None
 ) -> list[ClassCounts]:
-    """Return the counts of visible objects, the most frequent class first.
+    """Return the counts of visible objects, the most frequent class first. Surfaces, plants and the
+    camera's own car, whose lamps may be in the picture, are no objects.
 
     Parameters
     ----------
@@ -82,7 +84,9 @@ def class_counts(
         (record.number, entry)
         for record in records
         for entry in record.objects
-        if entry.get("visible_fraction", 1.0) > 0 and entry.get("box")
+        if is_thing(entry["category"])
+        and entry.get("visible_fraction", 1.0) > 0
+        and entry.get("box")
     ]
     counts = []
     for category, total in Counter(e["category"] for _, e in entries).most_common():
