@@ -21,13 +21,13 @@ MAY_STAY = {
     "isethdr_core/data/reference_picture.py": {"getattr(picture, 'data_vars', {})": DATA},
     "isethdr_core/data/temporal_modulation.py": {"getattr(light, 'dims', ())": DATA},
     "isethdr_core/display/display_view.py": {"hasattr(picture, 'data_vars')": DATA},
-    "isethdr_core/identity/code_digest.py": {
-        "getattr(sys.modules.get(module), '__file__', None)": MODULE
-    },
-    "isethdr_core/identity/code_facts.py": {
+    "isethdr_core/identity/name_bindings.py": {
         "getattr(node, key, None)": MODULE,
-        "getattr(node, name, None)": MODULE,
         "getattr(statement, 'value', None)": MODULE,
+    },
+    "isethdr_core/identity/normal_form.py": {"getattr(node, name, None)": MODULE},
+    "isethdr_core/identity/package_sources.py": {
+        "getattr(sys.modules.get(module), '__file__', None)": MODULE
     },
     "isethdr_core/plugins/registry.py": {
         "getattr(plugin, '__name__', type(plugin).__module__)": LOADING,

@@ -142,7 +142,14 @@ def render_and_store(
 
 
 def content_of_store(chain: Chain, request: Request, radiance: xr.Dataset) -> str:
-    """Return eight digits that name what a store holds of the radiance of its recipe."""
+    """Return eight digits that name what a store holds of the radiance of its recipe.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    request : what the renderer was asked for.
+    radiance : what it rendered.
+    """
     demand = request.demand
     content = [
         sorted(_groups(radiance)),
@@ -160,7 +167,14 @@ def content_of_store(chain: Chain, request: Request, radiance: xr.Dataset) -> st
 
 
 def attributes_of_store(chain: Chain, request: Request, radiance: xr.Dataset) -> dict[str, Any]:
-    """Return the root attributes of a store of rendered radiance, without recipe and ledger."""
+    """Return the root attributes of a store of rendered radiance, without recipe and ledger.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    request : what the renderer was asked for.
+    radiance : what it rendered.
+    """
     description = request.description
     demand = request.demand
     groups = _groups(radiance)

@@ -68,7 +68,14 @@ def scene_radiance(
 
 
 def made_by_scene(chain: Chain, rows: Ledger, config: DictConfig) -> Any:
-    """Return the description or the radiance that the scene makes, a stage of the run."""
+    """Return the description or the radiance that the scene makes, a stage of the run.
+
+    Parameters
+    ----------
+    chain : components of the run.
+    rows : ledger that gets the row of the stage.
+    config : composed config of the run.
+    """
     return stage(
         rows, "scene", config.scene.name, chain.scene, lambda: described_scene(chain.scene)
     )
