@@ -20,8 +20,9 @@ BLACK = "optical_black"  # variable of the captures, (capture, black_row, x) DN
 def with_black_level(captures: xr.Dataset, source: str) -> xr.Dataset:
     """Return captures with the `black_dn` of the black level that `source` names.
 
-    Measured, black level and mean dark charge are the mean linear DN over all optical black pixels
-    of a capture; `dark_e` is that of the sensor. The ledger has the largest standard error.
+    The mean linear DN of a capture's optical black pixels is the sum of black level and mean dark
+    charge. The dark charge that the sensor states (`dark_e`) is subtracted. The ledger gets the
+    largest standard error of the captures.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from ..renderer import MitsubaRenderer
     from ..world.view import View
 
-BLOCK = 4
+BLOCK = 4  # bands of one film; a path of Mitsuba carries four wavelengths
 WITHIN = 20  # number of wavelengths in a band over which spectra are averaged
 MAP = 512, 1024  # rows and columns of an environment map of the sky
 # from the axes of a map of Mitsuba, whose zenith is y, to those of the world
@@ -162,8 +162,10 @@ def _sky_scenes(
 
 
 def _map(part: Any, bands_nm: Any, step_nm: Any) -> Any:
-    """Return an environment map of the pattern of a sky part. Also return the factor from the
-    spectrum of the map, which Mitsuba gives to grey, to that of the part.
+    """Return (environment map, factor per band) of a part of the sky.
+
+    The map is grey. Mitsuba gives grey a spectrum of its own; the factor turns it into the spectrum
+    of the part.
     """
     rows, columns = MAP
     up = 90 - (np.arange(rows) + 0.5) * (180 / rows)
@@ -234,6 +236,7 @@ def _lamp_scene(
 
 
 def _picture(values: np.ndarray) -> Any:
+    """Return a picture (rows, columns) as the texture of a spot, without gamma."""
     return mi.load_dict(
         {
             "type": "bitmap",
@@ -245,6 +248,14 @@ def _picture(values: np.ndarray) -> Any:
 
 
 def _spot(spot: Spot, spectrum: Spectrum, picture: Any) -> dict[str, float | str]:
+    """Return a spot as Mitsuba describes it.
+
+    Parameters
+    ----------
+    spot : place, axes, cone and peak luminous intensity, cd.
+    spectrum : spectrum of the lamp.
+    picture : luminous intensity by direction, relative to the peak.
+    """
     table = emission_table([spectrum])[0] * spot.peak_cd
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = spot.frame, spot.point

@@ -12,22 +12,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-# CPU us of a path, measured at 640x360: without any group, for the sky, and for a group of lamps
+# CPU time of a path, us, measured at 640x360: the path itself, and what each group adds to it
 BASE_US = 1.1
 SKY_US = 0.4
 LAMPS_US = 1.3
-# share of the tiles: those that would take most get what the dearest other one gets
+# share of the tiles that may stay above their limit: the tiles that would take most time. Each
+# gets the time of the dearest tile among the others
 GIVEN_UP = 0.01
-STEP = 8  # paths that counts are multiples of
-WORTH = 1.15  # times what there is: for less no path is added
+STEP = 8  # numbers of paths are multiples of this
+WORTH = 1.15  # smallest ratio of planned paths to existing ones at which paths are added
 
 
 class Lot(NamedTuple):
-    """Tiles of one launch."""
+    """Tiles of one launch of the renderer."""
 
-    tiles: np.ndarray  # (entry,)
-    paths: np.ndarray  # (entry,)
-    groups: np.ndarray  # (entry,) bits
+    tiles: np.ndarray  # (entry,) index of the tile
+    paths: np.ndarray  # (entry,) number of paths
+    groups: np.ndarray  # (entry,) bit k is set: the paths follow light group k
 
 
 def needed(
@@ -38,7 +39,8 @@ def needed(
     Parameters
     ----------
     variance : (group, 3, tile) of X, Y and Z of single paths.
-    limit : (3, tile) standard deviations of X, Y and Z of all light, infinite where nobody looks.
+    limit : (3, tile) standard deviations of X, Y and Z of all light, infinite where no sensor
+        sees the tile.
     weights : (group,) of the light.
     group_us : (group,) CPU us of a path.
     """
@@ -55,16 +57,28 @@ def needed(
 
 
 def more_paths(planned: np.ndarray, have: np.ndarray) -> np.ndarray:
-    """Return the paths (group, tile) that are added to those there are: whole steps, none for
-    little.
+    """Return the paths (group, tile) to add to the existing ones, in multiples of `STEP`.
+
+    No path is added where the plan exceeds the existing paths by little (`WORTH`).
+
+    Parameters
+    ----------
+    planned : (group, tile) paths that `needed` returns.
+    have : (group, tile) existing paths.
     """
     steps = np.ceil(np.maximum(planned - have, 0) / STEP).astype(int) * STEP
     return np.where(planned > WORTH * have, steps, 0)
 
 
 def lots(more: np.ndarray) -> Iterator[Lot]:
-    """Yield launches that together follow `more` (group, tile) paths. Groups that go on in one tile
-    share paths: the last of them are of the group with most alone.
+    """Yield launches that together follow the paths of all groups.
+
+    One path may serve several groups. Each tile first shares paths among all groups that need some;
+    the last paths serve only the group that needs most.
+
+    Parameters
+    ----------
+    more : (group, tile) paths that each group needs.
     """
     order = np.argsort(-more, axis=0, kind="stable")
     sorted_ = np.take_along_axis(more, order, 0)

@@ -67,7 +67,7 @@ class PointLights(Chart):
             area = disc(x, y, pitch, centre, 0.0, radius)
             lit += level * area
             covered += area
-            # a disc below a tile still has a label
+            # relative to the most covered tile, so that a disc smaller than a tile has a label too
             instance[(area > 0) & (area >= area.max() / 2)] = number
             left = (centre - radius) / pitch + self.width / 2
             top = self.height / 2 - radius / pitch
@@ -92,7 +92,9 @@ class PointLights(Chart):
         return ds
 
     def _radius(self) -> float:
+        """Return the radius of a disc, as the tangent of a field angle."""
         return math.tan(math.radians(self.disc_diameter_deg) / 2)
 
     def _row_width(self) -> float:
+        """Return the width of the field, as the difference of two tangents of field angles."""
         return self.tiles()[2] * self.width

@@ -1,6 +1,4 @@
-"""One setting measured: its error, its CPU seconds, its memory; and which settings no other
-beats.
-"""
+"""Point: one setting with its error, CPU time and memory; and the Pareto front of all settings."""
 
 from __future__ import annotations
 
@@ -8,12 +6,12 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from isethdr_core import ledger
 from isethdr_core.errors import ConfigError
 
-# calls are repeated up to this total time, or this number
+# short calls are repeated until they have taken this CPU time together, or this number of times
 SHORT_S = 0.5
 MOST_CALLS = 8
 
@@ -26,11 +24,9 @@ class Point:
     error: float
     cpu_s: float
     peak_mb: float = 0.0
-    mark: str = (
-        # default: what runs use; now: what a configuration has; peer: what other simulators do;
-        # view: denoised for eyes
-        ""
-    )
+    # default: what runs use; now: what a configuration has; peer: what other simulators do; view:
+    # denoised for eyes
+    mark: str = ""
     label: str = ""  # in the diagram, where the setting is too long
 
 
@@ -48,12 +44,25 @@ class Work:
     no_error: str = "exact"  # name of a setting without error
 
 
-def timed(call: Callable[..., Any], repeat: int = 2) -> tuple[Any | None, float, float]:
-    """Return (result, CPU seconds, peak MB above the start) of the cheapest of `repeat` calls, or
-    of more calls if they are short.
+class Timed(NamedTuple):
+    """The result of a call, and what it took."""
+
+    result: Any
+    cpu_s: float  # of the cheapest call
+    peak_mb: float  # above the memory at the start, of the largest call
+
+
+def timed(call: Callable[[], Any], repeat: int = 2) -> Timed:
+    """Return the result, CPU time and peak memory of repeated calls. Short calls are repeated more
+    often.
 
     CPU time depends little on the load of the machine, but other processes compete for its caches.
     The cheapest call suffers least.
+
+    Parameters
+    ----------
+    call : the function that is measured.
+    repeat : smallest number of calls.
     """
     best = float("inf")
     most = 0.0
@@ -69,22 +78,25 @@ def timed(call: Callable[..., Any], repeat: int = 2) -> tuple[Any | None, float,
             cpu_s = time.process_time() - start
         best = min(best, cpu_s)
         most = max(most, (row.peak_bytes - idle.peak_bytes) / 1e6)
-        whole = whole + cpu_s
-        calls = calls + 1
-    return result, best, most
+        whole += cpu_s
+        calls += 1
+    return Timed(result, best, most)
 
 
 def refuse_what_does_not_fit(
-    title: str, count: int, needed_bytes: float, free_bytes: int | None = None
+    title: str,
+    count: int,
+    needed_bytes: Callable[[int], float],
+    free_bytes: int | None = None,
 ) -> None:
-    """Raise ConfigError if a reference needs more memory than is free. The message has its size and
-    the largest count that fits.
+    """Raise ConfigError if a reference needs more memory than is free. The message states its size
+    and the largest count that fits.
 
     Parameters
     ----------
     title : name of the counted things, for the message.
     count : size of the reference, as typed.
-    needed_bytes : function(count) -> bytes, rising.
+    needed_bytes : function(count) -> bytes, which grow with the count.
     free_bytes : free memory, bytes; None: that of the machine.
     """
     free = free_memory() if free_bytes is None else free_bytes
@@ -92,20 +104,34 @@ def refuse_what_does_not_fit(
         raise ConfigError(f"{title}: {count!r}; expected a whole number above 0")
     if needed_bytes(count) <= free:
         return
-    low = 0
-    high = count
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if needed_bytes(middle) <= free else (low, middle)
-    nearest = (
-        f"the largest that fits is {low}: type reference={low}"
-        if low
-        else "none fits: free memory first"
-    )
+    largest = largest_that_fits(count, needed_bytes, free)
+    nearest = "none fits: free memory first"
+    if largest:
+        nearest = f"the largest that fits is {largest}: type reference={largest}"
     raise ConfigError(
         f"{count} {title} take {needed_bytes(count) / 1e9:.3g} GB, {free / 1e9:.3g} GB are free;"
         f" {nearest}"
     )
+
+
+def largest_that_fits(count: int, needed_bytes: Callable[[int], float], free: int) -> int:
+    """Return the largest number below `count` whose bytes are free; 0 if none is.
+
+    Parameters
+    ----------
+    count : a number that does not fit.
+    needed_bytes : function(count) -> bytes, which grow with the count.
+    free : free memory, bytes.
+    """
+    fits = 0
+    too_large = count
+    while too_large - fits > 1:
+        middle = (fits + too_large) // 2
+        if needed_bytes(middle) <= free:
+            fits = middle
+        else:
+            too_large = middle
+    return fits
 
 
 def free_memory() -> int:
@@ -122,15 +148,20 @@ def free_memory() -> int:
 
 
 def front(points: list[Point]) -> list[Point]:
-    """Return the points that no other is as cheap and as right as, cheapest first."""
+    """Return the Pareto front, cheapest first: each has a smaller error than all cheaper points.
+
+    A point without a known error (nan) is left out.
+    """
     best: list[Point] = []
     for point in sorted(points, key=lambda p: (p.cpu_s, p.error)):
-        if point.error == point.error and (not best or point.error < best[-1].error):
+        if math.isnan(point.error):
+            continue
+        if not best or point.error < best[-1].error:
             best.append(point)
     return best
 
 
-def as_rows(work: Work) -> list[dict]:
+def as_rows(work: Work) -> list[dict[str, Any]]:
     """Return one row per setting."""
     best = front(work.points)
     return [

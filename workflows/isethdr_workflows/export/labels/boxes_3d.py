@@ -81,8 +81,9 @@ def write(job: Job) -> None:
 def camera_model(item: Item, camera: Camera, picture: xr.Dataset) -> dict[str, Any]:
     """Return where a camera is, and how directions become pixels.
 
-    A pixel's x is cx + fx times the field coordinate, which is a tangent or, where `projection` is
-    equidistant, an angle; `distortion`, where it is stated, comes between.
+    The x of a pixel is cx + fx times the x of the field. The x of the field is the tangent of the
+    field angle, or the angle where `projection` is equidistant. A stated `distortion` applies to
+    the x of the field first.
 
     Parameters
     ----------
