@@ -34,8 +34,8 @@ def card(request: PairRequest, first: dict[str, Any], scenes: int) -> str:
     lines = [
         f"# Pairs of {request.name}",
         "",
-        f"Linear raw captures of {number_of(scenes, 'scene')} with and without parts of the light, and"
-        " each part of the light separately. Every number has a physical unit.",
+        f"Linear raw captures of {number_of(scenes, 'scene')} with and without parts of the light,"
+        " and each part of the light separately. Every number has a physical unit.",
         "",
         "## Files",
         "",
