@@ -59,6 +59,8 @@ People = Annotated[float, Range(0, 1000)]  # per km of road
 Riders = Annotated[float, Range(0, 200)]
 Animals = Annotated[float, Range(0, 200)]
 Plants = Annotated[float, Range(0, 2000)]
+Tufts = Annotated[float, Range(0, 2000)]
+TuftHeight = Annotated[float, Range(0.05, 1.0)]  # metres
 Heading = Annotated[float, Range(-180, 180)]  # degrees
 Pitch = Annotated[float, Range(-60, 60)]  # degrees
 Shift = Annotated[float, Range(-20, 20)]  # metres
@@ -127,6 +129,9 @@ class Street:
     riders_per_km: Riders = 6.0  # riders of bicycles per km of road
     animals_per_km: Animals = 2.0  # animals per km of road
     plants_per_km: Plants = 150.0  # trees, bushes and rocks per km of road
+    # tufts of grass beside the shoulders, per km of each verge, within 60 m of the camera
+    tufts_per_km: Tufts = 0.0
+    tuft_height_m: tuple[TuftHeight, TuftHeight] = (0.2, 0.4)  # of these tufts
     # spectrum of all vehicle headlamps
     headlamp_light: Literal["led_white", "halogen"] = "led_white"
     # beam of all vehicle headlamps (docs/explanation/lamps.md)
@@ -422,6 +427,8 @@ class Street:
             self.riders_per_km,
             self.animals_per_km,
             self.plants_per_km,
+            self.tufts_per_km,
+            self.tuft_height_m,
         )
 
     @cached_property

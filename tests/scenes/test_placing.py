@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from isethdr_scenes.placing import rules
@@ -11,6 +13,7 @@ from isethdr_scenes.placing.plan import Densities, Layout, plan
 from isethdr_scenes.placing.site import Site
 from isethdr_scenes.placing.street_lights import signals
 from isethdr_scenes.roads.kinds import kind, names
+from isethdr_scenes.street import Street
 from isethdr_scenes.things.furniture import street_lamps, traffic_lights
 
 from isethdr_core.errors import ConfigError
@@ -217,3 +220,27 @@ def test_some_vehicles_are_inside_a_junction():
     network = layout.base.network
     inside = [s for s in layout.standing if s.foot.road and network.road(s.foot.road).junction]
     assert inside and not rules.overlaps(layout)
+
+
+@pytest.mark.slow
+def test_tufts_stand_beside_the_shoulders_and_nowhere_else():
+    """No tuft is on the road, in anything, or before the camera; all that stands without them stands
+    as it did.
+    """
+    none = dict(people_per_km=0.0, riders_per_km=0.0, animals_per_km=0.0, parked_share=0.0)
+    bare = Street(road="country_curve", seed=3, vehicles_per_km=0.0, plants_per_km=40.0, **none)
+    grown = replace(bare, tufts_per_km=400.0, tuft_height_m=(0.25, 0.35))
+    without, layout = bare.plan(), grown.plan()
+    tufts = [one for one in layout.standing if one.foot.thing.group == "grass"]
+    others = [one for one in layout.standing if one.foot.thing.group != "grass"]
+    assert [one.name for one in others] == [one.name for one in without.standing]
+    assert len(tufts) > 20
+    only = replace(layout, standing=tuple(tufts))
+    assert not rules.overlaps(layout)
+    assert not rules.misplaced(only)
+    assert not rules.before_camera(layout, grown.eye().viewpoint())
+    heights = [one.foot.scale * one.foot.thing.size_m[2] for one in tufts]
+    assert 0.25 <= min(heights) < max(heights) <= 0.35
+    middle = layout.base.pose()[:2, 3]
+    assert max(np.linalg.norm(one.pose[:2, 3] - middle) for one in tufts) <= 60.0
+    assert len({one.foot.thing for one in tufts}) <= 6  # each is stored once

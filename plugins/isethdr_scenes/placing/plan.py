@@ -17,7 +17,7 @@ from .ground import poses
 from .living import CROSSING_SHARE, place_animals, place_people, place_riders
 from .parked import place_parked
 from .pavement_things import place_pavement_things
-from .plants import place_plants
+from .plants import place_plants, place_tufts
 from .road_signs import place_signs
 from .shortage import Shortage
 from .site import Foot, Site
@@ -41,6 +41,8 @@ class Densities:
     riders_per_km: float = 6.0
     animals_per_km: float = 2.0
     plants_per_km: float = 150.0
+    tufts_per_km: float = 0.0  # of each verge
+    tuft_height_m: tuple[float, float] = (0.2, 0.4)
     crossing_share: float = CROSSING_SHARE  # of people, where there is a crosswalk
 
 
@@ -122,6 +124,7 @@ def plan(
         place_animals(site, densities.animals_per_km),
         place_plants(site, densities.plants_per_km),
     ]
+    place_tufts(site, densities.tufts_per_km, densities.tuft_height_m)
     for shortage in shortages:
         shortage.check(base.name.replace("_", " "))
     feet = _named(site.feet)

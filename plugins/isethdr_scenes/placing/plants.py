@@ -1,4 +1,6 @@
-"""Trees, bushes and rocks: on fields and verges, on medians and in gardens of towns."""
+"""Trees, bushes and rocks: on fields and verges, on medians and in gardens of towns; and tufts of
+grass beside the shoulders.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +20,10 @@ SCALE = (0.85, 1.15)
 VERGE_SHARE = 0.4
 MEDIAN_SHARE = 0.5
 FIELD_ACROSS = (0.06, 1.0)  # of a field, which starts 4 m beside the road
+TUFTS = ("meadow", "dry grass")  # families of grass beside a road
+TUFT_VARIANTS = 3  # of each family
+TUFT_REACH_M = 60.0  # from the camera's car: further ones are too small to be seen
+TUFT_ACROSS = (0.03, 0.35)  # of a verge
 
 
 def place_plants(site: Site, plants_per_km: float) -> Shortage:
@@ -52,3 +58,28 @@ def place_plants(site: Site, plants_per_km: float) -> Shortage:
             feet.append(Foot(f"{group} {k}", thing, *place, scale=scale))
     placed = site.put_first(feet, wanted, APART_M)
     return Shortage("plants_per_km", "plants", wanted, placed, plants_per_km)
+
+
+def place_tufts(site: Site, tufts_per_km: float, height_m: tuple[float, float]) -> int:
+    """Place tufts of grass beside the shoulders where nothing else stands; return how many.
+
+    Parameters
+    ----------
+    site : the road being filled.
+    tufts_per_km : tufts per km of each verge.
+    height_m : least and greatest height of a tuft, m.
+    """
+    if not tufts_per_km:
+        return 0
+    rng = site.rng("tufts")
+    things = [site.stock.draw("grass", rng, name) for name in TUFTS for _ in range(TUFT_VARIANTS)]
+    verges = site.areas("verge")
+    count = drawn_count(tufts_per_km / 1000 * sum(area.length_m for area in verges), rng)
+    feet = []
+    for k, place in enumerate(in_areas(verges, rng, count, TUFT_ACROSS, False)):
+        thing = things[int(rng.integers(len(things)))]
+        scale = float(rng.uniform(*height_m)) / thing.size_m[2]
+        near = np.hypot(place.x_m - site.middle[0], place.y_m - site.middle[1]) < TUFT_REACH_M
+        if near:
+            feet.append(Foot(f"tuft {k}", thing, *place, scale=scale))
+    return site.put_all(feet)

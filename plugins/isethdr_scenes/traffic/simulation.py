@@ -83,7 +83,8 @@ class Simulation:
         self._people = pedestrians(foot for foot in feet if foot.name not in moving)
         self._footways = Footways(layout.base.network, self._people, STEP_S)
         moving |= {one.name for one in self._people}
-        still = [foot for foot in feet if foot.name not in moving]
+        # people walk through grass
+        still = [f for f in feet if f.name not in moving and f.thing.group != "grass"]
         crossing = [foot.boxes() for foot in still if foot.role == "crossing"]
         self._crossing_still = np.concatenate([NO_BOXES, *crossing])
         self._still = np.concatenate([NO_BOXES, *(foot.boxes() for foot in still)])
