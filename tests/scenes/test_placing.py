@@ -224,13 +224,14 @@ def test_some_vehicles_are_inside_a_junction():
 
 @pytest.mark.slow
 def test_tufts_stand_beside_the_shoulders_and_nowhere_else():
-    """No tuft is on the road, in anything, or before the camera; all that stands without them stands
-    as it did.
+    """No tuft is on the road, in anything, or before the camera; and what stands without tufts
+    stands as it did.
     """
     none = dict(people_per_km=0.0, riders_per_km=0.0, animals_per_km=0.0, parked_share=0.0)
     bare = Street(road="country_curve", seed=3, vehicles_per_km=0.0, plants_per_km=40.0, **none)
     grown = replace(bare, tufts_per_km=400.0, tuft_height_m=(0.25, 0.35))
-    without, layout = bare.plan(), grown.plan()
+    without = bare.plan()
+    layout = grown.plan()
     tufts = [one for one in layout.standing if one.foot.thing.group == "grass"]
     others = [one for one in layout.standing if one.foot.thing.group != "grass"]
     assert [one.name for one in others] == [one.name for one in without.standing]
