@@ -38,7 +38,7 @@ T = TypeVar("T")
 VALUE = "value-"  # before the name of a result without a row of its own
 FOLDER = "intermediate"  # below the home folder
 # Results that are computed at more bytes per second are computed again and not kept: see
-# docs/catalog.md.
+# docs/how-to/catalog.md.
 WORTH_BYTES_PER_S = 100e6
 DEFAULT_GB = 4.0  # of a config that does not say
 SMALL_BYTES = 1e6  # worth keeping however fast it was
