@@ -499,7 +499,8 @@ def compare(case: Case, turns=3) -> int:
         f" that it holds with the scene {(max(c[2] for c in cold) + scene.nbytes) / 1e9:.2f} GB"
     )
     if np.isnan(below):
-        print("photocurrent: imaged band by band, because the bound on its rounding is too large")
+        print("photocurrent: imaged band by band, because the error that the kernels state leaves")
+        print("too little of the error allowed for functionals of the spectrum")
     else:
         print(
             f"photocurrent against irradiance: {below:.3f} of the noise below full well,"

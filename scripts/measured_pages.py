@@ -301,9 +301,10 @@ PAGES = {
         "24 minutes",
         (
             "Rows with ducc0 need the extra `fast`. The SciPy program is left out where it would"
-            " take more than 8 GB. The table has lamps of up to 1e6: beside lamps of 1e8"
-            " photocurrent is imaged band by band, because the bound on its rounding is too large."
-            " Frames of 2160 x 3840 are measured by the second command without `--largest`.",
+            " take more than 8 GB. The table has lamps of up to 1e6: beside lamps of 1e8 small"
+            " frames are imaged band by band, because they take more functionals of the spectrum"
+            " than are worth it. Frames of 2160 x 3840 are measured by the second command without"
+            " `--largest`.",
         ),
     ),
     "omission": Page(

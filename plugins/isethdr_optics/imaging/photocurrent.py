@@ -78,9 +78,10 @@ def photocurrent(cube: np.ndarray, optics: FieldOptics, response: Response) -> P
         rounding_e = response.area_exposure_m2_s * sum(
             _convolve(out, weights, *part, apply) for part in parts if part[0]
         )
-        if rounding_e > TRANSFORMS * response.noise_fraction_allowed * max(
-            response.read_noise_e, 1.0
-        ):
+        # rounding may have what the functionals leave
+        allowed = response.noise_fraction_allowed
+        left = max(TRANSFORMS * allowed, allowed - fit.noise_share)
+        if rounding_e > left * max(response.read_noise_e, 1.0):
             return None
         bright_tiles.correct(out, cube, weights, fit, optics, apply)
     lowest = float(out.min())

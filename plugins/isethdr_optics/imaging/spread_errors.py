@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 FINER_FACTORS = (0.5, 0.25)
 # largest share of the error allowed for the rings beyond a wider exact core
 CORE_SHARE = 0.8
+# share of the error allowed that kernels aim at where fine rings are made. Beside lamps that bright,
+# functionals of the spectrum need most of the error that the lens may make: 0.06 of the noise
+FINE_AIM = 0.5
 # error of fine rings (`scaled_pattern.FINE`) over that of usual rings: measured 0.02 to 0.13
 FINE_RINGS_LEAVE = 0.1
 # measured error left when kernels are computed for half the error
@@ -161,11 +164,12 @@ def _with_wider_core(
     sizes = kernels.wider_cores(kernels_of_field)
     found = _with_expected_core(kernels_of_field, electron_map, response, allowed, sizes)
     share = noise_share(found, electron_map, response)
-    if share <= allowed or found.wide is None or not found.fine_rings:
+    aim = FINE_AIM * allowed
+    if share <= aim or found.wide is None or not found.fine_rings:
         return found, share
     wider = [size for size in sizes if size.tiles > found.wide.tiles]
     shares = _shares_beyond_cores(found, electron_map, response, wider)
-    enough = [size for size, left in zip(wider, shares) if left <= CORE_SHARE * allowed]
+    enough = [size for size, left in zip(wider, shares) if left <= CORE_SHARE * aim]
     if wider:
         found = kernels.with_core(found, (enough or wider[-1:])[0].tiles)
         share = noise_share(found, electron_map, response)
@@ -181,17 +185,15 @@ def _with_expected_core(
 ) -> Kernels:
     """Return kernels with the size of the core that the errors of usual rings ask for."""
     shares = _shares_beyond_cores(kernels_of_field, electron_map, response, sizes)
-    choices = (
-        ((False, 1.0), (True, FINE_RINGS_LEAVE))
-        if kernels.fine_rings_fit(kernels_of_field)
-        else ((False, 1.0),)
-    )
-    for fine_rings, leaves in choices:
+    for size, share in zip(sizes, shares):
+        if share <= CORE_SHARE * allowed:
+            return kernels.with_core(kernels_of_field, size.tiles)
+    if kernels.fine_rings_fit(kernels_of_field):
         for size, share in zip(sizes, shares):
-            if leaves * share <= CORE_SHARE * allowed:
-                return kernels.with_core(kernels_of_field, size.tiles, fine_rings)
-        if fine_rings and sizes and leaves * shares[-1] <= STATED_OVER_TRUE * allowed:
-            return kernels.with_core(kernels_of_field, sizes[-1].tiles, fine_rings)
+            if FINE_RINGS_LEAVE * share <= CORE_SHARE * FINE_AIM * allowed:
+                return kernels.with_core(kernels_of_field, size.tiles, fine_rings=True)
+        if sizes and FINE_RINGS_LEAVE * shares[-1] <= STATED_OVER_TRUE * allowed:
+            return kernels.with_core(kernels_of_field, sizes[-1].tiles, fine_rings=True)
     quick = [size.tiles for size in sizes if size.quick]
     return kernels.with_core(kernels_of_field, quick[-1]) if quick else kernels_of_field
 
@@ -262,9 +264,15 @@ def _error_kernels(kernels_of_field: Kernels, block: int, frame: tuple[int, int]
         kernel = np.asarray(kernels_of_field.bands[worst], np.float32)
         variance = _squares(kernels_of_field, kernel, worst)
         light = np.where(variance > 0, kernel, np.float32(0.0))
-        y, x = ((np.arange(n) - n // 2) / max(n // 2, 1) for n in kernel.shape)
-        wrapped = light * np.maximum(y[:, None] ** 2, x**2).astype(np.float32)
+        y, x = (np.arange(n) - n // 2 for n in kernel.shape)
+        border = [max(n // 2, 1) for n in kernel.shape]
+        wrapped = light * np.maximum((y[:, None] / border[0]) ** 2, (x / border[1]) ** 2).astype(
+            np.float32
+        )
         wrapped *= np.float32(kernels_of_field.wrap)
+        if kernels_of_field.wide is not None:  # a core has no part in the pattern of the rings
+            tiles = np.maximum(np.abs(y)[:, None], np.abs(x))
+            wrapped[tiles <= kernels_of_field.wide.tiles] = 0.0
         parts = (_in_blocks(part, block, frame) for part in (variance, wrapped, light))
         cache[block, frame] = _ErrorKernels(bands, *parts)
     return cache[block, frame]

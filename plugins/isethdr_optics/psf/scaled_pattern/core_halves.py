@@ -35,6 +35,7 @@ def exact_halves(
     frame: Frame,
     reach: tuple[int, int],
     apply: Callable = map,
+    strips: float = FINE_STRIPS,
 ) -> np.ndarray:
     """Return (band, y = 0 .. reach, x = -reach .. reach), integrated exactly over tiles and
     averaged over wavelengths of each band.
@@ -46,9 +47,10 @@ def exact_halves(
     ----------
     frame : bands and tiles of the kernels.
     reach : (y, x) tiles from the axis. `apply` : `map`, or the `map` of a pool of threads.
+    strips : of a cell of the pupil.
     """
     blur = frame.blur_um
-    lattice = exact_tiles.exact_lattice(frame.pitch_um, reach, blur, FINE_STRIPS)
+    lattice = exact_tiles.exact_lattice(frame.pitch_um, reach, blur, strips)
     wave = frame.scaled_nm
     pattern = patterns.half_pattern(frame.pupil(frame.shortest_nm), wave, lattice, apply)
     tiles = exact_tiles.ExactTiles(pattern, frame.pitch_um, reach)
