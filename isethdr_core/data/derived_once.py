@@ -25,6 +25,10 @@ class _Scope:
     sources: tuple[Any, ...]
     results: dict[Hashable, Any] = field(default_factory=dict)
 
+    def knows(self, source: Any) -> bool:
+        """Return whether this object stays as it is: a source, or a result that is kept."""
+        return any(source is known for known in (*self.sources, *self.results.values()))
+
 
 _scope: ContextVar[_Scope | None] = ContextVar("isethdr_derived_once", default=None)
 _values_only: ContextVar[bool] = ContextVar("isethdr_values_only", default=False)
@@ -53,14 +57,15 @@ def once(key: Hashable, sources: tuple[Any, ...], compute: Callable[[], T]) -> T
     Parameters
     ----------
     key : names the computation and all its parameters. Without a hash, nothing is kept.
-    sources : the objects that the result depends on, compared by identity; an empty list: none.
+    sources : the objects that the result depends on, compared by identity: those of `shared` and
+        earlier results. An empty list: none.
     compute : function without arguments that states nothing in the ledger. Its result must not be
         changed.
     """
     scope = _scope.get()
     if scope is None:
         return compute()
-    if any(s is not None and all(s is not known for known in scope.sources) for s in sources):
+    if any(s is not None and not scope.knows(s) for s in sources):
         return compute()
     full_key = key, tuple(map(id, sources))
     try:

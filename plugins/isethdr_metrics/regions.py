@@ -12,7 +12,7 @@ import numpy as np
 from isethdr_core import ledger
 from isethdr_core.data.derived_once import intervals_wanted, once
 from isethdr_core.errors import UnitError
-from isethdr_core.truth import check_picture, total_variance, variance_known
+from isethdr_core.truth import before_denoising, check_picture, total_variance, variance_known
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,6 +33,11 @@ def check_pair(picture: xr.Dataset, truth: xr.Dataset) -> None:
             f"the picture has shape {picture['xyz'].shape}, its truth {truth['xyz'].shape}; "
             "make the truth with isethdr_core.truth.truth(mixed, picture)"
         )
+
+
+def undenoised(picture: xr.Dataset) -> xr.Dataset:
+    """Return the picture before denoising: `before_denoising`, once for all metrics."""
+    return once("before denoising", (picture,), lambda: before_denoising(picture))
 
 
 def luminances(picture: xr.Dataset, truth: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ from isethdr_metrics.similarity.ciede2000 import Ciede2000
 from isethdr_metrics.similarity.ssim import Ssim
 
 from isethdr_core.data.derived_once import intervals_wanted, once, shared, values_only
-from isethdr_core.data.reference_picture import make_picture
+from isethdr_core.data.reference_picture import make_picture, with_undenoised
 
 METRICS = [
     ContrastDetection(),
@@ -80,6 +80,22 @@ def test_scores_are_the_same_alone_and_shared(metric):
         np.testing.assert_allclose(
             [s.value for s in bare], [s.value for s in one], rtol=1e-12, equal_nan=True
         )
+
+
+def test_the_picture_before_denoising_is_derived_once_and_scores_stay():
+    found = labels()
+    plain, truth = pair(1)
+    picture = with_undenoised(pair(2)[0], plain)
+    metrics = [ContrastDetection(), ObjectContrast(), DynamicRange(), SnrCurve()]
+    alone = [rows_of(metric(picture, truth, found)) for metric in metrics]
+    with shared(picture, truth, found):
+        assert regions.undenoised(picture) is regions.undenoised(picture)
+        shown = regions.undenoised(picture)
+        # a result that is kept is a source of further results
+        assert regions.luminance_variance(shown) is regions.luminance_variance(shown)
+        together = [rows_of(metric(picture, truth, found)) for metric in metrics]
+    np.testing.assert_equal(together, alone)
+    assert regions.undenoised(picture) is not regions.undenoised(picture)
 
 
 def test_medians_of_further_realisations_are_those_of_pictures_alone():

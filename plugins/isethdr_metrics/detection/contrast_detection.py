@@ -12,7 +12,6 @@ from isethdr_core import ledger
 from isethdr_core.data.derived_once import intervals_wanted, once, with_intervals
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
-from isethdr_core.truth import before_denoising
 
 from ..limits import Percent, Reach
 from ..luminance.noise_line import noise_line
@@ -24,6 +23,7 @@ from ..regions import (
     median_interval,
     median_shares,
     regions_of,
+    undenoised,
     variance_stated,
 )
 from .photon_counts import Estimate, Signal, estimated, of_signals
@@ -142,7 +142,7 @@ class ContrastDetection:
         The interval is that of a median. It counts one pixel in `SMOOTH` x `SMOOTH` as independent,
         because the mean of the picture is taken over such windows.
         """
-        if not variance_stated(before_denoising(picture), "contrast_detection", "probability"):
+        if not variance_stated(undenoised(picture), "contrast_detection", "probability"):
             return []
         answer = self._answer(picture, truth, labels)
         return _medians(answer)
@@ -167,11 +167,11 @@ class ContrastDetection:
         whose error mostly cancels. The rest of the error is found from a few pairs next to each
         median, whose probabilities are worked out, and is taken off the median.
         """
-        if not variance_stated(before_denoising(picture), "contrast_detection", "probability"):
+        if not variance_stated(undenoised(picture), "contrast_detection", "probability"):
             return []
         with with_intervals():
             answer = self._answer(first, truth, labels)
-        model = self._model(before_denoising(picture), truth)
+        model = self._model(undenoised(picture), truth)
         changed = self._estimated(model, answer.pairs).value
         values = answer.by_region(answer.value + changed - answer.estimate)
         next_to = [_next_to_median(*both) for both in zip(answer.regions, values, strict=True)]
@@ -198,7 +198,7 @@ class ContrastDetection:
         picture, truth : picture and reference picture on one grid (y, x).
         part : (y, x), number of the part of each pixel, from 0.
         """
-        shown = before_denoising(picture)
+        shown = undenoised(picture)
         count = int(part.max()) + 1
         if not variance_stated(shown, "contrast_detection", "probability"):
             return [[] for _ in range(count)]
@@ -226,7 +226,7 @@ class ContrastDetection:
         return once(key, (picture, truth, labels), lambda: self._found(picture, truth, labels))
 
     def _found(self, picture: xr.Dataset, truth: xr.Dataset, labels: xr.Dataset | None) -> Answer:
-        model = self._model(before_denoising(picture), truth)
+        model = self._model(undenoised(picture), truth)
         regions = once(
             ("contrast", self.lowest_contrast_percent, self.reach),
             (truth, labels),
@@ -254,6 +254,9 @@ class ContrastDetection:
         ratio where the picture is darker. The variance is the shot noise of that mean plus the
         local mean of the other noise.
         """
+        return once("contrast model", (picture, truth), lambda: self._modelled(picture, truth))
+
+    def _modelled(self, picture: xr.Dataset, truth: xr.Dataset) -> Expected:
         from scipy.ndimage import uniform_filter
 
         y, true, valid = luminances(picture, truth)

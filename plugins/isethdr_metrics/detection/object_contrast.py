@@ -11,10 +11,16 @@ from isethdr_core import ledger
 from isethdr_core.data.derived_once import once
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
-from isethdr_core.truth import before_denoising
 
 from ..limits import Fewest, Ring
-from ..regions import NAN, luminance_variance, luminances, regions_of, variance_stated
+from ..regions import (
+    NAN,
+    luminance_variance,
+    luminances,
+    regions_of,
+    undenoised,
+    variance_stated,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,12 +79,12 @@ class ObjectContrast:
         if labels is None or "instance" not in labels:
             ledger.left_out("object_contrast", "the scene has no label 'instance'", NAN, "Weber")
             return []
-        undenoised = before_denoising(picture)
-        variance = luminance_variance(undenoised)
-        plain = luminances(undenoised, truth)[0]
-        temporal = undenoised["variance"].values[..., 1]
+        shown = undenoised(picture)
+        variance = luminance_variance(shown)
+        plain = luminances(shown, truth)[0]
+        temporal = shown["variance"].values[..., 1]
         scores = []
-        noisy = variance_stated(undenoised, "object_contrast_snr", "")
+        noisy = variance_stated(shown, "object_contrast_snr", "")
         for region in regions_of(y.shape, labels)[1:]:
             name = region.name
             ring = once(("ring", self.ring, name), (labels,), lambda r=region: self._ring(r))

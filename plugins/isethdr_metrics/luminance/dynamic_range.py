@@ -15,10 +15,9 @@ from isethdr_core import ledger
 from isethdr_core.data.derived_once import intervals_wanted
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
-from isethdr_core.truth import before_denoising
 
 from ..limits import Darkest
-from ..regions import NAN, luminance_variance, luminances, variance_stated
+from ..regions import NAN, luminance_variance, luminances, undenoised, variance_stated
 from .noise_line import dark_medians, line_through
 
 if TYPE_CHECKING:
@@ -59,7 +58,7 @@ class DynamicRange:
         The interval of a range follows from a jackknife over the groups of dark pixels, and from
         the noise of the brightest pixel.
         """
-        picture = before_denoising(picture)
+        picture = undenoised(picture)
         y, true, valid = luminances(picture, truth)
         if not variance_stated(picture, "dynamic_range", "dB"):
             return []

@@ -13,10 +13,16 @@ from isethdr_core import ledger
 from isethdr_core.data.derived_once import once
 from isethdr_core.data.scores import Score
 from isethdr_core.plugins.ranges import check_ranges
-from isethdr_core.truth import before_denoising
 
 from ..limits import Bins, Luminance
-from ..regions import check_pair, luminance_variance, luminances, median_interval, variance_stated
+from ..regions import (
+    check_pair,
+    luminance_variance,
+    luminances,
+    median_interval,
+    undenoised,
+    variance_stated,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +53,7 @@ class SnrCurve:
         A bin of true luminance is used where it has at least `FEWEST_PIXELS` valid pixels. The
         median luminance of one such bin must lie within the width of a bin from the score's.
         """
-        picture = before_denoising(picture)
+        picture = undenoised(picture)
         check_pair(picture, truth)
         if not variance_stated(picture, "SNR", "dB"):
             return []
