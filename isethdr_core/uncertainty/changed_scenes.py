@@ -49,6 +49,8 @@ PARTS_ACROSS = 3  # a picture is cut into PARTS_ACROSS x PARTS_ACROSS parts
 LOT_SEED = 20260
 # share by which the top of a sensor may lie above the brightest pixel that is not saturated
 TOP_SLACK = 0.1
+# of the light of a pixel: noise at most doubles it
+LARGEST_FACTOR = 2.0
 FEW_ROWS = 64  # one row in so many is compared first
 
 
@@ -194,7 +196,7 @@ class ChangedScenes:
         exposed = self._exposed(np.where(at_light, factors[1], factors[0]))
         pairs = []
         for change, factor, where in zip(changes, factors, (~smooth, smooth), strict=True):
-            changed = _scaled(picture, self._over_pixels(factor))
+            changed = _scaled(self.shot.pair, self._over_pixels(factor))
             shown = where_exposed(changed, exposed, where)
             pairs.append(Pair(shown, self._reference(change)))
         return Exposed(*pairs)
@@ -286,15 +288,29 @@ def _without_saturated(changed: xr.Dataset, unchanged: xr.Dataset) -> xr.Dataset
     return changed.assign(valid=changed["valid"].copy(data=valid & measured))
 
 
-def _scaled(picture: xr.Dataset, factor: np.ndarray) -> xr.Dataset:
-    """Return a picture whose light and variances are multiplied by a factor (y, x) of each
-    pixel.
+def _scaled(pair: Pair, factor: np.ndarray) -> xr.Dataset:
+    """Return the picture of a pair after the light of each pixel is multiplied by a factor (y, x).
+
+    Values and variances are multiplied. Beside a rare bright tile, smoothing makes a dark pixel up
+    to 1e5 times as bright. Multiplied by this, its noise and the light that demosaic spread there
+    would exceed every lamp. Above `LARGEST_FACTOR`, values gain the light that the reference
+    picture gains; variances grow by its share.
     """
+    picture, truth = pair
+    true = truth["xyz"].values
+    gain = factor - 1
+    far = factor > LARGEST_FACTOR
+    level = np.maximum(np.abs(picture["xyz"].values[..., 1]), true[..., 1])
+    share = np.divide(true[..., 1], level, out=np.zeros_like(gain), where=level > 0)
+    of_variance = np.where(far, 1 + gain * share, factor)
     variables = {}
     for name, variable in picture.data_vars.items():
         if variable.dims[:2] == ("y", "x") and variable.dtype.kind == "f":
-            by = factor.reshape(factor.shape + (1,) * (variable.ndim - 2))
-            variables[name] = variable.copy(data=(variable.values * by).astype(variable.dtype))
+            by = of_variance if "variance" in str(name) else factor
+            values = variable.values * by.reshape(by.shape + (1,) * (variable.ndim - 2))
+            if str(name).endswith("xyz"):
+                values[far] = variable.values[far] + gain[far, None] * true[far]
+            variables[name] = variable.copy(data=values.astype(variable.dtype))
     return _without_saturated(picture.assign(variables), picture)
 
 

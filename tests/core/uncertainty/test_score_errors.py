@@ -266,6 +266,35 @@ def test_one_exposure_shows_a_lot_in_some_parts_and_the_smoothed_scene_in_others
     np.testing.assert_allclose(np.abs(change), np.abs(noise), rtol=1e-4, atol=1e-5)
 
 
+def test_noise_of_a_dark_pixel_beside_a_rare_bright_tile_is_not_multiplied():
+    """A mirror image of a lamp that one path finds: smoothing brightens the dark tiles beside it
+    1e4 times. The mean of the picture changes as that of the reference picture, although the dark
+    pixels hold noise of both signs and light that demosaic spread there.
+    """
+    dark = np.full(LARGE, 1e-3)
+    dark[100, 100] = 1e3  # of `LEVEL`
+    halves = np.where(dark > 1, 0.999, 0.0001)
+    shot = uniform_shot(halves, LARGE)
+    scene = shot.scene.assign({HALF_DIFFERENCE: shot.scene[HALF_DIFFERENCE] * dark})
+    mixed, light = (v.copy(data=v.values * dark) for v in (shot.mixed, shot.light))
+    true = shot.truth.assign(xyz=shot.truth.xyz * dark[..., None])
+    off = 0.02 * LEVEL * np.random.default_rng(6).standard_normal(LARGE)
+    off[100, 101] = 1e2 * LEVEL
+    seen = true.assign(xyz=true.xyz + off[..., None])
+    shot = replace(shot, picture=seen, truth=true, light=light, mixed_radiance=mixed, scene=scene)
+    exposed = changed_scenes.ChangedScenes(shot).exposed_in_parts(0, np.zeros(LARGE, bool))
+    changes = [
+        after.xyz.values[..., 1] - before.xyz.values[..., 1]
+        for after, before in ((exposed.smoothed.picture, seen), (exposed.smoothed.truth, true))
+    ]
+    brighter = changes[1] > LEVEL
+    assert brighter.sum() == 8 and brighter[100, 101]
+    np.testing.assert_allclose(changes[0][brighter], changes[1][brighter], rtol=1e-5)  # float32
+    # the tile itself loses 8 / 9 of its light and of its noise; without a limit the light that was
+    # spread beside it would make the change 1e5 times as large
+    assert changes[0].mean() == pytest.approx(changes[1].mean(), abs=0.01 * LEVEL)
+
+
 def test_pixels_changed_beyond_the_top_of_the_sensor_are_saturated():
     truth = uniform_shot(0.1).truth
     level = np.linspace(1.0, 90.0, truth.xyz.size).reshape(truth.xyz.shape)
