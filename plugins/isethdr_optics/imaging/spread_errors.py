@@ -39,8 +39,9 @@ if TYPE_CHECKING:
 FINER_FACTORS = (0.5, 0.25)
 # largest share of the error allowed for the rings beyond a wider exact core
 CORE_SHARE = 0.8
-# share of the error allowed that kernels aim at where fine rings are made. Beside lamps that bright,
-# functionals of the spectrum need most of the error that the lens may make: 0.06 of the noise
+# share of the error allowed that kernels aim at where fine rings are made. Beside lamps that
+# bright, functionals of the spectrum need most of the error that the lens may make: 0.06 of the
+# noise
 FINE_AIM = 0.5
 # error of fine rings (`scaled_pattern.FINE`) over that of usual rings: measured 0.02 to 0.13
 FINE_RINGS_LEAVE = 0.1
