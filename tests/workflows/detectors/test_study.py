@@ -170,7 +170,7 @@ def test_roads_that_a_detector_was_trained_on_are_left_out(world, tmp_path, caps
     path = str(described(bright_cells(tmp_path / "d.onnx"), **fields))
     rows = detector_scores(detector=path, dataset="cars", cameras="red")
     assert rows[0]["roads"] == 2
-    assert "1 scenes are left out" in capsys.readouterr().out
+    assert "left out: 1 scene on roads" in capsys.readouterr().out
     fields["trained_roads"] = [f"road-{k}" for k in range(3)]
     path = str(described(bright_cells(tmp_path / "d.onnx"), **fields))
     with pytest.raises(ConfigError, match="no scene of the dataset 'cars' is left"):
