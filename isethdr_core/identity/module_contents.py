@@ -103,7 +103,7 @@ class ModuleReader:
         return module
 
     def _reference(self, module: str, reference: Reference) -> Target:
-        """Return the target of a use of an imported name in a module."""
+        """Return what an imported name refers to where a module uses it."""
         attributes = tuple(filter(None, reference.attributes.split(".")))
         return self._resolver.resolve(module, reference.spec, attributes)
 

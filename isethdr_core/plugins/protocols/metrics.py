@@ -40,11 +40,11 @@ class HasWhite(Protocol):
     (`display_view.white_cd_m2`), unless its field `white_cd_m2` is above 0.
     """
 
-    WHITE_SCORE: ClassVar[str]  # name of its score that is the white it took, in cd/m2
+    WHITE_SCORE: ClassVar[str]  # name of the score that gives the white it used, in cd/m2
 
     @property
     def white_cd_m2(self) -> float:
-        """The white to take; 0: that of the reference picture."""
+        """Display white, cd/m2; 0 selects the white of the reference picture."""
         ...
 
 

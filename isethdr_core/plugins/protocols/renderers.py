@@ -129,7 +129,7 @@ class EstimatesSamples(Protocol):
     """A renderer that can estimate its number of samples."""
 
     def expected_paths(self, paths: int, noise: float | None, /) -> float:
-        """Return the samples per tile that a light group will take.
+        """Return the expected number of samples per tile of one light group.
 
         Parameters
         ----------

@@ -44,7 +44,7 @@ class CountsTiles(Protocol):
 
 @runtime_checkable
 class KnowsItsField(Protocol):
-    """A scene that knows the camera's field."""
+    """A scene that states the field of view of its camera."""
 
     def camera_field(self) -> tuple[float, float, str]:
         """Return (width, height, projection) of the field: tangents, or radians if equidistant."""

@@ -1,4 +1,4 @@
-"""Sensors: their calls, and what they state about pixels, shots, exposure and memory."""
+"""Protocols of sensors: how they are called, and abilities: pixels, shots, exposure, memory."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class HasPixelPitch(Protocol):
 
 @runtime_checkable
 class HasPixelCounts(Protocol):
-    """A sensor whose numbers of pixels are fields."""
+    """A sensor with fields for its numbers of pixel rows and columns."""
 
     @property
     def rows(self) -> int | None:

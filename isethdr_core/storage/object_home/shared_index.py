@@ -28,10 +28,11 @@ from .index_segment import Segment, Version, packs
 INDEX = "index/1"  # of a bucket; the number is the format of the segments
 # of a compressed segment to which nothing is added any more: 70 runs, 0.1 CPU s to change it
 FULL_BYTES = 256_000
-FEW = AT_ONCE  # objects that are read at once: an index would not be faster
+FEW = AT_ONCE  # so few objects are read in one step, and an index would not be faster
 TRIES = 4  # of a writer, before it begins a segment of its own
 PAUSE_S = 0.05  # longest pause after the first lost try; doubled with each
-CLOCKS = timedelta(minutes=1)  # by which the clocks of the machines of one server may differ
+# a server may run on several machines, whose clocks differ by less than this
+CLOCKS = timedelta(minutes=1)
 
 log = logging.getLogger(__name__)
 

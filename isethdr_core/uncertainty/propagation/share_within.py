@@ -44,6 +44,7 @@ def within(bound: np.ndarray, deviation: np.ndarray, share: float = SHARE) -> fl
         return highest  # an error is infinite, or most errors are bounds of this value
     if missing(0.0) <= 0:
         return 0.0  # so many errors are exactly 0
-    # bounds without deviation make steps, at which the method halves the interval each time
+    # Errors without a normal part make `missing` a function with steps. Brent's method then halves
+    # the interval in each iteration, so that many iterations are allowed.
     xtol = SMALL * highest
     return float(brentq(missing, 0.0, highest, xtol=xtol, rtol=CLOSE, maxiter=1000))

@@ -34,7 +34,7 @@ CHIEF_RAYS = "chief_rays"  # attribute of light: {radius_per_focal_length, angle
 SAME_DEG = 1e-9  # two cubic curves through the same points differ by their rounding
 CONE_KEY = "cone of rays"
 FIELD_POINTS = 33  # from the axis to the corner
-CONE_RINGS = 8  # equal areas of the exit pupil, each with as many azimuths twice over
+CONE_RINGS = 8  # rings of equal area in the exit pupil, each with 16 azimuths
 
 Points = Sequence[Sequence[float]]
 

@@ -1,6 +1,7 @@
-"""Kernels from lattices: band by band, with rings from lattices of their own or exact cores alone.
+"""Kernels of pupils whose patterns do not scale with the wavelength, and of small frames.
 
-Pupils go this way whose patterns do not scale with the wavelength, and small frames.
+Each band has a kernel of its own: an exact core, and beyond it rings that are read from a lattice
+of diffraction samples. The kernels of small frames are exact cores alone.
 """
 
 from __future__ import annotations
