@@ -73,8 +73,7 @@ def develop(
     how = replace(how, demosaic=chosen(how.demosaic, filters, names))
     if how.denoise == "none":
         return _developed(merged, captures, how, matrix, attrs)
-    known = how if how.demosaic in STATES_VARIANCE else replace(how, demosaic="bilinear")
-    plain = _developed(merged, captures, known, matrix, attrs)
+    plain = _developed(merged, captures, plain_development(how), matrix, attrs)
     smooth = denoised(
         merged,
         array_period(filters),
@@ -83,6 +82,17 @@ def develop(
     )
     attrs[VARIANCE_KNOWN] = False
     return with_undenoised(_developed(smooth, captures, how, matrix, attrs), plain)
+
+
+def plain_development(how: Development) -> Development:
+    """Return the fields that make the picture before denoising, which states its variance.
+
+    Parameters
+    ----------
+    how : the fields of the isp.
+    """
+    demosaic = how.demosaic if how.demosaic in STATES_VARIANCE else "bilinear"
+    return replace(how, denoise="none", demosaic=demosaic)
 
 
 def _developed(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from isethdr_optics.psf import kernels, wings
 from isethdr_optics.psf.kernels import KernelRequest, core_size
+from isethdr_optics.psf.kernels.lattices import of_lattices
 from scipy.special import j1
 
 from isethdr_core.errors import ConfigError
@@ -117,7 +118,7 @@ def test_lattices_of_slow_lenses_are_right_to_what_they_state(name, monkeypatch)
     ).bands[0]
     monkeypatch.setattr(core_size, "CORE_TILES", 0)
     monkeypatch.setattr(core_size, "CORE_SAMPLES", 60)
-    made = kernels.computed(
+    made = of_lattices(
         KernelRequest(lens, (), GREEN, (3.0, 3.0), (134, 239), width_nm=np.array([10.0]))
     )
     outer = np.ones(exact.shape, bool)
@@ -131,12 +132,13 @@ def test_lattices_of_slow_lenses_are_right_to_what_they_state(name, monkeypatch)
 )
 def test_small_frames_take_little_time_and_memory(f_number, tiles, pitch_um):
     code = (
-        "import resource; from isethdr_core.plugins.registry import build;"
-        " import isethdr_optics.psf.kernels as k;"
+        "import resource; from time import process_time;"
+        " from isethdr_core.plugins.registry import build;"
+        " import isethdr_optics.psf.kernels as k; start = process_time();"
         f" lens = build('lens', 'diffraction_limited', f_number={f_number});"
         f" k.computed(k.KernelRequest(lens, (), [550.0], ({pitch_um},) * 2, ({tiles - 1},) * 2));"
         " use = resource.getrusage(resource.RUSAGE_SELF);"
-        " print(use.ru_utime + use.ru_stime, use.ru_maxrss * 1024)"
+        " print(process_time() - start, use.ru_maxrss * 1024)"
     )
     seconds, peak = map(
         float,
@@ -144,5 +146,5 @@ def test_small_frames_take_little_time_and_memory(f_number, tiles, pitch_um):
             [sys.executable, "-c", code], capture_output=True, text=True, check=True
         ).stdout.split(),
     )
-    # 0.3 s and 0.13 GB beside the imports; lattices took 24 s and 4.3 GB
+    # 0.3 s and 0.13 GB beside the imports at the start; lattices took 24 s and 4.3 GB
     assert seconds < 5 and peak < 2**30

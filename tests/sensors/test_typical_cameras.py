@@ -1,5 +1,6 @@
 """The typical cameras at night: noise before denoising, and the loss of edges by denoising."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -52,7 +53,9 @@ def test_the_read_noise_at_a_gain_of_one_is_that_of_its_source(camera):
 @pytest.mark.parametrize("camera", LEAST_DB)
 @pytest.mark.parametrize("contrast", [2.0, 10.0])
 def test_denoising_takes_at_most_a_fifth_of_mtf50(camera, contrast):
+    """Against the same demosaic without denoising: the demosaic alone changes MTF50, too."""
     lens, sensor, isp = parts(camera)
+    noisy_isp = replace(isp, denoise="none")
     scene = hdr.build(
         "scene",
         "slanted_edge",
@@ -67,9 +70,10 @@ def test_denoising_takes_at_most_a_fifth_of_mtf50(camera, contrast):
     metric = hdr.build("metric", "slanted_edge")
     found = []
     for seed in range(3):  # of the noise, which moves one measurement by some per cent
-        picture = isp(sensor(light, hdr.generator(seed=seed)))
+        shot = sensor(light, hdr.generator(seed=seed))
+        picture = isp(shot)
         reference = truth(mixed, picture)
-        pair = [metric(p, reference)[0] for p in (picture, before_denoising(picture))]
+        pair = [metric(p, reference)[0] for p in (picture, noisy_isp(shot))]
         assert all(score.metric == "slanted_edge_mtf50" for score in pair)
         found.append([score.value for score in pair])
     smooth, plain = np.mean(found, axis=0)

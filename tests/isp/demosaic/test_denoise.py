@@ -9,11 +9,12 @@ import pytest
 from isethdr_isp import LinearIsp, MergeIsp
 from isethdr_isp.demosaic import denoise
 from isethdr_isp.demosaic.denoise import denoised, pair, shifts, stabilised
+from isethdr_isp.develop import plain_development
 from isethdr_isp.readout.combine import Merged
 from isethdr_isp.spectra import light
 
 from isethdr_core.errors import ConfigError
-from isethdr_core.truth import total_variance, variance_known
+from isethdr_core.truth import before_denoising, total_variance, variance_known
 from isethdr_core.uncertainty import ledger
 
 READ = 2.0
@@ -196,6 +197,19 @@ def test_through_the_isp_the_level_stays_and_no_variance_is_stated(bench, isp):
         and np.isnan(total_variance(out).values).all()
     )
     assert any("variance of the denoised picture" in left.what for left in row.left_out)
+
+
+@pytest.mark.parametrize("demosaic", ["bilinear", "automatic"])
+def test_the_plain_development_makes_the_picture_before_denoising(bench, demosaic):
+    """It states its variance, also for a demosaic that states none."""
+    isp = MergeIsp(denoise="nl_means", demosaic=demosaic)
+    grey = 20 * light("daylight", bench.WAVELENGTH)
+    mosaic = bench.mosaic_of(grey, (24, 24))
+    captures = bench.make(mosaic, bench.SPLIT, rng=np.random.default_rng(11))
+    plain = plain_development(isp)(captures)
+    assert variance_known(plain)
+    before = before_denoising(isp(captures))
+    np.testing.assert_array_equal(plain["xyz"].values, before["xyz"].values)
 
 
 def test_unknown_denoisers_are_named(bench):

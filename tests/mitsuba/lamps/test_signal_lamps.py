@@ -10,6 +10,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from isethdr_mitsuba.renderer import MitsubaRenderer
+from isethdr_scenes import things
 from isethdr_scenes.builders import RECIPES
 from isethdr_scenes.lamps import KINDS
 
@@ -24,9 +25,12 @@ TABLES = sorted(k for k, v in KINDS.items() if v.family)
 
 @pytest.fixture(scope="module")
 def models():
-    """Parts of a car with curved lenses, of a truck and of a bicycle."""
+    """Parts of a car with curved lenses, of a truck and of a bicycle, and of a drawn car, which has
+    daytime lamps.
+    """
     recipes = (("car", "sedan", "red"), ("truck",), ("bicycle",))
-    return [RECIPES[name](*rest).model().parts for name, *rest in recipes]
+    drawn = things.build(things.draw("car", np.random.default_rng([0, 0]), "sedan"), "near")
+    return [*(RECIPES[name](*rest).model().parts for name, *rest in recipes), drawn.parts]
 
 
 def unit(left_deg, up_deg):

@@ -141,8 +141,14 @@ def test_speed_of_a_full_frame():
     mean = np.broadcast_to(np.geomspace(0.1, 3e5, 1920), (1080, 1920))
     model = SplitPixelSensor().model()
     seconds = []
+    poisson_s = []
     for k in range(3):
         start = time.process_time()
         readings(model, [mean, mean * 0.01], generator(k))
         seconds.append(time.process_time() - start)
-    assert min(seconds) < 0.5
+        start = time.process_time()
+        for _ in range(3):
+            np.random.default_rng(k).poisson(1000.0, mean.shape)
+        poisson_s.append(time.process_time() - start)
+    # three captures against three Poisson draws of their size: found 2.4 to 2.6
+    assert min(seconds) < 4 * min(poisson_s), (seconds, poisson_s)

@@ -196,7 +196,7 @@ def test_a_command_ends_with_a_driver_that_is_killed(tmp_path):
 
 @pytest.mark.slow
 def test_a_real_command_runs_fails_and_is_stopped(isethdr_home, capfd):
-    isethdr_home.mkdir()
+    isethdr_home.mkdir(parents=True)
     driver.run_command("dataset list", 120)
     assert "dataset" in capfd.readouterr().out
     with pytest.raises(CatalogError, match="ended with code 2"):

@@ -8,13 +8,14 @@ cost no imaging.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from isethdr_isp.demosaic.interpolation import array_period
+from isethdr_isp.develop import plain_development
 from isethdr_isp.development_fields import Development
 from isethdr_metrics.detection.contrast_detection import ContrastDetection
 from isethdr_scenes.sky.state import sky_state
@@ -246,7 +247,7 @@ def transfer_accuracy(built: Chain, rows: Ledger, name: str, shot: Shot) -> dict
         return {}
     isp = built.isp
     if isinstance(metric, ContrastDetection) and isinstance(isp, Development):
-        isp = replace(isp, denoise="none")  # the metric reads the picture before denoising
+        isp = plain_development(isp)  # the metric reads the picture before denoising
     camera = CameraShot(shot, built.cameras[name], isp)
 
     def scores() -> list[Any]:
