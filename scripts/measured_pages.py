@@ -36,6 +36,8 @@ STORED = ROOT / "scripts" / "stored_measurements"
 # folders of an absolute path: they belong to one machine
 FOLDERS = re.compile(r"(?<![\w.:/])/(?:[\w.-]+/)+")
 LIBRARIES = ("numpy", "scipy", "mitsuba")
+# the command of this environment, which need not be the active one
+ISETHDR = str(Path(sys.executable).with_name("isethdr"))
 
 
 @dataclass(frozen=True)
@@ -538,7 +540,7 @@ def made_file(page: Page) -> str:
     subprocess.CalledProcessError : the command failed.
     """
     [command] = page.commands
-    subprocess.run(command.split(), cwd=ROOT, check=True)
+    subprocess.run([ISETHDR, *command.split()[1:]], cwd=ROOT, check=True)
     home = Path(os.environ.get("ISETHDR_HOME", ROOT / "runs"))
     return (home / page.makes).read_text()
 
@@ -576,7 +578,7 @@ def result_of(command: str) -> str:
 def study_words(words: Sequence[str]) -> list[str]:
     """Return the words that run a study in this environment; none for another command."""
     if words[:2] == ["isethdr", "study"]:
-        return list(words)
+        return [ISETHDR, *words[1:]]
     if words[:3] == ["python", "-m", "isethdr_measured"]:
         return [sys.executable, *words[1:]]
     return []
