@@ -11,7 +11,8 @@ from isethdr_core.extras import needed
 
 from .piece import Piece, squared_length, unit
 
-BLOCK = 4096  # points whose field is computed at a time
+BLOCK = 16384  # points whose field is computed at a time
+YXZ = [1, 0, 2]
 
 Values = Callable[[np.ndarray], np.ndarray]  # of points (n, 3), m: (n,)
 
@@ -38,8 +39,9 @@ class Field:
 
     def within(self, other: Values) -> Field:
         """Return the field of what is inside this one and where `other` is negative."""
-        both = lambda p: np.maximum(self(p), other(p))
-        plain = lambda p: np.maximum(self.without_folds(p), other(p))
+        outside = lambda p: other(np.ascontiguousarray(p))
+        both = lambda p: np.maximum(self(p), outside(p))
+        plain = lambda p: np.maximum(self.without_folds(p), outside(p))
         return Field(both, self.lo, self.hi, self.ball, plain, self.folds_m)
 
 
@@ -57,11 +59,14 @@ def cone(a: np.ndarray, b: np.ndarray, ra: float, rb: float) -> Field:
     b = np.asarray(b, float)
 
     along = b - a
+    # two equal rows, and y before x: this product of matrices rounds as `w @ along` of a C-ordered
+    # array does, in half the time
+    rows = np.stack([along, along])[:, YXZ]
     size2 = max(((b - a) ** 2).sum(), 1e-12)
 
     def distance(p: np.ndarray) -> np.ndarray:
         w = p - a
-        t = w @ along  # share of the axis at which it is nearest
+        t = (rows @ w.T[YXZ])[0]  # share of the axis at which it is nearest
         t /= size2
         np.maximum(t, 0, out=t)
         np.minimum(t, 1, out=t)
@@ -113,7 +118,8 @@ def blend(fields: Sequence[Field], k: float = 0.03, folds: float = 0.0, seed: in
     phase = rng.uniform(0, 2 * np.pi, 5)
 
     def folded(p: np.ndarray) -> np.ndarray:
-        return smooth(p) + folds * np.abs(np.sin(p @ waves.T + phase)).mean(1) - folds * 0.5
+        heights = np.abs(np.sin(waves @ p.T + phase[:, None])).mean(0)
+        return smooth(p) + folds * heights - folds * 0.5
 
     return Field(folded, lo, hi, ball, plain, folds_m)
 
@@ -147,7 +153,8 @@ def _united(
         reach -= size2
         reach += points @ (2 * centre)
         some = np.flatnonzero(reach > centre @ centre)
-        out[some] = _melted(out.take(some), field(points.take(some, 0)), k)
+        if len(some):
+            out[some] = _melted(out.take(some), field(points.T.take(some, 1).T), k)
     return out
 
 
@@ -223,8 +230,11 @@ def _sampled(field: Field, axes: Sequence[np.ndarray], step: float) -> np.ndarra
 
 
 def _in_blocks(values: Values, points: np.ndarray) -> np.ndarray:
-    """Return a field (n,), m, at points (n, 3): few at a time, which stay in the cache."""
+    """Return a field (n,), m, at points (n, 3): few at a time, which stay in the cache.
+
+    The field is given each coordinate contiguous in memory, as it works coordinate by coordinate.
+    """
     out = np.empty(len(points))
     for first in range(0, len(points), BLOCK):
-        out[first : first + BLOCK] = values(points[first : first + BLOCK])
+        out[first : first + BLOCK] = values(np.asfortranarray(points[first : first + BLOCK]))
     return out
