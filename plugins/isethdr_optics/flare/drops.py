@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -49,6 +49,7 @@ CELLS = (6, 48)  # least and most along a drop's diameter
 FINE = 8  # points along a cell, that tell its share within the drop
 BLOCK = 2_000_000  # products of tiles and cells at a time: 16 MB
 BANDS = 8  # at a time: the cells of a drop serve all of them
+ROUNDING = 1e-9  # of sums over tiles, relative
 
 
 class Drop(NamedTuple):
@@ -201,6 +202,7 @@ class DropsFlare:
             return mixed
         # cells of two drops that touch may count a part of the pupil twice
         scale = 1 / np.maximum(covered, 1.0)
+        _state_beyond(views, scale, np.minimum(covered, 1.0), beyond)
         bands = values.reshape(-1, *values.shape[-2:])
         out = np.empty_like(bands)
         for first in range(0, len(bands), BANDS):
@@ -256,15 +258,47 @@ class DropsFlare:
         )
 
 
-def _sums(bands: npt.NDArray[np.floating], beyond: tuple[int, int]) -> Floats:
+def _state_beyond(
+    views: list[_View], scale: Floats, covered: Floats, beyond: tuple[int, int]
+) -> None:
+    """State in the ledger how much light drops have from beyond the tiles.
+
+    Parameters
+    ----------
+    views : of the drops.
+    scale : (y, x) factor of the light through drops.
+    covered : (y, x) share of the light that goes through drops.
+    beyond : rows and columns on each side at which drops may look.
+    """
+    of_tiles = np.zeros((1, *covered.shape))
+    sums = _sums(np.ones(of_tiles.shape), beyond, "constant")
+    for view in views:
+        _add(of_tiles, sums, view, scale)
+    share = float((covered - of_tiles[0]).mean())
+    if share > ROUNDING:
+        ledger.left_out(
+            f"light from beyond the tiles, {100 * share / float(covered.mean()):.2g} % of that"
+            " through drops",
+            "the light of the nearest tile is assumed; a wider renderer.margin has more tiles",
+            share,
+            "relative",
+        )
+
+
+def _sums(
+    bands: npt.NDArray[np.floating],
+    beyond: tuple[int, int],
+    light_there: Literal["edge", "constant"] = "edge",
+) -> Floats:
     """Return the sums (band, y + 1, x + 1) of all tiles above and left of each corner of a tile.
 
     Parameters
     ----------
     bands : (band, y, x).
-    beyond : rows and columns that are added on each side, with the light of the nearest tile.
+    beyond : rows and columns that are added on each side.
+    light_there : `edge`, the light of the nearest tile; `constant`, none.
     """
-    padded = np.pad(np.asarray(bands, float), [(0, 0), *((n, n) for n in beyond)], "edge")
+    padded = np.pad(np.asarray(bands, float), [(0, 0), *((n, n) for n in beyond)], light_there)
     sums = np.zeros((len(padded), padded.shape[1] + 1, padded.shape[2] + 1))
     np.cumsum(np.cumsum(padded, 1), 2, out=sums[:, 1:, 1:])
     return sums

@@ -60,6 +60,17 @@ class PlanBehindGlass:
         return self.plan.light_errors(self.glass.radiance(mixed), weights)
 
 
+def plan_behind(glass: Glass, plan: LensPlan | DefocusedPlan) -> PlanBehindGlass:
+    """Return the plan of a lens behind a glass.
+
+    Parameters
+    ----------
+    glass : what is in front of the lens.
+    plan : of the field behind the glass.
+    """
+    return PlanBehindGlass(glass, plan, plan.terms, (*glass.notes, *plan.left_out))
+
+
 def split(flares: Sequence[Flare]) -> tuple[tuple[RedirectsLight, ...], tuple[Flare, ...]]:
     """Return the flares in front of the lens, and the others."""
     front = tuple(f for f in flares if isinstance(f, RedirectsLight))

@@ -80,8 +80,9 @@ def plan(
     if not front:
         return _plan_in_air(lens, flares, field, response, budget)
     glass = behind_glass.glass(lens, front, field)
-    made = _plan_in_air(lens, flares, glass.behind, response, budget)
-    return PlanBehindGlass(glass, made, made.terms, (*glass.notes, *made.left_out))
+    return behind_glass.plan_behind(
+        glass, _plan_in_air(lens, flares, glass.behind, response, budget)
+    )
 
 
 def _plan_in_air(
@@ -171,8 +172,11 @@ def complete_plan(
     flares: Sequence[Flare],
     field: xr.DataArray,
     response: Response | None = None,
-) -> LensPlan:
+) -> LensPlan | PlanBehindGlass:
     """Return the plan that leaves nothing out: full kernels; functionals for a field of any size.
+
+    Flares in front of the lens change the field first, as in `plan`. A lens focused at a distance
+    is imaged as if at its hyperfocal distance.
 
     Parameters
     ----------
@@ -180,6 +184,11 @@ def complete_plan(
     field : mixed radiance ([component,] wavelength, y, x).
     response : `isethdr_core.demand.Response` of the sensors; None: irradiance only.
     """
+    front, flares = behind_glass.split(flares)
+    if front:
+        glass = behind_glass.glass(lens, front, field)
+        made = complete_plan(lens, flares, glass.behind, response)
+        return behind_glass.plan_behind(glass, made)
     for _, component in components(field):
         quantities.check_mixed(component)
     part = region(lens, flares, field, LightBudget()).region
