@@ -1,71 +1,109 @@
-"""Sub-bands of a point spread are left out if and only if they change nothing."""
+"""Wavelengths of a band: as many as its exact core needs, so that averaging leaves no error."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_optics.psf import kernels
-from isethdr_optics.psf.kernels import KernelRequest, band_plan, lookup
+from isethdr_optics import ApertureFlare, WavefrontLens
+from isethdr_optics.psf import exact_core, kernel_sampling_error, kernels, wings
+from isethdr_optics.psf.exact_core import Wavelengths
+from isethdr_optics.psf.kernels import BandPlan, KernelRequest
 
 from isethdr_core import build
 
 LENS = build("lens", "diffraction_limited", f_number=4.0, focal_length_mm=4.0)
+COMA = WavefrontLens(f_number=4.0, focal_length_mm=4.0, zernike_um={8: 0.05})
+HEXAGON = (ApertureFlare(blades=6),)
+DELAYED = (ApertureFlare(blades=6, dust_per_mm2=40.0, dust_delay_um=1.0),)
 # one band from 525 to 575 nm, and the ten that it is made of
 BAND = [500.0, 550.0, 600.0]
 PARTS = np.arange(527.5, 573.0, 5.0)
 
 
-@pytest.fixture
-def used(monkeypatch):
-    """How many wavelengths each band's core was made of, band by band."""
-    found = []
-    made = band_plan.exact_core
-
-    def core(plan, centre, width, waves, energy):
-        found.append(len(waves))
-        return made(plan, centre, width, waves, energy)
-
-    monkeypatch.setattr(band_plan, "exact_core", core)
-    monkeypatch.setattr(lookup, "_cache", type(lookup._cache)())
-    # a slow machine writes kernels to disk
-    monkeypatch.setattr(lookup, "stored", lambda name: None)
-    return found
-
-
 def tiles(wavelength_nm, reach):
-    return [
-        np.asarray(band, float)
-        for band in kernels.kernels(
-            KernelRequest(LENS, (), wavelength_nm, (1.0, 1.0), (reach, reach))
-        ).bands
-    ]
+    request = KernelRequest(LENS, (), wavelength_nm, (1.0, 1.0), (reach, reach))
+    return [np.asarray(band, float) for band in kernels.computed(request).bands]
+
+
+def errors_of_a_band(lens, flares, band_nm, pitch_um=3.0, tiles=12, many=1.5):
+    """Return the errors per octave of a core and its wavelengths, against `many` times these."""
+    plan = BandPlan(lens, flares, band_nm, wings.Grid(1, (pitch_um,) * 2, (tiles, tiles)))
+    centre, width = band_nm
+    few = plan.wavelengths(centre, width)
+    place, weight = np.polynomial.legendre.leggauss(int(many * len(few.nm)) + 2)
+    more = Wavelengths(centre + place * width / 2, weight / 2)
+    one, want = (exact_core.exact_core(plan, *band_nm, waves, 1.0) for waves in (few, more))
+    wrong = one - want + 1e-30 * want  # an error of exactly 0 would not count
+    return kernel_sampling_error.by_octave(wrong, want), few
 
 
 @pytest.mark.parametrize("reach", [12, 60])
-def test_a_band_is_the_mean_of_its_parts(used, reach, monkeypatch):
-    """Three wavelengths do for a band as long as the pattern at the kernel's border moves by less
-    than a speckle from one to the next.
-    """
+def test_a_band_is_the_mean_of_its_parts(reach):
     few = tiles(BAND, reach)[1]
     parts = np.mean(tiles(PARTS, reach), axis=0)
-    assert used[:3] == [3, 3, 3] and len(used) == 3 + len(PARTS) and sum(used[3:]) == 30
-    # of a point's light, in all tiles together: measured 0.0005 and 0.0011, what rings at the
-    # border make of midpoints
-    left = np.abs(few - parts).sum()
-    assert left < 0.0015 and few.sum() == pytest.approx(parts.sum(), rel=1e-4)
-    monkeypatch.setattr(
-        kernels.BandPlan, "wavelengths", lambda plan, centre, *_: np.array([centre])
-    )
-    kernels.forget()
-    assert np.abs(tiles(BAND, reach)[1] - parts).sum() > 8 * left, (
-        "one wavelength alone would not do: rings do not wash out"
-    )
+    # of a point's light, in all tiles together: what float32 leaves of it. As many midpoints of
+    # equal parts leave 5e-4 and 1.1e-3
+    assert np.abs(few - parts).sum() < 2e-6 and few.sum() == pytest.approx(parts.sum(), rel=1e-6)
 
 
-def test_there_are_as_many_as_the_pattern_moves_by_speckles(used):
-    """At 120 um it moves by 120 um x 50 / 550 over the band: five times f-number x wavelength. A
-    band of 1 nm needs one.
+@pytest.mark.parametrize(
+    ("lens", "flares", "band_nm", "tiles"),
+    [
+        (LENS, HEXAGON, (550.0, 50.0), 12),
+        (COMA, HEXAGON, (550.0, 50.0), 12),
+        pytest.param(LENS, DELAYED, (550.0, 30.0), 12, marks=pytest.mark.slow),
+        pytest.param(COMA, HEXAGON, (400.0, 10.0), 60, marks=pytest.mark.slow),
+        pytest.param(
+            WavefrontLens(zernike_um={4: 2.0}), (), (550.0, 20.0), 30, marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_wavelengths_of_any_exact_core_leave_no_error(lens, flares, band_nm, tiles):
+    """With a wavefront, with dust that delays light, and in small frames. As many midpoints of
+    equal parts leave 2e-3 to 5e-3 in the outermost octave.
     """
-    tiles(BAND, 120)
-    tiles([549.0, 550.0, 551.0], 120)
-    assert used == [np.ceil(120 * 50 / w / (4e-3 * w)) for w in BAND] + [1, 1, 1] and used[1] == 5
+    left, _ = errors_of_a_band(lens, flares, band_nm, tiles=tiles)
+    assert 0 < left.max() < 3e-4
+
+
+def test_there_are_as_many_as_the_pattern_moves_by_speckles():
+    """At 120 um along both axes it moves by 170 um x 50 / 550 over the band: seven times f-number x
+    wavelength. A band of 1 nm needs the two that are always added, and one for a part of a speckle.
+    Tiles finer than speckles do not wash out the finest rings.
+    """
+    for wave, width in ((500.0, 50.0), (550.0, 50.0), (550.0, 1.0)):
+        moved = np.hypot(120, 120) * width / wave / (4e-3 * wave)
+        for reach, pitch_um, dense in ((30, 4.0, 1.0), (120, 1.0, 1.75)):
+            grid = wings.Grid(1, (pitch_um, pitch_um), (reach, reach))
+            waves = BandPlan(LENS, (), (wave, width), grid).wavelengths(wave, width)
+            assert len(waves.nm) == np.ceil(dense * moved) + 2
+            assert waves.weight.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("lens", "flares", "tiles"),
+    [
+        (LENS, DELAYED, 30),
+        (COMA, (), 40),
+        (COMA, HEXAGON, 60),
+        (WavefrontLens(zernike_um={4: 1.0}), (), 40),
+        (WavefrontLens(f_number=2.8, zernike_um={4: 0.2, 8: 0.5}), HEXAGON, 30),
+    ],
+)
+def test_cells_of_the_pupil_leave_at_most_what_is_stated(lens, flares, tiles):
+    """Against cells half as wide, whose own error is a quarter."""
+    centre, width = 450.0, 10.0
+    plan = BandPlan(lens, flares, (centre, width), wings.Grid(1, (3.0, 3.0), (tiles, tiles)))
+    waves = plan.wavelengths(centre, width)
+    energy = 1.0 if plan.energy is None else plan.energy
+    usual = exact_core.exact_core(plan, centre, width, waves, energy)
+    step = plan.axis[1] - plan.axis[0]
+    plan.axis = exact_core.sampled_pupil.axis_mm(lens, step / 2)
+    finer = exact_core.exact_core(plan, centre, width, waves, energy)
+    stated = exact_core.cells_error_by_octave(tiles)
+    found = kernel_sampling_error.by_octave(usual - finer, finer)
+    assert (0.7 * found <= stated).all()
+    inner = 2.0 ** np.arange(len(stated))
+    deviation = exact_core.cells_error(exact_core.CELLS_DEVIATION, 2 * inner, tiles)
+    assert (0.7 * kernel_sampling_error.deviation(usual - finer, finer) <= deviation).all()

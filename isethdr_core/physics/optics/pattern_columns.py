@@ -157,8 +157,11 @@ def _density(
         for start in range(0, len(frequency), BLOCK):
             now = frequency[start : start + BLOCK]
             turns = _powers(part.left, now) - _powers(part.right, now)
+            # on the axis the integral of a chord is its length
+            turns[now == 0] = 2j * np.pi * (part.right - part.left)
             fields[start : start + BLOCK, inside] += (grid @ np.ascontiguousarray(turns.T)).T
-    fields *= (cell / (2j * np.pi * frequency)).astype(np.complex64)[:, None]
+    divisor = 2j * np.pi * np.where(frequency == 0, 1.0, frequency)
+    fields *= (cell / divisor).astype(np.complex64)[:, None]
     fields = fourier.fft_rows(fields)
     y = np.arange(-far, far + 1)
     gain = spline_response(y / period) ** -2 * (1e-6 / (scale**2 * pupil.energy_mm2))

@@ -27,7 +27,6 @@ from isethdr_core.uncertainty.error_terms import ErrorTerm
 
 from ..psf import kernel_sampling_error, kernels, scatter
 from ..psf.error_parts import term
-from ..psf.kernels.band_plan import MOST_WAVELENGTHS
 from ..pupil import sampled_pupil
 
 if TYPE_CHECKING:
@@ -61,6 +60,7 @@ MOST = 4096
 WIDEST = 1024
 WORTH = 0.7  # of the transforms that all bands would take: fewer are worth lines
 FEWEST_READS = 2  # wavelengths of a band
+MOST_READS = 32  # however wide it is
 
 
 def field_point_kernels(request: KernelRequest) -> kernels.Kernels:
@@ -71,11 +71,21 @@ def field_point_kernels(request: KernelRequest) -> kernels.Kernels:
     drawn = _worth_computing(read, request.band_width_nm)
     if drawn.all():
         return _lines(request, read)
-    exact = kernels.computed(request.of_bands(~drawn))
+    exact = _exact(request.of_bands(~drawn))
     if not drawn.any():
         return exact
     lines = _lines(request.of_bands(drawn), [r for r, d in zip(read, drawn) if d])
     return kernels.joined(drawn, lines, exact)
+
+
+def _exact(request: KernelRequest) -> kernels.Kernels:
+    """Return kernels without lines between wavelengths.
+
+    Exact cores are sampled alike at all places, with a wavefront there or without.
+    """
+    if kernels.without_lattices(request, request.shortest_nm):
+        return kernels.of_lattices(request)
+    return kernels.computed(request)
 
 
 def one(
@@ -175,8 +185,8 @@ def _lines(request: KernelRequest, read: Sequence[list[tuple[Any, ...]]]) -> ker
         np.array([light.energy_mm2(w) for w in wave]) / sampled_pupil.stop_mm2(lens),
         0.0,
         nothing,
-        np.full(len(wave), float(max(bands[0].shape))),
-        (lens, flares),
+        np.full(len(wave), float(max(half))),
+        keep=(lens, flares),
     )
 
 
@@ -243,7 +253,7 @@ def _wavelengths(
         np.hypot(*half) * width / centre,
         change(centre - width / 2, centre + width / 2) / APART if change else 0.0,
     )
-    count = max(FEWEST_READS if width > 1.5 else 1, int(np.ceil(min(count, MOST_WAVELENGTHS))))
+    count = max(FEWEST_READS if width > 1.5 else 1, int(np.ceil(min(count, MOST_READS))))
     return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 

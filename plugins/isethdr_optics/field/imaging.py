@@ -96,6 +96,7 @@ class FieldKernels:
         return replace(
             self.axis,
             core=np.full(len(self.axis.bands), float(min(self.half))),
+            core_deviation=0.0,
             deviation=np.array(deviation),
             **more,
         )
@@ -345,8 +346,8 @@ def field_kernels(
     if any(one.speckle.any() for one in kernels_of_field.cores):
         speckle = max(float(one.speckle.max()) for one in kernels_of_field.cores)
         label = (
-            "speckle of the kernels of places of the field, where their blur is wider than an exact"
-            " core"
+            "sampling of the kernels of places of the field: cells of their pupil, speckle beyond"
+            " an exact core"
         )
         notes.append(term(speckle, "relative", "statistical", label, key=SPECKLE, part=SPREAD))
     return kernels_of_field, notes

@@ -108,7 +108,7 @@ def with_phase(frame: Frame) -> Counts:
     samples += 2.0 * 3 * float(np.prod(period))
     chords += 3 * _chords(frame.lens, terms, 1 / (period[0] * step), 2.0)
     sums, reads, taps = _rings(frame, levels)
-    waves = sum(len(phase_patterns.core_wavelengths(frame, b)) for b in frame.edges_nm)
+    waves = scaled_pattern.core_wavelengths(frame, frame.core)
     both = 2.0 * sums * count, 2.0 * reads * count, 2.0 * taps
     return Counts(samples, *both, chords, transforms=float(waves))
 

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 INTERPOLATED = 0.005  # relative, of light: what the polynomial leaves at most
 MOST_WAVENUMBERS = 9  # each takes as long as all kernels of a lens without phase
-MOST_CORE_WAVELENGTHS = 32  # per band, however wide
 CHECKED_STEP = 0.5  # of direct sums, wavelengths x f-number: holds all of the pattern
 CHECKED_PERIOD = 4.0  # of direct sums, in reaches
 CHECKED_TURNS = 1 / 128  # of direct sums, from cell to cell
@@ -85,27 +84,6 @@ def wavenumbers(frame: Frame) -> np.ndarray:
     """Return the wavenumbers, 1 / nm, at which patterns are computed."""
     ends = 1 / frame.edges_nm.max(), 1 / frame.edges_nm.min()
     return whole.interpolation_wavenumbers(*ends, _change(frame), INTERPOLATED)
-
-
-def core_wavelengths(frame: Frame, band_nm: np.ndarray) -> np.ndarray:
-    """Return the wavelengths of a band's exact core: from one to the next the pattern at its border
-    moves by a speckle at most, and the phase by a radian rms.
-
-    Parameters
-    ----------
-    frame : bands and tiles of the kernels.
-    band_nm : both ends of the band, nm.
-    """
-    low, high = band_nm
-    middle = (low + high) / 2
-    width = high - low
-    moved = max(frame.core) * max(frame.pitch_um) * width / middle
-    count = max(
-        moved / sampled_pupil.blur_um(frame.lens, middle),
-        sampled_pupil.phase_change(frame.lens, frame.flares, low, high),
-    )
-    count = int(np.clip(np.ceil(count), 3 if width > 1.5 else 1, MOST_CORE_WAVELENGTHS))
-    return middle + ((np.arange(count) + 0.5) / count - 0.5) * width
 
 
 def wings(

@@ -105,10 +105,20 @@ def test_blocks_state_what_tiles_do(monkeypatch):
 
 
 def test_kernels_that_are_exact_leave_no_error():
-    lens, mixed = street(shape=(8, 10), pitch_um=2.0)  # within the exact core
-    for one, flares in ((lens, DIRT), (IdealLens(focal_length_mm=6.0), ())):
+    lens, mixed = street(shape=(9, 10), pitch_um=2.0)  # within the exact core
+    for one, flares in ((lens, DIRT), (lens, ()), (IdealLens(focal_length_mm=6.0), ())):
         deviation, bound, *_ = one.light_errors(mixed, flares, np.ones((3, 2)))
-        assert deviation.shape == (3, 8, 10) and not deviation.any() and not bound.any()
+        assert deviation.shape == (3, 9, 10) and not deviation.any() and not bound.any()
+
+
+def test_cells_of_a_pupil_with_phase_leave_an_error_in_an_exact_core():
+    """It is stated tile by tile, and grows with the distance from a lamp."""
+    _, mixed = street(shape=(9, 10), pitch_um=2.0)
+    lens = WavefrontLens(focal_length_mm=6.0, zernike_um={4: 0.02})
+    deviation, bound, *_ = lens.light_errors(mixed, (), np.ones((1, 2)))
+    light = lens(mixed, ()).values.sum(axis=0)
+    assert (deviation > 0).all() and not bound.any()
+    assert (deviation[0] < exact_core.CELLS_DEVIATION * light).all()
 
 
 @pytest.mark.slow
@@ -162,6 +172,38 @@ def test_a_scene_that_needs_finer_kernels_gets_them():
     for allowed, asked in ((share / 2, [1.0, 0.5]), (share / 5, [1.0, 0.25]), (share / 30, [1.0])):
         assert asked_for(1e9, replace(response, noise_fraction_allowed=allowed)) == asked
     assert asked_for(1e9, None) == [1.0]  # no sensor says what it can tell
+
+
+def test_rings_are_made_finer_where_a_wider_core_takes_longer(monkeypatch):
+    """Half of the error is asked for where it is enough, else a quarter; a quick core comes first."""
+    response = build("sensor", "bayer").narrow(Demand()).response
+    lens, mixed = street(lamp=1e9)
+    usual = made_kernels(KernelRequest(lens, DIRT, BANDS, (10.0, 10.0), (33, 49)))
+    seen = photoelectron_map.map_photoelectrons(lens, mixed, 1.0, response)
+    before = spread_errors.noise_share(usual, seen, response)
+
+    def asked_for(allowed):
+        asked = []
+
+        def make(one):
+            asked.append(one.speckle_error / lens.speckle_error)
+            rings = {"deviation": asked[-1] * usual.deviation, "wrap": asked[-1] * usual.wrap}
+            return replace(usual, **rings)
+
+        fraction = allowed / accuracy_shares.KERNELS
+        limited = replace(response, noise_fraction_allowed=fraction)
+        _, share, _ = spread_errors.fine_enough(make, lens, mixed, 1.0, limited)
+        assert share <= allowed
+        return asked
+
+    monkeypatch.setattr(core_sizes, "USUAL_SUMS", 0.0)  # no core is quick
+    assert asked_for(1.1 * before) == [1.0]
+    # rings are expected to leave four fifths of the error allowed
+    assert asked_for(0.7 * before) == [1.0, 0.5]
+    assert asked_for(0.35 * before) == [1.0, 0.25]
+    monkeypatch.setattr(core_sizes, "USUAL_SUMS", 1e9)  # every core is
+    limited = replace(response, noise_fraction_allowed=0.9 * before / accuracy_shares.KERNELS)
+    assert spread_errors._finer_rings(usual, before, seen, limited) is None
 
 
 @pytest.mark.slow

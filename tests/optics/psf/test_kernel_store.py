@@ -15,7 +15,7 @@ from isethdr_optics.psf.kernels import KernelRequest, computing
 
 BANDS = np.array([500.0, 600.0])
 SAMPLING = (BANDS, (3.0, 3.0), (30, 40))
-LENS = DiffractionLimitedLens()
+LENS = DiffractionLimitedLens()  # without flares its kernels here have a closed form
 FLARES = (ApertureFlare(),)
 OTHER = {
     float: lambda v: v * 0.9 + 0.01,
@@ -27,9 +27,9 @@ OTHER = {
 SCRIPT = """
 from isethdr_optics.psf import kernel_store, kernels
 from isethdr_optics.psf.kernels import KernelRequest
-from test_kernel_store import FLARES, LENS, SAMPLING
+from test_kernel_store import LENS, SAMPLING
 kernel_store.WORTH_KEEPING_S = 0.0
-made = kernels.kernels(KernelRequest(LENS, FLARES, *SAMPLING))
+made = kernels.kernels(KernelRequest(LENS, (), *SAMPLING))
 print(repr(float(made.bands[1].sum(dtype=float))))
 """
 
@@ -45,7 +45,7 @@ def fresh_kernels(monkeypatch=None):
     kernels.forget()
     if monkeypatch:
         monkeypatch.setattr(computing, "computed", None)
-    return kernels.kernels(KernelRequest(LENS, FLARES, *SAMPLING))
+    return kernels.kernels(KernelRequest(LENS, (), *SAMPLING))
 
 
 def files(home):
@@ -82,7 +82,7 @@ def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr
         done.append(centre)
         return band(plan, centre, width)
 
-    whole = kernels.computed(KernelRequest(LENS, FLARES, *SAMPLING))
+    whole = kernels.computed(KernelRequest(LENS, (), *SAMPLING))
     monkeypatch.setattr(kernels.BandPlan, "band", one)
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     with pytest.raises(KeyboardInterrupt):
@@ -104,7 +104,7 @@ def test_bands_of_an_interrupted_run_are_not_computed_again(monkeypatch, isethdr
 
 
 def test_stored_kernels_equal_computed_kernels(monkeypatch):
-    computed = kernels.computed(KernelRequest(LENS, FLARES, *SAMPLING))
+    computed = kernels.computed(KernelRequest(LENS, (), *SAMPLING))
     fresh_kernels()
     back = fresh_kernels(monkeypatch)
     assert all(isinstance(b, np.memmap) for b in back.bands)

@@ -38,6 +38,18 @@ def test_columns_of_a_round_stop_are_those_of_its_closed_form(band_nm):
     assert np.abs(found - want).sum() < 0.005 * want.sum()
 
 
+def test_columns_beside_the_axis_hold_the_pattern_on_it():
+    """Samples on the axis are chords of no frequency, whose integral is their length: 0 / 0."""
+    pitch_um = 1.0  # at f/4 the tiles of the first columns take samples on the axis
+    place = pattern_columns.Place(1, 2, 12, (pitch_um,) * 2, (549.9, 550.1), step=0.1)
+    with np.errstate(all="raise"):
+        found = pattern_columns.columns(ROUND, place)
+    airy = integrated_airy(RADIUS_MM, 550.0, DISTANCE_MM, (25, 25), (pitch_um,) * 2, boxes=2)
+    want = airy[:, 13:15]
+    # samples 0.1 wavelengths x f-number apart under triangles that have corners: 1 %
+    assert np.abs(found - want).sum() < 0.01 * want.sum()
+
+
 def test_rays_give_the_means_of_every_band():
     edges = np.array([[400.0, 420.0], [540.0, 560.0], [690.0, 710.0]])
     blur_um = 0.4 * DISTANCE_MM / (2 * RADIUS_MM)

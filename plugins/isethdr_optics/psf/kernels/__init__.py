@@ -22,8 +22,10 @@ points and wavelengths, whose remaining sampling error is measured.
 from ..kernel_request import KernelRequest
 from .band_plan import BandPlan
 from .computing import computed
+from .core_size import without_lattices
 from .expected import expected_s, held_bytes
 from .kernel_set import Kernels, Wide, joined
+from .lattices import of_lattices
 from .lookup import at_hand, forget, kernels
 from .patterns import from_patterns
 from .wider import fine_rings_fit, wider_cores, with_core
@@ -42,6 +44,8 @@ __all__ = [
     "held_bytes",
     "joined",
     "kernels",
+    "of_lattices",
     "wider_cores",
     "with_core",
+    "without_lattices",
 ]

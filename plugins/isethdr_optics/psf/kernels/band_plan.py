@@ -11,16 +11,15 @@ from isethdr_core.errors import ConfigError
 
 from ...pupil import sampled_pupil
 from .. import interpolation_wavelengths, kernel_sampling_error, wings
-from ..exact_core import exact_core
+from ..exact_core import exact_core, gauss_wavelengths
 from .core_size import core_half
 
 if TYPE_CHECKING:
     from isethdr_core.plugins.protocols import Flare
 
     from ...abilities import PupilOptics
+    from ..exact_core import Wavelengths
     from ..interpolation_wavelengths import Knots
-
-MOST_WAVELENGTHS = 32  # per band, however wide
 
 
 class BandKernel(NamedTuple):
@@ -85,10 +84,7 @@ class BandPlan:
         lens = self.lens
         flares = self.flares
         energy = self.energy or sampled_pupil.open_energy_mm2(lens, flares, centre)
-        waves = self.wavelengths(
-            centre, width, max(self.half) / self.split, 3 if self.split == 1 else 1
-        )
-        core = exact_core(self, centre, width, waves, energy)
+        core = exact_core(self, centre, width, self.wavelengths(centre, width), energy)
         kernel = core
         wrong = None
         if self.half != self.reach:
@@ -107,24 +103,11 @@ class BandPlan:
             kernel[tuple(slice(r - h, r + h + 1) for r, h in zip(self.reach, self.half))] = core
         return BandKernel(kernel, wrong, energy)
 
-    def wavelengths(self, centre: float, width: float, radius: float, least: int) -> np.ndarray:
-        """Return midpoints of equal sub-bands of the core. From one to the next, the pattern at
-        `radius` tiles moves by a speckle at most.
+    def wavelengths(self, centre: float, width: float) -> Wavelengths:
+        """Return the wavelengths of the core of the band, `centre` and `width` in nm.
 
-        Parameters
-        ----------
-        centre, width : of the band, nm.
-        radius : tiles from the axis to the border of the core.
-        least : number of sub-bands at least.
+        Wide tiles, of several parts, average over the speckles that move by less than a tile.
         """
-        pitch = max(self.pitch)
-        count = radius * pitch * width / (centre * sampled_pupil.blur_um(self.lens, centre))
-        # a radian rms from one to the next
-        count = max(
-            count,
-            sampled_pupil.phase_change(
-                self.lens, self.flares, centre - width / 2, centre + width / 2
-            ),
-        )
-        count = int(np.clip(np.ceil(count), least if width > 1.5 else 1, MOST_WAVELENGTHS))
-        return centre + ((np.arange(count) + 0.5) / count - 0.5) * width
+        band_nm = centre - width / 2, centre + width / 2
+        reach = tuple(h / self.split for h in self.half)
+        return gauss_wavelengths(self.lens, self.flares, band_nm, self.pitch, reach)

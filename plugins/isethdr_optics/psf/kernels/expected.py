@@ -49,7 +49,7 @@ def _lattices_s(request: KernelRequest) -> float:
         grid = split, fine, wide = fine_tiles(request, shortest)
         half = core_half(lens, shortest, fine, wide)
         plan = BandPlan(lens, flares, (centre, width), grid)
-        waves = plan.wavelengths(centre, width, max(half) / split, 3 if split == 1 else 1)
+        waves = plan.wavelengths(centre, width).nm
         blur = sampled_pupil.blur_um(lens, shortest)
         samples = max(h * np.ceil(2 * p / blur) for h, p in zip(half, fine))
         total += CORE_WAVELENGTH_S * len(waves) * max(0.1, samples / core_size.CORE_SAMPLES)

@@ -32,16 +32,18 @@ class Kernels:
 
     bands: Sequence[np.ndarray | Mirrored]
     outside: np.ndarray  # fraction of the energy beyond the kernel, per band
-    # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile; 0 in the exact core
+    # (band, octave of radius from 1 to 2 tiles on) relative L1 error per tile
     speckle: np.ndarray
     # light through the pupil / light through the clean round stop, per band
     transmitted: np.ndarray
     # relative, light wrapped into tiles near the kernel's border by the period of the far field
     wrap: float = 0.0
-    # (band, octave) relative, as `kernel_sampling_error.deviation`; None: exact
+    # (band, octave) relative beyond `core`, as `kernel_sampling_error.deviation`; None: exact
     deviation: np.ndarray | None = None
     # per band, tiles from the axis, along y and along x, within which the kernel is exact
     core: np.ndarray | None = None
+    # at the border of that core, as `exact_core.cells_error`; 0: no error but rounding
+    core_deviation: float = 0.0
     # what the cache's key names: objects stay alive, so that an id is never used twice
     keep: tuple = ()
     name: str | None = None  # under which they are kept on disk
@@ -132,9 +134,8 @@ def joined(first: np.ndarray, some: Kernels, computed: Kernels) -> Kernels:
         for n in ("outside", "speckle", "transmitted", "deviation", "core")
     }
     bands = [*some.bands, *computed.bands]
-    return Kernels(
-        [bands[k] for k in order], **arrays, wrap=max(some.wrap, computed.wrap), keep=some.keep
-    )
+    largest = {n: max(getattr(some, n), getattr(computed, n)) for n in ("wrap", "core_deviation")}
+    return Kernels([bands[k] for k in order], **arrays, **largest, keep=some.keep)
 
 
 def _mirrored(kernel: Mirrored | np.ndarray) -> bool:

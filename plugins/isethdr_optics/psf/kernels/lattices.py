@@ -15,7 +15,14 @@ from isethdr_core.cli.progress import track
 
 from ...imaging.threads import MOST_THREADS, cpus, executor
 from ...pupil import sampled_pupil
-from .. import interpolation_wavelengths, kernel_sampling_error, kernel_store, scatter, wings
+from .. import (
+    exact_core,
+    interpolation_wavelengths,
+    kernel_sampling_error,
+    kernel_store,
+    scatter,
+    wings,
+)
 from .band_plan import BandPlan
 from .core_size import fine_tiles, without_lattices
 from .kernel_set import Kernels
@@ -54,7 +61,7 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
         kernel = np.asarray(mixed, np.float32)
         if mirrored:  # but for rounding; then the transform is real
             kernel = (kernel + kernel[::-1, ::-1]) / 2
-        errors = *np.zeros((2, kernel_sampling_error.OCTAVES)), max(kernel.shape)
+        errors = *np.zeros((2, kernel_sampling_error.OCTAVES)), max(kernel.shape) // 2
         if wrong is not None:
             wrong = wings.tile_sums(wrong, grid.split)
             errors = (
@@ -87,6 +94,10 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
         )
     speckle = np.array(speckle)
     wrap = (wings.WRAP_SHARED if lattices else wings.WRAP) if speckle.max() > 0 else 0.0
+    core_deviation = 0.0
+    if not exact_core.is_closed_form(lens, flares):
+        core_deviation = exact_core.CELLS_DEVIATION
+        speckle = np.maximum(speckle, [exact_core.cells_error_by_octave(reach) for reach in core])
     return Kernels(
         list(bands),
         np.array([1 - float(b.sum(dtype=float)) for b in bands]),
@@ -95,6 +106,7 @@ def of_lattices(request: KernelRequest, name: str | None = None) -> Kernels:
         wrap,
         np.array(deviation),
         np.array(core, float),
+        core_deviation,
         (lens, flares),
     )
 

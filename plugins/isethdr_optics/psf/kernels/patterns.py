@@ -10,7 +10,7 @@ from isethdr_core.physics.convolution.mirrored import Mirrored
 
 from ...imaging.threads import MOST_THREADS, cpus, executor
 from ...pupil import sampled_pupil
-from .. import phase_patterns, scaled_pattern, scatter, wings
+from .. import exact_core, phase_patterns, scaled_pattern, scatter, wings
 from .band_plan import BandPlan
 from .core_size import core_half, without_lattices
 from .kernel_set import Kernels
@@ -31,22 +31,27 @@ def from_patterns(request: KernelRequest) -> bool:
 
 def one_pattern_frame(request: KernelRequest) -> Frame | None:
     """Return the frame of kernels from one pattern; None where one pattern does not serve them."""
-    frame = _rings_frame(request)
-    return frame if frame is not None and scaled_pattern.serves(frame) else None
+    frame = _frame(request)
+    if frame is None or not scaled_pattern.serves(frame):
+        return None
+    covered = without_lattices(request, request.shortest_nm)
+    if covered and exact_core.is_closed_form(request.lens, request.flares):
+        return None
+    return frame
 
 
 def phase_frame(request: KernelRequest) -> Frame | None:
     """Return the frame of kernels from patterns at a few wavenumbers; None where these do not serve
     them.
     """
-    frame = _rings_frame(request)
+    frame = _frame(request)
     return frame if frame is not None and phase_patterns.serves(frame) else None
 
 
-def _rings_frame(request: KernelRequest) -> Frame | None:
-    """Return the frame of a request; None where exact cores cover all."""
+def _frame(request: KernelRequest) -> Frame | None:
+    """Return the frame of a request; None where a band reaches the wavelength 0."""
     shortest = request.shortest_nm
-    if shortest <= 0 or without_lattices(request, shortest):
+    if shortest <= 0:
         return None
     reach = request.reach
     half = core_half(request.lens, shortest, request.pitch_um, reach)
@@ -77,7 +82,7 @@ def of_one_pattern(frame: Frame) -> Kernels:
         max(errors.mean, scaled_pattern.WRAP) if errors.relative.any() else 0.0,
         np.tile(errors.deviation, (count, 1)),
         np.full(count, float(min(frame.core) if errors.relative.any() else max(bands[0].shape))),
-        (lens, flares),
+        keep=(lens, flares),
         scaled=frame,
     )
 
@@ -111,11 +116,15 @@ def of_phase_patterns(frame: Frame) -> Kernels:
     return Kernels(
         list(bands),
         np.array([1 - float(b.sum(dtype=float)) for b in bands]),
-        np.tile(errors_of_bands.relative, (count, 1)),
+        np.tile(
+            np.maximum(errors_of_bands.relative, exact_core.cells_error_by_octave(max(frame.core))),
+            (count, 1),
+        ),
         np.full(count, energy / sampled_pupil.stop_mm2(lens)),
         max(errors_of_bands.mean, scaled_pattern.WRAP),
         np.tile(errors_of_bands.deviation, (count, 1)),
         np.full(count, float(min(frame.core))),
+        exact_core.CELLS_DEVIATION,
         (lens, flares),
     )
 

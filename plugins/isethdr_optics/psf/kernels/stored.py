@@ -21,6 +21,7 @@ def store(name: str, made: Kernels) -> None:
     arrays = [band.half if isinstance(band, Mirrored) else band for band in made.bands]
     count = len(arrays)
     facts = [made.outside, made.transmitted, np.full(count, made.wrap), made.core]
+    facts += [np.full(count, made.core_deviation)]
     facts += [*made.speckle.T, *made.deviation.T]
     if made.wide is not None:
         facts += [np.full(count, value) for value in made.wide.deviation]
@@ -38,7 +39,7 @@ def stored(name: str | None, tiles: int | None = None) -> Kernels | None:
     arrays = kernel_store.load(name) if name else None
     if arrays is None:
         return None
-    (outside, transmitted, wrap, core, *errors), bands = arrays
+    (outside, transmitted, wrap, core, core_deviation, *errors), bands = arrays
     parts = np.split(np.stack(errors, axis=1), 2 if tiles is None else 3, axis=1)
     return Kernels(
         list(bands),
@@ -48,6 +49,7 @@ def stored(name: str | None, tiles: int | None = None) -> Kernels | None:
         float(wrap[0]),
         parts[1],
         core,
+        float(core_deviation[0]),
         name=name,
         wide=None if tiles is None else Wide(tiles, parts[2][0]),
     )

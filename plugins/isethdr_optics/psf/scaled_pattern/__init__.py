@@ -27,7 +27,7 @@ from .column_errors import (
     of_whole_kernels,
     wrong_columns,
 )
-from .core_halves import exact_halves, exact_sums
+from .core_halves import core_wavelengths, exact_halves, exact_sums
 from .core_sizes import FINE_COLUMNS, Core, CoreSize, wider_core, wider_cores
 from .frame import Frame
 from .limits import LEAST_CORE, lattices_fit, memory_bytes, serves
@@ -62,6 +62,7 @@ __all__ = [
     "WRAP",
     "checked_columns",
     "columns_together",
+    "core_wavelengths",
     "errors",
     "exact_halves",
     "exact_sums",
