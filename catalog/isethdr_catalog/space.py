@@ -284,7 +284,7 @@ def _remove(path: Path) -> None:
             path.unlink(missing_ok=True)
             return
         if path.suffix == ".zarr":
-            withdraw_store(path)
+            withdraw_store(path, path.with_suffix(LABELS))
         hidden = temporary_path(path.parent, path.name)
         path.rename(hidden)
         shutil.rmtree(hidden)

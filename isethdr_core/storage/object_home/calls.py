@@ -75,8 +75,13 @@ def share_labels(path: Path, merged: Callable[[str], str]) -> bool:
     return True
 
 
-def withdraw_store(path: Path) -> None:
-    """Remove a published store from its object home, not yet from this machine.
+def withdraw_store(path: Path, labels: Path) -> None:
+    """Remove a published store and its labels from its object home, not yet from this machine.
+
+    Parameters
+    ----------
+    path : path of the store in the scratch folder.
+    labels : file of its labels there; stores other than runs have none.
 
     Raises
     ------
@@ -84,7 +89,7 @@ def withdraw_store(path: Path) -> None:
     """
     address = address_of(path.parent.parent)
     if address is not None:
-        _operations().withdraw(path, address)
+        _operations().withdraw(path, labels, address)
 
 
 def problems_in_bucket(path: Path, manifest: Manifest) -> list[str] | None:

@@ -24,6 +24,7 @@ from .address import STUB, Address
 from .bucket import Content, bucket_of
 from .index_segment import Version
 from .shared_index import add
+from .shared_labels import labels_key
 
 CATALOG = "catalog"  # of a bucket: one object for each published store
 PUBLISHED = ".published"  # of a scratch folder: one file for each of these objects
@@ -130,13 +131,23 @@ def publish(path: Path, address: Address) -> None:
     remember(path, entry, _records(path))
 
 
-def withdraw(path: Path, address: Address) -> None:
-    """Take a store out of the catalog of its object home, then remove its files there."""
+def withdraw(path: Path, labels: Path, address: Address) -> None:
+    """Take a store out of the catalog of its object home, then remove its labels and files there.
+
+    In this order no store loses its labels or files if this process ends in between.
+
+    Parameters
+    ----------
+    path : path of the store in the scratch folder.
+    labels : file of its labels there; stores other than runs have none.
+    address : bucket and prefix of the object home.
+    """
     known = published(path)
     if known is None:
         return
     bucket = bucket_of(address)
     bucket.delete([catalog_key(path)])
+    bucket.delete([labels_key(labels)])
     bucket.delete(entry.key for entry in bucket.listing(f"{known.location}/"))
     for file in _records(path):
         file.unlink(missing_ok=True)

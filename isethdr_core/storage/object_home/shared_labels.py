@@ -19,6 +19,11 @@ KNOWN = ".labels"  # of a scratch folder: the version of each object that was re
 MOST_TRIES = 50
 
 
+def labels_key(path: Path) -> str:
+    """Return the key of the object that holds the labels of the file `path`."""
+    return f"{LABELS}/{path.name}"
+
+
 def merge_labels(path: Path, address: Address, merged: Callable[[str], str]) -> None:
     """Change the labels of a run in its object home and in the scratch folder.
 
@@ -34,7 +39,7 @@ def merge_labels(path: Path, address: Address, merged: Callable[[str], str]) -> 
     CatalogError : a request fails, or other writers were faster each time.
     """
     bucket = bucket_of(address)
-    key = f"{LABELS}/{path.name}"
+    key = labels_key(path)
     for _ in range(MOST_TRIES):
         stored = bucket.get(key)
         text = merged(stored.content.decode() if stored else "")

@@ -289,6 +289,55 @@ def test_a_removed_store_is_gone_everywhere(bucket, machine):
     assert publish_pending(folder, ADDRESS) == []
 
 
+def test_the_labels_of_a_removed_run_are_gone_everywhere(bucket, machine):
+    machine("a")
+    kept = write("1f3a")
+    removed = write("77c0", 1)
+    for path in (kept, removed):
+        add_labels(path, Labels(tags=("wet",)))
+    folder = machine("b")
+    existing_home()
+    assert read_labels(folder / "runs" / removed.name).tags == ("wet",)
+    machine("a")
+    space.remove_store(store.home(), removed)
+    assert keys(bucket, "labels/") == ["labels/1f3a.labels.json"]
+    machine("b")
+    assert visible() == ["1f3a"]
+    assert [p.name for p in (folder / "runs").glob("*.labels.json")] == ["1f3a.labels.json"]
+    # a run of the same name has no labels of the removed one
+    machine("a")
+    assert read_labels(write("77c0", 1)) == Labels()
+
+
+def test_a_removal_that_ends_at_any_request_leaves_a_run_whole_or_gone(
+    bucket, machine, monkeypatch
+):
+    """What is left of a run that is gone belongs to nobody; a run that is there is whole."""
+    delete = bucket.delete
+    for sent in range(3):
+        machine(f"a{sent}")
+        path = write("1f3a")
+        add_labels(path, Labels(tags=("wet",)))
+        rest = iter(range(sent))
+
+        def killed(listed, rest=rest):
+            if next(rest, None) is None:
+                raise KeyboardInterrupt
+            delete(listed)
+
+        monkeypatch.setattr(bucket, "delete", killed)
+        with pytest.raises(KeyboardInterrupt):
+            space.remove_store(store.home(), path)
+        monkeypatch.setattr(bucket, "delete", delete)
+        folder = machine(f"b{sent}")
+        there = visible()
+        assert there == ([] if sent else ["1f3a"])
+        if there:
+            assert read_labels(folder / "runs" / path.name).tags == ("wet",)
+            assert [r.problems for r in verify(folder)] == [()]
+        delete(keys(bucket))
+
+
 def test_a_server_without_conditional_writes_is_refused(bucket, machine, monkeypatch):
     folder = machine("a")
     monkeypatch.setattr(bucket, "create", lambda *_: True)

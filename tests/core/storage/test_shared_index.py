@@ -179,7 +179,8 @@ def test_removed_and_changed_objects_are_not_read_from_the_index(bucket, machine
     stale = bucket.get(segments(bucket)[0].key).content
     existing_home()
     for name in ("gone", "again"):
-        withdraw(writer / "runs" / f"{name}.zarr", ADDRESS)
+        store = writer / "runs" / f"{name}.zarr"
+        withdraw(store, store.with_suffix(".labels.json"), ADDRESS)
     publish(bucket, "again", text="afterwards", indexed=False)
     label(writer, "stays", "wet")
     # the index as it was before
