@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from isethdr_measured.omission import cases, omission
-from isethdr_measured.omission.cases import CASES, CHART, SHARP, TILES, Case, only
+from isethdr_measured.omission import omission
+from isethdr_measured.omission.cases import CASES, CHART, PICTURE, SHARP, TILES, Case, only
 from isethdr_measured.omission.compare import NOISE_SD, compared, largest
 
 from isethdr_core.errors import ConfigError
@@ -46,9 +46,17 @@ def test_a_case_without_noise_agrees_bit_for_bit():
     assert row["cpu_s"] > 0
 
 
+def window(case, rows, columns):
+    """Return a case whose sensor keeps the middle of its pixels only."""
+    overrides = (*case.overrides, f"sensor.rows={rows}", f"sensor.columns={columns}")
+    return Case(overrides, case.rendered)
+
+
 @pytest.mark.slow
 def test_the_study_runs_both_ways_in_turn(monkeypatch):
-    monkeypatch.setattr(cases, "CASES", {"ramp": CASES["ramp, soft knee, mean"]})
+    """160 x 240 pixels: runs that compute everything take twice as long."""
+    one = {"ramp": window(CASES["ramp, soft knee, mean"], 160, 240)}
+    monkeypatch.setattr("isethdr_measured.omission.CASES", one)
     [row] = omission()
     assert row["agree"] and row["case"] == "ramp" and row["ratio"] > 1
 
@@ -56,7 +64,11 @@ def test_the_study_runs_both_ways_in_turn(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name, case in CASES.items() if not case.rendered])
 def test_every_chart_agrees_with_the_run_that_computes_everything(name):
-    row = compared(name, CASES[name], turns=1)
+    """Lenses without blur image each pixel alone, so that a window of the picture tells as much."""
+    case = CASES[name]
+    if set(PICTURE) <= set(case.overrides):
+        case = window(case, 320, 480)
+    row = compared(name, case, turns=1)
     assert row["agree"], row
 
 
