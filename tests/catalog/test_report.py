@@ -30,6 +30,7 @@ SMALL = [
     "scene.width=64",
     "scene.height=36",
     "scene.horizontal_field_deg=8",  # a small field is a small sensor
+    "draws=2",
 ]
 
 

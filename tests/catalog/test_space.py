@@ -98,6 +98,7 @@ def test_radiance_that_a_run_has_read_goes_by_force_alone(home):
     assert called("rm", "read", "--yes", "--force").exit_code == 0 and not path.exists()
 
 
+@pytest.mark.slow
 def test_a_run_is_complete_without_what_is_kept_for_reuse(isethdr_home, monkeypatch):
     chart = ["scene=macbeth", "scene.width=48", "scene.height=32", "~flare.dirt", "lens=ideal"]
     camera = ["sensor=bayer", "sensor.rows=24", "sensor.columns=36", "lens.focal_length_mm=0.25"]

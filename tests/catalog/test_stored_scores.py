@@ -17,7 +17,7 @@ SMALL = [
     "~flare@flare.dirt",
     "scene.width=64",
     "scene.height=36",
-    "scene.horizontal_field_deg=16",  # a small field is a small sensor
+    "scene.horizontal_field_deg=6",  # a small field is a small sensor
     "~cameras.split_pixel",
     "~metric.detection",
     "~metric.contrast",
@@ -88,7 +88,7 @@ def test_the_command_prints_what_the_function_returns(result, home, monkeypatch)
     assert isinstance(wrong, ConfigError)
 
 
-def test_only_runs_have_pictures(result, tmp_path):
+def test_only_runs_have_pictures(tmp_path):
     from isethdr_core import store
 
     scene = store.write_store(tmp_path, "s", {}, {"kind": "scene"})

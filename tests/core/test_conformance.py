@@ -37,6 +37,8 @@ DEAR = {
     ("flare", "windscreen"),
     ("lens", "prescription"),
     ("lens", "wavefront"),
+    ("renderer", "mitsuba"),
+    ("scene", "night_drive"),
     ("scene", "street"),
     ("scene", "tunnel"),
     ("sensor", "interleaved"),

@@ -26,6 +26,7 @@ def test_the_chain_by_hand():
     assert {"xyz", "variance", "valid"} <= set(picture.data_vars)
 
 
+@pytest.mark.slow
 def test_a_run_from_python_has_the_ledger_of_the_command_line(monkeypatch, tmp_path):
     monkeypatch.setenv("ISETHDR_HOME", str(tmp_path))
     result = hdr.run(

@@ -132,6 +132,7 @@ def test_ghosts(monkeypatch, bare):
     np.testing.assert_allclose(light, of.shot.total - without, atol=1e-5 * without.max())
 
 
+@pytest.mark.slow
 def test_labels_decide_nothing(monkeypatch):
     """Lateral colour, dust and light of two components: every label replaced by random text."""
     lens = DiffractionLimitedLens(focal_length_mm=F_MM, lateral_colour_percent=MAGNIFIED_PERCENT)

@@ -142,7 +142,7 @@ def centroids_um(plane, values):
 @pytest.mark.parametrize(
     ("name", "f_number"),
     [
-        ("double_gauss", 4.0),
+        pytest.param("double_gauss", 4.0, marks=pytest.mark.slow),
         ("cooke_triplet", 5.6),
         pytest.param("singlet", 8.0, marks=pytest.mark.slow),
     ],

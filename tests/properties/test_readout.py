@@ -14,7 +14,7 @@ from isethdr_sensors import SingleSensor
 GREEN = np.array([550.0])
 
 
-@settings(max_examples=40, deadline=None, derandomize=True, database=None)
+@settings(max_examples=20, deadline=None, derandomize=True, database=None)
 @given(
     bits=st.integers(4, 24),
     black=st.floats(0, 7),

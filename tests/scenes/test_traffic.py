@@ -103,6 +103,7 @@ def test_names_stay_and_the_first_moment_is_the_drawn_one(village):
         assert set(one.foot.lamps) == set(other.foot.lamps)
 
 
+@pytest.mark.slow
 def test_objects_keep_their_numbers_and_next_poses_are_those_of_the_next_frame():
     street = dict(road="country_crest", seed=1, vehicles_per_km=4.0, people_per_km=0.0)
     street |= dict(riders_per_km=0.0, animals_per_km=0.0, plants_per_km=0.0, parked_share=0.0)

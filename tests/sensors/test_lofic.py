@@ -40,6 +40,7 @@ def electrons(sensor, mean_e, collects=(True, False), **kw):
     )
 
 
+@pytest.mark.slow
 def test_keeps_the_promises_of_a_sensor():  # as it is by default: tests/core/test_conformance.py
     check("sensor", "lofic", bits=0)
 

@@ -31,13 +31,11 @@ from .command import (
 ONE = ["run", *LIGHTS, "lighting=ideal", "sensor=ideal"]
 
 
-# Ctrl-C while writing: tests/core/test_store.py
+# a writer that is interrupted or killed, with the quick tests: tests/core/storage/test_store.py
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("where", "number", "code"),
-    [
-        pytest.param("metric", signal.SIGINT, 130, marks=pytest.mark.slow),
-        ("store", signal.SIGTERM, 143),
-    ],
+    [("metric", signal.SIGINT, 130), ("store", signal.SIGTERM, 143)],
 )
 def test_an_interrupted_run_leaves_nothing_half_written(tmp_path, where, number, code):
     home = tmp_path / "home"

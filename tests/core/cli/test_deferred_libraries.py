@@ -61,6 +61,7 @@ def test_a_deferred_library_that_fails_says_so_each_time(tmp_path, monkeypatch):
             _ = broken.number
 
 
+@pytest.mark.slow
 def test_known_components_are_listed_without_numpy():
     """Descriptions are kept; `isethdr plugins` answers as quickly as a shell's completion."""
     isethdr("plugins", "lens")  # makes descriptions where there are none yet

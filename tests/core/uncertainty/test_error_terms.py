@@ -112,7 +112,7 @@ def test_no_figure_is_smaller_than_a_part_of_it(terms, seed, two):
             )
 
 
-@settings(max_examples=40, deadline=None, derandomize=True, database=None)
+@settings(max_examples=15, deadline=None, derandomize=True, database=None)
 @given(LEDGERS, st.lists(LABELS, min_size=8, max_size=8), st.integers(0, 10**6))
 def test_labels_decide_nothing(terms, words, seed):
     rows = [Row(stage, errors=[term]) for stage, term in terms]

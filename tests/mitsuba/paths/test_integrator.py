@@ -104,6 +104,7 @@ def test_intensity_in_candela_gives_inverse_square_irradiance(make, distance_m):
     assert got == pytest.approx(wanted, rel=5e-4)
 
 
+@pytest.mark.slow
 def test_the_spread_of_passes_is_the_noise_of_the_mean(make):
     """The error stated for 128 paths is the median deviation from a picture of many more, x 1 /
     0.6745.

@@ -138,6 +138,7 @@ def test_a_lamp_beside_the_window_brings_all_back(lamp):
     np.testing.assert_array_equal(light.values, every[:, *MIDDLE])
 
 
+@pytest.mark.slow
 def test_a_lamp_beyond_the_largest_reach_is_found_without_any_kernel(monkeypatch):
     """The light that every stop spreads that far is already too much; nearer lamps need kernels."""
     mixed = scene(lamp=(29, 65))

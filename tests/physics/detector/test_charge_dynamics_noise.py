@@ -53,7 +53,7 @@ def _backward(p, enters, leaves, t, steps):
         pytest.param((1e6,), marks=pytest.mark.slow),
         (1.2e6, 40.0, 3e6),
         pytest.param((5e8, 1e5), marks=pytest.mark.slow),
-        (40.0, 1e8),
+        pytest.param((40.0, 1e8), marks=pytest.mark.slow),
     ],
 )
 def test_closed_moments_solve_their_differential_equations(rates):
@@ -108,7 +108,7 @@ def test_charge_plus_spill_is_poisson_and_the_well_forgets():
         pytest.param((3e4,), marks=pytest.mark.slow),
         pytest.param((5e4,), marks=pytest.mark.slow),
         (2e5,),
-        (1e5, 100.0, 6e4),
+        pytest.param((1e5, 100.0, 6e4), marks=pytest.mark.slow),
     ],
 )
 def test_moments_agree_with_the_master_equation(rates):
