@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from dataclasses import replace
 from importlib.util import find_spec
 
@@ -18,7 +19,9 @@ from isethdr_scenes.things.thing import Thing
 from isethdr_scenes.traffic.signal_plan import signal_plan
 from isethdr_scenes.traffic.sumo.demand import OWN, OWN_THING
 from isethdr_scenes.traffic.sumo.lights import heeded, read_lights
+from isethdr_scenes.traffic.sumo.net import net_of
 from isethdr_scenes.traffic.sumo.net import read as read_net
+from isethdr_scenes.traffic.sumo.own_files import stopping_at
 from isethdr_scenes.traffic.sumo.trace import STEP_S, read
 from isethdr_scenes.traffic.sumo.traffic import shown
 
@@ -79,7 +82,8 @@ def recorded(crossing, tmp_path):
         for t, row in CAR.items()
     )
     (tmp_path / "trace.xml").write_text(f"<fcd-export>{steps}</fcd-export>")
-    lights = read_lights(tmp_path / "lights.xml", recorded_net(), crossing.network)
+    content = (tmp_path / "lights.xml").read_bytes()
+    lights = read_lights(content, recorded_net(), crossing.network)
     return lights, read(tmp_path / "trace.xml", np.zeros(2))
 
 
@@ -121,17 +125,19 @@ def test_the_program_repeats_the_plan_and_begins_where_it_does(crossing):
     assert first in ("rrrrrGGGGgrrrrrGGGGg", "GGGGgrrrrrGGGGgrrrrr")
 
 
-@needs_sumo
-@pytest.mark.slow
-def test_drivers_of_sumo_stand_at_red_before_the_line():
-    quiet = dict(people_per_km=0.0, animals_per_km=0.0, plants_per_km=0.0, parked_share=0.0)
-    street = Street(road="city_crossing", seed=2, traffic="sumo", vehicles_per_km=14.0, **quiet)
+QUIET = dict(people_per_km=0.0, animals_per_km=0.0, plants_per_km=0.0, parked_share=0.0)
+
+
+def count_waiting(street: Street, first_s: float) -> int:
+    """Return how often, in 30 s from a second of the simulation on, a vehicle stands at red up to
+    0.8 m before its line; and check that the lights are those of the plan.
+    """
     layout = street.plan()
     sumo = street._sumo
     plan = signal_plan(layout.signals)
     waited = 0
     for k in range(150):
-        second_s = 60.0 + k * STEP_S
+        second_s = first_s + k * STEP_S
         for road in layout.signals.state:
             seen = sumo.lights.state(road, second_s)
             # SUMO changes its lights with the steps: up to one earlier or later than the plan
@@ -153,4 +159,37 @@ def test_drivers_of_sumo_stand_at_red_before_the_line():
             if now.speed_m_s < 0.1 and -0.8 < ahead_m < 0.0:
                 waited += 1
                 assert now.signals & 8  # its brake lamps are on
-    assert waited > 100
+    return waited
+
+
+@needs_sumo
+@pytest.mark.slow
+def test_drivers_of_sumo_stand_at_red_before_the_line():
+    street = Street(road="city_crossing", seed=2, traffic="sumo", vehicles_per_km=14.0, **QUIET)
+    assert count_waiting(street, 60.0) > 100
+
+
+@needs_sumo
+@pytest.mark.slow
+def test_drivers_of_a_route_file_stand_at_red_before_the_line(crossing, tmp_path):
+    """Two cars on each road that leads to the crossing, which are there within 30 s."""
+    cars = []
+    for edge in net_of(crossing.network).edges.values():
+        for way in edge.ways[:1]:
+            for k in range(2):
+                route = f"<route edges='{edge.name} {way}'/>"
+                name = f"{edge.name}.{k}"
+                cars.append(f"<vehicle id='{name}' depart='{4 * k}'>{route}</vehicle>")
+    path = tmp_path / "cars.rou.xml"
+    cars.sort(key=lambda car: "depart='4'" in car)  # SUMO reads them in the order of departure
+    path.write_text(f"<routes>{''.join(cars)}</routes>")
+    street = Street(road="city_crossing", seed=1, traffic=str(path), traffic_start_s=8.0, **QUIET)
+    assert count_waiting(street, 8.0) > 50
+
+
+def test_types_of_a_route_file_keep_the_distance_from_lights_that_they_state(tmp_path):
+    path = tmp_path / "cars.rou.xml"
+    path.write_text("<routes><vType id='a' jmStoplineGap='1'/><vType id='b'/></routes>")
+    types = ET.fromstring(stopping_at(path, 2.5)).iter("vType")
+    gaps = {node.get("id"): node.get("jmStoplineGap") for node in types}
+    assert gaps == {"DEFAULT_VEHTYPE": "2.50", "a": "1", "b": "2.50"}

@@ -11,6 +11,8 @@ import numpy as np
 from isethdr_core.errors import ConfigError, did_you_mean
 
 from ...placing.plan import Densities
+from ...placing.site import Site
+from ...placing.street_lights import signals
 from ...roads.kinds import BaseRoad
 from ...roads.network import Network
 from ...roads.opendrive.file_road import Start
@@ -18,7 +20,8 @@ from ...roads.profile import Floats
 from ...things.stock import Stock
 from .demand import Wanted
 from .lane_below import LanesBelow
-from .own_files import CONFIGURATION, ROUTES, bodies, check_own, file_journeys, nearest
+from .lights import heeded
+from .own_files import CONFIGURATION, ROUTES, bodies, check_own, driven, nearest
 from .traffic import SumoTraffic, drawn_traffic, middle, shown
 
 PLACER = "placer"
@@ -98,7 +101,8 @@ def file_traffic(
     CatalogError : a file that is missing or no such file; traffic of another network.
     """
     seed = road.base.seed
-    found = file_journeys(path, road.network, second_s, seed)
+    heed = heeded(signals(Site(road.base, seed, stock=stock)), road.network, second_s)
+    found, lights = driven(path, road.network, second_s, seed, heed)
     things = bodies(path, found, stock, seed)
     place = road.base.pose()[:2, 3] - road.shift_m
     own = ego or nearest(found, things, place, second_s)
@@ -115,7 +119,7 @@ def file_traffic(
         for name in things
         if np.linalg.norm(found[name].front_m - at, axis=1).min() < REACH_M
     }
-    return shown(base, near, things, own, second_s)
+    return replace(shown(base, near, things, own, second_s), lights=lights)
 
 
 def rest_of(densities: Densities) -> Densities:

@@ -7,7 +7,6 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from ...roads.profile import Floats
 from ..signal_plan import PHASES, SignalPlan, signal_plan
 from .net import SumoNet, links_of
 
+PROGRAM_FILE = "lights.add.xml"
 STATES_FILE = "lights.xml"
 STOP_GAP_M = 0.5  # before the line, at which the first one stands
 # states in SUMO's letters; who turns left gives way to those from across (`g`)
@@ -125,18 +125,18 @@ def _roads_of(net: SumoNet, network: Network) -> dict[str, list[tuple[str, bool]
     return found
 
 
-def read_lights(path: Path, net: SumoNet, network: Network) -> Lights:
+def read_lights(content: bytes, net: SumoNet, network: Network) -> Lights:
     """Return the states of a file that SUMO's event `SaveTLSStates` wrote, by road.
 
     Parameters
     ----------
-    path : the file.
+    content : of the file.
     net : on which the simulation ran.
     network : of whose roads the net is made.
     """
     roads_of = _roads_of(net, network)
     times: dict[float, dict[str, str]] = {}
-    for node in ET.parse(path).getroot().iter("tlsState"):
+    for node in ET.fromstring(content).iter("tlsState"):
         here = times.setdefault(float(node.get("time", "0")), {})
         for (road, _), letter in zip(roads_of[node.get("id", "")], node.get("state", "")):
             state = "" if letter in OFF else NAMES.get(letter, "red")

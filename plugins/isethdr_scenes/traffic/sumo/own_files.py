@@ -5,9 +5,9 @@ from __future__ import annotations
 import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -21,6 +21,7 @@ from ...things.stock import Stock
 from ...things.thing import Thing
 from .demand import AFTER_S
 from .lane_below import LanesBelow
+from .lights import PROGRAM_FILE, STATES_FILE, Heeded, Lights, read_lights
 from .net import NET, SumoNet, net_of
 from .net import read as read_net
 from .program import call, version
@@ -32,6 +33,9 @@ DRAWS = 8  # things of a group, of which the one nearest in size is taken
 ON_LANE_M = 2.5  # from a lane's middle, beyond which a vehicle is on another road's net
 LEAST_SHARE = 0.5  # of the vehicles that are on lanes of the road
 TRACE = "trace.xml"
+COPY = "traffic.rou.xml"  # of a route file
+USUAL_TYPE = "DEFAULT_VEHTYPE"  # of vehicles without one
+STOP_GAP = "jmStoplineGap"  # attribute of a type: metres from the junction at which drivers stop
 OPTIONS = (
     "--fcd-output.signals",
     "--fcd-output.acceleration",
@@ -64,13 +68,25 @@ CLASSES: dict[str, tuple[str, tuple[float, float, float]]] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
-class FileTraffic:
-    """What a file's traffic does from a second on, in coordinates of the road's file."""
+class Driven(NamedTuple):
+    """What SUMO reports of a file's traffic, in coordinates of the road's file."""
 
-    journeys: Mapping[str, Journey]
-    things: Mapping[str, Thing]
-    own: str  # the vehicle that carries the camera
+    journeys: dict[str, Journey]  # by vehicle
+    lights: Lights | None  # that drivers heed
+
+
+class _Program(NamedTuple):
+    """Traffic lights for SUMO."""
+
+    content: bytes  # an additional file
+    stop_gap_m: float  # from the junction, at which the first driver stops
+
+
+class _Reported(NamedTuple):
+    """What one run of SUMO reports."""
+
+    journeys: dict[str, Journey]  # by vehicle
+    states: bytes  # file of the states of traffic lights; empty without any
 
 
 def files_of(path: Path) -> tuple[Path, ...]:
@@ -93,8 +109,8 @@ def _named(top: Node, kind: str) -> tuple[Path, ...]:
     return tuple(top.file.parent / name.strip() for name in value.split(",") if name.strip())
 
 
-def file_journeys(path: Path, network: Network, second_s: float, seed: int) -> dict[str, Journey]:
-    """Return the journeys of a file's vehicles from a second on.
+def driven(path: Path, network: Network, second_s: float, seed: int, heed: Heeded | None) -> Driven:
+    """Return the journeys of a file's vehicles from a second on, and the lights that they heed.
 
     Parameters
     ----------
@@ -102,6 +118,8 @@ def file_journeys(path: Path, network: Network, second_s: float, seed: int) -> d
     network : the road, as its file has it.
     second_s : of the simulation, from which on journeys are kept, s.
     seed : of SUMO's random numbers.
+    heed : signals of the road, which drivers of a route file heed; None: there are none. A
+        configuration has the lights of its own net.
 
     Raises
     ------
@@ -112,8 +130,12 @@ def file_journeys(path: Path, network: Network, second_s: float, seed: int) -> d
         if not file.is_file():
             raise CatalogError(f"{file} is missing; {path} needs it as traffic of SUMO")
     stamps = tuple((str(file), file.stat().st_mtime_ns) for file in files_of(path))
-    net = None if path.suffix == CONFIGURATION else net_of(network)
-    found = _journeys(path, net, second_s, (seed, version(), *stamps))
+    net = None
+    program = None
+    if path.suffix != CONFIGURATION:
+        net = net_of(network, heed.junctions if heed else ())
+        program = heed and _Program(heed.program(net), heed.stop_gap_m)
+    found, states = _reported(path, net, second_s, (seed, version(), *stamps), program)
     if not any(one.present(second_s) for one in found.values()):
         raise ConfigError(_nobody(path, net, second_s, seed))
     below = LanesBelow(network)
@@ -126,13 +148,17 @@ def file_journeys(path: Path, network: Network, second_s: float, seed: int) -> d
             f" {second_s:g}; expected traffic on the net of this road: `isethdr roads net ROAD"
             " roads.net.xml` writes it"
         )
-    return found
+    return Driven(found, read_lights(states, net, network) if net and program else None)
 
 
 @lru_cache(maxsize=4)
-def _journeys(
-    path: Path, net: SumoNet | None, second_s: float, _made_of: tuple[object, ...]
-) -> dict[str, Journey]:
+def _reported(
+    path: Path,
+    net: SumoNet | None,
+    second_s: float,
+    _made_of: tuple[object, ...],
+    program: _Program | None = None,
+) -> _Reported:
     seed = _made_of[0]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -152,9 +178,14 @@ def _journeys(
         else:
             (folder / NET).write_bytes(net.content)
             offset = net.offset_m
-            source = [f"--net-file={folder / NET}", f"--route-files={path.resolve()}"]
+            routes = path.resolve() if program is None else COPY
+            source = [f"--net-file={folder / NET}", f"--route-files={routes}"]
             source += [f"--seed={int(str(seed)) % 2**31}", f"--step-length={STEP_S}", "--begin=0"]
             until = second_s + AFTER_S
+        if program is not None:
+            (folder / PROGRAM_FILE).write_bytes(program.content)
+            (folder / COPY).write_bytes(stopping_at(path, program.stop_gap_m))
+            source.append(f"--additional-files={PROGRAM_FILE}")
         try:
             call("sumo", [*source, f"--end={until:.1f}", *told], folder)
         except CatalogError as error:
@@ -162,15 +193,38 @@ def _journeys(
                 f"{path}: {error}; expected routes on the net of this road: `isethdr roads net ROAD"
                 " roads.net.xml` writes it"
             ) from None
-        return read(trace, offset) if trace.is_file() else {}
+        states = (folder / STATES_FILE).read_bytes() if program else b""
+        return _Reported(read(trace, offset) if trace.is_file() else {}, states)
+
+
+def stopping_at(path: Path, stop_gap_m: float) -> bytes:
+    """Return a route file in which all types that state no distance from a junction's lights at
+    which the first driver stops have this one.
+
+    Parameters
+    ----------
+    path : the route file.
+    stop_gap_m : the distance, m.
+
+    Raises
+    ------
+    CatalogError : it is no route file.
+    """
+    top = opened(path, "routes", "a route file of SUMO").element
+    if all(node.get("id") != USUAL_TYPE for node in top.iter("vType")):
+        top.insert(0, ET.Element("vType", id=USUAL_TYPE))
+    for node in top.iter("vType"):
+        if STOP_GAP not in node.attrib:
+            node.set(STOP_GAP, f"{stop_gap_m:.2f}")
+    return ET.tostring(top)
 
 
 def _nobody(path: Path, net: SumoNet | None, second_s: float, seed: int) -> str:
     """Return the message for a second at which nobody is on the road."""
-    before = _journeys(path, net, max(second_s - AFTER_S, 0.0), (seed, "before"))
+    before, _ = _reported(path, net, max(second_s - AFTER_S, 0.0), (seed, "before"))
     last = max((float(one.time_s[-1]) for one in before.values()), default=0.0)
     if not last:
-        before = _journeys(path, net, 0.0, (seed, "first"))
+        before, _ = _reported(path, net, 0.0, (seed, "first"))
         last = max((float(one.time_s[-1]) for one in before.values()), default=0.0)
     return (
         f"scene.traffic_start_s is {second_s:g}, but no vehicle of {path} is on the road at that"

@@ -30,7 +30,7 @@ from ...things.thing import Thing
 from ..later_layout import Moment, lit
 from .demand import AFTER_S, OWN, OWN_THING, Demand, Maker, Wanted
 from .lane_below import LanesBelow
-from .lights import STATES_FILE, Heeded, Lights, heeded, read_lights
+from .lights import PROGRAM_FILE, STATES_FILE, Heeded, Lights, heeded, read_lights
 from .net import NET, SumoNet, net_of
 from .overlaps import fewest, swept, touching
 from .program import call
@@ -39,7 +39,6 @@ from .trace import STEP_S, Journey, Signal, State, read
 NAN = float("nan")  # a bound that is not known
 ROUTES = "traffic.rou.xml"
 TRACE = "trace.xml"
-LIGHTS = "lights.add.xml"
 RUNS = 4  # of SUMO, at most
 LEAST = 0.5  # vehicles on the road, relative to those that are asked for
 NEAR = 0.15  # of the number asked for, by which another one serves
@@ -331,10 +330,10 @@ def _run(net: SumoNet, demand: Demand, wanted: Wanted, seed: int, heed: Heeded |
             *OPTIONS,
         ]
         if heed is not None:
-            (folder / LIGHTS).write_bytes(heed.program(net))
-            arguments.append(f"--additional-files={LIGHTS}")
+            (folder / PROGRAM_FILE).write_bytes(heed.program(net))
+            arguments.append(f"--additional-files={PROGRAM_FILE}")
         call("sumo", arguments, folder)
-        lights = heed and read_lights(folder / STATES_FILE, net, heed.network)
+        lights = heed and read_lights((folder / STATES_FILE).read_bytes(), net, heed.network)
         return _Ran(read(folder / TRACE, net.offset_m), lights)
 
 
